@@ -1,0 +1,30 @@
+"""Misuse is an exception that says what to do; a failure of the domain is data, never an exception."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class InputError(ValueError):
+    """A value from outside breaks a rule; names the field, the rule, the value and what to do."""
+
+    def __init__(self, field: str, rule: str, value: object, advice: str = "") -> None:
+        self.field, self.rule, self.value, self.advice = field, rule, value, advice
+        text = f"{field} {rule}; got {_shown(value)}."
+        super().__init__(f"{text} {advice}".rstrip())
+
+    def __reduce__(self):
+        return type(self), (self.field, self.rule, self.value, self.advice)
+
+
+def _shown(value: object) -> str:
+    return repr(value.item()) if hasattr(value, "item") and getattr(value, "size", 1) == 1 else repr(value)
+
+
+def unknown_name(field: str, name: str, known: Iterable[str]) -> InputError:
+    """The error for a name that does not exist, with the nearest known one as advice."""
+    known = sorted(known)
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    advice = f"Did you mean {near[0]!r}?" if near else ""
+    return InputError(field, f"must be one of {', '.join(known)}", name, advice)

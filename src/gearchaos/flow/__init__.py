@@ -1,0 +1,6 @@
+"""The exact flow: affine steps between contact switches, located switches, tangent vectors and measures."""
+
+from gearchaos.flow.batch import ExactFlow, Flowed
+from gearchaos.flow.layout import CHATTER, DIVERGED, OK
+
+__all__ = ["CHATTER", "DIVERGED", "OK", "ExactFlow", "Flowed"]

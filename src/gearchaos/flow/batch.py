@@ -1,0 +1,174 @@
+"""The seam between studies and flow: points, states and a plan in; arrays and a status per trajectory out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearchaos.flow import measure, tables
+from gearchaos.flow.layout import BLOCK, Nodes, Physics, Steps
+from gearchaos.flow.period import advance_block
+from gearchaos.flow.resolve import Lanes, resolver_workspace
+from gearchaos.switched import SwitchedAffine
+
+
+@dataclass(frozen=True)
+class Flowed:
+    """What became of L trajectories over whole mesh periods.
+
+    Attributes
+    ----------
+    w : (d, L)
+        Final coordinates.
+    tangent : (K, d, L)
+        Final tangent vectors.
+    growth : (periods, K, L)
+        Logarithms of the growth of orthonormalised tangent vectors in each period.
+    sections : (S, d, L)
+        Coordinates after each of the last S periods.
+    measures : (MEASURES, L)
+        Rows as numbered in `flow.layout`; empty if not asked for.
+    samples : (periods, samples, d + 1, L)
+        Coordinates and contact state at the sample nodes; empty if not asked for.
+    status : (L,)
+        OK, DIVERGED or CHATTER of `flow.layout`.
+    """
+
+    w: np.ndarray
+    tangent: np.ndarray
+    growth: np.ndarray
+    sections: np.ndarray
+    measures: np.ndarray
+    samples: np.ndarray
+    status: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Points that share a node count."""
+
+    phys: Physics
+    nodes: Nodes
+    steps: Steps
+    stride: int
+
+
+class ExactFlow:
+    """The exact flow of a batch of switched affine systems; tables are built once and serve any number of calls.
+
+    Parameters
+    ----------
+    system : SwitchedAffine
+        P parameter points with d coordinates.
+    samples : int, optional
+        Make this many equidistant instants of the period available to ``advance(sample=True)``; then every step has
+        its own matrices, so leave it out for speed.
+    """
+
+    def __init__(self, system: SwitchedAffine, samples: int = 0) -> None:
+        self.system = system
+        self.dimension = system.dimension
+        self._count = tables.node_count(system)
+        self._groups: dict[int, _Group] = {}
+        self._place = np.zeros(system.points, dtype=np.int64)
+        self.sample_at = np.zeros(0, dtype=np.int64)
+        for count in np.unique(self._count):
+            members = np.flatnonzero(self._count == count)
+            self._place[members] = np.arange(len(members))
+            self._groups[int(count)] = self._group(system.take(members), int(count), samples)
+
+    def _group(self, system: SwitchedAffine, count: int, samples: int) -> _Group:
+        shared = bool(np.all(system.split == system.split[0]))
+        if samples:
+            if not shared:
+                raise ValueError("samples need one contact ratio for all points")
+            length, start, self.sample_at = tables.sampled(count, float(system.split[0]), samples)
+        else:
+            length, start = tables.two_lengths(count, system.split[:1] if shared else system.split)
+        node = tables.nodes(system, length, start)
+        phys = tables.physics(system)
+        loss = float(np.max(np.abs(system.trace) * system.period))
+        return _Group(phys, node, tables.steps(system, phys, node), max(1, int(len(length) * min(1, 8 / loss))))
+
+    @property
+    def harmonics(self) -> tuple[int, int]:
+        return self.system.f_cos.shape[1], self.system.chi_cos.shape[1]
+
+    def advance(
+        self, w: np.ndarray, periods: int, *, points: np.ndarray | None = None, tangent: np.ndarray | None = None,
+        growth: bool = False, sections: int = 0, measured: bool = False, sample: bool = False,
+    ) -> Flowed:
+        """Advance trajectories by whole mesh periods from phase 0.
+
+        Parameters
+        ----------
+        w : (d, L)
+            Coordinates at the start.
+        periods : int
+            Mesh periods to advance.
+        points : (L,), optional
+            Parameter point of each trajectory; by default trajectory i runs at point i.
+        tangent : (K, d, L), optional
+            Tangent vectors to carry along.
+        growth : bool
+            Orthonormalise the tangent vectors on the way and record the logarithms of their growth. Without it
+            unit vectors come back as the columns of the monodromy matrix.
+        sections : int
+            How many of the last periods to record the state after.
+        measured, sample : bool
+            Integrate the measures; record the state at the sample nodes.
+        """
+        lanes = w.shape[1]
+        points = np.arange(lanes) if points is None else np.asarray(points)
+        tangent = np.zeros((0, self.dimension, lanes)) if tangent is None else tangent
+        out = self._empty(lanes, periods, len(tangent), growth, sections, measured, sample)
+        for count, group in self._groups.items():
+            mine = np.flatnonzero(self._count[points] == count)
+            for begin in range(0, len(mine), BLOCK):
+                self._block(group, mine[begin : begin + BLOCK], points, w, tangent, periods, out)
+        return out
+
+    def _empty(
+        self, lanes: int, periods: int, k: int, growth: bool, sections: int, measured: bool, sample: bool
+    ) -> Flowed:
+        d = self.dimension
+        return Flowed(
+            w=np.empty((d, lanes)), tangent=np.empty((k, d, lanes)),
+            growth=np.zeros((periods if growth else 0, k, lanes)), sections=np.empty((min(sections, periods), d, lanes)),
+            measures=measure.empty(lanes) if measured else np.empty((0, lanes)),
+            samples=np.empty((periods if sample else 0, len(self.sample_at), d + 1, lanes)),
+            status=np.zeros(lanes, dtype=np.int64),
+        )
+
+    def _block(
+        self, group: _Group, mine: np.ndarray, points: np.ndarray, w: np.ndarray, tangent: np.ndarray, periods: int,
+        out: Flowed,
+    ) -> None:
+        """Run one block of lanes and put its results in their places."""
+        d, n, k = self.dimension, len(mine), len(tangent)
+        lanes = Lanes(
+            np.zeros(BLOCK, np.int64), np.zeros(BLOCK), np.zeros((2, d, BLOCK)), np.zeros((2, k, d, BLOCK)),
+            np.zeros(BLOCK, np.int64), measure.empty(BLOCK),
+        )
+        lanes.point[:n] = self._place[points[mine]]
+        lanes.w[0, :, :n] = w[:, mine]
+        lanes.v[0, :, :, :n] = tangent[:, :, mine]
+        growth = np.zeros((len(out.growth), k, n))
+        sections = np.zeros((len(out.sections), d, n))
+        samples = np.zeros((len(out.samples), out.samples.shape[1], d + 1, n))
+        active = np.zeros((d * d + d + 2 * group.steps.harmonics * d + d, BLOCK))
+        measured = out.measures.shape[0] > 0
+        parity = advance_block(
+            (0,) * d, group.phys, group.nodes, group.steps, lanes, resolver_workspace(d, *self.harmonics), active,
+            np.zeros(BLOCK), periods, measured, group.stride if len(growth) else 0, growth, sections, samples,
+            self.sample_at if len(samples) else np.zeros(0, np.int64),
+        )
+        out.w[:, mine] = lanes.w[parity, :, :n]
+        out.tangent[:, :, mine] = lanes.v[parity, :, :, :n]
+        out.status[mine] = lanes.status[:n]
+        out.growth[:, :, mine] = growth
+        out.sections[:, :, mine] = sections
+        out.samples[:, :, :, mine] = samples
+        if measured:
+            out.measures[:, mine] = lanes.measures[:, :n]

@@ -1,0 +1,70 @@
+"""How kernels are compiled: without the GIL, cached on disk under a hash of all kernel sources.
+
+Numba notices edits in the file of a cached function but not in the files of the functions it calls, so the cache
+directory carries a hash of this whole folder. Contraction is never left to the compiler: `fma` says where a product
+and a sum round once, so a lane's result does not depend on vector width, block size or neighbours.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numba
+import platformdirs
+from numba import config, njit, types
+from numba.extending import intrinsic
+
+
+@cache
+def cache_directory() -> Path:
+    """The disk cache of compiled kernels, one folder per state of the kernel sources."""
+    digest = hashlib.sha256(numba.__version__.encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.name.encode() + source.read_bytes())
+    return Path(platformdirs.user_cache_dir("gearchaos")) / "kernels" / digest.hexdigest()[:16]
+
+
+@contextmanager
+def _own_cache():
+    """Our cache directory for the functions decorated inside, and nobody else's."""
+    before = config.CACHE_DIR
+    config.CACHE_DIR = before or str(cache_directory())
+    try:
+        yield
+    finally:
+        config.CACHE_DIR = before
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile a module-level function of floats and arrays."""
+    with _own_cache():
+        return njit(cache=True, nogil=True, error_model="numpy")(function)
+
+
+@intrinsic
+def _fused(typingctx, a, b, c):
+    signature = types.float64(types.float64, types.float64, types.float64)
+
+    def codegen(context, builder, signature, arguments):
+        return builder.fma(*arguments)
+
+    return signature, codegen
+
+
+def _plain(a: float, b: float, c: float) -> float:
+    return a * b + c
+
+
+if config.DISABLE_JIT:
+    fma = _plain
+else:
+
+    @njit(inline="always")
+    def fma(a, b, c):
+        """a * b + c, rounded once."""
+        return _fused(a, b, c)

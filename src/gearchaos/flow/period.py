@@ -1,0 +1,115 @@
+"""A block of lanes through many mesh periods: the loop that everything else serves."""
+
+from __future__ import annotations
+
+from math import log, sqrt
+
+from gearchaos.flow.jit import fma, kernel
+from gearchaos.flow.layout import DIVERGED, DIVERGED_AT, OK
+from gearchaos.flow.resolve import resolve
+from gearchaos.flow.step import affine, collect, load, load_lane, matvec, suspects
+
+
+@kernel
+def contact_state(w, sigma, n):
+    """The contact state of each lane from z alone."""
+    for l in range(n):
+        z = w[0, l]
+        sigma[l] = 1.0 if z > 1.0 else (-1.0 if z < -1.0 else 0.0)
+
+
+@kernel
+def orthonormalise(dims, v, growth, n):
+    """Gram-Schmidt on the tangent vectors v (K, d, n), adding the logarithms of their lengths to growth (K, n)."""
+    d = len(dims)
+    for l in range(n):
+        for c in range(v.shape[0]):
+            for e in range(c):
+                dot = 0.0
+                for i in range(d):
+                    dot = fma(v[c, i, l], v[e, i, l], dot)
+                for i in range(d):
+                    v[c, i, l] = fma(-dot, v[e, i, l], v[c, i, l])
+            square = 0.0
+            for i in range(d):
+                square = fma(v[c, i, l], v[c, i, l], square)
+            length = sqrt(square)
+            if length > 0.0:
+                growth[c, l] += log(length)
+                for i in range(d):
+                    v[c, i, l] /= length
+
+
+@kernel
+def _one_step(dims, phys, nodes, steps, step, lanes, r, active, flags, now, measuring, n):
+    """One step of all lanes: affine for most, resolved for the suspects."""
+    new = 1 - now
+    if measuring:
+        flags[:n] = 1.0
+    else:
+        affine(dims, steps, nodes, step, active, lanes.w[now], lanes.w[new], n)
+        suspects(dims, steps, active, lanes.sigma, lanes.w[now], lanes.w[new], flags, n)
+    for c in range(lanes.v.shape[1]):
+        matvec(dims, active, lanes.v[now, c], lanes.v[new, c], n)
+    count = collect(flags, r.lane, n)
+    if count > 0:
+        r.count[0] = count
+        resolve(dims, phys, nodes, step, lanes, r, now, measuring)
+        _reload(dims, phys, nodes, steps, step, lanes, active, flags, n)
+
+
+@kernel
+def _reload(dims, phys, nodes, steps, step, lanes, active, flags, n):
+    """Step matrices of the lanes that may have switched."""
+    shared = nodes.length.shape[1] == 1
+    for l in range(n):
+        if flags[l] != 0.0:
+            q = lanes.point[l]
+            h = 6.283185307179586 * nodes.length[step, 0 if shared else q] / phys.omega[q]
+            load_lane(dims, steps, phys, nodes.piece[step], h, active, lanes, l)
+
+
+@kernel
+def _mark_diverged(dims, lanes, now, n):
+    for l in range(n):
+        for i in range(len(dims)):
+            x = lanes.w[now, i, l]
+            if not abs(x) < DIVERGED_AT and lanes.status[l] == OK and i < 2:
+                lanes.status[l] = DIVERGED
+
+
+@kernel
+def advance_block(
+    dims, phys, nodes, steps, lanes, r, active, flags, periods, measuring, stride, growth, sections, samples, sample_at
+):
+    """Advance n lanes by whole periods from phase 0.
+
+    ``growth`` (periods, K, n) takes the logarithms of the tangent vectors' growth in each period if ``stride`` > 0,
+    the number of steps between orthonormalisations. ``sections`` (S, d, n) takes the state after each of the last S
+    periods, ``samples`` (periods, number of samples, d + 1, n) the state and contact state at the nodes ``sample_at``.
+    Returns the parity at which the final state stands.
+    """
+    n = sections.shape[2]
+    now = 0
+    last = len(nodes.piece) - 1
+    contact_state(lanes.w[0], lanes.sigma, n)
+    for period in range(periods):
+        wanted = 0
+        for step in range(last + 1):
+            if wanted < len(sample_at) and sample_at[wanted] == step:
+                for i in range(len(dims)):
+                    samples[period, wanted, i, :] = lanes.w[now, i, :n]
+                samples[period, wanted, len(dims), :] = lanes.sigma[:n]
+                wanted += 1
+            if step == 0 or nodes.piece[step] != nodes.piece[step - 1]:
+                load(dims, steps, phys, nodes, step, active, lanes, n)
+            _one_step(dims, phys, nodes, steps, step, lanes, r, active, flags, now, measuring, n)
+            now = 1 - now
+            if stride > 0 and ((step + 1) % stride == 0 or step == last):
+                orthonormalise(dims, lanes.v[now], growth[period], n)
+        _mark_diverged(dims, lanes, now, n)
+        row = period - (periods - sections.shape[0])
+        if row >= 0:
+            for i in range(len(dims)):
+                sections[row, i, :] = lanes.w[now, i, :n]
+    return now

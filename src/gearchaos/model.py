@@ -1,0 +1,503 @@
+"""The dimensionless gear mesh: equations (2.12)-(2.18) of Łuczko (2008), their parameters and defaults.
+
+Equation numbers refer to J. Łuczko, *Chaotic vibrations in gear mesh systems*, J. Theor. Appl. Mech. 46(4),
+2008, read with the corrections listed in ``docs/model.md``.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+
+from gearchaos.errors import InputError, unknown_name
+
+Kind = Literal["single", "torsional", "full"]
+KINDS: tuple[str, ...] = ("single", "torsional", "full")
+
+_TORSION = ("x1", "x1_dot", "x2", "x2_dot")
+_LATERAL = ("y1", "y1_dot", "y2", "y2_dot")
+COORDINATES: dict[str, tuple[str, ...]] = {
+    "single": ("z", "z_dot"),
+    "torsional": _TORSION,
+    "full": _TORSION + _LATERAL,
+}
+"""The physical coordinates of each kind of model, in the order used for states."""
+
+PAIRS: dict[str, tuple[str, str]] = {
+    "q0": ("q1", "q2"),
+    "J": ("J1", "J2"),
+    "beta": ("beta1", "beta2"),
+    "mu": ("mu1", "mu2"),
+    "kappa": ("kappa1", "kappa2"),
+    "zeta_support": ("zeta_support1", "zeta_support2"),
+    "chi0": ("chi1", "chi2"),
+}
+"""Short names that set both values of a pair."""
+
+_STATE_NAMES = ("z", "z_dot", *_TORSION, *_LATERAL)
+_HARMONIC = re.compile(r"(eps|theta|c|alpha)([1-9]\d*)")
+MAX_HARMONICS = 64
+
+# name -> (test on a float array, rule in words, what to do)
+_Rule = tuple[Callable[[Any], Any], str, str]
+_POSITIVE: _Rule = (lambda v: v > 0, "must be greater than 0", "")
+_NOT_NEGATIVE: _Rule = (lambda v: v >= 0, "must not be negative", "Damping takes energy out; use 0 for none.")
+_RULES: dict[str, _Rule] = {
+    "omega": (lambda v: v > 0, "must be greater than 0", "It is the mesh frequency over sqrt(c0/m), (2.8)."),
+    "zeta": _NOT_NEGATIVE,
+    "J1": _POSITIVE,
+    "J2": _POSITIVE,
+    "beta1": _NOT_NEGATIVE,
+    "beta2": _NOT_NEGATIVE,
+    "mu1": _POSITIVE,
+    "mu2": _POSITIVE,
+    "kappa1": (lambda v: v > 0, "must be greater than 0", "For a rigid support use kind='torsional'."),
+    "kappa2": (lambda v: v > 0, "must be greater than 0", "For a rigid support use kind='torsional'."),
+    "zeta_support1": _NOT_NEGATIVE,
+    "zeta_support2": _NOT_NEGATIVE,
+    "chi1": (lambda v: v > -1, "must be greater than -1", "The mesh stiffness 1 + chi1 must stay positive."),
+    "chi2": (lambda v: v < 1, "must be less than 1", "The mesh stiffness 1 - chi2 must stay positive."),
+    "contact_ratio": (
+        lambda v: (v >= 1) & (v <= 2),
+        "must lie in [1, 2]",
+        "One or two tooth pairs share the load, (2.16).",
+    ),
+}
+
+
+def check(name: str, value: Any) -> None:
+    """Raise `InputError` unless every element of ``value`` is a finite number that obeys the rule of ``name``."""
+    array = np.asarray(value, dtype=float)
+    _first_bad(name, array, np.isfinite(array), "must be a finite number", "")
+    if name in _RULES:
+        test, rule, advice = _RULES[name]
+        _first_bad(name, array, test(array), rule, advice)
+
+
+def _first_bad(name: str, array: np.ndarray, good: np.ndarray, rule: str, advice: str) -> None:
+    if not np.all(good):
+        raise InputError(name, rule, float(array[~np.asarray(good)].flat[0]), advice)
+
+
+def _number(name: str, value: Any) -> float:
+    if isinstance(value, (str, bytes, bool)) or value is None:
+        raise InputError(name, "must be a number", value)
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise InputError(name, "must be a number", value) from None
+    check(name, number)
+    return number
+
+
+def _numbers(name: str, values: Iterable[Any]) -> tuple[float, ...]:
+    if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
+        raise InputError(name, "must be a list of numbers", values)
+    numbers = tuple(_number(name, v) for v in values)
+    if len(numbers) > MAX_HARMONICS:
+        raise InputError(name, f"must have at most {MAX_HARMONICS} harmonics", len(numbers))
+    return numbers
+
+
+def _same_length(kind: str, amplitudes: tuple[float, ...], phases: tuple[float, ...]) -> tuple[float, ...]:
+    if len(phases) > len(amplitudes):
+        raise InputError(
+            f"{kind}.phases", f"must not be longer than amplitudes ({len(amplitudes)})", len(phases),
+            "Give one phase per harmonic; missing ones are 0.",
+        )
+    return phases + (0.0,) * (len(amplitudes) - len(phases))
+
+
+@dataclass(frozen=True)
+class TransmissionError:
+    """Static transmission error ε(τ) = Σ a_j cos(jωτ − θ_j), (2.15); amplitudes over the half backlash Δ."""
+
+    amplitudes: tuple[float, ...] = (0.0,)
+    phases: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        a = _numbers("error.amplitudes", self.amplitudes)
+        p = _same_length("error", a, _numbers("error.phases", self.phases))
+        object.__setattr__(self, "amplitudes", a)
+        object.__setattr__(self, "phases", p)
+
+
+@dataclass(frozen=True)
+class TwoLevelStiffness:
+    """Mesh stiffness of alternating tooth contact, (2.16): 1 + χ1 for (α − 1)T, then 1 − χ2."""
+
+    chi1: float = 0.25
+    chi2: float = 0.25
+    contact_ratio: float = 1.5
+
+    def __post_init__(self) -> None:
+        for f in fields(self):
+            object.__setattr__(self, f.name, _number(f.name, getattr(self, f.name)))
+
+
+@dataclass(frozen=True)
+class HarmonicStiffness:
+    """Mesh stiffness as a Fourier series, (2.7): χ(τ) = 1 + Σ c_j cos(jωτ − α_j)."""
+
+    amplitudes: tuple[float, ...] = (0.0,)
+    phases: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        a = _numbers("stiffness.amplitudes", self.amplitudes)
+        p = _same_length("stiffness", a, _numbers("stiffness.phases", self.phases))
+        object.__setattr__(self, "amplitudes", a)
+        object.__setattr__(self, "phases", p)
+        check_stiffness(np.array(a)[:, None], np.array(p)[:, None])
+
+
+def check_stiffness(amplitudes: np.ndarray, phases: np.ndarray) -> None:
+    """Raise unless 1 + Σ c_j cos(jθ − α_j) stays positive; arrays (harmonics, points)."""
+    if np.all(np.abs(amplitudes).sum(axis=0) < 1):
+        return
+    lowest = _series_minimum(amplitudes, phases)
+    _first_bad(
+        "stiffness.amplitudes", lowest, lowest > 0, "must keep the mesh stiffness above 0 (its least value is given)",
+        "Lower the amplitudes.",
+    )
+
+
+def _series_minimum(amplitudes: np.ndarray, phases: np.ndarray) -> np.ndarray:
+    """A lower estimate of the least value: the sampled one less what a bounded curvature allows between samples."""
+    order = np.arange(1, len(amplitudes) + 1)
+    theta = np.linspace(0, 2 * np.pi, 256 * len(amplitudes), endpoint=False)
+    lowest = np.full(amplitudes.shape[1], np.inf)
+    for t in theta:
+        lowest = np.minimum(lowest, 1 + (amplitudes * np.cos(order[:, None] * t - phases)).sum(axis=0))
+    curvature = (np.abs(amplitudes) * order[:, None] ** 2).sum(axis=0)
+    return lowest - curvature * (theta[1] - theta[0]) ** 2 / 8
+
+
+Stiffness = TwoLevelStiffness | HarmonicStiffness
+
+
+@dataclass(frozen=True)
+class MeshModel:
+    """A gear pair in dimensionless form, (2.12)-(2.18).
+
+    Parameters
+    ----------
+    kind : {"torsional", "full", "single"}
+        ``full`` is (2.12) with lateral motion of both wheels, ``torsional`` its first two rows (rigid supports),
+        ``single`` the relative motion (2.17), which has no bearing friction.
+    omega : float
+        Mesh frequency over ω0 = sqrt(c0/m), (2.8).
+    zeta : float
+        Mesh damping ratio k/(2 m ω0).
+    J1, J2 : float
+        Moments of inertia I_n/(m R_n²); the paper's symmetric pair has 2 and 2.
+    q1, q2 : float
+        Static torques M_n0/(c0 R_n Δ). ``q1`` drives, ``q2`` resists.
+    beta1, beta2 : float, optional
+        Bearing friction b_n/(2 m ω0 R_n²); 0.01 unless the kind is ``single``, where it must be 0.
+    mu1, mu2, kappa1, kappa2, zeta_support1, zeta_support2 : float
+        Masses, support stiffnesses and support damping ratios, used by ``full`` alone.
+    error : TransmissionError
+        Static transmission error ε(τ).
+    stiffness : TwoLevelStiffness or HarmonicStiffness
+        Mesh stiffness χ(τ).
+    initial : mapping of str to float
+        Initial values by coordinate name; those not given are the paper's: x1(0) = 1, the rest 0.
+
+    Raises
+    ------
+    InputError
+        Naming the field, the rule, the value and what to do.
+
+    Examples
+    --------
+    >>> MeshModel(omega=1.0, q0=0.1, eps1=0.1).q1  # doctest: +SKIP
+    Use `MeshModel.of` for short names:
+
+    >>> MeshModel.of(omega=0.8, eps1=0.1, kind="single").error.amplitudes
+    (0.1,)
+    """
+
+    kind: Kind = "torsional"
+    omega: float = 1.0
+    zeta: float = 0.025
+    J1: float = 2.0
+    J2: float = 2.0
+    q1: float = 0.1
+    q2: float = 0.1
+    beta1: float | None = None
+    beta2: float | None = None
+    mu1: float = 4.0
+    mu2: float = 4.0
+    kappa1: float = 0.5
+    kappa2: float = 0.5
+    zeta_support1: float = 0.01
+    zeta_support2: float = 0.01
+    error: TransmissionError = field(default_factory=TransmissionError)
+    stiffness: Stiffness = field(default_factory=TwoLevelStiffness)
+    initial: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise unknown_name("kind", str(self.kind), KINDS)
+        for name in ("beta1", "beta2"):
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, 0.0 if self.kind == "single" else 0.01)
+        for name in SCALARS:
+            object.__setattr__(self, name, _number(name, getattr(self, name)))
+        self._check_single()
+        object.__setattr__(self, "initial", MappingProxyType(self._checked_initial()))
+
+    def _check_single(self) -> None:
+        if self.kind == "single" and (self.beta1 or self.beta2):
+            raise InputError(
+                "beta", "must be 0 in the single model, (2.17)", self.beta1 or self.beta2,
+                "Leave beta out, or use kind='torsional'.",
+            )
+
+    def _checked_initial(self) -> dict[str, float]:
+        given = {}
+        for name, value in self.initial.items():
+            check_state_name(self.kind, name)
+            given[name] = _number(f"initial.{name}", value)
+        if self.kind == "single" and given.keys() & {"z", "z_dot"} and given.keys() - {"z", "z_dot"}:
+            raise InputError("initial", "must give either z, z_dot or the x coordinates, not both", sorted(given))
+        return given
+
+    def __hash__(self) -> int:
+        return hash(tuple(sorted(self.parameters().items())) + (self.kind, tuple(sorted(self.initial.items()))))
+
+    def __reduce__(self):
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        return _rebuild, ({**values, "initial": dict(self.initial)},)
+
+    def __repr__(self) -> str:
+        shown = []
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if f.name == "initial":
+                value = dict(value)
+            if value != getattr(_default(self.kind), f.name) and value != {}:
+                shown.append(f"{f.name}={value!r}")
+        return f"MeshModel(kind={self.kind!r}{''.join(', ' + s for s in shown if not s.startswith('kind='))})"
+
+    @classmethod
+    def of(cls, kind: str = "torsional", **values: Any) -> MeshModel:
+        """A model from short names: ``MeshModel.of(kind="full", kappa=0.5, omega=1.05, eps1=0.04)``."""
+        return cls(kind=kind).with_values(values)  # type: ignore[arg-type]
+
+    def with_values(self, values: Mapping[str, Any]) -> MeshModel:
+        """This model with parameters or initial values replaced by name (pairs and harmonics included)."""
+        model = self
+        if "kind" in values:
+            model = _with_kind(model, values["kind"])
+        flat = expand({k: v for k, v in values.items() if k != "kind"}, model)
+        scalars = {k: v for k, v in flat.items() if k in SCALARS}
+        initial = {k: v for k, v in flat.items() if k in _STATE_NAMES}
+        waves = {k: v for k, v in flat.items() if k not in scalars and k not in initial}
+        return replace(
+            model,
+            **scalars,
+            error=_with_harmonics(model.error, waves, "eps", "theta"),
+            stiffness=_with_stiffness(model.stiffness, waves),
+            initial={**_compatible(model.initial, initial), **initial},
+        )
+
+    def parameters(self) -> dict[str, float]:
+        """Every parameter by its canonical single name (no pairs), e.g. ``{"omega": 1.0, ..., "eps1": 0.1}``."""
+        flat = {name: getattr(self, name) for name in SCALARS}
+        flat.update(_harmonics(self.error, "eps", "theta"))
+        if isinstance(self.stiffness, TwoLevelStiffness):
+            flat.update({f.name: getattr(self.stiffness, f.name) for f in fields(self.stiffness)})
+        else:
+            flat.update(_harmonics(self.stiffness, "c", "alpha"))
+        return flat
+
+    @property
+    def period(self) -> float:
+        """The mesh period T = 2π/ω in units of τ."""
+        return 2 * math.pi / self.omega
+
+
+SCALARS: tuple[str, ...] = tuple(
+    f.name for f in fields(MeshModel) if f.name not in ("kind", "error", "stiffness", "initial")
+)
+
+
+def _rebuild(values: dict[str, Any]) -> MeshModel:
+    return MeshModel(**values)
+
+
+def _default(kind: str) -> MeshModel:
+    return MeshModel(kind=kind)  # type: ignore[arg-type]
+
+
+def _with_kind(model: MeshModel, kind: Any) -> MeshModel:
+    """The same pair seen by another kind of model; the default bearing friction follows the kind."""
+    if kind not in KINDS:
+        raise unknown_name("kind", str(kind), KINDS)
+    old, new = _default(model.kind), _default(kind)
+    beta = {
+        name: getattr(new if getattr(model, name) == getattr(old, name) else model, name)
+        for name in ("beta1", "beta2")
+    }
+    return replace(model, kind=kind, **beta)
+
+
+def _harmonics(series: TransmissionError | HarmonicStiffness, amplitude: str, phase: str) -> dict[str, float]:
+    flat = {}
+    for j, (a, p) in enumerate(zip(series.amplitudes, series.phases, strict=True), start=1):
+        flat[f"{amplitude}{j}"], flat[f"{phase}{j}"] = a, p
+    return flat
+
+
+def _with_harmonics(series: Any, values: Mapping[str, Any], amplitude: str, phase: str) -> Any:
+    flat = {**_harmonics(series, amplitude, phase), **values}
+    orders = [int(m[2]) for m in map(_HARMONIC.fullmatch, flat) if m and m[1] in (amplitude, phase)]
+    n = max(orders, default=0)
+    return type(series)(
+        tuple(flat.get(f"{amplitude}{j}", 0.0) for j in range(1, n + 1)),
+        tuple(flat.get(f"{phase}{j}", 0.0) for j in range(1, n + 1)),
+    )
+
+
+def _with_stiffness(stiffness: Stiffness, values: Mapping[str, Any]) -> Stiffness:
+    if isinstance(stiffness, HarmonicStiffness):
+        return _with_harmonics(stiffness, values, "c", "alpha")
+    return replace(stiffness, **{k: v for k, v in values.items() if k in ("chi1", "chi2", "contact_ratio")})
+
+
+def _compatible(old: Mapping[str, float], new: Mapping[str, Any]) -> dict[str, float]:
+    """The old initial values, less those that a switch between z and x coordinates makes meaningless."""
+    if not new:
+        return dict(old)
+    relative = {"z", "z_dot"}
+    keep = relative if new.keys() & relative else set(_STATE_NAMES) - relative
+    return {k: v for k, v in old.items() if k in keep}
+
+
+def known_names(model: MeshModel) -> tuple[str, ...]:
+    """All names that a value of this model can be set by."""
+    stiffness = ("chi1", "chi2", "chi0", "contact_ratio")
+    if isinstance(model.stiffness, HarmonicStiffness):
+        stiffness = ("c1", "alpha1")  # type: ignore[assignment]
+    pairs = tuple(p for p in PAIRS if p != "chi0")
+    return (*SCALARS, *pairs, *stiffness, "eps1", "theta1", *state_names(model.kind))
+
+
+def state_names(kind: str) -> tuple[str, ...]:
+    """The coordinates that initial values of this kind may be given in."""
+    return ("z", "z_dot", *_TORSION) if kind == "single" else COORDINATES[kind]
+
+
+def check_state_name(kind: str, name: str) -> None:
+    """Raise unless ``name`` is a coordinate that a model of this kind can start from."""
+    if name not in state_names(kind):
+        raise unknown_name(f"initial value of a {kind} model", name, state_names(kind))
+
+
+def expand(values: Mapping[str, Any], model: MeshModel) -> dict[str, Any]:
+    """Values by canonical names: pairs split, unknown names refused with the nearest known one as advice."""
+    flat: dict[str, Any] = {}
+    for name, value in values.items():
+        _check_name(name, model)
+        for single in PAIRS.get(name, (name,)):
+            flat[single] = value
+    return flat
+
+
+def _check_name(name: str, model: MeshModel) -> None:
+    match = _HARMONIC.fullmatch(name)
+    harmonic_stiffness = isinstance(model.stiffness, HarmonicStiffness)
+    if match and (match[1] in ("eps", "theta") or harmonic_stiffness):
+        if int(match[2]) > MAX_HARMONICS:
+            raise InputError(name, f"must be a harmonic of order at most {MAX_HARMONICS}", int(match[2]))
+        return
+    if name in known_names(model):
+        return
+    raise unknown_name("parameter", name, known_names(model))
+
+
+@dataclass(frozen=True)
+class Batch:
+    """A model with some values replaced by arrays of one common length: one parameter point per element.
+
+    ``values`` holds canonical parameter names and initial values, shape (points,).
+    """
+
+    model: MeshModel
+    values: Mapping[str, np.ndarray]
+    size: int
+
+    def __getitem__(self, name: str) -> np.ndarray | float:
+        """The values of one canonical parameter, an array (points,) where it varies."""
+        if name in self.values:
+            return self.values[name]
+        if _HARMONIC.fullmatch(name):
+            return self.model.parameters().get(name, 0.0)
+        return self.model.parameters()[name]
+
+    def harmonics(self, amplitude: str, phase: str) -> tuple[np.ndarray, np.ndarray]:
+        """Amplitudes and phases of a series over the batch, each (orders, points); zero orders if there is none."""
+        names = {**self.model.parameters(), **self.values}
+        orders = [int(m[2]) for m in map(_HARMONIC.fullmatch, names) if m and m[1] in (amplitude, phase)]
+        n = max(orders, default=0)
+        rows = [[np.broadcast_to(self[f"{k}{j}"], self.size) for j in range(1, n + 1)] for k in (amplitude, phase)]
+        a, p = (np.array(r, dtype=float).reshape(n, self.size) for r in rows)
+        return a, p
+
+    def take(self, index: np.ndarray) -> Batch:
+        """The batch of the chosen points, in that order."""
+        return Batch(self.model, {k: v[index] for k, v in self.values.items()}, len(index))
+
+
+def vary(model: MeshModel, values: Mapping[str, Any]) -> Batch:
+    """A batch: ``model`` with parameters or initial values by name as arrays (points,), checked like scalars."""
+    flat = {k: np.atleast_1d(np.asarray(v, dtype=float)) for k, v in expand(values, model).items()}
+    sizes = {v.shape for v in flat.values()} or {(1,)}
+    if len(sizes) > 1 or any(len(s) != 1 for s in sizes):
+        raise InputError("values", "must be one-dimensional arrays of one common length", sorted(sizes))
+    for name, value in flat.items():
+        check(name, value)
+        _check_matters(model, name)
+    batch = Batch(model, MappingProxyType(flat), next(iter(sizes))[0])
+    check_stiffness(*batch.harmonics("c", "alpha"))
+    return batch
+
+
+def _check_matters(model: MeshModel, name: str) -> None:
+    lateral = name.startswith(("mu", "kappa", "zeta_support"))
+    if (lateral and model.kind != "full") or (name.startswith("beta") and model.kind == "single"):
+        raise InputError(name, f"must be a parameter of the {model.kind} model", name, "Use kind='full'."
+                         if lateral else "Use kind='torsional'.")
+
+
+def backlash(z: Any) -> Any:
+    """The backlash function f(z) = z − clamp(z, −1, 1), (2.6) and (2.13) corrected; any shape."""
+    return z - np.clip(z, -1.0, 1.0)
+
+
+def transmission_error(model: MeshModel, tau: Any, derivative: int = 0) -> np.ndarray:
+    """ε(τ) of (2.15) or its derivative with respect to τ; the shape of ``tau``."""
+    tau = np.asarray(tau, dtype=float)
+    total = np.zeros_like(tau)
+    for j, (a, p) in enumerate(zip(model.error.amplitudes, model.error.phases, strict=True), start=1):
+        total += a * (j * model.omega) ** derivative * np.cos(j * model.omega * tau - p + derivative * np.pi / 2)
+    return total
+
+
+def mesh_stiffness(model: MeshModel, tau: Any) -> np.ndarray:
+    """χ(τ) of (2.16) or (2.7); the shape of ``tau``."""
+    tau = np.asarray(tau, dtype=float)
+    s = model.stiffness
+    if isinstance(s, TwoLevelStiffness):
+        return np.where(np.mod(tau / model.period, 1.0) < s.contact_ratio - 1, 1 + s.chi1, 1 - s.chi2)
+    chi = np.ones_like(tau)
+    for j, (a, p) in enumerate(zip(s.amplitudes, s.phases, strict=True), start=1):
+        chi += a * np.cos(j * model.omega * tau - p)
+    return chi
