@@ -5,7 +5,8 @@ of action and its velocity, so that the contact state follows from w[0] alone:
 
     w' = A w + f(τ) − b χ(τ) (w[0] − σ) [σ ≠ 0],    σ = 0 free, +1 front flank (z > 1), −1 back flank (z < −1)
 
-with f(τ) = f0 + Σ_j (f_cos[j] cos jωτ + f_sin[j] sin jωτ). The mesh damping 2ζz' acts in every state, as in (2.12).
+with f(τ) = f0, to whose second row, that of z'', the transmission error adds Σ_j (f_cos[j] cos jωτ + f_sin[j] sin jωτ).
+The mesh damping 2ζz' acts in every state, as in (2.12).
 """
 
 from __future__ import annotations
@@ -31,8 +32,10 @@ class SwitchedAffine:
         Motion in free flight, with damping and supports.
     b : (P, d)
         Direction of the mesh spring force; ``b[:, 0] = 0`` and ``b[:, 1] > 0``.
-    f0, f_cos, f_sin : (P, d), (P, H, d), (P, H, d)
-        Constant and harmonic forcing.
+    f0 : (P, d)
+        Constant forcing.
+    f_cos, f_sin : (P, H)
+        Harmonic forcing of z''.
     split : (P,)
         Share of the period with the first stiffness level, α − 1 of (2.16).
     levels : (P, 2)
@@ -138,7 +141,7 @@ class _Rows:
         self.e_cos, self.e_sin = (a * np.cos(p)).T, (a * np.sin(p)).T
         n, d, h = batch.size, len(names), len(a)
         self.A, self.b, self.f0 = np.zeros((n, d, d)), np.zeros((n, d)), np.zeros((n, d))
-        self.f_cos, self.f_sin = np.zeros((n, h, d)), np.zeros((n, h, d))
+        self.f_cos, self.f_sin = np.zeros((n, h)), np.zeros((n, h))
 
     def __getitem__(self, name: str) -> np.ndarray:
         return np.array(np.broadcast_to(self.batch[name], self.batch.size), dtype=float)
@@ -155,11 +158,12 @@ class _Rows:
         c, s = self.e_cos, self.e_sin
         return [(c, s), (w * s, -w * c), (-(w**2) * c, -(w**2) * s)][derivative]
 
-    def add_error(self, row: int, derivative: int, factor: np.ndarray | float) -> None:
+    def add_error(self, derivative: int, factor: np.ndarray | float) -> None:
+        """A derivative of ε with the given factor on the right side of z'' = ..., the only row it enters."""
         c, s = self.error_harmonics(derivative)
         factor = np.broadcast_to(factor, self.batch.size)[:, None]
-        self.f_cos[:, :, row] += factor * c
-        self.f_sin[:, :, row] += factor * s
+        self.f_cos += factor * c
+        self.f_sin += factor * s
 
     def add_force(self, row: int, factor: np.ndarray | float) -> None:
         """The mesh force S = 2ζz' + χ f(z), (2.5), with the given factor on the right side of one row."""
@@ -174,8 +178,8 @@ def _torsion(rows: _Rows) -> None:
     rows.A[:, 0, 1] = 1.0
     rows.f0[:, 1] = rows["q1"] / J1 + rows["q2"] / J2
     rows.add_force(1, -(1 / J1 + 1 / J2))
-    rows.add_error(1, 2, -1.0)
-    _add_rotation(rows, 1, -2 * b1)
+    rows.add_error(2, -1.0)
+    _add_rotation(rows, -2 * b1)
     if rows.has("x2_dot"):
         v = rows.at("x2_dot")
         rows.A[:, 1, v] = -2 * (b1 - b2)
@@ -193,12 +197,12 @@ def _lateral(rows: _Rows) -> list[tuple[str, float]]:
     return [("y1", 1.0), ("y2", -1.0)] if rows.has("y1") else []
 
 
-def _add_rotation(rows: _Rows, row: int, factor: np.ndarray) -> None:
-    """Add factor (x1' − x2') = factor (z' + ε' − (y1 − y2)') to one row."""
-    rows.A[:, row, 1] += factor
-    rows.add_error(row, 1, factor)
+def _add_rotation(rows: _Rows, factor: np.ndarray) -> None:
+    """Add factor (x1' − x2') = factor (z' + ε' − (y1 − y2)') to z''."""
+    rows.A[:, 1, 1] += factor
+    rows.add_error(1, factor)
     for name, sign in _lateral(rows):
-        rows.A[:, row, rows.at(name) + 1] -= sign * factor
+        rows.A[:, 1, rows.at(name) + 1] -= sign * factor
 
 
 def _supports(rows: _Rows) -> None:

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearchaos.flow import measure, tables
-from gearchaos.flow.layout import BLOCK, Nodes, Physics, Steps
+from gearchaos.flow.layout import BLOCK, Lanes, Nodes, chunk
 from gearchaos.flow.period import advance_block
-from gearchaos.flow.resolve import Lanes, resolver_workspace
 from gearchaos.switched import SwitchedAffine
 
 
@@ -48,9 +47,10 @@ class Flowed:
 class _Group:
     """Points that share a node count."""
 
-    phys: Physics
+    phys: np.ndarray
     nodes: Nodes
-    steps: Steps
+    table: np.ndarray
+    kept: int
     stride: int
 
 
@@ -87,9 +87,10 @@ class ExactFlow:
         else:
             length, start = tables.two_lengths(count, system.split[:1] if shared else system.split)
         node = tables.nodes(system, length, start)
-        phys = tables.physics(system)
+        phys = tables.parameter_array(system)
+        table, kept = tables.tabulate(system, phys, node)
         loss = float(np.max(np.abs(system.trace) * system.period))
-        return _Group(phys, node, tables.steps(system, phys, node), max(1, int(len(length) * min(1, 8 / loss))))
+        return _Group(phys, node, table, kept, max(1, int(len(length) * min(1.0, 8 / loss))))
 
     @property
     def harmonics(self) -> tuple[int, int]:
@@ -157,10 +158,11 @@ class ExactFlow:
         growth = np.zeros((len(out.growth), k, n))
         sections = np.zeros((len(out.sections), d, n))
         samples = np.zeros((len(out.samples), out.samples.shape[1], d + 1, n))
-        active = np.zeros((d * d + d + 2 * group.steps.harmonics * d + d, BLOCK))
+        active = np.zeros((group.table.shape[3] + d, BLOCK))
+        h, k = self.harmonics
         measured = out.measures.shape[0] > 0
         parity = advance_block(
-            (0,) * d, group.phys, group.nodes, group.steps, lanes, resolver_workspace(d, *self.harmonics), active,
+            (0,) * d, group.phys, h, k, group.nodes, group.table, group.kept, lanes, chunk(d, max(h, k)), active,
             np.zeros(BLOCK), periods, measured, group.stride if len(growth) else 0, growth, sections, samples,
             self.sample_at if len(samples) else np.zeros(0, np.int64),
         )

@@ -43,7 +43,7 @@ def _own_cache():
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a module-level function of floats and arrays."""
     with _own_cache():
-        return njit(cache=True, nogil=True, error_model="numpy")(function)
+        return njit(cache=True, nogil=True, error_model="numpy", _nrt=False)(function)
 
 
 @intrinsic

@@ -1,6 +1,8 @@
 """The plain arrays that kernels work on: what stands where.
 
-Lanes (trajectories) always run along the last axis, so that every loop over lanes is a loop over neighbours in memory.
+Trajectories are *lanes*. A block of lanes takes affine steps side by side; the few lanes that may switch contact in a
+step are resolved in chunks of `WIDTH`, whose workspace is one flat array with constant offsets, so that the compiler
+sees straight vector code.
 """
 
 from __future__ import annotations
@@ -8,6 +10,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+
+from gearchaos.flow.jit import kernel
 
 ORDER = 14
 """Degree of the Taylor polynomials on a step."""
@@ -18,11 +22,14 @@ STEP_ANGLE = 0.45
 BLOCK = 256
 """Most lanes that one kernel call advances side by side; their step matrices fit the first-level cache."""
 
+WIDTH = 8
+"""Lanes resolved side by side."""
+
 MAX_SWITCHES = 64
 """Contact switches within one step after which a lane gets the status CHATTER."""
 
 DIVERGED_AT = 1e8
-"""A coordinate beyond this many half backlashes counts as diverged."""
+"""|z| or |z'| beyond this many half backlashes counts as diverged."""
 
 OK, DIVERGED, CHATTER = 0, 1, 2
 """Status of a lane."""
@@ -33,79 +40,118 @@ Z_MAX, Z_MIN, Z_DOT_MAX, Z_DOT_MIN, FORCE_MAX, FORCE_MIN, SWITCHES = range(7, 14
 MEASURES = 14
 
 
-class Physics(NamedTuple):
-    """The switched affine system with points last: A (d*d, P), b (d, P), f0 (d, P), f_cos and f_sin (H*d, P),
-    levels (2, P), chi_cos and chi_sin (K, P), velocity (d, P), velocity0 (P,), velocity_cos and velocity_sin (H, P),
-    damping (P,), omega (P,), and the rows that bound z'' and z''' (2, P) and (d, P); see `tables.bounds`."""
+class Parameters(NamedTuple):
+    """Columns of the parameter array (P, total): where each array of `SwitchedAffine` stands, flattened."""
 
-    A: np.ndarray
-    b: np.ndarray
-    f0: np.ndarray
-    f_cos: np.ndarray
-    f_sin: np.ndarray
-    levels: np.ndarray
-    chi_cos: np.ndarray
-    chi_sin: np.ndarray
-    velocity: np.ndarray
-    velocity0: np.ndarray
-    velocity_cos: np.ndarray
-    velocity_sin: np.ndarray
-    damping: np.ndarray
-    omega: np.ndarray
-    bound0: np.ndarray
-    bound: np.ndarray
+    A: int
+    b: int
+    f0: int
+    levels: int
+    omega: int
+    bound0: int
+    bound: int
+    damping: int
+    velocity: int
+    velocity0: int
+    f_cos: int
+    f_sin: int
+    chi_cos: int
+    chi_sin: int
+    velocity_cos: int
+    velocity_sin: int
+    total: int
+
+
+@kernel
+def parameters(d, h, k):
+    """Columns for d coordinates, h forcing and k stiffness harmonics."""
+    b = d * d
+    levels = b + 2 * d
+    bound0 = levels + 3
+    damping = bound0 + 2 + d
+    f_cos = damping + 2 + d
+    chi_cos = f_cos + 2 * h
+    v_cos = chi_cos + 2 * k
+    return Parameters(
+        0, b, b + d, levels, levels + 2, bound0, bound0 + 2, damping, damping + 1, damping + 1 + d, f_cos, f_cos + h,
+        chi_cos, chi_cos + k, v_cos, v_cos + h, v_cos + 2 * h,
+    )
+
+
+class Rows(NamedTuple):
+    """Rows of the flat chunk workspace (total * WIDTH,): row r of lane l stands at r * WIDTH + l.
+
+    A, b and f0 stand as in `Parameters`; coef, forcing, spring, chi and the output series hold ORDER + 1 coefficients.
+    """
+
+    b: int
+    f0: int
+    coef: int  # of the state, (ORDER + 1) * d rows
+    forcing: int  # of the harmonic forcing of z''
+    chi: int  # of the stiffness, zero in free flight
+    spring: int  # of χ (z - σ)
+    series: int  # of z, z', x1' and the mesh force, for the measures
+    start: int  # state or tangent vector at the start of the piece
+    end: int  # and at its end
+    h: int  # length of the piece in τ
+    sigma: int  # contact state
+    beyond: int  # contact state after the piece
+    share: int  # share of the piece done
+    curvature: int  # bound of |d²z/ds²|
+    total: int
+
+
+@kernel
+def rows(d):
+    """Rows of the workspace for d coordinates."""
+    n = ORDER + 1
+    coef = d * d + 2 * d
+    forcing = coef + n * d
+    start = forcing + 7 * n
+    h = start + 2 * d
+    return Rows(
+        d * d, d * d + d, coef, forcing, forcing + n, forcing + 2 * n, forcing + 3 * n, start, start + d, h, h + 1,
+        h + 2, h + 3, h + 4, h + 5,
+    )
 
 
 class Nodes(NamedTuple):
-    """The N steps of a period: piece (N,) of the step tables, level (N,) 0 or 1, length (N, Q) in τ... of the mesh
-    period, cos and sin (N, harmonics, Q) of jωτ at the start; Q = 1 where all points share their phases, else P."""
+    """The N steps of a period: piece (N,) of the step tables, level (N,) 0 or 1 of the stiffness, length (N, Q) as a
+    share of the period, wave (N, 2, harmonics, Q) cos and sin of jωτ at the start; Q = 1 where all points share their
+    phases, else P."""
 
     piece: np.ndarray
     level: np.ndarray
     length: np.ndarray
-    cos: np.ndarray
-    sin: np.ndarray
+    wave: np.ndarray
 
 
-class Steps(NamedTuple):
-    """Affine steps tabulated: table (pieces, 2, rows, P), free and in contact.
+class Lanes(NamedTuple):
+    """The trajectories of one block, lanes last; states before and after a step by parity."""
 
-    Rows: E (d*d), constant (d), cosine and sine response (2*H*d, or none where they are folded into the constant),
-    response to the sign of the contact state (d).
-    """
-
-    table: np.ndarray
-    harmonics: int
-
-
-class Piece(NamedTuple):
-    """Workspace for one piece of motion in one contact state, lanes last; filled by `taylor.gather`."""
-
-    start: np.ndarray  # (d, B) state, or a tangent vector
-    h: np.ndarray  # (B,) length in τ
-    sigma: np.ndarray  # (B,) contact state -1, 0, 1
-    level: np.ndarray  # (B,) mean stiffness, 0 in free flight
-    A: np.ndarray  # (d*d, B)
-    b: np.ndarray  # (d, B)
-    f0: np.ndarray  # (d, B)
-    f_cos: np.ndarray  # (H*d, B)
-    f_sin: np.ndarray  # (H*d, B)
-    chi_cos: np.ndarray  # (K, B)
-    chi_sin: np.ndarray  # (K, B)
-    angle: np.ndarray  # (B,) ωh
-    cos: np.ndarray  # (ORDER + 1, harmonics, B) Taylor coefficients of cos jωτ
-    sin: np.ndarray  # (ORDER + 1, harmonics, B)
-    chi: np.ndarray  # (ORDER + 1, B) of the stiffness
-    force: np.ndarray  # (ORDER + 1, B) of χ (z - σ)
-    coef: np.ndarray  # (ORDER + 1, d, B) of the state
+    point: np.ndarray  # (B,) parameter point
+    sigma: np.ndarray  # (B,) contact state
+    w: np.ndarray  # (2, d, B)
+    v: np.ndarray  # (2, K, d, B) tangent vectors
+    status: np.ndarray  # (B,)
+    measures: np.ndarray  # (MEASURES, B)
 
 
-def piece_workspace(d: int, h: int, k: int, lanes: int = BLOCK) -> Piece:
-    """An empty workspace for d coordinates, h forcing and k stiffness harmonics."""
-    n = ORDER + 1
-    shapes = dict(
-        start=(d,), h=(), sigma=(), level=(), A=(d * d,), b=(d,), f0=(d,), f_cos=(h * d,), f_sin=(h * d,),
-        chi_cos=(k,), chi_sin=(k,), angle=(), cos=(n, max(h, k)), sin=(n, max(h, k)), chi=(n,), force=(n,),
-        coef=(n, d),
+class Chunk(NamedTuple):
+    """What resolving a chunk of lanes works on."""
+
+    ws: np.ndarray  # (Rows.total * WIDTH,)
+    wave: np.ndarray  # (harmonics, 2, (ORDER + 1) * WIDTH) Taylor coefficients of cos jωτ and sin jωτ
+    lane: np.ndarray  # (BLOCK + WIDTH,) the lanes to resolve, then those of one chunk
+    rest: np.ndarray  # (WIDTH,) share of the step left
+    angle: np.ndarray  # (WIDTH,) ωh of the piece
+    points: np.ndarray  # (WIDTH,) parameter points
+
+
+def chunk(d: int, harmonics: int) -> Chunk:
+    """An empty workspace."""
+    n = (ORDER + 1) * WIDTH
+    return Chunk(
+        np.zeros(rows(d).total * WIDTH), np.zeros((harmonics, 2, n)), np.zeros(BLOCK + WIDTH, np.int64),
+        np.zeros(WIDTH), np.zeros(WIDTH), np.zeros(WIDTH, np.int64),
     )
-    return Piece(**{name: np.zeros((*shape, lanes)) for name, shape in shapes.items()})

@@ -4,102 +4,123 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.flow import layout as at
+from gearchaos.flow import layout as to
 from gearchaos.flow.jit import fma, kernel
-from gearchaos.flow.layout import ORDER
+from gearchaos.flow.layout import ORDER, WIDTH, parameters, rows
 
 _GAUSS = 8
-_NODES, _WEIGHTS = (np.polynomial.legendre.leggauss(_GAUSS)[0] + 1) / 2, (
-    np.polynomial.legendre.leggauss(_GAUSS)[1] / 2
-)
+_LEGENDRE = np.polynomial.legendre.leggauss(_GAUSS)
+_NODES = tuple(float(x) for x in (_LEGENDRE[0] + 1) / 2)
+_WEIGHTS = tuple(float(x) for x in _LEGENDRE[1] / 2)
+_Z, _SPEED, _VELOCITY, _FORCE = range(4)
 
 
 @kernel
-def output_series(dims, phys, p, points, series, l):
-    """Taylor coefficients (4, ORDER + 1) of z, z', of the velocity x1' and of the mesh force 2ζz' + χ f(z), for lane l."""
+def output_series(dims, phys, h, k, points, wave, ws):
+    """Taylor coefficients of z, z', the velocity x1' and the mesh force 2ζz' + χ f(z)."""
     d = len(dims)
-    q = points[l]
-    for k in range(ORDER + 1):
-        speed = p.coef[k, 1, l]
-        velocity = phys.velocity0[q] if k == 0 else 0.0
-        for i in range(d):
-            velocity = fma(phys.velocity[i, q], p.coef[k, i, l], velocity)
-        for j in range(phys.velocity_cos.shape[0]):
-            velocity = fma(phys.velocity_cos[j, q], p.cos[k, j, l], velocity)
-            velocity = fma(phys.velocity_sin[j, q], p.sin[k, j, l], velocity)
-        series[0, k] = p.coef[k, 0, l]
-        series[1, k] = speed
-        series[2, k] = velocity
-        series[3, k] = fma(phys.damping[q], speed, p.force[k, l])
+    at, par = rows(d), parameters(d, h, k)
+    for l in range(WIDTH):
+        q = points[l]
+        for m in range(ORDER + 1):
+            coef = (at.coef + m * d) * WIDTH + l
+            velocity = phys[q, par.velocity0] if m == 0 else 0.0
+            for i in range(d):
+                velocity = fma(phys[q, par.velocity + i], ws[coef + i * WIDTH], velocity)
+            for j in range(h):
+                velocity = fma(phys[q, par.velocity_cos + j], wave[j, 0, m * WIDTH + l], velocity)
+                velocity = fma(phys[q, par.velocity_sin + j], wave[j, 1, m * WIDTH + l], velocity)
+            row = (at.series + m * 4) * WIDTH + l
+            ws[row] = ws[coef]
+            ws[row + WIDTH] = ws[coef + WIDTH]
+            ws[row + 2 * WIDTH] = velocity
+            ws[row + 3 * WIDTH] = fma(phys[q, par.damping], ws[coef + WIDTH], ws[(at.spring + m) * WIDTH + l])
 
 
 @kernel
-def _value(series, row, s):
-    total = series[row, ORDER]
+def _value(ws, series, which, l, s):
+    """One of the four series of lane l at share s."""
+    total = ws[(series + ORDER * 4 + which) * WIDTH + l]
     for k in range(ORDER - 1, -1, -1):
-        total = fma(total, s, series[row, k])
+        total = fma(total, s, ws[(series + k * 4 + which) * WIDTH + l])
     return total
 
 
 @kernel
-def _refined(series, row, s, end):
+def _refined(ws, series, which, l, s, end):
     """The extreme value near share s: two Newton steps on the derivative, kept inside the piece."""
     for _ in range(2):
         first = 0.0
         second = 0.0
         for k in range(ORDER, 0, -1):
             second = fma(second, s, first)
-            first = fma(first, s, k * series[row, k])
+            first = fma(first, s, k * ws[(series + k * 4 + which) * WIDTH + l])
         if second != 0.0:
             s = min(max(s - first / second, 0.0), end)
-    return _value(series, row, s)
+    return _value(ws, series, which, l, s)
 
 
 @kernel
-def _extremes(series, row, end, out, top, l):
-    """Update the greatest and least value of one series, rows ``top`` and ``top + 1`` of the measures."""
-    high, low = -np.inf, np.inf
-    s_high, s_low = 0.0, 0.0
-    for g in range(_GAUSS + 2):
-        s = 0.0 if g == _GAUSS else (end if g > _GAUSS else _NODES[g] * end)
-        value = _value(series, row, s)
+def _extremes(ws, series, which, end, out, top, lane, l):
+    """Update the greatest and least value of one series, rows ``top`` and ``top + 1`` of the measures.
+
+    Only samples that come near a new extreme are worth refining.
+    """
+    high, low, s_high, s_low = -np.inf, np.inf, 0.0, 0.0
+    for g in range(_GAUSS + 1):
+        s = end * g / _GAUSS
+        value = _value(ws, series, which, l, s)
         if value > high:
             high, s_high = value, s
         if value < low:
             low, s_low = value, s
-    margin = 0.01 * (high - low)
-    if high + margin > out[top, l]:
-        out[top, l] = max(out[top, l], high, _refined(series, row, s_high, end))
-    if low - margin < out[top + 1, l]:
-        out[top + 1, l] = min(out[top + 1, l], low, _refined(series, row, s_low, end))
+    margin = 0.02 * (high - low)
+    if high + margin > out[top, lane]:
+        out[top, lane] = max(out[top, lane], high, _refined(ws, series, which, l, s_high, end))
+    if low - margin < out[top + 1, lane]:
+        out[top + 1, lane] = min(out[top + 1, lane], low, _refined(ws, series, which, l, s_low, end))
 
 
 @kernel
-def accumulate(series, sigma, duration, end, out, l):
-    """Add one piece (up to share ``end``, ``duration`` in τ) to the measures of lane l."""
-    if sigma > 0.0:
-        out[at.FRONT_TIME, l] += duration
-    if sigma < 0.0:
-        out[at.BACK_TIME, l] += duration
+def _integrals(ws, series, duration, end, out, lane, l):
+    z = speed = velocity = zz = ss = vv = 0.0
     for g in range(_GAUSS):
         s = _NODES[g] * end
         weight = _WEIGHTS[g] * duration
-        z = _value(series, 0, s)
-        speed = _value(series, 1, s)
-        velocity = _value(series, 2, s)
-        out[at.Z, l] = fma(weight, z, out[at.Z, l])
-        out[at.Z_SQUARE, l] = fma(weight, z * z, out[at.Z_SQUARE, l])
-        out[at.Z_DOT_SQUARE, l] = fma(weight, speed * speed, out[at.Z_DOT_SQUARE, l])
-        out[at.VELOCITY, l] = fma(weight, velocity, out[at.VELOCITY, l])
-        out[at.VELOCITY_SQUARE, l] = fma(weight, velocity * velocity, out[at.VELOCITY_SQUARE, l])
-    _extremes(series, 0, end, out, at.Z_MAX, l)
-    _extremes(series, 1, end, out, at.Z_DOT_MAX, l)
-    _extremes(series, 3, end, out, at.FORCE_MAX, l)
+        a, b, c = _value(ws, series, _Z, l, s), _value(ws, series, _SPEED, l, s), _value(ws, series, _VELOCITY, l, s)
+        z = fma(weight, a, z)
+        zz = fma(weight, a * a, zz)
+        ss = fma(weight, b * b, ss)
+        velocity = fma(weight, c, velocity)
+        vv = fma(weight, c * c, vv)
+    out[to.Z, lane] += z
+    out[to.Z_SQUARE, lane] += zz
+    out[to.Z_DOT_SQUARE, lane] += ss
+    out[to.VELOCITY, lane] += velocity
+    out[to.VELOCITY_SQUARE, lane] += vv
+
+
+@kernel
+def accumulate(dims, ws, out, lane, l):
+    """Add the piece of lane l of the chunk to the measures of ``lane``."""
+    at = rows(len(dims))
+    end, sigma = ws[at.share * WIDTH + l], ws[at.sigma * WIDTH + l]
+    duration = ws[at.h * WIDTH + l] * end
+    if sigma > 0.0:
+        out[to.FRONT_TIME, lane] += duration
+    if sigma < 0.0:
+        out[to.BACK_TIME, lane] += duration
+    if ws[at.beyond * WIDTH + l] != sigma:
+        out[to.SWITCHES, lane] += 1.0
+    _integrals(ws, at.series, duration, end, out, lane, l)
+    _extremes(ws, at.series, _Z, end, out, to.Z_MAX, lane, l)
+    _extremes(ws, at.series, _SPEED, end, out, to.Z_DOT_MAX, lane, l)
+    _extremes(ws, at.series, _FORCE, end, out, to.FORCE_MAX, lane, l)
 
 
 def empty(lanes: int) -> np.ndarray:
     """Measures (MEASURES, lanes) of nothing yet."""
-    out = np.zeros((at.MEASURES, lanes))
-    out[[at.Z_MAX, at.Z_DOT_MAX, at.FORCE_MAX]] = -np.inf
-    out[[at.Z_MIN, at.Z_DOT_MIN, at.FORCE_MIN]] = np.inf
+    out = np.zeros((to.MEASURES, lanes))
+    out[[to.Z_MAX, to.Z_DOT_MAX, to.FORCE_MAX]] = -np.inf
+    out[[to.Z_MIN, to.Z_DOT_MIN, to.FORCE_MIN]] = np.inf
     return out

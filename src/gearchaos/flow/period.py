@@ -41,46 +41,50 @@ def orthonormalise(dims, v, growth, n):
 
 
 @kernel
-def _one_step(dims, phys, nodes, steps, step, lanes, r, active, flags, now, measuring, n):
+def _one_step(dims, phys, h, k, nodes, table, kept, step, lanes, work, active, flags, now, measuring, n):
     """One step of all lanes: affine for most, resolved for the suspects."""
     new = 1 - now
     if measuring:
-        flags[:n] = 1.0
+        for l in range(n):
+            flags[l] = 1.0
     else:
-        affine(dims, steps, nodes, step, active, lanes.w[now], lanes.w[new], n)
-        suspects(dims, steps, active, lanes.sigma, lanes.w[now], lanes.w[new], flags, n)
+        affine(dims, kept, nodes.wave[step], active, lanes.w[now], lanes.w[new], n)
+        suspects(dims, table.shape[3], active, lanes.sigma, lanes.w[now], lanes.w[new], flags, n)
     for c in range(lanes.v.shape[1]):
         matvec(dims, active, lanes.v[now, c], lanes.v[new, c], n)
-    count = collect(flags, r.lane, n)
+    count = collect(flags, work.lane, n)
     if count > 0:
-        r.count[0] = count
-        resolve(dims, phys, nodes, step, lanes, r, now, measuring)
-        _reload(dims, phys, nodes, steps, step, lanes, active, flags, n)
+        resolve(dims, phys, h, k, nodes, step, lanes, work, count, now, measuring)
+        for m in range(count):
+            load_lane(dims, table, phys, nodes, step, lanes.point, lanes.sigma, active, work.lane[m])
 
 
 @kernel
-def _reload(dims, phys, nodes, steps, step, lanes, active, flags, n):
-    """Step matrices of the lanes that may have switched."""
-    shared = nodes.length.shape[1] == 1
+def _mark_diverged(w, status, n):
     for l in range(n):
-        if flags[l] != 0.0:
-            q = lanes.point[l]
-            h = 6.283185307179586 * nodes.length[step, 0 if shared else q] / phys.omega[q]
-            load_lane(dims, steps, phys, nodes.piece[step], h, active, lanes, l)
+        inside = (abs(w[0, l]) < DIVERGED_AT) & (abs(w[1, l]) < DIVERGED_AT)
+        if not inside and status[l] == OK:
+            status[l] = DIVERGED
 
 
 @kernel
-def _mark_diverged(dims, lanes, now, n):
+def _copy(source, target, n):
+    for i in range(source.shape[0]):
+        for l in range(n):
+            target[i, l] = source[i, l]
+
+
+@kernel
+def _sample(lanes, now, target, n):
+    _copy(lanes.w[now], target, n)
     for l in range(n):
-        for i in range(len(dims)):
-            x = lanes.w[now, i, l]
-            if not abs(x) < DIVERGED_AT and lanes.status[l] == OK and i < 2:
-                lanes.status[l] = DIVERGED
+        target[target.shape[0] - 1, l] = lanes.sigma[l]
 
 
 @kernel
 def advance_block(
-    dims, phys, nodes, steps, lanes, r, active, flags, periods, measuring, stride, growth, sections, samples, sample_at
+    dims, phys, h, k, nodes, table, kept, lanes, work, active, flags, periods, measuring, stride, growth, sections,
+    samples, sample_at,
 ):
     """Advance n lanes by whole periods from phase 0.
 
@@ -97,19 +101,16 @@ def advance_block(
         wanted = 0
         for step in range(last + 1):
             if wanted < len(sample_at) and sample_at[wanted] == step:
-                for i in range(len(dims)):
-                    samples[period, wanted, i, :] = lanes.w[now, i, :n]
-                samples[period, wanted, len(dims), :] = lanes.sigma[:n]
+                _sample(lanes, now, samples[period, wanted], n)
                 wanted += 1
             if step == 0 or nodes.piece[step] != nodes.piece[step - 1]:
-                load(dims, steps, phys, nodes, step, active, lanes, n)
-            _one_step(dims, phys, nodes, steps, step, lanes, r, active, flags, now, measuring, n)
+                load(dims, table, phys, nodes, step, lanes.point, lanes.sigma, active, n)
+            _one_step(dims, phys, h, k, nodes, table, kept, step, lanes, work, active, flags, now, measuring, n)
             now = 1 - now
             if stride > 0 and ((step + 1) % stride == 0 or step == last):
                 orthonormalise(dims, lanes.v[now], growth[period], n)
-        _mark_diverged(dims, lanes, now, n)
+        _mark_diverged(lanes.w[now], lanes.status, n)
         row = period - (periods - sections.shape[0])
         if row >= 0:
-            for i in range(len(dims)):
-                sections[row, i, :] = lanes.w[now, i, :n]
+            _copy(lanes.w[now], sections[row], n)
     return now

@@ -2,192 +2,151 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
-
-from gearchaos.flow.contact import NEVER, first_exit
+from gearchaos.flow.contact import find_exits
 from gearchaos.flow.jit import kernel
-from gearchaos.flow.layout import BLOCK, CHATTER, MAX_SWITCHES, SWITCHES, Piece, piece_workspace
+from gearchaos.flow.layout import BLOCK, CHATTER, MAX_SWITCHES, ORDER, WIDTH, parameters, rows
 from gearchaos.flow.measure import accumulate, output_series
-from gearchaos.flow.taylor import advance_waves, evaluate, expand, stiffness, waves
+from gearchaos.flow.taylor import drive, expand, expand_waves, finish, finish_waves
 
-
-class Lanes(NamedTuple):
-    """The trajectories of one block, lanes last: before and after a step."""
-
-    point: np.ndarray  # (B,) parameter point of each lane
-    sigma: np.ndarray  # (B,) contact state
-    w: np.ndarray  # (2, d, B) state before and after the step, by parity
-    v: np.ndarray  # (2, K, d, B) tangent vectors
-    status: np.ndarray  # (B,) int64
-    measures: np.ndarray  # (MEASURES, B), or (MEASURES, 0) when nothing is measured
-
-
-class Resolver(NamedTuple):
-    """Scratch space of `resolve`."""
-
-    piece: Piece
-    lane: np.ndarray  # (B,) lanes still under way
-    count: np.ndarray  # (1,) how many
-    points: np.ndarray  # (B,) their parameter points
-    rest: np.ndarray  # (B,) share of the step left, by lane
-    share: np.ndarray  # (B,) share of the piece done
-    beyond: np.ndarray  # (B,) contact state after it
-    cos: np.ndarray  # (harmonics, B) by lane
-    sin: np.ndarray
-    out: np.ndarray  # (d, B)
-    series: np.ndarray  # (4, ORDER + 1)
-
-
-def resolver_workspace(d: int, h: int, k: int) -> Resolver:
-    """Empty scratch space for d coordinates, h forcing and k stiffness harmonics."""
-    piece = piece_workspace(d, h, k)
-    row = np.zeros
-    return Resolver(
-        piece, row(BLOCK, np.int64), row(1, np.int64), row(BLOCK, np.int64), row(BLOCK), row(BLOCK), row(BLOCK),
-        row((max(h, k), BLOCK)), row((max(h, k), BLOCK)), row((d, BLOCK)), row((4, piece.coef.shape[0])),
-    )
+_TURN = 6.283185307179586
 
 
 @kernel
-def gather(phys, p, points, n):
-    """Copy the parameters of the points (n,) side by side into the workspace."""
-    for l in range(n):
-        q = points[l]
-        for i in range(phys.A.shape[0]):
-            p.A[i, l] = phys.A[i, q]
-        for i in range(phys.b.shape[0]):
-            p.b[i, l] = phys.b[i, q]
-            p.f0[i, l] = phys.f0[i, q]
-        for i in range(phys.f_cos.shape[0]):
-            p.f_cos[i, l] = phys.f_cos[i, q]
-            p.f_sin[i, l] = phys.f_sin[i, q]
-        for i in range(phys.chi_cos.shape[0]):
-            p.chi_cos[i, l] = phys.chi_cos[i, q]
-            p.chi_sin[i, l] = phys.chi_sin[i, q]
+def fill_piece(dims, phys, h, k, nodes, step, l, q, sigma, rest, ws):
+    """Parameters, stiffness level and length of the piece of lane l of the chunk, at point q."""
+    d = len(dims)
+    at, par = rows(d), parameters(d, h, k)
+    for i in range(d * d + 2 * d):
+        ws[i * WIDTH + l] = phys[q, i]
+    ws[at.sigma * WIDTH + l] = sigma
+    ws[at.chi * WIDTH + l] = phys[q, par.levels + nodes.level[step]] if sigma != 0.0 else 0.0
+    if k > 0:
+        for m in range(1, ORDER + 1):
+            ws[(at.chi + m) * WIDTH + l] = 0.0
+    length = nodes.length[step, q if nodes.length.shape[1] > 1 else 0]
+    ws[at.h * WIDTH + l] = _TURN * length * rest / phys[q, par.omega]
 
 
 @kernel
-def _begin(r, lanes, nodes, step, now, harmonics):
-    """Copy the state at the start of the step to where the pieces work on it."""
-    shared = nodes.length.shape[1] == 1
-    for m in range(r.count[0]):
-        l = r.lane[m]
-        q = 0 if shared else lanes.point[l]
-        r.rest[l] = 1.0
-        for j in range(harmonics):
-            r.cos[j, l] = nodes.cos[step, j, q]
-            r.sin[j, l] = nodes.sin[step, j, q]
-        for i in range(lanes.w.shape[1]):
-            lanes.w[1 - now, i, l] = lanes.w[now, i, l]
-            for c in range(lanes.v.shape[1]):
-                lanes.v[1 - now, c, i, l] = lanes.v[now, c, i, l]
+def start_waves(nodes, step, l, q, wave):
+    """cos jωτ and sin jωτ at the start of the step for lane l of the chunk."""
+    place = q if nodes.length.shape[1] > 1 else 0
+    for j in range(wave.shape[0]):
+        wave[j, 0, l] = nodes.wave[step, 0, j, place]
+        wave[j, 1, l] = nodes.wave[step, 1, j, place]
 
 
 @kernel
-def _load(phys, nodes, step, lanes, r, new, harmonics):
-    """Fill the workspace for the lanes under way: parameters, phases, contact state and length of the piece."""
-    p = r.piece
-    shared = nodes.length.shape[1] == 1
-    n = r.count[0]
-    for m in range(n):
-        r.points[m] = lanes.point[r.lane[m]]
-    gather(phys, p, r.points, n)
-    for m in range(n):
-        l = r.lane[m]
-        q = lanes.point[l]
-        turn = nodes.length[step, 0 if shared else q] * r.rest[l]
-        p.angle[m] = 2 * np.pi * turn
-        p.h[m] = p.angle[m] / phys.omega[q]
-        p.sigma[m] = lanes.sigma[l]
-        p.level[m] = phys.levels[nodes.level[step], q] if p.sigma[m] != 0.0 else 0.0
-        for i in range(lanes.w.shape[1]):
-            p.start[i, m] = lanes.w[new, i, l]
-        for j in range(harmonics):
-            p.cos[0, j, m] = r.cos[j, l]
-            p.sin[0, j, m] = r.sin[j, l]
+def set_out(dims, phys, h, k, points, wave, ws, angle):
+    """Series of the waves, the forcing and the stiffness, once the pieces are filled."""
+    at, omega = rows(len(dims)), parameters(len(dims), h, k).omega
+    for l in range(WIDTH):
+        angle[l] = ws[at.h * WIDTH + l] * phys[points[l], omega]
+    for j in range(wave.shape[0]):
+        expand_waves(wave, j, angle)
+    drive(dims, phys, h, k, points, wave, ws)
 
 
 @kernel
-def _measure(dims, phys, lanes, r):
-    p = r.piece
-    for m in range(r.count[0]):
-        output_series(dims, phys, p, r.points, r.series, m)
-        share = r.share[m]
-        accumulate(r.series, p.sigma[m], p.h[m] * share, share, lanes.measures, r.lane[m])
-        if r.beyond[m] != p.sigma[m]:
-            lanes.measures[SWITCHES, r.lane[m]] += 1
+def _read(dims, vectors, lane, count, ws):
+    """Copy the vectors (d, B) of the chunk's lanes into the start rows; idle lanes follow lane 0."""
+    start = rows(len(dims)).start
+    for l in range(WIDTH):
+        for i in range(len(dims)):
+            ws[(start + i) * WIDTH + l] = vectors[i, lane[l if l < count else 0]]
 
 
 @kernel
-def _find_exits(r):
-    p = r.piece
-    for m in range(r.count[0]):
-        share, r.beyond[m] = first_exit(p.coef, m, p.sigma[m])
-        r.share[m] = 1.0 if share == NEVER else share
+def _write(dims, vectors, lane, count, ws):
+    end = rows(len(dims)).end
+    for l in range(count):
+        for i in range(len(dims)):
+            vectors[i, lane[l]] = ws[(end + i) * WIDTH + l]
 
 
 @kernel
-def _carry_tangents(dims, lanes, r, new):
+def _carry_tangents(dims, v, lane, count, ws, varying):
     """Move the tangent vectors over the piece; f is continuous, so nothing happens to them at a switch."""
-    p = r.piece
-    n = r.count[0]
-    for c in range(lanes.v.shape[1]):
-        for i in range(len(dims)):
-            for m in range(n):
-                p.start[i, m] = lanes.v[new, c, i, r.lane[m]]
-        expand(dims, p, 0.0, n)
-        evaluate(dims, p, r.share, r.out, n)
-        for i in range(len(dims)):
-            for m in range(n):
-                lanes.v[new, c, i, r.lane[m]] = r.out[i, m]
+    for c in range(v.shape[0]):
+        _read(dims, v[c], lane, count, ws)
+        expand(dims, ws, 0.0, varying)
+        finish(dims, ws)
+        _write(dims, v[c], lane, count, ws)
 
 
 @kernel
-def _switch(lanes, r, new, harmonics):
+def _switch(dims, lanes, new, lane, count, rest, wave, ws):
     """Put switching lanes on the boundary in their new state and keep them; let the others go."""
-    p = r.piece
+    at = rows(len(dims))
     kept = 0
-    for m in range(r.count[0]):
-        l = r.lane[m]
-        if r.beyond[m] != p.sigma[m]:
-            boundary = p.sigma[m] if p.sigma[m] != 0.0 else r.beyond[m]
-            lanes.w[new, 0, l] = boundary
-            lanes.sigma[l] = r.beyond[m]
-            r.rest[l] *= 1.0 - r.share[m]
-            for j in range(harmonics):
-                r.cos[j, l] = p.cos[0, j, m]
-                r.sin[j, l] = p.sin[0, j, m]
-            r.lane[kept] = l
+    for l in range(count):
+        sigma, beyond = ws[at.sigma * WIDTH + l], ws[at.beyond * WIDTH + l]
+        if beyond != sigma:
+            lanes.w[new, 0, lane[l]] = sigma if sigma != 0.0 else beyond
+            lanes.sigma[lane[l]] = beyond
+            lane[kept] = lane[l]
+            rest[kept] = rest[l] * (1.0 - ws[at.share * WIDTH + l])
+            for j in range(wave.shape[0]):
+                wave[j, 0, kept] = wave[j, 0, l]
+                wave[j, 1, kept] = wave[j, 1, l]
             kept += 1
-    r.count[0] = kept
+    return kept
 
 
 @kernel
-def resolve(dims, phys, nodes, step, lanes, r, now, measuring):
-    """Advance the lanes listed in ``r`` over one step exactly, whatever contact does in it."""
-    harmonics = nodes.cos.shape[1]
-    new = 1 - now
-    p = r.piece
-    _begin(r, lanes, nodes, step, now, harmonics)
-    for _ in range(MAX_SWITCHES):
-        if r.count[0] == 0:
-            return
-        n = r.count[0]
-        _load(phys, nodes, step, lanes, r, new, harmonics)
-        waves(p, harmonics, n)
-        stiffness(p, n)
-        expand(dims, p, 1.0, n)
-        _find_exits(r)
-        if measuring:
-            _measure(dims, phys, lanes, r)
-        evaluate(dims, p, r.share, r.out, n)
+def _fill(dims, phys, h, k, nodes, step, lanes, lane, count, rest, points, ws):
+    for l in range(WIDTH):
+        mine = lane[l if l < count else 0]
+        points[l] = lanes.point[mine]
+        fill_piece(
+            dims, phys, h, k, nodes, step, l, points[l], lanes.sigma[mine], rest[l if l < count else 0], ws
+        )
+
+
+@kernel
+def _begin(dims, nodes, step, lanes, now, lane, count, rest, wave):
+    """Copy the chunk's states to where the pieces work on them, and the waves at the start of the step."""
+    for l in range(count):
+        rest[l] = 1.0
+        start_waves(nodes, step, l, lanes.point[lane[l]], wave)
         for i in range(len(dims)):
-            for m in range(n):
-                lanes.w[new, i, r.lane[m]] = r.out[i, m]
-        _carry_tangents(dims, lanes, r, new)
-        advance_waves(p, r.share, harmonics, n)
-        _switch(lanes, r, new, harmonics)
-    for m in range(r.count[0]):
-        lanes.status[r.lane[m]] = CHATTER
+            lanes.w[1 - now, i, lane[l]] = lanes.w[now, i, lane[l]]
+            for c in range(lanes.v.shape[1]):
+                lanes.v[1 - now, c, i, lane[l]] = lanes.v[now, c, i, lane[l]]
+
+
+@kernel
+def _resolve_chunk(dims, phys, h, k, nodes, step, lanes, lane, count, work, now, measuring):
+    """Advance the lanes of one chunk over one step."""
+    ws, wave, new = work.ws, work.wave, 1 - now
+    _begin(dims, nodes, step, lanes, now, lane, count, work.rest, wave)
+    for _ in range(MAX_SWITCHES):
+        _fill(dims, phys, h, k, nodes, step, lanes, lane, count, work.rest, work.points, ws)
+        set_out(dims, phys, h, k, work.points, wave, ws, work.angle)
+        _read(dims, lanes.w[new], lane, count, ws)
+        expand(dims, ws, 1.0, k > 0)
+        find_exits(dims, ws, count)
+        if measuring:
+            output_series(dims, phys, h, k, work.points, wave, ws)
+            for l in range(count):
+                accumulate(dims, ws, lanes.measures, lane[l], l)
+        finish(dims, ws)
+        _write(dims, lanes.w[new], lane, count, ws)
+        _carry_tangents(dims, lanes.v[new], lane, count, ws, k > 0)
+        finish_waves(wave, ws, rows(len(dims)).share)
+        count = _switch(dims, lanes, new, lane, count, work.rest, wave, ws)
+        if count == 0:
+            return
+    for l in range(count):
+        lanes.status[lane[l]] = CHATTER
+
+
+@kernel
+def resolve(dims, phys, h, k, nodes, step, lanes, work, total, now, measuring):
+    """Advance the first ``total`` listed lanes over one step exactly, whatever contact does in it."""
+    lane = work.lane[BLOCK:]
+    for first in range(0, total, WIDTH):
+        count = min(WIDTH, total - first)
+        for l in range(count):
+            lane[l] = work.lane[first + l]
+        _resolve_chunk(dims, phys, h, k, nodes, step, lanes, lane, count, work, now, measuring)

@@ -4,38 +4,34 @@ from __future__ import annotations
 
 from gearchaos.flow.jit import fma, kernel
 
+_TURN = 6.283185307179586
+
 
 @kernel
-def load_lane(dims, steps, phys, piece, h, active, lanes, l):
-    """Copy the step matrices of lane l's contact state into the active rows.
+def load_lane(dims, table, phys, nodes, step, point, sigma, active, l):
+    """Copy the step matrices of lane l's contact state into the active rows (rows, B).
 
-    Rows: E, constant, cosine and sine response as in `Steps`, then the bounds that tell a harmless step.
+    Rows: as in the table, then the bounds that tell a harmless step, times h² / 8.
     """
     d = len(dims)
-    q = lanes.point[l]
-    sigma = lanes.sigma[l]
-    contact = 0 if sigma == 0.0 else 1
-    rows = d * d + d + 2 * steps.harmonics * d
-    for i in range(rows):
-        active[i, l] = steps.table[piece, contact, i, q]
-    for i in range(d):
-        active[d * d + i, l] = fma(sigma, steps.table[piece, contact, rows + i, q], active[d * d + i, l])
-    eighth = h * h * 0.125
-    for i in range(2):
-        active[rows + i, l] = eighth * phys.bound0[i, q]
+    q = point[l]
+    piece, state, count = nodes.piece[step], int(sigma[l]) + 1, table.shape[3]
+    for i in range(count):
+        active[i, l] = table[q, piece, state, i]
+    omega = d * d + 2 * d + 2
+    h = _TURN * nodes.length[step, q if nodes.length.shape[1] > 1 else 0] / phys[q, omega]
+    bound0 = omega + 1
+    active[count, l] = h * h * 0.125 * phys[q, bound0]
+    active[count + 1, l] = h * h * 0.125 * phys[q, bound0 + 1]
     for i in range(2, d):
-        active[rows + i, l] = eighth * phys.bound[i, q]
+        active[count + i, l] = h * h * 0.125 * phys[q, bound0 + 2 + i]
 
 
 @kernel
-def load(dims, steps, phys, nodes, step, active, lanes, n):
+def load(dims, table, phys, nodes, step, point, sigma, active, n):
     """Copy the step matrices of all lanes, at the start of a stretch of equal steps."""
-    turn = 6.283185307179586
-    shared = nodes.length.shape[1] == 1
     for l in range(n):
-        q = lanes.point[l]
-        h = turn * nodes.length[step, 0 if shared else q] / phys.omega[q]
-        load_lane(dims, steps, phys, nodes.piece[step], h, active, lanes, l)
+        load_lane(dims, table, phys, nodes, step, point, sigma, active, l)
 
 
 @kernel
@@ -51,42 +47,56 @@ def matvec(dims, active, before, after, n):
 
 
 @kernel
-def affine(dims, steps, nodes, step, active, before, after, n):
-    """after = E before + g, lane by lane; (d, n)."""
+def _affine_one_wave(dims, cos, sin, active, before, after, n):
+    """after = E before + g for the usual forcing, one harmonic."""
     d = len(dims)
+    g = d * d
+    for i in range(d):
+        for l in range(n):
+            total = fma(active[g + d + i, l], cos, active[g + i, l])
+            total = fma(active[g + 2 * d + i, l], sin, total)
+            for j in range(d):
+                total = fma(active[i * d + j, l], before[j, l], total)
+            after[i, l] = total
+
+
+@kernel
+def affine(dims, kept, wave, active, before, after, n):
+    """after = E before + g, lane by lane; (d, n). ``wave`` (2, harmonics, Q) holds cos and sin of jωτ here."""
+    d = len(dims)
+    if kept == 1:
+        _affine_one_wave(dims, wave[0, 0, 0], wave[1, 0, 0], active, before, after, n)
+        return
     matvec(dims, active, before, after, n)
     for i in range(d):
         for l in range(n):
             after[i, l] += active[d * d + i, l]
-        for j in range(steps.harmonics):
-            c = nodes.cos[step, j, 0]
-            s = nodes.sin[step, j, 0]
+        for j in range(kept):
             row = d * d + d + j * d + i
             for l in range(n):
-                total = fma(active[row, l], c, after[i, l])
-                after[i, l] = fma(active[row + steps.harmonics * d, l], s, total)
+                total = fma(active[row, l], wave[0, j, 0], after[i, l])
+                after[i, l] = fma(active[row + kept * d, l], wave[1, j, 0], total)
 
 
 @kernel
-def suspects(dims, steps, active, sigma, before, after, flags, n):
+def suspects(dims, bounds, active, sigma, before, after, flags, n):
     """Flag each lane whose contact state changed in the step, or may have changed and changed back.
 
     On a step of length h, z stays within h² max|z''| / 8 of its chord and z' within h² max|z'''| / 8 of its own; a
     lane with both gaps wider than the first, or a speed beyond the second and of one sign, crossed nothing unseen.
     """
     d = len(dims)
-    rows = d * d + d + 2 * steps.harmonics * d
     for l in range(n):
         slack = 0.0
         for i in range(2, d):
-            slack = fma(active[rows + i, l], abs(before[i, l]), slack)
+            slack = fma(active[bounds + i, l], abs(before[i, l]), slack)
         z0, z1 = before[0, l], after[0, l]
         v0, v1 = before[1, l], after[1, l]
         touching = sigma[l] != 0.0
         gap0 = fma(sigma[l], z0, -1.0) if touching else 1.0 - abs(z0)
         gap1 = fma(sigma[l], z1, -1.0) if touching else 1.0 - abs(z1)
-        near = min(gap0, gap1) < active[rows, l] + slack
-        slow = min(abs(v0), abs(v1)) < active[rows + 1, l] + slack
+        near = min(gap0, gap1) < active[bounds, l] + slack
+        slow = min(abs(v0), abs(v1)) < active[bounds + 1, l] + slack
         turning = v0 * v1 <= 0.0
         flags[l] = 1.0 if (gap1 < 0.0) | (near & (turning | slow)) else 0.0
 

@@ -1,32 +1,28 @@
-"""Step matrices, tabulated once per parameter point: E and g of w(k+1) = E w(k) + g, free and in contact."""
+"""Step matrices, tabulated once per parameter point: E and g of w(k+1) = E w(k) + g, for each contact state."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.flow.jit import kernel
-from gearchaos.flow.layout import BLOCK, STEP_ANGLE, Nodes, Physics, Steps, piece_workspace
-from gearchaos.flow.resolve import gather
-from gearchaos.flow.taylor import evaluate, expand, stiffness, waves
+from gearchaos.flow.jit import fma, kernel
+from gearchaos.flow.layout import ORDER, STEP_ANGLE, WIDTH, Chunk, Nodes, chunk, rows
+from gearchaos.flow.resolve import fill_piece, set_out, start_waves
+from gearchaos.flow.taylor import expand, expand_waves, finish
 from gearchaos.switched import SwitchedAffine
 
-_MOST_SHARED_HARMONICS = 3
+_MOST_SHARED_HARMONICS = 4
 """With more harmonics it is cheaper to tabulate the forcing at every node than to sum its waves in every step."""
 
 
-def physics(system: SwitchedAffine) -> Physics:
-    """The system's arrays with points last."""
-    def last(a: np.ndarray) -> np.ndarray:
-        return np.ascontiguousarray(a.reshape(len(a), -1).T)
-
+def parameter_array(system: SwitchedAffine) -> np.ndarray:
+    """The system's arrays side by side, one row per point, in the order of `layout.Parameters`."""
     bound0, bound = bounds(system)
-    return Physics(
-        A=last(system.A), b=last(system.b), f0=last(system.f0), f_cos=last(system.f_cos), f_sin=last(system.f_sin),
-        levels=last(system.levels), chi_cos=last(system.chi_cos), chi_sin=last(system.chi_sin),
-        velocity=last(system.velocity), velocity0=system.velocity0, velocity_cos=last(system.velocity_cos),
-        velocity_sin=last(system.velocity_sin), damping=system.damping, omega=system.omega,
-        bound0=bound0, bound=bound,
-    )
+    columns = [
+        system.A, system.b, system.f0, system.levels, system.omega, bound0, bound, system.damping, system.velocity,
+        system.velocity0, system.f_cos, system.f_sin, system.chi_cos, system.chi_sin, system.velocity_cos,
+        system.velocity_sin,
+    ]
+    return np.ascontiguousarray(np.concatenate([c.reshape(system.points, -1) for c in columns], axis=1))
 
 
 def stiffest(system: SwitchedAffine) -> np.ndarray:
@@ -35,18 +31,18 @@ def stiffest(system: SwitchedAffine) -> np.ndarray:
 
 
 def bounds(system: SwitchedAffine) -> tuple[np.ndarray, np.ndarray]:
-    """How large z'' and z''' can be where z is near a boundary and slow: constants (2, P), factors of |w_i| (d, P).
+    """How large z'' and z''' can be where z is near a boundary and slow: constants (P, 2), factors of |w_i| (P, d).
 
     There the spring force and the damping force are small; half as much again covers what they add on a step.
     """
     A, order = system.A, np.arange(1, system.f_cos.shape[1] + 1)
-    waves = np.hypot(system.f_cos[:, :, 1], system.f_sin[:, :, 1])
+    waves = np.hypot(system.f_cos, system.f_sin)
     second = np.abs(system.f0[:, 1]) + waves.sum(axis=1)
     reach = STEP_ANGLE / rate(system)
     spring = np.abs(A[:, 1, 1]) + system.b[:, 1] * stiffest(system) * reach
     third = spring * second + (waves * order * system.omega[:, None]).sum(axis=1)
-    rows = np.maximum(np.abs(A[:, 1, :]), np.abs((A @ A)[:, 1, :]))
-    return 1.5 * np.stack([second, third]), np.ascontiguousarray(1.5 * rows.T)
+    factors = np.maximum(np.abs(A[:, 1, :]), np.abs((A @ A)[:, 1, :]))
+    return 1.5 * np.stack([second, third], axis=1), 1.5 * factors
 
 
 def rate(system: SwitchedAffine) -> np.ndarray:
@@ -76,11 +72,12 @@ def node_count(system: SwitchedAffine) -> np.ndarray:
 
 def two_lengths(count: int, split: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Lengths and starts (N, Q) of the steps as shares of the period, the stiffness jump among the nodes."""
-    first = int(np.ceil(count * split.max())) or 1
-    second = int(np.ceil(count * (1 - split.min()))) or 1
+    first = max(1, int(np.ceil(count * split.max())))
+    second = max(1, int(np.ceil(count * (1 - split.min()))))
     length = np.concatenate([np.tile(split / first, (first, 1)), np.tile((1 - split) / second, (second, 1))])
-    start = np.concatenate([np.arange(first)[:, None] * (split / first),
-                            split + np.arange(second)[:, None] * ((1 - split) / second)])
+    start = np.concatenate(
+        [np.arange(first)[:, None] * (split / first), split + np.arange(second)[:, None] * ((1 - split) / second)]
+    )
     return length, start
 
 
@@ -112,7 +109,7 @@ def nodes(system: SwitchedAffine, length: np.ndarray, start: np.ndarray) -> Node
         length.shape[1] == 1 and system.chi_cos.shape[1] == 0 and system.f_cos.shape[1] <= _MOST_SHARED_HARMONICS
     )
     piece = _stretches(level, length[:, 0]) if shared else np.arange(len(length))
-    return Nodes(piece, level, np.ascontiguousarray(length), np.cos(phase), np.sin(phase))
+    return Nodes(piece, level, np.ascontiguousarray(length), np.stack([np.cos(phase), np.sin(phase)], axis=1))
 
 
 def _stretches(level: np.ndarray, length: np.ndarray) -> np.ndarray:
@@ -121,110 +118,101 @@ def _stretches(level: np.ndarray, length: np.ndarray) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(new)]).astype(np.int64)
 
 
-def steps(system: SwitchedAffine, phys: Physics, node: Nodes) -> Steps:
-    """Tabulate the affine steps of all points."""
-    d, points = system.dimension, system.points
+def tabulate(system: SwitchedAffine, phys: np.ndarray, node: Nodes) -> tuple[np.ndarray, int]:
+    """The affine steps (P, pieces, 3, rows) of all points, and how many harmonics keep their own rows.
+
+    Contact states in the order back, free, front. Rows: E (d*d), constant (d), then responses to cos jωτ and to
+    sin jωτ (H*d each), unless every step has its own piece and its forcing is part of the constant.
+    """
+    d, (h, k) = system.dimension, (system.f_cos.shape[1], system.chi_cos.shape[1])
     pieces = int(node.piece[-1]) + 1
-    shared = pieces < len(node.piece)
-    h = system.f_cos.shape[1]
-    waves_kept = h if shared else 0
-    rows = d * d + 2 * d + 2 * waves_kept * d
-    table = np.zeros((pieces, 2, rows, points))
+    kept = h if pieces < len(node.piece) else 0
+    table = np.zeros((system.points, pieces, 3, d * d + d + 2 * kept * d))
     first = np.searchsorted(node.piece, np.arange(pieces))
-    workspace = piece_workspace(d, h, system.chi_cos.shape[1])
-    tabulate((0,) * d, phys, node, first, waves_kept, workspace, table)
-    return Steps(table, waves_kept)
+    _tabulate((0,) * d, phys, h, k, node, first, kept, chunk(d, node.wave.shape[2]), table)
+    return table, kept
 
 
 @kernel
-def _prepare(phys, node, step, contact, p, points, n):
-    """Fill the workspace for one step of n points in free flight (0) or contact (1)."""
-    shared = node.length.shape[1] == 1
-    for l in range(n):
-        q = points[l]
-        p.angle[l] = 2 * np.pi * node.length[step, 0 if shared else q]
-        p.h[l] = p.angle[l] / phys.omega[q]
-        p.sigma[l] = 0.0
-        p.level[l] = contact * phys.levels[node.level[step], q]
-        for j in range(node.cos.shape[1]):
-            p.cos[0, j, l] = node.cos[step, j, 0 if shared else q]
-            p.sin[0, j, l] = node.sin[step, j, 0 if shared else q]
-    waves(p, node.cos.shape[1], n)
-    stiffness(p, n)
+def _clear(ws, first, count):
+    for i in range(first * WIDTH, (first + count) * WIDTH):
+        ws[i] = 0.0
 
 
 @kernel
-def _respond(dims, p, forced, ones, out, n):
-    expand(dims, p, forced, n)
-    evaluate(dims, p, ones, out, n)
+def _respond(dims, ws, forced, varying, table, points, piece, state, first, stride):
+    """Run the step for the chunk and store its end as rows ``first``, ``first + stride``, ... of the table."""
+    end = rows(len(dims)).end
+    expand(dims, ws, forced, varying)
+    finish(dims, ws)
+    for l in range(WIDTH):
+        for i in range(len(dims)):
+            table[points[l], piece, state, first + i * stride] = ws[(end + i) * WIDTH + l]
 
 
 @kernel
-def _columns(dims, p, ones, out, table, base, n):
-    """E, column by column, and the response to the sign of the contact state."""
+def _set_wave(dims, phys, points, wave, j, cos, sin, ws):
+    """Make the forcing the one wave cos · cos jωτ + sin · sin jωτ, whose coefficients stand in columns of ``phys``."""
+    forcing = rows(len(dims)).forcing
+    for l in range(WIDTH):
+        for m in range(l, (ORDER + 1) * WIDTH, WIDTH):
+            a, b = phys[points[l], abs(cos)], phys[points[l], abs(sin)]
+            ws[forcing * WIDTH + m] = fma(a, wave[j, 0, m], (b if sin > 0 else -b) * wave[j, 1, m])
+
+
+@kernel
+def _tabulate_step(dims, phys, h, k, node, step, piece, state, kept, work, points, table):
+    """All rows of one step in one contact state for a chunk of points."""
     d = len(dims)
+    at, ws, wave = rows(d), work.ws, work.wave
+    for l in range(WIDTH):
+        fill_piece(dims, phys, h, k, node, step, l, points[l], state - 1.0, 1.0, ws)
+        ws[at.share * WIDTH + l] = 1.0
+        start_waves(node, step, l, points[l], wave)
+    set_out(dims, phys, h, k, points, wave, ws, work.angle)
+    _clear(ws, at.start, d)
+    if kept > 0:
+        _clear(ws, at.forcing, ORDER + 1)
+    _respond(dims, ws, 1.0, k > 0, table, points, piece, state, d * d, 1)
     for j in range(d):
-        p.start[:, :n] = 0.0
-        p.start[j, :n] = 1.0
-        _respond(dims, p, 0.0, ones, out, n)
-        for i in range(d):
-            table[i * d + j, base : base + n] = out[i, :n]
-    rows = table.shape[0]
-    p.start[:, :n] = 0.0
-    p.sigma[:n] = 1.0
-    p.f0[:, :n] = 0.0
-    p.f_cos[:, :n] = 0.0
-    p.f_sin[:, :n] = 0.0
-    _respond(dims, p, 1.0, ones, out, n)
-    p.sigma[:n] = 0.0
-    table[rows - d : rows, base : base + n] = out[:, :n]
+        _clear(ws, at.start, d)
+        for l in range(WIDTH):
+            ws[(at.start + j) * WIDTH + l] = 1.0
+        _respond(dims, ws, 0.0, k > 0, table, points, piece, state, j, d)
+    if kept > 0:
+        _tabulate_waves(dims, phys, h, piece, state, work, points, table)
 
 
 @kernel
-def _wave_responses(dims, phys, p, points, waves_kept, ones, out, table, base, n):
-    """Responses to cos jωτ and sin jωτ that start at phase 0, one harmonic at a time."""
+def _tabulate_waves(dims, phys, h, piece, state, work, points, table):
+    """Responses to cos jωτ and sin jωτ from rest: a wave that starts at phase 0 and one a quarter turn ahead."""
     d = len(dims)
-    h = p.f_cos.shape[0] // d
+    at, ws, wave = rows(d), work.ws, work.wave
+    f_cos = phys.shape[1] - 4 * h
+    _clear(ws, at.start, d)
+    _clear(ws, at.f0, d)
+    _clear(ws, at.sigma, 1)
     for j in range(h):
+        for l in range(WIDTH):
+            wave[j, 0, l] = 1.0
+            wave[j, 1, l] = 0.0
+        expand_waves(wave, j, work.angle)
         for quarter in range(2):
-            for i in range(d):
-                for l in range(n):
-                    c, s = phys.f_cos[j * d + i, points[l]], phys.f_sin[j * d + i, points[l]]
-                    p.f_cos[j * d + i, l] = c if quarter == 0 else s
-                    p.f_sin[j * d + i, l] = s if quarter == 0 else -c
-            _respond(dims, p, 1.0, ones, out, n)
-            row = d * d + d + (quarter * h + j) * d
-            table[row : row + d, base : base + n] = out[:, :n]
-            p.f_cos[j * d : j * d + d, :n] = 0.0
-            p.f_sin[j * d : j * d + d, :n] = 0.0
+            cos, sin = f_cos + j, f_cos + h + j
+            if quarter == 0:
+                _set_wave(dims, phys, points, wave, j, cos, sin, ws)
+            else:
+                _set_wave(dims, phys, points, wave, j, sin, -cos, ws)
+            _respond(dims, ws, 1.0, False, table, points, piece, state, d * d + d + (quarter * h + j) * d, 1)
 
 
 @kernel
-def tabulate(dims, phys, node, first, waves_kept, p, table):
-    """Fill table (pieces, 2, rows, P); ``first`` (pieces,) is the first step of each piece."""
-    d = len(dims)
-    total = table.shape[3]
-    points = np.zeros(BLOCK, np.int64)
-    ones = np.ones(BLOCK)
-    out = np.zeros((d, BLOCK))
-    for base in range(0, total, BLOCK):
-        n = min(BLOCK, total - base)
-        for l in range(n):
-            points[l] = base + l
-        for piece in range(table.shape[0]):
-            for contact in range(2):
-                part = table[piece, contact]
-                gather(phys, p, points, n)
-                _prepare(phys, node, first[piece], float(contact), p, points, n)
-                p.start[:, :n] = 0.0
-                if waves_kept > 0:
-                    p.f_cos[:, :n] = 0.0
-                    p.f_sin[:, :n] = 0.0
-                _respond(dims, p, 1.0, ones, out, n)
-                part[d * d : d * d + d, base : base + n] = out[:, :n]
-                _columns(dims, p, ones, out, part, base, n)
-                if waves_kept > 0:
-                    p.cos[0, :, :n] = 1.0
-                    p.sin[0, :, :n] = 0.0
-                    waves(p, node.cos.shape[1], n)
-                    _wave_responses(dims, phys, p, points, waves_kept, ones, out, part, base, n)
+def _tabulate(dims, phys, h, k, node, first, kept, work, table):
+    for base in range(0, table.shape[0], WIDTH):
+        for l in range(WIDTH):
+            work.points[l] = min(base + l, table.shape[0] - 1)
+        for piece in range(table.shape[1]):
+            for state in range(3):
+                _tabulate_step(
+                    dims, phys, h, k, node, first[piece], piece, state, kept, work, work.points, table
+                )

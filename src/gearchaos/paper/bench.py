@@ -1,0 +1,136 @@
+"""The bench: every computation behind figures and claims, done once and shared."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from gearchaos import studies
+from gearchaos.model import MeshModel
+from gearchaos.paper.settings import Figure, Quality, Study, all_figures
+
+TRANSIENT = 3000
+"""Mesh periods before a portrait or trajectory is recorded."""
+
+SAMPLES = 64
+"""Samples per mesh period of a trajectory."""
+
+
+class Bench:
+    """Computes the studies of the figures, and what the claims ask for, at one quality; remembers all of it.
+
+    Parameters
+    ----------
+    quality : Quality
+        How finely to compute.
+    progress : bool
+        Show the progress bars of the studies.
+    """
+
+    def __init__(self, quality: Quality, *, progress: bool = False) -> None:
+        self.quality, self.progress = quality, progress
+        self.seconds: dict[str, float] = {}
+        self._known: dict[str, Any] = {}
+
+    def figure(self, figure: Figure) -> dict[str, xr.Dataset]:
+        """The Datasets of one figure, by the names of its studies."""
+        data: dict[str, xr.Dataset] = {}
+        for name, study in figure.studies.items():
+            found = self.study(figure.number, name, study)
+            data.update({name: found} if isinstance(found, xr.Dataset) else found)
+        return data
+
+    def study(self, number: int, name: str, study: Study | None = None) -> Any:
+        """One study of a figure: a Dataset, or for ``attractors`` a Dataset for each motion."""
+        study = study or all_figures()[number].studies[name]
+        return self.once(f"figure {number}{name}", lambda: _KINDS[study.kind](self, study))
+
+    def once(self, key: str, compute: Callable[[], Any]) -> Any:
+        """The remembered result of ``compute``, which runs at the first call with this key and is timed."""
+        if key not in self._known:
+            start = time.perf_counter()
+            self._known[key] = compute()
+            self.seconds[key] = time.perf_counter() - start
+        return self._known[key]
+
+    def regime(self, **values: Any) -> studies.Regime:
+        """The verdict at one operating point, given by short names."""
+        return self.once(f"regime {sorted(values.items())}", lambda: studies.regime(MeshModel.of(**values)))
+
+    def scan(self, axis: studies.Axis, **values: Any) -> xr.Dataset:
+        """A fine bifurcation scan along one axis, for the verdicts."""
+        return self.once(
+            f"scan {axis} {sorted(values.items())}",
+            lambda: studies.bifurcation(MeshModel.of(**values), axis, points=1, progress=self.progress),
+        )
+
+    def map(self, model: MeshModel, x: studies.Axis, y: studies.Axis) -> xr.Dataset:
+        """A map of verdicts over two axes."""
+        return self.once(
+            f"map {model} {x} {y}", lambda: studies.zones(model, x, y, progress=self.progress)
+        )
+
+
+def _axes(study: Study, counts: tuple[int, ...]) -> list[studies.Axis]:
+    return [
+        studies.Axis(name, r.start, r.stop, count)
+        for (name, r), count in zip(study.axes.items(), counts, strict=True)
+    ]
+
+
+def _zones(bench: Bench, study: Study) -> xr.Dataset:
+    return studies.zones(study.mesh_model, *_axes(study, bench.quality.zones), progress=bench.progress)
+
+
+def _basins(bench: Bench, study: Study) -> xr.Dataset:
+    return studies.basins(study.mesh_model, *_axes(study, bench.quality.basins), progress=bench.progress)
+
+
+def _bifurcation(bench: Bench, study: Study) -> xr.Dataset:
+    columns, points = bench.quality.bifurcation
+    (axis,) = _axes(study, (columns,))
+    return studies.bifurcation(study.mesh_model, axis, points=points, progress=bench.progress)
+
+
+def _portrait(bench: Bench, study: Study) -> xr.Dataset:
+    return studies.simulate(study.mesh_model, bench.quality.portrait, transient=TRANSIENT)
+
+
+def _trajectory(bench: Bench, study: Study) -> xr.Dataset:
+    return studies.simulate(study.mesh_model, bench.quality.trajectory, transient=TRANSIENT, samples=SAMPLES)
+
+
+def _attractors(bench: Bench, study: Study) -> dict[str, xr.Dataset]:
+    """One closed orbit for every wanted period that the starts ended on, each on an attractor of its own."""
+    found = bench.study(int(study.starts[:-1]), study.starts[-1])
+    periods = found["attractor_period"].values
+    out: dict[str, xr.Dataset] = {}
+    for n in sorted(set(study.periods)):
+        wanted = np.flatnonzero(periods == n)[: study.periods.count(n)]
+        for place, index in enumerate(wanted, start=1):
+            out[f"{n}T_{place}"] = _orbit(study.mesh_model, found, int(index))
+    return out
+
+
+def _orbit(model: MeshModel, basins: xr.Dataset, index: int) -> xr.Dataset:
+    """Two cycles of the motion on one attractor, from one of its stroboscopic points."""
+    dim = basins["attractor_label"].dims[0]
+    start = {n: float(basins[f"attractor_section_{n}"].isel({dim: index, "point": 0})) for n in ("z", "z_dot")}
+    period = int(basins["attractor_period"][index])
+    ds = studies.simulate(model.with_values(start), 2 * period, samples=4 * SAMPLES)
+    return ds.assign_attrs(orbit_period=period, share_of_starts=float(basins["attractor_fraction"][index]))
+
+
+_KINDS: dict[str, Callable[[Bench, Study], Any]] = {
+    "zones": _zones,
+    "basins": _basins,
+    "bifurcation": _bifurcation,
+    "portrait": _portrait,
+    "trajectory": _trajectory,
+    "attractors": _attractors,
+}
+"""A kind of study by the name that `settings.toml` uses."""

@@ -1,0 +1,54 @@
+"""From a setting and its Datasets to a finished matplotlib Figure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import matplotlib
+import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from gearchaos.paper.figures import _diagrams, _motions, _planes, _system
+from gearchaos.paper.figures._style import STYLE
+from gearchaos.paper.settings import Figure as Setting
+
+Layout = Callable[[Figure, Setting, Mapping[str, xr.Dataset]], None]
+LAYOUTS: dict[str, Layout] = {
+    "system": _system.system,
+    "maps": _planes.maps,
+    "basins": _planes.basins,
+    "bifurcations": _diagrams.bifurcations,
+    "bifurcation_and_exponent": _diagrams.bifurcation_and_exponent,
+    "coexisting": _motions.coexisting,
+    "portraits": _motions.portraits,
+    "dossiers": _motions.dossiers,
+    "trajectories_and_portraits": _motions.trajectories_and_portraits,
+}
+"""A layout draws on an empty figure; add one here and name it in `settings.toml`."""
+
+
+def draw(setting: Setting, data: Mapping[str, xr.Dataset]) -> bytes:
+    """The figure as PNG.
+
+    Parameters
+    ----------
+    setting : Figure
+        Which figure, with the settings of its panels.
+    data : mapping of str to Dataset
+        By the names of the setting's studies.
+    """
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(layout="constrained")
+        LAYOUTS[setting.layout](figure, setting, data)
+        return png(figure)
+
+
+def png(figure: Figure) -> bytes:
+    """A figure as the bytes of a PNG file."""
+    from io import BytesIO
+
+    buffer = BytesIO()
+    FigureCanvasAgg(figure)
+    figure.savefig(buffer, format="png", facecolor="white", metadata={"Software": "gearchaos"})
+    return buffer.getvalue()

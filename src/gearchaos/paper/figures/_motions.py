@@ -1,0 +1,80 @@
+"""Figures of single motions: coexisting orbits, portraits, and one motion seen four ways."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from gearchaos import plot
+from gearchaos.paper.figures._style import WIDTH, letter
+from gearchaos.paper.settings import Figure as Setting
+
+_SHOWN_PERIODS = 40
+_TRACE = 0.25
+
+
+_COEXISTING = (
+    ("1T_1", "phase"), ("3T_1", "phase"), ("4T_1", "phase"), ("4T_2", "phase"),
+    ("4T_1", "history"), ("4T_2", "history"), ("5T_1", "phase"), ("5T_1", "history"),
+)
+
+
+def coexisting(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> None:
+    """Phase trajectories of the five motions, and the time histories of the two 4T and of the 5T motion."""
+    figure.set_size_inches(WIDTH, 8.6)
+    axes = figure.subplots(4, 2)
+    for ax, name, (key, picture) in zip(axes.flat, "abcdefgh", _COEXISTING, strict=True):
+        period, place = key.split("_")
+        letter(ax, name, f"{period}-periodic" + ", second" * (place == "2"))
+        if key not in data:
+            ax.text(0.5, 0.5, "no start of this run ended on it", transform=ax.transAxes, ha="center")
+        elif picture == "phase":
+            plot.phase(data[key], "z", ax=ax)
+        else:
+            plot.history(data[key], "z_dot", ax)
+
+
+def portraits(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> None:
+    """Stroboscopic portraits, two in a row."""
+    rows = (len(data) + 1) // 2
+    figure.set_size_inches(WIDTH, 3.1 * rows)
+    axes = figure.subplots(rows, 2, squeeze=False)
+    for ax, (name, ds) in zip(axes.flat, data.items(), strict=True):
+        plot.portrait(ds, "x1", ax=ax)
+        letter(ax, name, rf"$q_0={setting.studies[name].model['q0']}$")
+
+
+def dossiers(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> None:
+    """Two motions in two columns; rows: time history, spectrum, phase trajectory, portrait."""
+    figure.set_size_inches(WIDTH, 9.4)
+    axes = figure.subplots(4, 2, height_ratios=(0.8, 0.9, 1.15, 1.15))
+    for column, name in enumerate(("a", "b")):
+        ds = data[name]
+        plot.history(ds, "x1_dot", axes[0, column], periods=_SHOWN_PERIODS)
+        plot.spectrum(ds, "x1_dot", axes[1, column])
+        plot.phase(ds, "x1", ax=axes[2, column], section=False, linewidth=_TRACE)
+        plot.portrait(data[f"{name}_section"], "x1", ax=axes[3, column])
+        letter(axes[0, column], name, rf"$\varepsilon_1={setting.studies[name].model['eps1']}$")
+    for row in axes:
+        _share_limits(row)
+
+
+def trajectories_and_portraits(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> None:
+    """One row per motion: phase trajectory at left, portrait at right."""
+    figure.set_size_inches(WIDTH, 6.0)
+    axes = figure.subplots(2, 2)
+    for row, name in enumerate(("a", "b")):
+        plot.phase(data[name], "x1", ax=axes[row, 0], section=False, linewidth=_TRACE)
+        plot.portrait(data[f"{name}_section"], "x1", ax=axes[row, 1])
+        letter(axes[row, 0], name, rf"$\varepsilon_1={setting.studies[name].model['eps1']}$, phase trajectory")
+        letter(axes[row, 1], name, "stroboscopic portrait")
+
+
+def _share_limits(axes) -> None:
+    """The same vertical limits for all, so that heights compare."""
+    low = min(ax.get_ylim()[0] for ax in axes)
+    high = max(ax.get_ylim()[1] for ax in axes)
+    for ax in axes:
+        ax.set_ylim(low, high)

@@ -1,0 +1,37 @@
+"""The look of the printed page: sizes in inches, type in points, one panel letter per panel."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from matplotlib.axes import Axes
+
+WIDTH = 7.2
+STYLE: dict[str, Any] = {
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 10,
+    "axes.labelsize": 10,
+    "axes.titlesize": 10,
+    "legend.fontsize": 9,
+    "xtick.labelsize": 9,
+    "ytick.labelsize": 9,
+    "axes.linewidth": 0.7,
+    "xtick.major.width": 0.7,
+    "ytick.major.width": 0.7,
+    "xtick.direction": "out",
+    "ytick.direction": "out",
+    "axes.formatter.limits": (-3, 4),
+    "axes.formatter.use_mathtext": True,
+    "figure.dpi": 100,
+    "savefig.dpi": 300,
+    "path.simplify_threshold": 0.5,
+}
+
+
+def letter(ax: Axes, name: str, text: str = "") -> None:
+    """The panel's letter, with a few words, above its left corner (above the strip and legend if there are any)."""
+    ax.annotate(
+        f"({name})" + (f"  {text}" if text else ""), (0, 1), (0, 4), xycoords="axes fraction",
+        textcoords="offset points", ha="left", va="bottom", fontsize=10,
+    )

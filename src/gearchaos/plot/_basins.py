@@ -1,0 +1,106 @@
+"""Basins of attraction: which attractor each start of a plane of initial conditions ends on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap, to_hex, to_rgb
+from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.patches import Patch
+
+from gearchaos.plot._axes import cell_extent, new_axes, plane, trim
+from gearchaos.plot._classes import LEGEND, MOTION_CLASSES, motion_class
+
+_SUBHARMONIC_COLOURS = ("#f28cc0", "#a971e5", "#b8860b", "#7aa81e", "#00a7b5", "#8c564b")
+_SUBHARMONIC = 4
+_UNDECIDED = "#4d4d4d"
+
+
+def basins(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, points: bool = True) -> Axes:
+    """Draw the basins of attraction over a plane of initial conditions.
+
+    Parameters
+    ----------
+    ds : Dataset
+        From `gearchaos.basins`: ``attractor`` with dims (y, x) and the variables of its attractors.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
+    legend : bool
+        Name the attractors and their shares of the plane above the map.
+    points : bool
+        Mark the stroboscopic points of the attractors that lie in the plane.
+
+    Returns
+    -------
+    Axes
+    """
+    ax = new_axes(ax)
+    horizontal, vertical = plane(ds, "attractor")
+    colours = attractor_colours(ds)
+    ax.imshow(
+        ds["attractor"].values, origin="lower", aspect="auto", interpolation="nearest", interpolation_stage="rgba",
+        cmap=ListedColormap([_UNDECIDED, *colours]), vmin=-1.5, vmax=len(colours) - 0.5,
+        extent=cell_extent(ds[horizontal].values, ds[vertical].values),
+    )
+    if points:
+        _mark(ds, ax, horizontal, vertical)
+    trim(ax, ds, horizontal, vertical)
+    if legend:
+        attractor_legend(ax, ds)
+    return ax
+
+
+def attractor_names(ds: xr.Dataset) -> list[str]:
+    """A name for every attractor: its kind of motion, with primes where several are of one kind."""
+    kinds = motion_class(ds["attractor_label"], ds["attractor_period"])
+    periods = ds["attractor_period"].values
+    plain = [f"{n}T" if k <= _SUBHARMONIC else MOTION_CLASSES[k].name for k, n in zip(kinds, periods, strict=True)]
+    return [name + "′" * plain[:i].count(name) for i, name in enumerate(plain)]
+
+
+def attractor_colours(ds: xr.Dataset) -> list[str]:
+    """A colour for every attractor: that of its kind of motion, lighter where several are of one kind."""
+    kinds = motion_class(ds["attractor_label"], ds["attractor_period"])
+    periods = ds["attractor_period"].values
+    others = sorted({int(n) for k, n in zip(kinds, periods, strict=True) if k == _SUBHARMONIC})
+    colours: list[str] = []
+    for i, (kind, n) in enumerate(zip(kinds, periods, strict=True)):
+        base = MOTION_CLASSES[kind].colour
+        if kind == _SUBHARMONIC:
+            base = _SUBHARMONIC_COLOURS[others.index(int(n)) % len(_SUBHARMONIC_COLOURS)]
+        before = sum(kinds[j] == kind and periods[j] == n for j in range(i))
+        colours.append(_shade(base, before))
+    return colours
+
+
+def _shade(colour: str, step: int) -> str:
+    """The colour itself, then ever further from it: darker where it is light, lighter where it is dark."""
+    rgb = np.array(to_rgb(colour))
+    target = 0.0 if rgb.mean() > 0.6 else 1.0
+    return to_hex(rgb + (target - rgb) * (1 - 0.55**step))
+
+
+def _mark(ds: xr.Dataset, ax: Axes, horizontal: str, vertical: str) -> None:
+    names = [f"attractor_section_{n}" for n in (horizontal, vertical)]
+    if not all(n in ds for n in names):
+        return
+    x, y = (ds[n].values for n in names)
+    ax.plot(x.T, y.T, "o", markersize=3.2, markerfacecolor="white", markeredgecolor="black", markeredgewidth=0.6)
+
+
+def attractor_legend(host: Axes | Figure, ds: xr.Dataset, **options: Any) -> Legend:
+    """A legend of the attractors with their shares of the plane; ``options`` go to the legend of ``host``."""
+    names, shares = attractor_names(ds), ds["attractor_fraction"].values
+    entries = [(c, f"{n} ({_percent(s)})") for c, n, s in zip(attractor_colours(ds), names, shares, strict=True)]
+    if (lost := float((ds["attractor"] < 0).mean())) > 0:
+        entries.append((_UNDECIDED, f"undecided ({_percent(lost)})"))
+    handles = [Patch(facecolor=c, edgecolor="0.35", linewidth=0.5, label=name) for c, name in entries]
+    return host.legend(handles=handles, **{**LEGEND, "ncols": 3, **options})
+
+
+def _percent(share: float) -> str:
+    return f"{share:.0%}" if share >= 0.0995 else f"{share:.1%}" if share >= 0.001 else "< 0.1%"

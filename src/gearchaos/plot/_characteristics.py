@@ -1,0 +1,89 @@
+"""The two characteristics of Fig. 1b: mesh stiffness over time and spring force over displacement."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from gearchaos.model import HarmonicStiffness, MeshModel
+from gearchaos.plot._axes import new_axes
+from gearchaos.plot._phase import INK
+
+_GUIDE = {"color": "0.55", "linewidth": 0.7, "linestyle": (0, (4, 3))}
+
+
+def stiffness(model: MeshModel | None = None, ax: Axes | None = None, *, periods: int = 2) -> Axes:
+    """Draw the mesh stiffness c(t)/c0 = χ(τ), (2.16) or (2.7), over some mesh periods.
+
+    Parameters
+    ----------
+    model : MeshModel, optional
+        Whose stiffness; the paper's if left out.
+    periods : int
+        Mesh periods to show.
+
+    Returns
+    -------
+    Axes
+    """
+    ax, model = new_axes(ax), model or MeshModel()
+    if isinstance(model.stiffness, HarmonicStiffness):
+        t = np.linspace(0, periods, 400 * periods + 1)
+        ax.plot(t, _series(model.stiffness, t), color=INK)
+    else:
+        _two_level(model.stiffness, ax, periods)
+    ax.axhline(1, zorder=0, **_GUIDE)
+    ax.set(xlabel="time $t/T$", ylabel="mesh stiffness $c(t)/c_0$", xlim=(0, periods))
+    return ax
+
+
+def _series(wave: HarmonicStiffness, t: np.ndarray) -> np.ndarray:
+    order = np.arange(1, len(wave.amplitudes) + 1)
+    return 1 + (np.cos(2 * np.pi * np.outer(t, order) - wave.phases) * wave.amplitudes).sum(axis=1)
+
+
+def _two_level(wave, ax: Axes, periods: int) -> None:
+    split, high, low = wave.contact_ratio - 1, 1 + wave.chi1, 1 - wave.chi2
+    edges = np.concatenate([[k, k + split] for k in range(periods)] + [[periods]])
+    levels = np.tile([high, low], periods)
+    ax.stairs(levels, edges, baseline=None, color=INK, linewidth=1.4)
+    ax.set_ylim(min(low, high) - 0.35, max(low, high) + 0.3)
+    for start, end, name in ((0, split, "$T_1$"), (split, 1, "$T_2$")):
+        _span(ax, start, end, min(low, high) - 0.13, name)
+    _span(ax, 0, 1, min(low, high) - 0.27, "$T$")
+    for level, name in ((high, r"$1+\chi_1$"), (low, r"$1-\chi_2$")):
+        ax.annotate(name, (1, level), (4, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
+                    va="center", annotation_clip=False)
+
+
+def _span(ax: Axes, start: float, end: float, y: float, name: str) -> None:
+    """A dimension line with its name."""
+    ax.annotate("", (start, y), (end, y), arrowprops={"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "lw": 0.7})
+    ax.text((start + end) / 2, y, name, ha="center", va="center",
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0})
+
+
+def backlash(ax: Axes | None = None, *, reach: float = 3.0) -> Axes:
+    """Draw the backlash characteristic F(u)/Δ over u/Δ, (2.6), which is f(z) of (2.13).
+
+    Parameters
+    ----------
+    reach : float
+        Half the width of the axis, in half backlashes Δ.
+
+    Returns
+    -------
+    Axes
+    """
+    ax = new_axes(ax)
+    u = np.array([-reach, -1, 1, reach])
+    ax.axhline(0, color="0.7", linewidth=0.6)
+    ax.axvline(0, color="0.7", linewidth=0.6)
+    ax.axvspan(-1, 1, color="#f4f1e8", zorder=0)
+    ax.plot(u, u - np.clip(u, -1, 1), color=INK, linewidth=1.4)
+    _span(ax, -1, 1, 0.42 * (reach - 1), r"$2\Delta$")
+    for z, name in ((-1, "back flank"), (1, "front flank")):
+        ax.text(z * (1 + reach) / 2, -z * 0.5 * (reach - 1), name, ha="center", va="center", color="0.35")
+    ax.text(0, -0.5 * (reach - 1), "free", ha="center", va="center", color="0.35")
+    ax.set(xlabel=r"displacement $u/\Delta$", ylabel=r"$F(u)/\Delta$", xlim=(-reach, reach))
+    return ax

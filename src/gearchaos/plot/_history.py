@@ -1,0 +1,35 @@
+"""The time history of one variable."""
+
+from __future__ import annotations
+
+import xarray as xr
+from matplotlib.axes import Axes
+
+from gearchaos.plot._axes import axis_label, mesh_period, new_axes
+from gearchaos.plot._phase import INK
+
+
+def history(
+    ds: xr.Dataset, name: str = "z_dot", ax: Axes | None = None, *, periods: float | None = None
+) -> Axes:
+    """Draw a variable over time, counted in mesh periods from the first sample.
+
+    Parameters
+    ----------
+    ds : Dataset
+        From `gearchaos.simulate` with samples: ``<name>`` over ``tau``.
+    name : str
+        Variable to show.
+    periods : float, optional
+        Show only this many mesh periods.
+
+    Returns
+    -------
+    Axes
+    """
+    ax = new_axes(ax)
+    time = (ds["tau"].values - float(ds["tau"][0])) / mesh_period(ds)
+    ax.plot(time, ds[name].values, color=INK, linewidth=0.8)
+    ax.set(xlabel=r"time $\tau/T$ (mesh periods)", ylabel=axis_label(ds[name], name))
+    ax.set_xlim(0, periods or float(time[-1]))
+    return ax

@@ -1,0 +1,37 @@
+"""The stroboscopic portrait: the state once per mesh period."""
+
+from __future__ import annotations
+
+import xarray as xr
+from matplotlib.axes import Axes
+
+from gearchaos.plot._axes import axis_label, new_axes
+from gearchaos.plot._phase import INK
+
+_FEW = 200
+
+
+def portrait(
+    ds: xr.Dataset, x: str = "x1", y: str | None = None, ax: Axes | None = None, *, size: float | None = None
+) -> Axes:
+    """Draw the stroboscopic points in a plane of two coordinates, by default one and its velocity.
+
+    Parameters
+    ----------
+    ds : Dataset
+        From `gearchaos.simulate`: ``section_<x>`` and ``section_<y>`` over ``period``.
+    x, y : str
+        Coordinates; ``y`` is ``<x>_dot`` if left out.
+    size : float, optional
+        Diameter of the markers in points; by default large for few points, a pixel for many.
+
+    Returns
+    -------
+    Axes
+    """
+    ax, y = new_axes(ax), y or f"{x}_dot"
+    across, up = ds[f"section_{x}"], ds[f"section_{y}"]
+    size = size or (3.0 if across.size <= _FEW else 0.55)
+    ax.plot(across.values, up.values, "o", color=INK, markersize=size, markeredgewidth=0, rasterized=True)
+    ax.set(xlabel=axis_label(across, x), ylabel=axis_label(up, y))
+    return ax

@@ -1,0 +1,26 @@
+"""A ribbon of colours along an axis: the kind of motion of every column of a diagram."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from gearchaos.plot._axes import cell_extent
+from gearchaos.plot._classes import MOTION_CLASSES, motion_class
+from gearchaos.plot._zones import class_colours, class_legend
+
+
+def ribbon(ds: xr.Dataset, ax: Axes, *, legend: bool = True) -> Axes:
+    """Draw the verdicts of a `gearchaos.bifurcation` Dataset as a thin strip above ``ax``; returns the strip."""
+    strip = ax.inset_axes((0.0, 1.012, 1.0, 0.035), sharex=ax)
+    (axis,) = ds["label"].dims
+    classes = motion_class(ds["label"], ds["period"])
+    strip.imshow(
+        classes[None, :], aspect="auto", interpolation="nearest", cmap=class_colours(), vmin=-0.5,
+        vmax=len(MOTION_CLASSES) - 0.5, extent=cell_extent(ds[axis].values, np.zeros(1)), interpolation_stage="rgba",
+    )
+    strip.tick_params(left=False, bottom=False, labelleft=False, labelbottom=False)
+    if legend:
+        class_legend(strip, classes, ncols=9, bbox_to_anchor=(0, 1.1, 1, 0))
+    return strip

@@ -1,0 +1,135 @@
+"""The schematic of Fig. 1a: two wheels on sprung supports, coupled along the line of action."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Circle, Rectangle
+
+from gearchaos.plot._axes import new_axes
+
+_INK = {"color": "#1d2b53", "linewidth": 1.0, "solid_capstyle": "round", "solid_joinstyle": "round"}
+_THIN = {"color": "0.45", "linewidth": 0.6}
+_STEEL = "#e8ecf4"
+_ACCENT = "#c03a1e"
+_R1, _R2, _HALF = 1.3, 1.8, 2.9
+_CENTRES = ((-_R1, -_HALF), (_R2, _HALF))
+_RADII = (_R1, _R2)
+_SIDES = (-1, 1)
+
+
+def schematic(ax: Axes | None = None) -> Axes:
+    """Draw the gear pair of Fig. 1a with the symbols of (2.1)-(2.6).
+
+    The base circles touch the line of action, drawn upright. It carries the mesh: spring c(t) with backlash 2Δ,
+    damper k and transmission error e(t). The supports c_n, k_n act along it too.
+
+    Returns
+    -------
+    Axes
+    """
+    ax = new_axes(ax)
+    ax.set_axis_off()
+    ax.set_aspect("equal")
+    for n in (1, 2):
+        _wheel(ax, n)
+        _support(ax, n)
+    _mesh(ax)
+    ax.set(xlim=(-4.0, 4.6), ylim=(-7.1, 7.5))
+    return ax
+
+
+def _wheel(ax: Axes, n: int) -> None:
+    (x, y), r, side = _CENTRES[n - 1], _RADII[n - 1], _SIDES[n - 1]
+    ax.add_patch(Circle((x, y), r, facecolor=_STEEL, edgecolor=_INK["color"], linewidth=1.2))
+    ax.add_patch(Circle((x, y), 0.09, facecolor=_INK["color"], edgecolor="none", zorder=3))
+    ax.plot([x, x - side * r], [y, y], **_THIN)
+    ax.text(x - side * r / 2, y + 0.22, f"$R_{n}$", ha="center")
+    ax.text(x + side * 0.45 * r, y + 0.1, f"$m_{n}, I_{n}$", ha="center")
+    # u grows as either rim moves up at wheel 1 and down at wheel 2, (2.3): the angles count that way
+    start, stop = ((200, 290), (-20, -110))[n - 1]
+    _turn(ax, (x, y), r * 0.72, start, stop, rf"$\varphi_{n}$", 0.3)
+    first, last = ((105, 190), (-5, 80))[n - 1]
+    _turn(ax, (x, y), r + 0.32, first, last, f"$M_{n}$", 0.42, colour=_ACCENT)
+    at = x + side * (r + 0.75)
+    ax.annotate("", (at, y - 0.1), (at, y - 0.95), arrowprops={"arrowstyle": "-|>", "color": "black", "lw": 0.9})
+    ax.text(at + side * 0.15, y - 0.6, f"$u_{n}$", ha="left" if side > 0 else "right")
+
+
+def _turn(ax: Axes, centre, radius: float, start: float, stop: float, name: str, off: float, colour="black") -> None:
+    """An arc with an arrow head at its end and its name at its middle; angles in degrees."""
+    angle = np.radians(np.linspace(start, stop, 60))
+    x, y = centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle)
+    ax.plot(x[:-2], y[:-2], color=colour, linewidth=1.0)
+    ax.annotate("", (x[-1], y[-1]), (x[-6], y[-6]), arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 1.0,
+                                                             "shrinkA": 0, "shrinkB": 0})
+    mid = np.radians((start + stop) / 2)
+    ax.text(centre[0] + (radius + off) * np.cos(mid), centre[1] + (radius + off) * np.sin(mid), name, color=colour,
+            ha="center", va="center")
+
+
+def _support(ax: Axes, n: int) -> None:
+    """Spring and damper between the centre of a wheel and the ground."""
+    (x, y), r, side = _CENTRES[n - 1], _RADII[n - 1], _SIDES[n - 1]
+    near, far = y + side * (r + 0.35), y + side * (r + 1.75)
+    ax.plot([x, x], [y, near], **_INK)
+    ax.plot([x - 0.5, x + 0.5], [near, near], **_INK)
+    _spring(ax, x - 0.5, near, far)
+    _damper(ax, x + 0.5, near, far)
+    ax.plot([x - 1.0, x + 1.0], [far, far], **_INK)
+    for offset in np.linspace(-0.9, 1.0, 9):
+        ax.plot([x + offset, x + offset - 0.18], [far, far + side * 0.22], **_THIN)
+    ax.text(x - 0.85, (near + far) / 2, f"$c_{n}$", ha="right", va="center")
+    ax.text(x + 0.85, (near + far) / 2, f"$k_{n}$", ha="left", va="center")
+
+
+def _mesh(ax: Axes) -> None:
+    """The elements on the line of action, from the rim of wheel 1 up to that of wheel 2."""
+    low, high, middle = -_HALF + _R1 + 0.15, _HALF - _R2 - 0.05, -0.72
+    ax.plot([0, 0], [-_HALF - 1.9, _HALF + 2.4], color="0.6", linewidth=0.6, linestyle=(0, (8, 3, 1.5, 3)), zorder=0)
+    ax.plot([0, 0], [-_HALF, low], **_INK)
+    ax.plot([0, 0], [high, _HALF], **_INK)
+    ax.add_patch(Rectangle((-0.36, low), 0.72, 0.42, facecolor="white", edgecolor=_INK["color"], zorder=2))
+    ax.text(0, low + 0.2, "$e(t)$", ha="center", va="center", fontsize="small")
+    ax.plot([0, 0], [low + 0.42, middle], **_INK)
+    for y in (middle, high):
+        ax.plot([-0.5, 0.5], [y, y], **_INK)
+    _spring(ax, -0.5, middle, middle + 1.05, coils=4)
+    _slot(ax, -0.5, middle + 1.05, high)
+    _damper(ax, 0.5, middle, high)
+    ax.text(-0.85, middle + 0.5, "$c(t)$", ha="right", va="center")
+    ax.text(-0.95, high - 0.33, r"$2\Delta$", ha="right", va="center")
+    ax.text(0.85, (middle + high) / 2, "$k$", ha="left", va="center")
+    ax.text(0.12, _HALF + 2.35, "line of action", fontsize="small", color="0.45", va="top", ha="right", rotation=90)
+
+
+def _spring(ax: Axes, x: float, start: float, end: float, coils: int = 5) -> None:
+    y = np.concatenate([[start], np.linspace(start + 0.12 * (end - start), end - 0.12 * (end - start), 2 * coils + 1)])
+    zigzag = np.concatenate([[0], np.resize([0, 0.2, 0, -0.2], 2 * coils + 1)])
+    zigzag[1:] = np.where(np.arange(2 * coils + 1) % 2, np.resize([0.2, -0.2], 2 * coils + 1).repeat(1), 0)
+    ax.plot(np.append(x + zigzag, x), np.append(y, end), **_INK)
+
+
+def _damper(ax: Axes, x: float, start: float, end: float) -> None:
+    """A cup on the side of ``start`` and a piston on the side of ``end``."""
+    a, b = start + 0.35 * (end - start), start + 0.68 * (end - start)
+    piston = start + 0.52 * (end - start)
+    ax.plot([x, x], [start, a], **_INK)
+    ax.plot([x - 0.2, x - 0.2, x + 0.2, x + 0.2], [b, a, a, b], **_INK)
+    ax.plot([x - 0.13, x + 0.13], [piston, piston], **_INK)
+    ax.plot([x, x], [piston, end], **_INK)
+
+
+def _slot(ax: Axes, x: float, start: float, end: float) -> None:
+    """Backlash: a plate that rides free between two stops."""
+    bottom, top, half = start + 0.14, end - 0.14, 0.28
+    plate = (bottom + top) / 2
+    ax.plot([x, x], [start, plate], **_INK)
+    ax.plot([x - 0.16, x + 0.16], [plate, plate], color=_ACCENT, linewidth=1.6)
+    ax.plot([x - 0.07, x - half, x - half, x + half, x + half, x + 0.07], [bottom, bottom, top, top, bottom, bottom],
+            **_INK)
+    ax.plot([x, x], [top, end], **_INK)
+    for y in (bottom, top):
+        ax.plot([x - half - 0.32, x - half - 0.06], [y, y], **_THIN)
+    ax.annotate("", (x - half - 0.2, bottom), (x - half - 0.2, top),
+                arrowprops={"arrowstyle": "<->", "lw": 0.6, "shrinkA": 0, "shrinkB": 0})
