@@ -1,0 +1,128 @@
+"""Periodic orbits converged to rounding: Newton on the n-fold stroboscopic map with its exact monodromy matrix."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearchaos.flow import OK, ExactFlow
+
+RESIDUAL = 1e-10
+"""An orbit counts as converged when one round changes no coordinate by more than this."""
+
+_ROUNDS = 12
+_SAME = 1e-6
+
+
+@dataclass(frozen=True)
+class Orbits:
+    """Polished orbits of L trajectories.
+
+    Attributes
+    ----------
+    w : (d, L)
+        A point of the orbit, at phase 0.
+    period : (L,)
+        Minimal period in mesh periods.
+    residual : (L,)
+        Largest change of a coordinate over one round; infinite where Newton failed.
+    multipliers : (L, d)
+        Floquet multipliers of one round, complex, largest modulus first.
+    """
+
+    w: np.ndarray
+    period: np.ndarray
+    residual: np.ndarray
+    multipliers: np.ndarray
+
+    @property
+    def converged(self) -> np.ndarray:
+        return self.residual <= RESIDUAL
+
+    @property
+    def stable(self) -> np.ndarray:
+        """Whether all multipliers lie inside the unit circle."""
+        return self.converged & (np.abs(self.multipliers).max(axis=1, initial=0.0) < 1.0)
+
+
+def monodromy(flow: ExactFlow, w: np.ndarray, points: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The state after n periods (d, L), the monodromy matrices (L, d, d) and where both are valid (L,)."""
+    d = flow.dimension
+    identity = np.repeat(np.eye(d)[:, :, None], w.shape[1], axis=2)
+    out = flow.advance(w, n, points=points, tangent=identity)
+    return out.w, out.tangent.transpose(2, 1, 0), out.status == OK
+
+
+def polish(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray) -> Orbits:
+    """Newton from guesses w (d, L) with periods (L,) in mesh periods; see `Orbits`."""
+    lanes = w.shape[1]
+    out = Orbits(w.copy(), period.copy(), np.full(lanes, np.inf), np.zeros((lanes, flow.dimension), complex))
+    for n in np.unique(period):
+        mine = np.flatnonzero(period == n)
+        _polish_alike(flow, points, int(n), mine, out)
+    return out
+
+
+def _polish_alike(flow: ExactFlow, points: np.ndarray, n: int, mine: np.ndarray, out: Orbits) -> None:
+    """Newton for lanes of one period, each until it converges, diverges or runs out of rounds."""
+    busy = mine
+    for _ in range(_ROUNDS):
+        end, matrix, valid = monodromy(flow, out.w[:, busy], points[busy], n)
+        change = end - out.w[:, busy]
+        residual = np.where(valid, np.abs(change).max(axis=0), np.inf)
+        better = residual < out.residual[busy]
+        out.residual[busy] = np.where(better, residual, out.residual[busy])
+        done = (residual <= 1e-13) | (~better & (out.residual[busy] <= RESIDUAL)) | ~np.isfinite(residual)
+        settled = residual <= RESIDUAL
+        out.multipliers[busy[settled]] = _multipliers(matrix[settled])
+        step = _newton_step(matrix, change)
+        go = ~done & np.isfinite(step).all(axis=0) & (np.abs(step).max(axis=0) < 10.0)
+        out.w[:, busy[go]] += step[:, go]
+        busy = busy[go]
+        if len(busy) == 0:
+            return
+
+
+def _newton_step(matrix: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """Solve (I − M) δ = P(w) − w for each lane; NaN where I − M is singular."""
+    eye = np.eye(len(change))
+    try:
+        return np.linalg.solve(eye - matrix, change.T[:, :, None])[:, :, 0].T
+    except np.linalg.LinAlgError:
+        return np.stack([_solve_one(eye - m, c) for m, c in zip(matrix, change.T, strict=True)], axis=1)
+
+
+def _solve_one(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    try:
+        return np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        return np.full(len(right), np.nan)
+
+
+def _multipliers(matrix: np.ndarray) -> np.ndarray:
+    values = np.linalg.eigvals(matrix).astype(complex)
+    return np.take_along_axis(values, np.argsort(-np.abs(values), axis=1), axis=1)
+
+
+def sections(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray) -> list[np.ndarray]:
+    """The points (n, d) of each orbit, starting with the one given."""
+    found: list[np.ndarray] = [np.empty(0)] * len(period)
+    for n in np.unique(period):
+        mine = np.flatnonzero(period == n)
+        after = flow.advance(w[:, mine], int(n), points=points[mine], sections=int(n)).sections
+        for i, lane in enumerate(mine):
+            found[lane] = np.concatenate([w[None, :, lane], after[:-1, :, i]])
+    return found
+
+
+def shortest_round(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray) -> np.ndarray:
+    """The minimal period (L,) of converged orbits: the first return among the divisors of the period given."""
+    shortest = period.copy()
+    for n in np.unique(period[period > 1]):
+        mine = np.flatnonzero(period == n)
+        after = flow.advance(w[:, mine], int(n), points=points[mine], sections=int(n)).sections
+        for k in [k for k in range(int(n) - 1, 0, -1) if n % k == 0]:
+            back = np.abs(after[k - 1] - w[:, mine]).max(axis=0) < _SAME
+            shortest[mine[back]] = k
+    return shortest
