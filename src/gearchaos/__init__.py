@@ -1,0 +1,39 @@
+"""gearchaos: what will this gear mesh do?
+
+>>> import gearchaos as gc
+>>> gc.regime(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)).label
+'8T'
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+_HOMES = {
+    "GearPair": "gearpair", "HarmonicStiffness": "model", "InputError": "errors", "MeshModel": "model",
+    "TransmissionError": "model", "TwoLevelStiffness": "model", "physical": "gearpair",
+    "Axis": "studies.axis", "Budget": "motion.verdict", "Regime": "studies.regime", "basins": "studies.basins",
+    "bifurcation": "studies.bifurcation", "load": "studies.dataset", "regime": "studies.regime",
+    "save": "studies.dataset", "simulate": "studies.simulate", "zones": "studies.zones",
+}
+_ROOMS = ("flow", "motion", "plot", "studies")
+
+__all__ = [*_HOMES, *_ROOMS, "__version__"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import on first use, so that `import gearchaos` and `gearchaos --help` load nothing heavy."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("gearchaos")
+    if name in _ROOMS:
+        return import_module(f"gearchaos.{name}")
+    if name in _HOMES:
+        return getattr(import_module(f"gearchaos.{_HOMES[name]}"), name)
+    raise AttributeError(f"module 'gearchaos' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,89 @@
+"""One scanned parameter or initial value: its name, its ends and how many values."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.model import HarmonicStiffness, MeshModel, check, expand, known_names
+
+MAX_COUNT = 1_000_000
+_EXAMPLE = "Write it like eps1=0:0.3:400."
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Equally spaced values of one parameter, both ends included.
+
+    Parameters
+    ----------
+    name : str
+        A parameter, a pair of parameters (``q0``) or an initial value of any kind of model.
+    start, stop : float
+        First and last value; ``start < stop``.
+    count : int
+        Number of values; with 1 it is ``start`` alone.
+
+    Raises
+    ------
+    InputError
+        For a name that no model has, an end that breaks the rule of its parameter, a reversed or empty range.
+
+    Examples
+    --------
+    >>> Axis("eps1", 0.0, 0.3, 4).values
+    array([0. , 0.1, 0.2, 0.3])
+    """
+
+    name: str
+    start: float
+    stop: float
+    count: int
+
+    def __post_init__(self) -> None:
+        singles = _single_names(self.name)
+        for end in ("start", "stop"):
+            object.__setattr__(self, end, _number(f"axis {self.name} {end}", getattr(self, end)))
+        object.__setattr__(self, "count", _count(self.name, self.count))
+        if self.start >= self.stop:
+            raise InputError(
+                f"axis {self.name}", "must run from a smaller to a larger value", f"{self.start:g}:{self.stop:g}",
+                _EXAMPLE,
+            )
+        for single in singles:
+            check(single, [self.start, self.stop])
+
+    @property
+    def values(self) -> np.ndarray:
+        """The values, shape (count,)."""
+        return np.linspace(self.start, self.stop, self.count)
+
+
+def _single_names(name: str) -> tuple[str, ...]:
+    """The canonical names that an axis of this name sets, in whichever model has it."""
+    models = [MeshModel(kind=kind, stiffness=HarmonicStiffness()) for kind in ("full", "single")]
+    models.append(MeshModel())
+    for model in models:
+        try:
+            return tuple(expand({name: 0.0}, model))
+        except InputError:
+            continue
+    raise unknown_name("axis", name, {n for model in models for n in known_names(model)})
+
+
+def _number(field: str, value: object) -> float:
+    if isinstance(value, (str, bytes, bool)) or not hasattr(value, "__float__"):
+        raise InputError(field, "must be a number", value, _EXAMPLE)
+    number = float(value)
+    if not math.isfinite(number):
+        raise InputError(field, "must be a finite number", number)
+    return number
+
+
+def _count(name: str, value: object) -> int:
+    if isinstance(value, bool) or not hasattr(value, "__index__") or not 1 <= value.__index__() <= MAX_COUNT:
+        raise InputError(f"axis {name} count", f"must be a whole number from 1 to {MAX_COUNT}", value, _EXAMPLE)
+    return value.__index__()

@@ -1,0 +1,125 @@
+"""Labelled results: names, units and provenance of what the studies return, saved and loaded."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import tempfile
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from gearchaos.errors import InputError
+from gearchaos.model import MeshModel, TwoLevelStiffness
+from gearchaos.motion import REASONS, Label, Reason
+from gearchaos.motion.reading import CONTACTS
+
+_LENGTH, _TIME = "delta", "1/omega0"
+_NAMES: dict[str, tuple[str, str]] = {
+    "omega": ("mesh frequency", "omega0"),
+    "tau": ("time", _TIME),
+    "z": ("dynamic transmission error", _LENGTH),
+    "z_dot": ("velocity of the dynamic transmission error", f"{_LENGTH}*omega0"),
+    "v_rms": ("rms velocity", f"{_LENGTH}*omega0"),
+    "contact_fraction": ("share of the time in contact", "1"),
+    "dynamic_factor": ("dynamic factor", "1"),
+    "mesh_force": ("mesh force", f"c0*{_LENGTH}"),
+    "contact": ("contact state", "1"),
+    "label": ("kind of motion", "1"),
+    "period": ("period", "T"),
+    "reason": ("reason of the verdict", "1"),
+    "lyapunov": ("largest Lyapunov exponent", "omega0"),
+    "lyapunov_lo": ("lower end of its 99 % interval", "omega0"),
+    "lyapunov_hi": ("upper end of its 99 % interval", "omega0"),
+    "residual": ("change of the polished orbit over one round", "1"),
+    "multiplier": ("largest modulus of the Floquet multipliers", "1"),
+    "periods_spent": ("transient and exponent run", "T"),
+    "switches": ("contact switches per mesh period", "1/T"),
+    "z_rms": ("rms of z about its mean", _LENGTH),
+    "z_peak_to_peak": ("peak to peak of z", _LENGTH),
+    "z_dot_rms": ("rms of z'", f"{_LENGTH}*omega0"),
+    "z_dot_peak_to_peak": ("peak to peak of z'", f"{_LENGTH}*omega0"),
+}
+
+
+def describe(name: str) -> dict[str, str]:
+    """long_name and units of a variable or axis, by its name; parameters are dimensionless."""
+    base = name.removeprefix("section_").removeprefix("attractor_section_").removeprefix("attractor_")
+    if base in _NAMES:
+        long_name, units = _NAMES[base]
+    elif base[:2] in ("x1", "x2", "y1", "y2"):
+        long_name, units = base, f"{_LENGTH}*omega0" if base.endswith("_dot") else _LENGTH
+    else:
+        long_name, units = base, "1"
+    prefix = "stroboscopic " if "section_" in name else ""
+    return {"long_name": prefix + long_name, "units": units}
+
+
+def flags(enum_names: dict[int, str]) -> dict[str, Any]:
+    """CF attributes that name the codes of a variable."""
+    return {
+        "flag_values": np.array(list(enum_names), dtype=np.int8),
+        "flag_meanings": " ".join(n.replace(" ", "_") for n in enum_names.values()),
+    }
+
+
+_CODES = {
+    "label": flags({int(v): v.name.lower().replace("_", "-") for v in Label}),
+    "contact": flags(dict(enumerate(CONTACTS))),
+    "reason": {**flags({int(r): r.name.lower() for r in Reason}),
+               "comment": "; ".join(f"{int(r)}: {REASONS[r]}" for r in Reason)},
+}
+
+
+def variable(name: str, dims: tuple[str, ...], values: np.ndarray, coded: bool = True) -> xr.Variable:
+    """A variable with its name, units and codes."""
+    base = name.removeprefix("attractor_")
+    codes = _CODES.get(base, {}) if coded else {}
+    return xr.Variable(dims, values, {**describe(name), **codes})
+
+
+def model_json(model: MeshModel) -> str:
+    """The whole model as JSON, enough to build it again."""
+    return json.dumps({**_fields(model), "stiffness_kind": _stiffness_kind(model)}, sort_keys=True)
+
+
+def _fields(model: MeshModel) -> dict[str, Any]:
+    out = {f.name: getattr(model, f.name) for f in dataclasses.fields(model)}
+    for name in ("error", "stiffness"):
+        out[name] = dataclasses.asdict(out[name])
+    return {**out, "initial": dict(model.initial)}
+
+
+def _stiffness_kind(model: MeshModel) -> str:
+    return "two-level" if isinstance(model.stiffness, TwoLevelStiffness) else "harmonics"
+
+
+def provenance(study: str, model: MeshModel, **settings: Any) -> dict[str, Any]:
+    """Attributes that say what was computed and with what."""
+    return {
+        "study": study, "model": model_json(model), "settings": json.dumps(settings, sort_keys=True),
+        **{f"{p}_version": metadata.version(p) for p in ("gearchaos", "numba", "numpy", "xarray")},
+    }
+
+
+def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
+    """Write a Dataset as NetCDF (HDF5), whole or not at all."""
+    target = Path(path)
+    if not target.parent.is_dir():
+        raise InputError("path", "must lie in an existing folder", str(target), "Create the folder first.")
+    with tempfile.TemporaryDirectory(dir=target.parent, prefix=".gearchaos-") as folder:
+        draft = Path(folder) / "draft.nc"
+        dataset.to_netcdf(draft, engine="h5netcdf")
+        os.replace(draft, target)
+
+
+def load(path: str | os.PathLike[str]) -> xr.Dataset:
+    """Read a Dataset that `save` wrote."""
+    if not Path(path).is_file():
+        raise InputError("path", "must be a NetCDF file", str(path))
+    with xr.open_dataset(path, engine="h5netcdf") as dataset:
+        return dataset.load()

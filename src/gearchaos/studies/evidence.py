@@ -1,0 +1,26 @@
+"""Verdicts as named arrays: what every study reports of each of its cells."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearchaos.motion import Verdicts
+
+LEVELS = (
+    "v_rms", "contact_fraction", "contact", "dynamic_factor", "z_rms", "z_peak_to_peak", "z_dot_rms",
+    "z_dot_peak_to_peak", "switches",
+)
+
+
+def evidence(verdicts: Verdicts) -> dict[str, np.ndarray]:
+    """Arrays (L,) by variable name."""
+    out = {
+        "label": verdicts.label, "period": verdicts.period, "reason": verdicts.reason,
+        "lyapunov": verdicts.exponent[0], "lyapunov_lo": verdicts.low[0], "lyapunov_hi": verdicts.high[0],
+        "residual": verdicts.residual, "multiplier": np.abs(verdicts.multipliers).max(axis=1),
+        "periods_spent": verdicts.spent.astype(np.int32),
+    }
+    for name in LEVELS:
+        values = getattr(verdicts.reading, name)
+        out[name] = np.nan_to_num(values, nan=3).astype(np.int8) if name == "contact" else values
+    return out

@@ -1,0 +1,114 @@
+"""The verdict at one operating point, with all its evidence."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from gearchaos.flow import ExactFlow
+from gearchaos.model import MeshModel, vary
+from gearchaos.motion import REASONS, Budget, Label, Reason, Verdicts, classify
+from gearchaos.motion.reading import CONTACTS
+from gearchaos.motion.spectrum import opinion
+from gearchaos.studies.sections import steady_sections
+from gearchaos.switched import start, switched
+
+PATIENT = Budget(looks=(80, 80, 160, 320, 640, 1280, 2560, 5120), exponent=4000, extensions=1, measured=1000)
+"""One point is worth a longer look than a cell of a map: chaotic transients of ten thousand periods pass."""
+
+_SHOWN = 512
+
+
+@dataclass(frozen=True)
+class Regime:
+    """What the mesh does at one operating point; see `regime`."""
+
+    label: str
+    period: int | None
+    reason: str
+    multipliers: list[list[float]]
+    lyapunov: list[float]
+    lyapunov_ci: list[list[float]]
+    v_rms: float | None
+    contact_fraction: float | None
+    contact: str | None
+    dynamic_factor: float | None
+    section: dict[str, list[float]]
+    residual: float | None
+    periods_spent: int
+    switches_per_period: float | None
+    z_rms: float | None
+    z_peak_to_peak: float | None
+    z_dot_rms: float | None
+    z_dot_peak_to_peak: float | None
+    spectral_label: str | None
+
+    def to_dict(self) -> dict:
+        """The fields as plain JSON-ready values, None where a number does not exist."""
+        return asdict(self)
+
+
+def regime(model: MeshModel, *, budget: Budget = PATIENT) -> Regime:
+    """What will this gear mesh do?
+
+    Parameters
+    ----------
+    model : MeshModel
+        The operating point, with its initial values.
+    budget : Budget
+        How long to wait and how hard to look.
+
+    Returns
+    -------
+    Regime
+        ``label`` is "1T", "2T", ..., "quasi-periodic", "chaotic", "undecided" or "diverged", with the ``reason``;
+        ``multipliers`` as [re, im] of the polished orbit; ``lyapunov`` all exponents of the dynamic state with 99 %
+        intervals, exact for an orbit; the levels; and the stroboscopic ``section``: the n points of a periodic motion,
+        512 of any other.
+    """
+    batch = vary(model, {})
+    system = switched(batch)
+    flow = ExactFlow(system)
+    found = classify(flow, start(batch, system).T.copy(), budget=budget, exponents=system.dimension)
+    label = Label(int(found.label[0]))
+    sections = {} if label == Label.DIVERGED else steady_sections(batch, found, _SHOWN)
+    shown = int(found.period[0]) or _SHOWN
+    return Regime(
+        label=name(label, int(found.period[0])), period=int(found.period[0]) or None,
+        reason=REASONS[Reason(int(found.reason[0]))], **_dynamics(found), **_levels(found, label),
+        section={k: v[0, -shown:].tolist() for k, v in sections.items()},
+        spectral_label=opinion(np.stack([sections["z"][0], sections["z_dot"][0]], axis=1))[0] if sections else None,
+    )
+
+
+def name(label: Label, period: int) -> str:
+    """The text of a label: the period of a periodic motion, "3T", else the kind."""
+    return f"{period}T" if label == Label.PERIODIC else label.name.lower().replace("_", "-")
+
+
+def _dynamics(found: Verdicts) -> dict:
+    has_orbit = found.period[0] > 0
+    known = np.isfinite(found.exponent[:, 0])
+    pairs = np.stack([found.low[:, 0], found.high[:, 0]], axis=1)
+    return {
+        "multipliers": [[m.real, m.imag] for m in found.multipliers[0].tolist()] if has_orbit else [],
+        "lyapunov": found.exponent[known, 0].tolist(),
+        "lyapunov_ci": pairs[known].tolist(),
+        "residual": float(found.residual[0]) if has_orbit else None,
+        "periods_spent": int(found.spent[0]),
+    }
+
+
+def _levels(found: Verdicts, label: Label) -> dict:
+    r = found.reading
+    values = {n: _number(getattr(r, n)[0]) for n in (
+        "v_rms", "contact_fraction", "dynamic_factor", "z_rms", "z_peak_to_peak", "z_dot_rms", "z_dot_peak_to_peak",
+    )}
+    contact = None if label == Label.DIVERGED else CONTACTS[int(r.contact[0])]
+    return {**values, "contact": contact, "switches_per_period": _number(r.switches[0])}
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

@@ -1,0 +1,85 @@
+"""One trajectory: sampled in time, and its stroboscopic section."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from gearchaos.errors import InputError
+from gearchaos.flow import OK, ExactFlow
+from gearchaos.model import MeshModel, backlash, mesh_stiffness, transmission_error, vary
+from gearchaos.studies.dataset import provenance, variable
+from gearchaos.switched import error_at_start, start, switched, to_physical
+
+
+def whole_number(name: str, value: object, least: int) -> int:
+    """A whole number not below ``least``."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+        raise InputError(name, f"must be a whole number of at least {least}", value)
+    return int(value)
+
+
+def simulate(model: MeshModel, periods: int, transient: int = 0, samples: int | None = None) -> xr.Dataset:
+    """Follow the motion of a gear mesh exactly.
+
+    Parameters
+    ----------
+    model : MeshModel
+    periods : int
+        Mesh periods to record.
+    transient : int
+        Mesh periods to let pass before.
+    samples : int, optional
+        Record this many equidistant instants per mesh period; without it only the stroboscopic section.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``section_<coordinate>(period)`` at τ = T, 2T, ... after the transient; with ``samples`` also the coordinates,
+        ``mesh_force`` 2ζz' + χ f(z) and ``contact`` (-1 back flank, 0 free, 1 front flank) over ``tau``.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range, or the motion runs away during the time asked for.
+    """
+    periods, transient = whole_number("periods", periods, 1), whole_number("transient", transient, 0)
+    samples = whole_number("samples", samples, 1) if samples is not None else 0
+    batch = vary(model, {})
+    system = switched(batch, whole=True)
+    flow, w = ExactFlow(system, samples), start(batch, system).T.copy()
+    if transient:
+        w = flow.advance(w, transient).w
+    out = flow.advance(w, periods, sections=periods, sample=samples > 0)
+    if not np.all(out.status == OK):
+        raise InputError("model", "must have a bounded motion over the time asked for", f"{periods} periods",
+                         "See `regime`: it labels such a motion as diverged.")
+    data = _section(model, batch, system.names, out.sections[:, :, 0], transient)
+    if samples:
+        data.update(_trajectory(model, system.names, out.samples[..., 0], transient))
+    return xr.Dataset(data, attrs=provenance("simulate", model, periods=periods, transient=transient, samples=samples))
+
+
+def _section(model: MeshModel, batch, names: tuple[str, ...], w: np.ndarray, transient: int) -> dict:
+    number = np.arange(1, len(w) + 1)
+    error, error_dot = (e[0] for e in error_at_start(batch))
+    values = to_physical(names, w, error, error_dot)
+    data = {f"section_{n}": variable(f"section_{n}", ("period",), v) for n, v in values.items()}
+    data["period"] = xr.Variable("period", number, {"long_name": "mesh period after the transient", "units": "T"})
+    data["tau_section"] = variable("tau", ("period",), (transient + number) * model.period)
+    return data
+
+
+def _trajectory(model: MeshModel, names: tuple[str, ...], samples: np.ndarray, transient: int) -> dict:
+    """Variables over τ from samples (periods, samples, d + 1), the last column the contact state."""
+    periods, per_period, _ = samples.shape
+    flat = samples.reshape(periods * per_period, -1)
+    share = np.tile(np.arange(per_period) / per_period, periods)
+    tau = (transient + np.repeat(np.arange(periods), per_period) + share) * model.period
+    phase = share * model.period
+    values = to_physical(names, flat[:, :-1], transmission_error(model, phase), transmission_error(model, phase, 1))
+    force = 2 * model.zeta * values["z_dot"] + mesh_stiffness(model, phase) * backlash(values["z"])
+    data = {n: variable(n, ("tau",), v) for n, v in {**values, "mesh_force": force}.items()}
+    data["contact"] = variable("contact", ("tau",), flat[:, -1].astype(np.int8), coded=False)
+    data["tau"] = variable("tau", ("tau",), tau)
+    return data

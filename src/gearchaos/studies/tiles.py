@@ -1,0 +1,64 @@
+"""Studies in tiles: independent pieces of work, run on all cores, with progress and a clean stop."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+TILE = 1024
+"""Trajectories in one tile: a second or two of work, so that progress shows and Ctrl-C is felt."""
+
+
+def split(order: np.ndarray, size: int = TILE) -> list[np.ndarray]:
+    """An index array (n,) in consecutive tiles."""
+    return [order[i : i + size] for i in range(0, len(order), size)]
+
+
+def run(
+    work: Callable[[np.ndarray], Any], tiles: Sequence[np.ndarray], *, progress: str | None = None,
+    threads: int | None = None,
+) -> Iterator[tuple[np.ndarray, Any]]:
+    """Yield (tile, work(tile)) as tiles finish; kernels run without the GIL, so threads use all cores.
+
+    ``progress`` names a bar on stderr that shows the rate and the time left. On an interrupt the tiles not yet begun
+    are dropped and those under way finish.
+    """
+    with _bar(progress, sum(map(len, tiles))) as advance, ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        waiting = {pool.submit(work, tile): tile for tile in tiles}
+        try:
+            while waiting:
+                done, _ = wait(waiting, return_when=FIRST_COMPLETED)
+                for future in done:
+                    tile = waiting.pop(future)
+                    yield tile, future.result()
+                    advance(len(tile))
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+@contextmanager
+def _bar(name: str | None, total: int) -> Iterator[Callable[[int], None]]:
+    if name is None:
+        yield lambda n: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task(name, total=total, rate="")
+
+        def advance(n: int) -> None:
+            bar.advance(task, n)
+            speed = bar.tasks[0].finished_speed or bar.tasks[0].speed
+            bar.update(task, rate=f"{speed:,.0f}/s" if speed else "")
+
+        yield advance
