@@ -310,3 +310,35 @@ def to_physical(
     out["x1_dot"] = at["z_dot"] + error_dot - y_dot + at["x2_dot"]
     out.update({n: at[n] for n in ("x2", "x2_dot", *COORDINATES["full"][4:]) if n in at})
     return {**out, "z": at["z"], "z_dot": at["z_dot"]}
+
+
+def lift(
+    batch: Batch, whole: tuple[str, ...], before: np.ndarray, names: tuple[str, ...], w: np.ndarray
+) -> np.ndarray:
+    """Whole coordinates (P, D) with the dynamic state w (P, d) put in and the mean motions of ``before`` (P, D) kept.
+
+    The dynamic state lacks the mean rotation and, between alike supports, the mean lateral motion; both move by
+    themselves, so they can be taken from a trajectory whose relative motion differs.
+    """
+    out = before.copy()
+    old, new = dict(zip(whole, before.T, strict=True)), dict(zip(names, w.T, strict=True))
+    put = {n: new[n] for n in names if n in whole}
+    share = _share(batch, "mu")
+    for y, y1, y2 in (("y", "y1", "y2"), ("y_dot", "y1_dot", "y2_dot")):
+        if y in new:
+            put[y2] = old[y2] + share * (old[y1] - old[y2] - new[y])
+            put[y1] = put[y2] + new[y]
+    share = _share(batch, "J")
+    for x2, z, y1, y2 in (("x2", "z", "y1", "y2"), ("x2_dot", "z_dot", "y1_dot", "y2_dot")):
+        if x2 in old and "x2_dot" not in new:
+            gap_old = old[z] - old.get(y1, 0.0) + old.get(y2, 0.0)
+            gap_new = put[z] - put.get(y1, 0.0) + put.get(y2, 0.0)
+            put[x2] = old[x2] + share * (gap_old - gap_new)
+    for name, value in put.items():
+        out[:, whole.index(name)] = value
+    return out
+
+
+def _share(batch: Batch, inertia: str) -> np.ndarray:
+    first, second = (np.broadcast_to(batch[f"{inertia}{n}"], batch.size) for n in (1, 2))
+    return first / (first + second)

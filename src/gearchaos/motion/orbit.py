@@ -45,6 +45,11 @@ class Orbits:
         """Whether all multipliers lie inside the unit circle."""
         return self.converged & (np.abs(self.multipliers).max(axis=1, initial=0.0) < 1.0)
 
+    @property
+    def neutral(self) -> np.ndarray:
+        """Whether the largest multiplier lies on the unit circle: neighbours neither approach nor leave."""
+        return self.converged & (np.abs(np.abs(self.multipliers).max(axis=1, initial=0.0) - 1.0) < 1e-9)
+
 
 def monodromy(flow: ExactFlow, w: np.ndarray, points: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The state after n periods (d, L), the monodromy matrices (L, d, d) and where both are valid (L,)."""

@@ -47,7 +47,7 @@ def read(measures: np.ndarray, duration: np.ndarray, periods: np.ndarray, static
     return Reading(
         v_rms=np.sqrt(m[at.VELOCITY_SQUARE] / duration),
         contact_fraction=fraction,
-        contact=_contact(m),
+        contact=_contact(m, fraction),
         dynamic_factor=peak / static,
         z_rms=np.sqrt(np.maximum(m[at.Z_SQUARE] / duration - mean**2, 0.0)),
         z_peak_to_peak=m[at.Z_MAX] - m[at.Z_MIN],
@@ -57,8 +57,8 @@ def read(measures: np.ndarray, duration: np.ndarray, periods: np.ndarray, static
     )
 
 
-def _contact(m: np.ndarray) -> np.ndarray:
+def _contact(m: np.ndarray, fraction: np.ndarray) -> np.ndarray:
     """Whether contact lasts, and whether the far flank is reached; which flank carries the load does not matter."""
-    front, back = m[at.Z_MAX] > 1, m[at.Z_MIN] < -1
-    kept = (m[at.Z_MIN] >= 1) | (m[at.Z_MAX] <= -1)
-    return np.select([kept, front & back, front | back], [0, 2, 1], default=3).astype(np.int8)
+    front, back = m[at.FRONT_TIME] > 0, m[at.BACK_TIME] > 0
+    kept = fraction > 1 - 1e-12
+    return np.select([front & back, kept, front | back], [2, 0, 1], default=3).astype(np.int8)

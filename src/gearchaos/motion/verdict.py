@@ -32,6 +32,7 @@ class Reason(IntEnum):
     BUDGET = 4
     OUT_OF_RANGE = 5
     CHATTER = 6
+    NEUTRAL = 7
 
 
 REASONS = {
@@ -40,6 +41,7 @@ REASONS = {
     Reason.SMOOTH_CURVE: "the largest exponent is zero and weighted Birkhoff averages converge as on a smooth curve",
     Reason.BUDGET: "no return within the budget, and the largest exponent is not clearly positive",
     Reason.OUT_OF_RANGE: "|z| or |z'| passed 1e8 half backlashes",
+    Reason.NEUTRAL: "the motion repeats exactly, and its neighbours neither approach nor leave it",
     Reason.CHATTER: "more contact switches within one step than can be followed",
 }
 
@@ -198,8 +200,11 @@ def _settle_periodic(sheet: _Sheet, lanes: np.ndarray, sections: np.ndarray) -> 
             continue
         found = _minimal(sheet, orbit.polish(sheet.flow, sections[-1][:, mine], sheet.points[lanes[mine]],
                                              period[mine]), lanes[mine])
-        owned = found.stable & _approached(sections[:, :, mine], found)
-        _settle(sheet, lanes[mine[owned]], found, owned)
+        distance = np.abs(sections[-1][:, mine] - found.w).max(axis=0)
+        owned = found.stable & _approached(sections[:, :, mine], found, distance)
+        _settle(sheet, lanes[mine[owned]], found, owned, Reason.ORBIT)
+        owned = found.neutral & ~found.stable & (distance < _AT_ORBIT)
+        _settle(sheet, lanes[mine[owned]], found, owned, Reason.NEUTRAL)
 
 
 def _minimal(sheet: _Sheet, found: orbit.Orbits, lanes: np.ndarray) -> orbit.Orbits:
@@ -215,17 +220,20 @@ def _minimal(sheet: _Sheet, found: orbit.Orbits, lanes: np.ndarray) -> orbit.Orb
     return found
 
 
-def _approached(sections: np.ndarray, found: orbit.Orbits) -> np.ndarray:
+_AT_ORBIT = 1e-8
+_CLOSE = 0.05
+
+
+def _approached(sections: np.ndarray, found: orbit.Orbits, now: np.ndarray) -> np.ndarray:
     """Whether the trajectory (longest + 1, d, L) is at the orbit or has come closer to it, a whole number of rounds on."""
     longest = len(sections) - 1
     rounds = longest // found.period * found.period
     before = sections[longest - rounds, :, np.arange(sections.shape[2])].T
-    now = np.abs(sections[-1] - found.w).max(axis=0)
-    return (now < 1e-8) | ((now < 0.05) & (now < np.abs(before - found.w).max(axis=0)))
+    return (now < _AT_ORBIT) | ((now < _CLOSE) & (now < np.abs(before - found.w).max(axis=0)))
 
 
-def _settle(sheet: _Sheet, lanes: np.ndarray, found: orbit.Orbits, which: np.ndarray) -> None:
-    sheet.label[lanes], sheet.reason[lanes] = Label.PERIODIC, Reason.ORBIT
+def _settle(sheet: _Sheet, lanes: np.ndarray, found: orbit.Orbits, which: np.ndarray, reason: Reason) -> None:
+    sheet.label[lanes], sheet.reason[lanes] = Label.PERIODIC, reason
     sheet.w[:, lanes], sheet.period[lanes] = found.w[:, which], found.period[which]
     sheet.residual[lanes], sheet.multipliers[lanes] = found.residual[which], found.multipliers[which]
     duration = found.period[which] * sheet.period_length(lanes)
