@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from math import sqrt
-
-from gearchaos.flow.jit import fma, kernel
-from gearchaos.flow.layout import ORDER, WIDTH, rows
-
-NEVER = 2.0
-"""The share at which a lane leaves that keeps its contact state to the end of the piece."""
+from gearchaos.flow.jit import kernel
+from gearchaos.flow.layout import ORDER, rows
+from gearchaos.flow.simd import any_lane, load, select, splat, store, vabs, vfma, vsqrt
 
 _ARRIVED = 1e-15
 _GRAZING_SPEED = 1e-8
 _PROBE = 1e-3
-_APPROACHES = 8
 _LIMIT = 400
+_NEVER = 2.0
 
 
 @kernel
@@ -23,101 +19,77 @@ def _safe_stride(gap, slope, bound):
 
     A step of this length never jumps over a root, and near a simple root it converges quadratically.
     """
-    gap = max(gap, 0.0)
-    root = sqrt(fma(slope, slope, 2.0 * bound * gap))
-    top = 2.0 * gap if slope < 0.0 else slope + root
-    return top / (root - slope if slope < 0.0 else bound)
+    zero = splat(0.0)
+    gap = select(gap < zero, zero, gap)
+    root = vsqrt(vfma(slope, slope, splat(2.0) * bound * gap))
+    closing = slope < zero
+    return select(closing, gap + gap, slope + root) / select(closing, root - slope, bound)
 
 
 @kernel
 def _stride(z, slope, sigma, bound):
     """Safe stride to the nearest boundary, and the contact state beyond it."""
-    free = sigma == 0.0
-    towards = -1.0 if free else sigma
-    up = _safe_stride(fma(towards, z, 1.0 if free else -1.0), towards * slope, bound)
-    down = _safe_stride(1.0 + z, slope, bound)
+    one, zero = splat(1.0), splat(0.0)
+    free = sigma == zero
+    side = select(free, splat(-1.0), sigma)
+    up = _safe_stride(vfma(side, z, select(free, one, splat(-1.0))), side * slope, bound)
+    down = _safe_stride(one + z, slope, bound)
     falling = free & (down < up)
-    return (down if falling else up), (-1.0 if falling else (1.0 if free else 0.0))
+    return select(falling, down, up), select(falling, splat(-1.0), select(free, one, zero))
 
 
 @kernel
-def _height(dims, ws, l, s):
-    """z and dz/ds of one lane at share s of the piece."""
-    d = len(dims)
-    coef = rows(d).coef
-    z = ws[(coef + ORDER * d) * WIDTH + l]
-    slope = 0.0
+def _height(ws, coef, d, s):
+    """z and dz/ds at share s of the piece."""
+    z = load(ws, coef + ORDER * d)
+    slope = splat(0.0)
     for k in range(ORDER - 1, -1, -1):
-        slope = fma(slope, s, z)
-        z = fma(z, s, ws[(coef + k * d) * WIDTH + l])
+        slope = vfma(slope, s, z)
+        z = vfma(z, s, load(ws, coef + k * d))
     return z, slope
 
 
 @kernel
-def _bound_curvature(dims, ws):
-    """An upper bound of |d²z/ds²| on the piece, lane by lane."""
-    d = len(dims)
-    at = rows(d)
-    for l in range(WIDTH):
-        total = 1e-300
-        for k in range(2, ORDER + 1):
-            total = fma(k * (k - 1.0), abs(ws[(at.coef + k * d) * WIDTH + l]), total)
-        ws[at.curvature * WIDTH + l] = total
+def _curvature(ws, coef, d):
+    """An upper bound of |d²z/ds²| on the piece."""
+    total = splat(1e-300)
+    for k in range(2, ORDER + 1):
+        total = vfma(splat(k * (k - 1.0)), vabs(load(ws, coef + k * d)), total)
+    return total
 
 
 @kernel
-def _approach(dims, ws):
-    """Take safe strides with all lanes at once, until each stands before its exit or past the end."""
-    at = rows(len(dims))
-    for l in range(WIDTH):
-        ws[at.share * WIDTH + l] = 0.0
-    for _ in range(_APPROACHES):
-        moving = 0.0
-        for l in range(WIDTH):
-            s = ws[at.share * WIDTH + l]
-            z, slope = _height(dims, ws, l, s)
-            step, _ = _stride(z, slope, ws[at.sigma * WIDTH + l], ws[at.curvature * WIDTH + l])
-            going = (s <= 1.0) & (step > _ARRIVED)
-            moving += 1.0 if going else 0.0
-            ws[at.share * WIDTH + l] = (NEVER if s + step > 1.0 else s + step) if going else s
-        if moving == 0.0:
-            return
-
-
-@kernel
-def _decide(dims, ws, l):
-    """From a point before the exit of one lane: the share at which it leaves, and the contact state it enters.
+def _leaving(ws, coef, d, s, slope, sigma, beyond):
+    """Whether a lane that stands on its boundary goes through it.
 
     A touch at vanishing speed is decided by where the gap goes next, so that a start on a boundary and a grazing
     contact are neither missed nor counted twice.
     """
-    at = rows(len(dims))
-    s, sigma = ws[at.share * WIDTH + l], ws[at.sigma * WIDTH + l]
-    for _ in range(_LIMIT):
-        if s > 1.0:
-            return NEVER, sigma
-        z, slope = _height(dims, ws, l, s)
-        step, beyond = _stride(z, slope, sigma, ws[at.curvature * WIDTH + l])
-        if step > _ARRIVED:
-            s += step
-        elif abs(slope) > _GRAZING_SPEED:
-            return s, beyond
-        else:
-            ahead, _ = _height(dims, ws, l, s + _PROBE)
-            gap = 1.0 - beyond * ahead if sigma == 0.0 else sigma * ahead - 1.0
-            if gap < 0.0:
-                return s, beyond
-            s += _PROBE
-    return NEVER, sigma
+    fast = vabs(slope) > splat(_GRAZING_SPEED)
+    ahead, _ = _height(ws, coef, d, s + splat(_PROBE))
+    gap = select(sigma == splat(0.0), splat(1.0) - beyond * ahead, sigma * ahead - splat(1.0))
+    return fast | (gap < splat(0.0))
 
 
 @kernel
-def find_exits(dims, ws, count):
-    """The share done and the contact state beyond it, for the first ``count`` lanes of the chunk."""
-    at = rows(len(dims))
-    _bound_curvature(dims, ws)
-    _approach(dims, ws)
-    for l in range(count):
-        share, beyond = _decide(dims, ws, l)
-        ws[at.share * WIDTH + l] = 1.0 if share == NEVER else share
-        ws[at.beyond * WIDTH + l] = beyond
+def find_exits(dims, ws):
+    """The share of the piece done when each lane leaves its contact state, 1 if it stays, and the state beyond."""
+    d = len(dims)
+    at = rows(d)
+    sigma, bound = load(ws, at.sigma), _curvature(ws, at.coef, d)
+    s, out, to = splat(0.0), splat(_NEVER), sigma
+    for _ in range(_LIMIT):
+        going = s <= splat(1.0)
+        if not any_lane(going):
+            break
+        z, slope = _height(ws, at.coef, d, s)
+        step, beyond = _stride(z, slope, sigma, bound)
+        arrived = going & (step <= splat(_ARRIVED))
+        if any_lane(arrived):
+            leaving = arrived & _leaving(ws, at.coef, d, s, slope, sigma, beyond)
+            out, to = select(leaving, s, out), select(leaving, beyond, to)
+            step = select(arrived, splat(_PROBE), step)
+            step = select(leaving, splat(_NEVER), step)
+        s = select(going, s + step, s)
+    store(ws, at.share, select(out > splat(1.0), splat(1.0), out))
+    store(ws, at.beyond, to)

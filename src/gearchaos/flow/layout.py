@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gearchaos.flow.jit import kernel
+from gearchaos.flow.simd import WIDTH
 
 ORDER = 14
 """Degree of the Taylor polynomials on a step."""
@@ -21,9 +22,6 @@ STEP_ANGLE = 0.45
 
 BLOCK = 256
 """Most lanes that one kernel call advances side by side; their step matrices fit the first-level cache."""
-
-WIDTH = 8
-"""Lanes resolved side by side."""
 
 MAX_SWITCHES = 64
 """Contact switches within one step after which a lane gets the status CHATTER."""
@@ -81,23 +79,23 @@ def parameters(d, h, k):
 class Rows(NamedTuple):
     """Rows of the flat chunk workspace (total * WIDTH,): row r of lane l stands at r * WIDTH + l.
 
-    A, b and f0 stand as in `Parameters`; coef, forcing, spring, chi and the output series hold ORDER + 1 coefficients.
+    A, -b and f0 come first; coef, forcing, spring, chi and the output series hold ORDER + 1 coefficients.
     """
 
-    b: int
+    minus_b: int
     f0: int
     coef: int  # of the state, (ORDER + 1) * d rows
     forcing: int  # of the harmonic forcing of z''
     chi: int  # of the stiffness, zero in free flight
     spring: int  # of χ (z - σ)
-    series: int  # of z, z', x1' and the mesh force, for the measures
+    series: int  # of x1' and of the mesh force, for the measures
     start: int  # state or tangent vector at the start of the piece
     end: int  # and at its end
     h: int  # length of the piece in τ
     sigma: int  # contact state
     beyond: int  # contact state after the piece
     share: int  # share of the piece done
-    curvature: int  # bound of |d²z/ds²|
+    gain: int  # two rows: factors of a cosine and a sine
     total: int
 
 
@@ -107,11 +105,11 @@ def rows(d):
     n = ORDER + 1
     coef = d * d + 2 * d
     forcing = coef + n * d
-    start = forcing + 7 * n
+    start = forcing + 5 * n
     h = start + 2 * d
     return Rows(
         d * d, d * d + d, coef, forcing, forcing + n, forcing + 2 * n, forcing + 3 * n, start, start + d, h, h + 1,
-        h + 2, h + 3, h + 4, h + 5,
+        h + 2, h + 3, h + 4, h + 6,
     )
 
 
@@ -145,6 +143,7 @@ class Chunk(NamedTuple):
     lane: np.ndarray  # (BLOCK + WIDTH,) the lanes to resolve, then those of one chunk
     rest: np.ndarray  # (WIDTH,) share of the step left
     angle: np.ndarray  # (WIDTH,) ωh of the piece
+    found: np.ndarray  # (MEASURES * WIDTH,) measures of the piece
     points: np.ndarray  # (WIDTH,) parameter points
 
 
@@ -153,5 +152,5 @@ def chunk(d: int, harmonics: int) -> Chunk:
     n = (ORDER + 1) * WIDTH
     return Chunk(
         np.zeros(rows(d).total * WIDTH), np.zeros((harmonics, 2, n)), np.zeros(BLOCK + WIDTH, np.int64),
-        np.zeros(WIDTH), np.zeros(WIDTH), np.zeros(WIDTH, np.int64),
+        np.zeros(WIDTH), np.zeros(WIDTH), np.zeros(MEASURES * WIDTH), np.zeros(WIDTH, np.int64),
     )

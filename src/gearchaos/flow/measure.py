@@ -5,117 +5,118 @@ from __future__ import annotations
 import numpy as np
 
 from gearchaos.flow import layout as to
-from gearchaos.flow.jit import fma, kernel
-from gearchaos.flow.layout import ORDER, WIDTH, parameters, rows
+from gearchaos.flow.jit import kernel
+from gearchaos.flow.layout import MEASURES, ORDER, WIDTH, parameters, rows
+from gearchaos.flow.simd import load, select, splat, store, vfma
+from gearchaos.flow.taylor import add_wave, horner, set_gains
 
 _GAUSS = 8
 _LEGENDRE = np.polynomial.legendre.leggauss(_GAUSS)
 _NODES = tuple(float(x) for x in (_LEGENDRE[0] + 1) / 2)
 _WEIGHTS = tuple(float(x) for x in _LEGENDRE[1] / 2)
-_Z, _SPEED, _VELOCITY, _FORCE = range(4)
+_SAMPLES = 8
 
 
 @kernel
 def output_series(dims, phys, h, k, points, wave, ws):
-    """Taylor coefficients of z, z', the velocity x1' and the mesh force 2ζz' + χ f(z)."""
+    """Taylor coefficients of the velocity x1' and of the mesh force 2ζz' + χ f(z), from those of the state."""
     d = len(dims)
     at, par = rows(d), parameters(d, h, k)
-    for l in range(WIDTH):
-        q = points[l]
+    velocity, force = at.series, at.series + ORDER + 1
+    for m in range(ORDER + 1):
+        store(ws, velocity + m, splat(0.0))
+    for i in range(d):
+        set_gains(phys, points, par.velocity + i, par.damping, 1.0, ws, at.gain)
+        gain, damping = load(ws, at.gain), load(ws, at.gain + 1)
         for m in range(ORDER + 1):
-            coef = (at.coef + m * d) * WIDTH + l
-            velocity = phys[q, par.velocity0] if m == 0 else 0.0
-            for i in range(d):
-                velocity = fma(phys[q, par.velocity + i], ws[coef + i * WIDTH], velocity)
-            for j in range(h):
-                velocity = fma(phys[q, par.velocity_cos + j], wave[j, 0, m * WIDTH + l], velocity)
-                velocity = fma(phys[q, par.velocity_sin + j], wave[j, 1, m * WIDTH + l], velocity)
-            row = (at.series + m * 4) * WIDTH + l
-            ws[row] = ws[coef]
-            ws[row + WIDTH] = ws[coef + WIDTH]
-            ws[row + 2 * WIDTH] = velocity
-            ws[row + 3 * WIDTH] = fma(phys[q, par.damping], ws[coef + WIDTH], ws[(at.spring + m) * WIDTH + l])
+            coef = load(ws, at.coef + m * d + i)
+            store(ws, velocity + m, vfma(gain, coef, load(ws, velocity + m)))
+            if i == 1:
+                store(ws, force + m, vfma(damping, coef, load(ws, at.spring + m)))
+    set_gains(phys, points, par.velocity0, par.damping, 1.0, ws, at.gain)
+    store(ws, velocity, load(ws, velocity) + load(ws, at.gain))
+    for j in range(h):
+        set_gains(phys, points, par.velocity_cos + j, par.velocity_sin + j, 1.0, ws, at.gain)
+        add_wave(ws, velocity, at.gain, wave[j, 0], wave[j, 1])
 
 
 @kernel
-def _value(ws, series, which, l, s):
-    """One of the four series of lane l at share s."""
-    total = ws[(series + ORDER * 4 + which) * WIDTH + l]
-    for k in range(ORDER - 1, -1, -1):
-        total = fma(total, s, ws[(series + k * 4 + which) * WIDTH + l])
-    return total
-
-
-@kernel
-def _refined(ws, series, which, l, s, end):
+def _refined(ws, first, stride, s, end):
     """The extreme value near share s: two Newton steps on the derivative, kept inside the piece."""
+    zero = splat(0.0)
     for _ in range(2):
-        first = 0.0
-        second = 0.0
+        slope, bend = zero, zero
         for k in range(ORDER, 0, -1):
-            second = fma(second, s, first)
-            first = fma(first, s, k * ws[(series + k * 4 + which) * WIDTH + l])
-        if second != 0.0:
-            s = min(max(s - first / second, 0.0), end)
-    return _value(ws, series, which, l, s)
+            bend = vfma(bend, s, slope)
+            slope = vfma(slope, s, splat(float(k)) * load(ws, first + k * stride))
+        s = s - select(bend == zero, zero, slope / select(bend == zero, splat(1.0), bend))
+        s = select(s < zero, zero, select(s > end, end, s))
+    return horner(ws, first, stride, s)
 
 
 @kernel
-def _extremes(ws, series, which, end, out, top, lane, l):
-    """Update the greatest and least value of one series, rows ``top`` and ``top + 1`` of the measures.
-
-    Only samples that come near a new extreme are worth refining.
-    """
-    high, low, s_high, s_low = -np.inf, np.inf, 0.0, 0.0
-    for g in range(_GAUSS + 1):
-        s = end * g / _GAUSS
-        value = _value(ws, series, which, l, s)
-        if value > high:
-            high, s_high = value, s
-        if value < low:
-            low, s_low = value, s
-    margin = 0.02 * (high - low)
-    if high + margin > out[top, lane]:
-        out[top, lane] = max(out[top, lane], high, _refined(ws, series, which, l, s_high, end))
-    if low - margin < out[top + 1, lane]:
-        out[top + 1, lane] = min(out[top + 1, lane], low, _refined(ws, series, which, l, s_low, end))
+def _extremes(ws, first, stride, end, found, row):
+    """Greatest and least value of one series on the piece, into ``row`` and the next."""
+    high = horner(ws, first, stride, splat(0.0))
+    low, s_high, s_low = high, splat(0.0), splat(0.0)
+    for g in range(1, _SAMPLES + 1):
+        s = end * splat(g / _SAMPLES)
+        value = horner(ws, first, stride, s)
+        above, below = value > high, value < low
+        high, s_high = select(above, value, high), select(above, s, s_high)
+        low, s_low = select(below, value, low), select(below, s, s_low)
+    top = _refined(ws, first, stride, s_high, end)
+    bottom = _refined(ws, first, stride, s_low, end)
+    store(found, row, select(top > high, top, high))
+    store(found, row + 1, select(bottom < low, bottom, low))
 
 
 @kernel
-def _integrals(ws, series, duration, end, out, lane, l):
-    z = speed = velocity = zz = ss = vv = 0.0
+def _integrals(dims, ws, duration, end, found):
+    """Integrals of z, z², z'², x1' and x1'² over the piece, by Gauss' rule."""
+    d = len(dims)
+    at = rows(d)
+    z = zz = ss = v = vv = splat(0.0)
     for g in range(_GAUSS):
-        s = _NODES[g] * end
-        weight = _WEIGHTS[g] * duration
-        a, b, c = _value(ws, series, _Z, l, s), _value(ws, series, _SPEED, l, s), _value(ws, series, _VELOCITY, l, s)
-        z = fma(weight, a, z)
-        zz = fma(weight, a * a, zz)
-        ss = fma(weight, b * b, ss)
-        velocity = fma(weight, c, velocity)
-        vv = fma(weight, c * c, vv)
-    out[to.Z, lane] += z
-    out[to.Z_SQUARE, lane] += zz
-    out[to.Z_DOT_SQUARE, lane] += ss
-    out[to.VELOCITY, lane] += velocity
-    out[to.VELOCITY_SQUARE, lane] += vv
+        s, weight = end * splat(_NODES[g]), duration * splat(_WEIGHTS[g])
+        a, b = horner(ws, at.coef, d, s), horner(ws, at.coef + 1, d, s)
+        c = horner(ws, at.series, 1, s)
+        z, zz, ss = vfma(weight, a, z), vfma(weight, a * a, zz), vfma(weight, b * b, ss)
+        v, vv = vfma(weight, c, v), vfma(weight, c * c, vv)
+    store(found, to.Z, z)
+    store(found, to.Z_SQUARE, zz)
+    store(found, to.Z_DOT_SQUARE, ss)
+    store(found, to.VELOCITY, v)
+    store(found, to.VELOCITY_SQUARE, vv)
 
 
 @kernel
-def accumulate(dims, ws, out, lane, l):
-    """Add the piece of lane l of the chunk to the measures of ``lane``."""
-    at = rows(len(dims))
-    end, sigma = ws[at.share * WIDTH + l], ws[at.sigma * WIDTH + l]
-    duration = ws[at.h * WIDTH + l] * end
-    if sigma > 0.0:
-        out[to.FRONT_TIME, lane] += duration
-    if sigma < 0.0:
-        out[to.BACK_TIME, lane] += duration
-    if ws[at.beyond * WIDTH + l] != sigma:
-        out[to.SWITCHES, lane] += 1.0
-    _integrals(ws, at.series, duration, end, out, lane, l)
-    _extremes(ws, at.series, _Z, end, out, to.Z_MAX, lane, l)
-    _extremes(ws, at.series, _SPEED, end, out, to.Z_DOT_MAX, lane, l)
-    _extremes(ws, at.series, _FORCE, end, out, to.FORCE_MAX, lane, l)
+def measure_piece(dims, ws, found):
+    """Measures of the piece, lane by lane, into ``found`` (MEASURES * WIDTH,)."""
+    d = len(dims)
+    at = rows(d)
+    end, sigma = load(ws, at.share), load(ws, at.sigma)
+    duration, zero = load(ws, at.h) * end, splat(0.0)
+    store(found, to.FRONT_TIME, select(sigma > zero, duration, zero))
+    store(found, to.BACK_TIME, select(sigma < zero, duration, zero))
+    store(found, to.SWITCHES, select(load(ws, at.beyond) == sigma, zero, splat(1.0)))
+    _integrals(dims, ws, duration, end, found)
+    _extremes(ws, at.coef, d, end, found, to.Z_MAX)
+    _extremes(ws, at.coef + 1, d, end, found, to.Z_DOT_MAX)
+    _extremes(ws, at.series + ORDER + 1, 1, end, found, to.FORCE_MAX)
+
+
+@kernel
+def add_measures(found, out, lane, l):
+    """Add the measures of lane l of the chunk to those of ``lane``."""
+    for row in range(MEASURES):
+        value = found[row * WIDTH + l]
+        if row == to.Z_MAX or row == to.Z_DOT_MAX or row == to.FORCE_MAX:
+            out[row, lane] = max(out[row, lane], value)
+        elif row == to.Z_MIN or row == to.Z_DOT_MIN or row == to.FORCE_MIN:
+            out[row, lane] = min(out[row, lane], value)
+        else:
+            out[row, lane] += value
 
 
 def empty(lanes: int) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from gearchaos.flow.contact import find_exits
 from gearchaos.flow.jit import kernel
 from gearchaos.flow.layout import BLOCK, CHATTER, MAX_SWITCHES, ORDER, WIDTH, parameters, rows
-from gearchaos.flow.measure import accumulate, output_series
+from gearchaos.flow.measure import add_measures, measure_piece, output_series
 from gearchaos.flow.taylor import drive, expand, expand_waves, finish, finish_waves
 
 _TURN = 6.283185307179586
@@ -17,7 +17,7 @@ def fill_piece(dims, phys, h, k, nodes, step, l, q, sigma, rest, ws):
     d = len(dims)
     at, par = rows(d), parameters(d, h, k)
     for i in range(d * d + 2 * d):
-        ws[i * WIDTH + l] = phys[q, i]
+        ws[i * WIDTH + l] = -phys[q, i] if at.minus_b <= i < at.f0 else phys[q, i]
     ws[at.sigma * WIDTH + l] = sigma
     ws[at.chi * WIDTH + l] = phys[q, par.levels + nodes.level[step]] if sigma != 0.0 else 0.0
     if k > 0:
@@ -69,7 +69,7 @@ def _carry_tangents(dims, v, lane, count, ws, varying):
     """Move the tangent vectors over the piece; f is continuous, so nothing happens to them at a switch."""
     for c in range(v.shape[0]):
         _read(dims, v[c], lane, count, ws)
-        expand(dims, ws, 0.0, varying)
+        expand(dims, ws, False, varying)
         finish(dims, ws)
         _write(dims, v[c], lane, count, ws)
 
@@ -124,12 +124,13 @@ def _resolve_chunk(dims, phys, h, k, nodes, step, lanes, lane, count, work, now,
         _fill(dims, phys, h, k, nodes, step, lanes, lane, count, work.rest, work.points, ws)
         set_out(dims, phys, h, k, work.points, wave, ws, work.angle)
         _read(dims, lanes.w[new], lane, count, ws)
-        expand(dims, ws, 1.0, k > 0)
-        find_exits(dims, ws, count)
+        expand(dims, ws, True, k > 0)
+        find_exits(dims, ws)
         if measuring:
             output_series(dims, phys, h, k, work.points, wave, ws)
+            measure_piece(dims, ws, work.found)
             for l in range(count):
-                accumulate(dims, ws, lanes.measures, lane[l], l)
+                add_measures(work.found, lanes.measures, lane[l], l)
         finish(dims, ws)
         _write(dims, lanes.w[new], lane, count, ws)
         _carry_tangents(dims, lanes.v[new], lane, count, ws, k > 0)

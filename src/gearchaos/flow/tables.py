@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.flow.jit import fma, kernel
-from gearchaos.flow.layout import ORDER, STEP_ANGLE, WIDTH, Chunk, Nodes, chunk, rows
+from gearchaos.flow.jit import kernel
+from gearchaos.flow.layout import ORDER, STEP_ANGLE, WIDTH, Nodes, chunk, parameters, rows
 from gearchaos.flow.resolve import fill_piece, set_out, start_waves
-from gearchaos.flow.taylor import expand, expand_waves, finish
+from gearchaos.flow.taylor import add_wave, expand, expand_waves, finish, set_gains
 from gearchaos.switched import SwitchedAffine
 
 _MOST_SHARED_HARMONICS = 4
@@ -151,16 +151,6 @@ def _respond(dims, ws, forced, varying, table, points, piece, state, first, stri
 
 
 @kernel
-def _set_wave(dims, phys, points, wave, j, cos, sin, ws):
-    """Make the forcing the one wave cos · cos jωτ + sin · sin jωτ, whose coefficients stand in columns of ``phys``."""
-    forcing = rows(len(dims)).forcing
-    for l in range(WIDTH):
-        for m in range(l, (ORDER + 1) * WIDTH, WIDTH):
-            a, b = phys[points[l], abs(cos)], phys[points[l], abs(sin)]
-            ws[forcing * WIDTH + m] = fma(a, wave[j, 0, m], (b if sin > 0 else -b) * wave[j, 1, m])
-
-
-@kernel
 def _tabulate_step(dims, phys, h, k, node, step, piece, state, kept, work, points, table):
     """All rows of one step in one contact state for a chunk of points."""
     d = len(dims)
@@ -173,12 +163,12 @@ def _tabulate_step(dims, phys, h, k, node, step, piece, state, kept, work, point
     _clear(ws, at.start, d)
     if kept > 0:
         _clear(ws, at.forcing, ORDER + 1)
-    _respond(dims, ws, 1.0, k > 0, table, points, piece, state, d * d, 1)
+    _respond(dims, ws, True, k > 0, table, points, piece, state, d * d, 1)
     for j in range(d):
         _clear(ws, at.start, d)
         for l in range(WIDTH):
             ws[(at.start + j) * WIDTH + l] = 1.0
-        _respond(dims, ws, 0.0, k > 0, table, points, piece, state, j, d)
+        _respond(dims, ws, False, k > 0, table, points, piece, state, j, d)
     if kept > 0:
         _tabulate_waves(dims, phys, h, piece, state, work, points, table)
 
@@ -188,7 +178,7 @@ def _tabulate_waves(dims, phys, h, piece, state, work, points, table):
     """Responses to cos jωτ and sin jωτ from rest: a wave that starts at phase 0 and one a quarter turn ahead."""
     d = len(dims)
     at, ws, wave = rows(d), work.ws, work.wave
-    f_cos = phys.shape[1] - 4 * h
+    par = parameters(d, h, 0)
     _clear(ws, at.start, d)
     _clear(ws, at.f0, d)
     _clear(ws, at.sigma, 1)
@@ -198,12 +188,14 @@ def _tabulate_waves(dims, phys, h, piece, state, work, points, table):
             wave[j, 1, l] = 0.0
         expand_waves(wave, j, work.angle)
         for quarter in range(2):
-            cos, sin = f_cos + j, f_cos + h + j
+            cos, sin = par.f_cos + j, par.f_sin + j
             if quarter == 0:
-                _set_wave(dims, phys, points, wave, j, cos, sin, ws)
+                set_gains(phys, points, cos, sin, 1.0, ws, at.gain)
             else:
-                _set_wave(dims, phys, points, wave, j, sin, -cos, ws)
-            _respond(dims, ws, 1.0, False, table, points, piece, state, d * d + d + (quarter * h + j) * d, 1)
+                set_gains(phys, points, sin, cos, -1.0, ws, at.gain)
+            _clear(ws, at.forcing, ORDER + 1)
+            add_wave(ws, at.forcing, at.gain, wave[j, 0], wave[j, 1])
+            _respond(dims, ws, True, False, table, points, piece, state, d * d + d + (quarter * h + j) * d, 1)
 
 
 @kernel

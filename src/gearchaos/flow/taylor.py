@@ -5,29 +5,47 @@ With s in [0, 1] the share of the piece done, w(s) = Σ_k coef[k] s^k solves w' 
 
 from __future__ import annotations
 
-from gearchaos.flow.jit import fma, kernel
+from gearchaos.flow.jit import kernel
 from gearchaos.flow.layout import ORDER, WIDTH, parameters, rows
+from gearchaos.flow.simd import load, splat, store, vfma
+
+
+@kernel
+def horner(series, first, stride, s):
+    """Σ_k c[k] s^k with c[k] at row first + k * stride."""
+    total = load(series, first + ORDER * stride)
+    for k in range(ORDER - 1, -1, -1):
+        total = vfma(total, s, load(series, first + k * stride))
+    return total
 
 
 @kernel
 def expand_waves(wave, j, angle):
-    """Taylor coefficients of cos jωτ and sin jωτ, j counted from 0, on a piece of ``angle`` = ωh; lanes differ."""
+    """Taylor coefficients of cos jωτ and sin jωτ, j counted from 0, on a piece of ``angle`` (WIDTH,) = ωh."""
     cos, sin = wave[j, 0], wave[j, 1]
+    c, s, turn = load(cos, 0), load(sin, 0), load(angle, 0)
     for k in range(ORDER):
-        rate = (j + 1) / (k + 1)
-        for l in range(WIDTH):
-            step = rate * angle[l]
-            cos[(k + 1) * WIDTH + l] = -step * sin[k * WIDTH + l]
-            sin[(k + 1) * WIDTH + l] = step * cos[k * WIDTH + l]
+        step = turn * splat((j + 1) / (k + 1))
+        c, s = splat(-1.0) * step * s, step * c
+        store(cos, k + 1, c)
+        store(sin, k + 1, s)
 
 
 @kernel
-def _add_series(ws, row, factor_cos, factor_sin, wave, j, l):
-    """Add factor_cos cos jωτ + factor_sin sin jωτ to the series of lane l that begins at ``row``."""
+def add_wave(ws, series, gain, cos, sin):
+    """Add gain[0] cos jωτ + gain[1] sin jωτ to a series of the workspace."""
+    a, b = load(ws, gain), load(ws, gain + 1)
     for k in range(ORDER + 1):
-        i = k * WIDTH + l
-        term = fma(factor_cos, wave[j, 0, i], factor_sin * wave[j, 1, i])
-        ws[row * WIDTH + i] += term
+        term = vfma(a, load(cos, k), b * load(sin, k))
+        store(ws, series + k, load(ws, series + k) + term)
+
+
+@kernel
+def set_gains(phys, points, cos, sin, sign, ws, gain):
+    """Factors of a cosine and a sine from two columns of the parameters, the second times ``sign``."""
+    for l in range(WIDTH):
+        ws[gain * WIDTH + l] = phys[points[l], cos]
+        ws[(gain + 1) * WIDTH + l] = sign * phys[points[l], sin]
 
 
 @kernel
@@ -35,61 +53,56 @@ def drive(dims, phys, h, k, points, wave, ws):
     """Series of the forcing and, where a lane is in contact, of the stiffness; ``wave`` must be expanded."""
     d = len(dims)
     at, par = rows(d), parameters(d, h, k)
-    for i in range((ORDER + 1) * WIDTH):
-        ws[at.forcing * WIDTH + i] = 0.0
-    for l in range(WIDTH):
-        for j in range(h):
-            _add_series(
-                ws, at.forcing, phys[points[l], par.f_cos + j], phys[points[l], par.f_sin + j], wave, j, l
-            )
-        if ws[at.sigma * WIDTH + l] != 0.0:
-            for j in range(k):
-                _add_series(
-                    ws, at.chi, phys[points[l], par.chi_cos + j], phys[points[l], par.chi_sin + j], wave, j, l
-                )
+    for m in range(ORDER + 1):
+        store(ws, at.forcing + m, splat(0.0))
+    for j in range(h):
+        set_gains(phys, points, par.f_cos + j, par.f_sin + j, 1.0, ws, at.gain)
+        add_wave(ws, at.forcing, at.gain, wave[j, 0], wave[j, 1])
+    for j in range(k):
+        set_gains(phys, points, par.chi_cos + j, par.chi_sin + j, 1.0, ws, at.gain)
+        touching = load(ws, at.sigma) * load(ws, at.sigma)
+        store(ws, at.gain, load(ws, at.gain) * touching)
+        store(ws, at.gain + 1, load(ws, at.gain + 1) * touching)
+        add_wave(ws, at.chi, at.gain, wave[j, 0], wave[j, 1])
 
 
 @kernel
-def _spring(dims, ws, k, forced, varying):
-    """Coefficient k of χ(τ) (z − σ), by the product rule; without ``forced`` of χ(τ) z."""
-    d = len(dims)
-    at = rows(d)
-    for l in range(WIDTH):
-        shift = forced * ws[at.sigma * WIDTH + l] if k == 0 else 0.0
-        ws[(at.spring + k) * WIDTH + l] = ws[at.chi * WIDTH + l] * (ws[(at.coef + k * d) * WIDTH + l] - shift)
+def _spring(ws, at, d, k, shift, varying):
+    """Coefficient k of χ(τ) (z − shift), by the product rule."""
+    z = load(ws, at.coef + k * d)
+    total = load(ws, at.chi) * (z - shift if k == 0 else z)
     if varying:
         for i in range(1, k + 1):
-            for l in range(WIDTH):
-                shift = forced * ws[at.sigma * WIDTH + l] if i == k else 0.0
-                z = ws[(at.coef + (k - i) * d) * WIDTH + l] - shift
-                here = (at.spring + k) * WIDTH + l
-                ws[here] = fma(ws[(at.chi + i) * WIDTH + l], z, ws[here])
+            z = load(ws, at.coef + (k - i) * d)
+            total = vfma(load(ws, at.chi + i), z - shift if i == k else z, total)
+    return total
 
 
 @kernel
 def expand(dims, ws, forced, varying):
-    """Taylor coefficients of the motion from the start; with ``forced`` 0.0 of a tangent vector.
+    """Taylor coefficients of the motion from the start; without ``forced`` of a tangent vector.
 
     ``varying`` says that the stiffness has harmonics.
     """
     d = len(dims)
     at = rows(d)
+    h = load(ws, at.h)
+    shift = load(ws, at.sigma) * splat(1.0 if forced else 0.0)
     for i in range(d):
-        for l in range(WIDTH):
-            ws[(at.coef + i) * WIDTH + l] = ws[(at.start + i) * WIDTH + l]
+        store(ws, at.coef + i, load(ws, at.start + i))
     for k in range(ORDER):
-        _spring(dims, ws, k, forced, varying)
-        scale = 1.0 / (k + 1)
+        force = _spring(ws, at, d, k, shift, varying)
+        store(ws, at.spring + k, force)
+        scale = h * splat(1.0 / (k + 1))
         for i in range(d):
-            for l in range(WIDTH):
-                total = -ws[(at.b + i) * WIDTH + l] * ws[(at.spring + k) * WIDTH + l]
-                if i == 1:
-                    total = fma(forced, ws[(at.forcing + k) * WIDTH + l], total)
-                if k == 0:
-                    total = fma(forced, ws[(at.f0 + i) * WIDTH + l], total)
-                for j in range(d):
-                    total = fma(ws[(i * d + j) * WIDTH + l], ws[(at.coef + k * d + j) * WIDTH + l], total)
-                ws[(at.coef + (k + 1) * d + i) * WIDTH + l] = total * (ws[at.h * WIDTH + l] * scale)
+            total = load(ws, at.minus_b + i) * force
+            if forced and i == 1:
+                total = total + load(ws, at.forcing + k)
+            if forced and k == 0:
+                total = total + load(ws, at.f0 + i)
+            for j in range(d):
+                total = vfma(load(ws, i * d + j), load(ws, at.coef + k * d + j), total)
+            store(ws, at.coef + (k + 1) * d + i, total * scale)
 
 
 @kernel
@@ -97,24 +110,15 @@ def finish(dims, ws):
     """The state at the share done of the piece, into the end rows."""
     d = len(dims)
     at = rows(d)
+    s = load(ws, at.share)
     for i in range(d):
-        for l in range(WIDTH):
-            s = ws[at.share * WIDTH + l]
-            total = ws[(at.coef + ORDER * d + i) * WIDTH + l]
-            for k in range(ORDER - 1, -1, -1):
-                total = fma(total, s, ws[(at.coef + k * d + i) * WIDTH + l])
-            ws[(at.end + i) * WIDTH + l] = total
+        store(ws, at.end + i, horner(ws, at.coef + i, d, s))
 
 
 @kernel
 def finish_waves(wave, ws, share):
     """Move the start of cos jωτ and sin jωτ on by the share done of the piece."""
+    s = load(ws, share)
     for j in range(wave.shape[0]):
         for q in range(2):
-            series = wave[j, q]
-            for l in range(WIDTH):
-                s = ws[share * WIDTH + l]
-                total = series[ORDER * WIDTH + l]
-                for k in range(ORDER - 1, -1, -1):
-                    total = fma(total, s, series[k * WIDTH + l])
-                series[l] = total
+            store(wave[j, q], 0, horner(wave[j, q], 0, 1, s))

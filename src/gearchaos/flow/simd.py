@@ -1,0 +1,195 @@
+"""Vectors of `WIDTH` floats as a Numba type, so that kernels on a chunk of lanes read like scalar code.
+
+The compiler unrolls short loops over lanes before it looks for vectors in them; here the vectors are stated. Every
+operation is the IEEE one, lane by lane, so results do not depend on the machine's vector length. With the compiler
+off the same functions work on NumPy arrays.
+"""
+
+from __future__ import annotations
+
+import operator
+
+import numpy as np
+from llvmlite import ir
+from numba import config, types
+from numba.core import cgutils
+from numba.extending import intrinsic, models, overload, register_model
+
+WIDTH = 8
+"""Lanes of a vector: one register with 512 bits, two with 256."""
+
+_DOUBLES = ir.VectorType(ir.DoubleType(), WIDTH)
+_BITS = ir.VectorType(ir.IntType(1), WIDTH)
+
+
+class _VectorType(types.Type):
+    """WIDTH floats."""
+
+    def __init__(self):
+        super().__init__(name=f"Vector{WIDTH}")
+
+
+class _MaskType(types.Type):
+    """WIDTH truth values."""
+
+    def __init__(self):
+        super().__init__(name=f"Mask{WIDTH}")
+
+
+vector, mask = _VectorType(), _MaskType()
+
+
+@register_model(_VectorType)
+class _VectorModel(models.PrimitiveModel):
+    def __init__(self, dmm, fe_type):
+        super().__init__(dmm, fe_type, _DOUBLES)
+
+
+@register_model(_MaskType)
+class _MaskModel(models.PrimitiveModel):
+    def __init__(self, dmm, fe_type):
+        super().__init__(dmm, fe_type, _BITS)
+
+
+def _call(builder, name, args):
+    """Call an LLVM intrinsic on vectors."""
+    kind = ir.FunctionType(_DOUBLES, [_DOUBLES] * len(args))
+    function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{WIDTH}f64")
+    return builder.call(function, args)
+
+
+def _address(context, builder, array_type, array, row):
+    """Pointer to the vector that is row ``row`` of a flat array."""
+    data = context.make_array(array_type)(context, builder, array).data
+    offset = builder.mul(row, context.get_constant(types.intp, WIDTH))
+    return builder.bitcast(builder.gep(data, [offset]), _DOUBLES.as_pointer())
+
+
+@intrinsic
+def load(typingctx, array, row):
+    """Row ``row`` of a flat array (rows * WIDTH,) as a vector."""
+
+    def codegen(context, builder, signature, args):
+        return builder.load(_address(context, builder, signature.args[0], *args), align=8)
+
+    return vector(array, types.intp), codegen
+
+
+@intrinsic
+def store(typingctx, array, row, value):
+    """Write a vector to row ``row`` of a flat array."""
+
+    def codegen(context, builder, signature, args):
+        pointer = _address(context, builder, signature.args[0], *args[:2])
+        builder.store(args[2], pointer, align=8)
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, vector), codegen
+
+
+@intrinsic
+def splat(typingctx, value):
+    """The same float in every lane."""
+
+    def codegen(context, builder, signature, args):
+        first = builder.insert_element(ir.Constant(_DOUBLES, ir.Undefined), args[0], ir.Constant(ir.IntType(32), 0))
+        zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
+        return builder.shuffle_vector(first, ir.Constant(_DOUBLES, ir.Undefined), zeros)
+
+    return vector(types.float64), codegen
+
+
+@intrinsic
+def any_lane(typingctx, value):
+    """Whether the mask is true in any lane."""
+
+    def codegen(context, builder, signature, args):
+        bits = builder.bitcast(args[0], ir.IntType(WIDTH))
+        return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(WIDTH), 0))
+
+    return types.boolean(mask), codegen
+
+
+@intrinsic
+def select(typingctx, condition, yes, no):
+    """``yes`` where the mask is true, else ``no``."""
+
+    def codegen(context, builder, signature, args):
+        return builder.select(*args)
+
+    return vector(mask, vector, vector), codegen
+
+
+def _elementwise(name, arity):
+    """A Numba intrinsic for an LLVM intrinsic on vectors."""
+
+    def codegen(context, builder, signature, args):
+        return _call(builder, name, args)
+
+    if arity == 1:
+
+        @intrinsic
+        def function(typingctx, a):
+            return vector(vector), codegen
+
+    else:
+
+        @intrinsic
+        def function(typingctx, a, b, c):
+            return vector(vector, vector, vector), codegen
+
+    return function
+
+
+vfma, vsqrt, vabs = _elementwise("fma", 3), _elementwise("sqrt", 1), _elementwise("fabs", 1)
+
+
+def _operator(method, result):
+    """A Numba intrinsic for an LLVM instruction on two vectors."""
+
+    @intrinsic
+    def function(typingctx, a, b):
+        def codegen(context, builder, signature, args):
+            return method(builder, *args)
+
+        return result(a, b), codegen
+
+    return function
+
+
+def _overload_operator(python, operand, method, result):
+    compiled = _operator(method, result)
+
+    @overload(python, inline="always")
+    def implement(a, b):
+        if a == operand and b == operand:
+            return lambda a, b: compiled(a, b)
+        return None
+
+
+_overload_operator(operator.add, vector, ir.IRBuilder.fadd, vector)
+_overload_operator(operator.sub, vector, ir.IRBuilder.fsub, vector)
+_overload_operator(operator.mul, vector, ir.IRBuilder.fmul, vector)
+_overload_operator(operator.truediv, vector, ir.IRBuilder.fdiv, vector)
+_overload_operator(operator.lt, vector, lambda b, x, y: b.fcmp_ordered("<", x, y), mask)
+_overload_operator(operator.gt, vector, lambda b, x, y: b.fcmp_ordered(">", x, y), mask)
+_overload_operator(operator.le, vector, lambda b, x, y: b.fcmp_ordered("<=", x, y), mask)
+_overload_operator(operator.eq, vector, lambda b, x, y: b.fcmp_ordered("==", x, y), mask)
+_overload_operator(operator.and_, mask, ir.IRBuilder.and_, mask)
+_overload_operator(operator.or_, mask, ir.IRBuilder.or_, mask)
+
+
+def _numpy_load(array, row):
+    return array[row * WIDTH : (row + 1) * WIDTH].copy()
+
+
+def _numpy_store(array, row, value):
+    array[row * WIDTH : (row + 1) * WIDTH] = value
+
+
+if config.DISABLE_JIT:
+    load, store, select, any_lane = _numpy_load, _numpy_store, np.where, np.any
+    vfma, vsqrt, vabs = (lambda a, b, c: a * b + c), np.sqrt, np.abs
+
+    def splat(value):
+        return np.full(WIDTH, float(value))
