@@ -7,14 +7,15 @@ import numpy as np
 from gearchaos.flow import layout as to
 from gearchaos.flow.jit import kernel
 from gearchaos.flow.layout import MEASURES, ORDER, WIDTH, parameters, rows
-from gearchaos.flow.simd import load, select, splat, store, vfma
+from gearchaos.flow.simd import any_lane, load, select, splat, store, vfma
 from gearchaos.flow.taylor import add_wave, horner, set_gains
 
-_GAUSS = 8
+_GAUSS = 6
 _LEGENDRE = np.polynomial.legendre.leggauss(_GAUSS)
 _NODES = tuple(float(x) for x in (_LEGENDRE[0] + 1) / 2)
 _WEIGHTS = tuple(float(x) for x in _LEGENDRE[1] / 2)
-_SAMPLES = 8
+_SAMPLES = 4
+_NEARLY = 0.05
 
 
 @kernel
@@ -56,7 +57,10 @@ def _refined(ws, first, stride, s, end):
 
 @kernel
 def _extremes(ws, first, stride, end, found, row):
-    """Greatest and least value of one series on the piece, into ``row`` and the next."""
+    """Raise and lower the extremes of one series in ``row`` and the next to those on the piece.
+
+    Samples find them to a few per cent of what the series varies; only where that comes near a record is it refined.
+    """
     high = horner(ws, first, stride, splat(0.0))
     low, s_high, s_low = high, splat(0.0), splat(0.0)
     for g in range(1, _SAMPLES + 1):
@@ -65,10 +69,16 @@ def _extremes(ws, first, stride, end, found, row):
         above, below = value > high, value < low
         high, s_high = select(above, value, high), select(above, s, s_high)
         low, s_low = select(below, value, low), select(below, s, s_low)
-    top = _refined(ws, first, stride, s_high, end)
-    bottom = _refined(ws, first, stride, s_low, end)
-    store(found, row, select(top > high, top, high))
-    store(found, row + 1, select(bottom < low, bottom, low))
+    margin = splat(_NEARLY) * (high - low)
+    top, bottom = load(found, row), load(found, row + 1)
+    if any_lane(high + margin > top):
+        peak = _refined(ws, first, stride, s_high, end)
+        peak = select(peak > high, peak, high)
+        store(found, row, select(peak > top, peak, top))
+    if any_lane(low - margin < bottom):
+        trough = _refined(ws, first, stride, s_low, end)
+        trough = select(trough < low, trough, low)
+        store(found, row + 1, select(trough < bottom, trough, bottom))
 
 
 @kernel
@@ -92,7 +102,7 @@ def _integrals(dims, ws, duration, end, found):
 
 @kernel
 def measure_piece(dims, ws, found):
-    """Measures of the piece, lane by lane, into ``found`` (MEASURES * WIDTH,)."""
+    """Measures of the piece, lane by lane, into ``found`` (MEASURES * WIDTH,), which holds the extremes so far."""
     d = len(dims)
     at = rows(d)
     end, sigma = load(ws, at.share), load(ws, at.sigma)
@@ -107,16 +117,18 @@ def measure_piece(dims, ws, found):
 
 
 @kernel
+def read_extremes(found, out, lane, l):
+    """Copy the extremes of ``lane`` so far to lane l of the chunk."""
+    for row in range(to.Z_MAX, to.SWITCHES):
+        found[row * WIDTH + l] = out[row, lane]
+
+
+@kernel
 def add_measures(found, out, lane, l):
-    """Add the measures of lane l of the chunk to those of ``lane``."""
+    """Add the integrals of lane l of the chunk to those of ``lane``, and set its extremes."""
     for row in range(MEASURES):
         value = found[row * WIDTH + l]
-        if row == to.Z_MAX or row == to.Z_DOT_MAX or row == to.FORCE_MAX:
-            out[row, lane] = max(out[row, lane], value)
-        elif row == to.Z_MIN or row == to.Z_DOT_MIN or row == to.FORCE_MIN:
-            out[row, lane] = min(out[row, lane], value)
-        else:
-            out[row, lane] += value
+        out[row, lane] = value if to.Z_MAX <= row < to.SWITCHES else out[row, lane] + value
 
 
 def empty(lanes: int) -> np.ndarray:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from math import log, sqrt
 
+import numpy as np
+
 from gearchaos.flow.jit import fma, kernel
 from gearchaos.flow.layout import DIVERGED, DIVERGED_AT, OK
 from gearchaos.flow.resolve import resolve
@@ -94,7 +96,7 @@ def advance_block(
     Returns the parity at which the final state stands.
     """
     n = sections.shape[2]
-    now = 0
+    now = np.int64(0)  # a literal 0 would compile everything below twice
     last = len(nodes.piece) - 1
     contact_state(lanes.w[0], lanes.sigma, n)
     for period in range(periods):

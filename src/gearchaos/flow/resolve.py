@@ -5,7 +5,7 @@ from __future__ import annotations
 from gearchaos.flow.contact import find_exits
 from gearchaos.flow.jit import kernel
 from gearchaos.flow.layout import BLOCK, CHATTER, MAX_SWITCHES, ORDER, WIDTH, parameters, rows
-from gearchaos.flow.measure import add_measures, measure_piece, output_series
+from gearchaos.flow.measure import add_measures, measure_piece, output_series, read_extremes
 from gearchaos.flow.taylor import drive, expand, expand_waves, finish, finish_waves
 
 _TURN = 6.283185307179586
@@ -128,6 +128,8 @@ def _resolve_chunk(dims, phys, h, k, nodes, step, lanes, lane, count, work, now,
         find_exits(dims, ws)
         if measuring:
             output_series(dims, phys, h, k, work.points, wave, ws)
+            for l in range(WIDTH):
+                read_extremes(work.found, lanes.measures, lane[l if l < count else 0], l)
             measure_piece(dims, ws, work.found)
             for l in range(count):
                 add_measures(work.found, lanes.measures, lane[l], l)

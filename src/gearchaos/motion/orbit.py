@@ -12,6 +12,7 @@ RESIDUAL = 1e-10
 """An orbit counts as converged when one round changes no coordinate by more than this."""
 
 _ROUNDS = 12
+_PATIENCE = 2
 _SAME = 1e-6
 
 
@@ -70,19 +71,22 @@ def polish(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarra
 
 
 def _polish_alike(flow: ExactFlow, points: np.ndarray, n: int, mine: np.ndarray, out: Orbits) -> None:
-    """Newton for lanes of one period, each until it converges, diverges or runs out of rounds."""
+    """Newton for lanes of one period, each until it converges, diverges or halts twice."""
     busy = mine
+    stuck = np.zeros(len(out.period), dtype=np.int64)
     for _ in range(_ROUNDS):
         end, matrix, valid = monodromy(flow, out.w[:, busy], points[busy], n)
         change = end - out.w[:, busy]
         residual = np.where(valid, np.abs(change).max(axis=0), np.inf)
         better = residual < out.residual[busy]
+        halting = residual > 0.5 * out.residual[busy]
         out.residual[busy] = np.where(better, residual, out.residual[busy])
         done = (residual <= 1e-13) | (~better & (out.residual[busy] <= RESIDUAL)) | ~np.isfinite(residual)
         settled = residual <= RESIDUAL
         out.multipliers[busy[settled]] = _multipliers(matrix[settled])
         step = _newton_step(matrix, change)
-        go = ~done & np.isfinite(step).all(axis=0) & (np.abs(step).max(axis=0) < 10.0)
+        stuck[busy] += halting
+        go = ~done & (stuck[busy] < _PATIENCE) & np.isfinite(step).all(axis=0) & (np.abs(step).max(axis=0) < 10.0)
         out.w[:, busy[go]] += step[:, go]
         busy = busy[go]
         if len(busy) == 0:

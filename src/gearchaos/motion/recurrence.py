@@ -7,6 +7,8 @@ import numpy as np
 NEAR = 1e-3
 """Distance, over the size of the motion, at which a return is worth a closer look."""
 
+_BEFORE = 0.03
+
 
 def size(sections: np.ndarray) -> np.ndarray:
     """How large each motion is in each coordinate, (d, L): its spread over the sections, but not below 1e-3."""
@@ -29,8 +31,16 @@ def returns(sections: np.ndarray, longest: int) -> np.ndarray:
 
 
 def candidates(sections: np.ndarray, longest: int, count: int) -> np.ndarray:
-    """The ``count`` shortest periods (count, L) at which each motion nearly returns; 0 where there is none."""
+    """The ``count`` shortest periods (count, L) at which each motion nearly returns; 0 where there is none.
+
+    Where the record is long enough, the return before must have been a near one too: a chaotic motion passes close
+    to where it was now and then, but seldom twice running.
+    """
     near = returns(sections, longest) < NEAR
+    half = longest // 2
+    for n in range(1, half + 1):
+        before = np.abs(sections[-1 - n] - sections[-1 - 2 * n]) / np.maximum(size(sections), 1.0)
+        near[n - 1] &= before.max(axis=0) < _BEFORE
     found = np.zeros((count, sections.shape[2]), dtype=np.int64)
     for i in range(count):
         first = np.argmax(near, axis=0)

@@ -66,9 +66,9 @@ class Budget:
 
     looks: tuple[int, ...] = (80, 80, 160, 320, 640)
     longest: int = 64
-    exponent: int = 1000
-    extensions: int = 2
-    measured: int = 256
+    exponent: int = 250
+    extensions: int = 4
+    measured: int = 160
 
 
 @dataclass(frozen=True)

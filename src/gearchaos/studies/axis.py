@@ -49,10 +49,8 @@ class Axis:
             object.__setattr__(self, end, _number(f"axis {self.name} {end}", getattr(self, end)))
         object.__setattr__(self, "count", _count(self.name, self.count))
         if self.start >= self.stop:
-            raise InputError(
-                f"axis {self.name}", "must run from a smaller to a larger value", f"{self.start:g}:{self.stop:g}",
-                _EXAMPLE,
-            )
+            ends = f"{self.start:g}:{self.stop:g}"
+            raise InputError(f"axis {self.name}", "must run from a smaller to a larger value", ends, _EXAMPLE)
         for single in singles:
             check(single, [self.start, self.stop])
 
@@ -85,5 +83,6 @@ def _number(field: str, value: object) -> float:
 
 def _count(name: str, value: object) -> int:
     if isinstance(value, bool) or not hasattr(value, "__index__") or not 1 <= value.__index__() <= MAX_COUNT:
-        raise InputError(f"axis {name} count", f"must be a whole number from 1 to {MAX_COUNT}", value, _EXAMPLE)
+        rule = f"must be a whole number from 1 to {MAX_COUNT}"
+        raise InputError(f"axis {name} count", rule, value, _EXAMPLE)
     return value.__index__()

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-TILE = 1024
+TILE = 4096
 """Trajectories in one tile: a second or two of work, so that progress shows and Ctrl-C is felt."""
 
 
