@@ -270,7 +270,7 @@ class MeshModel:
         return given
 
     def __hash__(self) -> int:
-        return hash(tuple(sorted(self.parameters().items())) + (self.kind, tuple(sorted(self.initial.items()))))
+        return hash((self.kind, *sorted(self.parameters().items()), *sorted(self.initial.items())))
 
     def __reduce__(self):
         values = {f.name: getattr(self, f.name) for f in fields(self)}

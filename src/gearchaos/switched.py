@@ -293,7 +293,7 @@ def from_physical(
         "z": x["x1"] - x["x2"] + x["y1"] - x["y2"] - error,
         "z_dot": x["x1_dot"] - x["x2_dot"] + x["y1_dot"] - x["y2_dot"] - error_dot,
     }
-    return np.stack([known.get(n, x.get(n)) for n in system.names], axis=1).astype(float)
+    return np.stack([known[n] if n in known else x[n] for n in system.names], axis=1).astype(float)
 
 
 def to_physical(

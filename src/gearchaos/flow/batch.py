@@ -89,8 +89,8 @@ class ExactFlow:
         node = tables.nodes(system, length, start)
         phys = tables.parameter_array(system)
         table, kept = tables.tabulate(system, phys, node)
-        loss = float(np.max(np.abs(system.trace) * system.period))
-        return _Group(phys, node, table, kept, max(1, int(len(length) * min(1.0, 8 / loss))))
+        spread = float(np.max((np.abs(system.trace) + 1.0) * system.period))  # of ln|v| in a period, at the very most
+        return _Group(phys, node, table, kept, max(1, int(len(length) * min(1.0, 8 / spread))))
 
     @property
     def harmonics(self) -> tuple[int, int]:
@@ -136,7 +136,8 @@ class ExactFlow:
         d = self.dimension
         return Flowed(
             w=np.empty((d, lanes)), tangent=np.empty((k, d, lanes)),
-            growth=np.zeros((periods if growth else 0, k, lanes)), sections=np.empty((min(sections, periods), d, lanes)),
+            growth=np.zeros((periods if growth else 0, k, lanes)),
+            sections=np.empty((min(sections, periods), d, lanes)),
             measures=measure.empty(lanes) if measured else np.empty((0, lanes)),
             samples=np.empty((periods if sample else 0, len(self.sample_at), d + 1, lanes)),
             status=np.zeros(lanes, dtype=np.int64),

@@ -102,13 +102,13 @@ def nodes(system: SwitchedAffine, length: np.ndarray, start: np.ndarray) -> Node
     from point to point, or the harmonics of the forcing are many: then every step has its own.
     """
     split = system.split if length.shape[1] > 1 else system.split[:1]
-    level = (start >= split - 1e-12).all(axis=1).astype(np.int64)
+    level: np.ndarray = np.all(start >= split - 1e-12, axis=1).astype(np.int64)
     harmonics = np.arange(1, max(system.f_cos.shape[1], system.chi_cos.shape[1]) + 1)
     phase = 2 * np.pi * start[:, None, :] * harmonics[:, None]
     shared = (
         length.shape[1] == 1 and system.chi_cos.shape[1] == 0 and system.f_cos.shape[1] <= _MOST_SHARED_HARMONICS
     )
-    piece = _stretches(level, length[:, 0]) if shared else np.arange(len(length))
+    piece: np.ndarray = _stretches(level, length[:, 0]) if shared else np.arange(len(length))
     return Nodes(piece, level, np.ascontiguousarray(length), np.stack([np.cos(phase), np.sin(phase)], axis=1))
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.signal.windows import blackmanharris
 
 _LINE = 1e-6
-_CARRIED = 1 - 1e-6
+_CARRIED = 1 - 1e-5
+_FEW = 1 / 6
 
 
 def amplitudes(series: np.ndarray, periods: int) -> tuple[np.ndarray, np.ndarray]:
@@ -29,9 +31,9 @@ def opinion(sections: np.ndarray, longest: int = 64) -> tuple[str, int]:
         folded = whole.reshape(-1, n, *whole.shape[1:])
         if np.all(np.ptp(folded, axis=0) <= _LINE * np.maximum(np.abs(whole).max(), 1.0)):
             return f"{n}T", n
-    window = np.hanning(len(sections))[:, None]
+    window = blackmanharris(len(sections))[:, None]
     centred = sections.reshape(len(sections), -1) - sections.reshape(len(sections), -1).mean(axis=0)
     power = (np.abs(np.fft.rfft(window * centred, axis=0)) ** 2).sum(axis=1)
     strongest = np.sort(power)[::-1]
-    few = max(8, len(power) // 12)
+    few = int(_FEW * len(power))
     return ("quasi-periodic", 0) if strongest[:few].sum() >= _CARRIED * power.sum() else ("chaotic", 0)

@@ -1,4 +1,4 @@
-"""Does a motion fill a smooth curve or a fractal? Weighted Birkhoff averages settle fast on the one, slowly on the other.
+"""Does a motion fill a smooth curve or a fractal? Weighted Birkhoff averages settle fast only on the curve.
 
 S. Das, C. B. Dock, Y. Saiki, M. Salgado-Flores, E. Sander, J. Wu, J. A. Yorke, *Measuring quasiperiodicity*, EPL 114
 (2016) 40005.

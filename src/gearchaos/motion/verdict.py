@@ -7,6 +7,7 @@ from enum import IntEnum
 
 import numpy as np
 
+from gearchaos.errors import InputError
 from gearchaos.flow import DIVERGED, OK, ExactFlow, measure
 from gearchaos.motion import lyapunov, orbit, torus
 from gearchaos.motion.reading import Reading, read
@@ -69,6 +70,17 @@ class Budget:
     exponent: int = 250
     extensions: int = 4
     measured: int = 160
+
+    def __post_init__(self) -> None:
+        for name in ("longest", "exponent", "measured"):
+            if getattr(self, name) < 1:
+                raise InputError(f"budget.{name}", "must be at least 1", getattr(self, name))
+        if self.extensions < 0:
+            raise InputError("budget.extensions", "must not be negative", self.extensions)
+        for stretch in (*self.looks, self.exponent):
+            if stretch <= self.longest:
+                raise InputError("budget", f"must have stretches longer than longest = {self.longest}", stretch,
+                                 "A return after n periods shows only in more than n sections.")
 
 
 @dataclass(frozen=True)
@@ -225,7 +237,7 @@ _CLOSE = 0.05
 
 
 def _approached(sections: np.ndarray, found: orbit.Orbits, now: np.ndarray) -> np.ndarray:
-    """Whether the trajectory (longest + 1, d, L) is at the orbit or has come closer to it, a whole number of rounds on."""
+    """Whether the trajectory (longest + 1, d, L) is at the orbit, or came closer to it in whole rounds."""
     longest = len(sections) - 1
     rounds = longest // found.period * found.period
     before = sections[longest - rounds, :, np.arange(sections.shape[2])].T

@@ -1,0 +1,312 @@
+"""Study files: TOML in, a model and the settings of a study out, with values set by name over them.
+
+A file has ``[model]`` (with ``[model.error]`` and ``[model.stiffness]``) or ``[gearpair]``, ``[initial]`` and
+``[study]``; every table is optional. ``StudyFile.model_json_schema()`` describes the layout.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
+
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.gearpair import GearPair
+from gearchaos.model import (
+    PAIRS,
+    SCALARS,
+    HarmonicStiffness,
+    MeshModel,
+    Stiffness,
+    TransmissionError,
+    TwoLevelStiffness,
+    check_state_name,
+)
+from gearchaos.studies.axis import Axis
+
+StudyKind = Literal["simulate", "regime", "bifurcation", "zones", "basins"]
+AXIS_KEYS: dict[str, tuple[str, ...]] = {"bifurcation": ("axis",), "zones": ("x", "y"), "basins": ("x", "y")}
+"""Keys of ``[study]`` that name the axes of each kind of study, in order."""
+_OTHER_KEYS = {"simulate": ("periods", "transient", "samples"), "bifurcation": ("points", "mode")}
+_ON_PAIR = "gearpair."
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+
+class _Series(_Table):
+    amplitudes: list[float] = []
+    phases: list[float] = []
+
+
+class _StiffnessTable(_Series):
+    kind: Literal["two-level", "harmonics"] = "two-level"
+    chi0: float | None = None
+    chi1: float | None = None
+    chi2: float | None = None
+    contact_ratio: float | None = None
+
+
+class _StudyTable(_Table):
+    kind: StudyKind
+    axis: str | None = None
+    x: str | None = None
+    y: str | None = None
+    periods: int | None = Field(None, ge=1)
+    transient: int | None = Field(None, ge=0)
+    samples: int | None = Field(None, ge=1)
+    points: int | None = Field(None, ge=1)
+    mode: Literal["fixed", "up", "down"] | None = None
+
+
+_NAMES = (*SCALARS, *(pair for pair in PAIRS if pair != "chi0"))
+_ModelTable = create_model(
+    "_ModelTable",
+    __base__=_Table,
+    kind=(str, "torsional"),
+    error=(_Series, _Series()),
+    stiffness=(_StiffnessTable, _StiffnessTable()),
+    **{name: (float | None, None) for name in _NAMES},  # type: ignore[call-overload]
+)
+_GearPairTable = create_model(
+    "_GearPairTable",
+    __base__=_Table,
+    kind=(str | None, None),
+    **{f.name: (Any, ... if f.default is MISSING else f.default) for f in fields(GearPair)},  # type: ignore[call-overload]
+)
+
+
+class StudyFile(_Table):
+    """The layout of a study file."""
+
+    model: _ModelTable | None = None  # type: ignore[valid-type]
+    gearpair: _GearPairTable | None = None  # type: ignore[valid-type]
+    initial: dict[str, float] = {}
+    study: _StudyTable | None = None
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What ``[study]`` says: which study, over which axes, and how long; None where it says nothing."""
+
+    kind: str | None = None
+    axes: tuple[Axis, ...] = ()
+    periods: int | None = None
+    transient: int | None = None
+    samples: int | None = None
+    points: int | None = None
+    mode: str | None = None
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study file with the values set over it.
+
+    Attributes
+    ----------
+    model : MeshModel
+        The dimensionless model.
+    pair : GearPair or None
+        The physical pair it came from.
+    settings : Settings
+        Of the study that the file describes.
+    """
+
+    model: MeshModel
+    pair: GearPair | None = None
+    settings: Settings = Settings()
+
+    def settings_for(self, kind: str) -> Settings:
+        """The settings if the file describes a study of this kind, else none."""
+        return self.settings if self.settings.kind == kind else Settings(kind)
+
+
+def load_study(path: str | os.PathLike[str] | None = None, values: Mapping[str, Any] | None = None) -> Study:
+    """Read a study file and set values by name over it.
+
+    Parameters
+    ----------
+    path : path, optional
+        A TOML file; left out, the paper's defaults.
+    values : mapping, optional
+        Names as in `MeshModel.with_values`, ``kind`` included, or ``gearpair.<field>`` for a physical pair.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, an unknown name (with the nearest known one), or a value that breaks
+        its rule.
+    """
+    values = dict(values or {})
+    tables = _read(Path(path)) if path is not None else StudyFile()
+    on_pair = {k.removeprefix(_ON_PAIR): v for k, v in values.items() if k.startswith(_ON_PAIR)}
+    on_model = {k: v for k, v in values.items() if not k.startswith(_ON_PAIR)}
+    pair, model = _pair_and_model(tables, on_pair, on_model.pop("kind", None))
+    for name in tables.initial:
+        check_state_name(model.kind, name)
+    return Study(model.with_values(tables.initial).with_values(on_model), pair, _settings(tables.study))
+
+
+def _pair_and_model(
+    tables: StudyFile, on_pair: Mapping[str, Any], kind: str | None
+) -> tuple[GearPair | None, MeshModel]:
+    """The pair of a file, if it has one, and its model seen as one of this kind, if any is asked for."""
+    if tables.gearpair is None:
+        for name, value in on_pair.items():
+            raise InputError(f"{_ON_PAIR}{name}", "needs a study file with a [gearpair] table", value)
+        model = _model(tables.model or _ModelTable())
+        return None, model if kind is None else model.with_values({"kind": kind})
+    if tables.model is not None:
+        given = list(tables.model.model_fields_set)
+        raise InputError("[model]", "must be left out beside [gearpair]", given, "The pair is the model.")
+    values = _checked(_GearPairTable, {**tables.gearpair.model_dump(), **on_pair}, "gearpair").model_dump()
+    pair = GearPair(**{f.name: values[f.name] for f in fields(GearPair)})
+    return pair, pair.to_model(kind if kind is not None else values["kind"])
+
+
+def _read(path: Path) -> StudyFile:
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError("study file", "must be a readable file", str(path), f"{error.strerror}.") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise InputError("study file", "must be valid TOML", str(path), f"{error}.") from None
+    return _checked(StudyFile, document)
+
+
+def _checked(schema: type[BaseModel], document: Mapping[str, Any], *where: str) -> Any:
+    try:
+        return schema.model_validate(document)
+    except ValidationError as error:
+        # a misspelt key explains a missing one, so it comes first
+        first = min(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
+        raise _input_error(schema, first, where) from None
+
+
+def _input_error(schema: type[BaseModel], error: Any, where: tuple[str, ...]) -> InputError:
+    """The same complaint in the words of the project."""
+    *table, name = error["loc"]
+    if error["type"] == "extra_forbidden":
+        title = ".".join((*where, *table))
+        return _unknown(title, str(name), list(_table_at(schema, table).model_fields))
+    field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in (*where, *table, name))
+    if error["type"] == "missing":
+        return InputError(field[1:], "must be given", None)
+    if error["type"] in ("model_type", "dict_type"):
+        return InputError(field[1:], "must be a table", error["input"])
+    return InputError(field[1:], error["msg"].replace("Input should", "must"), error["input"])
+
+
+def _table_at(schema: Any, location: Sequence[Any]) -> Any:
+    """The table of the schema that a location names."""
+    for name in location:
+        annotation = schema.model_fields[name].annotation
+        options = getattr(annotation, "__args__", (annotation,))
+        schema = next(a for a in options if isinstance(a, type) and issubclass(a, BaseModel))
+    return schema
+
+
+def _unknown(title: str, name: str, known: Iterable[str]) -> InputError:
+    field = f"key of [{title}]" if title else "table"
+    for pattern, home in _HOMES if title == "model" else ():
+        if re.fullmatch(pattern, name):
+            return InputError(field, "must be a parameter of the model itself", name, f"Write it in {home}.")
+    return unknown_name(field, name, known)
+
+
+_HOMES = (
+    (r"(eps|theta)\d+", "[model.error], as amplitudes or phases"),
+    (r"chi[012]|contact_ratio|(c|alpha)\d+", "[model.stiffness]"),
+    (r"z|z_dot|[xy][12](_dot)?", "[initial]"),
+)
+
+
+def _model(table: Any) -> MeshModel:
+    values = table.model_dump(include=set(_NAMES), exclude_none=True)
+    _check_pairs("model", values)
+    series = TransmissionError(tuple(table.error.amplitudes) or (0.0,), tuple(table.error.phases))
+    model = MeshModel(kind=table.kind, error=series, stiffness=_stiffness(table.stiffness))
+    return model.with_values(values)
+
+
+def _check_pairs(table: str, values: Mapping[str, Any]) -> None:
+    """Refuse a pair beside one of its two: which of them holds would depend on their order."""
+    for pair, singles in PAIRS.items():
+        for single in singles:
+            if pair in values and single in values:
+                raise InputError(
+                    f"{table}.{pair}", f"must not be given beside {table}.{single}", values[pair],
+                    f"{pair} sets both {' and '.join(singles)}.",
+                )
+
+
+def _stiffness(table: _StiffnessTable) -> Stiffness:
+    levels = table.model_dump(include={"chi0", "chi1", "chi2", "contact_ratio"}, exclude_none=True)
+    series = [name for name in _Series.model_fields if getattr(table, name)]
+    for name in levels if table.kind == "harmonics" else series:
+        raise InputError(
+            f"model.stiffness.{name}", f"must be left out for kind {table.kind!r}", getattr(table, name),
+            "two-level takes chi1, chi2 (or chi0) and contact_ratio; harmonics takes amplitudes and phases.",
+        )
+    if table.kind == "harmonics":
+        return HarmonicStiffness(tuple(table.amplitudes) or (0.0,), tuple(table.phases))
+    _check_pairs("model.stiffness", levels)
+    singles = {single: v for name, v in levels.items() for single in PAIRS.get(name, (name,))}
+    return TwoLevelStiffness(**singles)
+
+
+def _settings(table: _StudyTable | None) -> Settings:
+    if table is None:
+        return Settings()
+    axis_keys = AXIS_KEYS.get(table.kind, ())
+    known = ("kind", *axis_keys, *_OTHER_KEYS.get(table.kind, ()))
+    given = table.model_dump(exclude_none=True)
+    for key in given.keys() - set(known):
+        rule, advice = f"must be left out for kind {table.kind!r}", f"It takes {', '.join(known)}."
+        raise InputError(f"study.{key}", rule, given[key], advice)
+    axes = tuple(parse_axis(given.pop(key), f"study.{key}") for key in axis_keys if key in given)
+    return Settings(axes=axes, **given)
+
+
+def parse_axis(text: str, field: str = "axis") -> Axis:
+    """An axis from ``name=start:stop:count``, e.g. ``eps1=0:0.3:400``."""
+    match = re.fullmatch(r"\s*(\w+)\s*=([^:]*):([^:]*):([^:]*)", text)
+    if not match:
+        raise _unreadable_axis(field, text)
+    try:
+        start, stop, count = float(match[2]), float(match[3]), int(match[4])
+    except ValueError:
+        raise _unreadable_axis(field, text) from None
+    return Axis(match[1], start, stop, count)
+
+
+def _unreadable_axis(field: str, text: str) -> InputError:
+    return InputError(field, "must read name=start:stop:count", text, "E.g. eps1=0:0.3:400.")
+
+
+def parse_set(texts: Iterable[str]) -> dict[str, Any]:
+    """Values by name from ``name=value`` texts, numbers where numeric; the last one of a name holds."""
+    values: dict[str, Any] = {}
+    for text in texts:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
+            raise InputError("--set", "must read name=value", text, "E.g. --set omega=1.")
+        values.pop(name, None)  # so that it also comes last in order: q0 sets q1 after q1 has been set
+        values[name] = _value(value)
+    return values
+
+
+def _value(text: str) -> int | float | str:
+    for number in (int, float):
+        try:
+            return number(text)
+        except ValueError:
+            continue
+    return text

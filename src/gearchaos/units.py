@@ -1,0 +1,96 @@
+"""Quantities with units, at the boundary only: a string such as "3 mm" becomes a float in SI."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from gearchaos.errors import InputError
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf)"
+_NUMBER_AND_UNIT = re.compile(rf"\s*({_NUMBER})\s*([^\d\s].*|)")
+_ANGLE = re.compile("radian|revolution|turn|degree|grade|arc")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A physical dimension: how it is called, its SI unit, and a value as one writes it."""
+
+    name: str
+    unit: str
+    example: str
+
+
+LENGTH = Quantity("a length", "m", "35.2 mm")
+MASS = Quantity("a mass", "kg", "700 g")
+INERTIA = Quantity("a moment of inertia", "kg*m^2", "4.9e-4 kg*m^2")
+STIFFNESS = Quantity("a stiffness", "N/m", "400 N/um")
+DAMPING = Quantity("a damping coefficient", "N*s/m", "530 N*s/m")
+TORQUE = Quantity("a torque", "N*m", "85 N*m")
+BEARING_FRICTION = Quantity("a rotational damping coefficient", "N*m*s/rad", "1e-4 N*m*s/rad")
+SPEED = Quantity("an angular velocity", "rad/s", "2500 rpm")
+ANGLE = Quantity("an angle", "rad", "30 deg")
+
+
+def to_si(field: str, value: Any, quantity: Quantity) -> float:
+    """The value of a field in SI, a float.
+
+    Parameters
+    ----------
+    field : str
+        Name for the error message.
+    value : float, str or pint quantity
+        A plain number is in SI already; a string carries a unit.
+    quantity : Quantity
+        What the field is.
+
+    Raises
+    ------
+    InputError
+        For a wrong dimension, a unit that does not exist, no unit in a string, or a value that is not finite.
+    """
+    number = _converted(field, value, quantity) if _has_unit(value) else value
+    if isinstance(number, (bool, bytes)) or not hasattr(number, "__float__"):
+        raise _wrong(field, value, quantity)
+    if not math.isfinite(float(number)):
+        raise InputError(field, "must be a finite number", value)
+    return float(number)
+
+
+def _has_unit(value: Any) -> bool:
+    return isinstance(value, str) or (hasattr(value, "to") and hasattr(value, "magnitude"))
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def _converted(field: str, value: Any, quantity: Quantity) -> float:
+    try:
+        measured = _parsed(value) if isinstance(value, str) else value
+        number = float(measured.to(quantity.unit).magnitude)
+    except Exception as error:  # pint lets through whatever its tokenizer and arithmetic raise
+        raise _wrong(field, value, quantity, f"{str(error).rstrip('.')}. ") from None
+    if quantity is SPEED and not _ANGLE.search(str(measured.units)):
+        # pint takes the radian for 1, so 40 Hz would become 40 rad/s
+        raise _wrong(field, value, quantity, "Hertz and 1/s leave open whether turns or radians are meant. ")
+    return number
+
+
+def _parsed(text: str) -> Any:
+    match = _NUMBER_AND_UNIT.fullmatch(text)
+    if not match:
+        raise ValueError("It is not a number followed by a unit")
+    return _registry().Quantity(float(match[1]), match[2])
+
+
+def _wrong(field: str, value: object, quantity: Quantity, reason: str = "") -> InputError:
+    shown = value if isinstance(value, (str, bytes, bool)) or not _has_unit(value) else str(value)
+    advice = f"{reason}Write e.g. '{quantity.example}', or a plain number in {quantity.unit}."
+    return InputError(field, f"must be {quantity.name}", shown, advice)

@@ -1,0 +1,201 @@
+"""The exact flow against closed forms, and the invariants that hold to rounding whatever the parameters."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import expm
+
+from gearchaos.flow import DIVERGED, OK, ExactFlow
+from gearchaos.flow import layout as at
+from gearchaos.model import HarmonicStiffness, MeshModel, vary
+from gearchaos.switched import coordinates, start, switched
+
+KINDS = ("single", "torsional", "full")
+
+
+def flow_of(model, values=None):
+    batch = vary(model, values or {})
+    system = switched(batch)
+    return ExactFlow(system), start(batch, system).T.copy()
+
+
+def random_model(draw):
+    kind = draw(st.sampled_from(KINDS))
+    number = lambda low, high: draw(st.floats(low, high))  # noqa: E731
+    values = {
+        "omega": number(0.2, 3.0), "q0": number(-0.2, 0.4), "zeta": number(0.0, 0.1), "eps1": number(0.0, 0.3),
+        "theta1": number(0.0, 6.0), "eps2": number(0.0, 0.1), "chi1": number(-0.3, 0.5), "chi2": number(-0.3, 0.5),
+        "contact_ratio": number(1.0, 2.0),
+    }
+    if kind == "full":
+        values["kappa"] = number(0.2, 5.0)
+    model = MeshModel.of(kind=kind, **values)
+    if draw(st.booleans()):
+        harmonics = HarmonicStiffness((number(0.0, 0.5), number(0.0, 0.3)), (number(0.0, 6.0),))
+        model = MeshModel(**{**model.__dict__, "stiffness": harmonics})
+    return model
+
+
+models = st.composite(random_model)()
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(models)
+def test_the_monodromy_determinant_has_its_closed_form(model):
+    flow, w = flow_of(model)
+    d = flow.dimension
+    out = flow.advance(w, 1, tangent=np.eye(d)[:, :, None].copy())
+    determinant = np.linalg.det(out.tangent[:, :, 0])
+    assert determinant == pytest.approx(np.exp(flow.system.trace[0] * flow.system.period[0]), rel=1e-11)
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(models)
+def test_exponents_sum_to_the_trace(model):
+    flow, w = flow_of(model)
+    d = flow.dimension
+    out = flow.advance(w, 20, tangent=np.eye(d)[:, :, None].copy(), growth=True)
+    rate = out.growth[:, :, 0].sum() / (20 * flow.system.period[0])
+    assert rate == pytest.approx(flow.system.trace[0], abs=1e-12)
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(models)
+def test_turning_everything_around_turns_the_motion_around(model):
+    flow, w = flow_of(model)
+    turned = model.with_values({"q1": -model.q1, "q2": -model.q2, **{
+        f"eps{j}": -a for j, a in enumerate(model.error.amplitudes, 1)}})
+    mirror, _ = flow_of(turned)
+    here, there = flow.advance(w, 2), mirror.advance(-w, 2)
+    np.testing.assert_allclose(here.w, -there.w, rtol=0, atol=1e-12 * max(1.0, np.abs(w).max()))
+
+
+def test_free_flight():
+    model = MeshModel.of(kind="single", omega=0.7, q0=0.0, zeta=0.05, z=-0.6, z_dot=0.05)
+    flow, w = flow_of(model)
+    tau = model.period * np.arange(1, 6)
+    sections = flow.advance(w, 5, sections=5).sections[:, :, 0]
+    decay = np.exp(-0.1 * tau)
+    np.testing.assert_allclose(sections, np.stack([-0.6 + 0.5 * (1 - decay), 0.05 * decay], axis=1), atol=1e-15)
+
+
+def test_permanent_contact_with_constant_stiffness():
+    """z = 1 + q0 plus the answer of a linear oscillator to −ε''."""
+    omega, zeta, q0, eps = 1.7, 0.05, 0.4, 0.05
+    model = MeshModel.of(kind="single", omega=omega, zeta=zeta, q0=q0, eps1=eps, theta1=0.4, chi0=0.0)
+    flow, w = flow_of(model)
+    out = flow.advance(flow.advance(w, 400).w, 1, measured=True)
+    answer = eps * omega**2 * np.exp(-0.4j) / (1 - omega**2 + 2j * zeta * omega)
+    np.testing.assert_allclose(out.w[:, 0], [1 + q0 + answer.real, (1j * omega * answer).real], atol=1e-14)
+    measures, period = out.measures[:, 0], model.period
+    assert measures[at.FRONT_TIME] == pytest.approx(period, rel=1e-14)
+    assert measures[at.SWITCHES] == 0
+    assert measures[at.Z] / period == pytest.approx(1 + q0, rel=1e-13)
+    assert measures[at.Z_DOT_SQUARE] / period == pytest.approx((omega * abs(answer)) ** 2 / 2, rel=1e-12)
+    assert measures[at.Z_MAX] == pytest.approx(1 + q0 + abs(answer), rel=1e-13)
+    assert measures[at.Z_MIN] == pytest.approx(1 + q0 - abs(answer), rel=1e-13)
+
+
+@pytest.mark.parametrize("omega", [0.35, 0.9, 1.9, 2.0, 3.0])
+def test_meissner_multipliers(omega):
+    """In permanent contact the monodromy of the two-level stiffness is a product of two exponentials."""
+    model = MeshModel.of(kind="single", omega=omega, q0=3.0, chi1=0.4, chi2=0.2, contact_ratio=1.6, z=4.0)
+    flow, w = flow_of(model)
+    out = flow.advance(w, 1, tangent=np.eye(2)[:, :, None].copy(), measured=True)
+    assert out.measures[at.SWITCHES, 0] == 0
+
+    def stretch(chi, share):
+        return expm(np.array([[0.0, 1.0], [-chi, -2 * model.zeta]]) * share * model.period)
+
+    np.testing.assert_allclose(out.tangent[:, :, 0].T, stretch(0.8, 0.4) @ stretch(1.4, 0.6), atol=2e-14)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("omega", [1e-2, 40.0])
+def test_far_below_and_above_resonance(kind, omega):
+    flow, w = flow_of(MeshModel.of(kind=kind, omega=omega, eps1=0.05))
+    out = flow.advance(w, 2, tangent=np.eye(flow.dimension)[:, :, None].copy(), growth=True)
+    assert out.status[0] == OK
+    rate = out.growth.sum() / (2 * flow.system.period[0])
+    assert rate == pytest.approx(flow.system.trace[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("z_dot", [-0.3, -1e-9, 0.0, 1e-9, 0.3])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_starts_on_a_boundary_agree_with_starts_beside_it(side, z_dot):
+    """The flow is continuous, so a start on |z| = 1 lies between those a hair inside and outside."""
+    model = MeshModel.of(kind="single", omega=0.9, eps1=0.1)
+    flow, _ = flow_of(model)
+    z = side * np.array([1.0, np.nextafter(1.0, 0.0), np.nextafter(1.0, 2.0), 1 - 1e-12, 1 + 1e-12])
+    out = flow.advance(np.stack([z, np.full(5, z_dot)]), 1, points=np.zeros(5, dtype=int))
+    assert np.all(out.status == OK)
+    np.testing.assert_allclose(out.w[:, 1:], out.w[:, [0]].repeat(4, axis=1), atol=1e-11)
+
+
+def test_at_rest_on_the_boundary_without_load_stays():
+    flow, _ = flow_of(MeshModel.of(kind="single", q0=0.0))
+    out = flow.advance(np.array([[1.0, -1.0], [0.0, 0.0]]), 3, points=np.zeros(2, dtype=int))
+    np.testing.assert_array_equal(out.w, [[1.0, -1.0], [0.0, 0.0]])
+    assert np.all(out.status == OK)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_lane_does_not_feel_its_neighbours(kind):
+    """Bit for bit the same alone, in another order, and among others."""
+    rng = np.random.default_rng(3)
+    values = {"omega": rng.uniform(0.3, 3, 300), "eps1": rng.uniform(0, 0.3, 300), "q0": rng.uniform(0, 0.3, 300)}
+    model = MeshModel(kind=kind)
+    flow, w = flow_of(model, values)
+    together = flow.advance(w, 12).w
+    order = rng.permutation(300)
+    np.testing.assert_array_equal(flow.advance(w[:, order], 12, points=order).w, together[:, order])
+    for i in (0, 17, 299):
+        alone, w_alone = flow_of(model, {k: v[[i]] for k, v in values.items()})
+        np.testing.assert_array_equal(alone.advance(w_alone, 12).w[:, 0], together[:, i])
+
+
+def test_measuring_and_sampling_do_not_change_the_motion():
+    batch = vary(MeshModel.of(eps1=0.1, omega=0.95), {})
+    system = switched(batch)
+    w = start(batch, system).T.copy()
+    plain = ExactFlow(system).advance(w, 5)
+    measured = ExactFlow(system).advance(w, 5, measured=True)
+    sampled = ExactFlow(system, samples=50).advance(w, 5, sample=True)
+    np.testing.assert_allclose(measured.w, plain.w, atol=1e-13)
+    np.testing.assert_allclose(sampled.w, plain.w, atol=1e-13)
+    z, contact = sampled.samples[:, :, 0, 0], sampled.samples[:, :, -1, 0]
+    np.testing.assert_array_equal(contact, np.where(z > 1, 1, np.where(z < -1, -1, 0)))
+    share = contact.ravel().mean()
+    assert measured.measures[at.FRONT_TIME, 0] / (5 * system.period[0]) == pytest.approx(share, abs=0.03)
+
+
+def test_runaway_is_a_status():
+    flow, w = flow_of(MeshModel.of(kind="single", omega=2.0, z=30.0))
+    out = flow.advance(w, 600)
+    assert out.status[0] == DIVERGED
+
+
+def test_the_dimension_follows_from_the_symmetry():
+    def dimension(**values):
+        return len(coordinates(vary(MeshModel.of(**values), {})))
+
+    assert dimension(kind="single") == dimension(kind="torsional") == 2
+    assert dimension(kind="torsional", beta1=0.02) == 3
+    assert dimension(kind="full") == 4
+    assert dimension(kind="full", J1=1.5) == 5
+    assert dimension(kind="full", kappa1=0.7) == 6
+    assert dimension(kind="full", kappa1=0.7, beta1=0.02) == 7
+    assert dimension(kind="full", kappa1=0.5, mu1=4.0, kappa2=1.0, mu2=8.0) == 4
+
+
+@pytest.mark.parametrize(("values", "equal"), [
+    ({"kind": "torsional", "q1": 0.2, "q2": 0.1}, {"kind": "torsional", "beta1": 0.02}),
+    ({"kind": "full"}, {"kind": "full", "kappa1": 0.7, "beta1": 0.02}),
+])
+def test_reduced_and_whole_coordinates_give_the_same_motion(values, equal):
+    for v in (values, equal):
+        batch = vary(MeshModel.of(omega=0.95, eps1=0.1, **v), {})
+        reduced, whole = switched(batch), switched(batch, whole=True)
+        z = [ExactFlow(s).advance(start(batch, s).T.copy(), 8, sections=8).sections[:, :2, 0] for s in (reduced, whole)]
+        np.testing.assert_allclose(z[0], z[1], atol=1e-12)

@@ -1,0 +1,110 @@
+"""The dimensionless model: names, defaults, waveforms and every rule that input must obey."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+from gearchaos.errors import InputError
+from gearchaos.model import (
+    HarmonicStiffness,
+    MeshModel,
+    TransmissionError,
+    TwoLevelStiffness,
+    backlash,
+    mesh_stiffness,
+    transmission_error,
+    vary,
+)
+
+
+def test_the_defaults_are_the_papers():
+    model = MeshModel()
+    assert (model.zeta, model.beta1, model.J1, model.mu1, model.zeta_support1) == (0.025, 0.01, 2.0, 4.0, 0.01)
+    assert model.stiffness == TwoLevelStiffness(0.25, 0.25, 1.5)
+    assert MeshModel(kind="single").beta1 == 0.0
+
+
+def test_short_names_set_both_of_a_pair_and_any_harmonic():
+    model = MeshModel.of(q0=0.05, kappa=2.0, chi0=0.1, eps3=0.02, theta3=0.5)
+    assert (model.q1, model.q2, model.kappa1, model.kappa2) == (0.05, 0.05, 2.0, 2.0)
+    assert model.stiffness == TwoLevelStiffness(0.1, 0.1)
+    assert model.error == TransmissionError((0.0, 0.0, 0.02), (0.0, 0.0, 0.5))
+
+
+def test_the_kind_changes_bearing_friction_only_where_it_was_the_default():
+    assert MeshModel().with_values({"kind": "single"}).beta1 == 0.0
+    assert MeshModel(kind="single").with_values({"kind": "torsional"}).beta1 == 0.01
+    with pytest.raises(InputError, match="must be 0 in the single model"):
+        MeshModel.of(beta=0.02).with_values({"kind": "single"})
+
+
+def test_models_are_values():
+    model = MeshModel.of(eps1=0.1, x1=0.5)
+    assert model == MeshModel.of(eps1=0.1, x1=0.5)
+    assert hash(model) == hash(MeshModel.of(eps1=0.1, x1=0.5))
+    assert pickle.loads(pickle.dumps(model)) == model
+    assert repr(model) == (
+        "MeshModel(kind='torsional', error=TransmissionError(amplitudes=(0.1,), phases=(0.0,)), initial={'x1': 0.5})"
+    )
+
+
+def test_waveforms_are_those_of_the_paper():
+    model = MeshModel(omega=2.0, error=TransmissionError((0.1, 0.05), (0.3,)))
+    tau = np.linspace(0, 7, 50)
+    expected = 0.1 * np.cos(2 * tau - 0.3) + 0.05 * np.cos(4 * tau)
+    np.testing.assert_allclose(transmission_error(model, tau), expected, atol=1e-15)
+    slope = (transmission_error(model, tau + 1e-6) - transmission_error(model, tau - 1e-6)) / 2e-6
+    np.testing.assert_allclose(transmission_error(model, tau, 1), slope, atol=1e-8)
+    chi = mesh_stiffness(MeshModel(stiffness=TwoLevelStiffness(0.2, 0.1, 1.25)), np.array([0.0, 1.5, 1.6, 6.2]))
+    np.testing.assert_array_equal(chi, [1.2, 1.2, 0.9, 0.9])
+    np.testing.assert_array_equal(backlash(np.array([-3.0, -1.0, 0.4, 1.0, 2.5])), [-2.0, 0.0, 0.0, 0.0, 1.5])
+
+
+BAD = [
+    ({"omega": 0.0}, r"omega must be greater than 0; got 0\.0"),
+    ({"omega": -1.0}, r"omega must be greater than 0; got -1\.0"),
+    ({"omega": float("nan")}, "omega must be a finite number; got nan"),
+    ({"q0": float("inf")}, "q1 must be a finite number"),
+    ({"zeta": -0.1}, "zeta must not be negative"),
+    ({"beta1": -0.1}, "beta1 must not be negative"),
+    ({"J2": 0.0}, "J2 must be greater than 0"),
+    ({"mu1": -4}, "mu1 must be greater than 0"),
+    ({"kappa": 0.0}, "kappa1 must be greater than 0"),
+    ({"contact_ratio": 2.1}, r"contact_ratio must lie in \[1, 2\]; got 2\.1"),
+    ({"contact_ratio": 0.9}, r"contact_ratio must lie in \[1, 2\]"),
+    ({"chi2": 1.0}, "chi2 must be less than 1"),
+    ({"chi1": -1.5}, "chi1 must be greater than -1"),
+    ({"omgea": 1.0}, "Did you mean 'omega'"),
+    ({"eps0": 1.0}, "Did you mean 'eps1'"),
+    ({"omega": "fast"}, "omega must be a number; got 'fast'"),
+    ({"y1": 1.0}, "initial value|must be one of"),
+    ({"eps99": 0.1}, "order at most 64"),
+    ({"kind": "triple"}, "must be one of full, single, torsional"),
+]
+
+
+@pytest.mark.parametrize(("values", "message"), BAD, ids=[str(v) for v, _ in BAD])
+def test_bad_values_are_named_with_rule_and_value(values, message):
+    with pytest.raises(InputError, match=message):
+        MeshModel().with_values(values)
+
+
+def test_harmonic_stiffness_must_stay_positive():
+    HarmonicStiffness((0.9, 0.2), (0.0, np.pi / 2))
+    with pytest.raises(InputError, match="must keep the mesh stiffness above 0"):
+        HarmonicStiffness((1.2,))
+    model = MeshModel(stiffness=HarmonicStiffness((0.5,)))
+    with pytest.raises(InputError, match="must keep the mesh stiffness above 0"):
+        vary(model, {"c1": [0.1, 0.5, 1.1]})
+
+
+def test_batches_obey_the_same_rules():
+    batch = vary(MeshModel(), {"omega": [1.0, 2.0]})
+    assert batch.size == 2
+    with pytest.raises(InputError, match=r"omega must be greater than 0; got -2\.0"):
+        vary(MeshModel(), {"omega": [1.0, -2.0]})
+    with pytest.raises(InputError, match="one common length"):
+        vary(MeshModel(), {"omega": [1.0, 2.0], "q0": [1.0, 2.0, 3.0]})
+    with pytest.raises(InputError, match="must be a parameter of the torsional model"):
+        vary(MeshModel(), {"kappa": [1.0, 2.0]})

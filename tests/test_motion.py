@@ -1,0 +1,130 @@
+"""Verdicts: polished orbits, exponents, tori; on motions whose nature is known."""
+
+import numpy as np
+import pytest
+
+from gearchaos.errors import InputError
+from gearchaos.flow import ExactFlow
+from gearchaos.model import MeshModel, vary
+from gearchaos.motion import Budget, Label, Reason, classify, orbit, torus
+from gearchaos.motion.lyapunov import from_growth
+from gearchaos.motion.spectrum import amplitudes, opinion
+from gearchaos.switched import start, switched
+
+
+def verdict(exponents=None, budget=None, values=None, **model):
+    batch = vary(MeshModel.of(**model), values or {})
+    system = switched(batch)
+    flow = ExactFlow(system)
+    return flow, classify(flow, start(batch, system).T.copy(), exponents=exponents or system.dimension, budget=budget)
+
+
+def test_a_linear_motion_has_its_closed_form_multipliers():
+    """Permanent contact with constant stiffness: multipliers exp((−ζ ± i sqrt(1 − ζ²)) T)."""
+    flow, found = verdict(kind="single", omega=1.7, zeta=0.05, q0=0.5, eps1=0.02, chi0=0.0)
+    expected = np.exp((-0.05 + 1j * np.sqrt(1 - 0.05**2)) * flow.system.period[0])
+    assert (found.label[0], found.period[0]) == (Label.PERIODIC, 1)
+    got = found.multipliers[0][np.argmax(found.multipliers[0].imag)]
+    assert abs(got - (expected if expected.imag > 0 else expected.conjugate())) < 1e-12
+    np.testing.assert_allclose(found.exponent[:, 0], -0.05, rtol=1e-11)
+
+
+@pytest.mark.parametrize(("eps1", "period"), [(0.206, 8), (0.208, 16), (0.209, 32), (0.231, 6)])
+def test_orbits_are_minimal_converged_and_stable(eps1, period):
+    flow, found = verdict(omega=1.0, q0=0.1, eps1=eps1)
+    assert found.period[0] == period
+    assert found.residual[0] <= 1e-10
+    assert np.abs(found.multipliers[0]).max() < 1
+    points = orbit.sections(flow, found.w, np.zeros(1, dtype=int), found.period)[0]
+    gaps = np.abs(points[:, None] - points[None]).max(axis=2) + np.eye(period)
+    assert gaps.min() > 1e-6
+
+
+def test_exponents_of_every_verdict_sum_to_the_trace():
+    flow, found = verdict(kind="full", omega=1.05, values={"eps1": [0.03, 0.04, 0.048, 0.05, 0.205, 0.22]})
+    np.testing.assert_allclose(found.exponent.sum(axis=0), flow.system.trace, atol=1e-11)
+    names = [Label(v).name for v in found.label]
+    assert names == ["PERIODIC", "QUASI_PERIODIC", "CHAOTIC", "PERIODIC", "QUASI_PERIODIC", "CHAOTIC"]
+
+
+def test_complex_multipliers_of_a_planar_orbit_have_the_modulus_that_damping_gives():
+    flow, found = verdict(values={"omega": np.linspace(0.3, 2.9, 60)}, eps1=0.05)
+    planar = (found.period > 0) & (np.abs(found.multipliers[:, 0].imag) > 1e-6)
+    assert planar.sum() > 20
+    expected = np.exp(flow.system.trace * found.period * flow.system.period)
+    np.testing.assert_allclose(np.abs(found.multipliers[planar, 0]) ** 2, expected[planar], rtol=1e-10)
+
+
+def test_newton_finds_an_unstable_orbit_too_and_no_verdict_rests_on_it():
+    """Beyond the period doubling the 1T orbit lives on, unstable; the motion is the 2T one."""
+    flow, found = verdict(omega=1.9, q0=0.1, eps1=0.03)
+    assert found.period[0] == 2
+    one = orbit.polish(flow, found.w, np.zeros(1, dtype=int), np.array([1]))
+    assert one.converged[0]
+    assert not one.stable[0]
+    assert np.abs(one.multipliers[0]).max() > 1
+
+
+def test_newton_that_fails_is_data():
+    flow, _ = verdict(omega=1.0, eps1=0.1, q0=0.02)
+    wild = orbit.polish(flow, np.array([[0.3], [0.1]]), np.zeros(1, dtype=int), np.array([61]))
+    assert not wild.converged[0]
+    assert not wild.stable[0]
+
+
+@pytest.mark.parametrize("values", [{"longest": 0}, {"looks": (64,)}, {"exponent": 10}, {"measured": 0},
+                                    {"extensions": -1}])
+def test_budgets_that_cannot_decide_are_refused(values):
+    with pytest.raises(InputError, match=r"budget.* must"):
+        Budget(**values)
+
+
+def test_rest_without_load_is_neutral():
+    _, found = verdict(q0=0.0)
+    assert (found.label[0], found.period[0], found.reason[0]) == (Label.PERIODIC, 1, Reason.NEUTRAL)
+
+
+def test_a_short_budget_yields_undecided_not_a_guess():
+    hasty = Budget(looks=(40,), longest=32, exponent=40, extensions=0, measured=10)
+    _, calm = verdict(budget=hasty, kind="full", omega=1.05, eps1=0.04)
+    assert calm.label[0] == Label.UNDECIDED
+
+
+def test_running_away_is_a_label():
+    _, found = verdict(kind="single", omega=2.0, z=30.0)
+    assert (found.label[0], found.reason[0]) == (Label.DIVERGED, Reason.OUT_OF_RANGE)
+    assert np.isnan(found.reading.v_rms[0])
+
+
+def test_intervals_cover_the_mean_of_noise():
+    rng = np.random.default_rng(0)
+    growth = rng.normal(0.3, 1.0, (2000, 1, 200))
+    found = from_growth(growth, np.full(200, 2.0))
+    covered = (found.low < 0.15) & (found.high > 0.15)
+    assert covered.mean() > 0.95
+
+
+def test_birkhoff_digits_tell_a_curve_from_a_fractal():
+    n = np.arange(1000)
+    smooth = np.stack([np.cos(n), np.cos(np.sqrt(2) * n) + 0.3 * np.cos(2 * np.sqrt(2) * n)], axis=1)
+    logistic = np.empty((1000, 1))
+    logistic[0] = 0.3
+    for i in range(999):
+        logistic[i + 1] = 3.9 * logistic[i] * (1 - logistic[i])
+    assert np.all(torus.digits(smooth) > 6)
+    assert np.all(torus.digits(logistic) < 3)
+
+
+def test_the_spectral_opinion():
+    n = np.arange(512)[:, None]
+    assert opinion(np.cos(2 * np.pi * n / 5)) == ("5T", 5)
+    assert opinion(np.cos(n) + 0.2 * np.cos(2 * n)) == ("quasi-periodic", 0)
+    rng = np.random.default_rng(1)
+    assert opinion(rng.normal(size=(512, 1))) == ("chaotic", 0)
+
+
+def test_amplitudes_of_whole_periods_have_no_leakage():
+    t = np.arange(640) / 64
+    orders, spectrum = amplitudes(0.5 + 0.3 * np.cos(2 * np.pi * t) + 0.1 * np.sin(2 * np.pi * 2.5 * t), 10)
+    lines = {float(orders[i]): spectrum[i] for i in np.flatnonzero(spectrum > 1e-12)}
+    assert lines == pytest.approx({0.0: 0.5, 1.0: 0.3, 2.5: 0.1})
