@@ -22,11 +22,13 @@ from gearchaos.switched import error_at_start, from_physical, start, switched, t
 MODES = ("fixed", "up", "down")
 _CARRY = 400
 _TILE = 256
+PER_COLUMN = Budget(exponent=1000, extensions=2)
+"""Columns are few: each is worth an exponent that draws a clean curve."""
 
 
 def bifurcation(
     model: MeshModel, axis: Axis, *, points: int = 128, mode: Literal["fixed", "up", "down"] = "fixed",
-    budget: Budget | None = None, progress: bool = False, threads: int | None = None,
+    budget: Budget = PER_COLUMN, progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
     """A bifurcation diagram.
 

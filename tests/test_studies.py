@@ -1,0 +1,154 @@
+"""Studies return labelled Datasets that say what they are, survive saving, and refuse bad axes before any work."""
+
+import json
+
+import numpy as np
+import pytest
+
+import gearchaos as gc
+from gearchaos.errors import InputError
+
+FIGURE_2 = gc.MeshModel.of(q0=0.1)
+
+
+@pytest.fixture(scope="module")
+def small_map():
+    return gc.zones(FIGURE_2, gc.Axis("omega", 0.4, 2.8, 25), gc.Axis("eps1", 0.0, 0.3, 16))
+
+
+def test_a_planar_map_has_no_quasi_periodic_cell(small_map):
+    labels = set(np.unique(small_map.label).tolist())
+    assert 2 not in labels
+    assert {1, 3} <= labels
+    assert np.mean(small_map.label == 4) < 0.01
+
+
+def test_every_periodic_cell_carries_its_orbit(small_map):
+    periodic = small_map.where(small_map.label == 1)
+    assert float(periodic.residual.max()) <= 1e-10
+    assert float(periodic.multiplier.max()) < 1
+    assert np.all(small_map.period.values[small_map.label.values == 3] == 0)
+    chaotic = small_map.where(small_map.label == 3)
+    assert float(chaotic.lyapunov_lo.min()) > 0
+
+
+def test_cells_agree_with_the_verdict_at_their_point(small_map):
+    for i, j in ((0, 0), (5, 12), (12, 20)):
+        cell = small_map.isel(eps1=i, omega=j)
+        found = gc.regime(FIGURE_2.with_values({"omega": float(cell.omega), "eps1": float(cell.eps1)}))
+        if int(cell.label) == 1:
+            assert found.label == f"{int(cell.period)}T"
+            assert found.v_rms == pytest.approx(float(cell.v_rms), rel=1e-9)
+            assert found.dynamic_factor == pytest.approx(float(cell.dynamic_factor), rel=1e-6)
+
+
+def test_maps_do_not_depend_on_threads_or_axis_order(small_map):
+    again = gc.zones(FIGURE_2, gc.Axis("omega", 0.4, 2.8, 25), gc.Axis("eps1", 0.0, 0.3, 16), threads=1)
+    turned = gc.zones(FIGURE_2, gc.Axis("eps1", 0.0, 0.3, 16), gc.Axis("omega", 0.4, 2.8, 25))
+    for name in small_map.data_vars:
+        np.testing.assert_array_equal(small_map[name], again[name])
+        np.testing.assert_array_equal(small_map[name], turned[name].transpose("eps1", "omega"))
+
+
+def test_datasets_name_units_and_provenance_and_survive_saving(small_map, tmp_path):
+    assert small_map.omega.attrs == {"long_name": "mesh frequency", "units": "omega0"}
+    assert small_map.label.attrs["flag_meanings"].split() == [
+        "periodic", "quasi-periodic", "chaotic", "undecided", "diverged",
+    ]
+    assert json.loads(small_map.attrs["model"])["q1"] == 0.1
+    assert small_map.attrs["gearchaos_version"] == gc.__version__
+    gc.save(small_map, tmp_path / "map.nc")
+    assert gc.load(tmp_path / "map.nc").identical(small_map)
+    assert [p.name for p in tmp_path.iterdir()] == ["map.nc"]
+
+
+def test_saving_into_nowhere_is_refused(small_map, tmp_path):
+    with pytest.raises(InputError, match="must lie in an existing folder"):
+        gc.save(small_map, tmp_path / "missing" / "map.nc")
+    with pytest.raises(InputError, match="must be a NetCDF file"):
+        gc.load(tmp_path / "missing.nc")
+
+
+def test_simulate_samples_and_sections_belong_together():
+    data = gc.simulate(gc.MeshModel.of(kind="full", omega=1.05, eps1=0.1), 3, transient=2, samples=40)
+    assert data.sizes == {"period": 3, "tau": 120}
+    for name in ("x1", "x2_dot", "y1", "y2_dot", "z", "z_dot"):
+        np.testing.assert_allclose(data[name].values[[40, 80]], data[f"section_{name}"].values[:2], atol=1e-12)
+    np.testing.assert_allclose(data.tau[40], data.tau_section[0])
+    z_dot = np.gradient(data.z.values, data.tau.values)
+    np.testing.assert_allclose(z_dot[1:-1], data.z_dot.values[1:-1], atol=0.02)
+    error = data.x1 - data.x2 + data.y1 - data.y2 - data.z
+    np.testing.assert_allclose(error, 0.1 * np.cos(1.05 * data.tau), atol=1e-12)
+
+
+def test_the_mesh_force_balances_the_torque():
+    data = gc.simulate(gc.MeshModel.of(kind="single", omega=2.5, q0=0.4, eps1=0.05), 1, transient=400, samples=2000)
+    assert float(data.mesh_force.mean()) == pytest.approx(0.4, rel=1e-3)
+
+
+def test_regime_is_json_and_has_every_promised_field():
+    found = gc.regime(gc.MeshModel.of(omega=1.0, eps1=0.206)).to_dict()
+    document = json.loads(json.dumps(found, allow_nan=False))
+    assert list(document)[:11] == [
+        "label", "period", "reason", "multipliers", "lyapunov", "lyapunov_ci", "v_rms", "contact_fraction", "contact",
+        "dynamic_factor", "section",
+    ]
+    assert document["label"] == "8T"
+    assert len(document["section"]["x1"]) == 8
+    assert document["contact"] in ("permanent", "one-sided", "two-sided")
+
+
+def test_sections_of_an_orbit_repeat():
+    model = gc.MeshModel.of(omega=1.0, eps1=0.231)
+    found = gc.regime(model)
+    start = {k: v[-1] for k, v in found.section.items() if not k.startswith("z")}
+    again = gc.simulate(model.with_values(start), 6)
+    for name, values in found.section.items():
+        np.testing.assert_allclose(again[f"section_{name}"], values, atol=1e-9)
+
+
+def test_bifurcation_columns_show_as_many_points_as_the_period():
+    data = gc.bifurcation(FIGURE_2.with_values({"omega": 1.0}), gc.Axis("eps1", 0.2, 0.209, 10), points=64)
+    for i in range(data.sizes["eps1"]):
+        column, period = data.section_x1.values[i], int(data.period[i])
+        if period:
+            assert len(np.unique(column.round(7))) == period
+
+
+def test_sweeps_carry_the_state_and_show_hysteresis():
+    axis = gc.Axis("omega", 0.6, 0.9, 31)
+    model = gc.MeshModel.of(q0=0.1, eps1=0.02)
+    up, down = (gc.bifurcation(model, axis, points=4, mode=m) for m in ("up", "down"))
+    jump = np.abs(up.v_rms - down.v_rms) > 0.02
+    assert 0 < int(jump.sum()) < 31
+
+
+def test_basins_tell_attractors_apart():
+    model = gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05)
+    data = gc.basins(model, gc.Axis("z", -3.0, 3.0, 40), gc.Axis("z_dot", -2.0, 2.0, 40))
+    assert data.attractor_period.values.tolist() == [1, 3, 4, 4, 5]
+    assert float(data.attractor_fraction.sum()) == pytest.approx(1.0)
+    lowest = data.attractor_section_z.min("point").values[2:4] + 0.05  # x1 − x2 = z + ε at the section
+    assert np.sort(lowest).round(4).tolist() == [-1.6818, 0.3127]
+
+
+BAD = [
+    (lambda: gc.Axis("omega", 1.0, 0.5, 10), "must run from a smaller to a larger value"),
+    (lambda: gc.Axis("omega", 1.0, 2.0, 0), "count must be a whole number from 1"),
+    (lambda: gc.Axis("omega", 1.0, float("nan"), 3), "must be a finite number"),
+    (lambda: gc.zones(FIGURE_2, gc.Axis("omega", -1.0, 1.0, 3), gc.Axis("eps1", 0, 1, 2)), "omega must be greater"),
+    (lambda: gc.zones(FIGURE_2, gc.Axis("omega", 1.0, 2.0, 3), gc.Axis("omega", 1, 2, 2)), "two different"),
+    (lambda: gc.zones(FIGURE_2, gc.Axis("omgea", 1.0, 2.0, 3), gc.Axis("eps1", 0, 1, 2)), "Did you mean 'omega'"),
+    (lambda: gc.basins(FIGURE_2, gc.Axis("omega", 1.0, 2.0, 3), gc.Axis("x1", 0, 1, 2)), "initial value"),
+    (lambda: gc.simulate(FIGURE_2, 0), "periods must be a whole number of at least 1; got 0"),
+    (lambda: gc.simulate(FIGURE_2, 5, transient=-1), "transient must be"),
+    (lambda: gc.simulate(FIGURE_2, 5, samples=0), "samples must be"),
+    (lambda: gc.bifurcation(FIGURE_2, gc.Axis("q0", 0, 1, 2), mode="sideways"), "must be one of down, fixed, up"),
+    (lambda: gc.simulate(gc.MeshModel.of(kind="single", omega=2.0, z=30.0), 900), "bounded motion"),
+]
+
+
+@pytest.mark.parametrize(("call", "message"), BAD, ids=[m for _, m in BAD])
+def test_bad_input_is_named(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
