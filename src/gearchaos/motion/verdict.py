@@ -69,7 +69,7 @@ class Budget:
     longest: int = 64
     exponent: int = 250
     extensions: int = 4
-    measured: int = 160
+    measured: int = 128
 
     def __post_init__(self) -> None:
         for name in ("longest", "exponent", "measured"):
