@@ -1,5 +1,10 @@
 """The exact flow against closed forms, and the invariants that hold to rounding whatever the parameters."""
 
+import json
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -199,3 +204,17 @@ def test_reduced_and_whole_coordinates_give_the_same_motion(values, equal):
         reduced, whole = switched(batch), switched(batch, whole=True)
         z = [ExactFlow(s).advance(start(batch, s).T.copy(), 8, sections=8).sections[:, :2, 0] for s in (reduced, whole)]
         np.testing.assert_allclose(z[0], z[1], atol=1e-12)
+
+
+def test_the_kernels_say_the_same_without_the_compiler():
+    """The plain Python below the compiler, vectors included, gives the same motion."""
+    code = (
+        "import gearchaos as gc; m = gc.MeshModel.of(omega=0.95, eps1=0.1);"
+        "print(gc.simulate(m, 2).section_z.values.tolist())"
+    )
+    plain = subprocess.run(
+        [sys.executable, "-c", code], env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True,
+        check=True,
+    )
+    flow, w = flow_of(MeshModel.of(omega=0.95, eps1=0.1))
+    np.testing.assert_allclose(json.loads(plain.stdout), flow.advance(w, 2, sections=2).sections[:, 0, 0], atol=1e-13)

@@ -105,13 +105,17 @@ def _numbers(name: str, values: Iterable[Any]) -> tuple[float, ...]:
     return numbers
 
 
-def _same_length(kind: str, amplitudes: tuple[float, ...], phases: tuple[float, ...]) -> tuple[float, ...]:
+def _set_series(series: Any, kind: str) -> None:
+    """Check and complete the amplitudes and phases of a frozen Fourier series; missing phases are 0."""
+    amplitudes = _numbers(f"{kind}.amplitudes", series.amplitudes)
+    phases = _numbers(f"{kind}.phases", series.phases)
     if len(phases) > len(amplitudes):
         raise InputError(
             f"{kind}.phases", f"must not be longer than amplitudes ({len(amplitudes)})", len(phases),
             "Give one phase per harmonic; missing ones are 0.",
         )
-    return phases + (0.0,) * (len(amplitudes) - len(phases))
+    object.__setattr__(series, "amplitudes", amplitudes)
+    object.__setattr__(series, "phases", phases + (0.0,) * (len(amplitudes) - len(phases)))
 
 
 @dataclass(frozen=True)
@@ -122,10 +126,7 @@ class TransmissionError:
     phases: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        a = _numbers("error.amplitudes", self.amplitudes)
-        p = _same_length("error", a, _numbers("error.phases", self.phases))
-        object.__setattr__(self, "amplitudes", a)
-        object.__setattr__(self, "phases", p)
+        _set_series(self, "error")
 
 
 @dataclass(frozen=True)
@@ -149,11 +150,8 @@ class HarmonicStiffness:
     phases: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        a = _numbers("stiffness.amplitudes", self.amplitudes)
-        p = _same_length("stiffness", a, _numbers("stiffness.phases", self.phases))
-        object.__setattr__(self, "amplitudes", a)
-        object.__setattr__(self, "phases", p)
-        check_stiffness(np.array(a)[:, None], np.array(p)[:, None])
+        _set_series(self, "stiffness")
+        check_stiffness(np.array(self.amplitudes)[:, None], np.array(self.phases)[:, None])
 
 
 def check_stiffness(amplitudes: np.ndarray, phases: np.ndarray) -> None:
