@@ -284,9 +284,15 @@ _ZERO = 1e-3
 
 
 def _decide(sheet: _Sheet, lanes: np.ndarray, digits: np.ndarray) -> None:
-    """Chaotic by a positive exponent; quasi-periodic by a zero one and a smooth section, which d = 2 cannot have."""
-    smooth = (digits >= _SMOOTH_DIGITS) & (np.abs(sheet.exponent[0, lanes]) < _ZERO) & (sheet.flow.dimension > 2)
-    chaotic = (sheet.low[0, lanes] > 0) & (digits < _SMOOTH_DIGITS)
+    """Chaotic by a positive exponent; quasi-periodic by a zero one and a smooth section, which d = 2 cannot have.
+
+    An exponent counts as zero only if its interval lies within 1e-3 of zero on both sides, since a slow spiral onto
+    an orbit looks smooth too; and as positive only beyond 1e-3, since tangent vectors on a torus grow a little.
+    """
+    value, low, high = sheet.exponent[0, lanes], sheet.low[0, lanes], sheet.high[0, lanes]
+    zero = (np.abs(value) < _ZERO) & (high - value < _ZERO)
+    smooth = (digits >= _SMOOTH_DIGITS) & zero & (sheet.flow.dimension > 2)
+    chaotic = (low > 0) & (value > _ZERO) & ~smooth
     sheet.label[lanes[smooth]], sheet.reason[lanes[smooth]] = Label.QUASI_PERIODIC, Reason.SMOOTH_CURVE
     sheet.label[lanes[chaotic]], sheet.reason[lanes[chaotic]] = Label.CHAOTIC, Reason.POSITIVE_EXPONENT
 
