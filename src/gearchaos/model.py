@@ -291,9 +291,9 @@ class MeshModel:
 
     def with_values(self, values: Mapping[str, Any]) -> MeshModel:
         """This model with parameters or initial values replaced by name (pairs and harmonics included)."""
-        model = self
-        if "kind" in values:
-            model = _with_kind(model, values["kind"])
+        friction = {k: v for k, v in values.items() if k.startswith("beta")}
+        model = replace(self, **expand(friction, self)) if friction else self
+        model = _with_kind(model, values["kind"]) if "kind" in values else model
         flat = expand({k: v for k, v in values.items() if k != "kind"}, model)
         scalars = {k: v for k, v in flat.items() if k in SCALARS}
         initial = {k: v for k, v in flat.items() if k in _STATE_NAMES}

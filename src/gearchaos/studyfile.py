@@ -16,6 +16,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
+from gearchaos.axis import Axis
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gearpair import GearPair
 from gearchaos.model import (
@@ -28,7 +29,6 @@ from gearchaos.model import (
     TwoLevelStiffness,
     check_state_name,
 )
-from gearchaos.studies.axis import Axis
 
 StudyKind = Literal["simulate", "regime", "bifurcation", "zones", "basins"]
 AXIS_KEYS: dict[str, tuple[str, ...]] = {"bifurcation": ("axis",), "zones": ("x", "y"), "basins": ("x", "y")}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 BLOCKS = 20
 """Stretches of the motion whose means tell how sure the exponent is."""
@@ -31,7 +31,7 @@ def from_growth(growth: np.ndarray, period: np.ndarray) -> Exponents:
     length = len(growth) // BLOCKS
     blocks = growth[-length * BLOCKS :].reshape(BLOCKS, length, *growth.shape[1:]).mean(axis=1) / period
     value = blocks.mean(axis=0)
-    half = student.ppf(0.5 + _CONFIDENCE / 2, BLOCKS - 1) * blocks.std(axis=0, ddof=1) / np.sqrt(BLOCKS)
+    half = stdtrit(BLOCKS - 1, 0.5 + _CONFIDENCE / 2) * blocks.std(axis=0, ddof=1) / np.sqrt(BLOCKS)
     return Exponents(value, value - half, value + half)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal.windows import blackmanharris
 
 _LINE = 1e-6
 _CARRIED = 1 - 1e-5
@@ -24,6 +23,8 @@ def opinion(sections: np.ndarray, longest: int = 64) -> tuple[str, int]:
     A motion is nT-periodic if the smallest n carries the whole power of the section in lines at multiples of 1/n of
     the mesh frequency; quasi-periodic if few lines elsewhere do; else chaotic. The period is 0 where there is none.
     """
+    from scipy.signal.windows import blackmanharris  # slow to import, seldom needed
+
     for n in range(1, longest + 1):
         if len(sections) // n < 2:
             break

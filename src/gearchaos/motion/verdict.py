@@ -65,7 +65,7 @@ class Budget:
         Periods over which the levels of a motion that does not return are averaged.
     """
 
-    looks: tuple[int, ...] = (80, 80, 160, 320, 640)
+    looks: tuple[int, ...] = (80, 80, 160, 320, 640, 1280)
     longest: int = 64
     exponent: int = 250
     extensions: int = 4

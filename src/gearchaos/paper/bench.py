@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gearchaos import studies
 from gearchaos.model import MeshModel
 from gearchaos.paper.settings import Figure, Quality, Study, all_figures
+from gearchaos.studies import Axis, Regime, basins, bifurcation, regime, simulate, zones
+from gearchaos.studies.regime import PATIENT
 
 TRANSIENT = 3000
 """Mesh periods before a portrait or trajectory is recorded."""
@@ -57,51 +58,58 @@ class Bench:
             self.seconds[key] = time.perf_counter() - start
         return self._known[key]
 
-    def regime(self, **values: Any) -> studies.Regime:
+    def regime(self, **values: Any) -> Regime:
         """The verdict at one operating point, given by short names."""
-        return self.once(f"regime {sorted(values.items())}", lambda: studies.regime(MeshModel.of(**values)))
+        return self.once(f"regime {sorted(values.items())}", lambda: regime(MeshModel.of(**values)))
 
-    def scan(self, axis: studies.Axis, **values: Any) -> xr.Dataset:
-        """A fine bifurcation scan along one axis, for the verdicts."""
+    def points(self, count: int, **values: Any) -> xr.Dataset:
+        """A stroboscopic portrait of so many points at one operating point."""
         return self.once(
-            f"scan {axis} {sorted(values.items())}",
-            lambda: studies.bifurcation(MeshModel.of(**values), axis, points=1, progress=self.progress),
+            f"points {count} {sorted(values.items())}",
+            lambda: simulate(MeshModel.of(**values), count, transient=TRANSIENT),
         )
 
-    def map(self, model: MeshModel, x: studies.Axis, y: studies.Axis) -> xr.Dataset:
+    def scan(self, axis: Axis, *, patient: bool = False, **values: Any) -> xr.Dataset:
+        """A fine scan along one axis for the verdicts; ``patient`` outlasts long chaotic transients."""
+        return self.once(
+            f"scan {axis} {patient} {sorted(values.items())}",
+            lambda: bifurcation(MeshModel.of(**values), axis, points=1, budget=PATIENT if patient else None),
+        )
+
+    def map(self, model: MeshModel, x: Axis, y: Axis) -> xr.Dataset:
         """A map of verdicts over two axes."""
         return self.once(
-            f"map {model} {x} {y}", lambda: studies.zones(model, x, y, progress=self.progress)
+            f"map {model} {x} {y}", lambda: zones(model, x, y, progress=self.progress)
         )
 
 
-def _axes(study: Study, counts: tuple[int, ...]) -> list[studies.Axis]:
+def _axes(study: Study, counts: tuple[int, ...]) -> list[Axis]:
     return [
-        studies.Axis(name, r.start, r.stop, count)
+        Axis(name, r.start, r.stop, count)
         for (name, r), count in zip(study.axes.items(), counts, strict=True)
     ]
 
 
 def _zones(bench: Bench, study: Study) -> xr.Dataset:
-    return studies.zones(study.mesh_model, *_axes(study, bench.quality.zones), progress=bench.progress)
+    return zones(study.mesh_model, *_axes(study, bench.quality.zones), progress=bench.progress)
 
 
 def _basins(bench: Bench, study: Study) -> xr.Dataset:
-    return studies.basins(study.mesh_model, *_axes(study, bench.quality.basins), progress=bench.progress)
+    return basins(study.mesh_model, *_axes(study, bench.quality.basins), progress=bench.progress)
 
 
 def _bifurcation(bench: Bench, study: Study) -> xr.Dataset:
     columns, points = bench.quality.bifurcation
     (axis,) = _axes(study, (columns,))
-    return studies.bifurcation(study.mesh_model, axis, points=points, progress=bench.progress)
+    return bifurcation(study.mesh_model, axis, points=points, progress=bench.progress)
 
 
 def _portrait(bench: Bench, study: Study) -> xr.Dataset:
-    return studies.simulate(study.mesh_model, bench.quality.portrait, transient=TRANSIENT)
+    return simulate(study.mesh_model, bench.quality.portrait, transient=TRANSIENT)
 
 
 def _trajectory(bench: Bench, study: Study) -> xr.Dataset:
-    return studies.simulate(study.mesh_model, bench.quality.trajectory, transient=TRANSIENT, samples=SAMPLES)
+    return simulate(study.mesh_model, bench.quality.trajectory, transient=TRANSIENT, samples=SAMPLES)
 
 
 def _attractors(bench: Bench, study: Study) -> dict[str, xr.Dataset]:
@@ -116,13 +124,13 @@ def _attractors(bench: Bench, study: Study) -> dict[str, xr.Dataset]:
     return out
 
 
-def _orbit(model: MeshModel, basins: xr.Dataset, index: int) -> xr.Dataset:
+def _orbit(model: MeshModel, found: xr.Dataset, index: int) -> xr.Dataset:
     """Two cycles of the motion on one attractor, from one of its stroboscopic points."""
-    dim = basins["attractor_label"].dims[0]
-    start = {n: float(basins[f"attractor_section_{n}"].isel({dim: index, "point": 0})) for n in ("z", "z_dot")}
-    period = int(basins["attractor_period"][index])
-    ds = studies.simulate(model.with_values(start), 2 * period, samples=4 * SAMPLES)
-    return ds.assign_attrs(orbit_period=period, share_of_starts=float(basins["attractor_fraction"][index]))
+    dim = found["attractor_label"].dims[0]
+    start = {n: float(found[f"attractor_section_{n}"].isel({dim: index, "point": 0})) for n in ("z", "z_dot")}
+    period = int(found["attractor_period"][index])
+    ds = simulate(model.with_values(start), 2 * period, samples=4 * SAMPLES)
+    return ds.assign_attrs(orbit_period=period, share_of_starts=float(found["attractor_fraction"][index]))
 
 
 _KINDS: dict[str, Callable[[Bench, Study], Any]] = {

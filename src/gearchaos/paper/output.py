@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
+import xarray as xr
+
 from gearchaos.errors import InputError
+from gearchaos.studies import save
+
+_SMALL = 1000
 
 
 def writable_folder(path: str | os.PathLike[str]) -> Path:
@@ -25,15 +29,20 @@ def writable_folder(path: str | os.PathLike[str]) -> Path:
 
 def write_bytes(path: Path, content: bytes) -> None:
     """Write a file whole or not at all."""
-    replace_by(path, lambda temporary: temporary.write_bytes(content) and None)
-
-
-def replace_by(path: Path, write: Callable[[Path], None]) -> None:
-    """Let ``write`` fill a temporary file beside ``path``, then move it into place; nothing is left if it fails."""
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
     try:
-        write(temporary)
+        temporary.write_bytes(content)
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def save_data(ds: xr.Dataset, path: Path) -> None:
+    """Save a Dataset compressed, whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    packed = ds.copy()
+    for name in packed.variables:
+        if packed[name].size > _SMALL:
+            packed[name].encoding = {"zlib": True, "complevel": 4, "shuffle": True}
+    save(packed, path)

@@ -115,5 +115,5 @@ def quality(name: str) -> Quality:
     table = _document()["quality"]
     if name not in table:
         raise unknown_name("quality", name, table)
-    values = {k: tuple(v) if isinstance(v, list) else v for k, v in table[name].items()}
+    values: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in table[name].items()}
     return Quality(name=name, **values)

@@ -1,4 +1,4 @@
-"""Pictures: each function takes a Dataset (or a model) and ``ax=``, draws with plain matplotlib and returns the Axes."""
+"""Pictures: each function takes a Dataset or a model and ``ax=``, draws with plain matplotlib and returns the Axes."""
 
 from gearchaos.plot._basins import attractor_legend, attractor_names, basins
 from gearchaos.plot._bifurcation import bifurcation

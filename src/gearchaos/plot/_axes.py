@@ -8,17 +8,27 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-SYMBOLS = {
-    "omega": r"\omega", "zeta": r"\zeta", "q0": r"q_0", "q1": r"q_1", "q2": r"q_2", "kappa": r"\kappa",
-    "kappa1": r"\kappa_1", "kappa2": r"\kappa_2", "beta": r"\beta", "beta1": r"\beta_1", "beta2": r"\beta_2",
-    "mu": r"\mu", "mu1": r"\mu_1", "mu2": r"\mu_2", "J": "J", "J1": "J_1", "J2": "J_2", "chi0": r"\chi_0",
-    "chi1": r"\chi_1", "chi2": r"\chi_2", "contact_ratio": r"\alpha", "zeta_support": r"\zeta_{1,2}",
-    "zeta_support1": r"\zeta_1", "zeta_support2": r"\zeta_2", "v_rms": r"V_{RMS}", "lyapunov": r"\lambda_1",
-    "z": "z", "z_dot": r"\dot{z}", "tau": r"\tau", "mesh_force": "S",
+_SYMBOLS = {
+    "omega": r"\omega", "zeta": r"\zeta", "q0": "q_0", "kappa": r"\kappa", "beta": r"\beta", "mu": r"\mu", "J": "J",
+    "chi0": r"\chi_0", "contact_ratio": r"\alpha", "v_rms": r"V_\mathrm{RMS}", "lyapunov": r"\lambda_1", "z": "z",
+    "z_dot": r"\dot{z}", "tau": r"\tau", "mesh_force": "S", "zeta_support": r"\zeta_{1,2}",
 }
 """Symbols of the paper, in mathtext."""
 
-_NUMBERED = {"eps": r"\varepsilon", "theta": r"\theta", "c": "c", "alpha": r"\alpha", "x": "x", "y": "y"}
+_WORDS = {
+    "omega": "frequency", "eps1": "error amplitude", "q0": "static load", "kappa": "support stiffness",
+    "x1": "displacement", "x1_dot": "velocity", "x2": "displacement", "x2_dot": "velocity", "z": "displacement",
+    "z_dot": "velocity", "v_rms": "rms velocity", "lyapunov": "largest exponent", "mesh_force": "mesh force",
+}
+"""Short words for axes; other variables are called by their ``long_name``."""
+
+_SCALES = {"1", "delta", "omega0", "c0", "T"}
+"""Units that make a quantity dimensionless, (2.8)-(2.11); only others are worth a place on an axis."""
+
+_NUMBERED = {
+    "eps": r"\varepsilon", "theta": r"\theta", "c": "c", "alpha": r"\alpha", "x": "x", "y": "y", "q": "q", "J": "J",
+    "mu": r"\mu", "kappa": r"\kappa", "beta": r"\beta", "zeta_support": r"\zeta", "chi": r"\chi",
+}
 
 
 def new_axes(ax: Axes | None) -> Axes:
@@ -32,21 +42,22 @@ def new_axes(ax: Axes | None) -> Axes:
 
 def symbol(name: str) -> str:
     """The paper's symbol of a variable or parameter in mathtext, or the name itself."""
+    if name in _SYMBOLS:
+        return f"${_SYMBOLS[name]}$"
     stem = name.removesuffix("_dot")
-    head, digits = stem.rstrip("0123456789"), stem[len(stem.rstrip("0123456789")):]
-    if name in SYMBOLS:
-        return f"${SYMBOLS[name]}$"
-    if head in _NUMBERED and digits:
-        dot = r"\dot{%s}" if name.endswith("_dot") else "%s"
-        return f"${dot % _NUMBERED[head]}_{{{digits}}}$"
+    head = stem.rstrip("0123456789")
+    if head in _NUMBERED and head != stem:
+        sign = rf"\dot{{{_NUMBERED[head]}}}" if name.endswith("_dot") else _NUMBERED[head]
+        return f"${sign}_{{{stem[len(head):]}}}$"
     return name.replace("_", " ")
 
 
 def axis_label(array: xr.DataArray, name: str) -> str:
-    """Words, symbol and unit, e.g. ``mesh frequency ω``; the words and the unit come from the attributes."""
-    words, unit, sign = array.attrs.get("long_name", ""), array.attrs.get("units", "1"), symbol(name)
-    text = f"{words} {sign}" if words and words not in (name, sign) else sign
-    return text if unit in ("1", "") or unit.startswith("1/omega0") else f"{text} [{unit}]"
+    """Words, symbol and unit, e.g. ``frequency ω``; units that only make dimensionless are left out."""
+    words, sign = _WORDS.get(name, array.attrs.get("long_name", "")), symbol(name)
+    text = f"{words} {sign}" if words and sign.startswith("$") and words != name else words or sign
+    unit = array.attrs.get("units", "1")
+    return text if set(unit.replace("/", "*").split("*")) <= _SCALES else f"{text} [{unit}]"
 
 
 def cell_extent(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, to_hex, to_rgb
@@ -47,7 +46,7 @@ def basins(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, point
         extent=cell_extent(ds[horizontal].values, ds[vertical].values),
     )
     if points:
-        _mark(ds, ax, horizontal, vertical)
+        _mark(ds, ax, horizontal, vertical, colours)
     trim(ax, ds, horizontal, vertical)
     if legend:
         attractor_legend(ax, ds)
@@ -79,17 +78,20 @@ def attractor_colours(ds: xr.Dataset) -> list[str]:
 
 def _shade(colour: str, step: int) -> str:
     """The colour itself, then ever further from it: darker where it is light, lighter where it is dark."""
-    rgb = np.array(to_rgb(colour))
-    target = 0.0 if rgb.mean() > 0.6 else 1.0
-    return to_hex(rgb + (target - rgb) * (1 - 0.55**step))
+    target = 0.0 if sum(to_rgb(colour)) > 1.8 else 1.0
+    red, green, blue = (c + (target - c) * (1 - 0.55**step) for c in to_rgb(colour))
+    return to_hex((red, green, blue))
 
 
-def _mark(ds: xr.Dataset, ax: Axes, horizontal: str, vertical: str) -> None:
+def _mark(ds: xr.Dataset, ax: Axes, horizontal: str, vertical: str, colours: list[str]) -> None:
+    """The points of every periodic attractor, in its colour, rimmed so that they show on any ground."""
     names = [f"attractor_section_{n}" for n in (horizontal, vertical)]
     if not all(n in ds for n in names):
         return
-    x, y = (ds[n].values for n in names)
-    ax.plot(x.T, y.T, "o", markersize=3.2, markerfacecolor="white", markeredgecolor="black", markeredgewidth=0.6)
+    for x, y, colour, period in zip(*(ds[n].values for n in names), colours, ds["attractor_period"], strict=True):
+        if period > 0:
+            ax.plot(x, y, "o", markersize=4.6, markerfacecolor="white", markeredgewidth=0)
+            ax.plot(x, y, "o", markersize=3.4, markerfacecolor=colour, markeredgecolor="black", markeredgewidth=0.7)
 
 
 def attractor_legend(host: Axes | Figure, ds: xr.Dataset, **options: Any) -> Legend:
@@ -103,4 +105,4 @@ def attractor_legend(host: Axes | Figure, ds: xr.Dataset, **options: Any) -> Leg
 
 
 def _percent(share: float) -> str:
-    return f"{share:.0%}" if share >= 0.0995 else f"{share:.1%}" if share >= 0.001 else "< 0.1%"
+    return f"{100 * share:.0f} %" if share >= 0.0995 else f"{100 * share:.1f} %" if share >= 0.001 else "< 0.1 %"

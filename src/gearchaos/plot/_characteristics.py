@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 
-from gearchaos.model import HarmonicStiffness, MeshModel
+from gearchaos.model import MeshModel, TwoLevelStiffness, mesh_stiffness
+from gearchaos.model import backlash as backlash_function
 from gearchaos.plot._axes import new_axes
 from gearchaos.plot._phase import INK
 
-_GUIDE = {"color": "0.55", "linewidth": 0.7, "linestyle": (0, (4, 3))}
+_GUIDE: dict[str, Any] = {"color": "0.55", "linewidth": 0.7, "linestyle": (0, (4, 3))}
 
 
 def stiffness(model: MeshModel | None = None, ax: Axes | None = None, *, periods: int = 2) -> Axes:
@@ -27,22 +30,17 @@ def stiffness(model: MeshModel | None = None, ax: Axes | None = None, *, periods
     Axes
     """
     ax, model = new_axes(ax), model or MeshModel()
-    if isinstance(model.stiffness, HarmonicStiffness):
-        t = np.linspace(0, periods, 400 * periods + 1)
-        ax.plot(t, _series(model.stiffness, t), color=INK)
-    else:
+    if isinstance(model.stiffness, TwoLevelStiffness):
         _two_level(model.stiffness, ax, periods)
+    else:
+        t = np.linspace(0, periods, 400 * periods + 1)
+        ax.plot(t, mesh_stiffness(model, t * model.period), color=INK, linewidth=1.4)
     ax.axhline(1, zorder=0, **_GUIDE)
     ax.set(xlabel="time $t/T$", ylabel="mesh stiffness $c(t)/c_0$", xlim=(0, periods))
     return ax
 
 
-def _series(wave: HarmonicStiffness, t: np.ndarray) -> np.ndarray:
-    order = np.arange(1, len(wave.amplitudes) + 1)
-    return 1 + (np.cos(2 * np.pi * np.outer(t, order) - wave.phases) * wave.amplitudes).sum(axis=1)
-
-
-def _two_level(wave, ax: Axes, periods: int) -> None:
+def _two_level(wave: TwoLevelStiffness, ax: Axes, periods: int) -> None:
     split, high, low = wave.contact_ratio - 1, 1 + wave.chi1, 1 - wave.chi2
     edges = np.concatenate([[k, k + split] for k in range(periods)] + [[periods]])
     levels = np.tile([high, low], periods)
@@ -80,7 +78,7 @@ def backlash(ax: Axes | None = None, *, reach: float = 3.0) -> Axes:
     ax.axhline(0, color="0.7", linewidth=0.6)
     ax.axvline(0, color="0.7", linewidth=0.6)
     ax.axvspan(-1, 1, color="#f4f1e8", zorder=0)
-    ax.plot(u, u - np.clip(u, -1, 1), color=INK, linewidth=1.4)
+    ax.plot(u, backlash_function(u), color=INK, linewidth=1.4)
     _span(ax, -1, 1, 0.42 * (reach - 1), r"$2\Delta$")
     for z, name in ((-1, "back flank"), (1, "front flank")):
         ax.text(z * (1 + reach) / 2, -z * 0.5 * (reach - 1), name, ha="center", va="center", color="0.35")

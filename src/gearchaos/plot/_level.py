@@ -10,7 +10,7 @@ from gearchaos.plot._axes import axis_label, cell_extent, new_axes, plane, trim
 
 
 def level(
-    ds: xr.Dataset, name: str = "v_rms", ax: Axes | None = None, *, cmap: str = "viridis", clip: float = 0.2,
+    ds: xr.Dataset, name: str = "v_rms", ax: Axes | None = None, *, cmap: str = "viridis", clip: float = 1.0,
     colorbar: bool = True,
 ) -> Axes:
     """Draw a measure over a plane of two parameters in perceptually uniform colours.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
@@ -23,7 +24,7 @@ def portrait(
     x, y : str
         Coordinates; ``y`` is ``<x>_dot`` if left out.
     size : float, optional
-        Diameter of the markers in points; by default large for few points, a pixel for many.
+        Diameter of the markers in points; by default large for few distinct points, a pixel for many.
 
     Returns
     -------
@@ -31,7 +32,14 @@ def portrait(
     """
     ax, y = new_axes(ax), y or f"{x}_dot"
     across, up = ds[f"section_{x}"], ds[f"section_{y}"]
-    size = size or (3.0 if across.size <= _FEW else 0.55)
+    size = size or (3.5 if distinct(across.values, up.values) <= _FEW else 0.55)
     ax.plot(across.values, up.values, "o", color=INK, markersize=size, markeredgewidth=0, rasterized=True)
     ax.set(xlabel=axis_label(across, x), ylabel=axis_label(up, y))
     return ax
+
+
+def distinct(x: np.ndarray, y: np.ndarray) -> int:
+    """How many points can be told apart at a ten-thousandth of their spread; those of an orbit repeat."""
+    points = np.stack([x, y], axis=1)
+    spread = np.maximum(np.ptp(points, axis=0), 1e-9)
+    return len(np.unique(np.round((points - points[0]) / spread * 1e4), axis=0))

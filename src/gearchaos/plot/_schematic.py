@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Rectangle
 
 from gearchaos.plot._axes import new_axes
 
-_INK = {"color": "#1d2b53", "linewidth": 1.0, "solid_capstyle": "round", "solid_joinstyle": "round"}
-_THIN = {"color": "0.45", "linewidth": 0.6}
+_INK: dict[str, Any] = {"color": "#1d2b53", "linewidth": 1.0, "solid_capstyle": "round", "solid_joinstyle": "round"}
+_THIN: dict[str, Any] = {"color": "0.45", "linewidth": 0.6}
 _STEEL = "#e8ecf4"
 _ACCENT = "#c03a1e"
-_R1, _R2, _HALF = 1.3, 1.8, 2.9
+_R1, _R2, _HALF = 1.5, 2.0, 3.1
 _CENTRES = ((-_R1, -_HALF), (_R2, _HALF))
 _RADII = (_R1, _R2)
 _SIDES = (-1, 1)
@@ -35,7 +37,7 @@ def schematic(ax: Axes | None = None) -> Axes:
         _wheel(ax, n)
         _support(ax, n)
     _mesh(ax)
-    ax.set(xlim=(-4.0, 4.6), ylim=(-7.1, 7.5))
+    ax.set(xlim=(-4.6, 5.2), ylim=(-7.0, 7.5))
     return ax
 
 
@@ -45,10 +47,10 @@ def _wheel(ax: Axes, n: int) -> None:
     ax.add_patch(Circle((x, y), 0.09, facecolor=_INK["color"], edgecolor="none", zorder=3))
     ax.plot([x, x - side * r], [y, y], **_THIN)
     ax.text(x - side * r / 2, y + 0.22, f"$R_{n}$", ha="center")
-    ax.text(x + side * 0.45 * r, y + 0.1, f"$m_{n}, I_{n}$", ha="center")
+    ax.text(x + side * 0.48 * r, y + 0.12, f"$m_{n}, I_{n}$", ha="center")
     # u grows as either rim moves up at wheel 1 and down at wheel 2, (2.3): the angles count that way
-    start, stop = ((200, 290), (-20, -110))[n - 1]
-    _turn(ax, (x, y), r * 0.72, start, stop, rf"$\varphi_{n}$", 0.3)
+    start, stop = ((190, 262), (-20, -110))[n - 1]
+    _turn(ax, (x, y), r * 0.62, start, stop, rf"$\varphi_{n}$", 0.34)
     first, last = ((105, 190), (-5, 80))[n - 1]
     _turn(ax, (x, y), r + 0.32, first, last, f"$M_{n}$", 0.42, colour=_ACCENT)
     at = x + side * (r + 0.75)
@@ -71,7 +73,7 @@ def _turn(ax: Axes, centre, radius: float, start: float, stop: float, name: str,
 def _support(ax: Axes, n: int) -> None:
     """Spring and damper between the centre of a wheel and the ground."""
     (x, y), r, side = _CENTRES[n - 1], _RADII[n - 1], _SIDES[n - 1]
-    near, far = y + side * (r + 0.35), y + side * (r + 1.75)
+    near, far = y + side * (r + 0.3), y + side * (r + 1.7)
     ax.plot([x, x], [y, near], **_INK)
     ax.plot([x - 0.5, x + 0.5], [near, near], **_INK)
     _spring(ax, x - 0.5, near, far)
@@ -85,8 +87,8 @@ def _support(ax: Axes, n: int) -> None:
 
 def _mesh(ax: Axes) -> None:
     """The elements on the line of action, from the rim of wheel 1 up to that of wheel 2."""
-    low, high, middle = -_HALF + _R1 + 0.15, _HALF - _R2 - 0.05, -0.72
-    ax.plot([0, 0], [-_HALF - 1.9, _HALF + 2.4], color="0.6", linewidth=0.6, linestyle=(0, (8, 3, 1.5, 3)), zorder=0)
+    low, high, middle = -_HALF + _R1 - 0.1, _HALF - _R2 + 0.15, -0.95
+    ax.plot([0, 0], [-_HALF - 2.0, _HALF + 2.4], color="0.6", linewidth=0.6, linestyle=(0, (8, 3, 1.5, 3)), zorder=0)
     ax.plot([0, 0], [-_HALF, low], **_INK)
     ax.plot([0, 0], [high, _HALF], **_INK)
     ax.add_patch(Rectangle((-0.36, low), 0.72, 0.42, facecolor="white", edgecolor=_INK["color"], zorder=2))
@@ -94,20 +96,22 @@ def _mesh(ax: Axes) -> None:
     ax.plot([0, 0], [low + 0.42, middle], **_INK)
     for y in (middle, high):
         ax.plot([-0.5, 0.5], [y, y], **_INK)
-    _spring(ax, -0.5, middle, middle + 1.05, coils=4)
-    _slot(ax, -0.5, middle + 1.05, high)
+    _spring(ax, -0.5, middle, middle + 1.2, coils=4)
+    _slot(ax, -0.5, middle + 1.2, high)
     _damper(ax, 0.5, middle, high)
-    ax.text(-0.85, middle + 0.5, "$c(t)$", ha="right", va="center")
-    ax.text(-0.95, high - 0.33, r"$2\Delta$", ha="right", va="center")
+    ax.text(-0.85, middle + 0.6, "$c(t)$", ha="right", va="center")
+    ax.text(-1.16, (middle + 1.2 + high) / 2, r"$2\Delta$", ha="right", va="center")
     ax.text(0.85, (middle + high) / 2, "$k$", ha="left", va="center")
-    ax.text(0.12, _HALF + 2.35, "line of action", fontsize="small", color="0.45", va="top", ha="right", rotation=90)
+    ax.text(-0.12, _HALF + 2.4, "line of action", fontsize="small", color="0.45", va="top", ha="right", rotation=90)
 
 
 def _spring(ax: Axes, x: float, start: float, end: float, coils: int = 5) -> None:
-    y = np.concatenate([[start], np.linspace(start + 0.12 * (end - start), end - 0.12 * (end - start), 2 * coils + 1)])
-    zigzag = np.concatenate([[0], np.resize([0, 0.2, 0, -0.2], 2 * coils + 1)])
-    zigzag[1:] = np.where(np.arange(2 * coils + 1) % 2, np.resize([0.2, -0.2], 2 * coils + 1).repeat(1), 0)
-    ax.plot(np.append(x + zigzag, x), np.append(y, end), **_INK)
+    """A zigzag with straight ends."""
+    margin = 0.12 * (end - start)
+    turns = np.linspace(start + margin, end - margin, 4 * coils + 1)[1::2]
+    y = np.concatenate([[start, start + margin], turns, [end - margin, end]])
+    offset = np.concatenate([[0, 0], np.resize([0.2, -0.2], 2 * coils), [0, 0]])
+    ax.plot(x + offset, y, **_INK)
 
 
 def _damper(ax: Axes, x: float, start: float, end: float) -> None:

@@ -1,6 +1,6 @@
 """Studies: models and axes in, labelled Datasets out."""
 
-from gearchaos.studies.axis import Axis
+from gearchaos.axis import Axis
 from gearchaos.studies.basins import basins
 from gearchaos.studies.bifurcation import bifurcation
 from gearchaos.studies.dataset import load, save

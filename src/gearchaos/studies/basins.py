@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from gearchaos.axis import Axis
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.motion import Budget, Label, classify, orbit
 from gearchaos.studies import tiles
-from gearchaos.studies.axis import Axis
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.zones import plane
 from gearchaos.switched import start, switched
@@ -28,6 +28,7 @@ class _Attractor:
     period: int
     section: np.ndarray
     count: int = 0
+    v_rms: float = float("nan")
 
 
 def basins(
@@ -49,8 +50,8 @@ def basins(
     -------
     xarray.Dataset
         ``attractor(y, x)``, an index into the dim "attractor" or -1 where the motion diverged or stayed undecided;
-        per attractor its label, period, share of the plane and section. All chaotic motions count as one attractor,
-        and so do all quasi-periodic ones.
+        per attractor its label, period, share of the plane, rms velocity and section. All chaotic motions count
+        as one attractor, and so do all quasi-periodic ones.
     """
     for axis in (x, y):
         if axis.name not in state_names(model.kind):
@@ -69,6 +70,7 @@ def basins(
     for tile, found in tiles.run(work, tiles.split(np.arange(len(index))), progress="basins" if progress else None,
                                  threads=threads):
         index[tile] = _identify(flow, found, known)
+    _weigh(flow, known)
     order = sorted(range(len(known)), key=lambda i: (known[i].label, known[i].period, -known[i].count))
     rank = np.full(len(known) + 1, -1, dtype=np.int16)
     rank[order] = np.arange(len(known))
@@ -108,6 +110,15 @@ def _new(flow: ExactFlow, label: int, period: int, w: np.ndarray) -> _Attractor:
     return _Attractor(label, period, points)
 
 
+def _weigh(flow: ExactFlow, known: list[_Attractor]) -> None:
+    """The rms velocity of every attractor."""
+    if known:
+        w = np.stack([a.section[-1] for a in known], axis=1)
+        levels = classify(flow, w, np.zeros(len(known), dtype=int)).reading
+        for attractor, v_rms in zip(known, levels.v_rms, strict=True):
+            attractor.v_rms = float(v_rms)
+
+
 def _dataset(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, known: list[_Attractor]) -> xr.Dataset:
     total = index.size
     data = {
@@ -115,6 +126,7 @@ def _dataset(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, known: list[
         "attractor_label": variable("attractor_label", ("number",), np.array([a.label for a in known], np.int8)),
         "attractor_period": variable("attractor_period", ("number",), np.array([a.period for a in known], np.int32)),
         "attractor_fraction": variable("attractor_fraction", ("number",), np.array([a.count / total for a in known])),
+        "attractor_v_rms": variable("attractor_v_rms", ("number",), np.array([a.v_rms for a in known], float)),
         **_attractor_sections(known),
     }
     coords = {a.name: variable(a.name, (a.name,), a.values) for a in (x, y)}

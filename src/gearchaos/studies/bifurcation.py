@@ -7,12 +7,12 @@ from typing import Literal
 import numpy as np
 import xarray as xr
 
+from gearchaos.axis import Axis
 from gearchaos.errors import unknown_name
 from gearchaos.flow import ExactFlow
 from gearchaos.model import Batch, MeshModel, vary
 from gearchaos.motion import Budget, classify
 from gearchaos.studies import tiles
-from gearchaos.studies.axis import Axis
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.evidence import evidence
 from gearchaos.studies.sections import steady_sections
@@ -28,7 +28,7 @@ PER_COLUMN = Budget(exponent=1000, extensions=2)
 
 def bifurcation(
     model: MeshModel, axis: Axis, *, points: int = 128, mode: Literal["fixed", "up", "down"] = "fixed",
-    budget: Budget = PER_COLUMN, progress: bool = False, threads: int | None = None,
+    budget: Budget | None = None, progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
     """A bifurcation diagram.
 
@@ -65,7 +65,7 @@ def bifurcation(
     def work(tile: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
         part = vary(model, {k: v[tile] for k, v in varied.items()})
         system = switched(part)
-        found = classify(ExactFlow(system), start(part, system).T.copy(), budget=budget)
+        found = classify(ExactFlow(system), start(part, system).T.copy(), budget=budget or PER_COLUMN)
         return evidence(found), steady_sections(part, found, points)
 
     pieces = tiles.split(np.arange(axis.count), _TILE)

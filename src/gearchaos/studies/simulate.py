@@ -6,7 +6,8 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.errors import InputError
-from gearchaos.flow import OK, ExactFlow
+from gearchaos.flow import DIVERGED, ExactFlow
+from gearchaos.flow.layout import DIVERGED_AT
 from gearchaos.model import MeshModel, backlash, mesh_stiffness, transmission_error, vary
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.switched import error_at_start, start, switched, to_physical
@@ -38,10 +39,13 @@ def simulate(model: MeshModel, periods: int, transient: int = 0, samples: int | 
         ``section_<coordinate>(period)`` at τ = T, 2T, ... after the transient; with ``samples`` also the coordinates,
         ``mesh_force`` 2ζz' + χ f(z) and ``contact`` (-1 back flank, 0 free, 1 front flank) over ``tau``.
 
+        The attribute ``status`` is "ok", or "diverged" if |z| or |z'| passed 1e8 half backlashes; what came after is
+        NaN.
+
     Raises
     ------
     InputError
-        If a number is out of range, or the motion runs away during the time asked for.
+        If a number is out of range.
     """
     periods, transient = whole_number("periods", periods, 1), whole_number("transient", transient, 0)
     samples = whole_number("samples", samples, 1) if samples is not None else 0
@@ -51,13 +55,19 @@ def simulate(model: MeshModel, periods: int, transient: int = 0, samples: int | 
     if transient:
         w = flow.advance(w, transient).w
     out = flow.advance(w, periods, sections=periods, sample=samples > 0)
-    if not np.all(out.status == OK):
-        raise InputError("model", "must have a bounded motion over the time asked for", f"{periods} periods",
-                         "See `regime`: it labels such a motion as diverged.")
-    data = _section(model, batch, system.names, out.sections[:, :, 0], transient)
+    data = _section(model, batch, system.names, _bounded(out.sections[:, :, 0]), transient)
     if samples:
-        data.update(_trajectory(model, system.names, out.samples[..., 0], transient))
-    return xr.Dataset(data, attrs=provenance("simulate", model, periods=periods, transient=transient, samples=samples))
+        data.update(_trajectory(model, system.names, _bounded(out.samples[..., 0]), transient))
+    status = "diverged" if np.any(np.isnan(out.sections)) or np.any(out.status == DIVERGED) else "ok"
+    settings = {"periods": periods, "transient": transient, "samples": samples}
+    return xr.Dataset(data, attrs={**provenance("simulate", model, **settings), "status": status})
+
+
+def _bounded(w: np.ndarray) -> np.ndarray:
+    """Coordinates with NaN from where the motion left the range that the flow follows; time first, z and z' leading."""
+    inside = np.all(np.abs(w[..., :2]) < DIVERGED_AT, axis=-1)
+    kept = np.logical_and.accumulate(inside.ravel()).reshape(inside.shape)
+    return np.where(kept[..., None], w, np.nan)
 
 
 def _section(model: MeshModel, batch, names: tuple[str, ...], w: np.ndarray, transient: int) -> dict:
@@ -80,6 +90,6 @@ def _trajectory(model: MeshModel, names: tuple[str, ...], samples: np.ndarray, t
     values = to_physical(names, flat[:, :-1], transmission_error(model, phase), transmission_error(model, phase, 1))
     force = 2 * model.zeta * values["z_dot"] + mesh_stiffness(model, phase) * backlash(values["z"])
     data = {n: variable(n, ("tau",), v) for n, v in {**values, "mesh_force": force}.items()}
-    data["contact"] = variable("contact", ("tau",), flat[:, -1].astype(np.int8), coded=False)
+    data["contact"] = variable("contact", ("tau",), np.nan_to_num(flat[:, -1]).astype(np.int8), coded=False)
     data["tau"] = variable("tau", ("tau",), tau)
     return data

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from gearchaos.axis import Axis
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
 from gearchaos.motion import Budget, classify
 from gearchaos.studies import tiles
-from gearchaos.studies.axis import Axis
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.evidence import evidence
 from gearchaos.switched import start, switched

@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from gearchaos import plot
-from gearchaos.paper.figures._style import WIDTH, letter
+from gearchaos.paper.figures._style import WIDTH
 from gearchaos.paper.settings import Figure as Setting
 
 

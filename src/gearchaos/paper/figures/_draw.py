@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from io import BytesIO
 
 import matplotlib
 import xarray as xr
@@ -46,8 +47,6 @@ def draw(setting: Setting, data: Mapping[str, xr.Dataset]) -> bytes:
 
 def png(figure: Figure) -> bytes:
     """A figure as the bytes of a PNG file."""
-    from io import BytesIO
-
     buffer = BytesIO()
     FigureCanvasAgg(figure)
     figure.savefig(buffer, format="png", facecolor="white", metadata={"Software": "gearchaos"})

@@ -36,4 +36,4 @@ def basins(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> 
         plot.attractor_legend(ax, ds, loc="upper left", bbox_to_anchor=(0, -0.2), ncols=1)
         model = setting.studies[name].model
         letter(ax, name, rf"$\omega={model['omega']}$, $\varepsilon_1={model['eps1']}$")
-        ax.label_outer(remove_inner_ticks=False)
+        ax.set_ylabel(ax.get_ylabel() if ax is row[0] else "")

@@ -7,7 +7,7 @@ from typing import Any
 from matplotlib.axes import Axes
 
 WIDTH = 7.2
-STYLE: dict[str, Any] = {
+STYLE: Any = {
     "font.family": "STIXGeneral",
     "mathtext.fontset": "stix",
     "font.size": 10,

@@ -1,0 +1,5 @@
+"""The command line: arguments in; files, one JSON document or a readable page out."""
+
+from gearchaos.cli.commands import app, main
+
+__all__ = ["app", "main"]

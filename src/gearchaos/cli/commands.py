@@ -1,0 +1,290 @@
+"""The commands: each reads its inputs, runs one study, and hands the result on.
+
+Only typer and rich load with this module; a command imports the heavy rooms when it runs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gearchaos.cli.errors import Commands
+from gearchaos.cli.output import (
+    DATA_SUFFIXES,
+    PLOT_SUFFIXES,
+    check_output,
+    draw,
+    print_json,
+    save,
+    section,
+    section_units,
+    summary,
+)
+from gearchaos.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gearchaos.studies import Axis
+    from gearchaos.studyfile import Settings, Study
+
+app = typer.Typer(
+    cls=Commands,
+    help="What will this gear mesh do? Exact flow, verdicts and maps for gear pairs with backlash.",
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
+
+# readable=False: what a file must allow is checked, and said, in the words of the project
+StudyPath = Annotated[Path | None, typer.Argument(metavar="STUDY", help="Study file, TOML.", readable=False)]
+Sets = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="Set a value over the study file; may be repeated."),
+]
+AxisTexts = Annotated[
+    list[str] | None,
+    typer.Option("--axis", metavar="NAME=START:STOP:COUNT", help="E.g. eps1=0:0.3:400; first x, then y."),
+]
+Out = Annotated[Path, typer.Option("--out", metavar="FILE", help="NetCDF file to write.", readable=False)]
+OutIfWanted = Annotated[
+    Path | None, typer.Option("--out", metavar="FILE", help="NetCDF file to write.", readable=False)
+]
+Plot = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Picture as well: .png, .pdf or .svg.", readable=False)
+]
+Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")]
+Physical = Annotated[bool, typer.Option("--physical", help="µm, mm/s, N, Hz; for a physical pair.")]
+
+
+def main() -> None:
+    """Entry point of the ``gearchaos`` command."""
+    app(prog_name="gearchaos")
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        print(f"gearchaos {version('gearchaos')}")
+        raise typer.Exit()
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Options before the command."""
+
+
+@app.command()
+def paper(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the report.", readable=False)],
+    figures: Annotated[str | None, typer.Option(metavar="2,6,9", help="Only these figures.")] = None,
+    quality: Annotated[str, typer.Option(metavar="draft|paper", help="How finely to compute.")] = "paper",
+) -> None:
+    """Reproduce the 2008 paper: every figure, every claim judged, one report."""
+    numbers = None if figures is None else _figure_numbers(figures)
+    from gearchaos.paper.report import build
+
+    raise typer.Exit(build(out, figures=numbers, quality=quality, progress=True))
+
+
+def _figure_numbers(text: str) -> list[int]:
+    try:
+        return [int(part) for part in text.split(",")]
+    except ValueError:
+        rule = "must be numbers with commas between"
+        raise InputError("--figures", rule, text, "E.g. --figures 2,6,9.") from None
+
+
+@app.command()
+def simulate(
+    study: StudyPath = None,
+    sets: Sets = None,
+    periods: Annotated[int | None, typer.Option(min=1, help="Mesh periods to record.")] = None,
+    transient: Annotated[int | None, typer.Option(min=0, help="Mesh periods to let pass before.")] = None,
+    samples: Annotated[int | None, typer.Option(min=1, help="Instants per period, for --out.")] = None,
+    json_out: Json = False,
+    out: OutIfWanted = None,
+    physical: Physical = False,
+) -> None:
+    """Follow one motion and show it once per mesh period."""
+    if samples is not None and out is None:
+        raise InputError("--samples", "needs --out", samples, "Stdout shows the stroboscopic section alone.")
+    check_output("--out", out, DATA_SUFFIXES)
+    loaded = _load(study, sets, physical)
+    length = _length(loaded.settings_for("simulate"), periods, transient, samples)
+    if out is None:
+        length["samples"] = None
+    from gearchaos.studies import simulate as run
+
+    dataset = _in_units(run(loaded.model, **length), loaded, physical)
+    save(dataset, out)
+    if json_out:
+        print_json({**section(dataset), **({"units": section_units(dataset)} if physical else {})})
+    else:
+        from gearchaos.cli.pages import print_section
+
+        print_section(dataset)
+
+
+def _length(
+    settings: Settings, periods: int | None, transient: int | None, samples: int | None
+) -> dict[str, Any]:
+    """How long to simulate and how finely: the command line first, then the study file."""
+    periods = settings.periods if periods is None else periods
+    if periods is None:
+        raise InputError("--periods", "must be given", None, "E.g. --periods 100.")
+    return {
+        "periods": periods,
+        "transient": settings.transient or 0 if transient is None else transient,
+        "samples": settings.samples if samples is None else samples,
+    }
+
+
+@app.command()
+def regime(study: StudyPath = None, sets: Sets = None, json_out: Json = False) -> None:
+    """Say what the mesh does at one operating point, with the evidence."""
+    loaded = _load(study, sets)
+    from gearchaos.studies import regime as run
+
+    verdict = run(loaded.model)
+    if json_out:
+        print_json(verdict.to_dict())
+    else:
+        from gearchaos.cli.pages import print_regime
+
+        print_regime(verdict, loaded)
+
+
+@app.command()
+def bifurcation(
+    out: Out,
+    study: StudyPath = None,
+    sets: Sets = None,
+    axis: AxisTexts = None,
+    points: Annotated[int | None, typer.Option(min=1, help="Stroboscopic points per column.")] = None,
+    mode: Annotated[
+        str | None, typer.Option(metavar="fixed|up|down", help="Same start, or the state carried along.")
+    ] = None,
+    plot: Plot = None,
+    json_out: Json = False,
+    physical: Physical = False,
+) -> None:
+    """Scan one parameter: stroboscopic points, verdicts and exponents."""
+    target = _Target(out, plot, json_out, physical)
+    loaded, axes = _map_inputs("bifurcation", study, sets, axis, target)
+    settings = loaded.settings_for("bifurcation")
+    options: dict[str, Any] = {"points": points or settings.points, "mode": mode or settings.mode}
+    from gearchaos.studies import bifurcation as run
+
+    given = {name: value for name, value in options.items() if value is not None}
+    _finish("bifurcation", run(loaded.model, *axes, progress=True, **given), axes, loaded, target)
+
+
+@app.command()
+def zones(
+    out: Out,
+    study: StudyPath = None,
+    sets: Sets = None,
+    axis: AxisTexts = None,
+    plot: Plot = None,
+    json_out: Json = False,
+    physical: Physical = False,
+) -> None:
+    """Map the kinds of motion over two parameters."""
+    target = _Target(out, plot, json_out, physical)
+    loaded, axes = _map_inputs("zones", study, sets, axis, target)
+    from gearchaos.studies import zones as run
+
+    _finish("zones", run(loaded.model, *axes, progress=True), axes, loaded, target)
+
+
+@app.command()
+def basins(
+    out: Out,
+    study: StudyPath = None,
+    sets: Sets = None,
+    axis: AxisTexts = None,
+    plot: Plot = None,
+    json_out: Json = False,
+    physical: Physical = False,
+) -> None:
+    """Map the basins of attraction over two initial values."""
+    target = _Target(out, plot, json_out, physical)
+    loaded, axes = _map_inputs("basins", study, sets, axis, target)
+    from gearchaos.studies import basins as run
+
+    _finish("basins", run(loaded.model, *axes, progress=True), axes, loaded, target)
+
+
+@dataclass(frozen=True)
+class _Target:
+    """Where a map goes, and in which form."""
+
+    out: Path
+    plot: Path | None
+    json_out: bool
+    physical: bool
+
+
+def _map_inputs(
+    kind: str, study: Path | None, sets: list[str] | None, axis: list[str] | None, target: _Target
+) -> tuple[Study, tuple[Axis, ...]]:
+    """Everything a map needs, checked before anything is computed."""
+    check_output("--out", target.out, DATA_SUFFIXES)
+    check_output("--plot", target.plot, PLOT_SUFFIXES)
+    loaded = _load(study, sets, target.physical)
+    return loaded, _axes(kind, loaded.settings_for(kind).axes, axis or [])
+
+
+def _axes(kind: str, from_file: tuple[Axis, ...], texts: list[str]) -> tuple[Axis, ...]:
+    """The axes of the command line; fewer than needed replace those of the study file by name."""
+    from gearchaos.studyfile import AXIS_KEYS, parse_axis
+
+    given = tuple(parse_axis(text, "--axis") for text in texts)
+    needed, by_name = len(AXIS_KEYS[kind]), {a.name: a for a in given}
+    if len(given) < needed and by_name.keys() <= {a.name for a in from_file}:
+        given = tuple(by_name.get(a.name, a) for a in from_file)
+    if len(given) != needed:
+        examples = ("--axis z=-3:3:200", "--axis z_dot=-2:2:200")
+        if kind != "basins":
+            examples = ("--axis omega=0.2:3:200", "--axis eps1=0:0.3:200")
+        times = "once" if needed == 1 else "twice"
+        raise InputError("--axis", f"must be given {times}", texts, f"E.g. {' '.join(examples[:needed])}.")
+    return given
+
+
+def _load(study: Path | None, sets: list[str] | None, physical: bool = False) -> Study:
+    from gearchaos.studyfile import load_study, parse_set
+
+    loaded = load_study(study, parse_set(sets or []))
+    if physical and loaded.pair is None:
+        file = None if study is None else str(study)
+        raise InputError("--physical", "needs a study file with a [gearpair] table", file)
+    return loaded
+
+
+def _in_units(dataset: xr.Dataset, loaded: Study, physical: bool) -> xr.Dataset:
+    if not physical or loaded.pair is None:
+        return dataset
+    from gearchaos.gearpair import physical as scaled
+
+    return scaled(dataset, loaded.pair)
+
+
+def _finish(kind: str, dataset: xr.Dataset, axes: tuple[Axis, ...], loaded: Study, target: _Target) -> None:
+    """Write the files, then say what is in them."""
+    dataset = _in_units(dataset, loaded, target.physical)
+    save(dataset, target.out)
+    draw(kind, dataset, target.plot)
+    if target.json_out:
+        files = {"out": str(target.out), "plot": None if target.plot is None else str(target.plot)}
+        scanned = [{"name": a.name, "start": a.start, "stop": a.stop, "count": a.count} for a in axes]
+        print_json({"study": kind, **files, "axes": scanned, **summary(kind, dataset)})

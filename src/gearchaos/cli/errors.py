@@ -1,0 +1,42 @@
+"""What a command raises becomes one line on stderr and an exit code; never a traceback for bad input."""
+
+from __future__ import annotations
+
+import errno
+import sys
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+from gearchaos.errors import InputError
+
+BAD_INPUT, INTERRUPTED = 2, 130
+
+
+class Commands(TyperGroup):
+    """The group of all commands, with their errors in words."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except InputError as error:
+            _fail(f"error: {error}", BAD_INPUT)
+        except MemoryError:
+            _fail("error: not enough memory. Ask for fewer cells, points or periods.", BAD_INPUT)
+        except OSError as error:
+            if error.errno == errno.EPIPE:  # the reader of a pipe has gone: typer ends quietly
+                raise
+            _fail(f"error: {error}", BAD_INPUT)
+        except KeyboardInterrupt:
+            _fail("interrupted", INTERRUPTED)
+
+
+def _fail(message: str, code: int) -> None:
+    say(message)
+    raise typer.Exit(code) from None
+
+
+def say(message: str) -> None:
+    """Print a message for people; stdout is for results."""
+    print(message, file=sys.stderr, flush=True)

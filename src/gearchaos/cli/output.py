@@ -1,0 +1,122 @@
+"""Results on their way out: files checked before work starts, data, pictures, JSON."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import os
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gearchaos.cli.errors import say
+from gearchaos.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DATA_SUFFIXES = (".nc", ".nc4", ".netcdf", ".h5", ".hdf5")
+PLOT_SUFFIXES = (".png", ".pdf", ".svg")
+
+
+def check_output(option: str, path: Path | None, suffixes: tuple[str, ...]) -> None:
+    """Raise `InputError` unless a file can be written at ``path``, with one of these endings or none."""
+    if path is None:
+        return
+    if path.suffix and path.suffix.lower() not in suffixes:
+        raise InputError(option, f"must end in {', '.join(suffixes)}", str(path))
+    if path.is_dir():
+        raise InputError(option, "must be a file", str(path), "It is a folder.")
+    if not path.parent.is_dir():
+        raise InputError(option, "must lie in an existing folder", str(path), "Create the folder first.")
+    if not _writable(path):
+        raise InputError(option, "must be writable", str(path), "Choose a folder you may write in.")
+
+
+def _writable(path: Path) -> bool:
+    try:
+        with tempfile.TemporaryFile(dir=path.parent):
+            return not path.exists() or os.access(path, os.W_OK)
+    except OSError:
+        return False
+
+
+def save(dataset: xr.Dataset, path: Path | None) -> None:
+    """Write a Dataset, whole or not at all, if there is a path."""
+    if path is not None:
+        from gearchaos.studies import save as write
+
+        write(dataset, path)
+        say(f"wrote {path}")
+
+
+def draw(kind: str, dataset: xr.Dataset, path: Path | None) -> None:
+    """Write the picture of a study, whole or not at all, if there is a path."""
+    if path is None:
+        return
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from gearchaos import plot
+
+    name = ("z",) if kind == "bifurcation" and "section_x1" not in dataset else ()
+    figure = getattr(plot, kind)(dataset, *name).figure
+    picture = io.BytesIO()
+    figure.savefig(picture, format=path.suffix.lstrip(".").lower() or "png", dpi=150, bbox_inches="tight")
+    _write(path, picture.getvalue())
+    say(f"wrote {path}")
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Write a file whole or not at all."""
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".gearchaos-") as folder:
+        draft = Path(folder) / path.name
+        draft.write_bytes(content)
+        os.replace(draft, path)
+
+
+def print_json(document: dict[str, Any]) -> None:
+    """One JSON document on stdout, with null for every number that JSON does not have."""
+    print(json.dumps(_finite(document), allow_nan=False))
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(v) for key, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def section(dataset: xr.Dataset) -> dict[str, list[float]]:
+    """The stroboscopic section of a simulation: τ and every coordinate by name."""
+    return {short: dataset[name].values.tolist() for short, name in _section_names(dataset).items()}
+
+
+def section_units(dataset: xr.Dataset) -> dict[str, str]:
+    """The units of `section`, by the same names."""
+    return {short: dataset[name].attrs["units"] for short, name in _section_names(dataset).items()}
+
+
+def _section_names(dataset: xr.Dataset) -> dict[str, str]:
+    sections = (str(name) for name in dataset.data_vars if str(name).startswith("section_"))
+    return {"tau": "tau_section", **{name.removeprefix("section_"): name for name in sections}}
+
+
+def summary(kind: str, dataset: xr.Dataset) -> dict[str, Any]:
+    """How many cells show each motion, or the attractors and their shares of the plane."""
+    if kind == "basins":
+        shares = dataset["attractor_fraction"].values.tolist()
+        names = _motions(dataset["attractor_label"], dataset["attractor_period"])
+        return {"attractors": [{"label": n, "fraction": s} for n, s in zip(names, shares, strict=True)]}
+    names = _motions(dataset["label"], dataset["period"])
+    return {"cells": {name: names.count(name) for name in sorted(set(names))}}
+
+
+def _motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:
+    """Every motion by name: "3T" where it has a period, else what the flags of its code say."""
+    codes, words = labels.attrs["flag_values"].tolist(), labels.attrs["flag_meanings"].split()
+    names = dict(zip(codes, words, strict=True))
+    pairs = zip(labels.values.ravel().tolist(), periods.values.ravel().tolist(), strict=True)
+    return [f"{period}T" if period > 0 else names[code] for code, period in pairs]

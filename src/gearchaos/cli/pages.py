@@ -1,0 +1,83 @@
+"""Readable pages on stdout."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.table import Table
+
+from gearchaos.cli.output import section, section_units
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gearchaos.studies import Regime
+    from gearchaos.studyfile import Study
+
+_SHOWN_ROWS = 20
+_FILE_WIDTH = 160
+_LEVELS = (
+    ("v_rms", "rms velocity V_RMS"),
+    ("z_rms", "rms of z"),
+    ("z_peak_to_peak", "peak to peak of z"),
+    ("contact", "contact"),
+    ("contact_fraction", "share of the time in contact"),
+    ("dynamic_factor", "dynamic factor"),
+    ("residual", "residual of the orbit"),
+    ("periods_spent", "mesh periods computed"),
+    ("spectral_label", "second opinion (spectrum)"),
+)
+
+
+def print_section(dataset: xr.Dataset) -> None:
+    """The last rows of a stroboscopic section."""
+    columns, units = section(dataset), section_units(dataset)
+    rows = list(zip(*columns.values(), strict=True))
+    table = Table(title=f"Stroboscopic section, last {min(_SHOWN_ROWS, len(rows))} of {len(rows)} periods")
+    for name in columns:
+        table.add_column(f"{name}\n({units[name]})", justify="right", overflow="fold")
+    for row in rows[-_SHOWN_ROWS:]:
+        table.add_row(*map(_shown, row))
+    _print(table)
+
+
+def print_regime(verdict: Regime, loaded: Study) -> None:
+    """The verdict at one operating point, with its evidence."""
+    values = verdict.to_dict()
+    table = Table(show_header=False)
+    table.add_row("motion", f"{verdict.label}: {verdict.reason}")
+    table.add_row("Lyapunov exponents", _exponents(values["lyapunov"], values["lyapunov_ci"]))
+    table.add_row("Floquet multipliers", "\n".join(f"{a:+.6f} {b:+.6f}i" for a, b in values["multipliers"]))
+    for name, title in _LEVELS:
+        table.add_row(title, _shown(values[name]))
+    for title, text in _physical_levels(values, loaded):
+        table.add_row(title, text)
+    _print(table)
+
+
+def _print(table: Table) -> None:
+    console = Console()
+    Console(width=console.width if console.is_terminal else _FILE_WIDTH).print(table)
+
+
+def _exponents(values: list[float], intervals: list[list[float]]) -> str:
+    return "\n".join(f"{v:+.5f}  ({a:+.5f} to {b:+.5f})" for v, (a, b) in zip(values, intervals, strict=True))
+
+
+def _physical_levels(values: dict[str, Any], loaded: Study) -> list[tuple[str, str]]:
+    """The main levels in the units of the pair, if there is one."""
+    if loaded.pair is None:
+        return []
+    scales = loaded.pair.scales
+    levels = (
+        ("mesh frequency", loaded.model.omega, scales.frequency, "Hz"),
+        ("rms velocity V_RMS", values["v_rms"], scales.velocity * 1e3, "mm/s"),
+        ("rms of z", values["z_rms"], scales.length * 1e6, "µm"),
+        ("peak to peak of z", values["z_peak_to_peak"], scales.length * 1e6, "µm"),
+    )
+    return [(title, f"{_shown(v * scale)} {unit}") for title, v, scale, unit in levels if v is not None]
+
+
+def _shown(value: Any) -> str:
+    return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,76 @@
+"""Statements about coexisting motions: figures 3 and 4, judged by the attractors that many starts end on."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from gearchaos.paper.bench import Bench
+from gearchaos.paper.claims._outcome import CONTRADICTED, HOLDS, MISPRINT, Outcome, graded, judge
+from gearchaos.plot import attractor_names
+
+_COMPUTED = "The motion that every start of the plane ends on, and the attractors told apart."
+
+
+def _shares(ds: xr.Dataset) -> dict[str, float]:
+    """Share of the starts that end on each attractor, by its name."""
+    return {n: round(float(s), 4) for n, s in zip(attractor_names(ds), ds["attractor_fraction"].values, strict=True)}
+
+
+@judge("3a", "3b")
+def two_kinds(bench: Bench, name: str) -> Outcome:
+    ds = bench.study(3, name[1])
+    kinds: dict[str, float] = {}
+    for attractor, share in _shares(ds).items():
+        kinds[attractor.rstrip("′")] = kinds.get(attractor.rstrip("′"), 0.0) + share
+    ranked = sorted(kinds.items(), key=lambda item: -item[1])
+    leading = ranked[:2]
+    enough = sum(s for _, s in leading) >= 0.9 and leading[-1][1] >= 0.05 and len(leading) == 2
+    evidence = {"share_by_kind": {k: round(s, 4) for k, s in ranked}, "share_by_attractor": _shares(ds),
+                "starts": int(ds["attractor"].size)}
+    return Outcome(graded(enough), _COMPUTED, evidence)
+
+
+@judge("3c")
+def many_at_high_frequency(bench: Bench) -> Outcome:
+    counts = {panel: len(_shares(bench.study(3, panel))) for panel in "abc"}
+    evidence = {"attractors": counts, "share_by_attractor_3c": _shares(bench.study(3, "c"))}
+    return Outcome(graded(counts["c"] > max(counts["a"], counts["b"])), _COMPUTED, evidence)
+
+
+@judge("4a", "4b", "4c", "4e")
+def exists(bench: Bench, name: str) -> Outcome:
+    period = {"4a": 1, "4b": 3, "4c": 4, "4e": 5}[name]
+    ds, places = _of_period(bench, period)
+    return Outcome(graded(len(places) > 0), _COMPUTED, _orbits(ds, places))
+
+
+@judge("4d")
+def second_of_four(bench: Bench) -> Outcome:
+    ds, places = _of_period(bench, 4)
+    return Outcome(graded(len(places) > 1), _COMPUTED, _orbits(ds, places))
+
+
+@judge("4b-caption")
+def no_second_period(bench: Bench) -> Outcome:
+    ds, twice = _of_period(bench, 2)
+    _, thrice = _of_period(bench, 3)
+    verdict = HOLDS if len(twice) else MISPRINT if len(thrice) else CONTRADICTED
+    return Outcome(verdict, _COMPUTED, {"2T": _orbits(ds, twice), "3T": _orbits(ds, thrice)},
+                   "" if len(twice) else "3T, as the text says")
+
+
+def _of_period(bench: Bench, period: int) -> tuple[xr.Dataset, np.ndarray]:
+    ds = bench.study(3, "c")
+    return ds, np.flatnonzero(ds["attractor_period"].values == period)
+
+
+def _orbits(ds: xr.Dataset, places: np.ndarray) -> dict:
+    """Number of starts, and for each attractor its share and its stroboscopic point of smallest z."""
+    z, z_dot = (ds[f"attractor_section_{n}"].values for n in ("z", "z_dot"))
+    found = []
+    for i in places:
+        point = int(np.nanargmin(z[i]))
+        found.append({"share_of_starts": round(float(ds["attractor_fraction"][i]), 5),
+                      "z": round(float(z[i, point]), 6), "z_dot": round(float(z_dot[i, point]), 6)})
+    return {"starts": int(ds["attractor"].size), "orbits": found}

@@ -1,0 +1,75 @@
+"""From records and judges to claims."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from gearchaos.paper.bench import Bench
+from gearchaos.paper.claims import _attractors, _maps, _motions, _windows  # noqa: F401 - they register their judges
+from gearchaos.paper.claims._outcome import CONTRADICTED, JUDGES, MISPRINT
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One statement of the paper with its verdict; the fields of claims.json."""
+
+    id: str
+    figure: int
+    where: str
+    statement: str
+    setting: str
+    criterion: str
+    computed: str
+    verdict: str
+    instead: str
+    evidence: dict[str, Any]
+    expected: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready."""
+        return asdict(self)
+
+
+@cache
+def records() -> dict[str, dict[str, Any]]:
+    """Every record of `records.toml` by id, with line breaks of its texts joined."""
+    text = files("gearchaos.paper.claims").joinpath("records.toml").read_text(encoding="utf-8")
+    return {
+        name: {key: " ".join(value.split()) if isinstance(value, str) else value for key, value in record.items()}
+        for name, record in tomllib.loads(text).items()
+    }
+
+
+def claims_of(figures: Iterable[int]) -> list[str]:
+    """Ids of the statements that belong to these figures."""
+    wanted = set(figures)
+    return [name for name, record in records().items() if record["figure"] in wanted]
+
+
+def judge_all(
+    bench: Bench, names: Iterable[str], told: Callable[[str], None] = lambda name: None
+) -> list[Claim]:
+    """Judge the statements with these ids; ``told`` hears of each before it is judged."""
+    out = []
+    for name in names:
+        told(name)
+        out.append(_judged(bench, name))
+    return out
+
+
+def _judged(bench: Bench, name: str) -> Claim:
+    outcome = bench.once(f"claim {name}", lambda: JUDGES[name](bench))
+    return Claim(id=name, **records()[name], **asdict(outcome))
+
+
+def failed(claims: Iterable[Claim]) -> list[Claim]:
+    """Claims that should hold and do not: contradicted, or an unexpected misprint."""
+    return [
+        c for c in claims
+        if c.verdict == CONTRADICTED or (c.verdict == MISPRINT and c.expected != MISPRINT)
+    ]

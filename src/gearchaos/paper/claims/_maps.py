@@ -1,0 +1,202 @@
+"""Statements about maps: resonances, zones, and whether a change of the model changes the zones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy import ndimage
+from scipy.signal import find_peaks, peak_widths
+from scipy.stats import spearmanr
+
+from gearchaos.model import HarmonicStiffness, MeshModel, TwoLevelStiffness
+from gearchaos.paper.bench import Bench
+from gearchaos.paper.claims._outcome import Outcome, graded, judge
+from gearchaos.paper.claims._read import (
+    is_chaotic,
+    is_periodic,
+    is_quasi_periodic,
+    likeness,
+    map_classes,
+)
+from gearchaos.studies import Axis
+
+_OMEGA, _EPS1 = Axis("omega", 0.2, 3.0, 72), Axis("eps1", 0.0, 0.3, 48)
+_ALIKE = 0.9
+_COMPARED = "Two maps of 72 × 48 cells over (ω, ε1), compared cell by cell."
+_PLAIN: dict[str, Any] = {"q0": 0.1}
+
+
+def _plain_map(bench: Bench) -> xr.Dataset:
+    return bench.map(MeshModel.of(**_PLAIN), _OMEGA, _EPS1)
+
+
+@judge("2a")
+def resonances(bench: Bench) -> Outcome:
+    ds = bench.scan(Axis("omega", 0.2, 3.0, 401), q0=0.1, eps1=0.005)
+    omega, level = ds["omega"].values, ds["v_rms"].values
+    peaks, _ = find_peaks(level, prominence=0.02 * level.max())
+    left, right = (np.interp(edge, np.arange(len(omega)), omega) for edge in peak_widths(level, peaks, 0.5)[2:])
+    found = [{"peak": round(float(omega[p]), 4), "from": round(float(a), 4), "to": round(float(b), 4),
+              "v_rms": round(float(level[p]), 5)} for p, a, b in zip(peaks, left, right, strict=True)]
+    reached = {str(w): any(0.9 * f["from"] <= w <= 1.1 * f["to"] for f in found) for w in (2.0, 1.0, 0.5, 0.25)}
+    return Outcome(graded(all(reached.values())), "V_RMS over ω at ε1 = 0.005 with its peaks and their widths.",
+                   {"raised_levels": found, "reached": reached})
+
+
+@judge("2b")
+def level_in_chaos(bench: Bench) -> Outcome:
+    ds = bench.study(2, "a")
+    low = ds.sel(omega=slice(None, 2.0))
+    chaos, level = is_chaotic(low), low["v_rms"].values
+    inside, outside = float(np.median(level[chaos])), float(np.median(level[~chaos]))
+    lower = float((level[chaos] < outside).mean())
+    evidence = {"median_v_rms_chaotic": round(inside, 5), "median_v_rms_other": round(outside, 5),
+                "share_of_chaotic_cells_below_the_other_median": round(lower, 4)}
+    return Outcome(graded(inside > outside and lower > 0), "Levels of the cells of Fig. 2 at ω < 2.", evidence)
+
+
+@judge("beta")
+def bearing_friction(bench: Bench) -> Outcome:
+    other = bench.map(MeshModel.of(**_PLAIN, beta=0.0), _OMEGA, _EPS1)
+    fine = {str(q0): bench.regime(omega=1.0, eps1=0.1, beta=0.0, q0=q0).label for q0 in (0.0164, 0.01645, 0.0165)}
+    remark = f"fine windows do move: the three values of 6b then give {', '.join(fine.values())}"
+    return _compared(bench, other, {"labels_of_6b_with_beta_0": fine}, remark)
+
+
+@judge("chi")
+def sine_stiffness(bench: Bench) -> Outcome:
+    square = TwoLevelStiffness()
+    sine = first_harmonic(square)
+    model = replace(MeshModel.of(**_PLAIN), stiffness=sine)
+    return _compared(bench, bench.map(model, _OMEGA, _EPS1), {"amplitude": round(sine.amplitudes[0], 6)})
+
+
+def first_harmonic(wave: TwoLevelStiffness) -> HarmonicStiffness:
+    """The first Fourier harmonic of (2.16) about its mean of 1, which it has for χ1 (α − 1) = χ2 (2 − α)."""
+    share = wave.contact_ratio - 1
+    amplitude = 2 / np.pi * (wave.chi1 + wave.chi2) * np.sin(np.pi * share)
+    return HarmonicStiffness((float(amplitude),), (float(np.pi * share),))
+
+
+def _compared(bench: Bench, other: xr.Dataset, extra: dict, remark: str = "") -> Outcome:
+    """Likeness to the plain map, beside that of the same model from other starts."""
+    plain = _plain_map(bench)
+    alike = likeness(plain, other, (1, 1))
+    restarted = bench.map(MeshModel.of(**_PLAIN, x1=0.5), _OMEGA, _EPS1)
+    evidence = {**alike, **extra, "chaotic_share": [_share(plain), _share(other)],
+                "for_scale_same_model_from_x1_0.5": likeness(plain, restarted, (1, 1))}
+    return Outcome(graded(alike["found_nearby"] >= _ALIKE), _COMPARED, evidence, remark)
+
+
+def _share(ds: xr.Dataset) -> float:
+    return round(float(is_chaotic(ds).mean()), 4)
+
+
+_STIFFNESSES = (5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
+
+
+@judge("rho")
+def stiff_supports(bench: Bench) -> Outcome:
+    omega = Axis("omega", 0.2, 3.0, 141)
+    held: dict[str, Any] = {"eps1": 0.05, "q0": 0.1}
+    rigid = bench.scan(omega, **held)
+    alike = {k: likeness(bench.scan(omega, kind="full", kappa=k, **held), rigid, (2,)) for k in _STIFFNESSES}
+    enough = {k: alike[k]["found_nearby"] >= _ALIKE for k in _STIFFNESSES}
+    first = next((k for k in _STIFFNESSES if all(enough[j] for j in _STIFFNESSES if j >= k)), None)
+    plane = _whole_plane(bench)
+    evidence = {"by_kappa": {f"{k:g}": v for k, v in alike.items()}, "alike_from_kappa": first,
+                "whole_plane_of_fig_2_at_kappa_20": plane}
+    return Outcome(
+        graded(all(enough[k] for k in _STIFFNESSES if k >= 20)),
+        "Verdicts on 141 frequencies for every κ, compared with the torsional model.", evidence,
+        f"over amplitudes up to 0.3 the likeness is weaker: at κ = 20 {plane['found_nearby']:.0%} of the cells find "
+        "their class within one cell",
+    )
+
+
+def _whole_plane(bench: Bench) -> dict[str, float]:
+    """The same comparison over amplitudes up to 0.3, where it is harder to meet."""
+    other = bench.map(MeshModel.of(kind="full", kappa=20.0, **_PLAIN), _OMEGA, _EPS1)
+    return likeness(_plain_map(bench), other, (1, 1))
+
+
+@judge("5a")
+def chaos_at_small_load(bench: Bench) -> Outcome:
+    ds = bench.study(5, "a")
+    chaos, q0 = is_chaotic(ds), ds["q0"].values
+    below = {limit: float(chaos[q0 < limit].sum() / chaos.sum()) for limit in (0.15, 0.155)}
+    last = float(q0[chaos.mean(axis=1) >= 0.02].max())
+    evidence = {"share_of_chaotic_cells_below": {str(k): round(v, 4) for k, v in below.items()},
+                "last_row_with_2_percent_of_chaos": round(last, 4),
+                "last_chaotic_cell": round(float(q0[chaos.any(axis=1)].max()), 4)}
+    return Outcome(graded(last > 0.14 and below[0.15] >= 0.99, last > 0.14 and below[0.155] >= 0.99),
+                   "The chaotic cells of Fig. 5.", evidence, f"chaos takes 2 % of a row up to q0 = {last:.3f}")
+
+
+@judge("5b")
+def calm_at_high_frequency(bench: Bench) -> Outcome:
+    ds = bench.study(5, "a")
+    level, high = ds["v_rms"].values, ds["omega"].values > 2
+    tenths = np.array_split(np.arange(len(level)), 10)
+    pairs = [(float(np.nanmedian(level[t][:, high])), float(np.nanmedian(level[t][:, ~high]))) for t in tenths]
+    evidence = {"median_v_rms_above_and_below_omega_2_by_tenth_of_q0": [[round(a, 4), round(b, 4)] for a, b in pairs]}
+    return Outcome(graded(all(a < 0.5 * b for a, b in pairs)), "Levels of the cells of Fig. 5.", evidence)
+
+
+@judge("10a")
+def chaos_moves_up(bench: Bench) -> Outcome:
+    ds = bench.study(10, "a")
+    chaos = is_chaotic(ds)
+    bands, count = ndimage.label(ndimage.binary_dilation(chaos, np.ones((3, 3))))
+    large = [k for k in range(1, count + 1) if (chaos & (bands == k)).sum() >= 0.05 * chaos.sum()]
+    found = [_band(ds, chaos & (bands == k)) for k in large]
+    rising = len(found) > 0 and all(f["rank_correlation"] > 0.5 for f in found)
+    return Outcome(graded(rising), "The connected bands of chaotic cells in Fig. 10, one row after the other.",
+                   {"bands": found})
+
+
+def _band(ds: xr.Dataset, cells: np.ndarray) -> dict[str, float]:
+    """How the mean ω of one band of cells changes with κ."""
+    rows = cells.any(axis=1)
+    kappa, mean = ds["kappa"].values[rows], (cells @ ds["omega"].values)[rows] / cells.sum(axis=1)[rows]
+    return {"share_of_chaotic_cells": round(float(cells.sum() / is_chaotic(ds).sum()), 4),
+            "kappa_from": round(float(kappa[0]), 3), "kappa_to": round(float(kappa[-1]), 3),
+            "mean_omega_from": round(float(mean[0]), 3), "mean_omega_to": round(float(mean[-1]), 3),
+            "rank_correlation": round(float(spearmanr(kappa, mean).statistic), 4)}
+
+
+@judge("10b")
+def new_kind(bench: Bench) -> Outcome:
+    share = float(is_quasi_periodic(bench.study(10, "a")).mean())
+    return Outcome(graded(share >= 0.01), "The cells of Fig. 10.", {"share_of_quasi_periodic_cells": round(share, 4)})
+
+
+@judge("11a")
+def rimmed_chaos(bench: Bench) -> Outcome:
+    ds = bench.study(11, "a").sel(omega=slice(0.9, 1.2), eps1=slice(0.0, 0.1))
+    chaos = is_chaotic(ds)
+    beside = _grown(chaos) & ~chaos
+    rim = is_quasi_periodic(ds) | (is_periodic(ds) & (ds["period"].values > 4))
+    on_rim = float(rim[beside].mean()) if beside.any() else 0.0
+    evidence = {"share_of_chaotic_cells": round(float(chaos.mean()), 4), "cells_beside_chaos": int(beside.sum()),
+                "share_of_them_quasi_periodic_or_high_order": round(on_rim, 4),
+                "share_over_the_whole_plane": round(float(_rim_share(bench)), 4)}
+    return Outcome(graded(chaos.mean() >= 0.01 and on_rim >= 0.1), "The cells of Fig. 11 around ω = 1.", evidence)
+
+
+def _rim_share(bench: Bench) -> float:
+    classes = map_classes(bench.study(11, "a"))
+    return float(np.isin(classes, (4, 5)).mean())
+
+
+def _grown(flags: np.ndarray) -> np.ndarray:
+    """The flags and their four neighbours."""
+    out = flags.copy()
+    out[1:] |= flags[:-1]
+    out[:-1] |= flags[1:]
+    out[:, 1:] |= flags[:, :-1]
+    out[:, :-1] |= flags[:, 1:]
+    return out

@@ -1,0 +1,132 @@
+"""Statements about single motions: the verdict at one operating point, and the shape of its portrait."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from gearchaos.paper.bench import Bench
+from gearchaos.paper.claims._outcome import Outcome, graded, judge
+from gearchaos.paper.claims._read import summary
+from gearchaos.paper.words import symbol
+
+_LOAD = {"omega": 1.0, "eps1": 0.1}
+_AMPLITUDE = {"omega": 1.0, "q0": 0.1}
+_SOFT = {"kind": "full", "kappa": 0.5, "omega": 1.05, "q0": 0.1}
+_CHAOTIC: dict[str, dict[str, Any]] = {
+    "7a": {**_LOAD, "q0": 0.014},
+    "7b": {**_LOAD, "q0": 0.02},
+    "7c": {**_LOAD, "q0": 0.04},
+    "7d": {**_LOAD, "q0": 0.05},
+    "9a": {**_AMPLITUDE, "eps1": 0.23},
+    "9c": {"kind": "single", "q0": 0.12, "omega": 1.7, "eps1": 0.09},
+    "15a": {"kind": "full", "kappa": 0.5, "omega": 0.9, "eps1": 0.1, "q0": 0.128},
+}
+_VERDICT = "The verdict at this point from the paper's start, with the largest Lyapunov exponent."
+
+
+@judge(*_CHAOTIC)
+def chaotic(bench: Bench, name: str) -> Outcome:
+    found = bench.regime(**_CHAOTIC[name])
+    return Outcome(graded(found.label == "chaotic"), _VERDICT, summary(found))
+
+
+@judge("15b")
+def quasi_periodic(bench: Bench) -> Outcome:
+    found = bench.regime(kind="full", kappa=0.5, omega=0.9, eps1=0.1, q0=0.135)
+    return Outcome(graded(found.label == "quasi-periodic"), _VERDICT, summary(found))
+
+
+@judge("9b")
+def sub_harmonic(bench: Bench) -> Outcome:
+    found = bench.regime(**_AMPLITUDE, eps1=0.231)
+    return Outcome(graded((found.period or 0) > 1), _VERDICT, summary(found))
+
+
+@judge("6b")
+def doublings_over_load(bench: Bench) -> Outcome:
+    return _exact_labels(bench, "q0", {0.0164: "4T", 0.01645: "8T", 0.0165: "12T"}, _LOAD)
+
+
+@judge("8a")
+def doublings_over_amplitude(bench: Bench) -> Outcome:
+    return _exact_labels(bench, "eps1", {0.206: "8T", 0.208: "16T", 0.209: "32T"}, _AMPLITUDE)
+
+
+def _exact_labels(bench: Bench, name: str, wanted: dict[float, str], held: dict[str, Any]) -> Outcome:
+    found = {value: bench.regime(**held, **{name: value}) for value in wanted}
+    same = all(found[value].label == label for value, label in wanted.items())
+    evidence = {f"{symbol(name)} = {v}": summary(r) for v, r in found.items()}
+    return Outcome(graded(same), "The verdict at each value.", evidence)
+
+
+@judge("8b")
+def chaos_after_the_cascade(bench: Bench) -> Outcome:
+    found = {value: bench.regime(**_AMPLITUDE, eps1=value) for value in (0.2095, 0.21)}
+    chaos = any(r.label == "chaotic" for r in found.values())
+    return Outcome(graded(chaos), "The verdict at two values.", {f"ε1 = {v}": summary(r) for v, r in found.items()})
+
+
+@judge("13a", "13b")
+def closed_curves(bench: Bench, name: str) -> Outcome:
+    eps1, wanted = {"13a": (0.04, 1), "13b": (0.205, 2)}[name]
+    found = bench.regime(**_SOFT, eps1=eps1)
+    pieces, dimension = curves(bench.study(13, f"{name[2]}_section"))
+    holds = found.label == "quasi-periodic" and pieces == wanted and abs(dimension - 1) < 0.15
+    evidence = {**summary(found), "closed_curves": pieces, "correlation_dimension": round(dimension, 3)}
+    return Outcome(graded(holds), "The verdict, the pieces of the portrait and its correlation dimension.", evidence)
+
+
+_POINTS = 4000
+_GAP = 0.03
+_SCALES = np.array([0.005, 0.05])
+
+
+def curves(ds: xr.Dataset) -> tuple[int, float]:
+    """Connected pieces of a stroboscopic portrait in all its coordinates, and its correlation dimension.
+
+    Pieces are told apart by gaps many times the spacing along a curve; lengths are in units of the portrait's size.
+    """
+    points = np.stack([ds[n].values[:_POINTS] for n in ds.data_vars if str(n).startswith("section_")], axis=1)
+    points = points[:, np.ptp(points, axis=0) > 1e-6]
+    tree = cKDTree((points - points.mean(axis=0)) / np.ptp(points, axis=0))
+    pieces = connected_components(tree.sparse_distance_matrix(tree, _GAP), directed=False)[0]
+    pairs = tree.count_neighbors(tree, _SCALES) - len(points)
+    return int(pieces), float(np.log(pairs[1] / pairs[0]) / np.log(_SCALES[1] / _SCALES[0]))
+
+
+_BEYOND = np.round(np.linspace(0.068, 0.079, 12), 4)
+
+
+@judge("7e")
+def similar_fractals(bench: Bench) -> Outcome:
+    found = {float(q0): bench.regime(**_LOAD, q0=float(q0)) for q0 in _BEYOND}
+    chaos = [q0 for q0, regime in found.items() if regime.label == "chaotic"]
+    panels = {panel: bench.study(7, panel) for panel in "abcd"}
+    distances = {
+        q0: {f"7{p}": distance(bench.points(_POINTS, **_LOAD, q0=q0), ds, panels["d"]) for p, ds in panels.items()}
+        for q0 in chaos[::2]
+    }
+    nearest = {str(q0): min(d, key=lambda p: d[p]) for q0, d in distances.items()}
+    evidence = {"labels": {str(q0): r.label for q0, r in found.items()},
+                "distance": {str(q0): d for q0, d in distances.items()}, "nearest": nearest}
+    alike = len(nearest) > 0 and set(nearest.values()) == {"7d"}
+    return Outcome(graded(alike and len(chaos) >= 0.75 * len(found)),
+                   "Verdicts at twelve values; mean distance between nearest points of portraits, both ways.", evidence,
+                   "" if len(chaos) == len(found) else "chaotic but for a window of 3T and its doublings within")
+
+
+def distance(a: xr.Dataset, b: xr.Dataset, unit: xr.Dataset) -> float:
+    """How far two portraits lie apart in (x1, x1'), in units of the spread of a third: the mean distance to the nearest
+    point of the other, averaged both ways."""
+    spread = _plane(unit).std(axis=0)
+    one, two = _plane(a) / spread, _plane(b) / spread
+    return round(float(cKDTree(one).query(two)[0].mean() + cKDTree(two).query(one)[0].mean()) / 2, 4)
+
+
+def _plane(ds: xr.Dataset) -> np.ndarray:
+    return np.stack([ds[f"section_{n}"].values[:_POINTS] for n in ("x1", "x1_dot")], axis=1)

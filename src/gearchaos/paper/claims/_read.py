@@ -1,0 +1,95 @@
+"""Reading verdicts: labels as text, shares, and how much two maps or two portraits are alike."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from gearchaos.motion import Label
+from gearchaos.plot import MOTION_CLASSES, motion_class
+
+LOCKED_FROM = 9
+"""Periods from here on, within a range of quasi-periodic motion, count as locked on the torus."""
+
+
+def labels(ds: xr.Dataset) -> list[str]:
+    """The label of every column of a scan as text: ``4T``, ``chaotic``, ..."""
+    kinds = motion_class(ds["label"], ds["period"])
+    periodic = ds["label"].values == Label.PERIODIC
+    names = [MOTION_CLASSES[k].name for k in kinds.ravel()]
+    periods = ds["period"].values.ravel()
+    return [f"{n}T" if p else name for n, p, name in zip(periods, periodic.ravel(), names, strict=True)]
+
+
+def is_chaotic(ds: xr.Dataset) -> np.ndarray:
+    return ds["label"].values == Label.CHAOTIC
+
+
+def is_periodic(ds: xr.Dataset) -> np.ndarray:
+    return ds["label"].values == Label.PERIODIC
+
+
+def is_quasi_periodic(ds: xr.Dataset) -> np.ndarray:
+    return ds["label"].values == Label.QUASI_PERIODIC
+
+
+def on_torus(ds: xr.Dataset) -> np.ndarray:
+    """Quasi-periodic, or locked on the torus: a long period among quasi-periodic neighbours."""
+    return is_quasi_periodic(ds) | (is_periodic(ds) & (ds["period"].values >= LOCKED_FROM))
+
+
+def summary(regime: Any) -> dict[str, Any]:
+    """What a verdict at one point says, for the evidence: label, largest exponent and its interval, V_RMS."""
+    low, high = regime.lyapunov_ci[0]
+    return {"label": regime.label, "largest_exponent": _round(regime.lyapunov[0]),
+            "interval": [_round(low), _round(high)], "v_rms": _round(regime.v_rms)}
+
+
+def _round(value: float | None, digits: int = 6) -> float | None:
+    return None if value is None or not np.isfinite(value) else round(float(value), digits)
+
+
+def runs(values: np.ndarray, flags: np.ndarray) -> list[tuple[float, float]]:
+    """First and last value of every unbroken run of true flags."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], np.asarray(flags, dtype=int), [0]])))
+    return [(float(values[a]), float(values[b - 1])) for a, b in edges.reshape(-1, 2)]
+
+
+def map_classes(ds: xr.Dataset) -> np.ndarray:
+    """The class of every cell, as the legend of the zones tells them apart."""
+    return motion_class(ds["label"], ds["period"])
+
+
+def likeness(a: xr.Dataset, b: xr.Dataset, reach: tuple[int, ...]) -> dict[str, float]:
+    """How much two maps on the same cells are alike.
+
+    Parameters
+    ----------
+    reach : tuple of int
+        Cells along each dimension within which a class counts as found.
+
+    Returns
+    -------
+    dict
+        ``same_class``: share of cells of one class; ``found_nearby``: the smaller of the shares of cells of either map
+        whose class occurs within reach in the other; ``v_rms_correlation``: Pearson's, over all cells.
+    """
+    one, two = map_classes(a), map_classes(b)
+    va, vb = a["v_rms"].values.ravel(), b["v_rms"].values.ravel()
+    good = np.isfinite(va) & np.isfinite(vb)
+    return {
+        "same_class": round(float((one == two).mean()), 4),
+        "found_nearby": round(float(min(_nearby(one, two, reach).mean(), _nearby(two, one, reach).mean())), 4),
+        "v_rms_correlation": round(float(np.corrcoef(va[good], vb[good])[0, 1]), 4),
+    }
+
+
+def _nearby(one: np.ndarray, two: np.ndarray, reach: tuple[int, ...]) -> np.ndarray:
+    """Whether the class of each cell of ``one`` occurs within reach in ``two``."""
+    padded = np.pad(two, [(r, r) for r in reach], constant_values=-1)
+    found = np.zeros(one.shape, dtype=bool)
+    for shift in np.ndindex(*(2 * r + 1 for r in reach)):
+        found |= padded[tuple(slice(s, s + n) for s, n in zip(shift, one.shape, strict=True))] == one
+    return found

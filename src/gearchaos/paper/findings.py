@@ -1,0 +1,91 @@
+"""What a figure shows in numbers: sentences made from its Datasets, never from expectations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import xarray as xr
+
+from gearchaos.paper.bench import Bench
+from gearchaos.paper.settings import Figure, Study
+from gearchaos.paper.words import percent, symbol
+from gearchaos.plot import MOTION_CLASSES, attractor_names, motion_class
+
+
+def findings(bench: Bench, figure: Figure, data: Mapping[str, xr.Dataset]) -> list[str]:
+    """One sentence or two for every panel whose study has something to count."""
+    if figure.layout == "coexisting":
+        return [_coexisting(data)]
+    out = []
+    panels = [(name, study) for name, study in figure.studies.items() if study.kind in _SPEAKERS]
+    for name, study in panels:
+        lead = f"({name[0]}) " if len(panels) > 1 else ""
+        out.append(lead + _SPEAKERS[study.kind](bench, study, data[name]))
+    return out
+
+
+def shares(ds: xr.Dataset) -> str:
+    """The shares of the classes of motion, largest first."""
+    counts = np.bincount(motion_class(ds["label"], ds["period"]).ravel(), minlength=len(MOTION_CLASSES))
+    order = [i for i in np.argsort(-counts) if counts[i]]
+    return ", ".join(f"{MOTION_CLASSES[i].name} {percent(counts[i] / counts.sum())}" for i in order)
+
+
+def _zones(bench: Bench, study: Study, ds: xr.Dataset) -> str:
+    level = ds["v_rms"].values
+    y, x = (int(i) for i in np.unravel_index(np.nanargmax(level), level.shape))
+    (x_name, y_name) = study.axes
+    where = f"{symbol(x_name)} = {float(ds[x_name][x]):.3g}, {symbol(y_name)} = {float(ds[y_name][y]):.3g}"
+    lost = float((ds["contact"].values > 0).mean())
+    return (
+        f"Shares of the {ds.sizes[x_name]} × {ds.sizes[y_name]} cells: {shares(ds)}. V_RMS runs from "
+        f"{np.nanmin(level):.3g} to {np.nanmax(level):.3g} (at {where}), its median is {np.nanmedian(level):.3g}. "
+        f"Teeth lose contact in {percent(lost)} of the cells."
+    )
+
+
+def _basins(bench: Bench, study: Study, ds: xr.Dataset) -> str:
+    parts = [
+        f"{n} {percent(float(s))}" for n, s in zip(attractor_names(ds), ds["attractor_fraction"].values, strict=True)
+    ]
+    return f"{ds['attractor'].size} starts end on {len(parts)} attractors: {', '.join(parts)}."
+
+
+def _bifurcation(bench: Bench, study: Study, ds: xr.Dataset) -> str:
+    (axis,) = study.axes
+    values = ds[axis].values[motion_class(ds["label"], ds["period"]) == _CHAOTIC]
+    text = f"Shares of the {ds.sizes[axis]} columns: {shares(ds)}."
+    if values.size == 0:
+        return text
+    return (
+        f"{text} Chaos occurs between {symbol(axis)} = {values[0]:.4g} and {values[-1]:.4g}, with exponents up to "
+        f"{float(ds['lyapunov'].max()):.3f}."
+    )
+
+
+_CHAOTIC = next(i for i, c in enumerate(MOTION_CLASSES) if c.name == "chaotic")
+
+
+def _point(bench: Bench, study: Study, ds: xr.Dataset) -> str:
+    found = bench.regime(**study.model)
+    (low, high), value = found.lyapunov_ci[0], found.lyapunov[0]
+    interval = f" (99 % interval {low:.4f} to {high:.4f})" if high > low else ""
+    return f"{found.label}, largest exponent {value:.4f}{interval}, V_RMS {found.v_rms:.4f}."
+
+
+def _coexisting(data: Mapping[str, xr.Dataset]) -> str:
+    parts = [
+        f"{key.split('_')[0]} (reached by {percent(ds.attrs['share_of_starts'])} of the starts, least stroboscopic z "
+        f"{ds['section_z'].values.min():.4f})"
+        for key, ds in data.items()
+    ]
+    return f"{len(parts)} of the motions shown were found among the starts: {', '.join(parts)}."
+
+
+_SPEAKERS: dict[str, Callable[[Bench, Study, xr.Dataset], str]] = {
+    "zones": _zones,
+    "basins": _basins,
+    "bifurcation": _bifurcation,
+    "portrait": _point,
+}

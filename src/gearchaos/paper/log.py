@@ -1,0 +1,39 @@
+"""What a run says on stderr while it works."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from gearchaos.paper.claims import Claim
+from gearchaos.paper.settings import Figure
+
+
+class Log:
+    """Lines on stderr, or silence."""
+
+    def __init__(self, on: bool) -> None:
+        self._console = Console(stderr=True, quiet=not on, highlight=False)
+        self._judging = False
+
+    def figure(self, figure: Figure) -> None:
+        """A figure begins."""
+        self._console.print(f"[bold]Figure {figure.number}[/bold]  {figure.title}")
+
+    def claim(self, name: str) -> None:
+        """A statement is about to be judged."""
+        if not self._judging:
+            self._console.print("[bold]Statements of the paper[/bold]")
+        self._judging = True
+
+    def end(self, folder: Path, claims: Sequence[Claim], failed: Sequence[Claim]) -> int:
+        """The tally and where the report lies; the exit code."""
+        tally = ", ".join(f"{count} {verdict}" for verdict, count in Counter(c.verdict for c in claims).items())
+        self._console.print(f"{len(claims)} statements judged: {tally or 'none'}.")
+        for claim in failed:
+            self._console.print(f"[bold red]{claim.id}: {claim.verdict}[/bold red]  {claim.statement}")
+        self._console.print(f"Report: {folder / 'index.html'}")
+        return 1 if failed else 0

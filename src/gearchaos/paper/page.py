@@ -1,0 +1,220 @@
+"""The page: what the template needs, made from a run."""
+
+from __future__ import annotations
+
+import base64
+import os
+import platform
+import re
+import struct
+import tomllib
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import date
+from functools import cache
+from importlib import metadata
+from importlib.resources import files
+from typing import Any
+
+import jinja2
+from markupsafe import Markup, escape
+
+from gearchaos.model import MeshModel
+from gearchaos.paper.claims import VERDICTS, Claim, failed
+from gearchaos.paper.equations import equations
+from gearchaos.paper.settings import Figure, Quality
+from gearchaos.paper.words import symbol
+
+_LIBRARIES = ("gearchaos", "numpy", "numba", "scipy", "xarray", "matplotlib")
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """One finished figure: its setting, its picture, what was found, the data files and the seconds it took."""
+
+    setting: Figure
+    png: bytes
+    found: list[str]
+    files: list[str]
+    compute_seconds: float
+    draw_seconds: float
+
+
+@dataclass(frozen=True)
+class Page:
+    """One run: its figures, its judged statements, and how long judging and all of it took, in seconds."""
+
+    figures: Sequence[Drawn]
+    claims: Sequence[Claim]
+    quality: Quality
+    claim_seconds: float
+    seconds: float
+
+
+def render(page: Page) -> str:
+    """The report as one self-contained HTML document."""
+    return _environment().get_template("report.html.j2").render(
+        css=_template("report.css"), figures=[_figure(f, page.claims) for f in page.figures],
+        claims=[_claim(c) for c in page.claims], tally=_tally(page.claims), outcome=_outcome(page.claims),
+        equations=equations(), defaults=_defaults(), corrections=_corrections(), times=list(_times(page)),
+        provenance=_provenance(page),
+        run=_run(page),
+    )
+
+
+def _template(name: str) -> str:
+    return files("gearchaos.paper").joinpath("templates", name).read_text(encoding="utf-8")
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(_template), autoescape=True, undefined=jinja2.StrictUndefined
+    )
+    environment.filters["maths"] = _maths
+    environment.filters["slug"] = lambda text: text.replace(" ", "-")
+    environment.filters["capitalised"] = lambda text: text[:1].upper() + text[1:]
+    return environment
+
+
+_INDEXED = re.compile(r"(?<!\w)([A-Za-zα-ω])(\d{1,2})(?!\w)|V_RMS")
+
+
+def _maths(text: str) -> Markup:
+    """Plain text with the indices of its symbols set low: x1 becomes x with a lower 1."""
+    def lower(match: re.Match) -> str:
+        head, index = (match[1], match[2]) if match[1] else ("V", "RMS")
+        return f"<i>{head}</i><sub>{index}</sub>"
+
+    return Markup(_INDEXED.sub(lower, str(escape(text))))
+
+
+def _run(page: Page) -> dict[str, Any]:
+    return {
+        "gearchaos": metadata.version("gearchaos"), "date": date.today().isoformat(), "quality": page.quality.name,
+        "cores": os.cpu_count(), "total": _duration(page.seconds),
+    }
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest} s" if minutes else f"{seconds:.1f} s"
+
+
+def _provenance(page: Page) -> list[tuple[str, str]]:
+    q = page.quality
+    return [
+        ("quality", q.name), ("zones", f"{q.zones[0]} × {q.zones[1]} cells"),
+        ("basins", f"{q.basins[0]} × {q.basins[1]} starts"),
+        ("diagrams", f"{q.bifurcation[0]} columns of {q.bifurcation[1]} points"),
+        ("portraits", f"{q.portrait} points"), ("cores", str(os.cpu_count())), ("machine", platform.machine()),
+        ("Python", platform.python_version()), *((name, metadata.version(name)) for name in _LIBRARIES),
+    ]
+
+
+def _times(page: Page) -> Iterator[tuple[str, str, str]]:
+    for f in page.figures:
+        yield f"Figure {f.setting.number}", f"{f.compute_seconds:.1f} s", f"{f.draw_seconds:.1f} s"
+    if page.claims:
+        yield "Statements", f"{page.claim_seconds:.1f} s", ""
+
+
+def _figure(drawn: Drawn, claims: Sequence[Claim]) -> dict[str, Any]:
+    """What the template shows of one figure."""
+    setting = drawn.setting
+    width, height = struct.unpack(">II", drawn.png[16:24])  # the PNG header
+    return {
+        "number": setting.number, "title": setting.title, "caption": setting.caption, "shows": setting.shows,
+        "found": drawn.found, "files": drawn.files, "png": base64.b64encode(drawn.png).decode(),
+        "width": width, "height": height, "settings": _settings(setting), "ranges": _ranges(setting),
+        "claims": [c for c in claims if c.figure == setting.number],
+    }
+
+
+def _settings(figure: Figure) -> list[str]:
+    """The model of every panel in words, each once."""
+    lines: dict[str, list[str]] = {}
+    for name, study in figure.studies.items():
+        values = ", ".join(f"{symbol(k)} = {v}" for k, v in study.model.items() if k != "kind")
+        panels = lines.setdefault(f"{study.model['kind']} model, {values}", [])
+        if name[0] not in panels and len(name.split("_")[0]) == 1:
+            panels.append(name[0])
+    several = len(lines) > 1
+    return [(f"({', '.join(panels)}) " if several and panels else "") + text for text, panels in lines.items()]
+
+
+def _ranges(figure: Figure) -> list[dict[str, str]]:
+    """Every axis range once, with its origin."""
+    seen: dict[tuple[str, str], dict[str, str]] = {}
+    for study in figure.studies.values():
+        for name, r in study.axes.items():
+            text = f"{symbol(name)} from {r.start:g} to {r.stop:g}"
+            seen.setdefault((text, r.range), {"text": text, "range": r.range, "why": r.why})
+    return list(seen.values())
+
+
+def _tally(claims: Sequence[Claim]) -> list[tuple[str, int]]:
+    counts = Counter(c.verdict for c in claims)
+    return [(verdict, counts[verdict]) for verdict in VERDICTS if counts[verdict]]
+
+
+_PLURAL = {
+    "holds": "hold", "holds within the printed digits": "hold within the printed digits", "misprint": "misprints",
+}
+
+
+def _outcome(claims: Sequence[Claim]) -> str:
+    """The tally as a sentence, and what failed."""
+    parts = [f"{count} {verdict if count == 1 else _PLURAL.get(verdict, verdict)}" for verdict, count in _tally(claims)]
+    text = f"Of {len(claims)} statements: {', '.join(parts)}."
+    wrong = failed(claims)
+    if not wrong:
+        return text + " None is contradicted; the misprints are those known and listed below."
+    return text + f" Not confirmed: {', '.join(c.id for c in wrong)}."
+
+
+def _claim(claim: Claim) -> dict[str, Any]:
+    return {**claim.to_dict(), "evidence": list(_flat(claim.evidence))}
+
+
+def _flat(evidence: Mapping[str, Any], lead: str = "") -> Iterator[tuple[str, str]]:
+    """Nested evidence as lines of name and value."""
+    for key, value in evidence.items():
+        name = f"{lead}{str(key).replace('_', ' ')}"
+        if isinstance(value, Mapping) and any(isinstance(v, (Mapping, list)) for v in value.values()):
+            yield from _flat(value, f"{name} · ")
+        else:
+            yield name, _text(value)
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return ", ".join(f"{str(k).replace('_', ' ')} {_text(v)}" for k, v in value.items())
+    if isinstance(value, list):
+        inner = ("; " if any(isinstance(v, (list, Mapping)) for v in value) else ", ").join(map(_text, value))
+        return inner or "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+@cache
+def _corrections() -> list[dict[str, str]]:
+    text = files("gearchaos.paper").joinpath("corrections.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)["correction"]
+
+
+def _defaults() -> list[tuple[str, str, str]]:
+    """The defaults of the models as they are in the code."""
+    m = MeshModel(kind="full")
+    s: Any = m.stiffness
+    return [
+        ("ζ", f"{m.zeta}", "mesh damping ratio"), ("χ1, χ2", f"{s.chi1}, {s.chi2}", "stiffness variation"),
+        ("α", f"{s.contact_ratio}", "profile contact ratio"),
+        ("β1, β2", f"{m.beta1}, {m.beta2}", "bearing friction (0 in the single model)"),
+        ("J1, J2", f"{m.J1:g}, {m.J2:g}", "moments of inertia"),
+        ("μ1, μ2", f"{m.mu1:g}, {m.mu2:g}", "masses (full model)"),
+        ("ζ1, ζ2", f"{m.zeta_support1}, {m.zeta_support2}", "support damping ratios (full model)"),
+        ("θ1", "0", "phase of the transmission error"), ("q1 = q2 = q0", "by figure", "static torques"),
+    ]

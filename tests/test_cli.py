@@ -1,0 +1,471 @@
+"""The command line: contracts that other tools rely on, and every bad input in words."""
+
+import json
+import math
+import os
+import re
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from gearchaos.cli import app
+
+STUDY = """
+[model]
+omega = 1.0
+[model.error]
+amplitudes = [0.1]
+[study]
+kind = "{kind}"
+"""
+EXAMPLES = Path(__file__).parent.parent / "examples"
+COMMAND = (sys.executable, "-c", "from gearchaos.cli import main; main()")
+HEAVY = ("numba", "xarray", "scipy", "matplotlib", "pint", "h5netcdf", "jinja2", "numpy")
+MAP = ("zones", "--axis", "omega=0.9:1.1:2", "--axis", "eps1=0:0.1:2")
+
+
+def run(*arguments):
+    """Run a command in this process; anything but a clean exit is raised."""
+    result = CliRunner().invoke(app, [str(a) for a in arguments], catch_exceptions=False)
+    assert "Traceback" not in result.stderr
+    return result
+
+
+def run_json(*arguments):
+    result = run(*arguments, "--json")
+    assert result.exit_code == 0, result.stderr
+    return json.loads(result.stdout, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
+
+
+def refused(*arguments):
+    """The one line on stderr of a command that must end with exit code 2."""
+    result = run(*arguments)
+    assert result.exit_code == 2, result.stderr
+    assert result.stdout == ""
+    lines = result.stderr.splitlines()
+    assert len(lines) == 1 and lines[0].startswith("error: ")
+    return lines[0]
+
+
+# --- starting up ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("code", [
+    "import gearchaos",
+    "from gearchaos.cli import app; from typer.testing import CliRunner; CliRunner().invoke(app, ['--help'])",
+    "from gearchaos.cli import app; from typer.testing import CliRunner; CliRunner().invoke(app, ['zones', '--help'])",
+])
+def test_nothing_heavy_is_loaded(code):
+    report = f"{code}; import sys; print([m for m in {HEAVY!r} if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", report], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_help_names_every_command():
+    result = run("--help")
+    assert result.exit_code == 0
+    for command in ("paper", "simulate", "regime", "bifurcation", "zones", "basins"):
+        assert command in result.stdout
+
+
+def test_version():
+    from importlib.metadata import version
+
+    assert run("--version").stdout == f"gearchaos {version('gearchaos')}\n"
+
+
+@pytest.mark.parametrize("arguments", [("frobnicate",), ("zones", "--frobnicate"), ("zones",), ("paper",)])
+def test_wrong_usage_exits_with_2(arguments):
+    result = run(*arguments)
+    assert result.exit_code == 2 and result.stdout == ""
+
+
+# --- simulate ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("kind", "names"), [
+    ("single", []),
+    ("torsional", ["x1", "x1_dot", "x2", "x2_dot"]),
+    ("full", ["x1", "x1_dot", "x2", "x2_dot", "y1", "y1_dot", "y2", "y2_dot"]),
+])
+def test_simulate_json(kind, names):
+    found = run_json(
+        "simulate", "--set", "omega=2", "--set", "eps1=0.1", "--set", f"kind={kind}", "--periods", 3, "--transient", 2
+    )
+    assert list(found) == ["tau", *names, "z", "z_dot"]
+    assert found["tau"] == pytest.approx([math.pi * k for k in (3, 4, 5)])
+    assert all(len(values) == 3 for values in found.values())
+
+
+def test_simulate_json_is_the_study():
+    import gearchaos as gc
+
+    ds = gc.simulate(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.1), 4)
+    found = run_json("simulate", "--set", "omega=1", "--set", "q0=0.1", "--set", "eps1=0.1", "--periods", 4)
+    assert found["x1"] == ds.section_x1.values.tolist()
+    assert found["z_dot"] == ds.section_z_dot.values.tolist()
+
+
+def test_simulate_takes_its_length_from_the_study_file(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(STUDY.format(kind="simulate") + "periods = 5\ntransient = 3\nsamples = 8\n")
+    assert len(run_json("simulate", path)["tau"]) == 5
+    assert len(run_json("simulate", path, "--periods", 2)["tau"]) == 2
+
+
+def test_simulate_writes_samples(tmp_path):
+    import gearchaos as gc
+
+    out = tmp_path / "motion.nc"
+    result = run("simulate", "--periods", 2, "--samples", 8, "--out", out)
+    assert result.exit_code == 0 and "Stroboscopic section" in result.stdout
+    assert result.stderr == f"wrote {out}\n"
+    assert gc.load(out).sizes["tau"] == 16
+
+
+def test_simulate_in_physical_units(tmp_path):
+    path = tmp_path / "pair.toml"
+    path.write_text(
+        '[gearpair]\nn1 = 25\nn2 = 50\nR1 = "35 mm"\nR2 = "70 mm"\nI1 = 5e-4\nI2 = 8e-3\nc0 = "400 N/um"\n'
+        'k = 530\nbacklash = "0.12 mm"\nM10 = "85 N*m"\nspeed = "14000 rpm"\n'
+    )
+    plain = run_json("simulate", path, "--periods", 2)
+    scaled = run_json("simulate", path, "--periods", 2, "--physical")
+    assert scaled["units"]["z"] == "µm" and scaled["units"]["tau"] == "ms"
+    assert scaled["z"] == pytest.approx([60 * z for z in plain["z"]])
+    assert scaled["tau"] == pytest.approx([1e3 * k / (25 * 14000 / 60) for k in (1, 2)])
+
+
+# --- regime --------------------------------------------------------------------------------------------------------
+
+FIELDS = {
+    "label": str, "period": int, "reason": str, "multipliers": list, "lyapunov": list, "lyapunov_ci": list,
+    "v_rms": float, "contact_fraction": float, "contact": str, "dynamic_factor": float, "section": dict,
+}
+
+
+def test_regime_json_of_a_periodic_motion():
+    found = run_json("regime", "--set", "omega=1", "--set", "q0=0.1", "--set", "eps1=0.206")
+    assert {name: type(found[name]) for name in FIELDS} == FIELDS
+    assert (found["label"], found["period"]) == ("8T", 8)
+    assert {len(values) for values in found["section"].values()} == {8}
+    assert all(re**2 + im**2 < 1 for re, im in found["multipliers"])
+    assert len(found["lyapunov"]) == len(found["lyapunov_ci"]) and found["lyapunov"][0] < 0
+    assert found["contact"] in ("permanent", "one-sided", "two-sided")
+
+
+def test_regime_json_of_a_chaotic_motion():
+    found = run_json("regime", "--set", "omega=1", "--set", "q0=0.1", "--set", "eps1=0.23")
+    assert (found["label"], found["period"], found["multipliers"]) == ("chaotic", None, [])
+    assert 0 < found["lyapunov_ci"][0][0] < found["lyapunov"][0] < found["lyapunov_ci"][0][1]
+
+
+def test_regime_without_load_has_no_dynamic_factor():
+    found = run_json("regime", "--set", "q0=0", "--set", "eps1=0", "--set", "x1=0")
+    assert found["dynamic_factor"] is None and found["contact_fraction"] == 0
+
+
+def test_regime_page():
+    result = run("regime", "--set", "omega=1", "--set", "eps1=0.206")
+    assert result.exit_code == 0
+    for text in ("8T", "Lyapunov exponents", "Floquet multipliers", "dynamic factor"):
+        assert text in result.stdout
+
+
+# --- maps ----------------------------------------------------------------------------------------------------------
+
+
+def test_zones(tmp_path):
+    import gearchaos as gc
+
+    out, plot = tmp_path / "zones.nc", tmp_path / "zones.png"
+    found = run_json(*MAP, "--set", "q0=0.2", "--out", out, "--plot", plot)
+    assert found["study"] == "zones" and found["out"] == str(out) and found["plot"] == str(plot)
+    assert [a["name"] for a in found["axes"]] == ["omega", "eps1"]
+    assert sum(found["cells"].values()) == 4
+    ds = gc.load(out)
+    assert ds.label.dims == ("eps1", "omega") and json.loads(ds.attrs["model"])["q1"] == 0.2
+    assert plot.read_bytes().startswith(b"\x89PNG")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["zones.nc", "zones.png"]
+
+
+def test_bifurcation(tmp_path):
+    import gearchaos as gc
+
+    out, plot = tmp_path / "b.nc", tmp_path / "b.svg"
+    found = run_json(
+        "bifurcation", "--set", "kind=single", "--axis", "eps1=0.05:0.1:3", "--points", 8, "--mode", "up",
+        "--out", out, "--plot", plot,
+    )
+    assert sum(found["cells"].values()) == 3
+    assert gc.load(out).section_z.shape == (3, 8)
+    assert b"<svg" in plot.read_bytes()
+
+
+def test_basins(tmp_path):
+    out = tmp_path / "basins.nc"
+    found = run_json(
+        "basins", "--set", "kind=single", "--set", "omega=0.8", "--set", "eps1=0.1", "--axis", "z=-2:2:3",
+        "--axis", "z_dot=-1:1:3", "--out", out, "--plot", tmp_path / "basins.png",
+    )
+    assert sum(a["fraction"] for a in found["attractors"]) == pytest.approx(1)
+    assert {a["label"] for a in found["attractors"]} <= {"1T", "3T"}
+    assert (tmp_path / "basins.png").stat().st_size > 1000
+
+
+def test_axes_of_the_study_file_are_refined_by_name(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(STUDY.format(kind="zones") + 'x = "omega=0.9:1.1:500"\ny = "q0=0.1:0.2:2"\n')
+    found = run_json("zones", path, "--axis", "omega=1:1.1:2", "--out", tmp_path / "z.nc")
+    assert [(a["name"], a["start"], a["count"]) for a in found["axes"]] == [("omega", 1.0, 2), ("q0", 0.1, 2)]
+
+
+def test_results_without_json_leave_stdout_empty(tmp_path):
+    result = run(*MAP, "--out", tmp_path / "z.nc")
+    assert result.exit_code == 0 and result.stdout == "" and "wrote" in result.stderr
+
+
+# --- paper ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("arguments", "figures", "quality", "code"), [
+    ((), None, "paper", 0),
+    (("--figures", "2,6, 9", "--quality", "draft"), [2, 6, 9], "draft", 1),
+])
+def test_paper_hands_on_what_is_asked_and_the_exit_code(tmp_path, monkeypatch, arguments, figures, quality, code):
+    from gearchaos.paper import report
+
+    asked = []
+
+    def build(out_dir, **options):
+        asked.append((out_dir, options))
+        return code
+
+    monkeypatch.setattr(report, "build", build)
+    assert run("paper", *arguments, "--out", tmp_path / "report").exit_code == code
+    assert asked == [(tmp_path / "report", {"figures": figures, "quality": quality, "progress": True})]
+
+
+# --- bad input -----------------------------------------------------------------------------------------------------
+
+BAD_VALUES = [
+    ("omega=0", "omega must be greater than 0; got 0.0"),
+    ("omega=-1", "omega must be greater than 0; got -1.0"),
+    ("omega=nan", "omega must be a finite number; got nan"),
+    ("eps1=nan", "error.amplitudes must be a finite number; got nan"),
+    ("q0=inf", "q1 must be a finite number; got inf"),
+    ("omega=fast", "omega must be a number; got 'fast'"),
+    ("zeta=-0.01", "zeta must not be negative; got -0.01"),
+    ("beta=-0.01", "beta1 must not be negative; got -0.01"),
+    ("zeta_support=-0.01", "zeta_support1 must not be negative; got -0.01"),
+    ("J1=-2", "J1 must be greater than 0; got -2.0"),
+    ("mu2=0", "mu2 must be greater than 0; got 0.0"),
+    ("contact_ratio=0.99", "contact_ratio must lie in [1, 2]; got 0.99"),
+    ("contact_ratio=2.01", "contact_ratio must lie in [1, 2]; got 2.01"),
+    ("chi2=1", "chi2 must be less than 1; got 1.0"),
+    ("chi1=-1", "chi1 must be greater than -1; got -1.0"),
+    ("omgea=1", "Did you mean 'omega'?"),
+    ("kapa=1", "Did you mean 'kappa'?"),
+    ("kind=torsion", "Did you mean 'torsional'?"),
+    ("omega", "--set must read name=value; got 'omega'"),
+]
+
+
+@pytest.mark.parametrize("command", [("regime",), ("simulate", "--periods", 1), (*MAP, "--out", "z.nc")])
+@pytest.mark.parametrize(("text", "message"), BAD_VALUES)
+def test_bad_values(tmp_path, monkeypatch, command, text, message):
+    monkeypatch.chdir(tmp_path)
+    assert message in refused(*command, "--set", text)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_stiffness_series_that_reaches_zero(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text('[model.stiffness]\nkind = "harmonics"\namplitudes = [0.5, 0.6]\nphases = [3.14159, 3.14159]\n')
+    assert "must keep the mesh stiffness above 0" in refused("regime", path)
+
+
+def test_bad_study_files(tmp_path):
+    assert "study file must be a readable file" in refused("regime", tmp_path / "none.toml")
+    path = tmp_path / "study.toml"
+    path.write_text("[model]\nomgea = 1\n")
+    assert "Did you mean 'omega'?" in refused("regime", path)
+
+
+BAD_AXES = [
+    ((), "--axis must be given twice"),
+    (("omega=0.9:1.1:2",), "--axis must be given twice"),
+    (("omega=0.9:1.1:2", "eps1=0:0.1:2", "q0=0:1:2"), "--axis must be given twice"),
+    (("omega=0.9:1.1:2", "omega=0.9:1.2:2"), "must be two different parameters"),
+    (("omega=0.9:1.1:0", "eps1=0:0.1:2"), "axis omega count must be a whole number from 1"),
+    (("omega=1.1:0.9:3", "eps1=0:0.1:2"), "axis omega must run from a smaller to a larger value; got '1.1:0.9'"),
+    (("omega=1:1:3", "eps1=0:0.1:2"), "axis omega must run from a smaller to a larger value; got '1:1'"),
+    (("omega=0:1:3", "eps1=0:0.1:2"), "omega must be greater than 0; got 0.0"),
+    (("omega=0.9:1.1", "eps1=0:0.1:2"), "--axis must read name=start:stop:count; got 'omega=0.9:1.1'"),
+    (("omga=0.9:1.1:2", "eps1=0:0.1:2"), "Did you mean 'omega'?"),
+    (("kappa=0.5:1:2", "eps1=0:0.1:2"), "kappa1 must be a parameter of the torsional model"),
+    (("c1=0.1:0.2:2", "eps1=0:0.1:2"), "Did you mean 'chi1'?"),
+]
+
+
+@pytest.mark.parametrize(("axes", "message"), BAD_AXES)
+def test_bad_axes(tmp_path, axes, message):
+    arguments = [part for axis in axes for part in ("--axis", axis)]
+    assert message in refused("zones", *arguments, "--out", tmp_path / "z.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_basins_need_initial_values(tmp_path):
+    text = refused("basins", "--axis", "omega=1:2:2", "--axis", "x1=0:1:2", "--out", tmp_path / "b.nc")
+    assert "must be an initial value of the model" in text
+
+
+@pytest.fixture
+def no_study(monkeypatch):
+    """Fail if a study starts."""
+    import gearchaos.studies as studies
+
+    for name in ("zones", "simulate", "bifurcation", "basins"):
+        monkeypatch.setattr(studies, name, lambda *_, **__: pytest.fail("computed before the output was checked"))
+
+
+def outputs(tmp_path):
+    (tmp_path / "file").write_text("kept")
+    (tmp_path / "folder.nc").mkdir()
+    return [
+        (tmp_path / "missing" / "z.nc", "must lie in an existing folder"),
+        (tmp_path / "file" / "z.nc", "must lie in an existing folder"),
+        (tmp_path / "folder.nc", "must be a file"),
+        (tmp_path / "z.csv", "must end in .nc"),
+    ]
+
+
+def test_unwritable_output_is_refused_before_any_work(tmp_path, no_study):
+    for path, message in outputs(tmp_path):
+        assert f"--out {message}" in refused(*MAP, "--out", path)
+        assert f"--out {message}" in refused("simulate", "--periods", 1, "--out", path)
+    assert "--plot must end in .png" in refused(*MAP, "--out", tmp_path / "z.nc", "--plot", tmp_path / "z.xyz")
+    assert (tmp_path / "file").read_text() == "kept"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder.nc"]
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="needs a folder that nobody can write in")
+def test_folder_that_nobody_can_write_in(no_study):
+    assert "--out must be writable" in refused(*MAP, "--out", "/proc/self/z.nc")
+
+
+def test_file_that_is_write_protected(tmp_path, no_study, monkeypatch):
+    path = tmp_path / "z.nc"
+    path.write_text("kept")
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    assert "--out must be writable" in refused(*MAP, "--out", path)
+    assert path.read_text() == "kept"
+
+
+def test_report_folder_that_cannot_be_made(tmp_path):
+    (tmp_path / "file").write_text("kept")
+    assert "must be a folder" in refused("paper", "--figures", "6", "--out", tmp_path / "file")
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (("--figures", "2,x"), "--figures must be numbers with commas between; got '2,x'"),
+    (("--figures", "99"), "figures must be numbers from 1 to 15; got 99"),
+    (("--quality", "drft"), "Did you mean 'draft'?"),
+])
+def test_bad_report(tmp_path, arguments, message):
+    assert message in refused("paper", *arguments, "--out", tmp_path / "report")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_lengths():
+    assert "--periods must be given" in refused("simulate")
+    assert "--samples needs --out" in refused("simulate", "--periods", 1, "--samples", 4)
+    assert run("simulate", "--periods", 0).exit_code == 2
+    assert run("simulate", "--periods", 1, "--transient", -1).exit_code == 2
+
+
+def test_physical_needs_a_pair(tmp_path):
+    assert "--physical needs a study file with a [gearpair]" in refused("simulate", "--periods", 1, "--physical")
+
+
+def test_unknown_mode(tmp_path):
+    text = refused("bifurcation", "--axis", "eps1=0:0.1:2", "--mode", "upp", "--out", tmp_path / "b.nc")
+    assert "Did you mean 'up'?" in text
+    assert list(tmp_path.iterdir()) == []
+
+
+# --- things that go wrong on the way -------------------------------------------------------------------------------
+
+
+def raising(error):
+    def study(*_, **__):
+        raise error
+
+    return study
+
+
+README = (EXAMPLES / "README.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("command", sorted(set(re.findall(r"`gearchaos ([^`]+)`", README))))
+def test_commands_of_the_examples_reach_their_study(tmp_path, monkeypatch, command):
+    import gearchaos.studies as studies
+    from gearchaos.paper import report
+
+    for name in ("simulate", "regime", "bifurcation", "zones", "basins"):
+        monkeypatch.setattr(studies, name, raising(KeyboardInterrupt()))
+    monkeypatch.setattr(report, "build", raising(KeyboardInterrupt()))
+    shutil.copytree(EXAMPLES, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    result = run(*shlex.split(command))
+    assert (result.exit_code, result.stderr) == (130, "interrupted\n")
+
+
+@pytest.mark.parametrize(("error", "code", "message"), [
+    (KeyboardInterrupt(), 130, "interrupted"),
+    (MemoryError(), 2, "error: not enough memory. Ask for fewer cells, points or periods."),
+    (OSError(28, "No space left on device"), 2, "error: [Errno 28] No space left on device"),
+])
+def test_one_line_and_no_file(tmp_path, monkeypatch, error, code, message):
+    import gearchaos.studies as studies
+
+    monkeypatch.setattr(studies, "zones", raising(error))
+    result = run(*MAP, "--out", tmp_path / "z.nc", "--json")
+    assert (result.exit_code, result.stderr, result.stdout) == (code, f"{message}\n", "")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_picture_that_fails_leaves_nothing_half_written(tmp_path, monkeypatch):
+    plot = tmp_path / "z.png"
+    plot.write_text("kept")
+    monkeypatch.setattr(Path, "write_bytes", raising(OSError(28, "No space left on device")))
+    result = run(*MAP, "--out", tmp_path / "z.nc", "--plot", plot)
+    assert result.exit_code == 2 and "No space left" in result.stderr
+    assert plot.read_text() == "kept"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["z.nc", "z.png"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends a POSIX signal")
+def test_ctrl_c_ends_cleanly(tmp_path):
+    arguments = ("zones", "--axis", "omega=0.2:3:2000", "--axis", "eps1=0:0.3:2000", "--out", str(tmp_path / "z.nc"))
+    process = subprocess.Popen([*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    time.sleep(6)
+    process.send_signal(signal.SIGINT)
+    stdout, stderr = process.communicate(timeout=120)
+    assert process.returncode == 130 and stdout == ""
+    assert stderr.splitlines()[-1] == "interrupted" and "Traceback" not in stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_exit_code_of_the_installed_command(tmp_path):
+    done = subprocess.run([*COMMAND, "regime", "--set", "omega=-1"], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("error: omega must be greater than 0; got -1.0.")
+    assert len(done.stderr.splitlines()) == 1

@@ -1,0 +1,257 @@
+"""A physical pair: its model against (2.1) itself, units at the boundary, bad values, results in physical units."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from gearchaos.errors import InputError
+from gearchaos.gearpair import GearPair, physical
+from gearchaos.model import HarmonicStiffness, backlash, mesh_stiffness, transmission_error
+
+SI = {
+    "n1": 25, "n2": 40, "I1": 4.88e-4, "I2": 3.2e-3, "R1": 0.03524, "R2": 0.05638, "c0": 4e8, "k": 530.0,
+    "backlash": 1.2e-4, "M10": 85.0, "speed": 14000 * 2 * math.pi / 60, "error_amplitudes": [6e-6, 2e-6],
+    "error_phases": [0.3, math.pi / 2],
+}
+SUPPORTS = {"m1": 0.694, "m2": 1.776, "c1": 2e8, "c2": 3e8, "k1": 520.0, "k2": 1340.0}
+STRINGS = {
+    "I1": "4880 g*cm^2", "I2": "32 kg*cm^2", "R1": "35.24 mm", "R2": "5.638 cm", "c0": "400 N/um", "k": "0.53 N*s/mm",
+    "backlash": "120 um", "M10": "8500 N*cm", "speed": "14000 rpm", "error_amplitudes": ["6 um", "2000 nm"],
+    "error_phases": [0.3, "90 deg"],
+}
+
+
+def pair(**changes):
+    return GearPair(**{**SI, **changes})
+
+
+def mesh(p, t, phi, phi_dot, u, u_dot):
+    """The mesh force S of (2.5) in N, with (2.3), (2.4), (2.6) and the two-level c(t), all in SI."""
+    w = p.n1 * p.speed
+    orders = list(zip(range(1, 9), p.error_amplitudes, p.error_phases, strict=False))
+    e = sum(a * math.cos(j * w * t - th) for j, a, th in orders)
+    e_dot = -sum(a * j * w * math.sin(j * w * t - th) for j, a, th in orders)
+    gap = p.R1 * phi[0] - p.R2 * phi[1] + u[0] - u[1] - e
+    gap_dot = p.R1 * phi_dot[0] - p.R2 * phi_dot[1] + u_dot[0] - u_dot[1] - e_dot
+    stiff = (t * w / (2 * math.pi)) % 1 < p.contact_ratio - 1
+    c = p.c0 * (1 + p.chi1 if stiff else 1 - p.chi2)
+    half = p.backlash / 2
+    return p.k * gap_dot + c * (gap - max(-half, min(half, gap)))
+
+
+def accelerations_si(p, t, phi, phi_dot, u, u_dot):
+    """φ1'', φ2'', u1'', u2'' of (2.1) with (2.2), M2 resisting."""
+    s = mesh(p, t, phi, phi_dot, u, u_dot)
+    return [
+        (p.M10 - p.b1 * phi_dot[0] - p.R1 * s) / p.I1,
+        (-p.M20 - p.b2 * phi_dot[1] + p.R2 * s) / p.I2,
+        (-p.k1 * u_dot[0] - p.c1 * u[0] - s) / p.m1,
+        (-p.k2 * u_dot[1] - p.c2 * u[1] + s) / p.m2,
+    ]
+
+
+def accelerations_dimensionless(m, tau, x, x_dot, y, y_dot):
+    """x1'', x2'', y1'', y2'' of (2.12), corrected."""
+    z = x[0] - x[1] + y[0] - y[1] - transmission_error(m, tau)
+    z_dot = x_dot[0] - x_dot[1] + y_dot[0] - y_dot[1] - transmission_error(m, tau, 1)
+    s = 2 * m.zeta * z_dot + mesh_stiffness(m, tau) * backlash(z)
+    return [
+        (m.q1 - 2 * m.beta1 * x_dot[0] - s) / m.J1,
+        (-m.q2 - 2 * m.beta2 * x_dot[1] + s) / m.J2,
+        (-2 * m.mu1 * m.zeta_support1 * y_dot[0] - m.kappa1 * y[0] - s) / m.mu1,
+        (-2 * m.mu2 * m.zeta_support2 * y_dot[1] - m.kappa2 * y[1] + s) / m.mu2,
+    ]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_model_is_the_physical_equations_in_other_units(seed):
+    rng = np.random.default_rng(seed)
+    ratio = rng.uniform(1, 2)
+    p = pair(
+        **SUPPORTS, M20=rng.uniform(50, 200), b1=rng.uniform(0, 0.3), b2=rng.uniform(0, 0.9),
+        chi1=rng.uniform(0, 0.4), chi2=rng.uniform(0, 0.4), contact_ratio=ratio,
+    )
+    m, s = p.to_model(), p.scales
+    tau, (x, x_dot, y, y_dot) = rng.uniform(0, 50), rng.uniform(-3, 3, (4, 2))
+    radii = np.array([p.R1, p.R2])
+    si = accelerations_si(
+        p, tau * s.time, x * s.length / radii, x_dot * s.velocity / radii, y * s.length, y_dot * s.velocity
+    )
+    expected = np.array(si) * np.array([*radii, 1, 1]) / (s.length / s.time**2)
+    np.testing.assert_allclose(
+        accelerations_dimensionless(m, tau, x, x_dot, y, y_dot), expected, rtol=1e-10, atol=1e-12
+    )
+
+
+def test_scales_agree_with_each_other():
+    p = pair()
+    s = p.scales
+    assert p.half_backlash == s.length
+    assert s.length == pytest.approx(6e-5)
+    assert s.velocity == pytest.approx(s.length / s.time)
+    assert s.force == pytest.approx(p.mass * s.length / s.time**2)
+    assert s.torque1 / p.R1 == pytest.approx(s.torque2 / p.R2) == pytest.approx(s.force)
+    assert s.frequency == pytest.approx(p.omega0 / (2 * math.pi)) == pytest.approx(s.rate / (2 * math.pi))
+
+
+def test_pair_reduces_to_the_relative_motion():
+    m = pair().to_model("single")
+    total = 1 / m.J1 + 1 / m.J2
+    assert m.kind == "single" and total == pytest.approx(1, rel=1e-14)
+
+
+def test_strings_give_the_same_pair_as_si_numbers():
+    a, b = pair(), pair(**STRINGS)
+    for name in (*STRINGS, "M20"):
+        assert getattr(b, name) == pytest.approx(getattr(a, name), rel=1e-12), name
+
+
+def test_pint_quantities_are_taken():
+    pint = pytest.importorskip("pint")
+    ureg = pint.UnitRegistry()
+    quantity = ureg.Quantity(35.24, "mm")
+    assert pair(R1=quantity) == pair(R1="35.24 mm")
+
+
+@pytest.mark.parametrize("speed", ["14000 rpm", "14000 revolution/minute", "233.3333333333 turn/s", "84000 deg/s"])
+def test_speed_is_an_angular_velocity(speed):
+    p = pair(speed=speed)
+    assert p.mesh_frequency / (2 * math.pi) == pytest.approx(25 * 14000 / 60)
+    assert p.to_model().omega == pytest.approx(2 * math.pi * 25 * 14000 / 60 / p.omega0)
+
+
+def test_torque_left_out_is_the_one_in_balance():
+    m = pair().to_model()
+    assert m.q1 == pytest.approx(m.q2)
+    assert pair(M20=50.0).to_model().q2 < m.q2
+
+
+def test_kind_follows_the_supports():
+    assert pair().rigid
+    assert pair().to_model().kind == "torsional"
+    elastic = pair(**SUPPORTS)
+    assert elastic.to_model().kind == "full"
+    assert elastic.to_model("torsional").kind == "torsional"
+
+
+def test_harmonic_stiffness_in_newtons_per_metre():
+    m = pair(stiffness_amplitudes=["100 N/um", "20 N/um"], stiffness_phases=["0 deg", "90 deg"]).to_model()
+    assert isinstance(m.stiffness, HarmonicStiffness)
+    assert m.stiffness.amplitudes == pytest.approx((0.25, 0.05))
+    assert m.stiffness.phases == pytest.approx((0, math.pi / 2))
+
+
+BAD = [
+    ({"I1": -1.0}, "I1 must be greater than 0; got -1.0"),
+    ({"I2": 0}, "I2 must be greater than 0"),
+    ({"k": -5.0}, "k must not be negative"),
+    ({"b1": -0.1}, "b1 must not be negative"),
+    ({"backlash": 0.0}, "backlash must be greater than 0"),
+    ({"c0": float("nan")}, "c0 must be a finite number; got nan"),
+    ({"M10": "inf N*m"}, "M10 must be a finite number"),
+    ({"error_amplitudes": [float("nan")]}, "error_amplitudes[0] must be a finite number"),
+    ({"R1": "3 kg"}, "R1 must be a length; got '3 kg'"),
+    ({"I1": "3 kg"}, "I1 must be a moment of inertia"),
+    ({"R1": "3"}, "R1 must be a length"),
+    ({"R1": "3 mmm"}, "R1 must be a length"),
+    ({"R1": "3 (mm"}, "R1 must be a length"),
+    ({"R1": ""}, "R1 must be a length"),
+    ({"R1": "35.24 degC"}, "R1 must be a length"),
+    ({"R1": None}, "R1 must be a length"),
+    ({"R1": True}, "R1 must be a length"),
+    ({"error_amplitudes": "6 um"}, "error_amplitudes must be a list"),
+    ({"error_phases": [0, 0, 0]}, "error_phases must not be longer"),
+    ({"speed": "40 Hz"}, "speed must be an angular velocity; got '40 Hz'"),
+    ({"speed": 0}, "speed must be greater than 0"),
+    ({"n1": 2}, "n1 must be a whole number of teeth, at least 3; got 2"),
+    ({"n2": 40.0}, "n2 must be a whole number of teeth"),
+    ({"R2": 0.06}, "R1/R2 must equal n1/n2 = 0.625 to 1 %"),
+    ({"chi1": -1.0}, "chi1 must be greater than -1"),
+    ({"chi2": 1.0}, "chi2 must be less than 1"),
+    ({"contact_ratio": 2.5}, "contact_ratio must lie in [1, 2]"),
+    ({"stiffness_amplitudes": [4e8]}, "must keep the mesh stiffness above 0"),
+    ({"stiffness_amplitudes": [1e8], "chi1": 0.2}, "chi1 must be left out beside stiffness_amplitudes"),
+    ({"c1": 2e8}, "c2 must be given where the supports are elastic"),
+    ({**SUPPORTS, "m2": None}, "m2 must be given where the supports are elastic"),
+    ({"k1": 500.0}, "k1 must be left out where the supports are rigid"),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), BAD, ids=[f"{i}-{m.split()[0]}" for i, (_, m) in enumerate(BAD)])
+def test_bad_values_are_named(changes, message):
+    with pytest.raises(InputError) as error:
+        pair(**changes)
+    assert message in str(error.value)
+
+
+def test_radii_within_a_percent_pass():
+    for factor in (0.9905, 1.0095):
+        p = pair(R2=0.05638 * factor)
+        assert p.to_model().J2 > 1
+
+
+def test_model_kinds_that_do_not_fit_are_refused():
+    with pytest.raises(InputError, match="kind must be torsional or single"):
+        pair().to_model("full")
+    with pytest.raises(InputError, match="Did you mean 'single'"):
+        pair().to_model("sngle")
+    with pytest.raises(InputError, match="beta must be 0"):
+        pair(b1=0.1).to_model("single")
+
+
+@pytest.fixture(scope="module")
+def motion():
+    from gearchaos.studies import simulate
+
+    p = GearPair(**{**SI, **STRINGS, **SUPPORTS, "speed": "6000 rpm"})
+    return p, simulate(p.to_model(), periods=50, transient=600, samples=400)
+
+
+def test_physical_values_and_units(motion):
+    p, dimensionless = motion
+    ds = physical(dimensionless, p)
+    frequency = 25 * 6000 / 60  # Hz
+    np.testing.assert_allclose(np.diff(ds.tau_section), 1e3 / frequency, rtol=1e-9)
+    assert ds.tau.attrs["units"] == ds.tau_section.attrs["units"] == "ms"
+    for name, unit, factor in (
+        ("section_x1", "µm", 60), ("y2", "µm", 60), ("z", "µm", 60), ("z_dot", "mm/s", 0.06 * p.omega0),
+        ("section_y1_dot", "mm/s", 0.06 * p.omega0), ("mesh_force", "N", 4e8 * 6e-5),
+    ):
+        assert ds[name].attrs["units"] == unit
+        np.testing.assert_allclose(ds[name], dimensionless[name].values * factor, rtol=1e-12)
+    assert ds.contact.identical(dimensionless.contact.assign_coords(tau=ds.tau))
+    assert json.loads(ds.attrs["pair"])["R1"] == pytest.approx(0.03524)
+    assert dimensionless.z.attrs["units"] != "µm", "the dataset handed in is left alone"
+
+
+def test_velocities_are_the_slopes_of_displacements(motion):
+    p, dimensionless = motion
+    ds = physical(dimensionless, p)
+    slope = np.gradient(ds.x1.values, ds.tau.values)  # µm/ms = mm/s
+    error = np.abs(slope - ds.x1_dot.values)[1:-1]
+    assert np.max(error) < 0.01 * np.ptp(ds.x1_dot.values)
+
+
+def test_mean_mesh_force_balances_the_torque(motion):
+    p, dimensionless = motion
+    assert float(physical(dimensionless, p).mesh_force.mean()) == pytest.approx(85 / 0.03524, rel=2e-3)
+
+
+def test_axes_in_hertz_and_newton_metres():
+    from gearchaos.studies import Axis, zones
+
+    p = pair()
+    ds = physical(zones(p.to_model(), Axis("omega", 0.9, 1.1, 2), Axis("q0", 0.1, 0.2, 2)), p)
+    assert ds.omega.attrs["units"] == "Hz" and ds.q0.attrs["units"] == "N*m"
+    np.testing.assert_allclose(ds.omega, np.array([0.9, 1.1]) * p.omega0 / (2 * math.pi))
+    np.testing.assert_allclose(ds.q0, np.array([0.1, 0.2]) * 4e8 * 6e-5 * 0.03524)
+    assert ds.v_rms.attrs["units"] == "mm/s" and ds.lyapunov.attrs["units"] == "1/s"
+    assert ds.label.dtype == np.int8
+
+
+def test_physical_units_are_applied_once(motion):
+    p, dimensionless = motion
+    with pytest.raises(InputError, match="already"):
+        physical(physical(dimensionless, p), p)

@@ -1,0 +1,197 @@
+"""The exact flow against independent integrations of the paper's equations, and those against each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import gearchaos as gc
+from gearchaos.flow import OK, ExactFlow
+from gearchaos.model import HarmonicStiffness, MeshModel, TransmissionError, TwoLevelStiffness, vary
+from gearchaos.switched import start, switched
+
+heyoka_oracle = pytest.importorskip("oracles.heyoka_oracle", reason="heyoka is not installed", exc_type=ImportError)
+scipy_oracle = pytest.importorskip("oracles.scipy_oracle")
+
+POINTS = 24
+STIFFNESSES = {
+    "two-level": TwoLevelStiffness(),
+    "harmonics": HarmonicStiffness((0.2, 0.1, 0.05), (0.3, 1.0, 2.0)),
+}
+# dimension of the reduced state -> kind, and which pairs must differ for it
+DIMENSIONS = {
+    "2 single": ("single", ()),
+    "2 torsional": ("torsional", ()),
+    "3": ("torsional", ("J", "beta")),
+    "4": ("full", ()),
+    "5": ("full", ("J", "beta")),
+    "6": ("full", ("mu", "kappa", "zeta_support")),
+    "7": ("full", ("J", "beta", "mu", "kappa", "zeta_support")),
+}
+RANGES = {
+    "J": (1, 4), "beta": (0, 0.05), "mu": (1, 6), "kappa": (0.2, 10), "zeta_support": (0, 0.05),
+    "omega": (0.15, 3), "zeta": (0, 0.1), "q1": (-0.1, 0.3), "q2": (-0.1, 0.3), "eps1": (0, 0.4), "eps2": (0, 0.1),
+    "theta1": (0, 6), "theta2": (0, 6),
+}
+SPECTRUM = {
+    "two-level": {"chi1": (-0.2, 0.8), "chi2": (-0.2, 0.7), "contact_ratio": (1, 2)},
+    "harmonics": {"c1": (-0.3, 0.3), "c2": (-0.2, 0.2), "c3": (-0.1, 0.1), "alpha1": (0, 6), "alpha3": (0, 6)},
+}
+
+
+def _random(case: str, stiffness: str, count: int = POINTS) -> tuple[MeshModel, dict[str, np.ndarray]]:
+    """A model and ``count`` seeded random values of its parameters and initial state."""
+    kind, differing = DIMENSIONS[case]
+    rng = np.random.default_rng(abs(hash_of(case + stiffness)))
+    model = MeshModel(kind=kind, stiffness=STIFFNESSES[stiffness], error=TransmissionError((0.1, 0.05)))
+    ranges = {k: v for k, v in RANGES.items() if k not in ("J", "beta", "mu", "kappa", "zeta_support")}
+    ranges |= {f"{pair}{n}": RANGES[pair] for pair in differing for n in (1, 2)} | SPECTRUM[stiffness]
+    ranges |= dict.fromkeys(_start_names(kind), (-1.3, 1.3))
+    return model, {name: rng.uniform(*ends, count) for name, ends in ranges.items()}
+
+
+def hash_of(text: str) -> int:
+    """A seed from a name, the same in every process."""
+    return sum(ord(c) * 31**i for i, c in enumerate(text)) % 2**32
+
+
+def _start_names(kind: str) -> tuple[str, ...]:
+    return ("z", "z_dot") if kind == "single" else gc.model.COORDINATES[kind]
+
+
+def _one_period(model: MeshModel, values: dict[str, np.ndarray]) -> tuple[tuple[str, ...], np.ndarray]:
+    batch = vary(model, values)
+    system = switched(batch)
+    out = ExactFlow(system).advance(start(batch, system).T.copy(), 1)
+    assert np.all(out.status == OK)
+    return system.names, out.w
+
+
+def _reduced(section: dict[str, np.ndarray], names: tuple[str, ...]) -> np.ndarray:
+    """The oracle's last section in the reduced coordinates, (d,)."""
+    full = dict(section)
+    if "y1" in full:
+        full |= {"y": full["y1"] - full["y2"], "y_dot": full["y1_dot"] - full["y2_dot"]}
+    return np.array([full[name][-1] for name in names])
+
+
+def _worst(model: MeshModel, values: dict[str, np.ndarray]) -> float:
+    """Largest one-period error of any coordinate at any point."""
+    names, w = _one_period(model, values)
+    worst = 0.0
+    for i in range(w.shape[1]):
+        point = model.with_values({k: float(v[i]) for k, v in values.items()})
+        expected = _reduced(heyoka_oracle.section(point, 1), names)
+        worst = max(worst, float(np.abs(w[:, i] - expected).max()))
+    return worst
+
+
+@pytest.mark.parametrize("stiffness", STIFFNESSES)
+@pytest.mark.parametrize("case", DIMENSIONS)
+def test_one_period_from_random_states(case, stiffness):
+    model, values = _random(case, stiffness)
+    assert len(switched(vary(model, values)).names) == int(case[0])
+    assert _worst(model, values) <= 1e-11
+
+
+@pytest.mark.parametrize("stiffness", STIFFNESSES)
+@pytest.mark.parametrize("case", ["2 single", "2 torsional", "4", "7"])
+def test_one_period_from_the_boundary(case, stiffness):
+    """z(0) = ±1 at speeds of either sign, down to none at all."""
+    model, values = _random(case, stiffness)
+    _move_to(model, values, np.resize([1.0, -1.0], POINTS))
+    speeds = np.resize([0.0, 1e-12, -1e-12, 1e-9, -1e-9, 1e-6, -1e-6, 0.3, -0.3], POINTS)
+    values["z_dot" if model.kind == "single" else "x1_dot"] += speeds - _relative(model, values)[1]
+    assert _worst(model, values) <= 1e-11
+
+
+def _relative(model: MeshModel, values: dict[str, np.ndarray]) -> np.ndarray:
+    """z and z' at the start, (2, points)."""
+    batch = vary(model, values)
+    return start(batch, switched(batch))[:, :2].T
+
+
+def _move_to(model: MeshModel, values: dict[str, np.ndarray], z: np.ndarray) -> None:
+    """Turn the first wheel until z(0) = ``z``."""
+    values["z" if model.kind == "single" else "x1"] += z - _relative(model, values)[0]
+
+
+@pytest.mark.parametrize("depth", [0.0, 1e-13, -1e-13, 1e-11, 1e-9, -1e-9, 1e-6])
+@pytest.mark.parametrize("case", ["2 single", "2 torsional", "4", "7"])
+def test_one_period_with_a_grazing_contact(case, depth):
+    """A free flight whose summit comes to 1 + ``depth`` within the period: free flight knows no place, so lift it."""
+    model, values = _random(case, "two-level", 4)
+    values["omega"] = np.linspace(0.6, 1.8, 4)
+    values["eps1"], values["theta1"] = np.full(4, 0.4), np.full(4, 2.0)
+    _rest(model, values)
+    _move_to(model, values, np.zeros(4))
+    summit = [_summit(model.with_values({k: float(v[i]) for k, v in values.items()})) for i in range(4)]
+    _move_to(model, values, 1.0 + depth - np.array(summit))
+    assert _worst(model, values) <= 1e-11
+
+
+def _rest(model: MeshModel, values: dict[str, np.ndarray]) -> None:
+    """Small torques and a start at rest but for the error's own speed."""
+    for name in _start_names(model.kind):
+        values[name] = np.zeros(len(values["omega"]))
+    values["q1"], values["q2"] = values["q1"] / 50, values["q2"] / 50
+    if model.kind == "single":
+        values["z_dot"] = _relative(MeshModel(kind="single", error=model.error), {
+            k: v for k, v in values.items() if k[0] in "eto"
+        } | {"x1": np.zeros(len(values["omega"]))})[1]
+
+
+def _summit(model: MeshModel) -> float:
+    """The first maximum of z after the start, by the oracle."""
+    taus = np.linspace(0, model.period, 200)[1:-1]
+    slope = heyoka_oracle.trajectory(model, taus)["z_dot"]
+    first = np.flatnonzero((slope[:-1] > 0) & (slope[1:] <= 0))[0]
+    top = brentq(lambda t: heyoka_oracle.trajectory(model, [t])["z_dot"][0], taus[first], taus[first + 1], xtol=1e-14)
+    return float(heyoka_oracle.trajectory(model, [top])["z"][0])
+
+
+REGULAR = {
+    "single 1T": MeshModel.of(kind="single", omega=2.3, eps1=0.05),
+    "single 3T": MeshModel.of(kind="single", omega=0.8, eps1=0.1, z=0.4, z_dot=0.2),
+    "single, unequal wheels": MeshModel.of(kind="single", omega=1.5, eps1=0.1, J1=1.5, J2=3.5, q1=0.12, q2=0.05),
+    "torsional 8T": MeshModel.of(omega=1.0, eps1=0.206),
+    "torsional 2T": MeshModel.of(omega=1.0, eps1=0.1, q0=0.06),
+    "torsional, unequal torques": MeshModel.of(omega=1.3, eps1=0.05, eps2=0.02, theta2=0.7, q1=0.16, q2=0.1, J2=3.0),
+    "full 1T": MeshModel.of(kind="full", omega=1.05, eps1=0.03),
+    "full 2T": MeshModel.of(kind="full", omega=1.05, eps1=0.19),
+    "full, unequal": MeshModel.of(
+        kind="full", omega=0.7, eps1=0.06, eps3=0.01, J1=1.6, beta2=0.03, mu1=3.0, kappa1=0.8, kappa2=2.0, q1=0.2, q2=0.18
+    ),
+}
+REGULAR |= {
+    f"{name}, harmonics": MeshModel(**{
+        **{k: getattr(m, k) for k in ("kind", "omega", "J1", "J2", "q1", "q2", "beta2", "mu1", "kappa1", "kappa2")},
+        "error": m.error, "stiffness": HarmonicStiffness((0.3, 0.05), (0.0, 1.0)),
+    })
+    for name, m in REGULAR.items() if "unequal" in name
+}
+
+
+@pytest.mark.parametrize("name", REGULAR)
+def test_the_oracles_agree_over_fifty_periods(name):
+    one, other = scipy_oracle.section(REGULAR[name], 50), heyoka_oracle.section(REGULAR[name], 50)
+    assert one.keys() == other.keys()
+    for key, values in one.items():
+        np.testing.assert_allclose(values, other[key], rtol=0, atol=1e-10, err_msg=key)
+
+
+@pytest.mark.parametrize("name", REGULAR)
+def test_fifty_periods_of_regular_motion(name):
+    data, expected = gc.simulate(REGULAR[name], periods=50), heyoka_oracle.section(REGULAR[name], 50)
+    for key, values in expected.items():
+        np.testing.assert_allclose(data[f"section_{key}"], values, rtol=0, atol=1e-9, err_msg=key)
+
+
+@pytest.mark.parametrize("name", ["single, unequal wheels", "torsional, unequal torques", "full, unequal, harmonics"])
+def test_a_sampled_trajectory(name):
+    data = gc.simulate(REGULAR[name], periods=3, transient=2, samples=24)
+    expected = heyoka_oracle.trajectory(REGULAR[name], data.tau.values)
+    for key, values in expected.items():
+        np.testing.assert_allclose(data[key], values, rtol=0, atol=1e-10, err_msg=key)
+    np.testing.assert_array_equal(data.contact, np.sign(data.z) * (np.abs(data.z) > 1))
