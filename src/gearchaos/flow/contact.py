@@ -14,47 +14,55 @@ _NEVER = 2.0
 
 
 @kernel
-def _safe_stride(gap, slope, bound):
-    """The least distance at which a gap with this slope can vanish if its second derivative is at most ``bound``.
+def _safe_stride(gap, slope, bend):
+    """The least distance at which a gap with this slope can vanish if its second derivative is at least ``bend``.
 
-    A step of this length never jumps over a root, and near a simple root it converges quadratically.
+    A step of this length never jumps over a root, and near a simple root it converges quadratically. Where the
+    parabola below the gap has no root, the gap has none either.
     """
     zero = splat(0.0)
     gap = select(gap < zero, zero, gap)
-    root = vsqrt(vfma(slope, slope, splat(2.0) * bound * gap))
+    square = vfma(slope, slope, splat(-2.0) * bend * gap)
+    root = vsqrt(select(square < zero, zero, square))
     closing = slope < zero
-    return select(closing, gap + gap, slope + root) / select(closing, root - slope, bound)
+    step = select(closing, gap + gap, slope + root) / select(closing, root - slope, zero - bend)
+    rootless = (closing & (square < zero)) | ((zero <= slope) & (zero <= bend))
+    return select(rootless, splat(_NEVER), step)
 
 
 @kernel
-def _stride(z, slope, sigma, bound):
-    """Safe stride to the nearest boundary, and the contact state beyond it."""
+def _stride(z, slope, bend, spread, sigma):
+    """Safe stride to the nearest boundary, and the contact state beyond it.
+
+    ``bend`` is d²z/ds² here, and ``spread`` bounds how much it changes on the rest of the piece.
+    """
     one, zero = splat(1.0), splat(0.0)
     free = sigma == zero
     side = select(free, splat(-1.0), sigma)
-    up = _safe_stride(vfma(side, z, select(free, one, splat(-1.0))), side * slope, bound)
-    down = _safe_stride(one + z, slope, bound)
+    up = _safe_stride(vfma(side, z, select(free, one, splat(-1.0))), side * slope, side * bend - spread)
+    down = _safe_stride(one + z, slope, bend - spread)
     falling = free & (down < up)
     return select(falling, down, up), select(falling, splat(-1.0), select(free, one, zero))
 
 
 @kernel
 def _height(ws, coef, d, s):
-    """z and dz/ds at share s of the piece."""
+    """z and its first two derivatives with respect to s at share s of the piece."""
     z = load(ws, coef + ORDER * d)
-    slope = splat(0.0)
+    slope = bend = splat(0.0)
     for k in range(ORDER - 1, -1, -1):
+        bend = vfma(bend, s, slope)
         slope = vfma(slope, s, z)
         z = vfma(z, s, load(ws, coef + k * d))
-    return z, slope
+    return z, slope, bend + bend
 
 
 @kernel
-def _curvature(ws, coef, d):
-    """An upper bound of |d²z/ds²| on the piece."""
-    total = splat(1e-300)
-    for k in range(2, ORDER + 1):
-        total = vfma(splat(k * (k - 1.0)), vabs(load(ws, coef + k * d)), total)
+def _third(ws, coef, d):
+    """An upper bound of |d³z/ds³| on the piece."""
+    total = splat(0.0)
+    for k in range(3, ORDER + 1):
+        total = vfma(splat(k * (k - 1.0) * (k - 2.0)), vabs(load(ws, coef + k * d)), total)
     return total
 
 
@@ -66,7 +74,7 @@ def _leaving(ws, coef, d, s, slope, sigma, beyond):
     contact are neither missed nor counted twice.
     """
     fast = vabs(slope) > splat(_GRAZING_SPEED)
-    ahead, _ = _height(ws, coef, d, s + splat(_PROBE))
+    ahead, _, _ = _height(ws, coef, d, s + splat(_PROBE))
     gap = select(sigma == splat(0.0), splat(1.0) - beyond * ahead, sigma * ahead - splat(1.0))
     return fast | (gap < splat(0.0))
 
@@ -76,14 +84,14 @@ def find_exits(dims, ws):
     """The share of the piece done when each lane leaves its contact state, 1 if it stays, and the state beyond."""
     d = len(dims)
     at = rows(d)
-    sigma, bound = load(ws, at.sigma), _curvature(ws, at.coef, d)
+    sigma, third = load(ws, at.sigma), _third(ws, at.coef, d)
     s, out, to = splat(0.0), splat(_NEVER), sigma
     for _ in range(_LIMIT):
         going = s <= splat(1.0)
         if not any_lane(going):
             break
-        z, slope = _height(ws, at.coef, d, s)
-        step, beyond = _stride(z, slope, sigma, bound)
+        z, slope, bend = _height(ws, at.coef, d, s)
+        step, beyond = _stride(z, slope, bend, third * (splat(1.0) - s), sigma)
         arrived = going & (step <= splat(_ARRIVED))
         if any_lane(arrived):
             leaving = arrived & _leaving(ws, at.coef, d, s, slope, sigma, beyond)

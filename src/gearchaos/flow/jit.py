@@ -22,18 +22,22 @@ from numba.extending import intrinsic
 
 @cache
 def cache_directory() -> Path:
-    """The disk cache of compiled kernels, one folder per state of the kernel sources."""
+    """The disk cache of compiled kernels, one folder per state of the kernel sources.
+
+    It stands in NUMBA_CACHE_DIR where that is set, else in the user's cache directory.
+    """
     digest = hashlib.sha256(numba.__version__.encode())
     for source in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(source.name.encode() + source.read_bytes())
-    return Path(platformdirs.user_cache_dir("gearchaos")) / "kernels" / digest.hexdigest()[:16]
+    base = config.CACHE_DIR or Path(platformdirs.user_cache_dir("gearchaos")) / "kernels"
+    return Path(base) / digest.hexdigest()[:16]
 
 
 @contextmanager
 def _own_cache():
     """Our cache directory for the functions decorated inside, and nobody else's."""
     before = config.CACHE_DIR
-    config.CACHE_DIR = before or str(cache_directory())
+    config.CACHE_DIR = str(cache_directory())
     try:
         yield
     finally:

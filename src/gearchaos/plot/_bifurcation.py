@@ -45,7 +45,7 @@ def bifurcation(
     centres = low + (np.arange(rows) + 0.5) * (high - low) / rows
     ax.imshow(
         density(section.values, low, high, rows).T, origin="lower", aspect="auto", cmap=_INK,
-        norm=PowerNorm(0.3, vmin=0, vmax=1), interpolation="antialiased", interpolation_stage="data",
+        norm=PowerNorm(0.22, vmin=0, vmax=1), interpolation="antialiased", interpolation_stage="data",
         extent=cell_extent(ds[axis].values, centres),
     )
     ax.set(xlabel=axis_label(ds[axis], axis), ylabel=axis_label(section, name))

@@ -26,7 +26,7 @@ def lyapunov(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax.axhline(0, color="0.25", linewidth=0.7)
     low, high = ds["lyapunov_lo"].values, ds["lyapunov_hi"].values
     ax.fill_between(x, low, high, color="#8fa6d3", linewidth=0, label="99 % confidence interval")
-    ax.plot(x, value, color="#1d2b53", linewidth=0.6, label="largest exponent")
+    ax.plot(x, value, color="#1d2b53", linewidth=0.4, label="largest exponent")
     ax.fill_between(x, 0, value, where=value > 0, color="#c03a1e", alpha=0.25, linewidth=0)
     ax.set(xlabel=axis_label(ds[axis], str(axis)), ylabel=axis_label(ds["lyapunov"], "lyapunov"))
     ax.set_xlim(float(x[0]), float(x[-1]) if len(x) > 1 else None)

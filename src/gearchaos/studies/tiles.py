@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-TILE = 4096
+TILE = 2048
 """Trajectories in one tile: a second or two of work, so that progress shows and Ctrl-C is felt."""
 
 

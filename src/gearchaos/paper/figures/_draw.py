@@ -49,5 +49,6 @@ def png(figure: Figure) -> bytes:
     """A figure as the bytes of a PNG file."""
     buffer = BytesIO()
     FigureCanvasAgg(figure)
+    figure.draw_without_rendering()  # the layout settles in two passes: ticks depend on sizes and sizes on tick labels
     figure.savefig(buffer, format="png", facecolor="white", metadata={"Software": "gearchaos"})
     return buffer.getvalue()

@@ -29,11 +29,11 @@ def maps(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> No
 
 def basins(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> None:
     """One panel per operating point, each with the legend of its own attractors below it."""
-    figure.set_size_inches(WIDTH, 3.7)
+    figure.set_size_inches(WIDTH, 3.5)
     row = figure.subplots(1, len(data), sharey=True)
     for ax, (name, ds) in zip(row, data.items(), strict=True):
         plot.basins(ds, ax, legend=False)
-        plot.attractor_legend(ax, ds, loc="upper left", bbox_to_anchor=(0, -0.2), ncols=1)
+        plot.attractor_legend(ax, ds, loc="upper left", bbox_to_anchor=(0, -0.2), ncols=2)
         model = setting.studies[name].model
         letter(ax, name, rf"$\omega={model['omega']}$, $\varepsilon_1={model['eps1']}$")
         ax.set_ylabel(ax.get_ylabel() if ax is row[0] else "")

@@ -1,0 +1,359 @@
+"""The 2008 study: settings as data, judges, and the report."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from html.parser import HTMLParser
+from importlib.resources import files
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from gearchaos.errors import InputError
+from gearchaos.model import MeshModel, TwoLevelStiffness, mesh_stiffness
+from gearchaos.paper import build, claims, settings
+from gearchaos.paper.bench import Bench
+from gearchaos.paper.claims import _motions, _read
+from gearchaos.paper.claims._judge import records
+from gearchaos.paper.claims._maps import first_harmonic
+from gearchaos.paper.claims._outcome import JUDGES, Outcome
+from gearchaos.paper.figures import LAYOUTS, draw
+from gearchaos.paper.output import writable_folder, write_bytes
+from gearchaos.paper.page import _flat, _maths
+from gearchaos.studies import load
+
+TINY = settings.Quality("tiny", zones=(12, 9), basins=(40, 40), bifurcation=(12, 8), portrait=64, trajectory=12)
+STATED = (
+    "2a 3a 3b 4a 4b 4c 4d 4e 5a 6a 6b 6c 6d 6e 7a 7b 7c 7d 7e 8a 8b 9a 9b 9c 12a 12b 13a 13b 14a 14b 15a 15b "
+    "beta chi rho"
+).split()
+
+
+# --- settings ---------------------------------------------------------------------------------------------------------
+
+
+def test_all_fifteen_figures_are_set():
+    assert list(settings.all_figures()) == list(range(1, 16))
+
+
+@pytest.mark.parametrize("number", range(1, 16))
+def test_every_figure_has_a_layout_a_caption_and_sound_models(number):
+    figure = settings.all_figures()[number]
+    assert figure.layout in LAYOUTS
+    assert figure.title and figure.caption and figure.shows
+    for study in figure.studies.values():
+        assert isinstance(study.mesh_model, MeshModel)
+
+
+def test_every_range_says_whether_it_is_given_or_assumed_and_an_assumed_one_why():
+    ranges = [r for f in settings.all_figures().values() for s in f.studies.values() for r in s.axes.values()]
+    assert {r.range for r in ranges} == {"given", "assumed"}
+    assert all(r.start < r.stop and (r.why or r.range == "given") for r in ranges)
+
+
+def test_only_the_stiffness_range_of_figure_10_is_given():
+    given = [(f.number, name) for f in settings.all_figures().values() for s in f.studies.values()
+             for name, r in s.axes.items() if r.range == "given"]
+    assert given == [(10, "kappa")]
+
+
+def test_paper_quality_is_fine_enough_to_publish():
+    q = settings.quality("paper")
+    assert q.zones >= (400, 300) and min(q.basins) >= 400 and q.bifurcation >= (2000, 128)
+
+
+def test_package_data_is_installed_with_the_package():
+    names = {p.name for p in files("gearchaos.paper").iterdir()}
+    assert {"settings.toml", "corrections.toml", "templates"} <= names
+
+
+# --- figures ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def tiny_bench():
+    return Bench(TINY)
+
+
+@pytest.mark.parametrize("number", range(1, 16))
+def test_every_figure_computes_and_draws(tiny_bench, number):
+    figure = settings.all_figures()[number]
+    png = draw(figure, tiny_bench.figure(figure))
+    assert png.startswith(b"\x89PNG")
+    assert spread(png) > 10
+
+
+def spread(png: bytes) -> float:
+    """Standard deviation of the grey values of a picture; a blank page has none."""
+    from io import BytesIO
+
+    from matplotlib.image import imread
+
+    return float(imread(BytesIO(png))[..., :3].mean(axis=2).std() * 255)
+
+
+def test_figure_4_shows_the_five_motions_that_starts_end_on(tiny_bench):
+    data = tiny_bench.figure(settings.all_figures()[4])
+    assert list(data) == ["1T_1", "3T_1", "4T_1", "4T_2", "5T_1"]
+    for key, ds in data.items():
+        n = int(key[0])
+        z = ds["section_z"].values
+        assert z[n:] == pytest.approx(z[:n], abs=1e-9)
+
+
+# --- claims -----------------------------------------------------------------------------------------------------------
+
+
+def test_every_record_has_a_judge_and_every_judge_a_record():
+    assert set(records()) == set(JUDGES)
+    assert set(STATED) <= set(records())
+
+
+def test_every_record_says_where_what_and_by_which_criterion():
+    for record in records().values():
+        assert record["figure"] in settings.all_figures()
+        assert all(record[key] for key in ("where", "statement", "setting", "criterion"))
+
+
+def test_claims_of_a_figure_are_those_of_its_records():
+    assert claims.claims_of([9]) == ["9a", "9b", "9c"]
+
+
+@pytest.fixture(scope="module")
+def draft_bench():
+    return Bench(settings.quality("draft"))
+
+
+@pytest.mark.parametrize(("name", "verdict"), [
+    ("3b", "holds"), ("4b-caption", "misprint"), ("4d", "holds"), ("4e", "holds"), ("6b", "holds"), ("6c", "holds"),
+    ("6d", "misprint"), ("8a", "holds"), ("13a", "holds"), ("13b", "holds"),
+    ("14b", "holds within the printed digits"), ("15b", "holds"),
+])
+def test_verdicts_on_the_statements_of_the_paper(draft_bench, name, verdict):
+    (claim,) = claims.judge_all(draft_bench, [name])
+    assert claim.verdict == verdict
+    json.dumps(claim.to_dict(), allow_nan=False)
+
+
+def claim_with(verdict: str, expected: str = "") -> claims.Claim:
+    texts = dict.fromkeys(("where", "statement", "setting", "criterion", "computed", "instead"), "")
+    return claims.Claim(id="x", figure=1, verdict=verdict, evidence={}, expected=expected, **texts)
+
+
+def test_only_contradictions_and_unknown_misprints_fail():
+    good = [claim_with("holds"), claim_with("holds within the printed digits"), claim_with("misprint", "misprint")]
+    bad = [claim_with("contradicted"), claim_with("misprint"), claim_with("contradicted", "misprint")]
+    assert claims.failed(good + bad) == bad
+
+
+def test_runs_are_unbroken_stretches():
+    values, flags = np.arange(6.0), np.array([1, 1, 0, 0, 1, 0], dtype=bool)
+    assert _read.runs(values, flags) == [(0.0, 1.0), (4.0, 4.0)]
+    assert _read.runs(values, ~(values < 9)) == []
+
+
+def labelled(period: np.ndarray) -> xr.Dataset:
+    flags = {"flag_values": np.arange(1, 6), "flag_meanings": "periodic quasi-periodic chaotic undecided diverged"}
+    label = np.where(period > 0, 1, 3).astype(np.int8)
+    return xr.Dataset({"label": (("y", "x"), label, flags), "period": (("y", "x"), period),
+                       "v_rms": (("y", "x"), period + 0.5)})
+
+
+def test_likeness_finds_a_class_that_moved_by_a_cell():
+    one = np.ones((6, 6), dtype=int)
+    one[:, 3:] = 2
+    two = np.roll(one, 1, axis=1)
+    two[:, 0] = 1
+    same = _read.likeness(labelled(one), labelled(one), (1, 1))
+    moved = _read.likeness(labelled(one), labelled(two), (1, 1))
+    assert same == {"same_class": 1.0, "found_nearby": 1.0, "v_rms_correlation": 1.0}
+    assert moved["same_class"] == pytest.approx(5 / 6, abs=1e-4) and moved["found_nearby"] == 1.0
+
+
+def portrait(x: np.ndarray, y: np.ndarray) -> xr.Dataset:
+    return xr.Dataset({"section_x1": ("period", x), "section_x1_dot": ("period", y)})
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_closed_curves_are_counted(count):
+    k = np.arange(4000)
+    angle = 2 * np.pi * k * (np.sqrt(5) - 1) / 2
+    pieces, dimension = _motions.curves(portrait(np.cos(angle) + 4 * (k % count), np.sin(angle)))
+    assert pieces == count
+    assert dimension == pytest.approx(1, abs=0.1)
+
+
+def test_points_that_fill_a_square_have_dimension_two():
+    points = np.random.default_rng(1).random((2, 4000))
+    assert _motions.curves(portrait(*points))[1] == pytest.approx(2, abs=0.15)
+
+
+def test_distance_of_a_portrait_to_itself_is_zero_and_grows_with_a_shift():
+    angle = np.linspace(0, 2 * np.pi, 500)
+    base = portrait(np.cos(angle), np.sin(angle))
+    near, far = (portrait(np.cos(angle) + shift, np.sin(angle)) for shift in (0.1, 1.0))
+    distances = [_motions.distance(base, other, base) for other in (base, near, far)]
+    assert distances[0] == 0 and distances[0] < distances[1] < distances[2]
+
+
+@pytest.mark.parametrize("wave", [
+    TwoLevelStiffness(), TwoLevelStiffness(chi1=0.2, chi2=0.3, contact_ratio=1.6), TwoLevelStiffness(0.3, 0.1, 1.25),
+])
+def test_the_suitable_sine_is_the_first_fourier_harmonic(wave):
+    model, n = MeshModel(stiffness=wave), 200_000
+    phase = (np.arange(n) + 0.5) / n
+    chi = mesh_stiffness(model, phase * model.period)
+    coefficient = 2 * (chi * np.exp(2j * np.pi * phase)).mean()
+    sine = first_harmonic(wave)
+    assert sine.amplitudes[0] * np.exp(1j * sine.phases[0]) == pytest.approx(coefficient, abs=1e-4)
+
+
+# --- the report -------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("report")
+    code = build(folder, [1, 9], "draft", progress=False)
+    return folder, code
+
+
+def test_report_of_statements_that_hold_exits_with_zero(report):
+    assert report[1] == 0
+
+
+def test_report_holds_page_pictures_claims_and_data_and_nothing_else(report):
+    names = {str(p.relative_to(report[0])) for p in report[0].rglob("*") if p.is_file()}
+    data = {f"data/fig09{name}.nc" for name in ("a", "b", "_a_section", "_b_section")}
+    assert names == {"index.html", "claims.json", "fig01.png", "fig09.png"} | data
+
+
+def test_pictures_are_not_blank(report):
+    for path in report[0].glob("*.png"):
+        assert spread(path.read_bytes()) > 10
+
+
+def test_claims_json_has_the_schema(report):
+    found = json.loads((report[0] / "claims.json").read_text())
+    assert [c["id"] for c in found] == ["9a", "9b", "9c"]
+    for claim in found:
+        assert claim["verdict"] in claims.VERDICTS
+        assert isinstance(claim["figure"], int) and isinstance(claim["evidence"], dict) and claim["evidence"]
+        assert all(isinstance(claim[k], str) for k in ("where", "statement", "setting", "criterion", "computed"))
+
+
+def test_data_can_be_loaded_again_with_its_model(report):
+    ds = load(report[0] / "data" / "fig09a.nc")
+    assert ds.sizes["tau"] == 120 * 64
+    assert json.loads(ds.attrs["model"])["error"]["amplitudes"] == [0.23]
+
+
+class Page(HTMLParser):
+    """Tags, links and text of a page."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.ids: set[str] = set()
+        self.sources: list[str] = []
+        self.links: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        for name, value in attrs:
+            if name == "id":
+                self.ids.add(value)
+            elif name in ("src", "srcset"):
+                self.sources.append(value)
+            elif name == "href":
+                self.links.append(value)
+
+
+@pytest.fixture(scope="module")
+def page(report):
+    text = (report[0] / "index.html").read_text()
+    return text, Page(text)
+
+
+def test_page_is_self_contained(page):
+    text, parsed = page
+    assert not {"script", "link", "iframe", "object"} & set(parsed.tags)
+    assert parsed.sources and all(s.startswith("data:image/") for s in parsed.sources)
+    assert not re.search(r"https?://|url\(|@import", text)
+
+
+def test_every_link_leads_somewhere_on_the_page(page):
+    parsed = page[1]
+    assert parsed.links and all(link[1:] in parsed.ids for link in parsed.links if link.startswith("#"))
+    assert all(link.startswith("#") for link in parsed.links)
+
+
+def test_page_shows_figures_corrections_verdicts_and_run(page):
+    text, parsed = page
+    assert {"fig1", "fig9", "claim-9a", "corrections", "run"} <= parsed.ids
+    printed = tomllib.loads(files("gearchaos.paper").joinpath("corrections.toml").read_text(encoding="utf-8"))
+    assert text.count("<tr><td>(2.") >= 3 and len(printed["correction"]) == 8
+    assert "draft quality" in text and "holds" in text and "6T" in text
+
+
+def test_a_contradicted_statement_makes_the_exit_code_one(tmp_path, monkeypatch):
+    monkeypatch.setitem(JUDGES, "9a", lambda bench: Outcome("contradicted", "nothing", {"label": "1T"}))
+    monkeypatch.setattr(claims, "claims_of", lambda figures: ["9a"])
+    assert build(tmp_path, [1], "draft", progress=False) == 1
+    assert "Not confirmed: 9a" in (tmp_path / "index.html").read_text()
+
+
+def test_a_failure_leaves_no_half_written_file(tmp_path, monkeypatch):
+    def broken(page):
+        raise RuntimeError("no page")
+
+    monkeypatch.setattr("gearchaos.paper.report.render", broken)
+    with pytest.raises(RuntimeError):
+        build(tmp_path, [1], "draft", progress=False)
+    assert {p.name for p in tmp_path.iterdir()} == {"fig01.png", "claims.json"}
+
+
+def test_write_is_whole_or_not_at_all(tmp_path, monkeypatch):
+    target = tmp_path / "page.html"
+    write_bytes(target, b"old")
+    monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
+    with pytest.raises(OSError, match="disk full"):
+        write_bytes(target, b"new")
+    assert target.read_bytes() == b"old" and list(tmp_path.iterdir()) == [target]
+
+
+def test_a_folder_that_cannot_be_written_is_refused(tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    with pytest.raises(InputError, match="out must be a folder that files can be written in"):
+        writable_folder(blocked / "report")
+
+
+@pytest.mark.parametrize(("figures", "quality", "message"), [
+    ([99], "draft", "figures must be numbers from 1 to 15; got 99"),
+    ([], "draft", "figures must name at least one figure"),
+    ([1], "drat", "Did you mean 'draft'"),
+])
+def test_bad_requests_are_refused_before_any_work(tmp_path, figures, quality, message):
+    with pytest.raises(InputError, match=re.escape(message)):
+        build(tmp_path / "report", figures, quality, progress=False)
+    assert not (tmp_path / "report").exists()
+
+
+# --- the page's text --------------------------------------------------------------------------------------------------
+
+
+def test_indices_of_symbols_are_set_low_and_nothing_else_is():
+    assert _maths("x1(0) = 1") == "<i>x</i><sub>1</sub>(0) = 1"
+    assert _maths("Fig. 7d, 12T at 0.0164 & d = 2") == "Fig. 7d, 12T at 0.0164 &amp; d = 2"
+
+
+def test_evidence_becomes_lines():
+    evidence = {"by_kappa": {"20": {"same": 0.5}}, "windows": [[0.1, 0.2], [0.3, 0.4]], "nothing": []}
+    assert list(_flat(evidence)) == [
+        ("by kappa · 20", "same 0.5"), ("windows", "0.1, 0.2; 0.3, 0.4"), ("nothing", "none"),
+    ]

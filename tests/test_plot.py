@@ -1,0 +1,285 @@
+"""Pictures: what they show of small synthetic Datasets, drawn without pyplot state."""
+
+from __future__ import annotations
+
+import itertools
+import json
+
+import matplotlib
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from gearchaos import plot
+from gearchaos.model import HarmonicStiffness, MeshModel
+from gearchaos.plot._axes import axis_label, cell_extent, symbol
+from gearchaos.plot._basins import attractor_colours
+from gearchaos.plot._bifurcation import density
+from gearchaos.plot._portrait import distinct
+from gearchaos.plot._spectrum import amplitudes
+
+FLAGS = {
+    "flag_values": np.arange(1, 6, dtype=np.int8),
+    "flag_meanings": "periodic quasi-periodic chaotic undecided diverged",
+}
+NAMES = [c.name for c in plot.MOTION_CLASSES]
+OMEGA = 2.0
+
+
+def axes() -> matplotlib.axes.Axes:
+    figure = Figure(figsize=(4, 3))
+    FigureCanvasAgg(figure)
+    return figure.subplots()
+
+
+def pixels(ax: matplotlib.axes.Axes) -> np.ndarray:
+    ax.figure.canvas.draw()
+    return np.asarray(ax.figure.canvas.buffer_rgba())[..., :3]
+
+
+def is_drawn(ax: matplotlib.axes.Axes) -> bool:
+    """Whether the inside of the Axes holds more than one colour, frame and labels aside."""
+    image = pixels(ax)
+    box = ax.get_window_extent()
+    inside = image[::-1][int(box.y0) + 3 : int(box.y1) - 3, int(box.x0) + 3 : int(box.x1) - 3]
+    return bool(inside.reshape(-1, 3).std(axis=0).max() > 1)
+
+
+def legend_texts(ax) -> list[str]:
+    return [t.get_text() for t in ax.get_legend().get_texts()]
+
+
+def zones_map() -> xr.Dataset:
+    label = np.array([[1, 1, 1], [2, 3, 1]], dtype=np.int8)
+    period = np.array([[1, 2, 7], [0, 0, 4]], dtype=np.int32)
+    return xr.Dataset(
+        {"label": (("eps1", "omega"), label, FLAGS), "period": (("eps1", "omega"), period),
+         "v_rms": (("eps1", "omega"), np.arange(6.0).reshape(2, 3), {"long_name": "rms velocity", "units": "1"})},
+        {"omega": ("omega", [1.0, 2.0, 3.0], {"units": "omega0"}), "eps1": ("eps1", [0.1, 0.2])},
+    )
+
+
+def diagram(columns: int = 60, points: int = 40) -> xr.Dataset:
+    x = np.linspace(0, 1, columns)
+    section = np.where(x[:, None] < 0.5, 1.0, np.random.default_rng(0).random((columns, points)))
+    exponent = np.where(x < 0.5, -0.1, 0.2)
+    return xr.Dataset(
+        {"section_x1": (("q0", "point"), section), "label": ("q0", np.where(x < 0.5, 1, 3).astype(np.int8), FLAGS),
+         "period": ("q0", np.where(x < 0.5, 1, 0)), "lyapunov": ("q0", exponent),
+         "lyapunov_lo": ("q0", exponent - 0.05), "lyapunov_hi": ("q0", exponent + 0.05)},
+        {"q0": x},
+    )
+
+
+def motion(periods: int = 8, samples: int = 32) -> xr.Dataset:
+    """A pure tone of amplitude 0.5 at order 1 and one of 0.1 at order 1/2 about z = 0.9."""
+    period = 2 * np.pi / OMEGA
+    tau = np.arange(periods * samples) * period / samples
+    z = 0.9 + 0.5 * np.cos(OMEGA * tau) + 0.1 * np.cos(OMEGA * tau / 2)
+    z_dot = np.gradient(z, tau)
+    return xr.Dataset(
+        {"z": ("tau", z), "z_dot": ("tau", z_dot), "section_z": ("period", z[::samples]),
+         "section_z_dot": ("period", z_dot[::samples])},
+        {"tau": tau, "period": np.arange(1, periods + 1)}, {"model": json.dumps({"omega": OMEGA})},
+    )
+
+
+def starts() -> xr.Dataset:
+    index = np.array([[0, 1, 2], [2, 1, -1]], dtype=np.int16)
+    points = np.array([[0.1, np.nan], [-0.2, 0.3], [0.4, -0.4]])
+    return xr.Dataset(
+        {"attractor": (("z_dot", "z"), index), "attractor_label": ("number", np.ones(3, np.int8), FLAGS),
+         "attractor_period": ("number", [1, 4, 4]), "attractor_fraction": ("number", [1 / 6, 2 / 6, 2 / 6]),
+         "attractor_section_z": (("number", "point"), points),
+         "attractor_section_z_dot": (("number", "point"), points / 2)},
+        {"z": [-1.0, 0.0, 1.0], "z_dot": [-0.5, 0.5]},
+    )
+
+
+PICTURES = {
+    "zones": lambda ax: plot.zones(zones_map(), ax),
+    "level": lambda ax: plot.level(zones_map(), "v_rms", ax),
+    "bifurcation": lambda ax: plot.bifurcation(diagram(), "x1", ax),
+    "lyapunov": lambda ax: plot.lyapunov(diagram(), ax),
+    "basins": lambda ax: plot.basins(starts(), ax),
+    "phase": lambda ax: plot.phase(motion(), "z", ax=ax),
+    "history": lambda ax: plot.history(motion(), "z_dot", ax),
+    "portrait": lambda ax: plot.portrait(motion(), "z", ax=ax),
+    "spectrum": lambda ax: plot.spectrum(motion(), "z", ax),
+    "stiffness": lambda ax: plot.stiffness(ax=ax),
+    "backlash": lambda ax: plot.backlash(ax),
+    "schematic": lambda ax: plot.schematic(ax),
+}
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_draws_on_the_given_axes_and_returns_it_without_pyplot(name):
+    import matplotlib.pyplot as plt
+
+    before = plt.get_fignums()
+    ax = axes()
+    assert PICTURES[name](ax) is ax
+    assert is_drawn(ax)
+    assert plt.get_fignums() == before
+
+
+def test_makes_its_own_axes_when_none_is_given():
+    import matplotlib.pyplot as plt
+
+    plt.switch_backend("agg")
+    ax = plot.zones(zones_map())
+    assert plt.fignum_exists(ax.figure.number)
+    plt.close(ax.figure)
+
+
+def test_classes_follow_label_and_period():
+    ds = zones_map()
+    classes = plot.motion_class(ds["label"], ds["period"])
+    assert [[NAMES[i] for i in row] for row in classes] == [
+        ["1T", "2T", "other sub-harmonic"], ["quasi-periodic", "chaotic", "4T"],
+    ]
+
+
+def test_zones_legend_names_only_the_classes_present():
+    texts = legend_texts(plot.zones(zones_map(), axes()))
+    assert texts == ["1T", "2T", "4T", "other sub-harmonic", "quasi-periodic", "chaotic"]
+
+
+def test_axes_span_the_ranges_of_the_study():
+    ax = plot.zones(zones_map(), axes())
+    assert (ax.get_xlim(), ax.get_ylim()) == ((1.0, 3.0), (0.1, 0.2))
+    assert "omega" in ax.get_xlabel() and "varepsilon" in ax.get_ylabel()
+
+
+def test_level_has_a_colour_bar_with_the_name_of_the_variable():
+    ax = plot.level(zones_map(), "v_rms", axes())
+    assert any("RMS" in other.get_ylabel() for other in ax.figure.axes if other is not ax)
+
+
+def test_level_keeps_missing_cells_apart():
+    ds = zones_map()
+    ds["v_rms"][0, 0] = np.nan
+    assert is_drawn(plot.level(ds, "v_rms", axes()))
+
+
+def _linear(colour: str) -> np.ndarray:
+    rgb = np.array(matplotlib.colors.to_rgb(colour))
+    return np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+
+
+def _lab(linear: np.ndarray) -> np.ndarray:
+    to_xyz = [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.072175], [0.0193339, 0.119192, 0.9503041]]
+    t = np.array(to_xyz) @ linear / [0.95047, 1, 1.08883]
+    f = np.where(t > 0.008856, np.cbrt(t), 7.787 * t + 16 / 116)
+    return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
+
+
+# Machado, Oliveira and Fernandes (2009), severity 1
+VISION = {
+    "full": np.eye(3),
+    "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.01182, 0.04294, 0.968881]],
+    "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.3039]],
+}
+
+
+@pytest.mark.parametrize("eye", VISION)
+def test_classes_stay_apart_in_every_kind_of_colour_vision(eye):
+    seen = [_lab(np.clip(np.array(VISION[eye]) @ _linear(c.colour), 0, 1)) for c in plot.MOTION_CLASSES]
+    nearest = min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2))
+    assert nearest > 25
+
+
+def test_density_is_the_share_of_points_in_each_pixel():
+    values = np.array([[0.1, 0.1, 0.9, np.nan], [0.5, 0.5, 0.5, 0.5]])
+    assert np.allclose(density(values, 0.0, 1.0, 2), [[2 / 3, 1 / 3], [0, 1]])
+
+
+def test_bifurcation_of_many_columns_is_one_picture_not_many_markers():
+    ax = plot.bifurcation(diagram(2000, 128), "x1", axes())
+    assert len(ax.images) == 1 and not ax.lines and not ax.collections
+    assert ax.images[0].get_array().shape[1] == 2000
+
+
+def test_bifurcation_strip_names_the_verdicts():
+    ax = plot.bifurcation(diagram(), "x1", axes())
+    (strip,) = ax.child_axes
+    assert legend_texts(strip) == ["1T", "chaotic"]
+
+
+def test_bifurcation_of_a_single_value_draws():
+    ds = diagram().isel(q0=slice(0, 1))
+    assert plot.bifurcation(ds, "x1", axes()).images
+
+
+def test_lyapunov_shows_the_zero_line_and_the_interval():
+    ax = plot.lyapunov(diagram(), axes())
+    assert any(np.allclose(line.get_ydata(), 0) for line in ax.lines)
+    assert "99 % confidence interval" in legend_texts(ax)
+
+
+def test_basins_name_each_attractor_with_its_share():
+    assert legend_texts(plot.basins(starts(), axes())) == ["1T (17 %)", "4T (33 %)", "4T′ (33 %)", "undecided (17 %)"]
+
+
+def test_attractors_of_one_period_have_different_colours():
+    colours = attractor_colours(starts())
+    assert len(set(colours)) == 3
+
+
+def dashed(ax) -> list[float]:
+    return sorted(float(np.ravel(line.get_xdata())[0]) for line in ax.lines if line.get_linestyle() == "--")
+
+
+def test_phase_marks_the_backlash_only_where_z_is_shown():
+    ds = motion().rename({"z": "x1", "z_dot": "x1_dot", "section_z": "section_x1", "section_z_dot": "section_x1_dot"})
+    assert dashed(plot.phase(motion(), "z", ax=axes())) == [-1.0, 1.0]
+    assert dashed(plot.phase(ds, "x1", ax=axes())) == []
+
+
+def test_history_counts_mesh_periods():
+    ax = plot.history(motion(periods=8), "z", axes(), periods=5)
+    assert ax.get_xlim() == (0, 5)
+    assert np.isclose(ax.lines[0].get_xdata()[32], 1.0)
+
+
+def test_spectrum_finds_the_amplitudes_of_pure_tones_without_leakage():
+    order, size = amplitudes(motion(), "z")
+    found = {o: s for o, s in zip(order, size, strict=True) if s > 1e-9}
+    assert found == pytest.approx({0.0: 0.9, 0.5: 0.1, 1.0: 0.5})
+
+
+def test_points_of_an_orbit_count_once():
+    x = np.tile([0.1, 0.5, 0.9], 400)
+    assert distinct(x, 2 * x) == 3
+
+
+def test_stiffness_of_a_series_follows_the_series():
+    model = MeshModel(stiffness=HarmonicStiffness((0.3,), (0.0,)))
+    ax = plot.stiffness(model, axes())
+    line = ax.lines[0]
+    assert np.allclose(line.get_ydata(), 1 + 0.3 * np.cos(2 * np.pi * line.get_xdata()))
+
+
+def test_backlash_is_flat_between_the_flanks():
+    line = max(plot.backlash(axes()).lines, key=lambda line: len(line.get_xdata()))
+    assert np.allclose(np.interp([-2, -1, 0, 1, 2], *line.get_data()), [-1, 0, 0, 0, 1])
+
+
+def test_cells_reach_half_a_step_beyond_their_centres():
+    assert cell_extent(np.array([0.0, 1.0, 2.0]), np.array([5.0])) == (-0.5, 2.5, 4.5, 5.5)
+
+
+@pytest.mark.parametrize(("name", "expected"), [
+    ("omega", r"$\omega$"), ("eps1", r"$\varepsilon_{1}$"), ("x1_dot", r"$\dot{x}_{1}$"), ("kappa2", r"$\kappa_{2}$"),
+    ("contact_fraction", "contact fraction"),
+])
+def test_symbols_are_those_of_the_paper(name, expected):
+    assert symbol(name) == expected
+
+
+def test_labels_show_physical_units_and_leave_out_dimensionless_scales():
+    assert axis_label(xr.DataArray(0.0, attrs={"units": "delta*omega0"}), "z_dot") == r"velocity $\dot{z}$"
+    assert axis_label(xr.DataArray(0.0, attrs={"units": "um"}), "z") == "displacement $z$ [um]"
