@@ -348,7 +348,7 @@ def test_bad_requests_are_refused_before_any_work(tmp_path, figures, quality, me
 
 
 def test_indices_of_symbols_are_set_low_and_nothing_else_is():
-    assert _maths("x1(0) = 1") == "<i>x</i><sub>1</sub>(0) = 1"
+    assert _maths("x1(0) = 1") == "x<sub>1</sub>(0) = 1"
     assert _maths("Fig. 7d, 12T at 0.0164 & d = 2") == "Fig. 7d, 12T at 0.0164 &amp; d = 2"
 
 

@@ -85,7 +85,7 @@ def _maths(text: str) -> Markup:
     """Plain text with the indices of its symbols set low: x1 becomes x with a lower 1."""
     def lower(match: re.Match) -> str:
         head, index = (match[1], match[2]) if match[1] else ("V", "RMS")
-        return f"<i>{head}</i><sub>{index}</sub>"
+        return f"{head}<sub>{index}</sub>"
 
     return Markup(_INDEXED.sub(lower, str(escape(text))))
 
@@ -149,7 +149,7 @@ def _ranges(figure: Figure) -> list[dict[str, str]]:
     seen: dict[tuple[str, str], dict[str, str]] = {}
     for study in figure.studies.values():
         for name, r in study.axes.items():
-            text = f"{symbol(name)} from {r.start:g} to {r.stop:g}"
+            text = f"{symbol(name)} from {r.start:g} to {r.stop:g}".replace("-", "−")
             seen.setdefault((text, r.range), {"text": text, "range": r.range, "why": r.why})
     return list(seen.values())
 

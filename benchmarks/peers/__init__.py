@@ -1,0 +1,1 @@
+"""Other ways to integrate the same systems, each at its best."""
