@@ -65,11 +65,11 @@ class Budget:
         Periods over which the levels of a motion that does not return are averaged.
     """
 
-    looks: tuple[int, ...] = (80, 80, 160, 320, 640, 1280)
+    looks: tuple[int, ...] = (80, 80, 160, 320, 640)
     longest: int = 64
     exponent: int = 250
-    extensions: int = 4
-    measured: int = 128
+    extensions: int = 3
+    measured: int = 96
 
     def __post_init__(self) -> None:
         for name in ("longest", "exponent", "measured"):
