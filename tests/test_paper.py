@@ -26,10 +26,7 @@ from gearchaos.paper.page import _flat, _maths
 from gearchaos.studies import load
 
 TINY = settings.Quality("tiny", zones=(12, 9), basins=(40, 40), bifurcation=(12, 8), portrait=64, trajectory=12)
-STATED = (
-    "2a 3a 3b 4a 4b 4c 4d 4e 5a 6a 6b 6c 6d 6e 7a 7b 7c 7d 7e 8a 8b 9a 9b 9c 12a 12b 13a 13b 14a 14b 15a 15b "
-    "beta chi rho"
-).split()
+STATED = ["2a", "3a", "3b", "4a", "4b", "4c", "4d", "4e", "5a", "6a", "6b", "6c", "6d", "6e", "7a", "7b", "7c", "7d", "7e", "8a", "8b", "9a", "9b", "9c", "12a", "12b", "13a", "13b", "14a", "14b", "15a", "15b", "beta", "chi", "rho"]
 
 
 # --- settings ---------------------------------------------------------------------------------------------------------
@@ -284,6 +281,11 @@ def test_page_is_self_contained(page):
     assert not {"script", "link", "iframe", "object"} & set(parsed.tags)
     assert parsed.sources and all(s.startswith("data:image/") for s in parsed.sources)
     assert not re.search(r"https?://|url\(|@import", text)
+
+
+def test_style_sheet_is_not_escaped(page):
+    style = page[0].split("<style>")[1].split("</style>")[0]
+    assert '"Helvetica Neue"' in style and "&#" not in style
 
 
 def test_every_link_leads_somewhere_on_the_page(page):

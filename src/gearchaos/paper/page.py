@@ -55,7 +55,7 @@ class Page:
 def render(page: Page) -> str:
     """The report as one self-contained HTML document."""
     return _environment().get_template("report.html.j2").render(
-        css=_template("report.css"), figures=[_figure(f, page.claims) for f in page.figures],
+        css=Markup(_template("report.css")), figures=[_figure(f, page.claims) for f in page.figures],
         claims=[_claim(c) for c in page.claims], tally=_tally(page.claims), outcome=_outcome(page.claims),
         equations=equations(), defaults=_defaults(), corrections=_corrections(), times=list(_times(page)),
         provenance=_provenance(page),

@@ -68,7 +68,7 @@ def sixth_after_third(bench: Bench) -> Outcome:
     evidence = {"at_0.0255": summary(printed), "windows_of_6T": [[round(a, 6), round(b, 6)] for a, b in window]}
     if printed.label == "6T":
         return Outcome(HOLDS, _SCAN, evidence)
-    where = f"6T from {window[0][0]:.6g} to {window[0][1]:.6g}" if window else ""
+    where = f"{printed.label} at 0.0255; 6T from {window[0][0]:.5g} to {window[-1][1]:.5g}" if window else ""
     return Outcome(MISPRINT if window else CONTRADICTED, _SCAN, evidence, where)
 
 
@@ -94,7 +94,7 @@ def first_torus(bench: Bench) -> Outcome:
     share, first = float(on_torus(ds)[inside].mean()), _longest(eps1, on_torus(ds))
     near = share >= 0.75 and abs(first[0] - 0.033) <= 1.001e-3
     return Outcome(graded(share == 1, near), _SCAN, _ranges(ds, "eps1", share),
-                   f"on the torus from {first[0]:.5g} to {first[1]:.5g}" + _beyond(ds, eps1, first[1], 0.048))
+                   f"on the torus from {first[0]:.4g} to {first[1]:.4g}" + _beyond(ds, eps1, first[1], 0.048))
 
 
 @judge("12b")
@@ -107,7 +107,7 @@ def second_torus(bench: Bench) -> Outcome:
     lasting = float(on_torus(ds)[eps1 > 0.2].mean()) == 1
     near = doubled and abs(first[0] - 0.2) <= 0.01 and first[1] >= 0.205
     return Outcome(graded(doubled and lasting and abs(first[0] - 0.2) < 1e-3, near), _SCAN, _ranges(ds, "eps1"),
-                   f"on the torus from {first[0]:.5g} to {first[1]:.5g}" + _beyond(ds, eps1, first[1], 0.22))
+                   f"on the torus from {first[0]:.4g} to {first[1]:.4g}" + _beyond(ds, eps1, first[1], 0.22))
 
 
 @judge("14a")

@@ -13,6 +13,7 @@ from gearchaos.paper.settings import Figure as Setting
 
 _SHOWN_PERIODS = 40
 _TRACE = 0.25
+_TRACED_PERIODS = 120
 
 
 _COEXISTING = (
@@ -54,7 +55,7 @@ def dossiers(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -
         ds = data[name]
         plot.history(ds, "x1_dot", axes[0, column], periods=_SHOWN_PERIODS)
         plot.spectrum(ds, "x1_dot", axes[1, column])
-        plot.phase(ds, "x1", ax=axes[2, column], section=False, linewidth=_TRACE)
+        plot.phase(_traced(ds), "x1", ax=axes[2, column], section=False, linewidth=_TRACE)
         plot.portrait(data[f"{name}_section"], "x1", ax=axes[3, column])
         letter(axes[0, column], name, rf"$\varepsilon_1={setting.studies[name].model['eps1']}$")
     for row in axes:
@@ -66,10 +67,16 @@ def trajectories_and_portraits(figure: Figure, setting: Setting, data: Mapping[s
     figure.set_size_inches(WIDTH, 6.0)
     axes = figure.subplots(2, 2)
     for row, name in enumerate(("a", "b")):
-        plot.phase(data[name], "x1", ax=axes[row, 0], section=False, linewidth=_TRACE)
+        plot.phase(_traced(data[name]), "x1", ax=axes[row, 0], section=False, linewidth=_TRACE)
         plot.portrait(data[f"{name}_section"], "x1", ax=axes[row, 1])
         letter(axes[row, 0], name, rf"$\varepsilon_1={setting.studies[name].model['eps1']}$, phase trajectory")
         letter(axes[row, 1], name, "stroboscopic portrait")
+
+
+def _traced(ds: xr.Dataset) -> xr.Dataset:
+    """The first part of a long motion: more would fill the plane with ink."""
+    samples = ds.sizes["tau"] // ds.sizes["period"]
+    return ds.isel(tau=slice(0, _TRACED_PERIODS * samples))
 
 
 def _share_limits(axes) -> None:
