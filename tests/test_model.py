@@ -106,5 +106,7 @@ def test_batches_obey_the_same_rules():
         vary(MeshModel(), {"omega": [1.0, -2.0]})
     with pytest.raises(InputError, match="one common length"):
         vary(MeshModel(), {"omega": [1.0, 2.0], "q0": [1.0, 2.0, 3.0]})
+    with pytest.raises(InputError, match="either z, z_dot or the x coordinates"):
+        vary(MeshModel(kind="single"), {"z": [1.0, 2.0], "x1": [1.0, 2.0]})
     with pytest.raises(InputError, match="must be a parameter of the torsional model"):
         vary(MeshModel(), {"kappa": [1.0, 2.0]})

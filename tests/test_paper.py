@@ -26,7 +26,10 @@ from gearchaos.paper.page import _flat, _maths
 from gearchaos.studies import load
 
 TINY = settings.Quality("tiny", zones=(12, 9), basins=(40, 40), bifurcation=(12, 8), portrait=64, trajectory=12)
-STATED = ["2a", "3a", "3b", "4a", "4b", "4c", "4d", "4e", "5a", "6a", "6b", "6c", "6d", "6e", "7a", "7b", "7c", "7d", "7e", "8a", "8b", "9a", "9b", "9c", "12a", "12b", "13a", "13b", "14a", "14b", "15a", "15b", "beta", "chi", "rho"]
+STATED = {
+    "2a", "3a", "3b", "4a", "4b", "4c", "4d", "4e", "5a", "6a", "6b", "6c", "6d", "6e", "7a", "7b", "7c", "7d", "7e",
+    "8a", "8b", "9a", "9b", "9c", "12a", "12b", "13a", "13b", "14a", "14b", "15a", "15b", "beta", "chi", "rho",
+}
 
 
 # --- settings ---------------------------------------------------------------------------------------------------------
@@ -106,7 +109,7 @@ def test_figure_4_shows_the_five_motions_that_starts_end_on(tiny_bench):
 
 def test_every_record_has_a_judge_and_every_judge_a_record():
     assert set(records()) == set(JUDGES)
-    assert set(STATED) <= set(records())
+    assert set(records()) >= STATED
 
 
 def test_every_record_says_where_what_and_by_which_criterion():

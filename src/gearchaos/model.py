@@ -214,8 +214,10 @@ class MeshModel:
 
     Examples
     --------
-    >>> MeshModel(omega=1.0, q0=0.1, eps1=0.1).q1  # doctest: +SKIP
-    Use `MeshModel.of` for short names:
+    >>> MeshModel(omega=1.2, q1=0.1, q2=0.1).period
+    5.235987755982989
+
+    `MeshModel.of` takes short names:
 
     >>> MeshModel.of(omega=0.8, eps1=0.1, kind="single").error.amplitudes
     (0.1,)
@@ -263,8 +265,7 @@ class MeshModel:
         for name, value in self.initial.items():
             check_state_name(self.kind, name)
             given[name] = _number(f"initial.{name}", value)
-        if self.kind == "single" and given.keys() & {"z", "z_dot"} and given.keys() - {"z", "z_dot"}:
-            raise InputError("initial", "must give either z, z_dot or the x coordinates, not both", sorted(given))
+        check_one_description(given)
         return given
 
     def __hash__(self) -> int:
@@ -393,6 +394,13 @@ def state_names(kind: str) -> tuple[str, ...]:
     return ("z", "z_dot", *_TORSION) if kind == "single" else COORDINATES[kind]
 
 
+def check_one_description(names: Iterable[str]) -> None:
+    """Raise if a start is given both in z and in the coordinates that z follows from."""
+    given = set(names)
+    if given & {"z", "z_dot"} and given - {"z", "z_dot"}:
+        raise InputError("initial", "must give either z, z_dot or the x coordinates, not both", sorted(given))
+
+
 def check_state_name(kind: str, name: str) -> None:
     """Raise unless ``name`` is a coordinate that a model of this kind can start from."""
     if name not in state_names(kind):
@@ -463,6 +471,7 @@ def vary(model: MeshModel, values: Mapping[str, Any]) -> Batch:
     for name, value in flat.items():
         check(name, value)
         _check_matters(model, name)
+    check_one_description(n for n in {**model.initial, **flat} if n in _STATE_NAMES)
     batch = Batch(model, MappingProxyType(flat), next(iter(sizes))[0])
     check_stiffness(*batch.harmonics("c", "alpha"))
     return batch

@@ -11,6 +11,8 @@ _GRAZING_SPEED = 1e-8
 _PROBE = 1e-3
 _LIMIT = 400
 _NEVER = 2.0
+LOST = 2.0
+"""The contact state of a lane whose exit was not decided within the limit of strides."""
 
 
 @kernel
@@ -99,5 +101,6 @@ def find_exits(dims, ws):
             step = select(arrived, splat(_PROBE), step)
             step = select(leaving, splat(_NEVER), step)
         s = select(going, s + step, s)
+    to = select(s <= splat(1.0), splat(LOST), to)
     store(ws, at.share, select(out > splat(1.0), splat(1.0), out))
     store(ws, at.beyond, to)

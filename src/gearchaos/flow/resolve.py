@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gearchaos.flow.contact import find_exits
+from gearchaos.flow.contact import LOST, find_exits
 from gearchaos.flow.jit import kernel
 from gearchaos.flow.layout import BLOCK, CHATTER, MAX_SWITCHES, ORDER, WIDTH, parameters, rows
 from gearchaos.flow.measure import add_measures, measure_piece, output_series, read_extremes
@@ -81,7 +81,9 @@ def _switch(dims, lanes, new, lane, count, rest, wave, ws):
     kept = 0
     for l in range(count):
         sigma, beyond = ws[at.sigma * WIDTH + l], ws[at.beyond * WIDTH + l]
-        if beyond != sigma:
+        if beyond == LOST:
+            lanes.status[lane[l]] = CHATTER
+        elif beyond != sigma:
             lanes.w[new, 0, lane[l]] = sigma if sigma != 0.0 else beyond
             lanes.sigma[lane[l]] = beyond
             lane[kept] = lane[l]

@@ -33,7 +33,7 @@ def stiffest(system: SwitchedAffine) -> np.ndarray:
 def bounds(system: SwitchedAffine) -> tuple[np.ndarray, np.ndarray]:
     """How large z'' and z''' can be where z is near a boundary and slow: constants (P, 2), factors of |w_i| (P, d).
 
-    There the spring force and the damping force are small; half as much again covers what they add on a step.
+    There the spring force and the damping force are small; twice as much covers what they add on a step.
     """
     A, order = system.A, np.arange(1, system.f_cos.shape[1] + 1)
     waves = np.hypot(system.f_cos, system.f_sin)
@@ -42,7 +42,7 @@ def bounds(system: SwitchedAffine) -> tuple[np.ndarray, np.ndarray]:
     spring = np.abs(A[:, 1, 1]) + system.b[:, 1] * stiffest(system) * reach
     third = spring * second + (waves * order * system.omega[:, None]).sum(axis=1)
     factors = np.maximum(np.abs(A[:, 1, :]), np.abs((A @ A)[:, 1, :]))
-    return 1.5 * np.stack([second, third], axis=1), 1.5 * factors
+    return 2.0 * np.stack([second, third], axis=1), 2.0 * factors
 
 
 def rate(system: SwitchedAffine) -> np.ndarray:

@@ -67,8 +67,9 @@ def basins(
         w = start(vary(model, {k: v[tile] for k, v in grid.items()}), system).T.copy()
         return classify(flow, w, np.zeros(len(tile), dtype=int), budget=budget, levels=False)
 
-    for tile, found in tiles.run(work, tiles.split(np.arange(len(index))), progress="basins" if progress else None,
-                                 threads=threads):
+    pieces = tiles.split(np.arange(len(index)))
+    done = tiles.run(work, pieces, progress="basins" if progress else None, threads=threads)
+    for tile, found in sorted(done, key=lambda item: item[0][0]):  # so that no result depends on which came first
         index[tile] = _identify(flow, found, known)
     _weigh(flow, known)
     order = sorted(range(len(known)), key=lambda i: (known[i].label, known[i].period, -known[i].count))

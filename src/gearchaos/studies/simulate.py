@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.errors import InputError
-from gearchaos.flow import DIVERGED, ExactFlow
+from gearchaos.flow import CHATTER, DIVERGED, ExactFlow
 from gearchaos.flow.layout import DIVERGED_AT
 from gearchaos.model import MeshModel, backlash, mesh_stiffness, transmission_error, vary
 from gearchaos.studies.dataset import provenance, variable
@@ -39,8 +39,8 @@ def simulate(model: MeshModel, periods: int, transient: int = 0, samples: int | 
         ``section_<coordinate>(period)`` at τ = T, 2T, ... after the transient; with ``samples`` also the coordinates,
         ``mesh_force`` 2ζz' + χ f(z) and ``contact`` (-1 back flank, 0 free, 1 front flank) over ``tau``.
 
-        The attribute ``status`` is "ok", or "diverged" if |z| or |z'| passed 1e8 half backlashes; what came after is
-        NaN.
+        The attribute ``status`` is "ok", "diverged" if |z| or |z'| passed 1e8 half backlashes (what came after is
+        NaN), or "chatter" if a step had more contact switches than can be followed.
 
     Raises
     ------
@@ -52,13 +52,14 @@ def simulate(model: MeshModel, periods: int, transient: int = 0, samples: int | 
     batch = vary(model, {})
     system = switched(batch, whole=True)
     flow, w = ExactFlow(system, samples), start(batch, system).T.copy()
-    if transient:
-        w = flow.advance(w, transient).w
+    before = flow.advance(w, transient) if transient else None
+    w = before.w if before else w
     out = flow.advance(w, periods, sections=periods, sample=samples > 0)
     data = _section(model, batch, system.names, _bounded(out.sections[:, :, 0]), transient)
     if samples:
         data.update(_trajectory(model, system.names, _bounded(out.samples[..., 0]), transient))
-    status = "diverged" if np.any(np.isnan(out.sections)) or np.any(out.status == DIVERGED) else "ok"
+    codes = {int(run.status[0]) for run in (before, out) if run}
+    status = "diverged" if DIVERGED in codes else "chatter" if CHATTER in codes else "ok"
     settings = {"periods": periods, "transient": transient, "samples": samples}
     return xr.Dataset(data, attrs={**provenance("simulate", model, **settings), "status": status})
 

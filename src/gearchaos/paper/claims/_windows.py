@@ -75,7 +75,7 @@ def sixth_after_third(bench: Bench) -> Outcome:
 @judge("6e")
 def sixth_alone(bench: Bench) -> Outcome:
     printed = bench.regime(**_LOAD, q0=0.047)
-    around = bench.scan(Axis("q0", 0.0469, 0.0471, 201), patient=True, **_LOAD)
+    around = bench.scan(Axis("q0", 0.04695, 0.04705, 101), patient=True, **_LOAD)
     window = runs(around["q0"].values, around["period"].values == 6)
     rounds = [(a, b) for a, b in window if b > 0.04695 and a < 0.04705]
     evidence = {"at_0.047": summary(printed), "windows_of_6T": [[round(a, 6), round(b, 6)] for a, b in window]}
