@@ -108,6 +108,22 @@ def test_one_period_from_the_boundary(case, stiffness):
     assert _worst(model, values) <= 1e-11
 
 
+@pytest.mark.parametrize("stiffness", STIFFNESSES)
+def test_one_period_from_a_flat_start(stiffness):
+    """z(0) = ±1 at rest or nearly, with hardly any acceleration: the gap opens or closes like τ³."""
+    count = 48
+    model, values = _random("2 single", stiffness, count)
+    rng = np.random.default_rng(_seed(stiffness))
+    speed, pull = (rng.choice([-1, 0, 1], count) * 10 ** rng.uniform(-14, top, count) for top in (-6, -2))
+    _move_to(model, values, np.resize([1.0, -1.0], count))
+    values["z_dot"] = speed
+    error2 = -(values["omega"] ** 2) * (
+        values["eps1"] * np.cos(values["theta1"]) + 4 * values["eps2"] * np.cos(values["theta2"])
+    )
+    values["q2"], values["q1"] = np.zeros(count), 2 * (pull + error2 + 2 * values["zeta"] * speed)
+    assert _worst(model, values) <= 1e-11
+
+
 def _relative(model: MeshModel, values: dict[str, np.ndarray]) -> np.ndarray:
     """z and z' at the start, (2, points)."""
     batch = vary(model, values)

@@ -33,30 +33,57 @@ def _safe_stride(gap, slope, bend):
 
 
 @kernel
-def _stride(z, slope, bend, spread, sigma):
-    """Safe stride to the nearest boundary, and the contact state beyond it.
-
-    ``bend`` is d²z/ds² here, and ``spread`` bounds how much it changes on the rest of the piece.
-    """
-    one, zero = splat(1.0), splat(0.0)
-    free = sigma == zero
-    side = select(free, splat(-1.0), sigma)
-    up = _safe_stride(vfma(side, z, select(free, one, splat(-1.0))), side * slope, side * bend - spread)
-    down = _safe_stride(one + z, slope, bend - spread)
-    falling = free & (down < up)
-    return select(falling, down, up), select(falling, splat(-1.0), select(free, one, zero))
+def _least(a, b):
+    return select(a < b, a, b)
 
 
 @kernel
-def _height(ws, coef, d, s):
-    """z and its first two derivatives with respect to s at share s of the piece."""
-    z = load(ws, coef + ORDER * d)
-    slope = bend = splat(0.0)
-    for k in range(ORDER - 1, -1, -1):
+def _signs(sigma):
+    """How the distances from the boundary above and from the one below change with z.
+
+    In contact there is one boundary, which both stand for.
+    """
+    free = sigma == splat(0.0)
+    return select(free, splat(-1.0), sigma), select(free, splat(1.0), sigma)
+
+
+@kernel
+def _gaps(z, sigma):
+    """Distances of z, inside its contact state, from the boundary above and from the one below."""
+    one = splat(1.0)
+    free = sigma == splat(0.0)
+    touching = vfma(sigma, z, splat(-1.0))
+    return select(free, one - z, touching), select(free, one + z, touching)
+
+
+@kernel
+def _stride(above, below, slope, bend, spread, sigma):
+    """Safe stride to the nearest boundary, and the contact state beyond it.
+
+    ``bend`` is d²z/ds² here, and ``spread`` bounds how much it changes over the window the stride must keep to.
+    """
+    zero, free = splat(0.0), sigma == splat(0.0)
+    up, down = _signs(sigma)
+    rising = _safe_stride(above, up * slope, up * bend - spread)
+    falling = _safe_stride(below, down * slope, down * bend - spread)
+    lower = free & (falling < rising)
+    return select(lower, falling, rising), select(lower, splat(-1.0), select(free, splat(1.0), zero))
+
+
+@kernel
+def _rise(ws, coef, d, s):
+    """z(s) - z(0) and the first two derivatives of z with respect to s, at share s of the piece.
+
+    From the start, because a lane that starts on a boundary may move from it by less than z can resolve.
+    """
+    rate, slope, bend = load(ws, coef + ORDER * d), splat(0.0), splat(0.0)
+    for k in range(ORDER - 1, 0, -1):
         bend = vfma(bend, s, slope)
-        slope = vfma(slope, s, z)
-        z = vfma(z, s, load(ws, coef + k * d))
-    return z, slope, bend + bend
+        slope = vfma(slope, s, rate)
+        rate = vfma(rate, s, load(ws, coef + k * d))
+    bend = vfma(bend, s, slope)
+    slope = vfma(slope, s, rate)
+    return rate * s, slope, bend + bend
 
 
 @kernel
@@ -69,37 +96,45 @@ def _third(ws, coef, d):
 
 
 @kernel
-def _leaving(ws, coef, d, s, slope, sigma, beyond):
-    """Whether a lane that stands on its boundary goes through it.
-
-    A touch at vanishing speed is decided by where the gap goes next, so that a start on a boundary and a grazing
-    contact are neither missed nor counted twice.
-    """
-    fast = vabs(slope) > splat(_GRAZING_SPEED)
-    ahead, _, _ = _height(ws, coef, d, s + splat(_PROBE))
-    gap = select(sigma == splat(0.0), splat(1.0) - beyond * ahead, sigma * ahead - splat(1.0))
-    return fast | (gap < splat(0.0))
+def _leaving(ws, coef, d, s, above, below, sigma, beyond):
+    """Whether a lane that touches its boundary at vanishing speed goes through it: whether the gap is negative at s."""
+    rise, _, _ = _rise(ws, coef, d, s)
+    up, down = _signs(sigma)
+    return select(beyond < splat(0.0), vfma(down, rise, below), vfma(up, rise, above)) < splat(0.0)
 
 
 @kernel
 def find_exits(dims, ws):
-    """The share of the piece done when each lane leaves its contact state, 1 if it stays, and the state beyond."""
+    """The share of the piece done when each lane leaves its contact state, 1 if it stays, and the state beyond.
+
+    A start on a boundary and a grazing contact are neither missed nor counted twice: a touch at vanishing speed is
+    decided by a probe ahead. From there the windows of the strides grow with the distance; with a bound for the rest
+    of the piece they would shrink like its square where the gap opens like its cube.
+    """
     d = len(dims)
     at = rows(d)
     sigma, third = load(ws, at.sigma), _third(ws, at.coef, d)
-    s, out, to = splat(0.0), splat(_NEVER), sigma
+    above, below = _gaps(load(ws, at.coef), sigma)
+    up, down = _signs(sigma)
+    s, out, to, touch, probe = splat(0.0), splat(_NEVER), sigma, splat(-_NEVER), splat(_PROBE)
     for _ in range(_LIMIT):
         going = s <= splat(1.0)
         if not any_lane(going):
             break
-        z, slope, bend = _height(ws, at.coef, d, s)
-        step, beyond = _stride(z, slope, bend, third * (splat(1.0) - s), sigma)
-        arrived = going & (step <= splat(_ARRIVED))
+        rise, slope, bend = _rise(ws, at.coef, d, s)
+        over, under = vfma(up, rise, above), vfma(down, rise, below)
+        window = splat(0.5) * (s - touch)
+        step, beyond = _stride(over, under, slope, bend, third * _least(window, splat(1.0) - s), sigma)
+        slow = vabs(slope) <= splat(_GRAZING_SPEED)
+        near = (step < splat(_PROBE)) & (_least(over, under) <= splat(_ARRIVED))
+        arrived = going & ((step <= splat(_ARRIVED)) | (slow & near))
+        step = select(touch < splat(0.0), step, _least(step, window))
         if any_lane(arrived):
-            leaving = arrived & _leaving(ws, at.coef, d, s, slope, sigma, beyond)
+            through = _leaving(ws, at.coef, d, s + probe, above, below, sigma, beyond)
+            leaving = arrived & (through | (splat(_GRAZING_SPEED) < vabs(slope)))
             out, to = select(leaving, s, out), select(leaving, beyond, to)
-            step = select(arrived, splat(_PROBE), step)
-            step = select(leaving, splat(_NEVER), step)
+            step = select(leaving, splat(_NEVER), select(arrived, probe, step))
+            touch, probe = select(arrived, s, touch), select(arrived, probe + probe, probe)
         s = select(going, s + step, s)
     to = select(s <= splat(1.0), splat(LOST), to)
     store(ws, at.share, select(out > splat(1.0), splat(1.0), out))
