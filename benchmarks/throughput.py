@@ -17,10 +17,11 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from gearchaos.coordinates import start
 from gearchaos.flow import ExactFlow
 from gearchaos.flow import layout as at
 from gearchaos.model import MeshModel, vary
-from gearchaos.switched import SwitchedAffine, start, switched
+from gearchaos.switched import SwitchedAffine, switched
 
 CASES = {
     "d2": MeshModel.of(kind="torsional", q0=0.1, eps1=0.1),

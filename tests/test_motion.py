@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
+from gearchaos.coordinates import start
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
 from gearchaos.motion import Budget, Label, Reason, classify, orbit, torus
 from gearchaos.motion.lyapunov import from_growth
 from gearchaos.motion.spectrum import amplitudes, opinion
-from gearchaos.switched import start, switched
+from gearchaos.switched import switched
 
 
 def verdict(exponents=None, budget=None, values=None, **model):

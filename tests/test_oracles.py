@@ -9,9 +9,10 @@ import pytest
 from scipy.optimize import brentq
 
 import gearchaos as gc
+from gearchaos.coordinates import start
 from gearchaos.flow import OK, ExactFlow
 from gearchaos.model import HarmonicStiffness, MeshModel, TransmissionError, TwoLevelStiffness, vary
-from gearchaos.switched import start, switched
+from gearchaos.switched import switched
 
 heyoka_oracle = pytest.importorskip("oracles.heyoka_oracle", reason="heyoka is not installed", exc_type=ImportError)
 scipy_oracle = pytest.importorskip("oracles.scipy_oracle")
@@ -221,6 +222,25 @@ def test_fifty_periods_of_regular_motion(name):
     data, expected = gc.simulate(model, periods=50), heyoka_oracle.section(model, 50)
     for key, values in expected.items():
         np.testing.assert_allclose(data[f"section_{key}"], values, rtol=0, atol=1e-9, err_msg=key)
+
+
+MEAN_MOTIONS = {
+    "rotation without friction": {"kind": "torsional", "q1": 0.2, "q2": 0.1, "beta": 0.0, "x2_dot": 0.3},
+    "rotation braked alike": {"kind": "torsional", "q1": 0.2, "q2": 0.1, "J2": 3.0, "beta2": 0.015, "x2_dot": 0.3},
+    "rotation braked unlike": {"kind": "torsional", "q1": 0.2, "q2": 0.1, "J2": 3.0, "x2_dot": 0.3},
+    "one wheel braked": {"kind": "full", "q1": 0.2, "q2": 0.1, "beta1": 0.0, "x2": 0.5, "y2_dot": 0.2},
+    "alike supports": {"kind": "full", "mu2": 8.0, "kappa2": 2.0, "y1": 0.5, "y2_dot": 0.2},
+    "critical supports": {"kind": "full", "mu": 4.0, "kappa": 1.0, "zeta_support": 0.5, "y1": 0.5, "y2_dot": 0.2},
+    "overdamped supports": {"kind": "full", "zeta_support": 2.0, "y1": 0.5, "y2_dot": 0.2},
+}
+
+
+@pytest.mark.parametrize("name", MEAN_MOTIONS)
+def test_mean_motions_in_closed_form(name):
+    model = MeshModel.of(omega=1.3, eps1=0.05, **MEAN_MOTIONS[name])
+    data, expected = gc.simulate(model, periods=5), heyoka_oracle.section(model, 5)
+    for key, values in expected.items():
+        np.testing.assert_allclose(data[f"section_{key}"], values, rtol=0, atol=1e-11, err_msg=key)
 
 
 @pytest.mark.parametrize("name", ["single, unequal wheels", "torsional, unequal torques", "full, unequal, harmonics"])

@@ -116,6 +116,18 @@ def test_sections_of_an_orbit_repeat():
         np.testing.assert_allclose(again[f"section_{name}"], values, atol=1e-9)
 
 
+@pytest.mark.parametrize("start", [{"kind": "single", "x1": 0.5}, {"kind": "torsional", "x1": 0.5}, {"kind": "full"}])
+def test_a_sweep_carries_the_state_of_every_kind_of_model(start):
+    data = gc.bifurcation(gc.MeshModel.of(eps1=0.1, **start), gc.Axis("omega", 0.8, 0.9, 3), points=0, mode="up")
+    assert data.label.shape == (3,)
+    assert not [n for n in data.data_vars if n.startswith("section")]
+
+
+def test_a_sweep_cannot_carry_the_state_along_initial_values():
+    with pytest.raises(InputError, match="mode must be fixed"):
+        gc.bifurcation(gc.MeshModel.of(eps1=0.1), gc.Axis("x1", 0, 1, 3), mode="up")
+
+
 def test_bifurcation_columns_show_as_many_points_as_the_period():
     data = gc.bifurcation(FIGURE_2.with_values({"omega": 1.0}), gc.Axis("eps1", 0.2, 0.209, 10), points=64)
     for i in range(data.sizes["eps1"]):

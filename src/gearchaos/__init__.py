@@ -13,7 +13,7 @@ from typing import Any
 _HOMES = {
     "GearPair": "gearpair", "HarmonicStiffness": "model", "InputError": "errors", "MeshModel": "model",
     "TransmissionError": "model", "TwoLevelStiffness": "model", "physical": "gearpair",
-    "Axis": "axis", "Budget": "motion.verdict", "Regime": "studies.regime", "basins": "studies.basins",
+    "Axis": "axis", "Budget": "motion.budget", "Regime": "studies.regime", "basins": "studies.basins",
     "bifurcation": "studies.bifurcation", "load": "studies.dataset", "regime": "studies.regime",
     "save": "studies.dataset", "simulate": "studies.simulate", "zones": "studies.zones",
 }

@@ -62,7 +62,7 @@ class _StudyTable(_Table):
     periods: int | None = Field(None, ge=1)
     transient: int | None = Field(None, ge=0)
     samples: int | None = Field(None, ge=1)
-    points: int | None = Field(None, ge=1)
+    points: int | None = Field(None, ge=0)
     mode: Literal["fixed", "up", "down"] | None = None
 
 

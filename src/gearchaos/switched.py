@@ -93,8 +93,8 @@ class SwitchedAffine:
         return SwitchedAffine(**values)
 
 
-def coordinates(batch: Batch, *, whole: bool = False) -> tuple[str, ...]:
-    """Names of the coordinates of the dynamic state, or with ``whole`` of the state that also holds all of x and y.
+def coordinates(batch: Batch) -> tuple[str, ...]:
+    """Names of the coordinates of the dynamic state.
 
     Where both wheels have the same β/J their mean rotation leaves z alone, and where both supports are alike so
     does the mean lateral motion: d = 2 to 4 instead of 3 to 7.
@@ -102,25 +102,23 @@ def coordinates(batch: Batch, *, whole: bool = False) -> tuple[str, ...]:
     names = ["z", "z_dot"]
     if batch.model.kind == "single":
         return tuple(names)
-    if whole or not _same(batch, "beta", "J"):
+    if not np.all(same(batch, "beta", "J")):
         names.append("x2_dot")
     if batch.model.kind == "full":
-        alike = _same(batch, "kappa", "mu") and np.all(batch["zeta_support1"] == batch["zeta_support2"])
-        names += ["y", "y_dot"] if alike and not whole else list(COORDINATES["full"][4:])
-    if whole:
-        names.append("x2")
+        alike = np.all(same(batch, "kappa", "mu")) and np.all(batch["zeta_support1"] == batch["zeta_support2"])
+        names += ["y", "y_dot"] if alike else list(COORDINATES["full"][4:])
     return tuple(names)
 
 
-def _same(batch: Batch, over: str, under: str) -> bool:
-    """Whether over1/under1 = over2/under2 at every point, to rounding."""
+def same(batch: Batch, over: str, under: str) -> np.ndarray:
+    """Whether over1/under1 = over2/under2, to rounding; of any shape that broadcasts to the points (P,)."""
     left, right = (np.asarray(batch[f"{over}{n}"]) / np.asarray(batch[f"{under}{n}"]) for n in (1, 2))
-    return bool(np.all(np.abs(left - right) <= 4e-16 * np.abs(left)))
+    return np.abs(left - right) <= 4e-16 * np.abs(left)
 
 
-def switched(batch: Batch, *, whole: bool = False) -> SwitchedAffine:
-    """The switched affine system of a batch; with ``whole`` in coordinates that hold all of x and y."""
-    names = coordinates(batch, whole=whole)
+def switched(batch: Batch) -> SwitchedAffine:
+    """The switched affine system of a batch."""
+    names = coordinates(batch)
     rows = _Rows(batch, names)
     _torsion(rows)
     _supports(rows)
@@ -186,8 +184,6 @@ def _torsion(rows: _Rows) -> None:
         rows.A[:, v, v] = -2 * b2
         rows.f0[:, v] = -rows["q2"] / J2
         rows.add_force(v, 1 / J2)
-    if rows.has("x2"):
-        rows.A[:, rows.at("x2"), rows.at("x2_dot")] = 1.0
 
 
 def _lateral(rows: _Rows) -> list[tuple[str, float]]:
@@ -263,82 +259,3 @@ def _static_force(rows: _Rows) -> np.ndarray:
     with_friction = b1 + b2 > 0
     left, right = np.where(with_friction, b2, J2), np.where(with_friction, b1, J1)
     return (rows["q1"] * left + rows["q2"] * right) / (left + right)
-
-
-def start(batch: Batch, system: SwitchedAffine) -> np.ndarray:
-    """Initial coordinates w at τ = 0, (P, d), from the model's initial values (paper: x1 = 1, the rest 0)."""
-    given = {**batch.model.initial, **batch.values}
-    x = {n: np.broadcast_to(np.asarray(given.get(n, 1.0 if n == "x1" else 0.0), float), batch.size)
-         for n in COORDINATES["full"]}
-    w = from_physical(system, x, *error_at_start(batch))
-    for i, name in enumerate(("z", "z_dot")):
-        if batch.model.kind == "single" and given.keys() & {"z", "z_dot"}:
-            w[:, i] = given.get(name, 0.0)
-    return w
-
-
-def error_at_start(batch: Batch) -> tuple[np.ndarray, np.ndarray]:
-    """ε and ε' at τ = 0 (and at every whole period), each (P,)."""
-    rows = _Rows(batch, ("z", "z_dot"))
-    return rows.e_cos.sum(axis=1), rows.error_harmonics(1)[0].sum(axis=1)
-
-
-def from_physical(
-    system: SwitchedAffine, x: dict[str, np.ndarray], error: np.ndarray, error_dot: np.ndarray
-) -> np.ndarray:
-    """Coordinates w (P, d) of physical values (each (P,)); ``error`` and ``error_dot`` are ε and ε' there."""
-    known = {
-        "y": x["y1"] - x["y2"],
-        "y_dot": x["y1_dot"] - x["y2_dot"],
-        "z": x["x1"] - x["x2"] + x["y1"] - x["y2"] - error,
-        "z_dot": x["x1_dot"] - x["x2_dot"] + x["y1_dot"] - x["y2_dot"] - error_dot,
-    }
-    return np.stack([known[n] if n in known else x[n] for n in system.names], axis=1).astype(float)
-
-
-def to_physical(
-    names: tuple[str, ...], w: np.ndarray, error: np.ndarray, error_dot: np.ndarray
-) -> dict[str, np.ndarray]:
-    """Physical values from whole coordinates w (..., d): all of x and y, and z, z_dot always."""
-    at = {name: w[..., i] for i, name in enumerate(names)}
-    if "x2" not in at:
-        return {"z": at["z"], "z_dot": at["z_dot"]}
-    out = {}
-    y = at.get("y1", 0.0) - at.get("y2", 0.0)
-    y_dot = at.get("y1_dot", 0.0) - at.get("y2_dot", 0.0)
-    out["x1"] = at["z"] + error - y + at["x2"]
-    out["x1_dot"] = at["z_dot"] + error_dot - y_dot + at["x2_dot"]
-    out.update({n: at[n] for n in ("x2", "x2_dot", *COORDINATES["full"][4:]) if n in at})
-    return {**out, "z": at["z"], "z_dot": at["z_dot"]}
-
-
-def lift(
-    batch: Batch, whole: tuple[str, ...], before: np.ndarray, names: tuple[str, ...], w: np.ndarray
-) -> np.ndarray:
-    """Whole coordinates (P, D) with the dynamic state w (P, d) put in and the mean motions of ``before`` (P, D) kept.
-
-    The dynamic state lacks the mean rotation and, between alike supports, the mean lateral motion; both move by
-    themselves, so they can be taken from a trajectory whose relative motion differs.
-    """
-    out = before.copy()
-    old, new = dict(zip(whole, before.T, strict=True)), dict(zip(names, w.T, strict=True))
-    put = {n: new[n] for n in names if n in whole}
-    share = _share(batch, "mu")
-    for y, y1, y2 in (("y", "y1", "y2"), ("y_dot", "y1_dot", "y2_dot")):
-        if y in new:
-            put[y2] = old[y2] + share * (old[y1] - old[y2] - new[y])
-            put[y1] = put[y2] + new[y]
-    share = _share(batch, "J")
-    for x2, z, y1, y2 in (("x2", "z", "y1", "y2"), ("x2_dot", "z_dot", "y1_dot", "y2_dot")):
-        if x2 in old and "x2_dot" not in new:
-            gap_old = old[z] - old.get(y1, 0.0) + old.get(y2, 0.0)
-            gap_new = put[z] - put.get(y1, 0.0) + put.get(y2, 0.0)
-            put[x2] = old[x2] + share * (gap_old - gap_new)
-    for name, value in put.items():
-        out[:, whole.index(name)] = value
-    return out
-
-
-def _share(batch: Batch, inertia: str) -> np.ndarray:
-    first, second = (np.broadcast_to(batch[f"{inertia}{n}"], batch.size) for n in (1, 2))
-    return first / (first + second)

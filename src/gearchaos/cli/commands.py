@@ -169,7 +169,9 @@ def bifurcation(
     study: StudyPath = None,
     sets: Sets = None,
     axis: AxisTexts = None,
-    points: Annotated[int | None, typer.Option(min=1, help="Stroboscopic points per column.")] = None,
+    points: Annotated[
+        int | None, typer.Option(min=0, help="Stroboscopic points per column; 0 for the verdicts alone.")
+    ] = None,
     mode: Annotated[
         str | None, typer.Option(metavar="fixed|up|down", help="Same start, or the state carried along.")
     ] = None,
@@ -181,7 +183,9 @@ def bifurcation(
     target = _Target(out, plot, json_out, physical)
     loaded, axes = _map_inputs("bifurcation", study, sets, axis, target)
     settings = loaded.settings_for("bifurcation")
-    options: dict[str, Any] = {"points": points or settings.points, "mode": mode or settings.mode}
+    options: dict[str, Any] = {"points": settings.points if points is None else points, "mode": mode or settings.mode}
+    if plot and options["points"] == 0:
+        raise InputError("--points", "must be at least 1 for a picture", 0)
     from gearchaos.studies import bifurcation as run
 
     given = {name: value for name, value in options.items() if value is not None}

@@ -11,6 +11,10 @@ from gearchaos.flow import OK, ExactFlow
 RESIDUAL = 1e-10
 """An orbit counts as converged when one round changes no coordinate by more than this."""
 
+AT_ORBIT = 1e-8
+"""A motion this close to an orbit is on it."""
+
+_DEFECTIVE = 1e8
 _ROUNDS = 12
 _PATIENCE = 2
 _SAME = 1e-6
@@ -28,6 +32,8 @@ class Orbits:
         Minimal period in mesh periods.
     residual : (L,)
         Largest change of a coordinate over one round; infinite where Newton failed.
+    monodromy : (L, d, d)
+        Derivative of one round at w.
     multipliers : (L, d)
         Floquet multipliers of one round, complex, largest modulus first.
     """
@@ -35,7 +41,19 @@ class Orbits:
     w: np.ndarray
     period: np.ndarray
     residual: np.ndarray
+    monodromy: np.ndarray
     multipliers: np.ndarray
+
+    def take(self, which: np.ndarray) -> Orbits:
+        """The chosen orbits."""
+        return Orbits(
+            self.w[:, which], self.period[which], self.residual[which], self.monodromy[which], self.multipliers[which]
+        )
+
+    def put(self, which: np.ndarray, other: Orbits) -> None:
+        """Replace the chosen orbits by others."""
+        self.w[:, which], self.period[which], self.residual[which] = other.w, other.period, other.residual
+        self.monodromy[which], self.multipliers[which] = other.monodromy, other.multipliers
 
     @property
     def converged(self) -> np.ndarray:
@@ -62,8 +80,10 @@ def monodromy(flow: ExactFlow, w: np.ndarray, points: np.ndarray, n: int) -> tup
 
 def polish(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray) -> Orbits:
     """Newton from guesses w (d, L) with periods (L,) in mesh periods; see `Orbits`."""
-    lanes = w.shape[1]
-    out = Orbits(w.copy(), period.copy(), np.full(lanes, np.inf), np.zeros((lanes, flow.dimension), complex))
+    lanes, d = w.shape[1], flow.dimension
+    out = Orbits(
+        w.copy(), period.copy(), np.full(lanes, np.inf), np.zeros((lanes, d, d)), np.zeros((lanes, d), complex)
+    )
     for n in np.unique(period):
         mine = np.flatnonzero(period == n)
         _polish_alike(flow, points, int(n), mine, out)
@@ -83,7 +103,7 @@ def _polish_alike(flow: ExactFlow, points: np.ndarray, n: int, mine: np.ndarray,
         out.residual[busy] = np.where(better, residual, out.residual[busy])
         done = (residual <= 1e-13) | (~better & (out.residual[busy] <= RESIDUAL)) | ~np.isfinite(residual)
         settled = residual <= RESIDUAL
-        out.multipliers[busy[settled]] = _multipliers(matrix[settled])
+        out.monodromy[busy[settled]], out.multipliers[busy[settled]] = matrix[settled], _multipliers(matrix[settled])
         step = _newton_step(matrix, change)
         stuck[busy] += halting
         go = ~done & (stuck[busy] < _PATIENCE) & np.isfinite(step).all(axis=0) & (np.abs(step).max(axis=0) < 10.0)
@@ -107,6 +127,34 @@ def _solve_one(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
         return np.linalg.solve(matrix, right)
     except np.linalg.LinAlgError:
         return np.full(len(right), np.nan)
+
+
+def approaching(
+    flow: ExactFlow, w: np.ndarray, points: np.ndarray, found: Orbits, most: int
+) -> np.ndarray:
+    """Whether motions at w (d, L), beside their stable orbits, approach them as the multipliers say; (L,).
+
+    Each is followed for the rounds in which its distance from the orbit should halve, though not for more than
+    ``most`` periods. The distance is taken in the directions of the eigenvectors, in which it falls steadily even
+    where multipliers are complex; it must fall by at least half of what they predict.
+    """
+    modulus = np.abs(found.multipliers).max(axis=1)
+    rounds = np.ceil(np.log(0.5) / np.log(np.clip(modulus, 1e-3, 1 - 1e-9)))
+    rounds = np.clip(rounds, 1, np.maximum(most // found.period, 1)).astype(int)
+    after = w.copy()
+    for length in np.unique(rounds * found.period):
+        mine = np.flatnonzero(rounds * found.period == length)
+        after[:, mine] = flow.advance(w[:, mine], int(length), points=points[mine]).w
+    before, now = (_eigendistance(found, state) for state in (w, after))
+    return (now <= AT_ORBIT) | (now <= before * (1 + modulus**rounds) / 2)
+
+
+def _eigendistance(found: Orbits, w: np.ndarray) -> np.ndarray:
+    """Distances (L,) of states (d, L) from the orbits, along the eigenvectors of the monodromy matrices."""
+    _, vectors = np.linalg.eig(found.monodromy)
+    defective = np.linalg.cond(vectors) > _DEFECTIVE
+    vectors[defective] = np.eye(len(w))
+    return np.linalg.norm(np.linalg.solve(vectors, (w - found.w).T[:, :, None].astype(complex))[:, :, 0], axis=1)
 
 
 def _multipliers(matrix: np.ndarray) -> np.ndarray:

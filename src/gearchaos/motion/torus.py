@@ -8,11 +8,21 @@ from __future__ import annotations
 
 import numpy as np
 
+_NEWTON = 8
+
 
 def _weights(n: int) -> np.ndarray:
     t = np.arange(1, n + 1) / (n + 1)
     bump = np.exp(-1 / (t * (1 - t)))
     return bump / bump.sum()
+
+
+def halves(series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Weighted Birkhoff averages (...) of the first and of the second half of a series (N, ...)."""
+    n = len(series) // 2
+    weight = _weights(n)
+    first, second = (np.tensordot(weight, part, axes=1) for part in (series[-2 * n : -n], series[-n:]))
+    return first, second
 
 
 def digits(series: np.ndarray) -> np.ndarray:
@@ -21,12 +31,28 @@ def digits(series: np.ndarray) -> np.ndarray:
     Measured in units of the series' standard deviation; the least over the series itself and its square, so that a
     symmetric motion is not taken for a smooth one. Quasi-periodic motions reach many, chaotic ones one or two.
     """
-    n = len(series) // 2
-    weight = _weights(n)
-    spread = np.maximum(series.std(axis=0), 1e-300)
-    centred = (series - series.mean(axis=0)) / spread
-    least = np.full(series.shape[1], 16.0)
-    for f in (centred, centred**2):
-        gap = np.abs(np.tensordot(weight, f[:n] - f[-n:], axes=1))
-        least = np.minimum(least, -np.log10(np.maximum(gap, 1e-16)))
-    return least
+    centred = (series - series.mean(axis=0)) / np.maximum(series.std(axis=0), 1e-300)
+    gaps = [np.abs(np.subtract(*halves(f))) for f in (centred, centred**2)]
+    return -np.log10(np.maximum(np.maximum(*gaps), 1e-16))
+
+
+def rotation(series: np.ndarray) -> np.ndarray:
+    """The frequency (L,) of the strongest line of stroboscopic series (N, L), in cycles per mesh period, 0 to 1/2.
+
+    On an invariant curve it is the rotation number or one of its multiples, refined from the line of the windowed
+    spectrum to where the weighted amplitude is largest (J. Laskar, *Frequency analysis for multi-dimensional
+    systems*, Physica D 67 (1993) 257).
+    """
+    n = len(series)
+    weighted = _weights(n)[:, None] * (series - series.mean(axis=0))
+    spectrum = np.abs(np.fft.rfft(weighted, axis=0))
+    spectrum[:2] = 0.0
+    frequency, k = np.argmax(spectrum, axis=0) / n, np.arange(n)[:, None] - n / 2
+    for _ in range(_NEWTON):
+        turned = weighted * np.exp(-2j * np.pi * frequency * k)
+        a, b, c = ((turned * (-2j * np.pi * k) ** m).sum(axis=0) for m in range(3))
+        slope = 2 * (a.conj() * b).real
+        bend = 2 * (np.abs(b) ** 2 + (a.conj() * c).real)
+        step = np.divide(slope, bend, out=np.zeros(len(slope)), where=bend < 0)
+        frequency = frequency - np.clip(step, -0.5 / n, 0.5 / n)
+    return frequency

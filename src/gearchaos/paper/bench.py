@@ -73,7 +73,7 @@ class Bench:
         """A fine scan along one axis for the verdicts; ``patient`` outlasts long chaotic transients."""
         return self.once(
             f"scan {axis} {patient} {sorted(values.items())}",
-            lambda: bifurcation(MeshModel.of(**values), axis, points=1, budget=PATIENT if patient else None),
+            lambda: bifurcation(MeshModel.of(**values), axis, points=0, budget=PATIENT if patient else None),
         )
 
     def map(self, model: MeshModel, x: Axis, y: Axis) -> xr.Dataset:

@@ -67,7 +67,7 @@ def _figure(bench: Bench, log: Log, folder: Path, figure: settings.Figure) -> Dr
     data = bench.figure(figure)
     found = findings(bench, figure, data)
     computed = time.perf_counter()
-    png = draw(figure, data)
+    png = draw(figure, data, bench.quality.dpi)
     done = time.perf_counter()
     write_bytes(folder / f"fig{figure.number:02d}.png", png)
     files = [_save(folder, figure.number, name, ds) for name, ds in data.items()]

@@ -65,7 +65,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Quality:
-    """How finely to compute: cells (x, y) of maps, (columns, points) of diagrams, points, mesh periods."""
+    """How finely to compute: cells (x, y) of maps, (columns, points) of diagrams, points, mesh periods, dots."""
 
     name: str
     zones: tuple[int, int]
@@ -73,6 +73,7 @@ class Quality:
     bifurcation: tuple[int, int]
     portrait: int
     trajectory: int
+    dpi: int
 
 
 @cache

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.axis import Axis
+from gearchaos.coordinates import start
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, state_names, vary
@@ -15,7 +16,7 @@ from gearchaos.motion import Budget, Label, classify, orbit
 from gearchaos.studies import tiles
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.zones import plane
-from gearchaos.switched import start, switched
+from gearchaos.switched import switched
 
 _SAME = 1e-6
 

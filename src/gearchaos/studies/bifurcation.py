@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 import xarray as xr
 
 from gearchaos.axis import Axis
-from gearchaos.errors import unknown_name
-from gearchaos.flow import ExactFlow
-from gearchaos.model import Batch, MeshModel, vary
+from gearchaos.coordinates import error_at_start, start, to_physical
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.flow import OK, ExactFlow
+from gearchaos.model import COORDINATES, MeshModel, state_names, vary
 from gearchaos.motion import Budget, classify
 from gearchaos.studies import tiles
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.evidence import evidence
 from gearchaos.studies.sections import steady_sections
 from gearchaos.studies.simulate import whole_number
-from gearchaos.switched import error_at_start, from_physical, start, switched, to_physical
+from gearchaos.switched import switched
 
 MODES = ("fixed", "up", "down")
 _CARRY = 400
@@ -39,7 +41,7 @@ def bifurcation(
     axis : Axis
         The parameter and its range.
     points : int
-        Stroboscopic points per column.
+        Stroboscopic points per column; 0 for the verdicts alone.
     mode : {"fixed", "up", "down"}
         Start every column from the model's initial values, or carry the state from column to column upwards or
         downwards, as a slow sweep of the machine would; both directions together show hysteresis.
@@ -51,22 +53,24 @@ def bifurcation(
     xarray.Dataset
         ``section_<coordinate>(axis, point)``, and per column what `zones` tells of a cell.
     """
-    points = whole_number("points", points, 1)
+    points = whole_number("points", points, 0)
     if mode not in MODES:
         raise unknown_name("mode", mode, MODES)
     values = axis.values
     varied: dict[str, np.ndarray] = {axis.name: values}
-    batch = vary(model, varied)
+    vary(model, varied)  # checked before any work
     if mode != "fixed":
-        varied.update(_carried(batch, mode, model))
+        varied.update(_carried(model, axis, mode))
+    base = model if mode == "fixed" else replace(model, initial={})
     sections: dict[str, np.ndarray] = {}
     out: dict[str, np.ndarray] = {}
 
     def work(tile: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-        part = vary(model, {k: v[tile] for k, v in varied.items()})
+        part = vary(base, {k: v[tile] for k, v in varied.items()})
         system = switched(part)
-        found = classify(ExactFlow(system), start(part, system).T.copy(), budget=budget or PER_COLUMN)
-        return evidence(found), steady_sections(part, found, points)
+        flow = ExactFlow(system)
+        found = classify(flow, start(part, system).T.copy(), budget=budget or PER_COLUMN)
+        return evidence(found), steady_sections(part, flow, found, points) if points else {}
 
     pieces = tiles.split(np.arange(axis.count), _TILE)
     for tile, (facts, places) in tiles.run(work, pieces, progress="bifurcation" if progress else None, threads=threads):
@@ -80,24 +84,23 @@ def bifurcation(
     return xr.Dataset(data, coords, provenance("bifurcation", model, points=points, mode=mode))
 
 
-def _carried(batch: Batch, mode: str, model: MeshModel) -> dict[str, np.ndarray]:
-    """Initial values of every column: the physical state that a sweep reaches it with."""
-    system = switched(batch, whole=True)
-    flow, w = ExactFlow(system), start(batch, system)
-    error, error_dot = error_at_start(batch)
-    order = np.arange(batch.size) if mode == "up" else np.arange(batch.size)[::-1]
-    physical = {k: np.empty(batch.size) for k in to_physical(system.names, w, error, error_dot)}
-    state = w[order[0]]
-    for column in order:
-        here = to_physical(system.names, state, error[column], error_dot[column])
-        for k, v in here.items():
-            physical[k][column] = v
-        state = flow.advance(state[:, None], _CARRY, points=np.array([column])).w[:, 0]
-        after = {k: np.atleast_1d(v) for k, v in to_physical(
-            system.names, state, error[column], error_dot[column]).items()}
-        following = column + (1 if mode == "up" else -1)
-        if 0 <= following < batch.size and "x1" in after:
-            full = {**{n: np.zeros(1) for n in ("y1", "y1_dot", "y2", "y2_dot")}, **after}
-            state = from_physical(system, full, error[following], error_dot[following])[0]
-    keep = ("z", "z_dot") if model.kind == "single" else tuple(k for k in physical if not k.startswith("z"))
-    return {k: physical[k] for k in keep}
+def _carried(model: MeshModel, axis: Axis, mode: str) -> dict[str, np.ndarray]:
+    """Initial values of every column: the physical state that a sweep reaches it with; anew after a divergence."""
+    if axis.name in state_names(model.kind):
+        raise InputError("mode", "must be fixed where the axis is an initial value", mode)
+    columns = range(axis.count) if mode == "up" else range(axis.count)[::-1]
+    kept: dict[str, np.ndarray] = {n: np.empty(axis.count) for n in COORDINATES[model.kind]}
+    bare = replace(model, initial={})
+    state: dict[str, np.ndarray] = {}
+    for column in columns:
+        batch = vary(bare if state else model, {axis.name: axis.values[[column]], **state})
+        system = switched(batch)
+        w = start(batch, system).T.copy()
+        here = to_physical(batch, system.names, w.T[:, None], np.zeros((1, 1)), *error_at_start(batch))
+        after = ExactFlow(system).advance(w, _CARRY)
+        time = np.full((1, 1), _CARRY * system.period[0])
+        there = to_physical(batch, system.names, after.w.T[:, None], time, *error_at_start(batch))
+        state = {n: there[n][0] for n in kept} if after.status[0] == OK else {}
+        for n in kept:
+            kept[n][column] = here[n].item()
+    return kept

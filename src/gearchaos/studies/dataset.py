@@ -37,6 +37,8 @@ _NAMES: dict[str, tuple[str, str]] = {
     "lyapunov_hi": ("upper end of its 99 % interval", "omega0"),
     "residual": ("change of the polished orbit over one round", "1"),
     "multiplier": ("largest modulus of the Floquet multipliers", "1"),
+    "rotation": ("rotation number, or a multiple of it", "1/T"),
+    "transient_chaos": ("whether chaos came before the motion settled", "1"),
     "periods_spent": ("transient and exponent run", "T"),
     "switches": ("contact switches per mesh period", "1/T"),
     "z_rms": ("rms of z about its mean", _LENGTH),

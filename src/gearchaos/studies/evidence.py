@@ -18,6 +18,7 @@ def evidence(verdicts: Verdicts) -> dict[str, np.ndarray]:
         "label": verdicts.label, "period": verdicts.period, "reason": verdicts.reason,
         "lyapunov": verdicts.exponent[0], "lyapunov_lo": verdicts.low[0], "lyapunov_hi": verdicts.high[0],
         "residual": verdicts.residual, "multiplier": np.abs(verdicts.multipliers).max(axis=1),
+        "rotation": verdicts.rotation, "transient_chaos": verdicts.transient_chaos.astype(np.int8),
         "periods_spent": verdicts.spent.astype(np.int32),
     }
     for name in LEVELS:

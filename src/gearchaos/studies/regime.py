@@ -7,16 +7,17 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from gearchaos.coordinates import start
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
 from gearchaos.motion import REASONS, Budget, Label, Reason, Verdicts, classify
 from gearchaos.motion.reading import CONTACTS
 from gearchaos.motion.spectrum import opinion
 from gearchaos.studies.sections import steady_sections
-from gearchaos.switched import start, switched
+from gearchaos.switched import switched
 
-PATIENT = Budget(looks=(80, 80, 160, 320, 640, 1280, 2560, 5120), exponent=4000, extensions=1, measured=1000)
-"""One point is worth a longer look than a cell of a map: chaotic transients of ten thousand periods pass."""
+PATIENT = Budget(exponent=2000, extensions=2, patience=20_000, measured=1000)
+"""One point is worth a longer look than a cell of a map: chaotic transients of twenty thousand periods pass."""
 
 _SHOWN = 512
 
@@ -73,7 +74,7 @@ def regime(model: MeshModel, *, budget: Budget = PATIENT) -> Regime:
     flow = ExactFlow(system)
     found = classify(flow, start(batch, system).T.copy(), budget=budget, exponents=system.dimension)
     label = Label(int(found.label[0]))
-    sections = {} if label == Label.DIVERGED else steady_sections(batch, found, _SHOWN)
+    sections = {} if label == Label.DIVERGED else steady_sections(batch, flow, found, _SHOWN)
     shown = int(found.period[0]) or _SHOWN
     return Regime(
         label=name(label, int(found.period[0])), period=int(found.period[0]) or None,

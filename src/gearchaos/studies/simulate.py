@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from gearchaos.coordinates import error_at_start, start, to_physical
 from gearchaos.errors import InputError
 from gearchaos.flow import CHATTER, DIVERGED, ExactFlow
 from gearchaos.flow.layout import DIVERGED_AT
-from gearchaos.model import MeshModel, backlash, mesh_stiffness, transmission_error, vary
+from gearchaos.model import Batch, MeshModel, backlash, mesh_stiffness, transmission_error, vary
 from gearchaos.studies.dataset import provenance, variable
-from gearchaos.switched import error_at_start, start, switched, to_physical
+from gearchaos.switched import switched
 
 
 def whole_number(name: str, value: object, least: int) -> int:
@@ -50,14 +51,14 @@ def simulate(model: MeshModel, periods: int, transient: int = 0, samples: int | 
     periods, transient = whole_number("periods", periods, 1), whole_number("transient", transient, 0)
     samples = whole_number("samples", samples, 1) if samples is not None else 0
     batch = vary(model, {})
-    system = switched(batch, whole=True)
+    system = switched(batch)
     flow, w = ExactFlow(system, samples), start(batch, system).T.copy()
     before = flow.advance(w, transient) if transient else None
     w = before.w if before else w
     out = flow.advance(w, periods, sections=periods, sample=samples > 0)
-    data = _section(model, batch, system.names, _bounded(out.sections[:, :, 0]), transient)
+    data = _section(batch, system.names, _bounded(out.sections[:, :, 0]), transient)
     if samples:
-        data.update(_trajectory(model, system.names, _bounded(out.samples[..., 0]), transient))
+        data.update(_trajectory(batch, system.names, _bounded(out.samples[..., 0]), transient))
     codes = {int(run.status[0]) for run in (before, out) if run}
     status = "diverged" if DIVERGED in codes else "chatter" if CHATTER in codes else "ok"
     settings = {"periods": periods, "transient": transient, "samples": samples}
@@ -71,24 +72,25 @@ def _bounded(w: np.ndarray) -> np.ndarray:
     return np.where(kept[..., None], w, np.nan)
 
 
-def _section(model: MeshModel, batch, names: tuple[str, ...], w: np.ndarray, transient: int) -> dict:
+def _section(batch: Batch, names: tuple[str, ...], w: np.ndarray, transient: int) -> dict:
     number = np.arange(1, len(w) + 1)
-    error, error_dot = (e[0] for e in error_at_start(batch))
-    values = to_physical(names, w, error, error_dot)
-    data = {f"section_{n}": variable(f"section_{n}", ("period",), v) for n, v in values.items()}
+    tau = (transient + number) * batch.model.period
+    values = to_physical(batch, names, w[None], tau[None], *error_at_start(batch))
+    data = {f"section_{n}": variable(f"section_{n}", ("period",), v[0]) for n, v in values.items()}
     data["period"] = xr.Variable("period", number, {"long_name": "mesh period after the transient", "units": "T"})
-    data["tau_section"] = variable("tau", ("period",), (transient + number) * model.period)
+    data["tau_section"] = variable("tau", ("period",), tau)
     return data
 
 
-def _trajectory(model: MeshModel, names: tuple[str, ...], samples: np.ndarray, transient: int) -> dict:
+def _trajectory(batch: Batch, names: tuple[str, ...], samples: np.ndarray, transient: int) -> dict:
     """Variables over τ from samples (periods, samples, d + 1), the last column the contact state."""
-    periods, per_period, _ = samples.shape
+    model, (periods, per_period, _) = batch.model, samples.shape
     flat = samples.reshape(periods * per_period, -1)
     share = np.tile(np.arange(per_period) / per_period, periods)
     tau = (transient + np.repeat(np.arange(periods), per_period) + share) * model.period
     phase = share * model.period
-    values = to_physical(names, flat[:, :-1], transmission_error(model, phase), transmission_error(model, phase, 1))
+    error, error_dot = (transmission_error(model, phase, derivative) for derivative in (0, 1))
+    values = {n: v[0] for n, v in to_physical(batch, names, flat[None, :, :-1], tau[None], error, error_dot).items()}
     force = 2 * model.zeta * values["z_dot"] + mesh_stiffness(model, phase) * backlash(values["z"])
     data = {n: variable(n, ("tau",), v) for n, v in {**values, "mesh_force": force}.items()}
     data["contact"] = variable("contact", ("tau",), np.nan_to_num(flat[:, -1]).astype(np.int8), coded=False)

@@ -11,11 +11,15 @@ from typing import Any
 import numpy as np
 
 TILE = 2048
-"""Trajectories in one tile: a second or two of work, so that progress shows and Ctrl-C is felt."""
+"""Most trajectories in one tile: a second or two of work, so that progress shows and Ctrl-C is felt."""
+
+_LEAST = 64
+_PER_CORE = 6
 
 
-def split(order: np.ndarray, size: int = TILE) -> list[np.ndarray]:
-    """An index array (n,) in consecutive tiles."""
+def split(order: np.ndarray, largest: int = TILE) -> list[np.ndarray]:
+    """An index array (n,) in consecutive tiles, small enough that every core has work to the end."""
+    size = min(largest, max(_LEAST, -(-len(order) // (_PER_CORE * (os.cpu_count() or 1)))))
     return [order[i : i + size] for i in range(0, len(order), size)]
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.axis import Axis
+from gearchaos.coordinates import start
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
@@ -13,7 +14,7 @@ from gearchaos.motion import Budget, classify
 from gearchaos.studies import tiles
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.evidence import evidence
-from gearchaos.switched import start, switched
+from gearchaos.switched import switched
 
 
 def zones(

@@ -24,7 +24,6 @@ STYLE: Any = {
     "axes.formatter.limits": (-3, 4),
     "axes.formatter.use_mathtext": True,
     "figure.dpi": 100,
-    "savefig.dpi": 300,
     "path.simplify_threshold": 0.5,
 }
 

@@ -1,0 +1,105 @@
+"""Verdicts being filled in: where each trajectory is, and how motions that return are settled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gearchaos.flow import DIVERGED, OK, ExactFlow
+from gearchaos.motion import lyapunov, orbit
+from gearchaos.motion.budget import Budget
+from gearchaos.motion.label import Label, Reason
+from gearchaos.motion.recurrence import candidates
+
+_TRIES = 3
+_CLOSE = 0.05
+_FOLLOWED = 640
+
+
+@dataclass
+class Sheet:
+    """Verdicts on L trajectories of a d-dimensional system; see `Verdicts` for most of the columns.
+
+    ``wild`` (L,) marks motions whose exponent was found positive, be it for good or for a while.
+    """
+
+    flow: ExactFlow
+    points: np.ndarray
+    budget: Budget
+    w: np.ndarray
+    exponents: int
+    label: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        d, n = self.w.shape
+        self.w = self.w.copy()
+        self.label, self.reason, self.period = (np.zeros(n, dtype=np.int64) for _ in range(3))
+        self.residual, self.rotation = np.full(n, np.nan), np.full(n, np.nan)
+        self.spent, self.wild = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=bool)
+        self.multipliers = np.full((n, d), np.nan, dtype=complex)
+        self.exponent, self.low, self.high = (np.full((self.exponents, n), np.nan) for _ in range(3))
+
+    @property
+    def open(self) -> np.ndarray:
+        return np.flatnonzero(self.label == 0)
+
+    def period_length(self, lanes: np.ndarray) -> np.ndarray:
+        return self.flow.system.period[self.points[lanes]]
+
+    def move(self, lanes: np.ndarray, w: np.ndarray, status: np.ndarray, periods: int) -> None:
+        """Put trajectories where they are after so many more periods."""
+        self.w[:, lanes] = w
+        self.spent[lanes] += periods
+        self.judge(lanes[status == DIVERGED], Label.DIVERGED, Reason.OUT_OF_RANGE)
+        self.judge(lanes[(status != OK) & (status != DIVERGED)], Label.UNDECIDED, Reason.CHATTER)
+
+    def judge(self, lanes: np.ndarray, label: Label, reason: Reason) -> None:
+        self.label[lanes], self.reason[lanes] = label, reason
+
+    def wait(self, lanes: np.ndarray, periods: int) -> None:
+        """Follow trajectories for so many periods; settle those that by then return to a stable orbit."""
+        if len(lanes) == 0:
+            return
+        longest = self.budget.longest
+        out = self.flow.advance(self.w[:, lanes], periods, points=self.points[lanes], sections=longest + 1)
+        self.move(lanes, out.w, out.status, periods)
+        self.settle_returning(lanes, out.sections, longest)
+
+    def settle_returning(self, lanes: np.ndarray, sections: np.ndarray, longest: int) -> None:
+        """Try the few shortest near returns of each open lane until one is its orbit; sections (S, d, lanes)."""
+        for period in candidates(sections, longest, _TRIES):
+            mine = np.flatnonzero((self.label[lanes] == 0) & (period > 0))
+            if len(mine) == 0:
+                continue
+            guess = orbit.polish(self.flow, sections[-1][:, mine], self.points[lanes[mine]], period[mine])
+            found = self._minimal(guess, lanes[mine])
+            distance = np.abs(sections[-1][:, mine] - found.w).max(axis=0)
+            owned = found.stable & (distance < _CLOSE)
+            owned[owned] = self._approaching(sections[-1][:, mine[owned]], lanes[mine[owned]], found.take(owned))
+            self._settle(lanes[mine[owned]], found, owned, Reason.ORBIT)
+            owned = found.neutral & ~found.stable & (distance < orbit.AT_ORBIT)
+            self._settle(lanes[mine[owned]], found, owned, Reason.NEUTRAL)
+
+    def _minimal(self, found: orbit.Orbits, lanes: np.ndarray) -> orbit.Orbits:
+        """The same orbits with minimal periods and the multipliers of one round."""
+        good = np.flatnonzero(found.converged)
+        shortest = orbit.shortest_round(self.flow, found.w[:, good], self.points[lanes[good]], found.period[good])
+        again = good[shortest < found.period[good]]
+        if len(again):
+            new = orbit.polish(self.flow, found.w[:, again], self.points[lanes[again]],
+                               shortest[shortest < found.period[good]])
+            found.put(again, new)
+        return found
+
+    def _approaching(self, w: np.ndarray, lanes: np.ndarray, found: orbit.Orbits) -> np.ndarray:
+        return orbit.approaching(self.flow, w, self.points[lanes], found, _FOLLOWED)
+
+    def _settle(self, lanes: np.ndarray, found: orbit.Orbits, which: np.ndarray, reason: Reason) -> None:
+        self.judge(lanes, Label.PERIODIC, reason)
+        self.w[:, lanes], self.period[lanes] = found.w[:, which], found.period[which]
+        self.residual[lanes], self.multipliers[lanes] = found.residual[which], found.multipliers[which]
+        duration = found.period[which] * self.period_length(lanes)
+        exact = lyapunov.from_multipliers(found.multipliers[which], duration).T[: self.exponents]
+        self.exponent[:, lanes] = self.low[:, lanes] = self.high[:, lanes] = exact
+
