@@ -11,6 +11,9 @@ from gearchaos.flow.layout import BLOCK, Lanes, Nodes, chunk
 from gearchaos.flow.period import advance_block
 from gearchaos.switched import SwitchedAffine
 
+_MOST_SLOTS = 2
+"""So many pieces of the period keep their matrices at hand for all lanes: the two levels of the stiffness."""
+
 
 @dataclass(frozen=True)
 class Flowed:
@@ -159,12 +162,13 @@ class ExactFlow:
         growth = np.zeros((len(out.growth), k, n))
         sections = np.zeros((len(out.sections), d, n))
         samples = np.zeros((len(out.samples), out.samples.shape[1], d + 1, n))
-        active = np.zeros((group.table.shape[3] + d, BLOCK))
+        slots = group.table.shape[1] if group.table.shape[1] <= _MOST_SLOTS else 1
+        active, bounds = np.zeros((slots, group.table.shape[3], BLOCK)), np.zeros((slots, d, BLOCK))
         h, k = self.harmonics
         measured = out.measures.shape[0] > 0
         parity = advance_block(
-            (0,) * d, group.phys, h, k, group.nodes, group.table, group.kept, lanes, chunk(d, max(h, k)), active,
-            np.zeros(BLOCK), periods, measured, group.stride if len(growth) else 0, growth, sections, samples,
+            (0,) * d, group.phys, h, k, group.nodes, group.table, group.kept, lanes, chunk(d, h, k), active,
+            np.full((slots, BLOCK), np.nan), bounds, np.zeros(BLOCK), periods, measured, group.stride if len(growth) else 0, growth, sections, samples,
             self.sample_at if len(samples) else np.zeros(0, np.int64),
         )
         out.w[:, mine] = lanes.w[parity, :, :n]

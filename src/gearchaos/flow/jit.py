@@ -50,6 +50,11 @@ def kernel(function: Callable[..., Any]) -> Any:
         return njit(cache=True, nogil=True, error_model="numpy", _nrt=False)(function)
 
 
+def inlined(function: Callable[..., Any]) -> Any:
+    """A kernel that its callers take in whole: for the few with long lists of arrays, which cost much to pass."""
+    return njit(inline="always", nogil=True, error_model="numpy", _nrt=False)(function)
+
+
 @intrinsic
 def _fused(typingctx, a, b, c):
     signature = types.float64(types.float64, types.float64, types.float64)

@@ -77,9 +77,11 @@ def parameters(d, h, k):
 
 
 class Rows(NamedTuple):
-    """Rows of the flat chunk workspace (total * WIDTH,): row r of lane l stands at r * WIDTH + l.
+    """Rows of the flat chunk workspace: row r of lane l stands at r * WIDTH + l.
 
-    A, -b and f0 come first; coef, forcing, spring, chi and the output series hold ORDER + 1 coefficients.
+    A, -b and f0 come first; coef, forcing, chi and the output series hold ORDER + 1 coefficients. From
+    ``phase`` on follow cos and sin of jωτ at the start of the piece for every harmonic, then the factors of both in
+    the forcing of z'', then those in the stiffness.
     """
 
     minus_b: int
@@ -87,16 +89,19 @@ class Rows(NamedTuple):
     coef: int  # of the state, (ORDER + 1) * d rows
     forcing: int  # of the harmonic forcing of z''
     chi: int  # of the stiffness, zero in free flight
-    spring: int  # of χ (z - σ)
     series: int  # of x1' and of the mesh force, for the measures
     start: int  # state or tangent vector at the start of the piece
     end: int  # and at its end
+    pull: int  # first column of A, with the stiffness at the start of the piece of a lane in contact
+    push: int  # constant forcing, with that of this stiffness
     h: int  # length of the piece in τ
+    omega: int  # mesh frequency
+    level: int  # mean stiffness on the step
     sigma: int  # contact state
     beyond: int  # contact state after the piece
     share: int  # share of the piece done
     gain: int  # two rows: factors of a cosine and a sine
-    total: int
+    phase: int
 
 
 @kernel
@@ -105,11 +110,11 @@ def rows(d):
     n = ORDER + 1
     coef = d * d + 2 * d
     forcing = coef + n * d
-    start = forcing + 5 * n
-    h = start + 2 * d
+    start = forcing + 4 * n
+    h = start + 4 * d
     return Rows(
-        d * d, d * d + d, coef, forcing, forcing + n, forcing + 2 * n, forcing + 3 * n, start, start + d, h, h + 1,
-        h + 2, h + 3, h + 4, h + 6,
+        d * d, d * d + d, coef, forcing, forcing + n, forcing + 2 * n, start, start + d, start + 2 * d, start + 3 * d,
+        h, h + 1, h + 2, h + 3, h + 4, h + 5, h + 6, h + 8,
     )
 
 
@@ -138,19 +143,16 @@ class Lanes(NamedTuple):
 class Chunk(NamedTuple):
     """What resolving a chunk of lanes works on."""
 
-    ws: np.ndarray  # (Rows.total * WIDTH,)
-    wave: np.ndarray  # (harmonics, 2, (ORDER + 1) * WIDTH) Taylor coefficients of cos jωτ and sin jωτ
+    ws: np.ndarray  # (rows * WIDTH,), see `Rows`
     lane: np.ndarray  # (BLOCK + WIDTH,) the lanes to resolve, then those of one chunk
-    rest: np.ndarray  # (WIDTH,) share of the step left
-    angle: np.ndarray  # (WIDTH,) ωh of the piece
     found: np.ndarray  # (MEASURES * WIDTH,) measures of the piece
     points: np.ndarray  # (WIDTH,) parameter points
 
 
-def chunk(d: int, harmonics: int) -> Chunk:
-    """An empty workspace."""
-    n = (ORDER + 1) * WIDTH
+def chunk(d: int, h: int, k: int) -> Chunk:
+    """An empty workspace for d coordinates, h forcing and k stiffness harmonics."""
+    total = rows(d).phase + 2 * (max(h, k) + h + k)
     return Chunk(
-        np.zeros(rows(d).total * WIDTH), np.zeros((harmonics, 2, n)), np.zeros(BLOCK + WIDTH, np.int64),
-        np.zeros(WIDTH), np.zeros(WIDTH), np.zeros(MEASURES * WIDTH), np.zeros(WIDTH, np.int64),
+        np.zeros(total * WIDTH), np.zeros(BLOCK + WIDTH, np.int64), np.zeros(MEASURES * WIDTH),
+        np.zeros(WIDTH, np.int64),
     )

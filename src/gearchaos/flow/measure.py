@@ -8,7 +8,7 @@ from gearchaos.flow import layout as to
 from gearchaos.flow.jit import kernel
 from gearchaos.flow.layout import MEASURES, ORDER, WIDTH, parameters, rows
 from gearchaos.flow.simd import any_lane, load, select, splat, store, vfma
-from gearchaos.flow.taylor import add_wave, horner, set_gains
+from gearchaos.flow.taylor import add_wave, horner, set_gains, spring
 
 _GAUSS = 6
 _LEGENDRE = np.polynomial.legendre.leggauss(_GAUSS)
@@ -19,11 +19,11 @@ _NEARLY = 0.05
 
 
 @kernel
-def output_series(dims, phys, h, k, points, wave, ws):
+def output_series(dims, phys, h, k, points, ws):
     """Taylor coefficients of the velocity x1' and of the mesh force 2ζz' + χ f(z), from those of the state."""
     d = len(dims)
     at, par = rows(d), parameters(d, h, k)
-    velocity, force = at.series, at.series + ORDER + 1
+    velocity, force, sigma = at.series, at.series + ORDER + 1, load(ws, at.sigma)
     for m in range(ORDER + 1):
         store(ws, velocity + m, splat(0.0))
     for i in range(d):
@@ -33,12 +33,13 @@ def output_series(dims, phys, h, k, points, wave, ws):
             coef = load(ws, at.coef + m * d + i)
             store(ws, velocity + m, vfma(gain, coef, load(ws, velocity + m)))
             if i == 1:
-                store(ws, force + m, vfma(damping, coef, load(ws, at.spring + m)))
+                store(ws, force + m, vfma(damping, coef, spring(ws, at, d, m, sigma, 0, k > 0)))
     set_gains(phys, points, par.velocity0, par.damping, 1.0, ws, at.gain)
     store(ws, velocity, load(ws, velocity) + load(ws, at.gain))
     for j in range(h):
         set_gains(phys, points, par.velocity_cos + j, par.velocity_sin + j, 1.0, ws, at.gain)
-        add_wave(ws, velocity, at.gain, wave[j, 0], wave[j, 1])
+        angle = load(ws, at.h) * load(ws, at.omega) * splat(j + 1.0)
+        add_wave(ws, velocity, load(ws, at.gain), load(ws, at.gain + 1), at.phase + 2 * j, angle)
 
 
 @kernel
@@ -82,8 +83,13 @@ def _extremes(ws, first, stride, end, found, row):
 
 
 @kernel
+def _add(found, row, value):
+    store(found, row, load(found, row) + value)
+
+
+@kernel
 def _integrals(dims, ws, duration, end, found):
-    """Integrals of z, z², z'², x1' and x1'² over the piece, by Gauss' rule."""
+    """Add the integrals of z, z², z'², x1' and x1'² over the piece, by Gauss' rule."""
     d = len(dims)
     at = rows(d)
     z = zz = ss = v = vv = splat(0.0)
@@ -93,23 +99,23 @@ def _integrals(dims, ws, duration, end, found):
         c = horner(ws, at.series, 1, s)
         z, zz, ss = vfma(weight, a, z), vfma(weight, a * a, zz), vfma(weight, b * b, ss)
         v, vv = vfma(weight, c, v), vfma(weight, c * c, vv)
-    store(found, to.Z, z)
-    store(found, to.Z_SQUARE, zz)
-    store(found, to.Z_DOT_SQUARE, ss)
-    store(found, to.VELOCITY, v)
-    store(found, to.VELOCITY_SQUARE, vv)
+    _add(found, to.Z, z)
+    _add(found, to.Z_SQUARE, zz)
+    _add(found, to.Z_DOT_SQUARE, ss)
+    _add(found, to.VELOCITY, v)
+    _add(found, to.VELOCITY_SQUARE, vv)
 
 
 @kernel
 def measure_piece(dims, ws, found):
-    """Measures of the piece, lane by lane, into ``found`` (MEASURES * WIDTH,), which holds the extremes so far."""
+    """Add the piece to the measures ``found`` (MEASURES * WIDTH,), which hold the extremes so far."""
     d = len(dims)
     at = rows(d)
     end, sigma = load(ws, at.share), load(ws, at.sigma)
     duration, zero = load(ws, at.h) * end, splat(0.0)
-    store(found, to.FRONT_TIME, select(sigma > zero, duration, zero))
-    store(found, to.BACK_TIME, select(sigma < zero, duration, zero))
-    store(found, to.SWITCHES, select(load(ws, at.beyond) == sigma, zero, splat(1.0)))
+    _add(found, to.FRONT_TIME, select(sigma > zero, duration, zero))
+    _add(found, to.BACK_TIME, select(sigma < zero, duration, zero))
+    _add(found, to.SWITCHES, select(load(ws, at.beyond) == sigma, zero, splat(1.0)))
     _integrals(dims, ws, duration, end, found)
     _extremes(ws, at.coef, d, end, found, to.Z_MAX)
     _extremes(ws, at.coef + 1, d, end, found, to.Z_DOT_MAX)
@@ -117,18 +123,17 @@ def measure_piece(dims, ws, found):
 
 
 @kernel
-def read_extremes(found, out, lane, l):
-    """Copy the extremes of ``lane`` so far to lane l of the chunk."""
-    for row in range(to.Z_MAX, to.SWITCHES):
+def read_measures(found, out, lane, l):
+    """Copy the measures of ``lane`` so far to lane l of the chunk."""
+    for row in range(MEASURES):
         found[row * WIDTH + l] = out[row, lane]
 
 
 @kernel
-def add_measures(found, out, lane, l):
-    """Add the integrals of lane l of the chunk to those of ``lane``, and set its extremes."""
+def write_measures(found, out, lane, l):
+    """Copy the measures of lane l of the chunk back to ``lane``."""
     for row in range(MEASURES):
-        value = found[row * WIDTH + l]
-        out[row, lane] = value if to.Z_MAX <= row < to.SWITCHES else out[row, lane] + value
+        out[row, lane] = found[row * WIDTH + l]
 
 
 def empty(lanes: int) -> np.ndarray:

@@ -6,10 +6,13 @@ from math import log, sqrt
 
 import numpy as np
 
-from gearchaos.flow.jit import fma, kernel
+from gearchaos.flow.jit import fma, inlined, kernel
 from gearchaos.flow.layout import DIVERGED, DIVERGED_AT, OK
 from gearchaos.flow.resolve import resolve
-from gearchaos.flow.step import affine, collect, load, load_lane, matvec, suspects
+from gearchaos.flow.step import affine, collect, load, load_bounds, matvec, stale, suspects
+
+_NONE = 2.0
+"""The contact state of matrices that are nobody's."""
 
 
 @kernel
@@ -42,8 +45,8 @@ def orthonormalise(dims, v, growth, n):
                     v[c, i, l] /= length
 
 
-@kernel
-def _one_step(dims, phys, h, k, nodes, table, kept, step, lanes, work, active, flags, now, measuring, n):
+@inlined
+def _one_step(dims, phys, h, k, nodes, table, kept, step, lanes, work, active, loaded, bounds, flags, now, measuring, n):
     """One step of all lanes: affine for most, resolved for the suspects."""
     new = 1 - now
     if measuring:
@@ -51,14 +54,13 @@ def _one_step(dims, phys, h, k, nodes, table, kept, step, lanes, work, active, f
             flags[l] = 1.0
     else:
         affine(dims, kept, nodes.wave[step], active, lanes.w[now], lanes.w[new], n)
-        suspects(dims, table.shape[3], active, lanes.sigma, lanes.w[now], lanes.w[new], flags, n)
+        suspects(dims, bounds, lanes.sigma, lanes.w[now], lanes.w[new], flags, n)
     for c in range(lanes.v.shape[1]):
         matvec(dims, active, lanes.v[now, c], lanes.v[new, c], n)
     count = collect(flags, work.lane, n)
     if count > 0:
         resolve(dims, phys, h, k, nodes, step, lanes, work, count, now, measuring)
-        for m in range(count):
-            load_lane(dims, table, phys, nodes, step, lanes.point, lanes.sigma, active, work.lane[m])
+        load(table, nodes.piece[step], lanes.point, lanes.sigma, active, loaded, work.lane, count)
 
 
 @kernel
@@ -85,19 +87,21 @@ def _sample(lanes, now, target, n):
 
 @kernel
 def advance_block(
-    dims, phys, h, k, nodes, table, kept, lanes, work, active, flags, periods, measuring, stride, growth, sections,
-    samples, sample_at,
+    dims, phys, h, k, nodes, table, kept, lanes, work, active, loaded, bounds, flags, periods, measuring, stride, growth,
+    sections, samples, sample_at,
 ):
     """Advance n lanes by whole periods from phase 0.
 
     ``growth`` (periods, K, n) takes the logarithms of the tangent vectors' growth in each period if ``stride`` > 0,
     the number of steps between orthonormalisations. ``sections`` (S, d, n) takes the state after each of the last S
     periods, ``samples`` (periods, number of samples, d + 1, n) the state and contact state at the nodes ``sample_at``.
+    ``active`` (slots, rows, n) holds the step matrices of each lane's contact state for every piece if there is a slot
+    for it, with the contact states ``loaded`` (slots, n) they are of; with one slot they are loaded anew for each piece.
     Returns the parity at which the final state stands.
     """
     n = sections.shape[2]
     now = np.int64(0)  # a literal 0 would compile everything below twice
-    last = len(nodes.piece) - 1
+    last, slot = len(nodes.piece) - 1, np.int64(0)
     contact_state(lanes.w[0], lanes.sigma, n)
     for period in range(periods):
         wanted = 0
@@ -106,8 +110,19 @@ def advance_block(
                 _sample(lanes, now, samples[period, wanted], n)
                 wanted += 1
             if step == 0 or nodes.piece[step] != nodes.piece[step - 1]:
-                load(dims, table, phys, nodes, step, lanes.point, lanes.sigma, active, n)
-            _one_step(dims, phys, h, k, nodes, table, kept, step, lanes, work, active, flags, now, measuring, n)
+                slot = nodes.piece[step] if len(active) > 1 else 0
+                if len(active) == 1:
+                    loaded[0, :n] = _NONE
+                if len(active) == 1 or period == 0:
+                    load_bounds(dims, phys, nodes, step, lanes.point, bounds[slot], n)
+                count = stale(loaded[slot], lanes.sigma, work.lane, n)
+                load(
+                    table, nodes.piece[step], lanes.point, lanes.sigma, active[slot], loaded[slot], work.lane, count
+                )
+            _one_step(
+                dims, phys, h, k, nodes, table, kept, step, lanes, work, active[slot], loaded[slot], bounds[slot],
+                flags, now, measuring, n,
+            )
             now = 1 - now
             if stride > 0 and ((step + 1) % stride == 0 or step == last):
                 orthonormalise(dims, lanes.v[now], growth[period], n)

@@ -8,30 +8,38 @@ _TURN = 6.283185307179586
 
 
 @kernel
-def load_lane(dims, table, phys, nodes, step, point, sigma, active, l):
-    """Copy the step matrices of lane l's contact state into the active rows (rows, B).
-
-    Rows: as in the table, then the bounds that tell a harmless step, times h² / 8.
-    """
-    d = len(dims)
-    q = point[l]
-    piece, state, count = nodes.piece[step], int(sigma[l]) + 1, table.shape[3]
-    for i in range(count):
-        active[i, l] = table[q, piece, state, i]
-    omega = d * d + 2 * d + 2
-    h = _TURN * nodes.length[step, q if nodes.length.shape[1] > 1 else 0] / phys[q, omega]
-    bound0 = omega + 1
-    active[count, l] = h * h * 0.125 * phys[q, bound0]
-    active[count + 1, l] = h * h * 0.125 * phys[q, bound0 + 1]
-    for i in range(2, d):
-        active[count + i, l] = h * h * 0.125 * phys[q, bound0 + 2 + i]
+def stale(loaded, sigma, lane, n):
+    """List the lanes whose active matrices are not those of their contact state; returns how many."""
+    count = 0
+    for l in range(n):
+        lane[count] = l
+        count += 1 if loaded[l] != sigma[l] else 0
+    return count
 
 
 @kernel
-def load(dims, table, phys, nodes, step, point, sigma, active, n):
-    """Copy the step matrices of all lanes, at the start of a stretch of equal steps."""
+def load(table, piece, point, sigma, active, loaded, lane, count):
+    """Copy the step matrices of the contact states of the listed lanes into the active rows (rows, B)."""
+    for m in range(count):
+        l = lane[m]
+        matrices = table[point[l], piece, int(sigma[l]) + 1]
+        for i in range(len(matrices)):
+            active[i, l] = matrices[i]
+        loaded[l] = sigma[l]
+
+
+@kernel
+def load_bounds(dims, phys, nodes, step, point, bounds, n):
+    """The bounds (d, n) that tell a harmless step: rows as `suspects` reads them, times h² / 8."""
+    d = len(dims)
+    omega = d * d + 2 * d + 2
     for l in range(n):
-        load_lane(dims, table, phys, nodes, step, point, sigma, active, l)
+        q = point[l]
+        h = _TURN * nodes.length[step, q if nodes.length.shape[1] > 1 else 0] / phys[q, omega]
+        bounds[0, l] = h * h * 0.125 * phys[q, omega + 1]
+        bounds[1, l] = h * h * 0.125 * phys[q, omega + 2]
+        for i in range(2, d):
+            bounds[i, l] = h * h * 0.125 * phys[q, omega + 3 + i]
 
 
 @kernel
@@ -79,7 +87,7 @@ def affine(dims, kept, wave, active, before, after, n):
 
 
 @kernel
-def suspects(dims, bounds, active, sigma, before, after, flags, n):
+def suspects(dims, bounds, sigma, before, after, flags, n):
     """Flag each lane whose contact state changed in the step, or may have changed and changed back.
 
     On a step of length h, z stays within h² max|z''| / 8 of its chord and z' within h² max|z'''| / 8 of its own; a
@@ -89,14 +97,14 @@ def suspects(dims, bounds, active, sigma, before, after, flags, n):
     for l in range(n):
         slack = 0.0
         for i in range(2, d):
-            slack = fma(active[bounds + i, l], abs(before[i, l]), slack)
+            slack = fma(bounds[i, l], abs(before[i, l]), slack)
         z0, z1 = before[0, l], after[0, l]
         v0, v1 = before[1, l], after[1, l]
         touching = sigma[l] != 0.0
         gap0 = fma(sigma[l], z0, -1.0) if touching else 1.0 - abs(z0)
         gap1 = fma(sigma[l], z1, -1.0) if touching else 1.0 - abs(z1)
-        near = min(gap0, gap1) < active[bounds, l] + slack
-        slow = min(abs(v0), abs(v1)) < active[bounds + 1, l] + slack
+        near = min(gap0, gap1) < bounds[0, l] + slack
+        slow = min(abs(v0), abs(v1)) < bounds[1, l] + slack
         turning = v0 * v1 <= 0.0
         flags[l] = 1.0 if (gap1 < 0.0) | (near & (turning | slow)) else 0.0
 

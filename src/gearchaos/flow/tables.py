@@ -6,8 +6,9 @@ import numpy as np
 
 from gearchaos.flow.jit import kernel
 from gearchaos.flow.layout import ORDER, STEP_ANGLE, WIDTH, Nodes, chunk, parameters, rows
-from gearchaos.flow.resolve import fill_piece, set_out, start_waves
-from gearchaos.flow.taylor import add_wave, expand, expand_waves, finish, set_gains
+from gearchaos.flow.resolve import fill
+from gearchaos.flow.simd import load, splat
+from gearchaos.flow.taylor import add_wave, drive, expand, finish, set_gains
 from gearchaos.switched import SwitchedAffine
 
 _MOST_SHARED_HARMONICS = 4
@@ -129,7 +130,7 @@ def tabulate(system: SwitchedAffine, phys: np.ndarray, node: Nodes) -> tuple[np.
     kept = h if pieces < len(node.piece) else 0
     table = np.zeros((system.points, pieces, 3, d * d + d + 2 * kept * d))
     first = np.searchsorted(node.piece, np.arange(pieces))
-    _tabulate((0,) * d, phys, h, k, node, first, kept, chunk(d, node.wave.shape[2]), table)
+    _tabulate((0,) * d, phys, h, k, node, first, kept, chunk(d, h, k), table)
     return table, kept
 
 
@@ -154,12 +155,12 @@ def _respond(dims, ws, forced, varying, table, points, piece, state, first, stri
 def _tabulate_step(dims, phys, h, k, node, step, piece, state, kept, work, points, table):
     """All rows of one step in one contact state for a chunk of points."""
     d = len(dims)
-    at, ws, wave = rows(d), work.ws, work.wave
+    at, ws = rows(d), work.ws
+    fill(dims, phys, h, k, node, step, points, ws)
     for l in range(WIDTH):
-        fill_piece(dims, phys, h, k, node, step, l, points[l], state - 1.0, 1.0, ws)
+        ws[at.sigma * WIDTH + l] = state - 1.0
         ws[at.share * WIDTH + l] = 1.0
-        start_waves(node, step, l, points[l], wave)
-    set_out(dims, phys, h, k, points, wave, ws, work.angle)
+    drive(dims, h, k, ws)
     _clear(ws, at.start, d)
     if kept > 0:
         _clear(ws, at.forcing, ORDER + 1)
@@ -170,23 +171,21 @@ def _tabulate_step(dims, phys, h, k, node, step, piece, state, kept, work, point
             ws[(at.start + j) * WIDTH + l] = 1.0
         _respond(dims, ws, False, k > 0, table, points, piece, state, j, d)
     if kept > 0:
-        _tabulate_waves(dims, phys, h, piece, state, work, points, table)
+        _tabulate_waves(dims, phys, h, k, piece, state, work, points, table)
 
 
 @kernel
-def _tabulate_waves(dims, phys, h, piece, state, work, points, table):
+def _tabulate_waves(dims, phys, h, k, piece, state, work, points, table):
     """Responses to cos jωτ and sin jωτ from rest: a wave that starts at phase 0 and one a quarter turn ahead."""
     d = len(dims)
-    at, ws, wave = rows(d), work.ws, work.wave
-    par = parameters(d, h, 0)
+    at, ws, par = rows(d), work.ws, parameters(d, h, k)
     _clear(ws, at.start, d)
-    _clear(ws, at.f0, d)
-    _clear(ws, at.sigma, 1)
+    _clear(ws, at.push, d)
     for j in range(h):
+        angle = load(ws, at.h) * load(ws, at.omega) * splat(j + 1.0)
         for l in range(WIDTH):
-            wave[j, 0, l] = 1.0
-            wave[j, 1, l] = 0.0
-        expand_waves(wave, j, work.angle)
+            ws[at.phase * WIDTH + l] = 1.0
+            ws[(at.phase + 1) * WIDTH + l] = 0.0
         for quarter in range(2):
             cos, sin = par.f_cos + j, par.f_sin + j
             if quarter == 0:
@@ -194,7 +193,7 @@ def _tabulate_waves(dims, phys, h, piece, state, work, points, table):
             else:
                 set_gains(phys, points, sin, cos, -1.0, ws, at.gain)
             _clear(ws, at.forcing, ORDER + 1)
-            add_wave(ws, at.forcing, at.gain, wave[j, 0], wave[j, 1])
+            add_wave(ws, at.forcing, load(ws, at.gain), load(ws, at.gain + 1), at.phase, angle)
             _respond(dims, ws, True, False, table, points, piece, state, d * d + d + (quarter * h + j) * d, 1)
 
 

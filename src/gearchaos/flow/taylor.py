@@ -6,7 +6,7 @@ With s in [0, 1] the share of the piece done, w(s) = Σ_k coef[k] s^k solves w' 
 from __future__ import annotations
 
 from gearchaos.flow.jit import kernel
-from gearchaos.flow.layout import ORDER, WIDTH, parameters, rows
+from gearchaos.flow.layout import ORDER, WIDTH, rows
 from gearchaos.flow.simd import load, splat, store, vfma
 
 
@@ -20,27 +20,6 @@ def horner(series, first, stride, s):
 
 
 @kernel
-def expand_waves(wave, j, angle):
-    """Taylor coefficients of cos jωτ and sin jωτ, j counted from 0, on a piece of ``angle`` (WIDTH,) = ωh."""
-    cos, sin = wave[j, 0], wave[j, 1]
-    c, s, turn = load(cos, 0), load(sin, 0), load(angle, 0)
-    for k in range(ORDER):
-        step = turn * splat((j + 1) / (k + 1))
-        c, s = splat(-1.0) * step * s, step * c
-        store(cos, k + 1, c)
-        store(sin, k + 1, s)
-
-
-@kernel
-def add_wave(ws, series, gain, cos, sin):
-    """Add gain[0] cos jωτ + gain[1] sin jωτ to a series of the workspace."""
-    a, b = load(ws, gain), load(ws, gain + 1)
-    for k in range(ORDER + 1):
-        term = vfma(a, load(cos, k), b * load(sin, k))
-        store(ws, series + k, load(ws, series + k) + term)
-
-
-@kernel
 def set_gains(phys, points, cos, sin, sign, ws, gain):
     """Factors of a cosine and a sine from two columns of the parameters, the second times ``sign``."""
     for l in range(WIDTH):
@@ -49,28 +28,68 @@ def set_gains(phys, points, cos, sin, sign, ws, gain):
 
 
 @kernel
-def drive(dims, phys, h, k, points, wave, ws):
-    """Series of the forcing and, where a lane is in contact, of the stiffness; ``wave`` must be expanded."""
-    d = len(dims)
-    at, par = rows(d), parameters(d, h, k)
-    for m in range(ORDER + 1):
-        store(ws, at.forcing + m, splat(0.0))
-    for j in range(h):
-        set_gains(phys, points, par.f_cos + j, par.f_sin + j, 1.0, ws, at.gain)
-        add_wave(ws, at.forcing, at.gain, wave[j, 0], wave[j, 1])
-    for j in range(k):
-        set_gains(phys, points, par.chi_cos + j, par.chi_sin + j, 1.0, ws, at.gain)
-        touching = load(ws, at.sigma) * load(ws, at.sigma)
-        store(ws, at.gain, load(ws, at.gain) * touching)
-        store(ws, at.gain + 1, load(ws, at.gain + 1) * touching)
-        add_wave(ws, at.chi, at.gain, wave[j, 0], wave[j, 1])
+def add_wave(ws, series, a, b, phase, angle):
+    """Add the Taylor coefficients of a cos(φ + angle s) + b sin(φ + angle s) to a series; cos φ, sin φ at ``phase``."""
+    cos, sin = load(ws, phase), load(ws, phase + 1)
+    value, quarter = vfma(a, cos, b * sin), vfma(b, cos, splat(-1.0) * a * sin)
+    for k in range(ORDER + 1):
+        store(ws, series + k, load(ws, series + k) + value)
+        step = angle * splat(1.0 / (k + 1))
+        value, quarter = step * quarter, splat(-1.0) * step * value
 
 
 @kernel
-def _spring(ws, at, d, k, shift, varying):
-    """Coefficient k of χ(τ) (z − shift), by the product rule."""
+def drive(dims, h, k, ws):
+    """Series of the forcing and, where a lane is in contact, of the stiffness, on pieces that are filled.
+
+    The stiffness at the start joins A and the constant forcing; how it varies is left to `expand`.
+    """
+    at = rows(len(dims))
+    angle, most = load(ws, at.h) * load(ws, at.omega), max(h, k)
+    touching = load(ws, at.sigma) * load(ws, at.sigma)
+    for m in range(ORDER + 1):
+        store(ws, at.forcing + m, splat(0.0))
+    for j in range(h):
+        gain, phase = at.phase + 2 * (most + j), at.phase + 2 * j
+        add_wave(ws, at.forcing, load(ws, gain), load(ws, gain + 1), phase, angle * splat(j + 1.0))
+    store(ws, at.chi, touching * load(ws, at.level))
+    if k > 0:
+        for m in range(1, ORDER + 1):
+            store(ws, at.chi + m, splat(0.0))
+    for j in range(k):
+        gain, phase = at.phase + 2 * (most + h + j), at.phase + 2 * j
+        a, b = touching * load(ws, gain), touching * load(ws, gain + 1)
+        add_wave(ws, at.chi, a, b, phase, angle * splat(j + 1.0))
+    chi, sigma = load(ws, at.chi), load(ws, at.sigma)
+    for i in range(1, len(dims)):
+        stiffness = load(ws, at.minus_b + i) * chi
+        store(ws, at.pull + i, load(ws, i * len(dims)) + stiffness)
+        store(ws, at.push + i, load(ws, at.f0 + i) - stiffness * sigma)
+
+
+@kernel
+def turn_waves(dims, h, k, ws):
+    """Move cos jωτ and sin jωτ on by the share done of the piece; the angle is one step's at most."""
+    at = rows(len(dims))
+    done = load(ws, at.h) * load(ws, at.omega) * load(ws, at.share)
+    for j in range(max(h, k)):
+        angle = done * splat(j + 1.0)
+        square = splat(-1.0) * angle * angle
+        c = s = splat(1.0)
+        for m in range(ORDER, 0, -2):
+            c = vfma(square * splat(1.0 / (m * (m - 1))), c, splat(1.0))
+            s = vfma(square * splat(1.0 / (m * (m + 1))), s, splat(1.0))
+        s = s * angle
+        cos, sin = load(ws, at.phase + 2 * j), load(ws, at.phase + 2 * j + 1)
+        store(ws, at.phase + 2 * j, vfma(cos, c, splat(-1.0) * sin * s))
+        store(ws, at.phase + 2 * j + 1, vfma(sin, c, cos * s))
+
+
+@kernel
+def spring(ws, at, d, k, shift, first, varying):
+    """Coefficient k of χ(τ) (z − shift), by the product rule, with the harmonics of χ from ``first`` on."""
     z = load(ws, at.coef + k * d)
-    total = load(ws, at.chi) * (z - shift if k == 0 else z)
+    total = load(ws, at.chi) * (z - shift if k == 0 else z) if first == 0 else splat(0.0)
     if varying:
         for i in range(1, k + 1):
             z = load(ws, at.coef + (k - i) * d)
@@ -82,7 +101,7 @@ def _spring(ws, at, d, k, shift, varying):
 def expand(dims, ws, forced, varying):
     """Taylor coefficients of the motion from the start; without ``forced`` of a tangent vector.
 
-    ``varying`` says that the stiffness has harmonics.
+    ``varying`` says that the stiffness has harmonics. The first coordinate is z, the second its derivative.
     """
     d = len(dims)
     at = rows(d)
@@ -91,16 +110,16 @@ def expand(dims, ws, forced, varying):
     for i in range(d):
         store(ws, at.coef + i, load(ws, at.start + i))
     for k in range(ORDER):
-        force = _spring(ws, at, d, k, shift, varying)
-        store(ws, at.spring + k, force)
         scale = h * splat(1.0 / (k + 1))
-        for i in range(d):
-            total = load(ws, at.minus_b + i) * force
-            if forced and i == 1:
-                total = total + load(ws, at.forcing + k)
+        store(ws, at.coef + (k + 1) * d, load(ws, at.coef + k * d + 1) * scale)
+        for i in range(1, d):
+            total = load(ws, at.forcing + k) if forced and i == 1 else splat(0.0)
             if forced and k == 0:
-                total = total + load(ws, at.f0 + i)
-            for j in range(d):
+                total = total + load(ws, at.push + i)
+            total = vfma(load(ws, at.pull + i), load(ws, at.coef + k * d), total)
+            if varying:
+                total = vfma(load(ws, at.minus_b + i), spring(ws, at, d, k, shift, 1, True), total)
+            for j in range(1, d):
                 total = vfma(load(ws, i * d + j), load(ws, at.coef + k * d + j), total)
             store(ws, at.coef + (k + 1) * d + i, total * scale)
 
@@ -113,12 +132,3 @@ def finish(dims, ws):
     s = load(ws, at.share)
     for i in range(d):
         store(ws, at.end + i, horner(ws, at.coef + i, d, s))
-
-
-@kernel
-def finish_waves(wave, ws, share):
-    """Move the start of cos jωτ and sin jωτ on by the share done of the piece."""
-    s = load(ws, share)
-    for j in range(wave.shape[0]):
-        for q in range(2):
-            store(wave[j, q], 0, horner(wave[j, q], 0, 1, s))
