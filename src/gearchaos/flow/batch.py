@@ -129,8 +129,9 @@ class ExactFlow:
         out = self._empty(lanes, periods, len(tangent), growth, sections, measured, sample)
         for count, group in self._groups.items():
             mine = np.flatnonzero(self._count[points] == count)
-            for begin in range(0, len(mine), BLOCK):
-                self._block(group, mine[begin : begin + BLOCK], points, w, tangent, periods, out)
+            blocks = -(-len(mine) // BLOCK)  # all about as full, since a few lanes cost as much as many
+            for block in np.array_split(mine, blocks) if blocks else ():
+                self._block(group, block, points, w, tangent, periods, out)
         return out
 
     def _empty(
@@ -168,7 +169,8 @@ class ExactFlow:
         measured = out.measures.shape[0] > 0
         parity = advance_block(
             (0,) * d, group.phys, h, k, group.nodes, group.table, group.kept, lanes, chunk(d, h, k), active,
-            np.full((slots, BLOCK), np.nan), bounds, np.zeros(BLOCK), periods, measured, group.stride if len(growth) else 0, growth, sections, samples,
+            np.full((slots, BLOCK), np.nan), bounds, np.zeros(BLOCK), periods, measured,
+            group.stride if len(growth) else 0, growth, sections, samples,
             self.sample_at if len(samples) else np.zeros(0, np.int64),
         )
         out.w[:, mine] = lanes.w[parity, :, :n]

@@ -57,17 +57,32 @@ def _gaps(z, sigma):
 
 
 @kernel
-def _stride(above, below, slope, bend, spread, sigma):
+def _reached(gap, slope, bend, ahead):
+    """Whether a parabola below the gap, no more than straight, comes down to zero within the share ``ahead``."""
+    zero = splat(0.0)
+    bend = select(zero < bend, zero, bend)
+    return (gap <= zero) | (vfma(ahead, vfma(splat(0.5) * bend, ahead, slope), gap) <= zero)
+
+
+@kernel
+def _stride(above, below, slope, bend, spread, ahead, sigma):
     """Safe stride to the nearest boundary, and the contact state beyond it.
 
-    ``bend`` is d²z/ds² here, and ``spread`` bounds how much it changes over the window the stride must keep to.
+    ``bend`` is d²z/ds² here, and ``spread`` bounds how much it changes within the share ``ahead``. Seldom are both
+    boundaries within reach, so mostly one root does.
     """
-    zero, free = splat(0.0), sigma == splat(0.0)
+    one, free = splat(1.0), sigma == splat(0.0)
     up, down = _signs(sigma)
-    rising = _safe_stride(above, up * slope, up * bend - spread)
-    falling = _safe_stride(below, down * slope, down * bend - spread)
-    lower = free & (falling < rising)
-    return select(lower, falling, rising), select(lower, splat(-1.0), select(free, splat(1.0), zero))
+    high = _reached(above, up * slope, up * bend - spread, ahead)
+    side = select(high, up, down)
+    step = _safe_stride(select(high, above, below), side * slope, side * bend - spread)
+    beyond = select(free, select(high, one, splat(-1.0)), splat(0.0))
+    both = free & high & _reached(below, down * slope, down * bend - spread, ahead)
+    if any_lane(both):
+        falling = _safe_stride(below, down * slope, down * bend - spread)
+        lower = both & (falling < step)
+        step, beyond = select(lower, falling, step), select(lower, splat(-1.0), beyond)
+    return step, beyond
 
 
 @kernel
@@ -125,7 +140,7 @@ def find_exits(dims, ws):
         over, under = vfma(up, rise, above), vfma(down, rise, below)
         window = splat(0.5) * (s - touch)
         inside = _least(window, splat(1.0) - s)
-        step, beyond = _stride(over, under, slope, bend, third * inside, sigma)
+        step, beyond = _stride(over, under, slope, bend, third * inside, inside, sigma)
         speed = vabs(slope)
         sure = step * step * third <= splat(_ARRIVED) * speed
         leaving = going & (splat(_GRAZING_SPEED) < speed) & sure & (step <= inside)

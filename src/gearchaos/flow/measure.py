@@ -39,7 +39,7 @@ def output_series(dims, phys, h, k, points, ws):
     for j in range(h):
         set_gains(phys, points, par.velocity_cos + j, par.velocity_sin + j, 1.0, ws, at.gain)
         angle = load(ws, at.h) * load(ws, at.omega) * splat(j + 1.0)
-        add_wave(ws, velocity, load(ws, at.gain), load(ws, at.gain + 1), at.phase + 2 * j, angle)
+        add_wave(ws, velocity, load(ws, at.gain), load(ws, at.gain + 1), at.phase + 2 * j, angle, False)
 
 
 @kernel

@@ -46,7 +46,9 @@ def orthonormalise(dims, v, growth, n):
 
 
 @inlined
-def _one_step(dims, phys, h, k, nodes, table, kept, step, lanes, work, active, loaded, bounds, flags, now, measuring, n):
+def _one_step(
+    dims, phys, h, k, nodes, table, kept, step, lanes, work, active, loaded, bounds, flags, now, measuring, n
+):
     """One step of all lanes: affine for most, resolved for the suspects."""
     new = 1 - now
     if measuring:
@@ -87,16 +89,17 @@ def _sample(lanes, now, target, n):
 
 @kernel
 def advance_block(
-    dims, phys, h, k, nodes, table, kept, lanes, work, active, loaded, bounds, flags, periods, measuring, stride, growth,
-    sections, samples, sample_at,
+    dims, phys, h, k, nodes, table, kept, lanes, work, active, loaded, bounds, flags, periods, measuring, stride,
+    growth, sections, samples, sample_at,
 ):
     """Advance n lanes by whole periods from phase 0.
 
     ``growth`` (periods, K, n) takes the logarithms of the tangent vectors' growth in each period if ``stride`` > 0,
     the number of steps between orthonormalisations. ``sections`` (S, d, n) takes the state after each of the last S
     periods, ``samples`` (periods, number of samples, d + 1, n) the state and contact state at the nodes ``sample_at``.
-    ``active`` (slots, rows, n) holds the step matrices of each lane's contact state for every piece if there is a slot
-    for it, with the contact states ``loaded`` (slots, n) they are of; with one slot they are loaded anew for each piece.
+    ``active`` (slots, rows, n) holds the step matrices of each lane's contact state for every piece if there is a
+    slot for it, with the contact states ``loaded`` (slots, n) they are of; with one slot they are loaded anew for each
+    piece. ``bounds`` (slots, d, n) tell a harmless step.
     Returns the parity at which the final state stands.
     """
     n = sections.shape[2]

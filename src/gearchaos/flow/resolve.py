@@ -17,36 +17,44 @@ def fill(dims, phys, h, k, nodes, step, points, ws):
     """All that the lanes of the chunk need, at their points, to run the whole step, but start and contact state."""
     d = len(dims)
     at, par = rows(d), parameters(d, h, k)
-    level, own = par.levels + nodes.level[step], nodes.length.shape[1] > 1
+    level = par.levels + nodes.level[step]
     for l in range(WIDTH):
-        values, place = phys[points[l]], points[l] if own else 0
+        values = phys[points[l]]
         for i in range(d, d * d):
             ws[i * WIDTH + l] = values[i]
-        for i in range(d):
+        for i in range(1, d):
             ws[(at.minus_b + i) * WIDTH + l] = -values[at.minus_b + i]
             ws[(at.f0 + i) * WIDTH + l] = values[at.f0 + i]
         ws[at.level * WIDTH + l] = values[level]
         ws[at.omega * WIDTH + l] = values[par.omega]
-        ws[at.h * WIDTH + l] = _TURN * nodes.length[step, place]
-        _fill_waves(values, h, k, par, nodes.wave[step, :, :, place], ws, at.phase, l)
-    store(ws, at.h, load(ws, at.h) / load(ws, at.omega))
+        row = at.phase + 2 * max(h, k)
+        for j in range(h):
+            ws[row * WIDTH + l] = values[par.f_cos + j]
+            ws[(row + 1) * WIDTH + l] = values[par.f_sin + j]
+            row += 2
+        for j in range(k):
+            ws[row * WIDTH + l] = values[par.chi_cos + j]
+            ws[(row + 1) * WIDTH + l] = values[par.chi_sin + j]
+            row += 2
+    _fill_phases(dims, max(h, k), nodes, step, points, ws)
+    store(ws, at.h, splat(_TURN) * load(ws, at.h) / load(ws, at.omega))
 
 
 @kernel
-def _fill_waves(values, h, k, par, wave, ws, row, l):
-    """Phases and factors of the harmonics, from row ``phase`` of the workspace on."""
-    for j in range(max(h, k)):
-        ws[row * WIDTH + l] = wave[0, j]
-        ws[(row + 1) * WIDTH + l] = wave[1, j]
-        row += 2
-    for j in range(h):
-        ws[row * WIDTH + l] = values[par.f_cos + j]
-        ws[(row + 1) * WIDTH + l] = values[par.f_sin + j]
-        row += 2
-    for j in range(k):
-        ws[row * WIDTH + l] = values[par.chi_cos + j]
-        ws[(row + 1) * WIDTH + l] = values[par.chi_sin + j]
-        row += 2
+def _fill_phases(dims, harmonics, nodes, step, points, ws):
+    """Length of the step as a share of the period, and cos and sin of jωτ at its start."""
+    at = rows(len(dims))
+    if nodes.length.shape[1] == 1:
+        store(ws, at.h, splat(nodes.length[step, 0]))
+        for j in range(harmonics):
+            for part in range(2):
+                store(ws, at.phase + 2 * j + part, splat(nodes.wave[step, part, j, 0]))
+        return
+    for l in range(WIDTH):
+        ws[at.h * WIDTH + l] = nodes.length[step, points[l]]
+        for j in range(harmonics):
+            for part in range(2):
+                ws[(at.phase + 2 * j + part) * WIDTH + l] = nodes.wave[step, part, j, points[l]]
 
 
 @kernel

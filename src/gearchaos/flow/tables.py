@@ -192,8 +192,7 @@ def _tabulate_waves(dims, phys, h, k, piece, state, work, points, table):
                 set_gains(phys, points, cos, sin, 1.0, ws, at.gain)
             else:
                 set_gains(phys, points, sin, cos, -1.0, ws, at.gain)
-            _clear(ws, at.forcing, ORDER + 1)
-            add_wave(ws, at.forcing, load(ws, at.gain), load(ws, at.gain + 1), at.phase, angle)
+            add_wave(ws, at.forcing, load(ws, at.gain), load(ws, at.gain + 1), at.phase, angle, True)
             _respond(dims, ws, True, False, table, points, piece, state, d * d + d + (quarter * h + j) * d, 1)
 
 

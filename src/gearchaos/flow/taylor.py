@@ -28,12 +28,15 @@ def set_gains(phys, points, cos, sin, sign, ws, gain):
 
 
 @kernel
-def add_wave(ws, series, a, b, phase, angle):
-    """Add the Taylor coefficients of a cos(φ + angle s) + b sin(φ + angle s) to a series; cos φ, sin φ at ``phase``."""
+def add_wave(ws, series, a, b, phase, angle, fresh):
+    """Add the Taylor coefficients of a cos(φ + angle s) + b sin(φ + angle s) to a series, or begin it if ``fresh``.
+
+    cos φ and sin φ stand at row ``phase``.
+    """
     cos, sin = load(ws, phase), load(ws, phase + 1)
     value, quarter = vfma(a, cos, b * sin), vfma(b, cos, splat(-1.0) * a * sin)
     for k in range(ORDER + 1):
-        store(ws, series + k, load(ws, series + k) + value)
+        store(ws, series + k, value if fresh else load(ws, series + k) + value)
         step = angle * splat(1.0 / (k + 1))
         value, quarter = step * quarter, splat(-1.0) * step * value
 
@@ -47,11 +50,12 @@ def drive(dims, h, k, ws):
     at = rows(len(dims))
     angle, most = load(ws, at.h) * load(ws, at.omega), max(h, k)
     touching = load(ws, at.sigma) * load(ws, at.sigma)
-    for m in range(ORDER + 1):
-        store(ws, at.forcing + m, splat(0.0))
+    if h == 0:
+        for m in range(ORDER + 1):
+            store(ws, at.forcing + m, splat(0.0))
     for j in range(h):
         gain, phase = at.phase + 2 * (most + j), at.phase + 2 * j
-        add_wave(ws, at.forcing, load(ws, gain), load(ws, gain + 1), phase, angle * splat(j + 1.0))
+        add_wave(ws, at.forcing, load(ws, gain), load(ws, gain + 1), phase, angle * splat(j + 1.0), j == 0)
     store(ws, at.chi, touching * load(ws, at.level))
     if k > 0:
         for m in range(1, ORDER + 1):
@@ -59,7 +63,7 @@ def drive(dims, h, k, ws):
     for j in range(k):
         gain, phase = at.phase + 2 * (most + h + j), at.phase + 2 * j
         a, b = touching * load(ws, gain), touching * load(ws, gain + 1)
-        add_wave(ws, at.chi, a, b, phase, angle * splat(j + 1.0))
+        add_wave(ws, at.chi, a, b, phase, angle * splat(j + 1.0), False)
     chi, sigma = load(ws, at.chi), load(ws, at.sigma)
     for i in range(1, len(dims)):
         stiffness = load(ws, at.minus_b + i) * chi
