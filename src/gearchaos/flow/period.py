@@ -104,7 +104,8 @@ def advance_block(
     """
     n = sections.shape[2]
     now = np.int64(0)  # a literal 0 would compile everything below twice
-    last, slot = len(nodes.piece) - 1, np.int64(0)
+    last = len(nodes.piece) - 1
+    slot: int = np.int64(0)  # type: ignore[assignment]
     contact_state(lanes.w[0], lanes.sigma, n)
     for period in range(periods):
         wanted = 0

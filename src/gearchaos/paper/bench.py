@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.model import MeshModel
+from gearchaos.motion import Budget
 from gearchaos.paper.settings import Figure, Quality, Study, all_figures
 from gearchaos.studies import Axis, Regime, basins, bifurcation, regime, simulate, zones
 from gearchaos.studies.regime import PATIENT
@@ -36,6 +37,11 @@ class Bench:
         self.quality, self.progress = quality, progress
         self.seconds: dict[str, float] = {}
         self._known: dict[str, Any] = {}
+
+    @property
+    def budget(self) -> Budget:
+        """How long to wait in maps."""
+        return Budget(patience=self.quality.patience)
 
     def figure(self, figure: Figure) -> dict[str, xr.Dataset]:
         """The Datasets of one figure, by the names of its studies."""
@@ -79,7 +85,7 @@ class Bench:
     def map(self, model: MeshModel, x: Axis, y: Axis) -> xr.Dataset:
         """A map of verdicts over two axes."""
         return self.once(
-            f"map {model} {x} {y}", lambda: zones(model, x, y, progress=self.progress)
+            f"map {model} {x} {y}", lambda: zones(model, x, y, budget=self.budget, progress=self.progress)
         )
 
 
@@ -91,7 +97,9 @@ def _axes(study: Study, counts: tuple[int, ...]) -> list[Axis]:
 
 
 def _zones(bench: Bench, study: Study) -> xr.Dataset:
-    return zones(study.mesh_model, *_axes(study, bench.quality.zones), progress=bench.progress)
+    return zones(
+        study.mesh_model, *_axes(study, bench.quality.zones), budget=bench.budget, progress=bench.progress
+    )
 
 
 def _basins(bench: Bench, study: Study) -> xr.Dataset:

@@ -65,11 +65,12 @@ class Figure:
 
 @dataclass(frozen=True)
 class Quality:
-    """How finely to compute: cells (x, y) of maps, (columns, points) of diagrams, points, mesh periods, dots."""
+    """How finely to compute: cells (x, y) and patience of maps, (columns, points) of diagrams, and so on."""
 
     name: str
     zones: tuple[int, int]
     basins: tuple[int, int]
+    patience: int
     bifurcation: tuple[int, int]
     portrait: int
     trajectory: int

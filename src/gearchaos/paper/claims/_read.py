@@ -62,34 +62,14 @@ def map_classes(ds: xr.Dataset) -> np.ndarray:
     return motion_class(ds["label"], ds["period"])
 
 
-def likeness(a: xr.Dataset, b: xr.Dataset, reach: tuple[int, ...]) -> dict[str, float]:
+def likeness(a: xr.Dataset, b: xr.Dataset) -> dict[str, float]:
     """How much two maps on the same cells are alike.
 
-    Parameters
-    ----------
-    reach : tuple of int
-        Cells along each dimension within which a class counts as found.
-
-    Returns
-    -------
-    dict
-        ``same_class``: share of cells of one class; ``found_nearby``: the smaller of the shares of cells of either map
-        whose class occurs within reach in the other; ``v_rms_correlation``: Pearson's, over all cells.
+    ``same_class`` is the share of cells of one class in both, ``v_rms_correlation`` Pearson's over all cells.
     """
-    one, two = map_classes(a), map_classes(b)
     va, vb = a["v_rms"].values.ravel(), b["v_rms"].values.ravel()
     good = np.isfinite(va) & np.isfinite(vb)
     return {
-        "same_class": round(float((one == two).mean()), 4),
-        "found_nearby": round(float(min(_nearby(one, two, reach).mean(), _nearby(two, one, reach).mean())), 4),
+        "same_class": round(float((map_classes(a) == map_classes(b)).mean()), 4),
         "v_rms_correlation": round(float(np.corrcoef(va[good], vb[good])[0, 1]), 4),
     }
-
-
-def _nearby(one: np.ndarray, two: np.ndarray, reach: tuple[int, ...]) -> np.ndarray:
-    """Whether the class of each cell of ``one`` occurs within reach in ``two``."""
-    padded = np.pad(two, [(r, r) for r in reach], constant_values=-1)
-    found = np.zeros(one.shape, dtype=bool)
-    for shift in np.ndindex(*(2 * r + 1 for r in reach)):
-        found |= padded[tuple(slice(s, s + n) for s, n in zip(shift, one.shape, strict=True))] == one
-    return found
