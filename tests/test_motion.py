@@ -116,6 +116,45 @@ def test_birkhoff_digits_tell_a_curve_from_a_fractal():
     assert np.all(torus.digits(logistic) < 3)
 
 
+def test_a_rotation_number_is_found_far_beyond_the_resolution_of_the_spectrum():
+    n = np.arange(2000)[:, None]
+    rho = np.array([0.1234567, (np.sqrt(5) - 1) / 4])
+    series = np.cos(2 * np.pi * rho * n) + 0.2 * np.cos(2 * np.pi * 2 * rho * n + 1.0)
+    np.testing.assert_allclose(torus.rotation(series), rho, atol=1e-10)
+
+
+def test_a_torus_has_zero_exponent_and_a_rotation_number():
+    """Fig. 13a of the paper."""
+    flow, found = verdict(kind="full", omega=1.05, eps1=0.04)
+    assert found.reason[0] == Reason.SMOOTH_CURVE
+    assert abs(found.exponent[0, 0]) < 1e-4
+    assert 0 < found.rotation[0] < 0.5
+    later = flow.advance(found.w, 4000, sections=4000).sections[:, 0]
+    assert found.rotation[0] == pytest.approx(torus.rotation(later)[0], abs=1e-7)
+
+
+def test_chaos_that_ends_is_outlasted_and_flagged():
+    """8T after a chaotic transient of thousands of periods."""
+    _, found = verdict(omega=1.0, q0=0.1, eps1=0.206)
+    assert (found.period[0], bool(found.transient_chaos[0])) == (8, True)
+    _, hasty = verdict(omega=1.0, q0=0.1, eps1=0.206, budget=Budget(patience=0))
+    assert hasty.label[0] == Label.CHAOTIC
+
+
+def test_a_motion_that_leaves_a_stable_orbit_is_not_taken_for_it():
+    """A start close to a stable orbit but on the far side of its basin: nearness alone is no proof."""
+    flow, found = verdict(omega=1.9, q0=0.1, eps1=0.03)
+    points = np.zeros(1, dtype=int)
+    stable = orbit.polish(flow, found.w, points, np.array([2]))
+    assert orbit.approaching(flow, stable.w + 1e-4, points, stable, 640)[0]
+    unstable = orbit.polish(flow, found.w, points, np.array([1]))
+    stretched = orbit.Orbits(
+        unstable.w, unstable.period, unstable.residual, unstable.monodromy, 0.9 * unstable.multipliers /
+        np.abs(unstable.multipliers).max()
+    )
+    assert not orbit.approaching(flow, unstable.w + 1e-4, points, stretched, 640)[0]
+
+
 def test_the_spectral_opinion():
     n = np.arange(512)[:, None]
     assert opinion(np.cos(2 * np.pi * n / 5)) == ("5T", 5)

@@ -13,9 +13,11 @@ from typing import Any
 _HOMES = {
     "GearPair": "gearpair", "HarmonicStiffness": "model", "InputError": "errors", "MeshModel": "model",
     "TransmissionError": "model", "TwoLevelStiffness": "model", "physical": "gearpair",
-    "Axis": "axis", "Budget": "motion.budget", "Regime": "studies.regime", "basins": "studies.basins",
+    "Axis": "axis", "Budget": "motion.budget", "Regime": "studies.regime",
+    "attractors": "studies.attractors", "basins": "studies.basins",
     "bifurcation": "studies.bifurcation", "load": "studies.dataset", "regime": "studies.regime",
-    "save": "studies.dataset", "simulate": "studies.simulate", "zones": "studies.zones",
+    "save": "studies.dataset", "simulate": "studies.simulate", "steady": "studies.steady",
+    "zones": "studies.zones",
 }
 _ROOMS = ("flow", "motion", "plot", "studies")
 

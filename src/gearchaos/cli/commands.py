@@ -15,8 +15,10 @@ from gearchaos.cli.errors import Commands
 from gearchaos.cli.output import (
     DATA_SUFFIXES,
     PLOT_SUFFIXES,
+    attractor_list,
     check_output,
     draw,
+    draw_dossier,
     print_json,
     save,
     section,
@@ -28,7 +30,7 @@ from gearchaos.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearchaos.studies import Axis
+    from gearchaos.studies import Axis, Regime
     from gearchaos.studyfile import Settings, Study
 
 app = typer.Typer(
@@ -149,18 +151,54 @@ def _length(
 
 
 @app.command()
-def regime(study: StudyPath = None, sets: Sets = None, json_out: Json = False) -> None:
+def regime(study: StudyPath = None, sets: Sets = None, plot: Plot = None, json_out: Json = False) -> None:
     """Say what the mesh does at one operating point, with the evidence."""
+    check_output("--plot", plot, PLOT_SUFFIXES)
     loaded = _load(study, sets)
     from gearchaos.studies import regime as run
 
     verdict = run(loaded.model)
+    if plot:
+        _draw_steady(loaded, verdict, plot)
     if json_out:
         print_json(verdict.to_dict())
     else:
         from gearchaos.cli.pages import print_regime
 
         print_regime(verdict, loaded)
+
+
+def _draw_steady(loaded: Study, verdict: Regime, path: Path) -> None:
+    """The picture of the motion behind a verdict."""
+    if not verdict.section:
+        raise InputError("--plot", "needs a motion that stays bounded", verdict.label)
+    from gearchaos.studies import steady
+
+    draw_dossier(steady(loaded.model, verdict), f"{verdict.label}: {verdict.reason}", path)
+
+
+@app.command()
+def attractors(
+    study: StudyPath = None,
+    sets: Sets = None,
+    starts: Annotated[int, typer.Option(help="Starts, spread over ±3 half backlashes and ±2 in velocity.")] = 256,
+    seed: Annotated[int, typer.Option(help="Another seed gives other starts.")] = 0,
+    out: OutIfWanted = None,
+    json_out: Json = False,
+) -> None:
+    """Find all motions of one operating point, with the shares of the starts that lead to them."""
+    check_output("--out", out, DATA_SUFFIXES)
+    loaded = _load(study, sets)
+    from gearchaos.studies import attractors as run
+
+    found = run(loaded.model, starts, seed=seed, progress=True)
+    save(found, out)
+    if json_out:
+        print_json(attractor_list(found))
+    else:
+        from gearchaos.cli.pages import print_attractors
+
+        print_attractors(found)
 
 
 @app.command()

@@ -61,7 +61,20 @@ def draw(kind: str, dataset: xr.Dataset, path: Path | None) -> None:
     from gearchaos import plot
 
     name = ("z",) if kind == "bifurcation" and "section_x1" not in dataset else ()
-    figure = getattr(plot, kind)(dataset, *name).figure
+    _write_picture(getattr(plot, kind)(dataset, *name).figure, path)
+
+
+def draw_dossier(dataset: xr.Dataset, title: str, path: Path) -> None:
+    """Write the picture of one motion, whole or not at all."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from gearchaos import plot
+
+    _write_picture(plot.dossier(dataset, title=title), path)
+
+
+def _write_picture(figure: Any, path: Path) -> None:
     picture = io.BytesIO()
     figure.savefig(picture, format=path.suffix.lstrip(".").lower() or "png", dpi=150, bbox_inches="tight")
     _write(path, picture.getvalue())
@@ -87,6 +100,28 @@ def _finite(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [_finite(v) for v in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def attractor_list(dataset: xr.Dataset) -> dict[str, Any]:
+    """The attractors of one operating point, the shares of the starts with their intervals, and what is left over."""
+    from gearchaos.motion import Label
+    from gearchaos.motion.reading import CONTACTS
+    from gearchaos.studies.regime import name
+
+    rows = []
+    for i in range(dataset.sizes["number"]):
+        one = {n.removeprefix("attractor_"): dataset[n].values[i].item() for n in _ATTRACTOR_FIELDS}
+        label, period = Label(int(dataset["attractor_label"][i])), int(dataset["attractor_period"][i])
+        contact = CONTACTS[int(dataset["attractor_contact"][i])]
+        rows.append({"label": name(label, period), "period": period or None, "contact": contact, **one})
+    undecided = float((dataset["attractor"] < 0).mean())
+    return {"attractors": rows, "undecided_fraction": undecided, "starts": int(dataset.sizes["start"])}
+
+
+_ATTRACTOR_FIELDS = tuple(f"attractor_{n}" for n in (
+    "fraction", "fraction_lo", "fraction_hi", "v_rms", "contact_fraction", "dynamic_factor", "lyapunov", "multiplier",
+    "residual",
+))
 
 
 def section(dataset: xr.Dataset) -> dict[str, list[float]]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.table import Table
 
-from gearchaos.cli.output import section, section_units
+from gearchaos.cli.output import attractor_list, section, section_units
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,6 +56,21 @@ def print_regime(verdict: Regime, loaded: Study) -> None:
     _print(table)
 
 
+def print_attractors(dataset: xr.Dataset) -> None:
+    """Every motion of an operating point, a row each."""
+    found = attractor_list(dataset)
+    table = Table(title=f"Attractors found from {found['starts']} starts: {len(found['attractors'])}")
+    for title in ("motion", "share of the starts (95 %)", "V_RMS", "contact", "dynamic factor", "λ1", "max |μ|"):
+        table.add_column(title, justify="left" if title in ("motion", "contact") else "right")
+    for a in found["attractors"]:
+        share = f"{a['fraction']:.1%} ({a['fraction_lo']:.1%} to {a['fraction_hi']:.1%})"
+        numbers = ("dynamic_factor", "lyapunov", "multiplier")
+        table.add_row(a["label"], share, _shown(a["v_rms"]), a["contact"], *(_shown(a[n]) for n in numbers))
+    if found["undecided_fraction"]:
+        table.add_row("diverged or undecided", f"{found['undecided_fraction']:.1%}")
+    _print(table)
+
+
 def _print(table: Table) -> None:
     console = Console()
     Console(width=console.width if console.is_terminal else _FILE_WIDTH).print(table)
@@ -80,4 +95,6 @@ def _physical_levels(values: dict[str, Any], loaded: Study) -> list[tuple[str, s
 
 
 def _shown(value: Any) -> str:
-    return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+    if value is None or value != value:
+        return "none"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

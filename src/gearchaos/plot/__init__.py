@@ -4,6 +4,7 @@ from gearchaos.plot._basins import attractor_legend, attractor_names, basins
 from gearchaos.plot._bifurcation import bifurcation
 from gearchaos.plot._characteristics import backlash, stiffness
 from gearchaos.plot._classes import MOTION_CLASSES, MotionClass, motion_class
+from gearchaos.plot._dossier import dossier
 from gearchaos.plot._history import history
 from gearchaos.plot._level import level
 from gearchaos.plot._lyapunov import lyapunov
@@ -23,6 +24,7 @@ __all__ = [
     "basins",
     "bifurcation",
     "class_legend",
+    "dossier",
     "history",
     "level",
     "lyapunov",

@@ -10,11 +10,24 @@ from typing import Any
 
 import numpy as np
 
+from gearchaos.errors import InputError
+
 TILE = 2048
 """Most trajectories in one tile: a second or two of work, so that progress shows and Ctrl-C is felt."""
 
 _LEAST = 64
 _PER_CORE = 6
+
+
+_BYTES = 400
+"""What a study keeps of each cell or start, and what passes through while a tile is worked on, at most."""
+
+
+def check_memory(name: str, count: int) -> None:
+    """Raise if so many cells or starts cannot be kept in this machine's memory."""
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else 1 << 33
+    if count * _BYTES > memory:
+        raise InputError(name, f"must be at most {memory // _BYTES:,} on this machine, by its memory", count)
 
 
 def split(order: np.ndarray, largest: int = TILE) -> list[np.ndarray]:

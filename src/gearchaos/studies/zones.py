@@ -65,6 +65,7 @@ def plane(model: MeshModel, x: Axis, y: Axis) -> dict[str, np.ndarray]:
     """Both parameters over all cells, rows of constant y, flattened; checked before any work."""
     if x.name == y.name:
         raise InputError("axes", "must be two different parameters", x.name)
+    tiles.check_memory("cells", x.count * y.count)
     for axis in (x, y):
         vary(model, {axis.name: axis.values})
     xs, ys = np.meshgrid(x.values, y.values)

@@ -1,0 +1,107 @@
+"""Which motions are one and the same: attractors told apart by their orbits, or by statistics where there is none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gearchaos.flow import ExactFlow
+from gearchaos.motion import Label, Verdicts, classify, orbit
+
+_SAME = 1e-6
+_ALIKE = 0.1
+_SECTIONS = 1024
+_BLOCKS = 8
+_SIGMAS = 6.0
+
+
+@dataclass
+class Attractor:
+    """One attractor: coordinates of its stroboscopic section (n, d), or of a piece of it."""
+
+    label: int
+    period: int
+    section: np.ndarray
+    count: int = 0
+
+    def holds(self, w: np.ndarray, sections: np.ndarray) -> np.ndarray:
+        """Whether motions of this kind and period at w (d, L), with sections (S, d, L) if not periodic, are it.
+
+        Periodic motions are the same if their orbits share a point. Others are if, in every coordinate, their means
+        and their spreads agree within a tenth of the spread and six standard errors.
+        """
+        if self.period:
+            return np.min([np.abs(w - p[:, None]).max(axis=0) for p in self.section], axis=0) < _SAME
+        mine, others = _statistics(self.section[:, :, None]), _statistics(sections)
+        spread = mine[0][1]
+        error = np.hypot(mine[1], others[1])
+        return np.all(np.abs(mine[0] - others[0]) < _ALIKE * spread + _SIGMAS * error, axis=(0, 1))
+
+
+def _statistics(sections: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and spread of sections (S, d, L) as (2, d, L), and their standard errors from block averages."""
+    blocks = sections[: len(sections) // _BLOCKS * _BLOCKS].reshape(_BLOCKS, -1, *sections.shape[1:])
+    means = np.stack([blocks.mean(axis=1), blocks.std(axis=1)], axis=1)
+    return means.mean(axis=0), means.std(axis=0, ddof=1) / np.sqrt(_BLOCKS)
+
+
+@dataclass
+class Catalogue:
+    """The attractors of one parameter point of a flow, found so far."""
+
+    flow: ExactFlow
+    point: int = 0
+    known: list[Attractor] = field(default_factory=list)
+
+    def place(self, found: Verdicts) -> np.ndarray:
+        """The number of each motion's attractor, -1 where it has none; new attractors are added."""
+        index = np.full(len(found.label), -1, dtype=np.int16)
+        for label in (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC):
+            for period in np.unique(found.period[found.label == label]):
+                self._place_alike(found, index, label, int(period))
+        for number, attractor in enumerate(self.known):
+            attractor.count += int(np.sum(index == number))
+        return index
+
+    def _place_alike(self, found: Verdicts, index: np.ndarray, label: Label, period: int) -> None:
+        left = np.flatnonzero((found.label == label) & (found.period == period))
+        w = found.w[:, left]
+        sections = np.empty((0, *w.shape)) if period else self._advance(w, _SECTIONS)
+        for number, attractor in enumerate(self.known):
+            if (attractor.label, attractor.period) == (label, period):
+                index[left[attractor.holds(w, sections)]] = number
+        while np.any(index[left] < 0):
+            first = int(np.flatnonzero(index[left] < 0)[0])
+            section = orbit_points(self.flow, w[:, first], self.point, period) if period else sections[:, :, first]
+            self.known.append(Attractor(int(label), period, section))
+            same = (index[left] < 0) & self.known[-1].holds(w, sections)
+            same[first] = True
+            index[left[same]] = len(self.known) - 1
+
+    def _advance(self, w: np.ndarray, periods: int) -> np.ndarray:
+        points = np.full(w.shape[1], self.point)
+        return self.flow.advance(w, periods, points=points, sections=periods).sections
+
+    def order(self) -> list[int]:
+        """Numbers sorted by kind, then by period, then by how many starts they hold."""
+        return sorted(range(len(self.known)), key=lambda i: (
+            self.known[i].label, self.known[i].period, -self.known[i].count
+        ))
+
+    def ranks(self) -> np.ndarray:
+        """The place of each number in that order, with -1 for none at the end; index it with numbers."""
+        order = self.order()
+        rank = np.full(len(order) + 1, -1, dtype=np.int16)
+        rank[order] = np.arange(len(order))
+        return rank
+
+    def judged(self) -> Verdicts:
+        """Verdicts on a point of every attractor, with its levels."""
+        w = np.stack([a.section[-1] for a in self.known], axis=1)
+        return classify(self.flow, w, np.full(len(self.known), self.point))
+
+
+def orbit_points(flow: ExactFlow, w: np.ndarray, point: int, period: int) -> np.ndarray:
+    """The points (n, d) of the periodic orbit through w (d,)."""
+    return orbit.sections(flow, w[:, None], np.array([point]), np.array([period]))[0]

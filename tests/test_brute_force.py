@@ -1,0 +1,48 @@
+"""Verdicts against the pinned table of brute force: 2000 random cells of the paper's maps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from oracles import brute_force
+
+from gearchaos.motion import Label, classify
+from gearchaos.studies.regime import name
+
+ROWS = brute_force.read()
+
+
+@pytest.fixture(scope="module")
+def labels():
+    """(wanted, found, row of the table) for every cell."""
+    out = []
+    for figure in brute_force.FIGURES:
+        rows = [row for row in ROWS if int(row["figure"]) == figure]
+        found = classify(*brute_force.flow_of(figure, brute_force.cells(figure)[2]), levels=False)
+        given = [name(Label(int(label)), int(period)) for label, period in zip(found.label, found.period, strict=True)]
+        out += list(zip([row["label"] for row in rows], given, rows, strict=True))
+    return out
+
+
+def test_the_table_is_of_these_cells():
+    for figure in brute_force.FIGURES:
+        rows = [row for row in ROWS if int(row["figure"]) == figure]
+        x, y = brute_force.cells(figure)[2].values()
+        np.testing.assert_array_equal([float(row["x"]) for row in rows], x)
+        np.testing.assert_array_equal([float(row["y"]) for row in rows], y)
+
+
+def test_disagreements_are_few_and_of_known_kinds(labels):
+    """Long chaotic transients, weak chaos, and periods that only brute force waits for."""
+    wrong = [(wanted, found, row) for wanted, found, row in labels if wanted != found]
+    assert len(wrong) <= 0.003 * len(labels), wrong
+    for wanted, found, row in wrong:
+        long_transient = found == "chaotic" and (int(row["settled"]) > 10_000 or int(row["settled"]) == 0)
+        weak = {wanted, found} == {"chaotic", "undecided"} and abs(float(row["lyapunov"])) < 0.01
+        assert long_transient or weak, (wanted, found, row)
+
+
+def test_hardly_anything_is_undecided(labels):
+    for figure in brute_force.FIGURES:
+        mine = [found for _, found, row in labels if int(row["figure"]) == figure]
+        assert mine.count("undecided") <= 0.005 * len(mine)
