@@ -469,3 +469,18 @@ def test_exit_code_of_the_installed_command(tmp_path):
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("error: omega must be greater than 0; got -1.0.")
     assert len(done.stderr.splitlines()) == 1
+
+
+def test_regime_draws_the_motion_behind_the_verdict(tmp_path):
+    picture = tmp_path / "motion.png"
+    run("regime", "--set", "kind=single", "--set", "omega=2.3", "--set", "eps1=0.05", "--plot", picture)
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_attractors_as_a_table_and_as_json(tmp_path):
+    point = ("attractors", "--set", "kind=single", "--set", "omega=0.8", "--set", "eps1=0.1", "--starts", 128)
+    found = run_json(*point, "--json")
+    assert [a["label"] for a in found["attractors"]] == ["1T", "3T"]
+    assert sum(a["fraction"] for a in found["attractors"]) == 1.0
+    assert "3T" in run(*point, "--out", tmp_path / "found.nc").stdout
+    assert (tmp_path / "found.nc").exists()

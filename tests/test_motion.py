@@ -134,11 +134,14 @@ def test_a_torus_has_zero_exponent_and_a_rotation_number():
 
 
 def test_chaos_that_ends_is_outlasted_and_flagged():
-    """8T after a chaotic transient of thousands of periods."""
-    _, found = verdict(omega=1.0, q0=0.1, eps1=0.206)
-    assert (found.period[0], bool(found.transient_chaos[0])) == (8, True)
-    _, hasty = verdict(omega=1.0, q0=0.1, eps1=0.206, budget=Budget(patience=0))
-    assert hasty.label[0] == Label.CHAOTIC
+    """8T after a chaotic transient of up to thousands of periods, different from start to start."""
+    starts = {"x1": np.linspace(1.0, 1.001, 24)}
+    _, found = verdict(omega=1.0, q0=0.1, eps1=0.206, values=starts)
+    assert set(found.period[found.label == Label.PERIODIC]) == {8}
+    assert found.transient_chaos.any()
+    _, hasty = verdict(omega=1.0, q0=0.1, eps1=0.206, values=starts, budget=Budget(patience=0))
+    assert np.sum(hasty.label == Label.CHAOTIC) > np.sum(found.label == Label.CHAOTIC)
+    assert not np.any(hasty.transient_chaos[hasty.label == Label.CHAOTIC])
 
 
 def test_a_motion_that_leaves_a_stable_orbit_is_not_taken_for_it():

@@ -4,9 +4,12 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import gearchaos as gc
 from gearchaos.errors import InputError
+from gearchaos.motion import Label
+from gearchaos.studies import boundary
 
 FIGURE_2 = gc.MeshModel.of(q0=0.1)
 
@@ -153,6 +156,59 @@ def test_basins_tell_attractors_apart():
     assert np.sort(lowest).round(4).tolist() == [-1.6818, 0.3127]
 
 
+def test_attractors_come_with_shares_and_do_not_depend_on_tiles():
+    model = gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05)
+    data = gc.attractors(model, 512)
+    assert data.attractor_period.values.tolist() == [1, 3, 4, 4, 5]
+    assert float(data.attractor_fraction.sum()) == 1.0
+    low, share, high = (data[f"attractor_fraction{end}"].values for end in ("_lo", "", "_hi"))
+    assert np.all((low < share) & (share < high))
+    xr.testing.assert_identical(data, gc.attractors(model, 512, threads=1))
+    other = gc.attractors(model, 512, seed=1)
+    assert np.all(np.abs(other.attractor_fraction - data.attractor_fraction) < 0.1)
+
+
+def test_a_torus_is_one_attractor_and_so_is_chaos():
+    torus = gc.attractors(gc.MeshModel.of(kind="full", omega=1.05, eps1=0.04), 40)
+    assert torus.attractor_label.values.tolist() == [Label.QUASI_PERIODIC]
+    beside_orbits = gc.attractors(gc.MeshModel.of(omega=1.0, eps1=0.1, q0=0.02), 256)
+    assert beside_orbits.attractor_period.values.tolist() == [3, 5, 0]
+    assert beside_orbits.attractor_label.values[-1] == Label.CHAOTIC
+
+
+def test_basins_of_any_plane_of_the_full_model():
+    data = gc.basins(
+        gc.MeshModel.of(kind="full", omega=0.9, eps1=0.05), gc.Axis("y1", -2, 2, 12), gc.Axis("x1_dot", -1, 1, 10)
+    )
+    assert data.attractor.shape == (10, 12)
+    assert np.all(np.isnan(data.attractor_kick))
+
+
+def test_a_straight_boundary_is_smooth_and_a_random_plane_is_not():
+    straight = np.zeros((128, 128), dtype=int)
+    straight[:, 64:] = 1
+    noise = np.random.default_rng(0).integers(0, 2, (128, 128))
+    assert boundary.uncertainty_exponent(straight) == pytest.approx(1, abs=0.05)
+    assert abs(boundary.uncertainty_exponent(noise)) < 0.05
+    assert boundary.entropy(straight)[1] < np.log(2) < boundary.entropy(noise)[1] + 0.05
+    assert np.isnan(boundary.uncertainty_exponent(np.zeros((128, 128), dtype=int)))
+
+
+def test_the_smallest_kick_is_the_distance_to_the_boundary():
+    plane = np.zeros((41, 81), dtype=int)
+    plane[:, 60:] = 1
+    x, y = np.linspace(-2, 2, 81), np.linspace(-1, 1, 41)
+    kicks = boundary.smallest_kicks(plane, x, y, [np.array([[0.0, 0.0], [0.5, 0.2]]), np.array([[1.5, 0.0]])])
+    np.testing.assert_allclose(kicks, [0.5, 0.55], atol=1e-9)
+
+
+def test_the_steady_motion_behind_a_verdict_starts_on_it():
+    model = gc.MeshModel.of(omega=1.0, eps1=0.206, q0=0.1)
+    verdict = gc.regime(model)
+    data = gc.steady(model, verdict)
+    np.testing.assert_allclose(data.section_z.values[:8], verdict.section["z"], atol=1e-9)
+
+
 BAD = [
     (lambda: gc.Axis("omega", 1.0, 0.5, 10), "must run from a smaller to a larger value"),
     (lambda: gc.Axis("omega", 1.0, 2.0, 0), "count must be a whole number from 1"),
@@ -164,6 +220,11 @@ BAD = [
     (lambda: gc.simulate(FIGURE_2, 0), "periods must be a whole number of at least 1; got 0"),
     (lambda: gc.simulate(FIGURE_2, 5, transient=-1), "transient must be"),
     (lambda: gc.simulate(FIGURE_2, 5, samples=0), "samples must be"),
+    (lambda: gc.attractors(FIGURE_2, 0), "starts must be a whole number of at least 1; got 0"),
+    (lambda: gc.attractors(FIGURE_2, 10**13), "starts must be at most"),
+    (lambda: gc.attractors(FIGURE_2, 4, box={"x1": (1.0, 1.0)}), "box x1 must be two finite numbers"),
+    (lambda: gc.attractors(FIGURE_2, 4, box={"y1": (0.0, 1.0)}), "y1"),
+    (lambda: gc.zones(FIGURE_2, gc.Axis("omega", 1.0, 2.0, 10**6), gc.Axis("eps1", 0, 1, 10**6)), "cells must be at"),
     (lambda: gc.bifurcation(FIGURE_2, gc.Axis("q0", 0, 1, 2), mode="sideways"), "must be one of down, fixed, up"),
 ]
 

@@ -2,8 +2,9 @@
 
 No orbit is polished and nothing is ended early: a motion is periodic if it has come back for a long while, chaotic if
 its largest exponent is positive over a long run, quasi-periodic if that exponent is zero. What is none of these by
-then, or might be a spiral that takes long, is run for ten times as long. ``python -m oracles.brute_force`` in tests/
-writes the table anew (a few minutes on two cores).
+then, or might be a spiral that takes long, is run for ten times as long. Every cell is run from three starts that
+differ by 1e-9: where chaos is a transient, rounding decides when it ends and on which motion, so brute force itself may
+give several labels. ``python -m oracles.brute_force`` in tests/ writes the table anew (a few minutes on two cores).
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ TABLE = Path(__file__).parent.parent / "data" / "brute_force.csv"
 FIGURES = (2, 5, 10, 11)
 CELLS = 500
 PERIODS = 20_000
-FIELDS = ("figure", "column", "row", "x", "y", "label", "settled", "lyapunov")
+NUDGES = (0.0, 1e-9, -1e-9)
+FIELDS = ("figure", "column", "row", "x", "y", "labels", "settled", "lyapunov")
 _LOOKS = (80, 160, 320, 640, 1280, 2560, 5120, 10_240, PERIODS)
 _LONGEST = 512
 _RETURN = 1e-6
@@ -65,6 +67,14 @@ def judge(figure: int) -> list[tuple]:
     """Rows of the table for one figure."""
     column, row, values = cells(figure)
     flow, w = flow_of(figure, values)
+    runs = [_run(flow, w + nudge) for nudge in NUDGES]
+    labels = ["|".join(dict.fromkeys(several)) for several in zip(*(run[0] for run in runs), strict=True)]
+    cell = (column, row, *(map(repr, v.tolist()) for v in values.values()), labels, *runs[0][1:])
+    return [(figure, *values) for values in zip(*cell, strict=True)]
+
+
+def _run(flow: ExactFlow, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Labels of all cells from these starts, the periods after which they were seen settled, and the exponents."""
     before, settled = 0, np.zeros(CELLS, dtype=int)
     for periods in _LOOKS:
         out = flow.advance(w, periods - before, sections=min(2 * _LONGEST, periods - before))
@@ -75,8 +85,7 @@ def judge(figure: int) -> list[tuple]:
     slow = np.flatnonzero(np.isin(label, ("quasi-periodic", "undecided")))
     out = flow.advance(w[:, slow], 9 * PERIODS, points=slow, sections=2 * _LONGEST)
     label[slow], exponent[slow] = _label(flow, slow, out.w, out.sections, 5 * _EXPONENT)
-    cell = (column, row, *(map(repr, v.tolist()) for v in values.values()), label, settled, np.round(exponent, 6))
-    return [(figure, *values) for values in zip(*cell, strict=True)]
+    return label, settled, np.round(exponent, 6)
 
 
 def _label(

@@ -92,8 +92,8 @@ class Rows(NamedTuple):
     series: int  # of x1' and of the mesh force, for the measures
     start: int  # state or tangent vector at the start of the piece
     end: int  # and at its end
-    pull: int  # first column of A, with the stiffness at the start of the piece of a lane in contact
-    push: int  # constant forcing, with that of this stiffness
+    pull: int  # what acts on z - σ: the first column of A, with the stiffness at the start of the piece in contact
+    push: int  # constant forcing, with what A makes of σ
     h: int  # length of the piece in τ
     omega: int  # mesh frequency
     level: int  # mean stiffness on the step

@@ -181,6 +181,7 @@ def _tabulate_waves(dims, phys, h, k, piece, state, work, points, table):
     at, ws, par = rows(d), work.ws, parameters(d, h, k)
     _clear(ws, at.start, d)
     _clear(ws, at.push, d)
+    _clear(ws, at.sigma, 1)
     for j in range(h):
         angle = load(ws, at.h) * load(ws, at.omega) * splat(j + 1.0)
         for l in range(WIDTH):

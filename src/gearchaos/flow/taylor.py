@@ -45,7 +45,7 @@ def add_wave(ws, series, a, b, phase, angle, fresh):
 def drive(dims, h, k, ws):
     """Series of the forcing and, where a lane is in contact, of the stiffness, on pieces that are filled.
 
-    The stiffness at the start joins A and the constant forcing; how it varies is left to `expand`.
+    The stiffness at the start joins A, as what acts on z − σ; how it varies is left to `expand`.
     """
     at = rows(len(dims))
     angle, most = load(ws, at.h) * load(ws, at.omega), max(h, k)
@@ -66,9 +66,9 @@ def drive(dims, h, k, ws):
         add_wave(ws, at.chi, a, b, phase, angle * splat(j + 1.0), False)
     chi, sigma = load(ws, at.chi), load(ws, at.sigma)
     for i in range(1, len(dims)):
-        stiffness = load(ws, at.minus_b + i) * chi
-        store(ws, at.pull + i, load(ws, i * len(dims)) + stiffness)
-        store(ws, at.push + i, load(ws, at.f0 + i) - stiffness * sigma)
+        own = load(ws, i * len(dims))
+        store(ws, at.pull + i, vfma(load(ws, at.minus_b + i), chi, own))
+        store(ws, at.push + i, vfma(own, sigma, load(ws, at.f0 + i)))
 
 
 @kernel
@@ -105,7 +105,8 @@ def spring(ws, at, d, k, shift, first, varying):
 def expand(dims, ws, forced, varying):
     """Taylor coefficients of the motion from the start; without ``forced`` of a tangent vector.
 
-    ``varying`` says that the stiffness has harmonics. The first coordinate is z, the second its derivative.
+    ``varying`` says that the stiffness has harmonics. The first coordinate is z, the second its derivative. The spring
+    acts on z − σ, taken first, so that nothing cancels where contact begins.
     """
     d = len(dims)
     at = rows(d)
@@ -116,11 +117,14 @@ def expand(dims, ws, forced, varying):
     for k in range(ORDER):
         scale = h * splat(1.0 / (k + 1))
         store(ws, at.coef + (k + 1) * d, load(ws, at.coef + k * d + 1) * scale)
+        z = load(ws, at.coef + k * d)
+        if k == 0:
+            z = z - shift
         for i in range(1, d):
             total = load(ws, at.forcing + k) if forced and i == 1 else splat(0.0)
             if forced and k == 0:
                 total = total + load(ws, at.push + i)
-            total = vfma(load(ws, at.pull + i), load(ws, at.coef + k * d), total)
+            total = vfma(load(ws, at.pull + i), z, total)
             if varying:
                 total = vfma(load(ws, at.minus_b + i), spring(ws, at, d, k, shift, 1, True), total)
             for j in range(1, d):
