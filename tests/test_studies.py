@@ -168,6 +168,19 @@ def test_attractors_come_with_shares_and_do_not_depend_on_tiles():
     assert np.all(np.abs(other.attractor_fraction - data.attractor_fraction) < 0.1)
 
 
+def test_a_map_with_many_starts_counts_the_motions_of_each_cell():
+    model = gc.MeshModel.of(kind="single")
+    axes = gc.Axis("omega", 0.8, 2.3, 2), gc.Axis("eps1", 0.05, 0.1, 2)
+    data, plain = gc.zones(model, *axes, starts=96), gc.zones(model, *axes)
+    assert int(data.attractors.sel(omega=2.3, eps1=0.05)) == 5
+    assert int(data.attractors.sel(omega=0.8, eps1=0.1)) == 2
+    assert np.all(data.v_rms_least <= plain.v_rms) and np.all(plain.v_rms <= data.v_rms_most)
+    assert float(data.v_rms_most.sel(omega=2.3, eps1=0.05)) == pytest.approx(0.746168, abs=1e-6)
+    assert int(data.contact_worst.sel(omega=2.3, eps1=0.05)) == 2
+    for name in plain.data_vars:
+        xr.testing.assert_equal(data[name], plain[name])
+
+
 def test_a_torus_is_one_attractor_and_so_is_chaos():
     torus = gc.attractors(gc.MeshModel.of(kind="full", omega=1.05, eps1=0.04), 40)
     assert torus.attractor_label.values.tolist() == [Label.QUASI_PERIODIC]
@@ -220,6 +233,8 @@ BAD = [
     (lambda: gc.simulate(FIGURE_2, 0), "periods must be a whole number of at least 1; got 0"),
     (lambda: gc.simulate(FIGURE_2, 5, transient=-1), "transient must be"),
     (lambda: gc.simulate(FIGURE_2, 5, samples=0), "samples must be"),
+    (lambda: gc.zones(FIGURE_2, gc.Axis("omega", 1.0, 2.0, 3), gc.Axis("eps1", 0, 1, 2), starts=0), "starts must be a"),
+    (lambda: gc.zones(FIGURE_2, gc.Axis("x1", 1.0, 2.0, 3), gc.Axis("eps1", 0, 1, 2), starts=4), "starts must be 1"),
     (lambda: gc.attractors(FIGURE_2, 0), "starts must be a whole number of at least 1; got 0"),
     (lambda: gc.attractors(FIGURE_2, 10**13), "starts must be at most"),
     (lambda: gc.attractors(FIGURE_2, 4, box={"x1": (1.0, 1.0)}), "box x1 must be two finite numbers"),

@@ -236,6 +236,7 @@ def zones(
     study: StudyPath = None,
     sets: Sets = None,
     axis: AxisTexts = None,
+    starts: Annotated[int, typer.Option(help="Starts in each cell, to find all its motions.")] = 1,
     plot: Plot = None,
     json_out: Json = False,
     physical: Physical = False,
@@ -245,7 +246,7 @@ def zones(
     loaded, axes = _map_inputs("zones", study, sets, axis, target)
     from gearchaos.studies import zones as run
 
-    _finish("zones", run(loaded.model, *axes, progress=True), axes, loaded, target)
+    _finish("zones", run(loaded.model, *axes, starts=starts, progress=True), axes, loaded, target)
 
 
 @app.command()

@@ -6,10 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
-from scipy.stats import binomtest, qmc
+from scipy.stats import binomtest
 
 from gearchaos.coordinates import start
-from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
 from gearchaos.motion import Budget, Verdicts, classify
@@ -18,9 +17,9 @@ from gearchaos.studies.catalogue import Catalogue
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.evidence import evidence
 from gearchaos.studies.simulate import whole_number
-from gearchaos.switched import coordinates, switched
+from gearchaos.studies.starts import default_box, spread
+from gearchaos.switched import switched
 
-_HALF_WIDTH = {"": 3.0, "_dot": 2.0}
 _CONFIDENCE = 0.95
 _FACTS = ("v_rms", "contact_fraction", "contact", "dynamic_factor", "lyapunov", "multiplier", "residual")
 
@@ -60,7 +59,7 @@ def attractors(
     starts, seed = whole_number("starts", starts, 1), whole_number("seed", seed, 0)
     tiles.check_memory("starts", starts)
     system = switched(vary(model, {}))
-    flow, values = ExactFlow(system), _spread(box or default_box(model), starts, seed)
+    flow, values = ExactFlow(system), spread(box or default_box(model), starts, seed)
     vary(model, values)  # checked before any work
     index, catalogue = np.full(starts, -1, dtype=np.int16), Catalogue(flow)
 
@@ -80,22 +79,6 @@ def attractors(
         **{f"start_{n}": variable(n, ("start",), v) for n, v in values.items()},
     }
     return xr.Dataset(data, attrs=provenance("attractors", model, starts=starts, seed=seed))
-
-
-def default_box(model: MeshModel) -> dict[str, tuple[float, float]]:
-    """Ranges of the initial values that matter for the relative motion."""
-    names = {"z": "x1", "z_dot": "x1_dot", "y": "y1", "y_dot": "y1_dot"} if model.kind != "single" else {}
-    chosen = [names.get(n, n) for n in coordinates(vary(model, {}))]
-    widths = {n: _HALF_WIDTH["_dot" if n.endswith("_dot") else ""] for n in chosen}
-    return {n: (-w, w) for n, w in widths.items()}
-
-
-def _spread(box: Mapping[str, tuple[float, float]], starts: int, seed: int) -> dict[str, np.ndarray]:
-    for name, (low, high) in box.items():
-        if not (np.isfinite(low) and np.isfinite(high) and low < high):
-            raise InputError(f"box {name}", "must be two finite numbers, the smaller one first", (low, high))
-    unit = qmc.Sobol(len(box), seed=np.random.default_rng(seed)).random_base2(int(np.ceil(np.log2(starts))))[:starts]
-    return {n: low + (high - low) * u for (n, (low, high)), u in zip(box.items(), unit.T, strict=True)}
 
 
 def _shares(catalogue: Catalogue, starts: int) -> dict[str, xr.Variable]:

@@ -40,6 +40,10 @@ _NAMES: dict[str, tuple[str, str]] = {
     "rotation": ("rotation number, or a multiple of it", "1/T"),
     "transient_chaos": ("whether chaos came before the motion settled", "1"),
     "periods_spent": ("transient and exponent run", "T"),
+    "attractors": ("number of attractors found", "1"),
+    "v_rms_least": ("least rms velocity of the attractors", f"{_LENGTH}*omega0"),
+    "v_rms_most": ("largest rms velocity of the attractors", f"{_LENGTH}*omega0"),
+    "contact_worst": ("worst contact state of the attractors", "1"),
     "fraction": ("share of the starts", "1"),
     "fraction_lo": ("lower end of its 95 % interval", "1"),
     "fraction_hi": ("upper end of its 95 % interval", "1"),
@@ -79,6 +83,7 @@ def flags(enum_names: dict[int, str]) -> dict[str, Any]:
 _CODES = {
     "label": flags({int(v): v.name.lower().replace("_", "-") for v in Label}),
     "contact": flags(dict(enumerate(CONTACTS))),
+    "contact_worst": flags(dict(enumerate(CONTACTS))),
     "reason": {**flags({int(r): r.name.lower() for r in Reason}),
                "comment": "; ".join(f"{int(r)}: {REASONS[r]}" for r in Reason)},
 }

@@ -32,7 +32,7 @@ def check_memory(name: str, count: int) -> None:
 
 def split(order: np.ndarray, largest: int = TILE) -> list[np.ndarray]:
     """An index array (n,) in consecutive tiles, small enough that every core has work to the end."""
-    size = min(largest, max(_LEAST, -(-len(order) // (_PER_CORE * (os.cpu_count() or 1)))))
+    size = min(largest, max(min(_LEAST, largest), -(-len(order) // (_PER_CORE * (os.cpu_count() or 1)))))
     return [order[i : i + size] for i in range(0, len(order), size)]
 
 

@@ -9,16 +9,18 @@ from gearchaos.axis import Axis
 from gearchaos.coordinates import start
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
-from gearchaos.model import MeshModel, vary
+from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.motion import Budget, classify
 from gearchaos.studies import tiles
+from gearchaos.studies.coexistence import coexisting
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.evidence import evidence
+from gearchaos.studies.simulate import whole_number
 from gearchaos.switched import switched
 
 
 def zones(
-    model: MeshModel, x: Axis, y: Axis, *, budget: Budget | None = None, progress: bool = False,
+    model: MeshModel, x: Axis, y: Axis, *, starts: int = 1, budget: Budget | None = None, progress: bool = False,
     threads: int | None = None,
 ) -> xr.Dataset:
     """A map of motions over two parameters, every cell from the model's initial values.
@@ -29,6 +31,8 @@ def zones(
         Everything but the two parameters.
     x, y : Axis
         Parameters (or initial values) and their ranges.
+    starts : int
+        Starts in each cell, the model's own first, the others spread as by `attractors`.
     budget : Budget, optional
         How long to wait and how hard to look in each cell.
     progress : bool
@@ -40,25 +44,33 @@ def zones(
     -------
     xarray.Dataset
         With dims (y.name, x.name): label, period, reason, largest Lyapunov exponent with its interval, residual and
-        largest multiplier of the orbit, levels, contact, periods spent.
+        largest multiplier of the orbit, levels, contact, periods spent. With more than one start also the number of
+        ``attractors`` found in each cell, ``v_rms_least`` and ``v_rms_most`` among them and ``contact_worst``.
     """
-    grid = plane(model, x, y)
+    starts, grid = whole_number("starts", starts, 1), plane(model, x, y)
+    tiles.check_memory("starts", starts * x.count * y.count)
+    if starts > 1 and {x.name, y.name} & set(state_names(model.kind)):
+        raise InputError("starts", "must be 1 where an axis is an initial value", starts)
     out: dict[str, np.ndarray] = {}
     order = np.arange(x.count * y.count)
     if x.name == "omega":  # neighbours in a tile then share node counts
         order = order.reshape(y.count, x.count).T.ravel()
 
     def work(tile: np.ndarray) -> dict[str, np.ndarray]:
-        batch = vary(model, {k: v[tile] for k, v in grid.items()})
-        system = switched(batch)
-        return evidence(classify(ExactFlow(system), start(batch, system).T.copy(), budget=budget))
+        values = {k: v[tile] for k, v in grid.items()}
+        batch = vary(model, values)
+        flow = ExactFlow(switched(batch))
+        found = classify(flow, start(batch, flow.system).T.copy(), budget=budget)
+        more = coexisting(model, values, flow, found, starts, budget) if starts > 1 else {}
+        return evidence(found) | more
 
-    for tile, values in tiles.run(work, tiles.split(order), progress="zones" if progress else None, threads=threads):
+    pieces = tiles.split(order, max(1, tiles.TILE // starts))
+    for tile, values in tiles.run(work, pieces, progress="zones" if progress else None, threads=threads):
         for name, value in values.items():
             out.setdefault(name, np.zeros(len(order), value.dtype))[tile] = value
     data = {n: variable(n, (y.name, x.name), v.reshape(y.count, x.count)) for n, v in out.items()}
     coords = {a.name: variable(a.name, (a.name,), a.values) for a in (x, y)}
-    return xr.Dataset(data, coords, provenance("zones", model))
+    return xr.Dataset(data, coords, provenance("zones", model, starts=starts))
 
 
 def plane(model: MeshModel, x: Axis, y: Axis) -> dict[str, np.ndarray]:
