@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import gearchaos as gc
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, TwoLevelStiffness, mesh_stiffness
 from gearchaos.paper import build, claims, settings
@@ -21,6 +22,7 @@ from gearchaos.paper.claims._judge import records
 from gearchaos.paper.claims._maps import first_harmonic
 from gearchaos.paper.claims._outcome import JUDGES, Outcome
 from gearchaos.paper.figures import LAYOUTS, draw
+from gearchaos.paper.findings import second_opinion
 from gearchaos.paper.output import writable_folder, write_bytes
 from gearchaos.paper.page import _flat, _maths
 from gearchaos.studies import load
@@ -171,6 +173,14 @@ def test_likeness_counts_the_cells_that_keep_their_class():
     two[:, 0] = 1
     assert _read.likeness(labelled(one), labelled(one)) == {"same_class": 1.0, "v_rms_correlation": 1.0}
     assert _read.likeness(labelled(one), labelled(two))["same_class"] == pytest.approx(5 / 6, abs=1e-4)
+
+
+def test_the_spectral_opinion_is_told_where_it_differs():
+    ds = gc.bifurcation(gc.MeshModel.of(omega=1.0, q0=0.1), gc.Axis("eps1", 0.2, 0.23, 7), points=128)
+    assert "says the same in all of 7 columns" in second_opinion(ds, "eps1")
+    wrong = ds.assign(label=ds["label"].copy(data=np.full(7, 4, dtype=np.int8)), period=ds["period"] * 0)
+    assert "says the same in 0 of 7 columns" in second_opinion(wrong, "eps1")
+    assert "not undecided" in second_opinion(wrong, "eps1")
 
 
 def portrait(x: np.ndarray, y: np.ndarray) -> xr.Dataset:
