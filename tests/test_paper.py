@@ -139,6 +139,8 @@ def draft_bench():
 def test_verdicts_on_the_statements_of_the_paper(draft_bench, name, verdict):
     (claim,) = claims.judge_all(draft_bench, [name])
     assert claim.verdict == verdict
+    cited = json.dumps(claim.evidence["verdicts"])
+    assert "multiplier" in cited or "exponent" in cited
     json.dumps(claim.to_dict(), allow_nan=False)
 
 

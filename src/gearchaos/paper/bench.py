@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -35,7 +34,7 @@ class Bench:
 
     def __init__(self, quality: Quality, *, progress: bool = False) -> None:
         self.quality, self.progress = quality, progress
-        self.seconds: dict[str, float] = {}
+        self.asked: list[str] = []
         self._known: dict[str, Any] = {}
 
     @property
@@ -57,36 +56,51 @@ class Bench:
         return self.once(f"figure {number}{name}", lambda: _KINDS[study.kind](self, study))
 
     def once(self, key: str, compute: Callable[[], Any]) -> Any:
-        """The remembered result of ``compute``, which runs at the first call with this key and is timed."""
+        """The remembered result of ``compute``, which runs at the first call with this key.
+
+        ``asked`` lists every key asked for, in order.
+        """
+        self.asked.append(key)
         if key not in self._known:
-            start = time.perf_counter()
             self._known[key] = compute()
-            self.seconds[key] = time.perf_counter() - start
         return self._known[key]
+
+    def known(self, key: str) -> Any:
+        """A result by its key, None if there is none yet."""
+        return self._known.get(key)
 
     def regime(self, **values: Any) -> Regime:
         """The verdict at one operating point, given by short names."""
-        return self.once(f"regime {sorted(values.items())}", lambda: regime(MeshModel.of(**values)))
+        return self.once(f"the verdict at {_words(values)}", lambda: regime(MeshModel.of(**values)))
 
     def points(self, count: int, **values: Any) -> xr.Dataset:
         """A stroboscopic portrait of so many points at one operating point."""
         return self.once(
-            f"points {count} {sorted(values.items())}",
+            f"{count} stroboscopic points at {_words(values)}",
             lambda: simulate(MeshModel.of(**values), count, transient=TRANSIENT),
         )
 
     def scan(self, axis: Axis, *, patient: bool = False, **values: Any) -> xr.Dataset:
         """A fine scan along one axis for the verdicts; ``patient`` outlasts long chaotic transients."""
         return self.once(
-            f"scan {axis} {patient} {sorted(values.items())}",
+            f"{_range(axis)} at {_words(values)}{', waited for longer' if patient else ''}",
             lambda: bifurcation(MeshModel.of(**values), axis, points=0, budget=PATIENT if patient else None),
         )
 
     def map(self, model: MeshModel, x: Axis, y: Axis) -> xr.Dataset:
         """A map of verdicts over two axes."""
         return self.once(
-            f"map {model} {x} {y}", lambda: zones(model, x, y, budget=self.budget, progress=self.progress)
+            f"map over {_range(x)} and {_range(y)} of {model}",
+            lambda: zones(model, x, y, budget=self.budget, progress=self.progress),
         )
+
+
+def _words(values: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name} = {value}" for name, value in sorted(values.items()))
+
+
+def _range(axis: Axis) -> str:
+    return f"{axis.count} values of {axis.name} from {axis.start:g} to {axis.stop:g}"
 
 
 def _axes(study: Study, counts: tuple[int, ...]) -> list[Axis]:

@@ -11,6 +11,7 @@ from typing import Any
 
 from gearchaos.paper.bench import Bench
 from gearchaos.paper.claims import _attractors, _maps, _motions, _windows  # noqa: F401 - they register their judges
+from gearchaos.paper.claims._evidence import cited
 from gearchaos.paper.claims._outcome import CONTRADICTED, JUDGES, MISPRINT
 
 
@@ -63,8 +64,10 @@ def judge_all(
 
 
 def _judged(bench: Bench, name: str) -> Claim:
-    outcome = bench.once(f"claim {name}", lambda: JUDGES[name](bench))
-    return Claim(id=name, **records()[name], **asdict(outcome))
+    before = len(bench.asked)
+    outcome = asdict(JUDGES[name](bench))
+    outcome["evidence"] |= {"verdicts": cited(bench, bench.asked[before:])}
+    return Claim(id=name, **records()[name], **outcome)
 
 
 def failed(claims: Iterable[Claim]) -> list[Claim]:

@@ -1,0 +1,69 @@
+"""The verdicts a statement rests on: multipliers, exponents and their intervals of everything its judge looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from gearchaos.motion import Label
+from gearchaos.paper.bench import Bench
+from gearchaos.paper.claims._read import labels
+from gearchaos.studies import Regime
+
+
+def cited(bench: Bench, keys: Iterable[str]) -> dict[str, Any]:
+    """What each of these results says of its motions, by name of the result; results without verdicts are left out."""
+    found = {key: _cite(bench.known(key)) for key in dict.fromkeys(keys)}
+    return {key: value for key, value in found.items() if value}
+
+
+def _cite(result: Any) -> dict[str, Any]:
+    if isinstance(result, Regime):
+        return _regime(result)
+    if isinstance(result, xr.Dataset) and "lyapunov_lo" in result:
+        return _cells(result)
+    if isinstance(result, xr.Dataset) and "attractor_multiplier" in result:
+        return _attractors(result)
+    return {}
+
+
+def _regime(verdict: Regime) -> dict[str, Any]:
+    out: dict[str, Any] = {"label": verdict.label}
+    if verdict.multipliers:
+        out["largest_multiplier"] = _number(max(abs(complex(*m)) for m in verdict.multipliers))
+    if verdict.lyapunov:
+        out["largest_exponent"] = _number(verdict.lyapunov[0])
+        out["interval"] = [_number(end) for end in verdict.lyapunov_ci[0]]
+    return out
+
+
+def _cells(ds: xr.Dataset) -> dict[str, Any]:
+    """Of many motions: the weakest orbit, and the ends of all intervals of each kind without an orbit."""
+    label = ds["label"].values
+    return {kind.name.lower(): _kind(ds, kind, label == kind) for kind in Label if np.any(label == kind)}
+
+
+def _kind(ds: xr.Dataset, kind: Label, mine: np.ndarray) -> dict[str, Any]:
+    out: dict[str, Any] = {"cells": int(mine.sum())}
+    if kind == Label.PERIODIC:
+        out["largest_multiplier"] = _number(np.nanmax(ds["multiplier"].values[mine]))
+    elif kind != Label.DIVERGED:
+        ends = np.nanmin(ds["lyapunov_lo"].values[mine]), np.nanmax(ds["lyapunov_hi"].values[mine])
+        out["exponents_between"] = [_number(end) for end in ends]
+    return out
+
+
+def _attractors(ds: xr.Dataset) -> dict[str, Any]:
+    plain = xr.Dataset({n: ds[f"attractor_{n}"] for n in ("label", "period")})
+    facts = zip(labels(plain), ds["attractor_multiplier"].values, ds["attractor_lyapunov"].values, strict=True)
+    return {
+        f"{i}: {name}": {"largest_multiplier": _number(multiplier), "largest_exponent": _number(exponent)}
+        for i, (name, multiplier, exponent) in enumerate(facts, start=1)
+    }
+
+
+def _number(value: float) -> float | None:
+    return round(float(value), 6) if np.isfinite(value) else None
