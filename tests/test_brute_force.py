@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from oracles import brute_force
 
-from gearchaos.motion import Label, classify
-from gearchaos.studies.regime import name
+from gearchaos.motion import Label, classify, motion_name
 
 ROWS = brute_force.read()
 
@@ -19,7 +18,8 @@ def labels():
     for figure in brute_force.FIGURES:
         rows = [row for row in ROWS if int(row["figure"]) == figure]
         found = classify(*brute_force.flow_of(figure, brute_force.cells(figure)[2]), levels=False)
-        given = [name(Label(int(label)), int(period)) for label, period in zip(found.label, found.period, strict=True)]
+        pairs = zip(found.label, found.period, strict=True)
+        given = [motion_name(Label(int(label)), int(period)) for label, period in pairs]
         out += list(zip([row["labels"].split("|") for row in rows], given, rows, strict=True))
     return out
 

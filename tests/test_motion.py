@@ -141,11 +141,10 @@ def test_chaos_that_ends_is_outlasted_and_flagged():
     assert found.transient_chaos.any()
     _, hasty = verdict(omega=1.0, q0=0.1, eps1=0.206, values=starts, budget=Budget(patience=0))
     assert np.sum(hasty.label == Label.CHAOTIC) > np.sum(found.label == Label.CHAOTIC)
-    assert not np.any(hasty.transient_chaos[hasty.label == Label.CHAOTIC])
 
 
 def test_a_motion_that_leaves_a_stable_orbit_is_not_taken_for_it():
-    """A start close to a stable orbit but on the far side of its basin: nearness alone is no proof."""
+    """Near the unstable 1T orbit, whose multipliers are given as stable: what the trajectory does decides."""
     flow, found = verdict(omega=1.9, q0=0.1, eps1=0.03)
     points = np.zeros(1, dtype=int)
     stable = orbit.polish(flow, found.w, points, np.array([2]))

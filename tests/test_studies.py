@@ -9,7 +9,7 @@ import xarray as xr
 import gearchaos as gc
 from gearchaos.errors import InputError
 from gearchaos.motion import Label
-from gearchaos.studies import boundary
+from gearchaos.studies import boundary, tiles
 
 FIGURE_2 = gc.MeshModel.of(q0=0.1)
 
@@ -156,7 +156,7 @@ def test_basins_tell_attractors_apart():
     assert np.sort(lowest).round(4).tolist() == [-1.6818, 0.3127]
 
 
-def test_attractors_come_with_shares_and_do_not_depend_on_tiles():
+def test_attractors_come_with_shares_and_do_not_depend_on_threads_or_tiles(monkeypatch):
     model = gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05)
     data = gc.attractors(model, 512)
     assert data.attractor_period.values.tolist() == [1, 3, 4, 4, 5]
@@ -164,6 +164,8 @@ def test_attractors_come_with_shares_and_do_not_depend_on_tiles():
     low, share, high = (data[f"attractor_fraction{end}"].values for end in ("_lo", "", "_hi"))
     assert np.all((low < share) & (share < high))
     xr.testing.assert_identical(data, gc.attractors(model, 512, threads=1))
+    monkeypatch.setattr(tiles, "_PER_CORE", 1)
+    xr.testing.assert_identical(data, gc.attractors(model, 512))
     other = gc.attractors(model, 512, seed=1)
     assert np.all(np.abs(other.attractor_fraction - data.attractor_fraction) < 0.1)
 
@@ -213,6 +215,7 @@ def test_the_smallest_kick_is_the_distance_to_the_boundary():
     x, y = np.linspace(-2, 2, 81), np.linspace(-1, 1, 41)
     kicks = boundary.smallest_kicks(plane, x, y, [np.array([[0.0, 0.0], [0.5, 0.2]]), np.array([[1.5, 0.0]])])
     np.testing.assert_allclose(kicks, [0.5, 0.55], atol=1e-9)
+    assert np.isnan(boundary.smallest_kicks(np.zeros((41, 81), dtype=int), x, y, [np.array([[0.0, 0.0]])])[0])
 
 
 def test_the_steady_motion_behind_a_verdict_starts_on_it():
@@ -234,6 +237,7 @@ BAD = [
     (lambda: gc.simulate(FIGURE_2, 5, transient=-1), "transient must be"),
     (lambda: gc.simulate(FIGURE_2, 5, samples=0), "samples must be"),
     (lambda: gc.zones(FIGURE_2, gc.Axis("omega", 1.0, 2.0, 3), gc.Axis("eps1", 0, 1, 2), starts=0), "starts must be a"),
+    (lambda: gc.zones(FIGURE_2, gc.Axis("omega", 1.0, 2.0, 3), gc.Axis("q0", 0, 1, 2), starts=10**6), "at most 2048"),
     (lambda: gc.zones(FIGURE_2, gc.Axis("x1", 1.0, 2.0, 3), gc.Axis("eps1", 0, 1, 2), starts=4), "starts must be 1"),
     (lambda: gc.attractors(FIGURE_2, 0), "starts must be a whole number of at least 1; got 0"),
     (lambda: gc.attractors(FIGURE_2, 10**13), "starts must be at most"),

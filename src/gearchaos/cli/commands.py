@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearchaos.cli.errors import Commands
+from gearchaos.cli.errors import Commands, say
 from gearchaos.cli.output import (
     DATA_SUFFIXES,
     PLOT_SUFFIXES,
@@ -158,20 +158,21 @@ def regime(study: StudyPath = None, sets: Sets = None, plot: Plot = None, json_o
     from gearchaos.studies import regime as run
 
     verdict = run(loaded.model)
-    if plot:
-        _draw_steady(loaded, verdict, plot)
     if json_out:
         print_json(verdict.to_dict())
     else:
         from gearchaos.cli.pages import print_regime
 
         print_regime(verdict, loaded)
+    if plot:
+        _draw_steady(loaded, verdict, plot)
 
 
 def _draw_steady(loaded: Study, verdict: Regime, path: Path) -> None:
-    """The picture of the motion behind a verdict."""
+    """The picture of the motion behind a verdict, if it stays bounded."""
     if not verdict.section:
-        raise InputError("--plot", "needs a motion that stays bounded", verdict.label)
+        say(f"no picture: the motion {verdict.label}")
+        return
     from gearchaos.studies import steady
 
     draw_dossier(steady(loaded.model, verdict), f"{verdict.label}: {verdict.reason}", path)

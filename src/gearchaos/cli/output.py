@@ -104,16 +104,14 @@ def _finite(value: Any) -> Any:
 
 def attractor_list(dataset: xr.Dataset) -> dict[str, Any]:
     """The attractors of one operating point, the shares of the starts with their intervals, and what is left over."""
-    from gearchaos.motion import Label
     from gearchaos.motion.reading import CONTACTS
-    from gearchaos.studies.regime import name
+    from gearchaos.studies import motions
 
     rows = []
-    for i in range(dataset.sizes["number"]):
+    for i, label in enumerate(motions(dataset["attractor_label"], dataset["attractor_period"])):
         one = {n.removeprefix("attractor_"): dataset[n].values[i].item() for n in _ATTRACTOR_FIELDS}
-        label, period = Label(int(dataset["attractor_label"][i])), int(dataset["attractor_period"][i])
-        contact = CONTACTS[int(dataset["attractor_contact"][i])]
-        rows.append({"label": name(label, period), "period": period or None, "contact": contact, **one})
+        period, contact = int(dataset["attractor_period"][i]), CONTACTS[int(dataset["attractor_contact"][i])]
+        rows.append({"label": label, "period": period or None, "contact": contact, **one})
     undecided = float((dataset["attractor"] < 0).mean())
     return {"attractors": rows, "undecided_fraction": undecided, "starts": int(dataset.sizes["start"])}
 
@@ -141,17 +139,11 @@ def _section_names(dataset: xr.Dataset) -> dict[str, str]:
 
 def summary(kind: str, dataset: xr.Dataset) -> dict[str, Any]:
     """How many cells show each motion, or the attractors and their shares of the plane."""
+    from gearchaos.studies import motions
+
     if kind == "basins":
         shares = dataset["attractor_fraction"].values.tolist()
-        names = _motions(dataset["attractor_label"], dataset["attractor_period"])
+        names = motions(dataset["attractor_label"], dataset["attractor_period"])
         return {"attractors": [{"label": n, "fraction": s} for n, s in zip(names, shares, strict=True)]}
-    names = _motions(dataset["label"], dataset["period"])
+    names = motions(dataset["label"], dataset["period"])
     return {"cells": {name: names.count(name) for name in sorted(set(names))}}
-
-
-def _motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:
-    """Every motion by name: "3T" where it has a period, else what the flags of its code say."""
-    codes, words = labels.attrs["flag_values"].tolist(), labels.attrs["flag_meanings"].split()
-    names = dict(zip(codes, words, strict=True))
-    pairs = zip(labels.values.ravel().tolist(), periods.values.ravel().tolist(), strict=True)
-    return [f"{period}T" if period > 0 else names[code] for code, period in pairs]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -95,6 +96,6 @@ def _physical_levels(values: dict[str, Any], loaded: Study) -> list[tuple[str, s
 
 
 def _shown(value: Any) -> str:
-    if value is None or value != value:
+    if value is None or (isinstance(value, float) and math.isnan(value)):
         return "none"
     return f"{value:.6g}" if isinstance(value, float) else str(value)

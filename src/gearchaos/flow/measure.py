@@ -8,7 +8,7 @@ from gearchaos.flow import layout as to
 from gearchaos.flow.jit import kernel
 from gearchaos.flow.layout import MEASURES, ORDER, WIDTH, parameters, rows
 from gearchaos.flow.simd import any_lane, load, select, splat, store, vfma
-from gearchaos.flow.taylor import add_wave, horner, set_gains, spring
+from gearchaos.flow.taylor import add_wave, horner, set_gains, stretch, variation
 
 _GAUSS = 6
 _LEGENDRE = np.polynomial.legendre.leggauss(_GAUSS)
@@ -33,7 +33,10 @@ def output_series(dims, phys, h, k, points, ws):
             coef = load(ws, at.coef + m * d + i)
             store(ws, velocity + m, vfma(gain, coef, load(ws, velocity + m)))
             if i == 1:
-                store(ws, force + m, vfma(damping, coef, spring(ws, at, d, m, sigma, 0, k > 0)))
+                spring = load(ws, at.chi) * stretch(ws, at, d, m, sigma)
+                if k > 0:
+                    spring = spring + variation(ws, at, d, m, sigma)
+                store(ws, force + m, vfma(damping, coef, spring))
     set_gains(phys, points, par.velocity0, par.damping, 1.0, ws, at.gain)
     store(ws, velocity, load(ws, velocity) + load(ws, at.gain))
     for j in range(h):

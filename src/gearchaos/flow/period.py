@@ -11,8 +11,8 @@ from gearchaos.flow.layout import DIVERGED, DIVERGED_AT, OK
 from gearchaos.flow.resolve import resolve
 from gearchaos.flow.step import affine, collect, load, load_bounds, matvec, stale, suspects
 
-_NONE = 2.0
-"""The contact state of matrices that are nobody's."""
+_NOBODY = np.nan
+"""The contact state of matrices that are nobody's: unequal to any."""
 
 
 @kernel
@@ -105,7 +105,6 @@ def advance_block(
     n = sections.shape[2]
     now = np.int64(0)  # a literal 0 would compile everything below twice
     last = len(nodes.piece) - 1
-    slot: int = np.int64(0)  # type: ignore[assignment]
     contact_state(lanes.w[0], lanes.sigma, n)
     for period in range(periods):
         wanted = 0
@@ -113,10 +112,10 @@ def advance_block(
             if wanted < len(sample_at) and sample_at[wanted] == step:
                 _sample(lanes, now, samples[period, wanted], n)
                 wanted += 1
+            slot = nodes.piece[step] if len(active) > 1 else np.int64(0)
             if step == 0 or nodes.piece[step] != nodes.piece[step - 1]:
-                slot = nodes.piece[step] if len(active) > 1 else 0
                 if len(active) == 1:
-                    loaded[0, :n] = _NONE
+                    loaded[0, :n] = _NOBODY
                 if len(active) == 1 or period == 0:
                     load_bounds(dims, phys, nodes, step, lanes.point, bounds[slot], n)
                 count = stale(loaded[slot], lanes.sigma, work.lane, n)

@@ -90,14 +90,18 @@ def turn_waves(dims, h, k, ws):
 
 
 @kernel
-def spring(ws, at, d, k, shift, first, varying):
-    """Coefficient k of χ(τ) (z − shift), by the product rule, with the harmonics of χ from ``first`` on."""
+def stretch(ws, at, d, k, shift):
+    """Coefficient k of z − shift."""
     z = load(ws, at.coef + k * d)
-    total = load(ws, at.chi) * (z - shift if k == 0 else z) if first == 0 else splat(0.0)
-    if varying:
-        for i in range(1, k + 1):
-            z = load(ws, at.coef + (k - i) * d)
-            total = vfma(load(ws, at.chi + i), z - shift if i == k else z, total)
+    return z - shift if k == 0 else z
+
+
+@kernel
+def variation(ws, at, d, k, shift):
+    """Coefficient k of (χ(τ) − χ at the start of the piece) (z − shift), by the product rule."""
+    total = splat(0.0)
+    for i in range(1, k + 1):
+        total = vfma(load(ws, at.chi + i), stretch(ws, at, d, k - i, shift), total)
     return total
 
 
@@ -117,16 +121,14 @@ def expand(dims, ws, forced, varying):
     for k in range(ORDER):
         scale = h * splat(1.0 / (k + 1))
         store(ws, at.coef + (k + 1) * d, load(ws, at.coef + k * d + 1) * scale)
-        z = load(ws, at.coef + k * d)
-        if k == 0:
-            z = z - shift
+        z = stretch(ws, at, d, k, shift)
         for i in range(1, d):
             total = load(ws, at.forcing + k) if forced and i == 1 else splat(0.0)
             if forced and k == 0:
                 total = total + load(ws, at.push + i)
             total = vfma(load(ws, at.pull + i), z, total)
             if varying:
-                total = vfma(load(ws, at.minus_b + i), spring(ws, at, d, k, shift, 1, True), total)
+                total = vfma(load(ws, at.minus_b + i), variation(ws, at, d, k, shift), total)
             for j in range(1, d):
                 total = vfma(load(ws, i * d + j), load(ws, at.coef + k * d + j), total)
             store(ws, at.coef + (k + 1) * d + i, total * scale)

@@ -27,6 +27,11 @@ class Reason(IntEnum):
     NEUTRAL = 7
 
 
+def motion_name(label: Label, period: int) -> str:
+    """A label as text: the period of a periodic motion, "3T", else the kind, "quasi-periodic"."""
+    return f"{period}T" if label == Label.PERIODIC else label.name.lower().replace("_", "-")
+
+
 REASONS = {
     Reason.ORBIT: "a stable periodic orbit converged and the trajectory approaches it",
     Reason.POSITIVE_EXPONENT: "the largest Lyapunov exponent is positive by its 99 % confidence interval",

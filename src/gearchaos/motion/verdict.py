@@ -41,8 +41,8 @@ class Verdicts:
     multipliers : (L, d)
         Floquet multipliers, largest modulus first; NaN where there is no orbit.
     exponent, low, high : (K, L)
-        Lyapunov exponents per unit τ, largest first: exact of an orbit; of a torus the largest from weighted
-        Birkhoff averages, with the range of those of both halves of the run; else with 99 % intervals.
+        Lyapunov exponents per unit τ, largest first: exact of an orbit; of a torus from weighted Birkhoff averages,
+        with the range of those of both halves of the run; else with 99 % intervals.
     rotation : (L,)
         Frequency of the strongest line of a quasi-periodic section, in cycles per mesh period; NaN for the others.
     transient_chaos : (L,)
@@ -97,7 +97,7 @@ def classify(
     return Verdicts(
         sheet.label.astype(np.int8), sheet.reason.astype(np.int8), sheet.period.astype(np.int32), sheet.w,
         sheet.residual, sheet.multipliers, sheet.exponent, sheet.low, sheet.high, sheet.rotation,
-        sheet.wild & (sheet.label != Label.CHAOTIC), sheet.spent, reading,
+        sheet.wild & np.isin(sheet.label, (Label.PERIODIC, Label.QUASI_PERIODIC)), sheet.spent, reading,
     )
 
 

@@ -9,10 +9,10 @@ import xarray as xr
 
 from gearchaos.motion.spectrum import opinion
 from gearchaos.paper.bench import Bench
-from gearchaos.paper.claims._read import labels
 from gearchaos.paper.settings import Figure, Study
 from gearchaos.paper.words import percent, symbol
 from gearchaos.plot import MOTION_CLASSES, attractor_names, motion_class
+from gearchaos.studies import motions
 
 
 def findings(bench: Bench, figure: Figure, data: Mapping[str, xr.Dataset]) -> list[str]:
@@ -73,7 +73,7 @@ _NAMED = 4
 def second_opinion(ds: xr.Dataset, axis: str) -> str:
     """Where the spectrum of the stroboscopic points, the paper's own way, says something else than the verdict."""
     columns = np.unique(np.linspace(0, ds.sizes[axis] - 1, _ASKED).astype(int))
-    names, differing = labels(ds), []
+    names, differing = motions(ds["label"], ds["period"]), []
     for i in columns:
         points = np.stack([ds[f"section_{n}"].values[i] for n in ("z", "z_dot")], axis=1)
         found = opinion(points, longest=len(points) // 2)[0]

@@ -4,12 +4,13 @@ from gearchaos.axis import Axis
 from gearchaos.studies.attractors import attractors
 from gearchaos.studies.basins import basins
 from gearchaos.studies.bifurcation import bifurcation
-from gearchaos.studies.dataset import load, save
+from gearchaos.studies.dataset import load, motions, save
 from gearchaos.studies.regime import Regime, regime
 from gearchaos.studies.simulate import simulate
 from gearchaos.studies.steady import steady
 from gearchaos.studies.zones import zones
 
 __all__ = [
-    "Axis", "Regime", "attractors", "basins", "bifurcation", "load", "regime", "save", "simulate", "steady", "zones",
+    "Axis", "Regime", "attractors", "basins", "bifurcation", "load", "motions", "regime", "save", "simulate", "steady",
+    "zones",
 ]

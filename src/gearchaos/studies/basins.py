@@ -6,18 +6,13 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.axis import Axis
-from gearchaos.coordinates import start
 from gearchaos.errors import InputError
-from gearchaos.flow import ExactFlow
-from gearchaos.model import MeshModel, state_names, vary
-from gearchaos.motion import Budget, Verdicts, classify
-from gearchaos.studies import tiles
-from gearchaos.studies.attractors import described
+from gearchaos.model import MeshModel, state_names
+from gearchaos.motion import Budget
 from gearchaos.studies.boundary import entropy, smallest_kicks, uncertainty_exponent
-from gearchaos.studies.catalogue import Attractor, Catalogue
+from gearchaos.studies.catalogue import Attractor, Catalogue, catalogued, described
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.zones import plane
-from gearchaos.switched import switched
 
 
 def basins(
@@ -38,7 +33,7 @@ def basins(
     Returns
     -------
     xarray.Dataset
-        ``attractor(y, x)``, an index into the dim "attractor" or -1 where the motion diverged or stayed undecided;
+        ``attractor(y, x)``, an index into the dim "number" or -1 where the motion diverged or stayed undecided;
         per attractor its label, period, share of the plane, levels, exponent or multiplier, and section. Periodic
         attractors are told apart by their polished orbits, others by their means and spreads. ``basin_entropy``,
         ``boundary_basin_entropy`` and ``uncertainty_exponent`` say how tangled the boundaries are, and for the single
@@ -48,21 +43,10 @@ def basins(
         if axis.name not in state_names(model.kind):
             raise InputError(f"axis {axis.name}", "must be an initial value of the model", axis.name,
                              f"Choose from {', '.join(state_names(model.kind))}.")
-    grid = plane(model, x, y)
-    system = switched(vary(model, {}))
-    flow = ExactFlow(system)
-    index = np.full(x.count * y.count, -1, dtype=np.int16)
-    catalogue = Catalogue(flow)
-
-    def work(tile: np.ndarray) -> Verdicts:
-        w = start(vary(model, {k: v[tile] for k, v in grid.items()}), system).T.copy()
-        return classify(flow, w, np.zeros(len(tile), dtype=int), budget=budget, levels=False)
-
-    pieces = tiles.split(np.arange(len(index)))
-    done = tiles.run(work, pieces, progress="basins" if progress else None, threads=threads)
-    for tile, found in sorted(done, key=lambda item: item[0][0]):  # so that no result depends on which came first
-        index[tile] = catalogue.place(found)
-    return _dataset(model, x, y, catalogue.ranks()[index].reshape(y.count, x.count), catalogue)
+    index, catalogue = catalogued(
+        model, plane(model, x, y), budget=budget, progress="basins" if progress else None, threads=threads
+    )
+    return _dataset(model, x, y, index.reshape(y.count, x.count), catalogue)
 
 
 def _dataset(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, catalogue: Catalogue) -> xr.Dataset:

@@ -58,9 +58,12 @@ def smallest_kicks(index: np.ndarray, x: np.ndarray, y: np.ndarray, sections: li
     Returns
     -------
     (attractors,)
-        Exact to a cell; NaN where no point of the attractor lies on a cell of its own basin.
+        Exact to a cell; NaN where no point of the attractor lies on a cell of its own basin, or no start leads
+        elsewhere.
     """
     out = np.full(len(sections), np.nan)
+    if np.all(index == index[0, 0]):
+        return out
     step = (y[1] - y[0], x[1] - x[0])
     for number, points in enumerate(sections):
         reach = distance_transform_edt(index == number, sampling=step)

@@ -5,10 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+import xarray as xr
 
+from gearchaos.coordinates import start
 from gearchaos.flow import ExactFlow
-from gearchaos.motion import Label, Verdicts, classify, orbit
+from gearchaos.model import MeshModel, vary
+from gearchaos.motion import Budget, Label, Verdicts, classify, orbit
+from gearchaos.studies import tiles
+from gearchaos.studies.dataset import variable
+from gearchaos.studies.evidence import evidence
+from gearchaos.switched import switched
 
+_FACTS = ("v_rms", "contact_fraction", "contact", "dynamic_factor", "lyapunov", "multiplier", "residual")
 _SAME = 1e-6
 _ALIKE = 0.1
 _SECTIONS = 1024
@@ -70,7 +78,7 @@ class Catalogue:
         sections = np.empty((0, *w.shape)) if period else self._advance(w, _SECTIONS)
         for number, attractor in enumerate(self.known):
             if (attractor.label, attractor.period) == (label, period):
-                index[left[attractor.holds(w, sections)]] = number
+                index[left[(index[left] < 0) & attractor.holds(w, sections)]] = number
         while np.any(index[left] < 0):
             first = int(np.flatnonzero(index[left] < 0)[0])
             section = orbit_points(self.flow, w[:, first], self.point, period) if period else sections[:, :, first]
@@ -101,6 +109,45 @@ class Catalogue:
         w = np.stack([a.section[-1] for a in self.known], axis=1)
         return classify(self.flow, w, np.full(len(self.known), self.point))
 
+
+def catalogued(
+    model: MeshModel, values: dict[str, np.ndarray], *, budget: Budget | None, progress: str | None, threads: int | None
+) -> tuple[np.ndarray, Catalogue]:
+    """Where each start of one operating point leads, (starts,) numbers in the catalogue's order, and the catalogue.
+
+    ``values`` are the initial values by name, each (starts,).
+    """
+    system = switched(vary(model, {}))
+    flow, count = ExactFlow(system), len(next(iter(values.values())))
+    index, catalogue = np.full(count, -1, dtype=np.int16), Catalogue(flow)
+
+    def work(tile: np.ndarray) -> Verdicts:
+        w = start(vary(model, {k: v[tile] for k, v in values.items()}), system).T.copy()
+        return classify(flow, w, np.zeros(len(tile), dtype=int), budget=budget, levels=False)
+
+    done = tiles.run(work, tiles.split(np.arange(count)), progress=progress, threads=threads)
+    for tile, found in sorted(done, key=lambda item: item[0][0]):  # so that no result depends on which came first
+        index[tile] = catalogue.place(found)
+    return catalogue.ranks()[index], catalogue
+
+
+def described(catalogue: Catalogue) -> dict[str, xr.Variable]:
+    """Label, period, levels and section (z and z', padded with NaN) of every attractor, in the catalogue's order."""
+    order = catalogue.order()
+    known = [catalogue.known[i] for i in order]
+    out: dict[str, np.ndarray] = {
+        "label": np.array([a.label for a in known], np.int8), "period": np.array([a.period for a in known], np.int32),
+    }
+    facts = evidence(catalogue.judged()) if known else {}
+    out |= {name: facts[name][order] if known else np.zeros(0) for name in _FACTS}
+    longest = max((len(a.section) for a in known), default=0)
+    sections = np.full((2, len(known), longest), np.nan)
+    for i, a in enumerate(known):
+        sections[:, i, : len(a.section)] = a.section[:, :2].T
+    names = ("attractor_section_z", "attractor_section_z_dot")
+    return {f"attractor_{n}": variable(f"attractor_{n}", ("number",), v) for n, v in out.items()} | {
+        n: variable(n, ("number", "point"), v) for n, v in zip(names, sections, strict=True)
+    }
 
 def orbit_points(flow: ExactFlow, w: np.ndarray, point: int, period: int) -> np.ndarray:
     """The points (n, d) of the periodic orbit through w (d,)."""

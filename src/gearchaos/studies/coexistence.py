@@ -15,15 +15,12 @@ from gearchaos.studies.starts import default_box, spread
 _DIGITS = 6
 
 
-def other_starts(model: MeshModel, values: dict[str, np.ndarray], flow: ExactFlow, count: int) -> np.ndarray:
-    """Dynamic states (d, n * count) of the same ``count`` starts in each of n cells, cell by cell within a start."""
-    bare = replace(model, initial={}) if model.kind == "single" else model
-    cells = len(next(iter(values.values())))
-    states = []
-    for k in range(count):
-        here = {name: np.full(cells, v[k]) for name, v in spread(default_box(model), count, 0).items()}
-        states.append(start(vary(bare, {**values, **here}), flow.system).T)
-    return np.concatenate(states, axis=1) if states else np.empty((flow.dimension, 0))
+def _other_starts(model: MeshModel, values: dict[str, np.ndarray], flow: ExactFlow, count: int) -> np.ndarray:
+    """Dynamic states (d, n * count) of the same ``count`` starts in each of n cells, all cells of a start together."""
+    bare = replace(model, initial={}) if model.kind == "single" else model  # whose start is z or x1, never both
+    cells, chosen = flow.system.points, spread(default_box(model), count, 0)
+    starts = [{name: np.full(cells, v[k]) for name, v in chosen.items()} for k in range(count)]
+    return np.concatenate([start(vary(bare, {**values, **here}), flow.system).T for here in starts], axis=1)
 
 
 def coexisting(
@@ -36,14 +33,14 @@ def coexisting(
     values : dict of str to (n,)
         What varies from cell to cell.
     own : Verdicts
-        On the model's own start in every cell, the first of the ``starts``.
+        On the model's own start in every cell, the first of the ``starts``, which are two or more.
 
     Motions are one if their orbits have the same period and the same mean point to 1e-6; all chaotic motions of a
     cell count as one, and so do all quasi-periodic ones.
     """
     cells = len(own.label)
     points = np.tile(np.arange(cells), starts - 1)
-    others = classify(flow, other_starts(model, values, flow, starts - 1), points, budget=budget)
+    others = classify(flow, _other_starts(model, values, flow, starts - 1), points, budget=budget)
     label, period, v_rms, contact = (
         np.concatenate(pair).reshape(starts, cells) for pair in (
             (own.label, others.label), (own.period, others.period), (own.reading.v_rms, others.reading.v_rms),

@@ -15,7 +15,7 @@ import xarray as xr
 
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, TwoLevelStiffness
-from gearchaos.motion import REASONS, Label, Reason
+from gearchaos.motion import REASONS, Label, Reason, motion_name
 from gearchaos.motion.reading import CONTACTS
 
 _LENGTH, _TIME = "delta", "1/omega0"
@@ -94,6 +94,12 @@ def variable(name: str, dims: tuple[str, ...], values: np.ndarray, coded: bool =
     base = name.removeprefix("attractor_")
     codes = _CODES.get(base, {}) if coded else {}
     return xr.Variable(dims, values, {**describe(name), **codes})
+
+
+def motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:
+    """Every motion by name: "3T" where it has a period, else its kind."""
+    pairs = zip(labels.values.ravel().tolist(), periods.values.ravel().tolist(), strict=True)
+    return [motion_name(Label(label), period) for label, period in pairs]
 
 
 def model_json(model: MeshModel) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from gearchaos.coordinates import start
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
-from gearchaos.motion import REASONS, Budget, Label, Reason, Verdicts, classify
+from gearchaos.motion import REASONS, Budget, Label, Reason, Verdicts, classify, motion_name
 from gearchaos.motion.reading import CONTACTS
 from gearchaos.motion.spectrum import opinion
 from gearchaos.studies.sections import steady_sections
@@ -77,16 +77,11 @@ def regime(model: MeshModel, *, budget: Budget = PATIENT) -> Regime:
     sections = {} if label == Label.DIVERGED else steady_sections(batch, flow, found, _SHOWN)
     shown = int(found.period[0]) or _SHOWN
     return Regime(
-        label=name(label, int(found.period[0])), period=int(found.period[0]) or None,
+        label=motion_name(label, int(found.period[0])), period=int(found.period[0]) or None,
         reason=REASONS[Reason(int(found.reason[0]))], **_dynamics(found), **_levels(found, label),
         section={k: v[0, -shown:].tolist() for k, v in sections.items()},
         spectral_label=opinion(np.stack([sections["z"][0], sections["z_dot"][0]], axis=1))[0] if sections else None,
     )
-
-
-def name(label: Label, period: int) -> str:
-    """The text of a label: the period of a periodic motion, "3T", else the kind."""
-    return f"{period}T" if label == Label.PERIODIC else label.name.lower().replace("_", "-")
 
 
 def _dynamics(found: Verdicts) -> dict:

@@ -17,10 +17,8 @@ TILE = 2048
 
 _LEAST = 64
 _PER_CORE = 6
-
-
 _BYTES = 400
-"""What a study keeps of each cell or start, and what passes through while a tile is worked on, at most."""
+"""What a study keeps of each cell or start, at most."""
 
 
 def check_memory(name: str, count: int) -> None:

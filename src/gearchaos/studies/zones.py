@@ -48,7 +48,8 @@ def zones(
         ``attractors`` found in each cell, ``v_rms_least`` and ``v_rms_most`` among them and ``contact_worst``.
     """
     starts, grid = whole_number("starts", starts, 1), plane(model, x, y)
-    tiles.check_memory("starts", starts * x.count * y.count)
+    if starts > tiles.TILE:
+        raise InputError("starts", f"must be at most {tiles.TILE} in each cell", starts, "Use attractors for more.")
     if starts > 1 and {x.name, y.name} & set(state_names(model.kind)):
         raise InputError("starts", "must be 1 where an axis is an initial value", starts)
     out: dict[str, np.ndarray] = {}
@@ -64,7 +65,7 @@ def zones(
         more = coexisting(model, values, flow, found, starts, budget) if starts > 1 else {}
         return evidence(found) | more
 
-    pieces = tiles.split(order, max(1, tiles.TILE // starts))
+    pieces = tiles.split(order, tiles.TILE // starts)
     for tile, values in tiles.run(work, pieces, progress="zones" if progress else None, threads=threads):
         for name, value in values.items():
             out.setdefault(name, np.zeros(len(order), value.dtype))[tile] = value

@@ -10,8 +10,7 @@ import xarray as xr
 
 from gearchaos.motion import Label
 from gearchaos.paper.bench import Bench
-from gearchaos.paper.claims._read import labels
-from gearchaos.studies import Regime
+from gearchaos.studies import Regime, motions
 
 
 def cited(bench: Bench, keys: Iterable[str]) -> dict[str, Any]:
@@ -57,8 +56,8 @@ def _kind(ds: xr.Dataset, kind: Label, mine: np.ndarray) -> dict[str, Any]:
 
 
 def _attractors(ds: xr.Dataset) -> dict[str, Any]:
-    plain = xr.Dataset({n: ds[f"attractor_{n}"] for n in ("label", "period")})
-    facts = zip(labels(plain), ds["attractor_multiplier"].values, ds["attractor_lyapunov"].values, strict=True)
+    names = motions(ds["attractor_label"], ds["attractor_period"])
+    facts = zip(names, ds["attractor_multiplier"].values, ds["attractor_lyapunov"].values, strict=True)
     return {
         f"{i}: {name}": {"largest_multiplier": _number(multiplier), "largest_exponent": _number(exponent)}
         for i, (name, multiplier, exponent) in enumerate(facts, start=1)

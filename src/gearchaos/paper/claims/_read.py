@@ -1,4 +1,4 @@
-"""Reading verdicts: labels as text, shares, and how much two maps or two portraits are alike."""
+"""Reading verdicts: kinds, shares, and how much two maps or two portraits are alike."""
 
 from __future__ import annotations
 
@@ -8,19 +8,10 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.motion import Label
-from gearchaos.plot import MOTION_CLASSES, motion_class
+from gearchaos.plot import motion_class
 
 LOCKED_FROM = 9
 """Periods from here on, within a range of quasi-periodic motion, count as locked on the torus."""
-
-
-def labels(ds: xr.Dataset) -> list[str]:
-    """The label of every column of a scan as text: ``4T``, ``chaotic``, ..."""
-    kinds = motion_class(ds["label"], ds["period"])
-    periodic = ds["label"].values == Label.PERIODIC
-    names = [MOTION_CLASSES[k].name for k in kinds.ravel()]
-    periods = ds["period"].values.ravel()
-    return [f"{n}T" if p else name for n, p, name in zip(periods, periodic.ravel(), names, strict=True)]
 
 
 def is_chaotic(ds: xr.Dataset) -> np.ndarray:
