@@ -10,14 +10,14 @@ from gearchaos.model import MeshModel, vary
 from gearchaos.motion import Budget, Label, Reason, classify, orbit, torus
 from gearchaos.motion.lyapunov import from_growth
 from gearchaos.motion.spectrum import amplitudes, opinion
-from gearchaos.switched import switched
+from gearchaos.switched import SwitchedAffine, switched
 
 
-def verdict(exponents=None, budget=None, values=None, **model):
+def verdict(budget=None, values=None, **model):
     batch = vary(MeshModel.of(**model), values or {})
     system = switched(batch)
     flow = ExactFlow(system)
-    return flow, classify(flow, start(batch, system).T.copy(), exponents=exponents or system.dimension, budget=budget)
+    return flow, classify(flow, start(batch, system).T.copy(), budget=budget)
 
 
 def test_a_linear_motion_has_its_closed_form_multipliers():
@@ -46,6 +46,28 @@ def test_exponents_of_every_verdict_sum_to_the_trace():
     np.testing.assert_allclose(found.exponent.sum(axis=0), flow.system.trace, atol=1e-11)
     names = [Label(v).name for v in found.label]
     assert names == ["PERIODIC", "QUASI_PERIODIC", "CHAOTIC", "PERIODIC", "QUASI_PERIODIC", "CHAOTIC"]
+
+
+def test_the_exponents_of_a_long_orbit_are_not_lost_in_rounding():
+    """32 periods shrink areas by 1e-22, far below the rounding of the monodromy matrix."""
+    flow, found = verdict(omega=0.5, q0=0.1, eps1=0.206, values={"omega": np.linspace(0.96, 1.0, 120)})
+    long = found.period >= 16
+    assert long.any()
+    np.testing.assert_allclose(found.exponent[:, long].sum(axis=0), flow.system.trace[long], atol=1e-9)
+    np.testing.assert_allclose(
+        found.exponent[0, long], np.log(np.abs(found.multipliers[long, 0])) / (found.period * flow.system.period)[long],
+        rtol=1e-9,
+    )
+
+
+def test_a_run_whose_exponents_do_not_sum_to_the_trace_is_not_trusted(monkeypatch):
+    """The trace is falsified, since the flow cannot be."""
+    trace = SwitchedAffine.trace.fget
+    monkeypatch.setattr(SwitchedAffine, "trace", property(lambda system: trace(system) + 1e-4))
+    _, found = verdict(kind="full", omega=1.05, values={"eps1": [0.03, 0.04, 0.048]}, budget=Budget(patience=0))
+    assert set(found.label) == {Label.UNDECIDED}
+    assert set(found.reason) == {Reason.INCONSISTENT}
+    np.testing.assert_allclose(found.trace_error, 1e-4, rtol=1e-4)
 
 
 def test_complex_multipliers_of_a_planar_orbit_have_the_modulus_that_damping_gives():

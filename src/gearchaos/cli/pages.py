@@ -26,6 +26,7 @@ _LEVELS = (
     ("contact_fraction", "share of the time in contact"),
     ("dynamic_factor", "dynamic factor"),
     ("residual", "residual of the orbit"),
+    ("trace_error", "exponents' sum against the trace"),
     ("periods_spent", "mesh periods computed"),
     ("spectral_label", "second opinion (spectrum)"),
 )

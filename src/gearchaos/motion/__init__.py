@@ -2,6 +2,7 @@
 
 from gearchaos.motion.budget import Budget
 from gearchaos.motion.label import REASONS, Label, Reason, motion_name
-from gearchaos.motion.verdict import Verdicts, classify
+from gearchaos.motion.sheet import Sheet
+from gearchaos.motion.verdict import Verdicts, classify, conclude, look
 
-__all__ = ["REASONS", "Budget", "Label", "Reason", "Verdicts", "classify", "motion_name"]
+__all__ = ["REASONS", "Budget", "Label", "Reason", "Sheet", "Verdicts", "classify", "conclude", "look", "motion_name"]

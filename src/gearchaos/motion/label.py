@@ -25,6 +25,7 @@ class Reason(IntEnum):
     OUT_OF_RANGE = 5
     CHATTER = 6
     NEUTRAL = 7
+    INCONSISTENT = 8
 
 
 def motion_name(label: Label, period: int) -> str:
@@ -39,5 +40,6 @@ REASONS = {
     Reason.BUDGET: "no return within the budget, and the largest exponent is not clearly positive",
     Reason.OUT_OF_RANGE: "|z| or |z'| passed 1e8 half backlashes",
     Reason.NEUTRAL: "the motion repeats exactly, and its neighbours neither approach nor leave it",
+    Reason.INCONSISTENT: "the exponents do not sum to the trace of the linear part, so the run is not to be trusted",
     Reason.CHATTER: "more contact switches within one step than can be followed",
 }

@@ -7,10 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit
 
+from gearchaos.flow import ExactFlow
+from gearchaos.motion.orbit import Orbits
+
 BLOCKS = 20
 """Stretches of the motion whose means tell how sure the exponent is."""
 
 _CONFIDENCE = 0.99
+_RESOLVED = 1e-6
+_CLEAR = 1e-6
 
 
 @dataclass(frozen=True)
@@ -35,7 +40,38 @@ def from_growth(growth: np.ndarray, period: np.ndarray) -> Exponents:
     return Exponents(value, value - half, value + half)
 
 
-def from_multipliers(multipliers: np.ndarray, duration: np.ndarray) -> np.ndarray:
-    """Exponents (L, d) of a periodic orbit, ln|μ| over its duration nT (L,): exact, no interval."""
+def of_orbits(flow: ExactFlow, points: np.ndarray, found: Orbits) -> np.ndarray:
+    """Exponents (d, L) of periodic orbits, ln|μ| over the duration nT: exact, no interval.
+
+    Multipliers far below the norm of the monodromy matrix drown in its rounding. Where their product shows it they are
+    had from the growth of tangent vectors instead, orthonormalised on the way, in the second round of the orbit.
+    """
+    duration = found.period * flow.system.period[points]
+    modulus = np.abs(found.multipliers)
     with np.errstate(divide="ignore"):
-        return np.log(np.abs(multipliers)) / duration[:, None]
+        out = np.log(modulus).T / duration
+    off = np.abs(out.sum(axis=0) - flow.system.trace[points]) * duration
+    drowned = np.flatnonzero(~(off < _RESOLVED))
+    norm = np.linalg.norm(found.monodromy[drowned], axis=(1, 2))
+    grown = _second_round(flow, points[drowned], found.take(drowned)) / duration[drowned]
+    out[:, drowned] = np.where(_CLEAR * norm < modulus[drowned].T, out[:, drowned], grown)
+    return out
+
+
+def _second_round(flow: ExactFlow, points: np.ndarray, found: Orbits) -> np.ndarray:
+    """Logarithms (d, L) of the growth of orthonormal tangent vectors over one round, once they are aligned."""
+    out = np.zeros((flow.dimension, len(points)))
+    for n in np.unique(found.period):
+        mine = np.flatnonzero(found.period == n)
+        w, tangent = found.w[:, mine], frame(flow.dimension, len(mine))
+        for _ in range(2):
+            run = flow.advance(w, int(n), points=points[mine], tangent=tangent, growth=True)
+            tangent = run.tangent
+        out[:, mine] = run.growth.sum(axis=0)
+    return out
+
+
+def frame(d: int, lanes: int) -> np.ndarray:
+    """Orthonormal tangent vectors (d, d, lanes) in general position."""
+    vectors = np.linalg.qr(np.ones((d, d)) + np.diag(np.arange(1.0, d + 1)))[0].T
+    return np.repeat(vectors[:, :, None], lanes, axis=2)

@@ -70,32 +70,51 @@ class Orbits:
         return self.converged & (np.abs(np.abs(self.multipliers).max(axis=1, initial=0.0) - 1.0) < 1e-9)
 
 
-def monodromy(flow: ExactFlow, w: np.ndarray, points: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The state after n periods (d, L), the monodromy matrices (L, d, d) and where both are valid (L,)."""
+def monodromy(
+    flow: ExactFlow, w: np.ndarray, points: np.ndarray, n: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The state after n (L,) periods (d, L), the monodromy matrices (L, d, d) and where both are valid (L,)."""
     d = flow.dimension
     identity = np.repeat(np.eye(d)[:, :, None], w.shape[1], axis=2)
-    out = flow.advance(w, n, points=points, tangent=identity)
-    return out.w, out.tangent.transpose(2, 1, 0), out.status == OK
+    w, tangent, valid = _each(flow, w, points, n, identity)
+    return w, tangent.transpose(2, 1, 0), valid
 
 
-def polish(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray) -> Orbits:
-    """Newton from guesses w (d, L) with periods (L,) in mesh periods; see `Orbits`."""
+def _each(
+    flow: ExactFlow, w: np.ndarray, points: np.ndarray, periods: np.ndarray, tangent: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """States and tangent vectors after each lane's own number of periods (L,), and where they are valid.
+
+    All lanes run together until the first has had its periods, then the rest until the next, since many lanes cost
+    little more than one.
+    """
+    w, tangent, valid, done = w.copy(), tangent.copy(), np.ones(w.shape[1], dtype=bool), 0
+    for n in np.unique(periods):
+        go = np.flatnonzero(periods >= n)
+        out = flow.advance(w[:, go], int(n) - done, points=points[go], tangent=tangent[:, :, go])
+        w[:, go], tangent[:, :, go], done = out.w, out.tangent, int(n)
+        valid[go] &= out.status == OK
+    return w, tangent, valid
+
+
+def polish(
+    flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray, *, reach: float = 10.0,
+    expansion: float = np.inf,
+) -> Orbits:
+    """Newton from guesses w (d, L) with periods (L,) in mesh periods; see `Orbits`.
+
+    Each goes on until it converges, halts twice, is farther than ``reach`` from its guess in some coordinate, or has a
+    multiplier larger than ``expansion``.
+    """
     lanes, d = w.shape[1], flow.dimension
     out = Orbits(
         w.copy(), period.copy(), np.full(lanes, np.inf), np.zeros((lanes, d, d)), np.zeros((lanes, d), complex)
     )
-    for n in np.unique(period):
-        mine = np.flatnonzero(period == n)
-        _polish_alike(flow, points, int(n), mine, out)
-    return out
-
-
-def _polish_alike(flow: ExactFlow, points: np.ndarray, n: int, mine: np.ndarray, out: Orbits) -> None:
-    """Newton for lanes of one period, each until it converges, diverges or halts twice."""
-    busy = mine
-    stuck = np.zeros(len(out.period), dtype=np.int64)
+    busy, stuck = np.arange(lanes), np.zeros(lanes, dtype=np.int64)
     for _ in range(_ROUNDS):
-        end, matrix, valid = monodromy(flow, out.w[:, busy], points[busy], n)
+        if len(busy) == 0:
+            break
+        end, matrix, valid = monodromy(flow, out.w[:, busy], points[busy], period[busy])
         change = end - out.w[:, busy]
         residual = np.where(valid, np.abs(change).max(axis=0), np.inf)
         better = residual < out.residual[busy]
@@ -106,11 +125,13 @@ def _polish_alike(flow: ExactFlow, points: np.ndarray, n: int, mine: np.ndarray,
         out.monodromy[busy[settled]], out.multipliers[busy[settled]] = matrix[settled], _multipliers(matrix[settled])
         step = _newton_step(matrix, change)
         stuck[busy] += halting
-        go = ~done & (stuck[busy] < _PATIENCE) & np.isfinite(step).all(axis=0) & (np.abs(step).max(axis=0) < 10.0)
-        out.w[:, busy[go]] += step[:, go]
+        after = out.w[:, busy] + step
+        go = ~done & (stuck[busy] < _PATIENCE) & (np.abs(after - w[:, busy]).max(axis=0) < reach)
+        if np.isfinite(expansion):
+            go[go] = np.abs(np.linalg.eigvals(matrix[go])).max(axis=1) < expansion
+        out.w[:, busy[go]] = after[:, go]
         busy = busy[go]
-        if len(busy) == 0:
-            return
+    return out
 
 
 def _newton_step(matrix: np.ndarray, change: np.ndarray) -> np.ndarray:
@@ -141,10 +162,7 @@ def approaching(
     modulus = np.abs(found.multipliers).max(axis=1)
     rounds = np.ceil(np.log(0.5) / np.log(np.clip(modulus, 1e-3, 1 - 1e-9)))
     rounds = np.clip(rounds, 1, np.maximum(most // found.period, 1)).astype(int)
-    after = w.copy()
-    for length in np.unique(rounds * found.period):
-        mine = np.flatnonzero(rounds * found.period == length)
-        after[:, mine] = flow.advance(w[:, mine], int(length), points=points[mine]).w
+    after, _, _ = _each(flow, w, points, rounds * found.period, np.zeros((0, *w.shape)))
     before, now = (_eigendistance(found, state) for state in (w, after))
     return (now <= AT_ORBIT) | (now <= before * (1 + modulus**rounds) / 2)
 

@@ -7,7 +7,7 @@ import numpy as np
 NEAR = 1e-3
 """Distance, over the size of the motion, at which a return is worth a closer look."""
 
-_BEFORE = 0.03
+_BEFORE = 0.01
 
 
 def size(sections: np.ndarray) -> np.ndarray:
@@ -33,13 +33,13 @@ def returns(sections: np.ndarray, longest: int) -> np.ndarray:
 def candidates(sections: np.ndarray, longest: int, count: int) -> np.ndarray:
     """The ``count`` shortest periods (count, L) at which each motion nearly returns; 0 where there is none.
 
-    Where the record is long enough, the return before must have been a near one too: a chaotic motion passes close
-    to where it was now and then, but seldom twice running.
+    The return before must have been a near one too: a chaotic motion passes close to where it was now and then, but
+    seldom twice running. So the record must hold two rounds of a period.
     """
-    near = returns(sections, longest) < NEAR
-    half = longest // 2
-    for n in range(1, half + 1):
-        before = np.abs(sections[-1 - n] - sections[-1 - 2 * n]) / np.maximum(size(sections), 1.0)
+    longest = min(longest, (len(sections) - 1) // 2)
+    near, scale = returns(sections, longest) < NEAR, np.maximum(size(sections), 1.0)
+    for n in range(1, longest + 1):
+        before = np.abs(sections[-1 - n] - sections[-1 - 2 * n]) / scale
         near[n - 1] &= before.max(axis=0) < _BEFORE
     found = np.zeros((count, sections.shape[2]), dtype=np.int64)
     for i in range(count):

@@ -14,7 +14,14 @@ from gearchaos.motion.recurrence import candidates
 
 _TRIES = 3
 _CLOSE = 0.05
+_REACH = 3 * _CLOSE
+"""A motion is at its orbit if within _CLOSE of it; Newton may overshoot on the way."""
+
+_EXPANSION = 10.0
+"""Beside a stable orbit neighbours do not part that far in a round, or no longer do when the motion is closer to it."""
+
 _FOLLOWED = 640
+_BY_LANE = ("label", "reason", "period", "residual", "rotation", "spent", "wild", "multipliers")
 
 
 @dataclass
@@ -28,7 +35,6 @@ class Sheet:
     points: np.ndarray
     budget: Budget
     w: np.ndarray
-    exponents: int
     label: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
@@ -38,7 +44,21 @@ class Sheet:
         self.residual, self.rotation = np.full(n, np.nan), np.full(n, np.nan)
         self.spent, self.wild = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=bool)
         self.multipliers = np.full((n, d), np.nan, dtype=complex)
-        self.exponent, self.low, self.high = (np.full((self.exponents, n), np.nan) for _ in range(3))
+        self.exponent, self.low, self.high = (np.full((d, n), np.nan) for _ in range(3))
+
+    def take(self, lanes: np.ndarray) -> Sheet:
+        """The verdicts of the chosen lanes, as far as they are."""
+        part = Sheet(self.flow, self.points[lanes], self.budget, self.w[:, lanes])
+        for name in _BY_LANE:
+            setattr(part, name, getattr(self, name)[lanes])
+        for name in ("exponent", "low", "high"):
+            setattr(part, name, getattr(self, name)[:, lanes])
+        return part
+
+    @property
+    def trace_error(self) -> np.ndarray:
+        """By how much the exponents miss their sum, the trace of the linear part, (L,); NaN where there are none."""
+        return np.abs(self.exponent.sum(axis=0) - self.flow.system.trace[self.points])
 
     @property
     def open(self) -> np.ndarray:
@@ -62,7 +82,7 @@ class Sheet:
         if len(lanes) == 0:
             return
         longest = self.budget.longest
-        out = self.flow.advance(self.w[:, lanes], periods, points=self.points[lanes], sections=longest + 1)
+        out = self.flow.advance(self.w[:, lanes], periods, points=self.points[lanes], sections=2 * longest + 1)
         self.move(lanes, out.w, out.status, periods)
         self.settle_returning(lanes, out.sections, longest)
 
@@ -72,11 +92,14 @@ class Sheet:
             mine = np.flatnonzero((self.label[lanes] == 0) & (period > 0))
             if len(mine) == 0:
                 continue
-            guess = orbit.polish(self.flow, sections[-1][:, mine], self.points[lanes[mine]], period[mine])
+            last = sections[-1][:, mine]
+            guess = orbit.polish(
+                self.flow, last, self.points[lanes[mine]], period[mine], reach=_REACH, expansion=_EXPANSION
+            )
             found = self._minimal(guess, lanes[mine])
-            distance = np.abs(sections[-1][:, mine] - found.w).max(axis=0)
+            distance = np.abs(last - found.w).max(axis=0)
             owned = found.stable & (distance < _CLOSE)
-            owned[owned] = self._approaching(sections[-1][:, mine[owned]], lanes[mine[owned]], found.take(owned))
+            owned[owned] = self._approaching(last[:, owned], lanes[mine[owned]], found.take(owned))
             self._settle(lanes[mine[owned]], found, owned, Reason.ORBIT)
             owned = found.neutral & ~found.stable & (distance < orbit.AT_ORBIT)
             self._settle(lanes[mine[owned]], found, owned, Reason.NEUTRAL)
@@ -99,7 +122,10 @@ class Sheet:
         self.judge(lanes, Label.PERIODIC, reason)
         self.w[:, lanes], self.period[lanes] = found.w[:, which], found.period[which]
         self.residual[lanes], self.multipliers[lanes] = found.residual[which], found.multipliers[which]
-        duration = found.period[which] * self.period_length(lanes)
-        exact = lyapunov.from_multipliers(found.multipliers[which], duration).T[: self.exponents]
-        self.exponent[:, lanes] = self.low[:, lanes] = self.high[:, lanes] = exact
+        exact = lyapunov.of_orbits(self.flow, self.points[lanes], found.take(which))
+        self.set_exponents(lanes, exact, exact, exact)
+
+    def set_exponents(self, lanes: np.ndarray, value: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
+        """Exponents (d, lanes) with the ends of their intervals."""
+        self.exponent[:, lanes], self.low[:, lanes], self.high[:, lanes] = value, low, high
 

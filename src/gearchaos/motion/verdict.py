@@ -13,8 +13,8 @@ from gearchaos.motion.label import Label, Reason
 from gearchaos.motion.reading import Reading, read
 from gearchaos.motion.sheet import Sheet
 
-_STRETCH = 1280
-"""Periods between looks at a motion that seems chaotic."""
+_STRETCH = 2560
+"""Most periods between looks at a motion that seems chaotic."""
 
 _RECORD = 4_000_000
 """Most numbers of sections kept at once, so that memory does not grow with the number of trajectories."""
@@ -22,11 +22,12 @@ _RECORD = 4_000_000
 _SMOOTH_DIGITS = 4.0
 _ZERO = 5e-4
 _POSITIVE = 1e-3
+_TRACE_ERROR = 1e-6
 
 
 @dataclass(frozen=True)
 class Verdicts:
-    """Verdicts on L trajectories of a d-dimensional system; K exponents each.
+    """Verdicts on L trajectories of a d-dimensional system.
 
     Attributes
     ----------
@@ -40,9 +41,11 @@ class Verdicts:
         Largest change of a coordinate over one round of the orbit; NaN where there is none.
     multipliers : (L, d)
         Floquet multipliers, largest modulus first; NaN where there is no orbit.
-    exponent, low, high : (K, L)
+    exponent, low, high : (d, L)
         Lyapunov exponents per unit τ, largest first: exact of an orbit; of a torus from weighted Birkhoff averages,
         with the range of those of both halves of the run; else with 99 % intervals.
+    trace_error : (L,)
+        By how much the exponents miss their sum, the trace of the linear part. Beyond 1e-6 the verdict is undecided.
     rotation : (L,)
         Frequency of the strongest line of a quasi-periodic section, in cycles per mesh period; NaN for the others.
     transient_chaos : (L,)
@@ -62,6 +65,7 @@ class Verdicts:
     exponent: np.ndarray
     low: np.ndarray
     high: np.ndarray
+    trace_error: np.ndarray
     rotation: np.ndarray
     transient_chaos: np.ndarray
     spent: np.ndarray
@@ -70,7 +74,7 @@ class Verdicts:
 
 def classify(
     flow: ExactFlow, w: np.ndarray, points: np.ndarray | None = None, *, budget: Budget | None = None,
-    exponents: int = 1, levels: bool = True,
+    levels: bool = True,
 ) -> Verdicts:
     """Verdicts on the motions that start from w (d, L) at the given parameter points (L,).
 
@@ -82,21 +86,36 @@ def classify(
     points : (L,), optional
         Parameter point of each trajectory; by default trajectory i runs at point i.
     budget : Budget, optional
-    exponents : int
-        How many Lyapunov exponents to find, 1 to d.
     levels : bool
         Whether to read the levels of the motion; without it they are NaN.
     """
     points = np.arange(w.shape[1]) if points is None else np.asarray(points)
-    sheet = Sheet(flow, points, budget or Budget(), w, exponents)
+    return conclude(look(Sheet(flow, points, budget or Budget(), w)), levels=levels)
+
+
+def look(sheet: Sheet) -> Sheet:
+    """Judge every motion but those whose chaos must be outlasted to know whether it is a transient; they stay open.
+
+    They are few and take long, so that a study gathers them from all its tiles before it goes on to `conclude`.
+    """
     for stretch in sheet.budget.looks:
         sheet.wait(sheet.open, stretch)
-    sheet.judge(_outlast(sheet, _examine(sheet, sheet.open)), Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
+    _examine(sheet, sheet.open)
+    sheet.judge(sheet.open[~sheet.wild[sheet.open]], Label.UNDECIDED, Reason.BUDGET)
+    outlasted = sheet.open[sheet.spent[sheet.open] >= sheet.budget.patience]
+    sheet.judge(outlasted, Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
+    return sheet
+
+
+def conclude(sheet: Sheet, *, levels: bool = True) -> Verdicts:
+    """Outlast what is still open, and read the levels."""
+    sheet.judge(_outlast(sheet), Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
     sheet.judge(sheet.open, Label.UNDECIDED, Reason.BUDGET)
-    reading = _levels(sheet) if levels else Reading(*(np.full(w.shape[1], np.nan) for _ in fields(Reading)))
+    sheet.judge(np.flatnonzero(sheet.trace_error > _TRACE_ERROR), Label.UNDECIDED, Reason.INCONSISTENT)
+    reading = _levels(sheet) if levels else Reading(*(np.full(len(sheet.label), np.nan) for _ in fields(Reading)))
     return Verdicts(
         sheet.label.astype(np.int8), sheet.reason.astype(np.int8), sheet.period.astype(np.int32), sheet.w,
-        sheet.residual, sheet.multipliers, sheet.exponent, sheet.low, sheet.high, sheet.rotation,
+        sheet.residual, sheet.multipliers, sheet.exponent, sheet.low, sheet.high, sheet.trace_error, sheet.rotation,
         sheet.wild & np.isin(sheet.label, (Label.PERIODIC, Label.QUASI_PERIODIC)), sheet.spent, reading,
     )
 
@@ -115,16 +134,14 @@ def _examine(sheet: Sheet, lanes: np.ndarray) -> np.ndarray:
 
 def _run(sheet: Sheet, lanes: np.ndarray, length: int) -> np.ndarray:
     """Exponents of some motions over one run; settle what returns or fills a smooth curve; which are chaotic."""
-    d = sheet.flow.dimension
-    start = np.linalg.qr(np.ones((d, d)) + np.diag(np.arange(1.0, d + 1)))[0].T[: sheet.exponents]
-    tangent = np.repeat(start[:, :, None], len(lanes), axis=2)
+    tangent = lyapunov.frame(sheet.flow.dimension, len(lanes))
     out = sheet.flow.advance(
         sheet.w[:, lanes], length, points=sheet.points[lanes], tangent=tangent, growth=True, sections=length
     )
     sheet.move(lanes, out.w, out.status, length)
     growth = out.growth[length // 20 :]
     found = lyapunov.from_growth(growth, sheet.period_length(lanes))
-    sheet.exponent[:, lanes], sheet.low[:, lanes], sheet.high[:, lanes] = found.value, found.low, found.high
+    sheet.set_exponents(lanes, found.value, found.low, found.high)
     sheet.settle_returning(lanes, out.sections, min(4 * sheet.budget.longest, length // 2))
     smooth = _settle_smooth(sheet, lanes, out.sections[:, 0], growth)
     positive = (found.low[0] > 0) & (found.value[0] > _POSITIVE) & ~smooth & (sheet.label[lanes] == 0)
@@ -148,18 +165,18 @@ def _settle_smooth(sheet: Sheet, lanes: np.ndarray, z: np.ndarray, growth: np.nd
     sheet.judge(mine, Label.QUASI_PERIODIC, Reason.SMOOTH_CURVE)
     sheet.rotation[mine] = torus.rotation(z[:, smooth])
     low, high = np.sort(both[:, :, smooth], axis=0)
-    sheet.exponent[:, mine], sheet.low[:, mine], sheet.high[:, mine] = (low + high) / 2, low, high
+    sheet.set_exponents(mine, (low + high) / 2, low, high)
     return smooth
 
 
-def _outlast(sheet: Sheet, chaotic: np.ndarray) -> np.ndarray:
+def _outlast(sheet: Sheet) -> np.ndarray:
     """Follow chaotic motions as long as the patience lasts, since chaos may be a transient; which are chaotic still."""
-    hasty = sheet.spent[chaotic] < sheet.budget.patience
-    waiting = waited = chaotic[hasty]
+    waiting, budget = sheet.open, sheet.budget
     while len(waiting):
-        sheet.wait(waiting, _STRETCH)
-        waiting = waiting[(sheet.label[waiting] == 0) & (sheet.spent[waiting] < sheet.budget.patience)]
-    return np.concatenate([chaotic[~hasty], _examine(sheet, waited[sheet.label[waited] == 0])])
+        left = int(budget.patience - sheet.spent[waiting].max())
+        sheet.wait(waiting, max(2 * budget.longest + 1, min(_STRETCH, left)))
+        waiting = waiting[(sheet.label[waiting] == 0) & (sheet.spent[waiting] < budget.patience)]
+    return _examine(sheet, sheet.open)
 
 
 def _levels(sheet: Sheet) -> Reading:

@@ -14,6 +14,7 @@ from gearchaos.motion import Budget, Label, Verdicts, classify, orbit
 from gearchaos.studies import tiles
 from gearchaos.studies.dataset import variable
 from gearchaos.studies.evidence import evidence
+from gearchaos.studies.survey import survey
 from gearchaos.switched import switched
 
 _FACTS = ("v_rms", "contact_fraction", "contact", "dynamic_factor", "lyapunov", "multiplier", "residual")
@@ -62,30 +63,34 @@ class Catalogue:
     point: int = 0
     known: list[Attractor] = field(default_factory=list)
 
-    def place(self, found: Verdicts) -> np.ndarray:
-        """The number of each motion's attractor, -1 where it has none; new attractors are added."""
-        index = np.full(len(found.label), -1, dtype=np.int16)
-        for label in (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC):
-            for period in np.unique(found.period[found.label == label]):
-                self._place_alike(found, index, label, int(period))
+    def place(self, label: np.ndarray, period: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """The number of each motion's attractor, -1 where it has none; new attractors are added.
+
+        ``label`` and ``period`` are (L,), ``w`` (d, L) a point of each motion.
+        """
+        index = np.full(len(label), -1, dtype=np.int16)
+        for kind in (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC):
+            for n in np.unique(period[label == kind]):
+                mine = np.flatnonzero((label == kind) & (period == n))
+                index[mine] = self._place_alike(w[:, mine], int(kind), int(n))
         for number, attractor in enumerate(self.known):
             attractor.count += int(np.sum(index == number))
         return index
 
-    def _place_alike(self, found: Verdicts, index: np.ndarray, label: Label, period: int) -> None:
-        left = np.flatnonzero((found.label == label) & (found.period == period))
-        w = found.w[:, left]
+    def _place_alike(self, w: np.ndarray, kind: int, period: int) -> np.ndarray:
+        index = np.full(w.shape[1], -1, dtype=np.int16)
         sections = np.empty((0, *w.shape)) if period else self._advance(w, _SECTIONS)
         for number, attractor in enumerate(self.known):
-            if (attractor.label, attractor.period) == (label, period):
-                index[left[(index[left] < 0) & attractor.holds(w, sections)]] = number
-        while np.any(index[left] < 0):
-            first = int(np.flatnonzero(index[left] < 0)[0])
+            if (attractor.label, attractor.period) == (kind, period):
+                index[(index < 0) & attractor.holds(w, sections)] = number
+        while np.any(index < 0):
+            first = int(np.flatnonzero(index < 0)[0])
             section = orbit_points(self.flow, w[:, first], self.point, period) if period else sections[:, :, first]
-            self.known.append(Attractor(int(label), period, section))
-            same = (index[left] < 0) & self.known[-1].holds(w, sections)
+            self.known.append(Attractor(kind, period, section))
+            same = (index < 0) & self.known[-1].holds(w, sections)
             same[first] = True
-            index[left[same]] = len(self.known) - 1
+            index[same] = len(self.known) - 1
+        return index
 
     def _advance(self, w: np.ndarray, periods: int) -> np.ndarray:
         points = np.full(w.shape[1], self.point)
@@ -121,13 +126,19 @@ def catalogued(
     flow, count = ExactFlow(system), len(next(iter(values.values())))
     index, catalogue = np.full(count, -1, dtype=np.int16), Catalogue(flow)
 
-    def work(tile: np.ndarray) -> Verdicts:
+    def launch(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
         w = start(vary(model, {k: v[tile] for k, v in values.items()}), system).T.copy()
-        return classify(flow, w, np.zeros(len(tile), dtype=int), budget=budget, levels=False)
+        return flow, w, np.zeros(len(tile), dtype=int)
 
-    done = tiles.run(work, tiles.split(np.arange(count)), progress=progress, threads=threads)
-    for tile, found in sorted(done, key=lambda item: item[0][0]):  # so that no result depends on which came first
-        index[tile] = catalogue.place(found)
+    def keep(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+        return {"label": found.label, "period": found.period, "w": found.w.T}
+
+    found = survey(
+        launch, keep, np.arange(count), budget=budget, levels=False, progress=progress, threads=threads
+    )
+    for first in range(0, count, tiles.TILE):
+        tile = slice(first, first + tiles.TILE)
+        index[tile] = catalogue.place(found["label"][tile], found["period"][tile], found["w"][tile].T)
     return catalogue.ranks()[index], catalogue
 
 

@@ -1,79 +1,163 @@
-"""What else a cell of a map can do: how many motions several starts find, and the range of their levels."""
+"""What else the cells of a map can do: how many motions more starts and slow sweeps find, and their levels."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
+from gearchaos.axis import Axis
 from gearchaos.coordinates import start
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
-from gearchaos.motion import Budget, Label, Verdicts, classify
+from gearchaos.motion import Budget, Label, Verdicts
+from gearchaos.studies import tiles
 from gearchaos.studies.starts import default_box, spread
+from gearchaos.studies.survey import Launch, survey
+from gearchaos.studies.sweep import carried
+from gearchaos.switched import switched
 
-_DIGITS = 6
-
-
-def _other_starts(model: MeshModel, values: dict[str, np.ndarray], flow: ExactFlow, count: int) -> np.ndarray:
-    """Dynamic states (d, n * count) of the same ``count`` starts in each of n cells, all cells of a start together."""
-    bare = replace(model, initial={}) if model.kind == "single" else model  # whose start is z or x1, never both
-    cells, chosen = flow.system.points, spread(default_box(model), count, 0)
-    starts = [{name: np.full(cells, v[k]) for name, v in chosen.items()} for k in range(count)]
-    return np.concatenate([start(vary(bare, {**values, **here}), flow.system).T for here in starts], axis=1)
+_APART = 1e-6
+_KNOWN = (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC)
 
 
-def coexisting(
-    model: MeshModel, values: dict[str, np.ndarray], flow: ExactFlow, own: Verdicts, starts: int, budget: Budget | None
-) -> dict[str, np.ndarray]:
-    """Number of attractors, least and largest V_RMS and the worst contact state of each cell (n,).
+def identity(flow: ExactFlow, points: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+    """By what motions are told apart, and their levels; arrays (L,) by name.
 
-    Parameters
-    ----------
-    values : dict of str to (n,)
-        What varies from cell to cell.
-    own : Verdicts
-        On the model's own start in every cell, the first of the ``starts``, which are two or more.
-
-    Motions are one if their orbits have the same period and the same mean point to 1e-6; all chaotic motions of a
-    cell count as one, and so do all quasi-periodic ones.
+    The mean point of z and z' over an orbit is 0 for motions without one: all chaotic motions of a cell count as one,
+    and so do all quasi-periodic ones.
     """
-    cells = len(own.label)
-    points = np.tile(np.arange(cells), starts - 1)
-    others = classify(flow, _other_starts(model, values, flow, starts - 1), points, budget=budget)
-    label, period, v_rms, contact = (
-        np.concatenate(pair).reshape(starts, cells) for pair in (
-            (own.label, others.label), (own.period, others.period), (own.reading.v_rms, others.reading.v_rms),
-            (own.reading.contact, others.reading.contact),
-        )
-    )
-    w, at = np.concatenate([own.w, others.w], axis=1), np.concatenate([np.arange(cells), points])
-    centres = _centres(flow, w, at, period.ravel()).reshape(2, starts, cells)
-    known = np.isin(label, (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC))
-    touching = np.where(known & (contact < 3), contact, -1).max(axis=0)
-    none = ~known.any(axis=0)
-    least, most = (np.where(known, v_rms, fill) for fill in (np.inf, -np.inf))
+    centre = np.zeros((2, len(points)))
+    for n in np.unique(found.period[found.period > 0]):
+        mine = np.flatnonzero(found.period == n)
+        sections = flow.advance(found.w[:, mine], int(n), points=points[mine], sections=int(n)).sections
+        centre[:, mine] = sections[:, :2].mean(axis=0)
     return {
-        "attractors": _distinct(label, period, centres, known),
-        "v_rms_least": np.where(none, np.nan, least.min(axis=0)),
-        "v_rms_most": np.where(none, np.nan, most.max(axis=0)),
-        "contact_worst": np.where(touching < 0, 3, touching).astype(np.int8),
+        "label": found.label, "period": found.period, "v_rms": found.reading.v_rms,
+        "contact": np.nan_to_num(found.reading.contact, nan=3).astype(np.int8),
+        "centre_z": centre[0], "centre_z_dot": centre[1],
     }
 
 
-def _centres(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray) -> np.ndarray:
-    """Mean of z and z' over the points of each orbit, (2, L); 0 for motions without one."""
-    out = np.zeros((2, len(period)))
-    for n in np.unique(period[period > 0]):
-        mine = np.flatnonzero(period == n)
-        sections = flow.advance(w[:, mine], int(n), points=points[mine], sections=int(n)).sections
-        out[:, mine] = sections[:, :2].mean(axis=0)
-    return out
+def coexisting(
+    model: MeshModel, x: Axis, y: Axis, order: np.ndarray, own: dict[str, np.ndarray], starts: int, **options: Any
+) -> dict[str, np.ndarray]:
+    """What the cells of a map (rows of constant y, flattened) do from more starts and after slow sweeps along x.
+
+    Parameters
+    ----------
+    order : (N,)
+        The cells in an order that suits `survey`.
+    own : dict of str to (N,)
+        `identity` of the motions from the model's own starts.
+    starts : int
+        How many more in each cell.
+    **options
+        ``budget``, ``progress`` and ``threads`` of `survey`.
+
+    Returns
+    -------
+    dict of str to (N,)
+        Number of ``attractors`` found, ``v_rms_least`` and ``v_rms_most`` among them, ``contact_worst``, levels
+        ``v_rms_up`` and ``v_rms_down`` after the sweeps, and ``hysteresis`` where these end in different motions.
+    """
+    xs, ys = np.meshgrid(x.values, y.values)
+    values = {x.name: xs.ravel(), y.name: ys.ravel()}
+    more = _from_starts(model, values, order, starts, **options)
+    swept = _from_sweeps(model, x, y, values, order, **options)
+    every = {n: np.concatenate([own[n][:, None], more[n], swept[n]], axis=1) for n in swept}
+    known: np.ndarray = np.isin(every["label"], _KNOWN)
+    none, touching = ~np.any(known, axis=1), np.where(known & (every["contact"] < 3), every["contact"], -1).max(axis=1)
+    up, down = ({n: v[:, i] for n, v in every.items()} for i in (-2, -1))
+    return {
+        "attractors": _distinct(every, known),
+        "v_rms_least": np.where(none, np.nan, np.where(known, every["v_rms"], np.inf).min(axis=1)),
+        "v_rms_most": np.where(none, np.nan, np.where(known, every["v_rms"], -np.inf).max(axis=1)),
+        "contact_worst": np.where(touching < 0, 3, touching).astype(np.int8),
+        "v_rms_up": up["v_rms"], "v_rms_down": down["v_rms"],
+        "hysteresis": (known[:, -2] & known[:, -1] & ~_same(up, down)).astype(np.int8),
+    }
 
 
-def _distinct(label: np.ndarray, period: np.ndarray, centres: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """How many different motions each cell has; label, period and known are (starts, n), centres (2, starts, n)."""
-    starts, cells = label.shape
-    cell = np.tile(np.arange(cells), (starts, 1))
-    keys = np.stack([cell, label, period, *np.round(centres, _DIGITS)], axis=-1)[known]
-    return np.bincount(np.unique(keys, axis=0)[:, 0].astype(int), minlength=cells).astype(np.int16)
+def _from_starts(
+    model: MeshModel, values: dict[str, np.ndarray], order: np.ndarray, starts: int, **options: Any
+) -> dict[str, np.ndarray]:
+    """Motions from the same starts in all cells, told by `identity`; arrays (N, starts)."""
+    chosen = spread(default_box(model), starts, 0)
+    bare = replace(model, initial={}) if model.kind == "single" else model  # whose start is z or x1, never both
+
+    def launch(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
+        cell, at = np.divmod(number, starts)
+        cells, points = np.unique(cell, return_inverse=True)
+        flow = ExactFlow(switched(vary(model, _taken(values, cells))))
+        begin = vary(bare, _taken(values, cell) | _taken(chosen, at))
+        return flow, start(begin, flow.system).T.copy(), points
+
+    every = (order[:, None] * starts + np.arange(starts)).ravel()
+    found = _surveyed(launch, every, "more starts", **options)
+    return {n: v.reshape(-1, starts) for n, v in found.items()}
+
+
+def _from_sweeps(
+    model: MeshModel, x: Axis, y: Axis, values: dict[str, np.ndarray], order: np.ndarray, **options: Any
+) -> dict[str, np.ndarray]:
+    """Motions after slow sweeps along x, upwards and downwards, told by `identity`; arrays (N, 2)."""
+    arrived = [_swept(model, x, y, up, **options) for up in (True, False)]
+    bare, cells = replace(model, initial={}), len(order)
+
+    def launch(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
+        way, cell = np.divmod(number, cells)
+        begin = {n: np.where(way == 0, up[cell], arrived[1][n][cell]) for n, up in arrived[0].items()}
+        batch = vary(bare, _taken(values, cell) | begin)
+        system = switched(batch)
+        return ExactFlow(system), start(batch, system).T.copy(), np.arange(len(number))
+
+    found = _surveyed(launch, np.concatenate([order, order + cells]), "swept", **options)
+    return {n: v.reshape(2, -1).T for n, v in found.items()}
+
+
+def _swept(
+    model: MeshModel, x: Axis, y: Axis, up: bool, *, budget: Budget | None, progress: bool, threads: int | None
+) -> dict[str, np.ndarray]:
+    """Initial values (N,) of the cells by name, as sweeps along x reach them."""
+    out: dict[str, np.ndarray] = {}
+    for rows, reached in tiles.run(
+        lambda rows: carried(model, x, up, {y.name: y.values[rows]}), tiles.split(np.arange(y.count)),
+        progress=f"sweeps {'up' if up else 'down'}" if progress else None, threads=threads,
+    ):
+        for name, value in reached.items():
+            out.setdefault(name, np.empty((y.count, x.count)))[rows] = value
+    return {n: v.ravel() for n, v in out.items()}
+
+
+def _surveyed(
+    launch: Launch, order: np.ndarray, name: str, *, budget: Budget | None, progress: bool, threads: int | None
+) -> dict[str, np.ndarray]:
+    return survey(
+        launch, lambda _, *judged: identity(*judged), order, budget=budget, progress=name if progress else None,
+        threads=threads,
+    )
+
+
+def _taken(values: Mapping[str, np.ndarray], which: np.ndarray) -> dict[str, np.ndarray]:
+    return {n: v[which] for n, v in values.items()}
+
+
+def _same(one: dict[str, np.ndarray], other: dict[str, np.ndarray]) -> np.ndarray:
+    """Whether two motions are one: of the same kind and period, with the same mean point."""
+    alike = [one[n] == other[n] for n in ("label", "period")]
+    near = [np.abs(one[n] - other[n]) < _APART for n in ("centre_z", "centre_z_dot")]
+    return np.logical_and.reduce(alike + near)
+
+
+def _distinct(motions: dict[str, np.ndarray], known: np.ndarray) -> np.ndarray:
+    """How many different motions (N,) there are in each row of (N, starts)."""
+    left, count = known.copy(), np.zeros(len(known), dtype=np.int16)
+    while np.any(left):
+        some, first = np.any(left, axis=1), np.argmax(left, axis=1)
+        one = {n: np.take_along_axis(v, first[:, None], axis=1) for n, v in motions.items()}
+        left &= ~(_same(one, motions) & some[:, None])
+        count += some
+    return count

@@ -35,6 +35,7 @@ _NAMES: dict[str, tuple[str, str]] = {
     "lyapunov": ("largest Lyapunov exponent", "omega0"),
     "lyapunov_lo": ("lower end of its 99 % interval", "omega0"),
     "lyapunov_hi": ("upper end of its 99 % interval", "omega0"),
+    "trace_error": ("distance of the exponents' sum from the trace", "omega0"),
     "residual": ("change of the polished orbit over one round", "1"),
     "multiplier": ("largest modulus of the Floquet multipliers", "1"),
     "rotation": ("rotation number, or a multiple of it", "1/T"),

@@ -17,7 +17,8 @@ def evidence(verdicts: Verdicts) -> dict[str, np.ndarray]:
     out = {
         "label": verdicts.label, "period": verdicts.period, "reason": verdicts.reason,
         "lyapunov": verdicts.exponent[0], "lyapunov_lo": verdicts.low[0], "lyapunov_hi": verdicts.high[0],
-        "residual": verdicts.residual, "multiplier": np.abs(verdicts.multipliers).max(axis=1),
+        "trace_error": verdicts.trace_error, "residual": verdicts.residual,
+        "multiplier": np.abs(verdicts.multipliers).max(axis=1),
         "rotation": verdicts.rotation, "transient_chaos": verdicts.transient_chaos.astype(np.int8),
         "periods_spent": verdicts.spent.astype(np.int32),
     }

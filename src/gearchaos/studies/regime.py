@@ -38,6 +38,7 @@ class Regime:
     dynamic_factor: float | None
     section: dict[str, list[float]]
     residual: float | None
+    trace_error: float | None
     periods_spent: int
     switches_per_period: float | None
     z_rms: float | None
@@ -72,9 +73,9 @@ def regime(model: MeshModel, *, budget: Budget = PATIENT) -> Regime:
     batch = vary(model, {})
     system = switched(batch)
     flow = ExactFlow(system)
-    found = classify(flow, start(batch, system).T.copy(), budget=budget, exponents=system.dimension)
+    found = classify(flow, start(batch, system).T.copy(), budget=budget)
     label = Label(int(found.label[0]))
-    sections = {} if label == Label.DIVERGED else steady_sections(batch, flow, found, _SHOWN)
+    sections = {} if label == Label.DIVERGED else steady_sections(batch, flow, np.zeros(1, dtype=int), found, _SHOWN)
     shown = int(found.period[0]) or _SHOWN
     return Regime(
         label=motion_name(label, int(found.period[0])), period=int(found.period[0]) or None,
@@ -93,6 +94,7 @@ def _dynamics(found: Verdicts) -> dict:
         "lyapunov": found.exponent[known, 0].tolist(),
         "lyapunov_ci": pairs[known].tolist(),
         "residual": float(found.residual[0]) if has_orbit else None,
+        "trace_error": _number(found.trace_error[0]),
         "periods_spent": int(found.spent[0]),
     }
 

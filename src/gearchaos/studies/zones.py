@@ -10,12 +10,13 @@ from gearchaos.coordinates import start
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, state_names, vary
-from gearchaos.motion import Budget, classify
+from gearchaos.motion import Budget, Verdicts
 from gearchaos.studies import tiles
-from gearchaos.studies.coexistence import coexisting
+from gearchaos.studies.coexistence import coexisting, identity
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.evidence import evidence
 from gearchaos.studies.simulate import whole_number
+from gearchaos.studies.survey import survey
 from gearchaos.switched import switched
 
 
@@ -32,7 +33,8 @@ def zones(
     x, y : Axis
         Parameters (or initial values) and their ranges.
     starts : int
-        Starts in each cell, the model's own first, the others spread as by `attractors`.
+        Starts in each cell, the model's own first, the others spread as by `attractors`. With more than one the cells
+        are also reached by slow sweeps along x, upwards and downwards.
     budget : Budget, optional
         How long to wait and how hard to look in each cell.
     progress : bool
@@ -45,30 +47,29 @@ def zones(
     xarray.Dataset
         With dims (y.name, x.name): label, period, reason, largest Lyapunov exponent with its interval, residual and
         largest multiplier of the orbit, levels, contact, periods spent. With more than one start also the number of
-        ``attractors`` found in each cell, ``v_rms_least`` and ``v_rms_most`` among them and ``contact_worst``.
+        ``attractors`` found in each cell, ``v_rms_least`` and ``v_rms_most`` among them, ``contact_worst``,
+        ``v_rms_up`` and ``v_rms_down`` after the sweeps, and ``hysteresis``: 1 where these end in different motions.
     """
     starts, grid = whole_number("starts", starts, 1), plane(model, x, y)
-    if starts > tiles.TILE:
-        raise InputError("starts", f"must be at most {tiles.TILE} in each cell", starts, "Use attractors for more.")
+    tiles.check_memory("cells times starts", x.count * y.count * starts)
     if starts > 1 and {x.name, y.name} & set(state_names(model.kind)):
         raise InputError("starts", "must be 1 where an axis is an initial value", starts)
-    out: dict[str, np.ndarray] = {}
     order = np.arange(x.count * y.count)
     if x.name == "omega":  # neighbours in a tile then share node counts
         order = order.reshape(y.count, x.count).T.ravel()
 
-    def work(tile: np.ndarray) -> dict[str, np.ndarray]:
-        values = {k: v[tile] for k, v in grid.items()}
-        batch = vary(model, values)
-        flow = ExactFlow(switched(batch))
-        found = classify(flow, start(batch, flow.system).T.copy(), budget=budget)
-        more = coexisting(model, values, flow, found, starts, budget) if starts > 1 else {}
-        return evidence(found) | more
+    def launch(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
+        batch = vary(model, {k: v[tile] for k, v in grid.items()})
+        system = switched(batch)
+        return ExactFlow(system), start(batch, system).T.copy(), np.arange(len(tile))
 
-    pieces = tiles.split(order, tiles.TILE // starts)
-    for tile, values in tiles.run(work, pieces, progress="zones" if progress else None, threads=threads):
-        for name, value in values.items():
-            out.setdefault(name, np.zeros(len(order), value.dtype))[tile] = value
+    def keep(_: np.ndarray, flow: ExactFlow, points: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+        return evidence(found) | (identity(flow, points, found) if starts > 1 else {})
+
+    out = survey(launch, keep, order, budget=budget, progress="zones" if progress else None, threads=threads)
+    if starts > 1:
+        out |= coexisting(model, x, y, order, out, starts - 1, budget=budget, progress=progress, threads=threads)
+        del out["centre_z"], out["centre_z_dot"]
     data = {n: variable(n, (y.name, x.name), v.reshape(y.count, x.count)) for n, v in out.items()}
     coords = {a.name: variable(a.name, (a.name,), a.values) for a in (x, y)}
     return xr.Dataset(data, coords, provenance("zones", model, starts=starts))

@@ -1,0 +1,69 @@
+"""A slow sweep of one parameter: where it arrives at every value, the state carried along."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from gearchaos.axis import Axis
+from gearchaos.coordinates import error_at_start, start, to_physical
+from gearchaos.errors import InputError
+from gearchaos.flow import OK, ExactFlow
+from gearchaos.model import COORDINATES, Batch, MeshModel, state_names, vary
+from gearchaos.switched import switched
+
+_CARRY = 400
+"""Mesh periods at every value."""
+
+
+def carried(
+    model: MeshModel, axis: Axis, up: bool, across: Mapping[str, np.ndarray] | None = None
+) -> dict[str, np.ndarray]:
+    """Initial values by name, (rows, columns), with which a sweep along the axis reaches each of its values.
+
+    Parameters
+    ----------
+    model : MeshModel
+        With the initial values of the first column; a motion that diverged starts from them anew.
+    axis : Axis
+    up : bool
+        From the first value to the last, or from the last to the first.
+    across : mapping of str to (rows,), optional
+        Other values, which differ from sweep to sweep; by default there is one sweep.
+    """
+    if axis.name in state_names(model.kind):
+        raise InputError("mode", "must be fixed where the axis is an initial value", axis.name)
+    across = across or {}
+    rows = len(next(iter(across.values()), [0]))
+    kept = {n: np.empty((rows, axis.count)) for n in COORDINATES[model.kind]}
+    state: dict[str, np.ndarray] = {}
+    for column in range(axis.count) if up else range(axis.count)[::-1]:
+        values = {**across, axis.name: np.full(rows, axis.values[column])}
+        first = _at(vary(model, values))
+        state = {n: np.where(np.isfinite(x), x, first[n]) for n, x in state.items()} or first
+        for name, value in state.items():
+            kept[name][:, column] = value
+        state = _after(vary(replace(model, initial={}), {**values, **state}))
+    return kept
+
+
+def _at(batch: Batch) -> dict[str, np.ndarray]:
+    """The physical initial state by name, each (P,)."""
+    system = switched(batch)
+    return _physical(batch, system.names, start(batch, system), np.zeros(batch.size))
+
+
+def _after(batch: Batch) -> dict[str, np.ndarray]:
+    """The physical state after the time of one column, each (P,); NaN where the motion diverged."""
+    system = switched(batch)
+    out = ExactFlow(system).advance(start(batch, system).T.copy(), _CARRY)
+    w = np.where(out.status == OK, out.w, np.nan).T
+    return _physical(batch, system.names, w, _CARRY * system.period)
+
+
+def _physical(batch: Batch, names: tuple[str, ...], w: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
+    error, error_dot = (e[:, None] for e in error_at_start(batch))
+    values = to_physical(batch, names, w[:, None], tau[:, None], error, error_dot)
+    return {n: values[n][:, 0] for n in COORDINATES[batch.model.kind]}
