@@ -8,7 +8,7 @@ import xarray as xr
 
 import gearchaos as gc
 from gearchaos.errors import InputError
-from gearchaos.motion import Label
+from gearchaos.motion import Budget, Label
 from gearchaos.studies import boundary, tiles
 
 FIGURE_2 = gc.MeshModel.of(q0=0.1)
@@ -170,6 +170,38 @@ def test_attractors_come_with_shares_and_do_not_depend_on_threads_or_tiles(monke
     assert np.all(np.abs(other.attractor_fraction - data.attractor_fraction) < 0.1)
 
 
+def test_sweeps_lead_to_attractors_and_kicks_lead_out_of_them():
+    model = gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05)
+    data = gc.attractors(model, 64, sweep=gc.Axis("omega", 2.0, 2.6, 30), kicks=16)
+    assert (int(data.attractor_up), int(data.attractor_down)) == (0, 0)
+    plane = gc.basins(model, gc.Axis("z", -3.0, 3.0, 200), gc.Axis("z_dot", -2.0, 2.0, 200))
+    np.testing.assert_allclose(np.sort(data.attractor_kick), np.sort(plane.attractor_kick), atol=0.04)
+    np.testing.assert_allclose(np.linalg.norm(data.attractor_kick_change, axis=1), data.attractor_kick, rtol=1e-12)
+    kicked = (data.attractor_kick_point + data.attractor_kick_change).values
+    for number, (z, z_dot) in enumerate(kicked):
+        start = model.with_values({"z": z, "z_dot": z_dot})
+        end = gc.regime(start).section
+        gaps = [np.subtract.outer(end[n], data[f"attractor_section_{n}"].values[number]) for n in ("z", "z_dot")]
+        assert np.nanmin(np.hypot(*gaps)) > 1e-3
+
+
+def test_kicks_work_in_all_coordinates():
+    data = gc.attractors(gc.MeshModel.of(kind="full", omega=1.9, eps1=0.03), 16, kicks=4, budget=Budget(patience=0))
+    assert data.attractor_kick_change.shape == (data.sizes["number"], 4)
+    assert list(data.coordinate.values) == ["z", "z_dot", "y", "y_dot"]
+
+
+def test_the_same_kick_in_any_coordinates_of_the_plane():
+    """x1 of the torsional model moves z alone."""
+    axes = [gc.Axis("x1", -1.0, 2.0, 60), gc.Axis("x1_dot", -1.0, 1.0, 60)]
+    model = gc.MeshModel.of(omega=2.3, eps1=0.05)
+    straight, turned = gc.basins(model, *axes), gc.basins(model, *axes[::-1])
+    assert np.all(np.isfinite(straight.attractor_kick))
+    np.testing.assert_allclose(straight.attractor_kick, turned.attractor_kick, rtol=1e-12)
+    other = gc.basins(model.with_values({"x2": 0.5}), gc.Axis("x1", -0.5, 2.5, 60), axes[1])
+    np.testing.assert_allclose(straight.attractor_kick, other.attractor_kick, rtol=1e-9)
+
+
 def test_a_map_with_many_starts_counts_the_motions_of_each_cell():
     model = gc.MeshModel.of(kind="single")
     axes = gc.Axis("omega", 0.8, 2.3, 2), gc.Axis("eps1", 0.05, 0.1, 2)
@@ -179,8 +211,21 @@ def test_a_map_with_many_starts_counts_the_motions_of_each_cell():
     assert np.all(data.v_rms_least <= plain.v_rms) and np.all(plain.v_rms <= data.v_rms_most)
     assert float(data.v_rms_most.sel(omega=2.3, eps1=0.05)) == pytest.approx(0.746168, abs=1e-6)
     assert int(data.contact_worst.sel(omega=2.3, eps1=0.05)) == 2
+    assert np.all(data.v_rms_least <= data.v_rms_up) and np.all(data.v_rms_down <= data.v_rms_most)
     for name in plain.data_vars:
         xr.testing.assert_equal(data[name], plain[name])
+
+
+def test_maps_show_hysteresis_where_diagrams_do():
+    model, axis = gc.MeshModel.of(q0=0.1), gc.Axis("omega", 0.6, 0.9, 31)
+    data = gc.zones(model, axis, gc.Axis("eps1", 0.02, 0.03, 2), starts=2)
+    row = data.sel(eps1=0.02)
+    for mode in ("up", "down"):
+        diagram = gc.bifurcation(model.with_values({"eps1": 0.02}), axis, points=0, mode=mode)
+        regular = diagram.label == Label.PERIODIC
+        np.testing.assert_allclose(row[f"v_rms_{mode}"][regular], diagram.v_rms[regular], rtol=1e-6)
+    assert 0 < int(row.hysteresis.sum()) < 31
+    assert np.all(row.attractors.where(row.hysteresis == 1) != 1)
 
 
 def test_a_torus_is_one_attractor_and_so_is_chaos():
@@ -240,6 +285,9 @@ BAD = [
     (lambda: gc.zones(FIGURE_2, gc.Axis("omega", 1, 2, 3), gc.Axis("q0", 0, 1, 2), starts=10**10), "times starts must"),
     (lambda: gc.zones(FIGURE_2, gc.Axis("x1", 1.0, 2.0, 3), gc.Axis("eps1", 0, 1, 2), starts=4), "starts must be 1"),
     (lambda: gc.attractors(FIGURE_2, 0), "starts must be a whole number of at least 1; got 0"),
+    (lambda: gc.attractors(FIGURE_2, 4, kicks=-1), "kicks must be"),
+    (lambda: gc.attractors(FIGURE_2, 4, sweep=gc.Axis("omega", 2, 3, 4)), "from below to above the model's value 1"),
+    (lambda: gc.attractors(FIGURE_2, 4, sweep=gc.Axis("x1", 0, 3, 4)), "must be a parameter"),
     (lambda: gc.attractors(FIGURE_2, 10**13), "starts must be at most"),
     (lambda: gc.attractors(FIGURE_2, 4, box={"x1": (1.0, 1.0)}), "box x1 must be two finite numbers"),
     (lambda: gc.attractors(FIGURE_2, 4, box={"y1": (0.0, 1.0)}), "y1"),

@@ -184,6 +184,10 @@ def attractors(
     sets: Sets = None,
     starts: Annotated[int, typer.Option(help="Starts, spread over ±3 half backlashes and ±2 in velocity.")] = 256,
     seed: Annotated[int, typer.Option(help="Another seed gives other starts.")] = 0,
+    sweep: Annotated[
+        str | None, typer.Option(metavar="NAME=LOW:HIGH:COUNT", help="Also sweep this from both ends to its value.")
+    ] = None,
+    kicks: Annotated[int, typer.Option(help="Directions in which to look for the smallest kick out of a basin.")] = 0,
     out: OutIfWanted = None,
     json_out: Json = False,
 ) -> None:
@@ -191,8 +195,10 @@ def attractors(
     check_output("--out", out, DATA_SUFFIXES)
     loaded = _load(study, sets)
     from gearchaos.studies import attractors as run
+    from gearchaos.studyfile import parse_axis
 
-    found = run(loaded.model, starts, seed=seed, progress=True)
+    path = parse_axis(sweep, "--sweep") if sweep else None
+    found = run(loaded.model, starts, seed=seed, sweep=path, kicks=kicks, progress=True)
     save(found, out)
     if json_out:
         print_json(attractor_list(found))

@@ -111,9 +111,21 @@ def attractor_list(dataset: xr.Dataset) -> dict[str, Any]:
     for i, label in enumerate(motions(dataset["attractor_label"], dataset["attractor_period"])):
         one = {n.removeprefix("attractor_"): dataset[n].values[i].item() for n in _ATTRACTOR_FIELDS}
         period, contact = int(dataset["attractor_period"][i]), CONTACTS[int(dataset["attractor_contact"][i])]
-        rows.append({"label": label, "period": period or None, "contact": contact, **one})
+        rows.append({"label": label, "period": period or None, "contact": contact, **one, **_kick(dataset, i)})
     undecided = float((dataset["attractor"] < 0).mean())
-    return {"attractors": rows, "undecided_fraction": undecided, "starts": int(dataset.sizes["start"])}
+    ends = {n: int(dataset[f"attractor_{n}"]) for n in ("up", "down") if f"attractor_{n}" in dataset}
+    swept = {f"swept_{n}": i if i >= 0 else None for n, i in ends.items()}
+    return {"attractors": rows, "undecided_fraction": undecided, "starts": int(dataset.sizes["start"]), **swept}
+
+
+def _kick(dataset: xr.Dataset, number: int) -> dict[str, Any]:
+    """The smallest kick out of the basin of one attractor, where it was looked for."""
+    if "attractor_kick" not in dataset:
+        return {}
+    parts = ("attractor_kick_change", "attractor_kick_point")
+    names = dataset["coordinate"].values.tolist()
+    change, point = (dict(zip(names, dataset[n].values[number].tolist(), strict=True)) for n in parts)
+    return {"kick": dataset["attractor_kick"].values[number].item(), "kick_change": change, "kick_point": point}
 
 
 _ATTRACTOR_FIELDS = tuple(f"attractor_{n}" for n in (

@@ -62,14 +62,21 @@ def print_attractors(dataset: xr.Dataset) -> None:
     """Every motion of an operating point, a row each."""
     found = attractor_list(dataset)
     table = Table(title=f"Attractors found from {found['starts']} starts: {len(found['attractors'])}")
-    for title in ("motion", "share of the starts (95 %)", "V_RMS", "contact", "dynamic factor", "λ1", "max |μ|"):
+    numbers = {"dynamic factor": "dynamic_factor", "λ1": "lyapunov", "max |μ|": "multiplier"}
+    if "attractor_kick" in dataset:
+        numbers["smallest kick"] = "kick"
+    for title in ("motion", "share of the starts (95 %)", "V_RMS", "contact", *numbers):
         table.add_column(title, justify="left" if title in ("motion", "contact") else "right")
     for a in found["attractors"]:
         share = f"{a['fraction']:.1%} ({a['fraction_lo']:.1%} to {a['fraction_hi']:.1%})"
-        numbers = ("dynamic_factor", "lyapunov", "multiplier")
-        table.add_row(a["label"], share, _shown(a["v_rms"]), a["contact"], *(_shown(a[n]) for n in numbers))
+        table.add_row(a["label"], share, _shown(a["v_rms"]), a["contact"], *(_shown(a[n]) for n in numbers.values()))
     if found["undecided_fraction"]:
         table.add_row("diverged or undecided", f"{found['undecided_fraction']:.1%}")
+    for way in ("up", "down"):
+        if f"swept_{way}" in found:
+            end = found[f"swept_{way}"]
+            label = "none" if end is None else f"{found['attractors'][end]['label']}, row {end + 1}"
+            table.add_row(f"swept {way}", label)
     _print(table)
 
 

@@ -3,25 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict, replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from scipy.stats import binomtest
 
-from gearchaos.model import MeshModel, vary
+from gearchaos.axis import Axis
+from gearchaos.coordinates import start
+from gearchaos.errors import InputError
+from gearchaos.flow import ExactFlow
+from gearchaos.model import MeshModel, expand, state_names, vary
 from gearchaos.motion import Budget
 from gearchaos.studies import tiles
-from gearchaos.studies.catalogue import Catalogue, catalogued, described
+from gearchaos.studies.catalogue import Catalogue, described
 from gearchaos.studies.dataset import provenance, variable
+from gearchaos.studies.kicks import smallest_kick
 from gearchaos.studies.simulate import whole_number
 from gearchaos.studies.starts import default_box, spread
+from gearchaos.studies.sweep import carried
+from gearchaos.switched import switched
 
 _CONFIDENCE = 0.95
 
 
 def attractors(
     model: MeshModel, starts: int = 256, *, box: Mapping[str, tuple[float, float]] | None = None, seed: int = 0,
-    budget: Budget | None = None, progress: bool = False, threads: int | None = None,
+    sweep: Axis | None = None, kicks: int = 0, budget: Budget | None = None, progress: bool = False,
+    threads: int | None = None,
 ) -> xr.Dataset:
     """All motions that many starts lead to at one operating point.
 
@@ -36,6 +46,11 @@ def attractors(
         matters for the relative motion.
     seed : int
         Another seed gives other starts.
+    sweep : Axis, optional
+        A parameter that is also swept slowly to its value in the model, upwards from the axis' first value and
+        downwards from its last, ``count`` values each way.
+    kicks : int
+        Directions in which to look for the smallest kick that leaves each attractor; none by default.
     budget, progress, threads
         As in `zones`.
 
@@ -44,27 +59,76 @@ def attractors(
     xarray.Dataset
         With dim "number": of each attractor its label, period, share of the starts with a 95 % interval
         (Clopper-Pearson), levels, exponent or multiplier and section. ``attractor(start)`` says where each start led,
-        -1 if it diverged or stayed undecided.
+        -1 if it diverged or stayed undecided; ``attractor_up`` and ``attractor_down`` where the sweeps did.
+        ``attractor_kick`` is the length of the smallest sudden change of the state found (Euclid's, in half backlashes
+        and their velocities) after which a motion on the attractor settles elsewhere, NaN if none up to 4 does;
+        ``attractor_kick_change`` and ``attractor_kick_point`` are that change and the state in which it strikes, at the
+        start of a mesh period.
 
     Raises
     ------
     InputError
         If a number or a range is out of bounds; before any work.
     """
-    starts, seed = whole_number("starts", starts, 1), whole_number("seed", seed, 0)
+    starts, seed, kicks = (
+        whole_number(*v) for v in (("starts", starts, 1), ("seed", seed, 0), ("kicks", kicks, 0))
+    )
     tiles.check_memory("starts", starts)
     box = dict(box) if box else default_box(model)
     values = spread(box, starts, seed)
-    vary(model, values)  # checked before any work
-    index, catalogue = catalogued(
-        model, values, budget=budget, progress="attractors" if progress else None, threads=threads
-    )
+    system = switched(vary(model, {}))
+    w = start(vary(model, values), system).T
+    swept = _swept(model, sweep) if sweep else None
+    catalogue = Catalogue(ExactFlow(system))
+    options: dict[str, Any] = {"budget": budget, "threads": threads}
+    index = catalogue.find(w, progress="attractors" if progress else None, **options)
+    catalogue.tally(index)
+    ends = np.empty(0, dtype=int) if swept is None else catalogue.find(swept, **options)
+    rank = catalogue.ranks()
     data = {
-        "attractor": variable("attractor", ("start",), index),
+        "attractor": variable("attractor", ("start",), rank[index]),
+        **{f"attractor_{n}": variable("attractor", (), rank[i]) for n, i in zip(("up", "down"), ends, strict=False)},
         **described(catalogue), **_shares(catalogue, starts),
+        **(_kicks(catalogue, kicks, progress, **options) if kicks else {}),
         **{f"start_{n}": variable(n, ("start",), v) for n, v in values.items()},
     }
-    return xr.Dataset(data, attrs=provenance("attractors", model, starts=starts, seed=seed, box=box))
+    settings = {"starts": starts, "seed": seed, "box": box, "sweep": sweep and asdict(sweep), "kicks": kicks}
+    return xr.Dataset(data, attrs=provenance("attractors", model, **settings))
+
+
+def _swept(model: MeshModel, sweep: Axis) -> np.ndarray:
+    """States (d, 2) with which sweeps up and down reach the model's own value of a parameter."""
+    if sweep.name in state_names(model.kind):
+        raise InputError(f"sweep {sweep.name}", "must be a parameter, not an initial value", sweep.name)
+    batch = vary(model, {})
+    value, *others = {float(batch[n]) for n in expand({sweep.name: 0.0}, model)}
+    if others:
+        raise InputError(f"sweep {sweep.name}", "must be one value for both wheels", (value, *others))
+    if not sweep.start < value < sweep.stop:
+        raise InputError(f"sweep {sweep.name}", f"must run from below to above the model's value {value:g}",
+                         f"{sweep.start:g}:{sweep.stop:g}")
+    up = carried(model, Axis(sweep.name, sweep.start, value, sweep.count), True)
+    down = carried(model, Axis(sweep.name, value, sweep.stop, sweep.count), False)
+    ends = {n: np.array([up[n][0, -1], down[n][0, 0]]) for n in up}
+    return start(vary(replace(model, initial={}), ends), switched(batch)).T
+
+
+def _kicks(catalogue: Catalogue, directions: int, progress: bool, **options: Any) -> dict[str, xr.Variable]:
+    """The smallest kick found for every attractor, in the catalogue's order."""
+    names = catalogue.flow.system.names
+    found = [
+        smallest_kick(
+            catalogue.flow, catalogue.known[i], directions, progress=f"kicks {n}" if progress else None, **options
+        ) for n, i in enumerate(catalogue.order(), start=1)
+    ]
+    none = np.full(len(names), np.nan)
+    rows = {
+        "attractor_kick": np.array([k.size if k else np.nan for k in found]),
+        "attractor_kick_change": np.array([k.change if k else none for k in found]).reshape(-1, len(names)),
+        "attractor_kick_point": np.array([k.point if k else none for k in found]).reshape(-1, len(names)),
+    }
+    out = {n: variable(n, ("number", "coordinate")[: v.ndim], v) for n, v in rows.items()}
+    return out | {"coordinate": xr.Variable("coordinate", list(names))}
 
 
 def _shares(catalogue: Catalogue, starts: int) -> dict[str, xr.Variable]:

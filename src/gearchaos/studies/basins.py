@@ -6,13 +6,16 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.axis import Axis
+from gearchaos.coordinates import start
 from gearchaos.errors import InputError
-from gearchaos.model import MeshModel, state_names
+from gearchaos.flow import ExactFlow
+from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.motion import Budget
 from gearchaos.studies.boundary import entropy, smallest_kicks, uncertainty_exponent
-from gearchaos.studies.catalogue import Attractor, Catalogue, catalogued, described
+from gearchaos.studies.catalogue import Catalogue, described
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.zones import plane
+from gearchaos.switched import switched
 
 
 def basins(
@@ -43,10 +46,11 @@ def basins(
         if axis.name not in state_names(model.kind):
             raise InputError(f"axis {axis.name}", "must be an initial value of the model", axis.name,
                              f"Choose from {', '.join(state_names(model.kind))}.")
-    index, catalogue = catalogued(
-        model, plane(model, x, y), budget=budget, progress="basins" if progress else None, threads=threads
-    )
-    return _dataset(model, x, y, index.reshape(y.count, x.count), catalogue)
+    system = switched(vary(model, {}))
+    w, catalogue = start(vary(model, plane(model, x, y)), system).T, Catalogue(ExactFlow(system))
+    index = catalogue.find(w, budget=budget, progress="basins" if progress else None, threads=threads)
+    catalogue.tally(index)
+    return _dataset(model, x, y, catalogue.ranks()[index].reshape(y.count, x.count), catalogue)
 
 
 def _dataset(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, catalogue: Catalogue) -> xr.Dataset:
@@ -58,17 +62,19 @@ def _dataset(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, catalogue: C
         "attractor": variable("attractor", (y.name, x.name), index),
         **described(catalogue),
         "attractor_fraction": variable("attractor_fraction", ("number",), shares),
-        "attractor_kick": variable("attractor_kick", ("number",), _kicks(model, x, y, index, known)),
+        "attractor_kick": variable("attractor_kick", ("number",), _kicks(model, x, y, index, catalogue)),
         **{n: variable(n, (), np.array(v)) for n, v in tangled.items()},
     }
     coords = {a.name: variable(a.name, (a.name,), a.values) for a in (x, y)}
     return xr.Dataset(data, coords, provenance("basins", model))
 
 
-def _kicks(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, known: list[Attractor]) -> np.ndarray:
+def _kicks(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, catalogue: Catalogue) -> np.ndarray:
     """Smallest kicks where the plane is the whole state; elsewhere attractors do not lie in the plane."""
-    names = ("z", "z_dot")
-    if model.kind != "single" or {x.name, y.name} != set(names) or min(x.count, y.count) < 2:
+    known = [catalogue.known[i] for i in catalogue.order()]
+    system = catalogue.flow.system
+    corners = start(vary(model, {x.name: [0.0, 1.0, 0.0], y.name: [0.0, 0.0, 1.0]}), system)
+    across = (corners[1:] - corners[0]).T  # from the plane's coordinates to the state
+    if system.dimension != 2 or not np.allclose(across @ across.T, np.eye(2)) or min(x.count, y.count) < 2:
         return np.full(len(known), np.nan)
-    columns = [names.index(a.name) for a in (x, y)]
-    return smallest_kicks(index, x.values, y.values, [a.section[:, columns] for a in known])
+    return smallest_kicks(index, x.values, y.values, [(a.section - corners[0]) @ across for a in known])

@@ -7,15 +7,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import xarray as xr
 
-from gearchaos.coordinates import start
 from gearchaos.flow import ExactFlow
-from gearchaos.model import MeshModel, vary
 from gearchaos.motion import Budget, Label, Verdicts, classify, orbit
 from gearchaos.studies import tiles
 from gearchaos.studies.dataset import variable
 from gearchaos.studies.evidence import evidence
 from gearchaos.studies.survey import survey
-from gearchaos.switched import switched
 
 _FACTS = ("v_rms", "contact_fraction", "contact", "dynamic_factor", "lyapunov", "multiplier", "residual")
 _SAME = 1e-6
@@ -63,6 +60,32 @@ class Catalogue:
     point: int = 0
     known: list[Attractor] = field(default_factory=list)
 
+    def find(
+        self, w: np.ndarray, *, budget: Budget | None = None, progress: str | None = None, threads: int | None = None
+    ) -> np.ndarray:
+        """The number of the attractor (L,) to which each motion from w (d, L) leads, -1 for none."""
+
+        def launch(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
+            return self.flow, w[:, tile].copy(), np.full(len(tile), self.point)
+
+        def keep(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+            return {"label": found.label, "period": found.period, "w": found.w.T}
+
+        count = w.shape[1]
+        found = survey(
+            launch, keep, np.arange(count), budget=budget, levels=False, progress=progress, threads=threads
+        )
+        index = np.full(count, -1, dtype=np.int16)
+        for first in range(0, count, tiles.TILE):  # since sections of chaotic motions take memory
+            tile = slice(first, first + tiles.TILE)
+            index[tile] = self.place(found["label"][tile], found["period"][tile], found["w"][tile].T)
+        return index
+
+    def tally(self, index: np.ndarray) -> None:
+        """Count how many starts each attractor holds."""
+        for number, attractor in enumerate(self.known):
+            attractor.count = int(np.sum(index == number))
+
     def place(self, label: np.ndarray, period: np.ndarray, w: np.ndarray) -> np.ndarray:
         """The number of each motion's attractor, -1 where it has none; new attractors are added.
 
@@ -73,13 +96,11 @@ class Catalogue:
             for n in np.unique(period[label == kind]):
                 mine = np.flatnonzero((label == kind) & (period == n))
                 index[mine] = self._place_alike(w[:, mine], int(kind), int(n))
-        for number, attractor in enumerate(self.known):
-            attractor.count += int(np.sum(index == number))
         return index
 
     def _place_alike(self, w: np.ndarray, kind: int, period: int) -> np.ndarray:
         index = np.full(w.shape[1], -1, dtype=np.int16)
-        sections = np.empty((0, *w.shape)) if period else self._advance(w, _SECTIONS)
+        sections = self._sections(w, period)
         for number, attractor in enumerate(self.known):
             if (attractor.label, attractor.period) == (kind, period):
                 index[(index < 0) & attractor.holds(w, sections)] = number
@@ -92,9 +113,16 @@ class Catalogue:
             index[same] = len(self.known) - 1
         return index
 
-    def _advance(self, w: np.ndarray, periods: int) -> np.ndarray:
+    def holds(self, attractor: Attractor, w: np.ndarray) -> np.ndarray:
+        """Whether motions of the attractor's kind and period at w (d, L) are on it."""
+        return attractor.holds(w, self._sections(w, attractor.period))
+
+    def _sections(self, w: np.ndarray, period: int) -> np.ndarray:
+        """Sections (S, d, L) by which motions without a period are told apart; none of those with one."""
+        if period:
+            return np.empty((0, *w.shape))
         points = np.full(w.shape[1], self.point)
-        return self.flow.advance(w, periods, points=points, sections=periods).sections
+        return self.flow.advance(w, _SECTIONS, points=points, sections=_SECTIONS).sections
 
     def order(self) -> list[int]:
         """Numbers sorted by kind, then by period, then by how many starts they hold."""
@@ -113,33 +141,6 @@ class Catalogue:
         """Verdicts on a point of every attractor, with its levels."""
         w = np.stack([a.section[-1] for a in self.known], axis=1)
         return classify(self.flow, w, np.full(len(self.known), self.point))
-
-
-def catalogued(
-    model: MeshModel, values: dict[str, np.ndarray], *, budget: Budget | None, progress: str | None, threads: int | None
-) -> tuple[np.ndarray, Catalogue]:
-    """Where each start of one operating point leads, (starts,) numbers in the catalogue's order, and the catalogue.
-
-    ``values`` are the initial values by name, each (starts,).
-    """
-    system = switched(vary(model, {}))
-    flow, count = ExactFlow(system), len(next(iter(values.values())))
-    index, catalogue = np.full(count, -1, dtype=np.int16), Catalogue(flow)
-
-    def launch(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-        w = start(vary(model, {k: v[tile] for k, v in values.items()}), system).T.copy()
-        return flow, w, np.zeros(len(tile), dtype=int)
-
-    def keep(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
-        return {"label": found.label, "period": found.period, "w": found.w.T}
-
-    found = survey(
-        launch, keep, np.arange(count), budget=budget, levels=False, progress=progress, threads=threads
-    )
-    for first in range(0, count, tiles.TILE):
-        tile = slice(first, first + tiles.TILE)
-        index[tile] = catalogue.place(found["label"][tile], found["period"][tile], found["w"][tile].T)
-    return catalogue.ranks()[index], catalogue
 
 
 def described(catalogue: Catalogue) -> dict[str, xr.Variable]:

@@ -48,6 +48,8 @@ def survey(
         columns.put(settled, facts)
         aside.append(rest)
     chaos = _together(aside, order)
+    if len(chaos.number) == 0:
+        return columns.arrays
     for tile, facts in tiles.run(
         lambda tile: run.outlast(chaos.take(tile)), tiles.split(np.arange(len(chaos.number))),
         progress=progress and f"{progress}, chaos", threads=threads,
