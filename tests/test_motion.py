@@ -60,6 +60,14 @@ def test_the_exponents_of_a_long_orbit_are_not_lost_in_rounding():
     )
 
 
+def test_a_torus_locked_at_a_high_order_keeps_its_orbit():
+    """122T between the tori of Fig. 12; its smallest multiplier is below 1e-20."""
+    flow, found = verdict(kind="full", omega=1.05, eps1=0.03 + 0.02 * 46 / 60)
+    assert found.period[0] == 122
+    assert found.exponent[:, 0].sum() == pytest.approx(flow.system.trace[0], abs=1e-12)
+    assert found.exponent[0, 0] == pytest.approx(-0.00210316, abs=1e-8)
+
+
 def test_a_run_whose_exponents_do_not_sum_to_the_trace_is_not_trusted(monkeypatch):
     """The trace is falsified, since the flow cannot be."""
     trace = SwitchedAffine.trace.fget

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearchaos.cli.errors import Commands, say
+from gearchaos.cli.errors import Commands, say, tell_of_compiling
 from gearchaos.cli.output import (
     DATA_SUFFIXES,
     PLOT_SUFFIXES,
@@ -67,6 +67,17 @@ def main() -> None:
     app(prog_name="gearchaos")
 
 
+@app.command()
+def warmup() -> None:
+    """Compile all kernels now, so that no later run has to."""
+    from gearchaos.studies.warmup import MODELS
+    from gearchaos.studies.warmup import warmup as run
+
+    say(f"compiling the kernels of models with {min(MODELS)} to {max(MODELS)} coordinates; this happens once")
+    for dimension, seconds in run():
+        say(f"{dimension} coordinates: ready after {seconds:.0f} s")
+
+
 def _version(wanted: bool) -> None:
     if wanted:
         from importlib.metadata import version
@@ -93,8 +104,21 @@ def paper(
     """Reproduce the 2008 paper: every figure, every claim judged, one report."""
     numbers = None if figures is None else _figure_numbers(figures)
     from gearchaos.paper.report import build
+    from gearchaos.paper.settings import chosen_figures
 
+    chosen_figures(numbers)  # checked before anything is compiled
+    _compile_for_paper()
     raise typer.Exit(build(out, figures=numbers, quality=quality, progress=True))
+
+
+def _compile_for_paper() -> None:
+    """On a cold cache, compile for both of the paper's models at once: one core each."""
+    from gearchaos.flow.jit import cache_directory
+    from gearchaos.studies.warmup import warmup as run
+
+    if not cache_directory().exists():
+        say("compiling the kernels, once after an install or an update")
+        list(run((2, 4)))
 
 
 def _figure_numbers(text: str) -> list[int]:
@@ -315,6 +339,7 @@ def _load(study: Path | None, sets: list[str] | None, physical: bool = False) ->
     from gearchaos.studyfile import load_study, parse_set
 
     loaded = load_study(study, parse_set(sets or []))
+    tell_of_compiling()
     if physical and loaded.pair is None:
         file = None if study is None else str(study)
         raise InputError("--physical", "needs a study file with a [gearpair] table", file)

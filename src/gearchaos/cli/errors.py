@@ -40,3 +40,17 @@ def _fail(message: str, code: int) -> None:
 def say(message: str) -> None:
     """Print a message for people; stdout is for results."""
     print(message, file=sys.stderr, flush=True)
+
+
+def tell_of_compiling() -> None:
+    """Say so if kernels have to be compiled, since nothing else happens meanwhile."""
+    from gearchaos.flow.jit import on_compile
+
+    told: list[bool] = []
+
+    def tell() -> None:
+        if not told:
+            told.append(True)
+            say("compiling the kernels, once after an install or an update; gearchaos warmup does it for all models")
+
+    on_compile(tell)

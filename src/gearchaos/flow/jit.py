@@ -1,8 +1,10 @@
 """How kernels are compiled: without the GIL, cached on disk under a hash of all kernel sources.
 
 Numba notices edits in the file of a cached function but not in the files of the functions it calls, so the cache
-directory carries a hash of this whole folder. Contraction is never left to the compiler: `fma` says where a product
-and a sum round once, so a lane's result does not depend on vector width, block size or neighbours.
+directory carries a hash of this whole folder. Nor does it keep processes apart that write to the cache at once: two
+may choose the same file for different code, and a third would run the wrong one. Hence the lock. Contraction is never
+left to the compiler: `fma` says where a product and a sum round once, so a lane's result does not depend on vector
+width, block size or neighbours.
 """
 
 from __future__ import annotations
@@ -16,7 +18,10 @@ from typing import Any
 
 import numba
 import platformdirs
+from filelock import FileLock
 from numba import config, njit, types
+from numba.core import event
+from numba.core.caching import FunctionCache
 from numba.extending import intrinsic
 
 
@@ -33,6 +38,16 @@ def cache_directory() -> Path:
     return Path(base) / digest.hexdigest()[:16]
 
 
+class _SharedCache(FunctionCache):
+    """Numba's cache of one function, written by one process at a time."""
+
+    def _save_overload(self, sig: Any, data: Any) -> None:
+        folder = cache_directory()
+        folder.mkdir(parents=True, exist_ok=True)
+        with FileLock(folder / ".lock"):
+            super()._save_overload(sig, data)
+
+
 @contextmanager
 def _own_cache():
     """Our cache directory for the functions decorated inside, and nobody else's."""
@@ -46,8 +61,24 @@ def _own_cache():
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a module-level function of floats and arrays."""
-    with _own_cache():
-        return njit(cache=True, nogil=True, error_model="numpy", _nrt=False)(function)
+    compiled = njit(nogil=True, error_model="numpy", _nrt=False)(function)
+    if not config.DISABLE_JIT:
+        with _own_cache():
+            compiled._cache = _SharedCache(function)
+    return compiled
+
+
+def on_compile(call: Callable[[], None]) -> None:
+    """Call this whenever a kernel is about to be compiled, rather than loaded from the cache."""
+
+    class Listener(event.Listener):
+        def on_start(self, _: event.Event) -> None:
+            call()
+
+        def on_end(self, _: event.Event) -> None:
+            pass
+
+    event.register("numba:compile", Listener())
 
 
 def inlined(function: Callable[..., Any]) -> Any:

@@ -44,7 +44,8 @@ def of_orbits(flow: ExactFlow, points: np.ndarray, found: Orbits) -> np.ndarray:
     """Exponents (d, L) of periodic orbits, ln|μ| over the duration nT: exact, no interval.
 
     Multipliers far below the norm of the monodromy matrix drown in its rounding. Where their product shows it they are
-    had from the growth of tangent vectors instead, orthonormalised on the way, in the second round of the orbit.
+    had from the growth of tangent vectors instead, orthonormalised on the way, in the second round of the orbit: the
+    sum of their growths is exact, and the smallest exponent is what it leaves.
     """
     duration = found.period * flow.system.period[points]
     modulus = np.abs(found.multipliers)
@@ -55,6 +56,7 @@ def of_orbits(flow: ExactFlow, points: np.ndarray, found: Orbits) -> np.ndarray:
     norm = np.linalg.norm(found.monodromy[drowned], axis=(1, 2))
     grown = _second_round(flow, points[drowned], found.take(drowned)) / duration[drowned]
     out[:, drowned] = np.where(_CLEAR * norm < modulus[drowned].T, out[:, drowned], grown)
+    out[-1, drowned] = grown.sum(axis=0) - out[:-1, drowned].sum(axis=0)
     return out
 
 

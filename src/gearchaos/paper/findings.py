@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 import xarray as xr
+from scipy.ndimage import binary_dilation
 
 from gearchaos.motion.spectrum import opinion
 from gearchaos.paper.bench import Bench
@@ -43,8 +44,22 @@ def _zones(bench: Bench, study: Study, ds: xr.Dataset) -> str:
     return (
         f"Shares of the {ds.sizes[x_name]} × {ds.sizes[y_name]} cells: {shares(ds)}. V_RMS runs from "
         f"{np.nanmin(level):.3g} to {np.nanmax(level):.3g} (at {where}), its median is {np.nanmedian(level):.3g}. "
-        f"Teeth lose contact in {percent(lost)} of the cells."
+        f"Teeth lose contact in {percent(lost)} of the cells.{_locked(ds)}"
     )
+
+
+def _locked(ds: xr.Dataset) -> str:
+    """How many of the cells beside tori are locked to an orbit of a higher order, if there are tori."""
+    kinds = motion_class(ds["label"], ds["period"])
+    tori, higher = kinds == _TORUS, kinds == _HIGHER
+    if not tori.any():
+        return ""
+    beside = binary_dilation(tori, np.ones((3, 3))) & ~tori
+    locked = beside & higher
+    longest = int(ds["period"].values[locked].max(initial=0))
+    orbits = f", on orbits of up to {longest}T" if longest else ""
+    share = percent(locked.sum() / beside.sum())
+    return f" Of the {beside.sum()} cells beside quasi-periodic ones {share} are locked at a higher order{orbits}."
 
 
 def _basins(bench: Bench, study: Study, ds: xr.Dataset) -> str:
@@ -61,9 +76,22 @@ def _bifurcation(bench: Bench, study: Study, ds: xr.Dataset) -> str:
     if values.size:
         text += (
             f" Chaos occurs between {symbol(axis)} = {values[0]:.4g} and {values[-1]:.4g}, with exponents up to "
-            f"{float(ds['lyapunov'].max()):.3f}."
+            f"{float(ds['lyapunov'].max()):.3f}.{_onset(ds, axis)}"
         )
     return f"{text} {second_opinion(ds, axis)}"
+
+
+def _onset(ds: xr.Dataset, axis: str) -> str:
+    """Between which columns chaos first sets in, with the exponents on both sides."""
+    first = int(np.argmax(motion_class(ds["label"], ds["period"]) == _CHAOTIC))
+    if first == 0:
+        return ""
+    before, after = ds.isel({axis: first - 1}), ds.isel({axis: first})
+    (name,) = motions(before["label"], before["period"])
+    return (
+        f" Going up, it first sets in between {float(before[axis]):.5g} ({name}, largest exponent "
+        f"{float(before['lyapunov']):+.4f}) and {float(after[axis]):.5g} ({float(after['lyapunov']):+.4f})."
+    )
 
 
 _ASKED = 120
@@ -88,7 +116,9 @@ def second_opinion(ds: xr.Dataset, axis: str) -> str:
     )
 
 
-_CHAOTIC = next(i for i, c in enumerate(MOTION_CLASSES) if c.name == "chaotic")
+_CHAOTIC, _TORUS, _HIGHER = (
+    [c.name for c in MOTION_CLASSES].index(n) for n in ("chaotic", "quasi-periodic", "other sub-harmonic")
+)
 
 
 def _point(bench: Bench, study: Study, ds: xr.Dataset) -> str:

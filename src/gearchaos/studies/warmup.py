@@ -1,0 +1,44 @@
+"""Compile the kernels ahead of time, one process for each dimension of the dynamic state."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+from typing import Any
+
+from gearchaos.coordinates import start
+from gearchaos.flow import ExactFlow
+from gearchaos.model import MeshModel, vary
+from gearchaos.switched import switched
+
+MODELS: dict[int, dict[str, Any]] = {
+    2: {"kind": "torsional"},
+    3: {"kind": "torsional", "beta1": 0.02},
+    4: {"kind": "full"},
+    5: {"kind": "full", "beta1": 0.02},
+    6: {"kind": "full", "kappa1": 0.4},
+    7: {"kind": "full", "beta1": 0.02, "kappa1": 0.4},
+}
+"""A model for each dimension: unequal bearings add one coordinate, unequal supports two."""
+
+
+def warmup(dimensions: Sequence[int] = tuple(MODELS)) -> Iterator[tuple[int, float]]:
+    """Compile the kernels of these dimensions side by side, unless the disk cache has them.
+
+    Yields each dimension with the seconds it took, as they finish.
+    """
+    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
+        for done in as_completed([pool.submit(_run, d) for d in dimensions]):
+            yield done.result()
+
+
+def _run(dimension: int) -> tuple[int, float]:
+    begin = time.perf_counter()
+    batch = vary(MeshModel.of(**MODELS[dimension]), {})
+    system = switched(batch)
+    assert system.dimension == dimension
+    ExactFlow(system).advance(start(batch, system).T.copy(), 1)
+    return dimension, time.perf_counter() - begin

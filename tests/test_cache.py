@@ -1,0 +1,76 @@
+"""Compiled kernels on disk: every process hits them, none gets the wrong ones."""
+
+import importlib.util
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from gearchaos.flow import jit
+
+PROGRAM = """
+import sys, time
+from pathlib import Path
+import numpy as np
+from gearchaos.flow.jit import kernel
+
+@kernel
+def twice(x):
+    total = 0.0
+    for value in x.flat:
+        total += 2 * value
+    return total
+
+KINDS = ["f8", "f4", "i8", "i4", "i2", "u1"]
+folder, chosen = Path(sys.argv[1]), sys.argv[2].split(",")
+(folder / ("here-" + chosen[0])).touch()
+while len(chosen) == 1 and len(list(folder.glob("here-*"))) < len(KINDS):
+    time.sleep(0.001)
+print([twice(np.arange(5).astype(kind)) for kind in chosen], sum(twice.stats.cache_hits.values()))
+"""
+
+
+def test_processes_that_compile_at_once_do_not_spoil_the_cache(tmp_path):
+    script = tmp_path / "program.py"
+    script.write_text(PROGRAM)
+    kinds = ["f8", "f4", "i8", "i4", "i2", "u1"]
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+
+    def begin(chosen):
+        return subprocess.Popen(
+            [sys.executable, str(script), str(tmp_path), chosen], env=environment, stdout=subprocess.PIPE, text=True
+        )
+
+    together = [begin(kind) for kind in kinds]
+    assert [p.communicate(timeout=120)[0] for p in together] == ["[20.0] 0\n"] * len(kinds)
+    after = begin(",".join(kinds))
+    assert after.communicate(timeout=120)[0] == f"{[20.0] * len(kinds)} {len(kinds)}\n"
+
+
+def test_the_cache_is_another_one_after_any_edit_of_a_kernel(tmp_path):
+    source = Path(jit.__file__).parent
+    for name in ("jit.py", "contact.py"):
+        (tmp_path / name).write_bytes((source / name).read_bytes())
+
+    def directory():
+        spec = importlib.util.spec_from_file_location("copied_jit", tmp_path / "jit.py")
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return module.cache_directory()
+
+    before = directory()
+    assert directory() == before
+    with (tmp_path / "contact.py").open("a") as file:
+        file.write("# edited\n")
+    assert directory() != before
+
+
+def test_compiling_is_announced_and_loading_is_not(tmp_path):
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    program = (
+        "import numpy as np; from gearchaos.flow import jit, period; jit.on_compile(lambda: print('compiles'));"
+        "period._mark_diverged(np.zeros((2, 3)), np.zeros(3, np.int64), 3)"
+    )
+    command = [sys.executable, "-c", program]
+    runs = [subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120) for _ in range(2)]
+    assert [run.stdout for run in runs] == ["compiles\n", ""], runs
