@@ -28,7 +28,7 @@ CASES = {
     "d4": MeshModel.of(kind="full", q0=0.1, eps1=0.1, kappa=0.5),
     "d7": MeshModel.of(kind="full", q0=0.1, eps1=0.1, kappa1=0.5, kappa2=0.8, beta1=0.02),
 }
-LANES = 1024
+LANES = 4096
 FEW = 32
 ROUNDS = 7
 Advance = Callable[[np.ndarray, int], np.ndarray]
