@@ -27,8 +27,12 @@ lint: $(VENV)/.installed-test
 test: lint
 	$(BIN)/python -m pytest -n 2
 
-bench: $(VENV)/.installed-test
-	$(BIN)/python benchmarks/throughput.py
+$(VENV)/.installed-bench: $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable ".[bench]"
+	touch $@
+
+bench: $(VENV)/.installed-bench
+	$(BIN)/python benchmarks/throughput.py --json bench.json --plot bench.png
 
 clean:
 	rm -rf $(VENV) $(OUT)

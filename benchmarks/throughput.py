@@ -1,167 +1,237 @@
-"""gearchaos against its peers on the same trajectories, side by side in one run on one core.
+"""gearchaos against its peers on the same trajectories, side by side in one run on one core; then on all cores.
 
-Prints a table; ``--json FILE`` also writes {"ratios": {"d2": {peer: ...}, ...}, "errors": {...}, "us": {...}}, a
-ratio being the peer's time over ours, the median over interleaved rounds. Absolute times mean little on a shared
-machine; ratios from one run mean more.
+Prints tables; ``--json FILE`` also writes {"ratios": {"d2": {peer: …}, …}, "errors": {…}, "us": {…}, "settings": {…},
+"two_cores": …}, a ratio being the peer's time over ours, the median over interleaved rounds, and ``--plot FILE`` draws
+work against precision. Absolute times mean little on a shared machine; ratios from one run mean more.
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib
 import json
 import os
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from gearchaos.coordinates import start
 from gearchaos.flow import ExactFlow
 from gearchaos.flow import layout as at
 from gearchaos.model import MeshModel, vary
-from gearchaos.switched import SwitchedAffine, switched
+from gearchaos.switched import switched
 
-CASES = {
-    "d2": MeshModel.of(kind="torsional", q0=0.1, eps1=0.1),
-    "d4": MeshModel.of(kind="full", q0=0.1, eps1=0.1, kappa=0.5),
-    "d7": MeshModel.of(kind="full", q0=0.1, eps1=0.1, kappa1=0.5, kappa2=0.8, beta1=0.02),
+KINDS: dict[str, dict[str, Any]] = {
+    "d2": {"kind": "torsional"},
+    "d4": {"kind": "full", "kappa": 0.5},
+    "d7": {"kind": "full", "kappa1": 0.5, "kappa2": 0.8, "beta1": 0.02},
 }
+SETTINGS: dict[str, tuple[float, float, dict[str, float]]] = {
+    "mixed": (0.4, 3.0, {"q0": 0.1, "eps1": 0.1}),
+    "regular": (0.4, 3.0, {"q0": 1.0, "eps1": 0.01}),
+    "chaotic": (0.95, 1.05, {"q0": 0.05, "eps1": 0.1}),
+    "impacts": (1.5, 2.5, {"q0": 0.02, "eps1": 0.3}),
+}
+"""Range of ω, and the other parameters."""
+
 LANES = 4096
-FEW = 32
+FEW = 256
 ROUNDS = 7
 Advance = Callable[[np.ndarray, int], np.ndarray]
+PEERS: dict[str, tuple[str, str, tuple, int, int]] = {
+    "c_rk4_200": ("c_rk4", "CRk4", (200,), LANES, 20),
+    "c_rk4_1000": ("c_rk4", "CRk4", (1000,), LANES // 4, 10),
+    "numba_rk4_200": ("numba_rk4", "NumbaRk4", (200,), FEW, 10),
+    "heyoka": ("heyoka_peer", "Heyoka", (1,), FEW, 10),
+    "heyoka_batch": ("heyoka_peer", "Heyoka", (4,), FEW, 10),
+    "pynamicalsys_1e-9": ("pynamicalsys_peer", "Pynamicalsys", (1e-9,), 8, 2),
+    "jitcode_1e-9": ("jitcode_peer", "Jitcode", (1e-9,), 8, 2),
+    "diffrax_1e-9": ("diffrax_peer", "Diffrax", (1e-9,), 64, 2),
+    "scipy_dop853_1e-9": ("scipy_peer", "Scipy", ("DOP853", 1e-9), 4, 2),
+    "scipy_lsoda_1e-9": ("scipy_peer", "Scipy", ("LSODA", 1e-9), 4, 2),
+}
+"""Module, class, its settings, lanes and periods a round."""
+
+FIRST_FOUR = ("c_rk4_200", "heyoka", "heyoka_batch")
+"""Who also runs the special settings."""
+
+_PRECISION = {
+    "C RK4": ("c_rk4", "CRk4", [(n,) for n in (100, 200, 500, 1000, 2000)], FEW),
+    "SciPy DOP853": ("scipy_peer", "Scipy", [("DOP853", 10.0**-k) for k in (5, 7, 9, 11)], 4),
+    "SciPy LSODA": ("scipy_peer", "Scipy", [("LSODA", 10.0**-k) for k in (5, 7, 9, 11)], 4),
+    "heyoka": ("heyoka_peer", "Heyoka", [(1,)], FEW),
+}
 
 
-def peers(system: SwitchedAffine) -> dict[str, tuple[Advance, int, int] | str]:
-    """Each peer as (advance, lanes, periods a round), or why it is not here."""
-    flow = ExactFlow(system)
-    found: dict[str, tuple[Advance, int, int] | str] = {
-        "gearchaos": (lambda w, n: flow.advance(w, n).w, LANES, 50)
-    }
-    for name, make in {
-        "c_rk4_200": lambda: (_c_rk4(system, 200), LANES, 50),
-        "c_rk4_1000": lambda: (_c_rk4(system, 1000), LANES, 10),
-        "heyoka": lambda: (_heyoka(system, 1), 8 * FEW, 10),
-        "heyoka_batch": lambda: (_heyoka(system, 4), 8 * FEW, 10),
-        "scipy_dop853": lambda: (_scipy(system), 4, 2),
-    }.items():
+class Bench:
+    """Trajectories of one kind in one setting, and what every peer made of them."""
+
+    def __init__(self, kind: str, setting: str) -> None:
+        low, high, values = SETTINGS[setting]
+        batch = vary(MeshModel.of(**KINDS[kind], **values), {"omega": np.linspace(low, high, LANES)})
+        self.name, self.system = f"{kind} {setting}", switched(batch)
+        assert self.system.dimension == int(kind[1:])
+        self.flow = ExactFlow(self.system)
+        self.w = self.flow.advance(start(batch, self.system).T.copy(), 200).w
+        counted = self.flow.advance(self.w, 20, measured=True)
+        self.switches = float(counted.measures[at.SWITCHES].mean() / 20)
+        self.reference = self.flow.advance(self.w, 1).w
+        self.rows: dict[str, dict[str, Any] | str] = {
+            "gearchaos": self._row(lambda w, n: self.flow.advance(w, n).w, np.arange(LANES), 50)
+        }
+
+    def add(self, name: str) -> None:
+        """Set a peer up and check its first period; a peer that cannot run is reported, whatever the cause."""
+        module, kind, arguments, lanes, periods = PEERS[name]
         try:
-            found[name] = make()
-        except Exception as failure:  # a peer that cannot run is reported, whatever the cause
-            found[name] = f"not run: {type(failure).__name__}: {failure}"
-    return found
+            self.rows[name] = self._row(*self.peer(module, kind, arguments, lanes), periods)
+        except Exception as failure:
+            self.rows[name] = f"not run: {type(failure).__name__}: {failure}"
 
+    def peer(self, module: str, kind: str, arguments: tuple, lanes: int) -> tuple[Advance, np.ndarray]:
+        """A peer on evenly spread lanes, so that every one sees all of the range."""
+        chosen = np.arange(lanes) * (LANES // lanes)
+        make = getattr(importlib.import_module(f"peers.{module}"), kind)
+        return make(self.system.take(chosen), *arguments).advance, chosen
 
-def _c_rk4(system: SwitchedAffine, steps: int) -> Advance:
-    from peers.c_rk4 import CRk4
+    def _row(self, advance: Advance, chosen: np.ndarray, periods: int) -> dict[str, Any]:
+        w = np.ascontiguousarray(self.w[:, chosen])
+        error = float(np.abs(advance(w, 1) - self.reference[:, chosen]).max())
+        return {"advance": advance, "w": w, "periods": periods, "error": error, "times": []}
 
-    return CRk4(system, steps).advance
+    @property
+    def running(self) -> dict[str, dict[str, Any]]:
+        return {name: row for name, row in self.rows.items() if not isinstance(row, str)}
 
-
-def _heyoka(system: SwitchedAffine, batch: int) -> Advance:
-    from peers.heyoka_peer import Heyoka
-
-    chosen = system.take(_spread(system.points, 8 * FEW))
-    return Heyoka(chosen, batch).advance
-
-
-def _spread(points: int, lanes: int) -> np.ndarray:
-    """Evenly spread points, so that every peer sees all of the range."""
-    return np.arange(lanes) * (points // lanes)
-
-
-def _scipy(system: SwitchedAffine) -> Advance:
-    """DOP853 at 1e-9, stopped at the stiffness jumps but not at contact switches, as a user would run it."""
-
-    def one(lane: int, w: np.ndarray, periods: int) -> np.ndarray:
-        A, b, f0 = system.A[lane], system.b[lane], system.f0[lane]
-        f_cos, f_sin, omega = system.f_cos[lane, 0], system.f_sin[lane, 0], system.omega[lane]
-
-        def slope(t, w, chi):
-            out = A @ w + f0 - b * chi * (w[0] - min(max(w[0], -1.0), 1.0))
-            out[1] += f_cos * np.cos(omega * t) + f_sin * np.sin(omega * t)
-            return out
-
-        for half in range(2 * periods):
-            ends = half * np.pi / omega, (half + 1) * np.pi / omega
-            chi = system.levels[lane, half % 2]
-            w = solve_ivp(slope, ends, w, "DOP853", rtol=1e-9, atol=1e-9, args=(chi,)).y[:, -1]
-        return w
-
-    lanes = _spread(system.points, 4)
-    return lambda w, n: np.stack([one(lane, w[:, i], n) for i, lane in enumerate(lanes)], axis=1)
-
-
-def measure(case: str, model: MeshModel) -> dict[str, dict]:
-    """Times, ratios and one-period errors of every peer on one case."""
-    batch = vary(model, {"omega": np.linspace(0.4, 3.0, LANES)})
-    system = switched(batch)
-    assert system.dimension == int(case[1:])
-    flow = ExactFlow(system)
-    w = flow.advance(start(batch, system).T.copy(), 20).w
-    switches = flow.advance(w, 20, measured=True).measures[at.SWITCHES].mean() / 20
-    reference = flow.advance(w, 1).w
-    rows = {name: p if isinstance(p, str) else _timed(p, w, reference) for name, p in peers(system).items()}
-    _interleave(rows)
-    ours = rows["gearchaos"]
-    for row in rows.values():
-        if not isinstance(row, str):
+    def run(self) -> None:
+        """One round after another, every peer in each, so that a slow spell of the machine hits all alike."""
+        for _ in range(ROUNDS):
+            for row in self.running.values():
+                row["times"].append(timed(row["advance"], row["w"], row["periods"]))
+        ours = self.running["gearchaos"]
+        for row in self.running.values():
             row["ratio"] = float(np.median(np.array(row["times"]) / np.array(ours["times"])))
-    _print(case, rows, switches)
-    return rows
+        exact = self.running.get("heyoka")  # the one peer that is as exact; its difference from us is ours from it
+        ours["error"] = exact["error"] if exact else float("nan")
+
+    def print(self) -> None:
+        print(f"\n{self.name}: {self.switches:.2f} contact switches per mesh period")
+        print(f"{'':18} {'us/period':>10} {'ratio':>8} {'error of a period':>18}")
+        for name, row in self.rows.items():
+            if isinstance(row, str):
+                print(f"{name:18} {row}")
+            else:
+                print(f"{name:18} {np.median(row['times']):10.3f} {row['ratio']:8.2f} {row['error']:18.1e}")
+
+    def column(self, key: Callable[[dict], float]) -> dict[str, float | str]:
+        """One number of every peer, or why it did not run."""
+        return {name: row if isinstance(row, str) else key(row) for name, row in self.rows.items()}
 
 
-def _timed(peer: tuple[Advance, int, int], w: np.ndarray, reference: np.ndarray) -> dict:
-    advance, lanes, periods = peer
-    chosen = _spread(w.shape[1], lanes)
-    first = np.ascontiguousarray(w[:, chosen])
-    error = float(np.abs(advance(first, 1) - reference[:, chosen]).max())
-    return {"advance": advance, "w": first, "periods": periods, "error": error, "times": []}
+def timed(advance: Advance, w: np.ndarray, periods: int) -> float:
+    """Microseconds per trajectory and period."""
+    begin = time.perf_counter()
+    advance(w, periods)
+    return (time.perf_counter() - begin) / w.shape[1] / periods * 1e6
 
 
-def _interleave(rows: dict) -> None:
-    """One round after another, every peer in each, so that a slow spell of the machine hits all alike."""
-    for _ in range(ROUNDS):
-        for row in rows.values():
-            if not isinstance(row, str):
-                begin = time.perf_counter()
-                row["advance"](row["w"], row["periods"])
-                row["times"].append((time.perf_counter() - begin) / row["w"].shape[1] / row["periods"] * 1e6)
+def all_cores(bench: Bench) -> tuple[int, float]:
+    """How many cores there are, and how many times one core's throughput they reach together."""
+    cores, ratios = os.cpu_count() or 1, []
+    parts = [np.ascontiguousarray(bench.w[:, i::cores]) for i in range(cores)]
+    points = [np.arange(LANES)[i::cores] for i in range(cores)]
+
+    def work(i: int) -> None:
+        bench.flow.advance(parts[i], 100, points=points[i])
+
+    with ThreadPoolExecutor(cores) as pool:
+        for _ in range(ROUNDS):
+            begin = time.perf_counter()
+            for i in range(cores):
+                work(i)
+            alone = time.perf_counter() - begin
+            begin = time.perf_counter()
+            list(pool.map(work, range(cores)))
+            ratios.append(alone / (time.perf_counter() - begin))
+    return cores, float(np.median(ratios))
 
 
-def _print(case: str, rows: dict, switches: float) -> None:
-    print(f"\n{case}: {switches:.2f} contact switches per mesh period")
-    print(f"{'':14} {'us/period':>10} {'ratio':>8} {'error of a period':>18}")
-    for name, row in rows.items():
-        if isinstance(row, str):
-            print(f"{name:14} {row}")
-        else:
-            print(f"{name:14} {np.median(row['times']):10.3f} {row['ratio']:8.2f} {row['error']:18.1e}")
+def draw_precision(bench: Bench, path: Path) -> None:
+    """Time of a period against its error, every peer at several settings."""
+    import matplotlib.pyplot as plt
+
+    figure, ax = plt.subplots(figsize=(6.4, 4.2), layout="constrained")
+    for (name, (module, kind, options, lanes)), mark in zip(_PRECISION.items(), "osvD", strict=True):
+        points = []
+        for arguments in options:
+            advance, chosen = bench.peer(module, kind, arguments, lanes)
+            w = np.ascontiguousarray(bench.w[:, chosen])
+            error = np.median(np.abs(advance(w, 1) - bench.reference[:, chosen]).max(axis=0))
+            points.append((max(error, 1e-16), min(timed(advance, w, 2) for _ in range(3))))
+        ax.loglog(*zip(*points, strict=True), mark + "-", label=name)
+    ours = bench.running["gearchaos"]
+    ax.loglog([1e-15], [np.median(ours["times"])], "*", color="black", markersize=14, label="gearchaos")
+    ax.set(xlabel="median error of one mesh period", ylabel="µs per trajectory and mesh period",
+           title=f"Work and precision, {bench.name}")
+    ax.grid(alpha=0.3)
+    ax.legend()
+    figure.savefig(path, dpi=150)
+
+
+def _parsed() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", type=Path)
+    parser.add_argument("--plot", type=Path)
+    parser.add_argument("--kinds", default=",".join(KINDS))
+    parser.add_argument("--settings", default=",".join(SETTINGS))
+    return parser.parse_args()
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", type=Path)
-    parser.add_argument("--cases", default=",".join(CASES))
-    arguments = parser.parse_args()
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
-    results = {case: measure(case, CASES[case]) for case in arguments.cases.split(",")}
-    if arguments.json:
-        arguments.json.write_text(json.dumps(_document(results), indent=2) + "\n")
+    """Run what is asked for, mixed settings first."""
+    given = _parsed()
+    cores = os.sched_getaffinity(0) if hasattr(os, "sched_setaffinity") else set()
+    if cores:
+        os.sched_setaffinity(0, {min(cores)})
+    benches: dict[str, dict[str, Bench]] = {}
+    for setting in given.settings.split(","):
+        for kind in given.kinds.split(","):
+            bench = benches.setdefault(setting, {})[kind] = Bench(kind, setting)
+            for name in PEERS if setting == "mixed" else FIRST_FOUR:
+                bench.add(name)
+            bench.run()
+            bench.print()
+    first = next(iter(next(iter(benches.values())).values()))
+    if given.plot:
+        draw_precision(first, given.plot)
+    if cores:
+        os.sched_setaffinity(0, cores)
+    count, together = all_cores(first)
+    print(f"\n{count} cores: {together:.2f} times one")
+    if given.json:
+        given.json.write_text(json.dumps(_document(benches, together), indent=2) + "\n")
 
 
-def _document(results: dict) -> dict:
-    def column(key: Callable[[dict], float]) -> dict:
-        return {case: {n: key(r) if not isinstance(r, str) else r for n, r in rows.items()}
-                for case, rows in results.items()}
-
-    return {
-        "ratios": column(lambda r: r["ratio"]), "errors": column(lambda r: r["error"]),
-        "us": column(lambda r: float(np.median(r["times"]))),
+def _document(benches: dict[str, dict[str, Bench]], together: float) -> dict[str, Any]:
+    mixed = benches.get("mixed", {})
+    special = {
+        setting: {kind: {"switches": b.switches, "ratios": b.column(_ratio)} for kind, b in kinds.items()}
+        for setting, kinds in benches.items() if setting != "mixed"
     }
+    return {
+        "ratios": {kind: b.column(_ratio) for kind, b in mixed.items()},
+        "errors": {kind: b.column(lambda r: r["error"]) for kind, b in mixed.items()},
+        "us": {kind: b.column(lambda r: float(np.median(r["times"]))) for kind, b in mixed.items()},
+        "settings": special, "two_cores": together,
+    }
+
+
+def _ratio(row: dict[str, Any]) -> float:
+    return row["ratio"]
 
 
 if __name__ == "__main__":

@@ -21,44 +21,41 @@ _EXPANSION = 10.0
 """Beside a stable orbit neighbours do not part that far in a round, or no longer do when the motion is closer to it."""
 
 _FOLLOWED = 640
-_BY_LANE = ("label", "reason", "period", "residual", "rotation", "spent", "wild", "multipliers")
+_BY_LANE = ("label", "reason", "period", "residual", "rotation", "trace_error", "spent", "wild", "multipliers")
 
 
 @dataclass
 class Sheet:
     """Verdicts on L trajectories of a d-dimensional system; see `Verdicts` for most of the columns.
 
-    ``wild`` (L,) marks motions whose exponent was found positive, be it for good or for a while.
+    With ``spectrum`` every run for exponents finds all d of them, else mostly the largest, which decides. ``wild`` (L,)
+    marks motions whose exponent was found positive, be it for good or for a while.
     """
 
     flow: ExactFlow
     points: np.ndarray
     budget: Budget
     w: np.ndarray
+    spectrum: bool = True
     label: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
         d, n = self.w.shape
         self.w = self.w.copy()
         self.label, self.reason, self.period = (np.zeros(n, dtype=np.int64) for _ in range(3))
-        self.residual, self.rotation = np.full(n, np.nan), np.full(n, np.nan)
+        self.residual, self.rotation, self.trace_error = (np.full(n, np.nan) for _ in range(3))
         self.spent, self.wild = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=bool)
         self.multipliers = np.full((n, d), np.nan, dtype=complex)
         self.exponent, self.low, self.high = (np.full((d, n), np.nan) for _ in range(3))
 
     def take(self, lanes: np.ndarray) -> Sheet:
         """The verdicts of the chosen lanes, as far as they are."""
-        part = Sheet(self.flow, self.points[lanes], self.budget, self.w[:, lanes])
+        part = Sheet(self.flow, self.points[lanes], self.budget, self.w[:, lanes], self.spectrum)
         for name in _BY_LANE:
             setattr(part, name, getattr(self, name)[lanes])
         for name in ("exponent", "low", "high"):
             setattr(part, name, getattr(self, name)[:, lanes])
         return part
-
-    @property
-    def trace_error(self) -> np.ndarray:
-        """By how much the exponents miss their sum, the trace of the linear part, (L,); NaN where there are none."""
-        return np.abs(self.exponent.sum(axis=0) - self.flow.system.trace[self.points])
 
     @property
     def open(self) -> np.ndarray:
@@ -126,6 +123,13 @@ class Sheet:
         self.set_exponents(lanes, exact, exact, exact)
 
     def set_exponents(self, lanes: np.ndarray, value: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
-        """Exponents (d, lanes) with the ends of their intervals."""
-        self.exponent[:, lanes], self.low[:, lanes], self.high[:, lanes] = value, low, high
+        """The first exponents (k, lanes), or all d, with the ends of their intervals."""
+        k = len(value)
+        self.exponent[:k, lanes], self.low[:k, lanes], self.high[:k, lanes] = value, low, high
+        if k == self.flow.dimension:
+            self.check_sum(lanes, value.sum(axis=0))
+
+    def check_sum(self, lanes: np.ndarray, total: np.ndarray) -> None:
+        """Note by how much the sum of all exponents (lanes,) misses the trace of the linear part."""
+        self.trace_error[lanes] = np.abs(total - self.flow.system.trace[self.points[lanes]])
 

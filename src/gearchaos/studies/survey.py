@@ -91,7 +91,7 @@ class _Survey:
     def look(self, tile: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray], _Open]:
         """The motions of a tile that can be judged, what is kept of them, and the rest."""
         flow, w, points = self.launch(tile)
-        sheet = look(Sheet(flow, points, self.budget, w))
+        sheet = look(Sheet(flow, points, self.budget, w, spectrum=False))
         settled, rest = np.flatnonzero(sheet.label), sheet.open
         return (
             tile[settled], self._kept(tile[settled], sheet.take(settled)),
@@ -101,7 +101,7 @@ class _Survey:
     def outlast(self, chaos: _Open) -> dict[str, np.ndarray]:
         """What is kept of motions that were chaotic at first sight."""
         flow, _, points = self.launch(chaos.number)
-        sheet = Sheet(flow, points, self.budget, chaos.w)
+        sheet = Sheet(flow, points, self.budget, chaos.w, spectrum=False)
         sheet.spent, sheet.wild = chaos.spent, np.ones(len(chaos.number), dtype=bool)
         return self._kept(chaos.number, sheet)
 
