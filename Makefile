@@ -33,6 +33,7 @@ $(VENV)/.installed-bench: $(VENV)/.installed
 
 bench: $(VENV)/.installed-bench
 	$(BIN)/python benchmarks/throughput.py --json bench.json --plot bench.png
+	$(BIN)/python benchmarks/limit.py
 
 clean:
 	rm -rf $(VENV) $(OUT)

@@ -22,7 +22,7 @@ from gearchaos.motion import Budget, Label
 from gearchaos.motion.lyapunov import from_growth
 from gearchaos.paper.settings import all_figures
 from gearchaos.studies import tiles, zones
-from gearchaos.studies.zones import plane
+from gearchaos.studies.plane import at_cells
 from gearchaos.switched import switched
 
 STUDY = all_figures()[2].studies["a"]
@@ -33,13 +33,13 @@ _POSITIVE = 1e-3
 
 def fixed(axes: list[Axis], patience: int) -> np.ndarray:
     """The period of every cell, -1 for chaos, 0 for neither, after a fixed budget."""
-    grid = plane(STUDY.mesh_model, *axes)
     found = np.zeros(axes[0].count * axes[1].count, dtype=int)
+    order = np.arange(len(found)).reshape(axes[1].count, axes[0].count).T.ravel()
 
-    def work(tile: np.ndarray) -> np.ndarray:
-        batch = vary(STUDY.mesh_model, {k: v[tile] for k, v in grid.items()})
+    def work(tile: slice) -> np.ndarray:
+        batch = vary(STUDY.mesh_model, at_cells(*axes, order[tile]))
         system = switched(batch)
-        flow, tangent = ExactFlow(system), np.full((1, 2, len(tile)), np.sqrt(0.5))
+        flow, tangent = ExactFlow(system), np.full((1, 2, system.points), np.sqrt(0.5))
         settled = flow.advance(start(batch, system).T.copy(), patience, sections=_SECTIONS)
         run = flow.advance(settled.w, 250, tangent=tangent, growth=True)
         flow.advance(run.w, 96, measured=True)
@@ -47,9 +47,8 @@ def fixed(axes: list[Axis], patience: int) -> np.ndarray:
         chaotic = (exponent.low[0] > 0) & (exponent.value[0] > _POSITIVE)
         return np.where(chaotic, -1, _period(settled.sections))
 
-    order = np.arange(len(found)).reshape(axes[1].count, axes[0].count).T.ravel()
-    for tile, label in tiles.run(work, tiles.split(order)):
-        found[tile] = label
+    for tile, label in tiles.run(work, tiles.split(len(order))):
+        found[order[tile]] = label
     return found
 
 

@@ -19,7 +19,7 @@ class CRk4:
 
     def __init__(self, system: SwitchedAffine, steps: int) -> None:
         self.steps, self.system = steps, system
-        self.function = _compiled(system.dimension)
+        self.function = compiled("rk4.c", f"-DD={system.dimension}").rk4
         angle = np.pi * np.arange(2 * steps + 1) / steps
         self.wave = np.cos(angle), np.sin(angle)
         self.chi = np.repeat(system.levels[0], steps // 2)
@@ -36,10 +36,10 @@ class CRk4:
         return w
 
 
-def _compiled(d: int):
+def compiled(source: str, *defines: str) -> ctypes.CDLL:
+    """A C file of this folder as a library for this machine."""
     folder = Path(tempfile.mkdtemp(prefix="gearchaos-bench-"))
-    library = folder / "rk4.so"
-    source = Path(__file__).with_name("rk4.c")
-    flags = ["-O3", "-march=native", "-ffast-math", "-shared", "-fPIC", f"-DD={d}"]
-    subprocess.run(["gcc", *flags, str(source), "-o", str(library), "-lm"], check=True)
-    return ctypes.CDLL(str(library)).rk4
+    library = folder / "library.so"
+    flags = ["-O3", "-march=native", "-ffast-math", "-shared", "-fPIC", *defines]
+    subprocess.run(["gcc", *flags, str(Path(__file__).with_name(source)), "-o", str(library), "-lm"], check=True)
+    return ctypes.CDLL(str(library))

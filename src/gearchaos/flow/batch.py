@@ -67,17 +67,22 @@ class ExactFlow:
     samples : int, optional
         Make this many equidistant instants of the period available to ``advance(sample=True)``; then every step has
         its own matrices, so leave it out for speed.
+
+    Attributes
+    ----------
+    node_count : (P,)
+        Steps of a mesh period at each point.
     """
 
     def __init__(self, system: SwitchedAffine, samples: int = 0) -> None:
         self.system = system
         self.dimension = system.dimension
-        self._count = tables.node_count(system)
+        self.node_count = tables.node_count(system)
         self._groups: dict[int, _Group] = {}
         self._place = np.zeros(system.points, dtype=np.int64)
         self.sample_at = np.zeros(0, dtype=np.int64)
-        for count in np.unique(self._count):
-            members = np.flatnonzero(self._count == count)
+        for count in np.unique(self.node_count):
+            members = np.flatnonzero(self.node_count == count)
             self._place[members] = np.arange(len(members))
             self._groups[int(count)] = self._group(system.take(members), int(count), samples)
 
@@ -128,7 +133,7 @@ class ExactFlow:
         tangent = np.zeros((0, self.dimension, lanes)) if tangent is None else tangent
         out = self._empty(lanes, periods, len(tangent), growth, sections, measured, sample)
         for count, group in self._groups.items():
-            mine = np.flatnonzero(self._count[points] == count)
+            mine = np.flatnonzero(self.node_count[points] == count)
             blocks = -(-len(mine) // BLOCK)  # all about as full, since a few lanes cost as much as many
             for block in np.array_split(mine, blocks) if blocks else ():
                 self._block(group, block, points, w, tangent, periods, out)

@@ -14,7 +14,7 @@ from gearchaos.motion import Budget
 from gearchaos.studies.boundary import entropy, smallest_kicks, uncertainty_exponent
 from gearchaos.studies.catalogue import Catalogue, described
 from gearchaos.studies.dataset import provenance, variable
-from gearchaos.studies.zones import plane
+from gearchaos.studies.plane import at_cells, check_plane
 from gearchaos.switched import switched
 
 
@@ -46,8 +46,10 @@ def basins(
         if axis.name not in state_names(model.kind):
             raise InputError(f"axis {axis.name}", "must be an initial value of the model", axis.name,
                              f"Choose from {', '.join(state_names(model.kind))}.")
+    check_plane(model, x, y)
     system = switched(vary(model, {}))
-    w, catalogue = start(vary(model, plane(model, x, y)), system).T, Catalogue(ExactFlow(system))
+    begin = vary(model, at_cells(x, y, np.arange(x.count * y.count)))
+    w, catalogue = start(begin, system).T, Catalogue(ExactFlow(system))
     index = catalogue.find(w, budget=budget, progress="basins" if progress else None, threads=threads)
     catalogue.tally(index)
     return _dataset(model, x, y, catalogue.ranks()[index].reshape(y.count, x.count), catalogue)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -14,6 +13,7 @@ from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
 from gearchaos.motion import Budget, Label, Verdicts
 from gearchaos.studies import tiles
+from gearchaos.studies.plane import at_cells
 from gearchaos.studies.starts import default_box, spread
 from gearchaos.studies.survey import Launch, survey
 from gearchaos.studies.sweep import carried
@@ -63,10 +63,8 @@ def coexisting(
         Number of ``attractors`` found, ``v_rms_least`` and ``v_rms_most`` among them, ``contact_worst``, levels
         ``v_rms_up`` and ``v_rms_down`` after the sweeps, and ``hysteresis`` where these end in different motions.
     """
-    xs, ys = np.meshgrid(x.values, y.values)
-    values = {x.name: xs.ravel(), y.name: ys.ravel()}
-    more = _from_starts(model, values, order, starts, **options)
-    swept = _from_sweeps(model, x, y, values, order, **options)
+    more = _from_starts(model, x, y, order, starts, **options)
+    swept = _from_sweeps(model, x, y, order, **options)
     every = {n: np.concatenate([own[n][:, None], more[n], swept[n]], axis=1) for n in swept}
     known: np.ndarray = np.isin(every["label"], _KNOWN)
     none, touching = ~np.any(known, axis=1), np.where(known & (every["contact"] < 3), every["contact"], -1).max(axis=1)
@@ -82,7 +80,7 @@ def coexisting(
 
 
 def _from_starts(
-    model: MeshModel, values: dict[str, np.ndarray], order: np.ndarray, starts: int, **options: Any
+    model: MeshModel, x: Axis, y: Axis, order: np.ndarray, starts: int, **options: Any
 ) -> dict[str, np.ndarray]:
     """Motions from the same starts in all cells, told by `identity`; arrays (N, starts)."""
     chosen = spread(default_box(model), starts, 0)
@@ -91,17 +89,17 @@ def _from_starts(
     def launch(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
         cell, at = np.divmod(number, starts)
         cells, points = np.unique(cell, return_inverse=True)
-        flow = ExactFlow(switched(vary(model, _taken(values, cells))))
-        begin = vary(bare, _taken(values, cell) | _taken(chosen, at))
+        flow = ExactFlow(switched(vary(model, at_cells(x, y, cells))))
+        begin = vary(bare, at_cells(x, y, cell) | {n: v[at] for n, v in chosen.items()})
         return flow, start(begin, flow.system).T.copy(), points
 
-    every = (order[:, None] * starts + np.arange(starts)).ravel()
+    every = (order[:, None].astype(np.int64) * starts + np.arange(starts)).ravel()
     found = _surveyed(launch, every, "more starts", **options)
     return {n: v.reshape(-1, starts) for n, v in found.items()}
 
 
 def _from_sweeps(
-    model: MeshModel, x: Axis, y: Axis, values: dict[str, np.ndarray], order: np.ndarray, **options: Any
+    model: MeshModel, x: Axis, y: Axis, order: np.ndarray, **options: Any
 ) -> dict[str, np.ndarray]:
     """Motions after slow sweeps along x, upwards and downwards, told by `identity`; arrays (N, 2)."""
     arrived = [_swept(model, x, y, up, **options) for up in (True, False)]
@@ -110,11 +108,11 @@ def _from_sweeps(
     def launch(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
         way, cell = np.divmod(number, cells)
         begin = {n: np.where(way == 0, up[cell], arrived[1][n][cell]) for n, up in arrived[0].items()}
-        batch = vary(bare, _taken(values, cell) | begin)
+        batch = vary(bare, at_cells(x, y, cell) | begin)
         system = switched(batch)
         return ExactFlow(system), start(batch, system).T.copy(), np.arange(len(number))
 
-    found = _surveyed(launch, np.concatenate([order, order + cells]), "swept", **options)
+    found = _surveyed(launch, np.concatenate([order, order.astype(np.int64) + cells]), "swept", **options)
     return {n: v.reshape(2, -1).T for n, v in found.items()}
 
 
@@ -124,7 +122,7 @@ def _swept(
     """Initial values (N,) of the cells by name, as sweeps along x reach them."""
     out: dict[str, np.ndarray] = {}
     for rows, reached in tiles.run(
-        lambda rows: carried(model, x, up, {y.name: y.values[rows]}), tiles.split(np.arange(y.count)),
+        lambda rows: carried(model, x, up, {y.name: y.values[rows]}), tiles.split(y.count),
         progress=f"sweeps {'up' if up else 'down'}" if progress else None, threads=threads,
     ):
         for name, value in reached.items():
@@ -139,10 +137,6 @@ def _surveyed(
         launch, lambda _, *judged: identity(*judged), order, budget=budget, progress=name if progress else None,
         threads=threads,
     )
-
-
-def _taken(values: Mapping[str, np.ndarray], which: np.ndarray) -> dict[str, np.ndarray]:
-    return {n: v[which] for n, v in values.items()}
 
 
 def _same(one: dict[str, np.ndarray], other: dict[str, np.ndarray]) -> np.ndarray:

@@ -12,6 +12,12 @@ LEVELS = (
 )
 
 
+_SINGLE = (
+    "trace_error", "residual", "rotation", "z_rms", "z_peak_to_peak", "z_dot_rms", "z_dot_peak_to_peak", "switches",
+)
+"""Kept in single precision: a map of ten million cells must fit a laptop."""
+
+
 def evidence(verdicts: Verdicts) -> dict[str, np.ndarray]:
     """Arrays (L,) by variable name."""
     out = {
@@ -25,4 +31,4 @@ def evidence(verdicts: Verdicts) -> dict[str, np.ndarray]:
     for name in LEVELS:
         values = getattr(verdicts.reading, name)
         out[name] = np.nan_to_num(values, nan=3).astype(np.int8) if name == "contact" else values
-    return out
+    return {name: value.astype(np.float32) if name in _SINGLE else value for name, value in out.items()}

@@ -41,17 +41,17 @@ def survey(
     to fill the blocks of lanes that the kernels run on. So it is put aside, and outlasted for all tiles together.
     """
     run, columns = _Survey(launch, keep, budget or Budget(), levels), _Columns(len(order))
-    aside = []
-    for _, (settled, facts, rest) in tiles.run(
-        run.look, tiles.split(order, largest), progress=progress, threads=threads
+    aside = {}
+    for tile, (settled, facts, rest) in tiles.run(
+        lambda tile: run.look(order[tile]), tiles.split(len(order), largest), progress=progress, threads=threads
     ):
         columns.put(settled, facts)
-        aside.append(rest)
-    chaos = _together(aside, order)
+        aside[tile.start] = rest
+    chaos = _together([aside[first] for first in sorted(aside)])
     if len(chaos.number) == 0:
         return columns.arrays
     for tile, facts in tiles.run(
-        lambda tile: run.outlast(chaos.take(tile)), tiles.split(np.arange(len(chaos.number))),
+        lambda tile: run.outlast(chaos.take(tile)), tiles.split(len(chaos.number)),
         progress=progress and f"{progress}, chaos", threads=threads,
     ):
         columns.put(chaos.number[tile], facts)
@@ -66,17 +66,14 @@ class _Open:
     w: np.ndarray
     spent: np.ndarray
 
-    def take(self, which: np.ndarray) -> _Open:
+    def take(self, which: slice) -> _Open:
         return _Open(self.number[which], self.w[:, which], self.spent[which])
 
 
-def _together(parts: list[_Open], order: np.ndarray) -> _Open:
+def _together(parts: list[_Open]) -> _Open:
     """All of them, in that order."""
-    place = np.empty_like(order)
-    place[order] = np.arange(len(order))
     number, spent = (np.concatenate([getattr(part, name) for part in parts]) for name in ("number", "spent"))
-    whole = _Open(number, np.concatenate([part.w for part in parts], axis=1), spent)
-    return whole.take(np.argsort(place[number]))
+    return _Open(number, np.concatenate([part.w for part in parts], axis=1), spent)
 
 
 @dataclass(frozen=True)

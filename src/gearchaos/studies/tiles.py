@@ -8,8 +8,6 @@ from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from typing import Any
 
-import numpy as np
-
 from gearchaos.errors import InputError
 
 TILE = 2048
@@ -28,22 +26,21 @@ def check_memory(name: str, count: int) -> None:
         raise InputError(name, f"must be at most {memory // _BYTES:,} on this machine, by its memory", count)
 
 
-def split(order: np.ndarray, largest: int = TILE) -> list[np.ndarray]:
-    """An index array (n,) in consecutive tiles, small enough that every core has work to the end."""
-    size = min(largest, max(min(_LEAST, largest), -(-len(order) // (_PER_CORE * (os.cpu_count() or 1)))))
-    return [order[i : i + size] for i in range(0, len(order), size)]
+def split(count: int, largest: int = TILE) -> list[slice]:
+    """Consecutive tiles of ``count`` pieces of work, small enough that every core has work to the end."""
+    size = min(largest, max(min(_LEAST, largest), -(-count // (_PER_CORE * (os.cpu_count() or 1)))))
+    return [slice(i, min(i + size, count)) for i in range(0, count, size)]
 
 
 def run(
-    work: Callable[[np.ndarray], Any], tiles: Sequence[np.ndarray], *, progress: str | None = None,
-    threads: int | None = None,
-) -> Iterator[tuple[np.ndarray, Any]]:
+    work: Callable[[slice], Any], tiles: Sequence[slice], *, progress: str | None = None, threads: int | None = None,
+) -> Iterator[tuple[slice, Any]]:
     """Yield (tile, work(tile)) as tiles finish; kernels run without the GIL, so threads use all cores.
 
     ``progress`` names a bar on stderr that shows the rate and the time left. On an interrupt the tiles not yet begun
     are dropped and those under way finish.
     """
-    with _bar(progress, sum(map(len, tiles))) as advance, ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+    with _bar(progress, sum(map(_size, tiles))) as advance, ThreadPoolExecutor(threads or os.cpu_count()) as pool:
         waiting = {pool.submit(work, tile): tile for tile in tiles}
         try:
             while waiting:
@@ -51,9 +48,13 @@ def run(
                 for future in done:
                     tile = waiting.pop(future)
                     yield tile, future.result()
-                    advance(len(tile))
+                    advance(_size(tile))
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _size(tile: slice) -> int:
+    return tile.stop - tile.start
 
 
 @contextmanager

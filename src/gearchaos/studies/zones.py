@@ -15,6 +15,7 @@ from gearchaos.studies import tiles
 from gearchaos.studies.coexistence import coexisting, identity
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.evidence import evidence
+from gearchaos.studies.plane import at_cells, check_plane
 from gearchaos.studies.simulate import whole_number
 from gearchaos.studies.survey import survey
 from gearchaos.switched import switched
@@ -50,16 +51,17 @@ def zones(
         ``attractors`` found in each cell, ``v_rms_least`` and ``v_rms_most`` among them, ``contact_worst``,
         ``v_rms_up`` and ``v_rms_down`` after the sweeps, and ``hysteresis``: 1 where these end in different motions.
     """
-    starts, grid = whole_number("starts", starts, 1), plane(model, x, y)
+    starts = whole_number("starts", starts, 1)
+    check_plane(model, x, y)
     tiles.check_memory("cells times starts", x.count * y.count * starts)
     if starts > 1 and {x.name, y.name} & set(state_names(model.kind)):
         raise InputError("starts", "must be 1 where an axis is an initial value", starts)
-    order = np.arange(x.count * y.count)
+    order = np.arange(x.count * y.count, dtype=np.int32 if x.count * y.count < 2**31 else np.int64)
     if x.name == "omega":  # neighbours in a tile then share node counts
         order = order.reshape(y.count, x.count).T.ravel()
 
     def launch(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-        batch = vary(model, {k: v[tile] for k, v in grid.items()})
+        batch = vary(model, at_cells(x, y, tile))
         system = switched(batch)
         return ExactFlow(system), start(batch, system).T.copy(), np.arange(len(tile))
 
@@ -73,14 +75,3 @@ def zones(
     data = {n: variable(n, (y.name, x.name), v.reshape(y.count, x.count)) for n, v in out.items()}
     coords = {a.name: variable(a.name, (a.name,), a.values) for a in (x, y)}
     return xr.Dataset(data, coords, provenance("zones", model, starts=starts))
-
-
-def plane(model: MeshModel, x: Axis, y: Axis) -> dict[str, np.ndarray]:
-    """Both parameters over all cells, rows of constant y, flattened; checked before any work."""
-    if x.name == y.name:
-        raise InputError("axes", "must be two different parameters", x.name)
-    tiles.check_memory("cells", x.count * y.count)
-    for axis in (x, y):
-        vary(model, {axis.name: axis.values})
-    xs, ys = np.meshgrid(x.values, y.values)
-    return {x.name: xs.ravel(), y.name: ys.ravel()}
