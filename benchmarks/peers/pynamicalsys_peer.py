@@ -48,7 +48,7 @@ class Pynamicalsys:
             self.solver.integrator("rk4", time_step=step)
             for begin, end, chi in halves(e, periods):
                 parameters = np.concatenate([e.flat, [chi, begin]])
-                until = end - begin - step / 2  # it takes the step that passes this
+                until = end - begin - step  # it goes one step beyond
                 state = self.solver.evolve_system(state, until, parameters=parameters)
             out[:, lane] = state
         return out

@@ -17,7 +17,8 @@ class Budget:
         Stretches of transient; after each one all motions that nearly return are polished. Every stretch is longer
         than ``longest``.
     longest : int
-        Longest period looked for in the transient; four times as long a one is looked for in the exponent runs.
+        Longest period looked for in the transient, in stretches that hold two rounds of it; four times as long a one
+        is looked for in the exponent runs.
     exponent : int
         Length of the run that yields the Lyapunov exponents of what has not returned; doubled up to
         ``extensions`` times while the verdict is open.

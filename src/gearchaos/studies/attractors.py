@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.stats import binomtest
 
 from gearchaos.axis import Axis
 from gearchaos.coordinates import start
@@ -133,6 +132,8 @@ def _kicks(catalogue: Catalogue, directions: int, progress: bool, **options: Any
 
 def _shares(catalogue: Catalogue, starts: int) -> dict[str, xr.Variable]:
     """The share of the starts that each attractor takes, with its interval."""
+    from scipy.stats import binomtest  # here, since scipy.stats takes a second to load
+
     counts = [catalogue.known[i].count for i in catalogue.order()]
     intervals = [binomtest(c, starts).proportion_ci(_CONFIDENCE) for c in counts]
     values = {

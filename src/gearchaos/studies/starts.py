@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.stats import qmc
 
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, vary
@@ -24,6 +23,8 @@ def default_box(model: MeshModel) -> dict[str, tuple[float, float]]:
 
 def spread(box: Mapping[str, tuple[float, float]], starts: int, seed: int) -> dict[str, np.ndarray]:
     """``starts`` values (starts,) of each initial value in the box, from a scrambled Sobol sequence."""
+    from scipy.stats import qmc  # here, since scipy.stats takes a second to load
+
     for name, (low, high) in box.items():
         if not (np.isfinite(low) and np.isfinite(high) and low < high):
             raise InputError(f"box {name}", "must be two finite numbers, the smaller one first", (low, high))
