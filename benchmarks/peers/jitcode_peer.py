@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import chdir
+from tempfile import TemporaryDirectory
+
 import numpy as np
 import symengine
 from jitcode import jitcode, t, y
@@ -22,6 +25,8 @@ class Jitcode:
         rows = [f0[i] - b[i] * spring + sum(names[i * d + j] * y(j) for j in range(d)) for i in range(d)]
         rows[1] += f_cos * symengine.cos(omega * t) + f_sin * symengine.sin(omega * t)
         self.solver = jitcode(rows, control_pars=names, verbose=False)
+        with TemporaryDirectory() as folder, chdir(folder):  # for it would read the project file of this one
+            self.solver.compile_C()
         self.solver.set_integrator("dop853", rtol=tolerance, atol=tolerance, nsteps=100_000)
 
     def advance(self, w: np.ndarray, periods: int) -> np.ndarray:
