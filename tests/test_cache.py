@@ -74,3 +74,13 @@ def test_compiling_is_announced_and_loading_is_not(tmp_path):
     command = [sys.executable, "-c", program]
     runs = [subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120) for _ in range(2)]
     assert [run.stdout for run in runs] == ["compiles\n", ""], runs
+
+
+def test_a_cache_that_cannot_be_written_is_done_without():
+    environment = {**os.environ, "NUMBA_CACHE_DIR": "/proc/nowhere"}
+    program = (
+        "import numpy as np; from gearchaos.flow import jit, period; w = np.full((2, 3), 1e9);"
+        "status = np.zeros(3, np.int64); period._mark_diverged(w, status, 3); print(status.tolist(), jit.cold())"
+    )
+    run = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, timeout=120)
+    assert run.stdout == "[1, 1, 1] False\n", run.stderr

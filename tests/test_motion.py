@@ -75,6 +75,7 @@ def test_a_run_whose_exponents_do_not_sum_to_the_trace_is_not_trusted(monkeypatc
     _, found = verdict(kind="full", omega=1.05, values={"eps1": [0.03, 0.04, 0.048]}, budget=Budget(patience=0))
     assert set(found.label) == {Label.UNDECIDED}
     assert set(found.reason) == {Reason.INCONSISTENT}
+    assert set(found.period) == {0}
     np.testing.assert_allclose(found.trace_error, 1e-4, rtol=1e-4)
 
 
@@ -103,8 +104,9 @@ def test_newton_that_fails_is_data():
     assert not wild.stable[0]
 
 
-@pytest.mark.parametrize("values", [{"longest": 0}, {"looks": (64,)}, {"exponent": 10}, {"measured": 0},
-                                    {"extensions": -1}])
+@pytest.mark.parametrize("values", [{"longest": 0}, {"looks": (64,)}, {"looks": (200.5,)}, {"exponent": 10},
+                                    {"looks": (20,), "longest": 4, "exponent": 10}, {"looks": (2,), "longest": 1},
+                                    {"measured": 0}, {"extensions": -1}])
 def test_budgets_that_cannot_decide_are_refused(values):
     with pytest.raises(InputError, match=r"budget.* must"):
         Budget(**values)

@@ -270,6 +270,31 @@ def test_the_steady_motion_behind_a_verdict_starts_on_it():
     np.testing.assert_allclose(data.section_z.values[:8], verdict.section["z"], atol=1e-9)
 
 
+def test_a_map_has_one_set_of_coordinates_whatever_coincides_in_part_of_it():
+    """β1 = β2 at one end, so that a tile there alone could do with fewer coordinates than the others."""
+    data = gc.bifurcation(gc.MeshModel.of(omega=1.2), gc.Axis("beta1", 0.005, 0.01, 65), points=0)
+    assert set(data.label.values) == {Label.PERIODIC}
+    model, ends, hasty = gc.MeshModel.of(omega=1.0, eps1=0.22), gc.Axis("beta1", 0.01, 0.3, 2), Budget(patience=3000)
+    mixed = gc.bifurcation(model, ends, points=0, budget=hasty)
+    assert mixed.label.values[0] == Label.CHAOTIC
+    cells = gc.zones(gc.MeshModel.of(), gc.Axis("eps1", 0, 0.05, 100), gc.Axis("beta1", 0.01, 0.02, 2), starts=2)
+    assert cells.label.shape == (2, 100)
+
+
+def test_an_attractor_is_described_as_it_was_found():
+    data = gc.attractors(gc.MeshModel.of(omega=1.0, eps1=0.206), 16, budget=Budget(patience=0))
+    chaos = data.attractor_label == Label.CHAOTIC
+    assert np.all(data.attractor_lyapunov[chaos] > 0)
+    assert np.all(np.isnan(data.attractor_multiplier[chaos]))
+
+
+def test_rest_without_load_is_one_attractor():
+    """Beside it the varying stiffness keeps a 2T motion up."""
+    data = gc.attractors(gc.MeshModel.of(kind="single", q0=0.0), 64)
+    assert data.attractor_period.values.tolist() == [1, 2]
+    assert float(data.attractor_multiplier[0]) == pytest.approx(1.0, abs=1e-9)
+
+
 BAD = [
     (lambda: gc.Axis("omega", 1.0, 0.5, 10), "must run from a smaller to a larger value"),
     (lambda: gc.Axis("omega", 1.0, 2.0, 0), "count must be a whole number from 1"),
@@ -277,6 +302,9 @@ BAD = [
     (lambda: gc.zones(FIGURE_2, gc.Axis("omega", -1.0, 1.0, 3), gc.Axis("eps1", 0, 1, 2)), "omega must be greater"),
     (lambda: gc.zones(FIGURE_2, gc.Axis("omega", 1.0, 2.0, 3), gc.Axis("omega", 1, 2, 2)), "two different"),
     (lambda: gc.zones(FIGURE_2, gc.Axis("omgea", 1.0, 2.0, 3), gc.Axis("eps1", 0, 1, 2)), "Did you mean 'omega'"),
+    (lambda: gc.zones(FIGURE_2, gc.Axis("q1", 1.0, 2.0, 3), gc.Axis("q0", 0, 1, 2)), "both set q1"),
+    (lambda: gc.zones(FIGURE_2, gc.Axis("q1", 1, 2, 3), gc.Axis("eps1", 0, 1, 2), threads=-1), "threads must be"),
+    (lambda: gc.attractors(FIGURE_2, 4, sweep=gc.Axis("omega", 0.5, 3, 1)), "whole number of at least 2"),
     (lambda: gc.basins(FIGURE_2, gc.Axis("omega", 1.0, 2.0, 3), gc.Axis("x1", 0, 1, 2)), "initial value"),
     (lambda: gc.simulate(FIGURE_2, 0), "periods must be a whole number of at least 1; got 0"),
     (lambda: gc.simulate(FIGURE_2, 5, transient=-1), "transient must be"),

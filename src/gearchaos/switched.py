@@ -116,9 +116,9 @@ def same(batch: Batch, over: str, under: str) -> np.ndarray:
     return np.abs(left - right) <= 4e-16 * np.abs(left)
 
 
-def switched(batch: Batch) -> SwitchedAffine:
-    """The switched affine system of a batch."""
-    names = coordinates(batch)
+def switched(batch: Batch, names: tuple[str, ...] | None = None) -> SwitchedAffine:
+    """The switched affine system of a batch, in the coordinates ``names`` or the fewest that will do."""
+    names = names or coordinates(batch)
     rows = _Rows(batch, names)
     _torsion(rows)
     _supports(rows)

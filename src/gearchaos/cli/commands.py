@@ -113,10 +113,10 @@ def paper(
 
 def _compile_for_paper() -> None:
     """On a cold cache, compile for both of the paper's models at once: one core each."""
-    from gearchaos.flow.jit import cache_directory
+    from gearchaos.flow.jit import cold
     from gearchaos.studies.warmup import warmup as run
 
-    if not cache_directory().exists():
+    if cold():
         say("compiling the kernels, once after an install or an update")
         list(run((2, 4)))
 

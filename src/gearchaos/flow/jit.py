@@ -10,6 +10,7 @@ width, block size or neighbours.
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Callable
 from contextlib import contextmanager
 from functools import cache
@@ -42,10 +43,24 @@ class _SharedCache(FunctionCache):
     """Numba's cache of one function, written by one process at a time."""
 
     def _save_overload(self, sig: Any, data: Any) -> None:
-        folder = cache_directory()
-        folder.mkdir(parents=True, exist_ok=True)
-        with FileLock(folder / ".lock"):
+        with FileLock(cache_directory() / ".lock"):
             super()._save_overload(sig, data)
+
+
+@cache
+def _writable() -> bool:
+    """Whether there can be a cache on disk; without one every process compiles for itself."""
+    folder = cache_directory()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return False
+    return os.access(folder, os.W_OK)
+
+
+def cold() -> bool:
+    """Whether nothing has been compiled yet that the disk cache would have kept."""
+    return _writable() and not any(cache_directory().rglob("*.nbi"))
 
 
 @contextmanager
@@ -62,7 +77,7 @@ def _own_cache():
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a module-level function of floats and arrays."""
     compiled = njit(nogil=True, error_model="numpy", _nrt=False)(function)
-    if not config.DISABLE_JIT:
+    if not config.DISABLE_JIT and _writable():
         with _own_cache():
             compiled._cache = _SharedCache(function)
     return compiled

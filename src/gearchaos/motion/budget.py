@@ -38,13 +38,20 @@ class Budget:
     measured: int = 96
 
     def __post_init__(self) -> None:
-        for name in ("longest", "exponent", "measured"):
-            if getattr(self, name) < 1:
-                raise InputError(f"budget.{name}", "must be at least 1", getattr(self, name))
-        for name in ("extensions", "patience"):
-            if getattr(self, name) < 0:
-                raise InputError(f"budget.{name}", "must not be negative", getattr(self, name))
+        for name, least in _LEAST.items():
+            _check_whole(f"budget.{name}", getattr(self, name), least)
+        for stretch in self.looks:
+            _check_whole("budget.looks", stretch, 3)
         for stretch in (*self.looks, self.exponent):
             if stretch <= self.longest:
                 raise InputError("budget", f"must have stretches longer than longest = {self.longest}", stretch,
                                  "A return after n periods shows only in more than n sections.")
+
+
+_LEAST = {"longest": 1, "exponent": 21, "extensions": 0, "patience": 0, "measured": 1}
+"""An exponent needs 20 blocks after a twentieth of the run is dropped."""
+
+
+def _check_whole(field: str, value: object, least: int) -> None:
+    if isinstance(value, bool) or not hasattr(value, "__index__") or value.__index__() < least:
+        raise InputError(field, f"must be a whole number of at least {least}", value)

@@ -110,26 +110,27 @@ def polish(
     out = Orbits(
         w.copy(), period.copy(), np.full(lanes, np.inf), np.zeros((lanes, d, d)), np.zeros((lanes, d), complex)
     )
-    busy, stuck = np.arange(lanes), np.zeros(lanes, dtype=np.int64)
+    busy, stuck, at = np.arange(lanes), np.zeros(lanes, dtype=np.int64), w.copy()
     for _ in range(_ROUNDS):
         if len(busy) == 0:
             break
-        end, matrix, valid = monodromy(flow, out.w[:, busy], points[busy], period[busy])
-        change = end - out.w[:, busy]
+        end, matrix, valid = monodromy(flow, at[:, busy], points[busy], period[busy])
+        change = end - at[:, busy]
         residual = np.where(valid, np.abs(change).max(axis=0), np.inf)
         better = residual < out.residual[busy]
         halting = residual > 0.5 * out.residual[busy]
         out.residual[busy] = np.where(better, residual, out.residual[busy])
+        out.w[:, busy[better]] = at[:, busy[better]]
         done = (residual <= 1e-13) | (~better & (out.residual[busy] <= RESIDUAL)) | ~np.isfinite(residual)
-        settled = residual <= RESIDUAL
+        settled = better & (residual <= RESIDUAL)
         out.monodromy[busy[settled]], out.multipliers[busy[settled]] = matrix[settled], _multipliers(matrix[settled])
         step = _newton_step(matrix, change)
         stuck[busy] += halting
-        after = out.w[:, busy] + step
+        after = at[:, busy] + step
         go = ~done & (stuck[busy] < _PATIENCE) & (np.abs(after - w[:, busy]).max(axis=0) < reach)
         if np.isfinite(expansion):
             go[go] = np.abs(np.linalg.eigvals(matrix[go])).max(axis=1) < expansion
-        out.w[:, busy[go]] = after[:, go]
+        at[:, busy[go]] = after[:, go]
         busy = busy[go]
     return out
 

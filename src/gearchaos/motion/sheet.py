@@ -74,6 +74,11 @@ class Sheet:
     def judge(self, lanes: np.ndarray, label: Label, reason: Reason) -> None:
         self.label[lanes], self.reason[lanes] = label, reason
 
+    def distrust(self, lanes: np.ndarray) -> None:
+        """Take back what was said of motions whose exponents do not sum to the trace."""
+        self.judge(lanes, Label.UNDECIDED, Reason.INCONSISTENT)
+        self.period[lanes], self.residual[lanes], self.multipliers[lanes] = 0, np.nan, np.nan
+
     def wait(self, lanes: np.ndarray, periods: int) -> None:
         """Follow trajectories for so many periods; settle those that by then return to a stable orbit."""
         if len(lanes) == 0:

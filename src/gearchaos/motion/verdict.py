@@ -114,7 +114,7 @@ def conclude(sheet: Sheet, *, levels: bool = True) -> Verdicts:
     sheet.judge(_outlast(sheet), Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
     sheet.judge(sheet.open, Label.UNDECIDED, Reason.BUDGET)
     _check_sums(sheet)
-    sheet.judge(np.flatnonzero(sheet.trace_error > _TRACE_ERROR), Label.UNDECIDED, Reason.INCONSISTENT)
+    sheet.distrust(np.flatnonzero(sheet.trace_error > _TRACE_ERROR))
     reading = _levels(sheet) if levels else Reading(*(np.full(len(sheet.label), np.nan) for _ in fields(Reading)))
     return Verdicts(
         sheet.label.astype(np.int8), sheet.reason.astype(np.int8), sheet.period.astype(np.int32), sheet.w,

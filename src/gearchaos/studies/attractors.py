@@ -73,7 +73,7 @@ def attractors(
         whole_number(*v) for v in (("starts", starts, 1), ("seed", seed, 0), ("kicks", kicks, 0))
     )
     tiles.check_memory("starts", starts)
-    box = dict(box) if box else default_box(model)
+    box = {n: (float(low), float(high)) for n, (low, high) in box.items()} if box else default_box(model)
     values = spread(box, starts, seed)
     system = switched(vary(model, {}))
     w = start(vary(model, values), system).T
@@ -87,7 +87,7 @@ def attractors(
     data = {
         "attractor": variable("attractor", ("start",), rank[index]),
         **{f"attractor_{n}": variable("attractor", (), rank[i]) for n, i in zip(("up", "down"), ends, strict=False)},
-        **described(catalogue), **_shares(catalogue, starts),
+        **described(catalogue, budget), **_shares(catalogue, starts),
         **(_kicks(catalogue, kicks, progress, **options) if kicks else {}),
         **{f"start_{n}": variable(n, ("start",), v) for n, v in values.items()},
     }
@@ -99,6 +99,8 @@ def _swept(model: MeshModel, sweep: Axis) -> np.ndarray:
     """States (d, 2) with which sweeps up and down reach the model's own value of a parameter."""
     if sweep.name in state_names(model.kind):
         raise InputError(f"sweep {sweep.name}", "must be a parameter, not an initial value", sweep.name)
+    whole_number(f"sweep {sweep.name} count", sweep.count, 2)
+    vary(model, {sweep.name: sweep.values})  # checked before any work
     batch = vary(model, {})
     value, *others = {float(batch[n]) for n in expand({sweep.name: 0.0}, model)}
     if others:

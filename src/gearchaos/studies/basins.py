@@ -52,17 +52,19 @@ def basins(
     w, catalogue = start(begin, system).T, Catalogue(ExactFlow(system))
     index = catalogue.find(w, budget=budget, progress="basins" if progress else None, threads=threads)
     catalogue.tally(index)
-    return _dataset(model, x, y, catalogue.ranks()[index].reshape(y.count, x.count), catalogue)
+    return _dataset(model, x, y, catalogue.ranks()[index].reshape(y.count, x.count), catalogue, budget)
 
 
-def _dataset(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, catalogue: Catalogue) -> xr.Dataset:
+def _dataset(
+    model: MeshModel, x: Axis, y: Axis, index: np.ndarray, catalogue: Catalogue, budget: Budget | None
+) -> xr.Dataset:
     known = [catalogue.known[i] for i in catalogue.order()]
     shares = np.array([a.count for a in known]) / index.size
     tangled = dict(zip(("basin_entropy", "boundary_basin_entropy"), entropy(index), strict=True))
     tangled["uncertainty_exponent"] = uncertainty_exponent(index)
     data = {
         "attractor": variable("attractor", (y.name, x.name), index),
-        **described(catalogue),
+        **described(catalogue, budget),
         "attractor_fraction": variable("attractor_fraction", ("number",), shares),
         "attractor_kick": variable("attractor_kick", ("number",), _kicks(model, x, y, index, catalogue)),
         **{n: variable(n, (), np.array(v)) for n, v in tangled.items()},

@@ -16,6 +16,7 @@ from gearchaos.model import MeshModel, vary
 from gearchaos.motion import Budget, Verdicts
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.evidence import evidence
+from gearchaos.studies.plane import shared_coordinates
 from gearchaos.studies.sections import steady_sections
 from gearchaos.studies.simulate import whole_number
 from gearchaos.studies.survey import survey
@@ -61,11 +62,12 @@ def bifurcation(
     vary(model, varied)  # checked before any work
     if mode != "fixed":
         varied.update({n: v[0] for n, v in carried(model, axis, mode == "up").items()})
+    names = shared_coordinates(model, axis)
     base = model if mode == "fixed" else replace(model, initial={})
 
     def launch(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
         part = vary(base, {k: v[tile] for k, v in varied.items()})
-        system = switched(part)
+        system = switched(part, names)
         return ExactFlow(system), start(part, system).T.copy(), np.arange(len(tile))
 
     def keep(tile: np.ndarray, flow: ExactFlow, at: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:

@@ -8,13 +8,15 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.flow import ExactFlow
-from gearchaos.motion import Budget, Label, Verdicts, classify, orbit
+from gearchaos.motion import Budget, Label, Reason, Sheet, Verdicts, conclude, orbit
 from gearchaos.studies import tiles
 from gearchaos.studies.dataset import variable
 from gearchaos.studies.evidence import evidence
 from gearchaos.studies.survey import survey
 
-_FACTS = ("v_rms", "contact_fraction", "contact", "dynamic_factor", "lyapunov", "multiplier", "residual")
+_LEVELS = ("v_rms", "contact_fraction", "contact", "dynamic_factor")
+_FOUND = ("lyapunov", "multiplier", "residual")
+_ATTRACTED = (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC)
 _SAME = 1e-6
 _ALIKE = 0.1
 _SECTIONS = 1024
@@ -24,11 +26,16 @@ _SIGMAS = 6.0
 
 @dataclass
 class Attractor:
-    """One attractor: coordinates of its stroboscopic section (n, d), or of a piece of it."""
+    """One attractor: coordinates of its stroboscopic section (n, d), or of a piece of it, and what was found of it.
+
+    ``neutral`` motions, as rest without load, neither approach nor leave each other: all of one period count as one.
+    """
 
     label: int
     period: int
+    neutral: bool
     section: np.ndarray
+    facts: dict[str, float]
     count: int = 0
 
     def holds(self, w: np.ndarray, sections: np.ndarray) -> np.ndarray:
@@ -37,6 +44,8 @@ class Attractor:
         Periodic motions are the same if their orbits share a point. Others are if, in every coordinate, their means
         and their spreads agree within a tenth of the spread and six standard errors.
         """
+        if self.neutral:
+            return np.ones(w.shape[1], dtype=bool)
         if self.period:
             return np.min([np.abs(w - p[:, None]).max(axis=0) for p in self.section], axis=0) < _SAME
         mine, others = _statistics(self.section[:, :, None]), _statistics(sections)
@@ -69,16 +78,18 @@ class Catalogue:
             return self.flow, w[:, tile].copy(), np.full(len(tile), self.point)
 
         def keep(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
-            return {"label": found.label, "period": found.period, "w": found.w.T}
+            facts = {n: v for n, v in evidence(found).items() if n in _FOUND}
+            neutral = found.reason == Reason.NEUTRAL
+            return {"label": found.label, "period": found.period, "neutral": neutral, "w": found.w.T, **facts}
 
         count = w.shape[1]
         found = survey(
             launch, keep, np.arange(count), budget=budget, levels=False, progress=progress, threads=threads
         )
-        index = np.full(count, -1, dtype=np.int16)
+        index = np.full(count, -1, dtype=np.int32)
         for first in range(0, count, tiles.TILE):  # since sections of chaotic motions take memory
             tile = slice(first, first + tiles.TILE)
-            index[tile] = self.place(found["label"][tile], found["period"][tile], found["w"][tile].T)
+            index[tile] = self.place({n: v[tile] for n, v in found.items()})
         return index
 
     def tally(self, index: np.ndarray) -> None:
@@ -86,28 +97,31 @@ class Catalogue:
         for number, attractor in enumerate(self.known):
             attractor.count = int(np.sum(index == number))
 
-    def place(self, label: np.ndarray, period: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """The number of each motion's attractor, -1 where it has none; new attractors are added.
+    def place(self, found: dict[str, np.ndarray]) -> np.ndarray:
+        """The number of each motion's attractor (L,), -1 where it has none; new attractors are added.
 
-        ``label`` and ``period`` are (L,), ``w`` (d, L) a point of each motion.
+        ``found`` has arrays (L, ...): label, period, neutral, a point w of each motion, and the facts to remember.
         """
-        index = np.full(len(label), -1, dtype=np.int16)
-        for kind in (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC):
-            for n in np.unique(period[label == kind]):
-                mine = np.flatnonzero((label == kind) & (period == n))
-                index[mine] = self._place_alike(w[:, mine], int(kind), int(n))
+        index = np.full(len(found["label"]), -1, dtype=np.int32)
+        kinds = np.stack([found[n] for n in ("label", "period", "neutral")])
+        for kind in np.unique(kinds[:, np.isin(found["label"], _ATTRACTED)], axis=1).T:
+            mine = np.flatnonzero((kinds == kind[:, None]).all(axis=0))
+            index[mine] = self._place_alike({n: v[mine] for n, v in found.items()})
         return index
 
-    def _place_alike(self, w: np.ndarray, kind: int, period: int) -> np.ndarray:
-        index = np.full(w.shape[1], -1, dtype=np.int16)
+    def _place_alike(self, found: dict[str, np.ndarray]) -> np.ndarray:
+        """The same for motions of one kind and period."""
+        label, period, neutral = int(found["label"][0]), int(found["period"][0]), bool(found["neutral"][0])
+        w, index = found["w"].T, np.full(len(found["label"]), -1, dtype=np.int32)
         sections = self._sections(w, period)
         for number, attractor in enumerate(self.known):
-            if (attractor.label, attractor.period) == (kind, period):
+            if (attractor.label, attractor.period, attractor.neutral) == (label, period, neutral):
                 index[(index < 0) & attractor.holds(w, sections)] = number
         while np.any(index < 0):
             first = int(np.flatnonzero(index < 0)[0])
             section = orbit_points(self.flow, w[:, first], self.point, period) if period else sections[:, :, first]
-            self.known.append(Attractor(kind, period, section))
+            facts = {n: float(found[n][first]) for n in _FOUND}
+            self.known.append(Attractor(label, period, neutral, section, facts))
             same = (index < 0) & self.known[-1].holds(w, sections)
             same[first] = True
             index[same] = len(self.known) - 1
@@ -133,25 +147,28 @@ class Catalogue:
     def ranks(self) -> np.ndarray:
         """The place of each number in that order, with -1 for none at the end; index it with numbers."""
         order = self.order()
-        rank = np.full(len(order) + 1, -1, dtype=np.int16)
+        rank = np.full(len(order) + 1, -1, dtype=np.int32)
         rank[order] = np.arange(len(order))
         return rank
 
-    def judged(self) -> Verdicts:
-        """Verdicts on a point of every attractor, with its levels."""
+    def levels(self, budget: Budget | None) -> dict[str, np.ndarray]:
+        """Levels of every attractor, by name."""
         w = np.stack([a.section[-1] for a in self.known], axis=1)
-        return classify(self.flow, w, np.full(len(self.known), self.point))
+        sheet = Sheet(self.flow, np.full(len(self.known), self.point), budget or Budget(), w, spectrum=False)
+        sheet.label, sheet.period = (np.array([getattr(a, n) for a in self.known]) for n in ("label", "period"))
+        return evidence(conclude(sheet))
 
 
-def described(catalogue: Catalogue) -> dict[str, xr.Variable]:
+def described(catalogue: Catalogue, budget: Budget | None) -> dict[str, xr.Variable]:
     """Label, period, levels and section (z and z', padded with NaN) of every attractor, in the catalogue's order."""
     order = catalogue.order()
     known = [catalogue.known[i] for i in order]
     out: dict[str, np.ndarray] = {
         "label": np.array([a.label for a in known], np.int8), "period": np.array([a.period for a in known], np.int32),
     }
-    facts = evidence(catalogue.judged()) if known else {}
-    out |= {name: facts[name][order] if known else np.zeros(0) for name in _FACTS}
+    levels = catalogue.levels(budget) if known else {}
+    out |= {name: levels[name][order] if known else np.zeros(0) for name in _LEVELS}
+    out |= {name: np.array([a.facts[name] for a in known]) for name in _FOUND}
     longest = max((len(a.section) for a in known), default=0)
     sections = np.full((2, len(known), longest), np.nan)
     for i, a in enumerate(known):

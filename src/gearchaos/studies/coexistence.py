@@ -13,7 +13,7 @@ from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
 from gearchaos.motion import Budget, Label, Verdicts
 from gearchaos.studies import tiles
-from gearchaos.studies.plane import at_cells
+from gearchaos.studies.plane import at_cells, shared_coordinates
 from gearchaos.studies.starts import default_box, spread
 from gearchaos.studies.survey import Launch, survey
 from gearchaos.studies.sweep import carried
@@ -85,11 +85,12 @@ def _from_starts(
     """Motions from the same starts in all cells, told by `identity`; arrays (N, starts)."""
     chosen = spread(default_box(model), starts, 0)
     bare = replace(model, initial={}) if model.kind == "single" else model  # whose start is z or x1, never both
+    names = shared_coordinates(model, x, y)
 
     def launch(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
         cell, at = np.divmod(number, starts)
         cells, points = np.unique(cell, return_inverse=True)
-        flow = ExactFlow(switched(vary(model, at_cells(x, y, cells))))
+        flow = ExactFlow(switched(vary(model, at_cells(x, y, cells)), names))
         begin = vary(bare, at_cells(x, y, cell) | {n: v[at] for n, v in chosen.items()})
         return flow, start(begin, flow.system).T.copy(), points
 
@@ -103,13 +104,13 @@ def _from_sweeps(
 ) -> dict[str, np.ndarray]:
     """Motions after slow sweeps along x, upwards and downwards, told by `identity`; arrays (N, 2)."""
     arrived = [_swept(model, x, y, up, **options) for up in (True, False)]
-    bare, cells = replace(model, initial={}), len(order)
+    bare, cells, names = replace(model, initial={}), len(order), shared_coordinates(model, x, y)
 
     def launch(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
         way, cell = np.divmod(number, cells)
         begin = {n: np.where(way == 0, up[cell], arrived[1][n][cell]) for n, up in arrived[0].items()}
         batch = vary(bare, at_cells(x, y, cell) | begin)
-        system = switched(batch)
+        system = switched(batch, names)
         return ExactFlow(system), start(batch, system).T.copy(), np.arange(len(number))
 
     found = _surveyed(launch, np.concatenate([order, order.astype(np.int64) + cells]), "swept", **options)

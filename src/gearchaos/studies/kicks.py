@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearchaos.flow import ExactFlow
-from gearchaos.motion import Budget, Label, Verdicts
+from gearchaos.motion import Budget, Label, Reason, Verdicts
 from gearchaos.studies.catalogue import Attractor, Catalogue
 from gearchaos.studies.survey import survey
 
@@ -52,7 +52,10 @@ class _Search:
         )["away"]
 
     def _stays(self, found: Verdicts) -> np.ndarray:
-        alike = np.flatnonzero((found.label == self.attractor.label) & (found.period == self.attractor.period))
+        kind = self.attractor
+        neutral = found.reason == Reason.NEUTRAL
+        same = (found.label == kind.label) & (found.period == kind.period) & (neutral == kind.neutral)
+        alike = np.flatnonzero(same)
         catalogue = Catalogue(self.flow, known=[self.attractor])
         out = np.zeros(len(found.label), dtype=bool)
         out[alike] = catalogue.holds(self.attractor, found.w[:, alike])

@@ -6,17 +6,29 @@ import numpy as np
 
 from gearchaos.axis import Axis
 from gearchaos.errors import InputError
-from gearchaos.model import MeshModel, vary
+from gearchaos.model import MeshModel, expand, vary
 from gearchaos.studies import tiles
+from gearchaos.switched import coordinates
 
 
 def check_plane(model: MeshModel, x: Axis, y: Axis) -> None:
     """Raise if a map over these axes is impossible; before any work."""
-    if x.name == y.name:
-        raise InputError("axes", "must be two different parameters", x.name)
+    shared = expand({x.name: 0.0}, model).keys() & expand({y.name: 0.0}, model).keys()
+    if shared:
+        both = x.name if x.name == y.name else f"{x.name} and {y.name}, which both set {', '.join(sorted(shared))}"
+        raise InputError("axes", "must be two different parameters", both)
     tiles.check_memory("cells", x.count * y.count)
     for axis in (x, y):
         vary(model, {axis.name: axis.values})
+
+
+def shared_coordinates(model: MeshModel, *axes: Axis) -> tuple[str, ...]:
+    """Coordinates of the dynamic state that serve all values of the axes, the same for every tile.
+
+    The conditions for fewer are products of parameters, so where they hold at all corners they hold throughout.
+    """
+    corners = np.meshgrid(*([a.start, a.stop if a.count > 1 else a.start] for a in axes))
+    return coordinates(vary(model, {a.name: c.ravel() for a, c in zip(axes, corners, strict=True)}))
 
 
 def at_cells(x: Axis, y: Axis, cells: np.ndarray) -> dict[str, np.ndarray]:

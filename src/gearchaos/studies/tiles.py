@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from gearchaos.errors import InputError
+from gearchaos.studies.simulate import whole_number
 
 TILE = 2048
 """Most trajectories in one tile: a second or two of work, so that progress shows and Ctrl-C is felt."""
@@ -40,7 +41,8 @@ def run(
     ``progress`` names a bar on stderr that shows the rate and the time left. On an interrupt the tiles not yet begun
     are dropped and those under way finish.
     """
-    with _bar(progress, sum(map(_size, tiles))) as advance, ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+    workers = os.cpu_count() if threads is None else whole_number("threads", threads, 1)
+    with _bar(progress, sum(map(_size, tiles))) as advance, ThreadPoolExecutor(workers) as pool:
         waiting = {pool.submit(work, tile): tile for tile in tiles}
         try:
             while waiting:

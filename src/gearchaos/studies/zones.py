@@ -15,7 +15,7 @@ from gearchaos.studies import tiles
 from gearchaos.studies.coexistence import coexisting, identity
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.evidence import evidence
-from gearchaos.studies.plane import at_cells, check_plane
+from gearchaos.studies.plane import at_cells, check_plane, shared_coordinates
 from gearchaos.studies.simulate import whole_number
 from gearchaos.studies.survey import survey
 from gearchaos.switched import switched
@@ -60,9 +60,11 @@ def zones(
     if x.name == "omega":  # neighbours in a tile then share node counts
         order = order.reshape(y.count, x.count).T.ravel()
 
+    names = shared_coordinates(model, x, y)
+
     def launch(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
         batch = vary(model, at_cells(x, y, tile))
-        system = switched(batch)
+        system = switched(batch, names)
         return ExactFlow(system), start(batch, system).T.copy(), np.arange(len(tile))
 
     def keep(_: np.ndarray, flow: ExactFlow, points: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
