@@ -284,7 +284,9 @@ def test_a_map_has_one_set_of_coordinates_whatever_coincides_in_part_of_it():
 def test_an_attractor_is_described_as_it_was_found():
     data = gc.attractors(gc.MeshModel.of(omega=1.0, eps1=0.206), 16, budget=Budget(patience=0))
     chaos = data.attractor_label == Label.CHAOTIC
-    assert np.all(data.attractor_lyapunov[chaos] > 0)
+    assert np.all(data.attractor_lyapunov_lo[chaos] > 0)
+    assert np.all(data.attractor_trace_error < 1e-9)
+    assert np.all(data.attractor_periods_spent[chaos] >= 1280)
     assert np.all(np.isnan(data.attractor_multiplier[chaos]))
 
 

@@ -129,8 +129,8 @@ def _kick(dataset: xr.Dataset, number: int) -> dict[str, Any]:
 
 
 _ATTRACTOR_FIELDS = tuple(f"attractor_{n}" for n in (
-    "fraction", "fraction_lo", "fraction_hi", "v_rms", "contact_fraction", "dynamic_factor", "lyapunov", "multiplier",
-    "residual",
+    "fraction", "fraction_lo", "fraction_hi", "v_rms", "contact_fraction", "dynamic_factor", "lyapunov",
+    "lyapunov_lo", "lyapunov_hi", "multiplier", "residual",
 ))
 
 

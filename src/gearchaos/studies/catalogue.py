@@ -15,7 +15,10 @@ from gearchaos.studies.evidence import evidence
 from gearchaos.studies.survey import survey
 
 _LEVELS = ("v_rms", "contact_fraction", "contact", "dynamic_factor")
-_FOUND = ("lyapunov", "multiplier", "residual")
+_FOUND = (
+    "reason", "lyapunov", "lyapunov_lo", "lyapunov_hi", "trace_error", "residual", "multiplier", "rotation",
+    "periods_spent",
+)
 _ATTRACTED = (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC)
 _SAME = 1e-6
 _ALIKE = 0.1
@@ -169,6 +172,7 @@ def described(catalogue: Catalogue, budget: Budget | None) -> dict[str, xr.Varia
     levels = catalogue.levels(budget) if known else {}
     out |= {name: levels[name][order] if known else np.zeros(0) for name in _LEVELS}
     out |= {name: np.array([a.facts[name] for a in known]) for name in _FOUND}
+    out["reason"], out["periods_spent"] = out["reason"].astype(np.int8), out["periods_spent"].astype(np.int32)
     longest = max((len(a.section) for a in known), default=0)
     sections = np.full((2, len(known), longest), np.nan)
     for i, a in enumerate(known):
