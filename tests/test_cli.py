@@ -456,6 +456,7 @@ def test_picture_that_fails_leaves_nothing_half_written(tmp_path, monkeypatch):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="sends a POSIX signal")
 def test_ctrl_c_ends_cleanly(tmp_path):
+    assert run("regime").exit_code == 0  # so that kernels are compiled: that cannot be interrupted, and may take long
     arguments = ("zones", "--axis", "omega=0.2:3:2000", "--axis", "eps1=0:0.3:2000", "--out", str(tmp_path / "z.nc"))
     process = subprocess.Popen([*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     time.sleep(6)
