@@ -1,6 +1,9 @@
 """Studies return labelled Datasets that say what they are, survive saving, and refuse bad axes before any work."""
 
+import _thread
 import json
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -214,6 +217,25 @@ def test_a_map_with_many_starts_counts_the_motions_of_each_cell():
     assert np.all(data.v_rms_least <= data.v_rms_up) and np.all(data.v_rms_down <= data.v_rms_most)
     for name in plain.data_vars:
         xr.testing.assert_equal(data[name], plain[name])
+
+
+def test_an_interrupt_leaves_nothing_but_the_tiles_under_way(monkeypatch):
+    """Also one that comes early, while tiles are still being handed out: slowly, as where a compiler holds the GIL."""
+    begun, submit = [], tiles.ThreadPoolExecutor.submit
+
+    def slowly(*arguments):
+        time.sleep(0.005)
+        return submit(*arguments)
+
+    def work(tile):
+        begun.append(tile)
+        time.sleep(0.05)
+
+    monkeypatch.setattr(tiles.ThreadPoolExecutor, "submit", slowly)
+    threading.Timer(0.5, _thread.interrupt_main).start()
+    with pytest.raises(KeyboardInterrupt):
+        list(tiles.run(work, tiles.split(400, 1), threads=2))
+    assert len(begun) < 40
 
 
 def test_maps_show_hysteresis_where_diagrams_do():

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
+from itertools import islice
 from typing import Any
 
 from gearchaos.errors import InputError
@@ -41,11 +42,16 @@ def run(
     ``progress`` names a bar on stderr that shows the rate and the time left. On an interrupt the tiles not yet begun
     are dropped and those under way finish.
     """
-    workers = os.cpu_count() if threads is None else whole_number("threads", threads, 1)
+    workers = os.cpu_count() or 1 if threads is None else whole_number("threads", threads, 1)
     with _bar(progress, sum(map(_size, tiles))) as advance, ThreadPoolExecutor(workers) as pool:
-        waiting = {pool.submit(work, tile): tile for tile in tiles}
+        rest, waiting = iter(tiles), dict[Future[Any], slice]()
         try:
-            while waiting:
+            while True:
+                # a few ahead, not all: whatever is submitted runs to its end if the caller is interrupted meanwhile
+                for tile in islice(rest, 2 * workers - len(waiting)):
+                    waiting[pool.submit(work, tile)] = tile
+                if not waiting:
+                    break
                 done, _ = wait(waiting, return_when=FIRST_COMPLETED)
                 for future in done:
                     tile = waiting.pop(future)
