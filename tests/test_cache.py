@@ -42,9 +42,9 @@ def test_processes_that_compile_at_once_do_not_spoil_the_cache(tmp_path):
         )
 
     together = [begin(kind) for kind in kinds]
-    assert [p.communicate(timeout=600)[0] for p in together] == ["[20.0] 0\n"] * len(kinds)
+    assert [p.communicate(timeout=300)[0] for p in together] == ["[20.0] 0\n"] * len(kinds)
     after = begin(",".join(kinds))
-    assert after.communicate(timeout=600)[0] == f"{[20.0] * len(kinds)} {len(kinds)}\n"
+    assert after.communicate(timeout=300)[0] == f"{[20.0] * len(kinds)} {len(kinds)}\n"
 
 
 def test_the_cache_is_another_one_after_any_edit_of_a_kernel(tmp_path):
@@ -72,7 +72,7 @@ def test_compiling_is_announced_and_loading_is_not(tmp_path):
         "period._mark_diverged(np.zeros((2, 3)), np.zeros(3, np.int64), 3)"
     )
     command = [sys.executable, "-c", program]
-    runs = [subprocess.run(command, env=environment, capture_output=True, text=True, timeout=600) for _ in range(2)]
+    runs = [subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300) for _ in range(2)]
     assert [run.stdout for run in runs] == ["compiles\n", ""], runs
 
 
@@ -82,5 +82,5 @@ def test_a_cache_that_cannot_be_written_is_done_without():
         "import numpy as np; from gearchaos.flow import jit, period; w = np.full((2, 3), 1e9);"
         "status = np.zeros(3, np.int64); period._mark_diverged(w, status, 3); print(status.tolist(), jit.cold())"
     )
-    run = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, timeout=600)
+    run = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, timeout=300)
     assert run.stdout == "[1, 1, 1] False\n", run.stderr

@@ -461,7 +461,7 @@ def test_ctrl_c_ends_cleanly(tmp_path):
     process = subprocess.Popen([*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     time.sleep(6)
     process.send_signal(signal.SIGINT)
-    stdout, stderr = process.communicate(timeout=600)
+    stdout, stderr = process.communicate(timeout=120)
     assert process.returncode == 130 and stdout == ""
     assert stderr.splitlines()[-1] == "interrupted" and "Traceback" not in stderr
     assert list(tmp_path.iterdir()) == []

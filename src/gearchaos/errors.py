@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import numbers
 from collections.abc import Iterable
 
 
@@ -20,6 +21,13 @@ class InputError(ValueError):
 
 def _shown(value: object) -> str:
     return repr(value.item()) if hasattr(value, "item") and getattr(value, "size", 1) == 1 else repr(value)
+
+
+def whole_number(field: str, value: object, least: int) -> int:
+    """The value as an int, if it is a whole number not below ``least``."""
+    if isinstance(value, bool) or not isinstance(value, numbers.Integral) or value < least:
+        raise InputError(field, f"must be a whole number of at least {least}", value)
+    return int(value)
 
 
 def unknown_name(field: str, name: str, known: Iterable[str]) -> InputError:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gearchaos.errors import InputError
+from gearchaos.errors import InputError, whole_number
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ class Budget:
 
     def __post_init__(self) -> None:
         for name, least in _LEAST.items():
-            _check_whole(f"budget.{name}", getattr(self, name), least)
+            whole_number(f"budget.{name}", getattr(self, name), least)
         for stretch in self.looks:
-            _check_whole("budget.looks", stretch, 3)
+            whole_number("budget.looks", stretch, 3)
         for stretch in (*self.looks, self.exponent):
             if stretch <= self.longest:
                 raise InputError("budget", f"must have stretches longer than longest = {self.longest}", stretch,
@@ -50,8 +50,3 @@ class Budget:
 
 _LEAST = {"longest": 1, "exponent": 21, "extensions": 0, "patience": 0, "measured": 1}
 """An exponent needs 20 blocks after a twentieth of the run is dropped."""
-
-
-def _check_whole(field: str, value: object, least: int) -> None:
-    if isinstance(value, bool) or not hasattr(value, "__index__") or value.__index__() < least:
-        raise InputError(field, f"must be a whole number of at least {least}", value)

@@ -23,7 +23,6 @@ def opinion(sections: np.ndarray, longest: int = 64) -> tuple[str, int]:
     A motion is nT-periodic if the smallest n carries the whole power of the section in lines at multiples of 1/n of
     the mesh frequency; quasi-periodic if few lines elsewhere do; else chaotic. The period is 0 where there is none.
     """
-
     for n in range(1, longest + 1):
         if len(sections) // n < 2:
             break

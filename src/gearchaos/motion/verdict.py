@@ -44,8 +44,8 @@ class Verdicts:
         Floquet multipliers, largest modulus first; NaN where there is no orbit.
     exponent, low, high : (d, L)
         Lyapunov exponents per unit τ, largest first: exact of an orbit; of a torus from weighted Birkhoff averages,
-        with the range of those of both halves of the run; else with 99 % intervals. A map finds all but the first
-        only where it cannot tell without.
+        with the range of those of both halves of the run; else with 99 % intervals. In a map all
+        but the first are NaN, except of orbits and where chaos was outlasted.
     trace_error : (L,)
         By how much the exponents miss their sum, the trace of the linear part. Beyond 1e-6 the verdict is undecided.
     rotation : (L,)

@@ -11,7 +11,7 @@ import xarray as xr
 
 from gearchaos.axis import Axis
 from gearchaos.coordinates import start
-from gearchaos.errors import InputError
+from gearchaos.errors import InputError, whole_number
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, expand, state_names, vary
 from gearchaos.motion import Budget
@@ -19,7 +19,6 @@ from gearchaos.studies import tiles
 from gearchaos.studies.catalogue import Catalogue, described
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.kicks import smallest_kick
-from gearchaos.studies.simulate import whole_number
 from gearchaos.studies.starts import default_box, spread
 from gearchaos.studies.sweep import carried
 from gearchaos.switched import switched

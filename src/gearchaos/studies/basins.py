@@ -39,8 +39,9 @@ def basins(
         ``attractor(y, x)``, an index into the dim "number" or -1 where the motion diverged or stayed undecided;
         per attractor its label, period, share of the plane, levels, exponent or multiplier, and section. Periodic
         attractors are told apart by their polished orbits, others by their means and spreads. ``basin_entropy``,
-        ``boundary_basin_entropy`` and ``uncertainty_exponent`` say how tangled the boundaries are, and for the single
-        model over z and z_dot ``attractor_kick`` the smallest change of the state that leaves a basin.
+        ``boundary_basin_entropy`` and ``uncertainty_exponent`` say how tangled the boundaries are, and where
+        the plane is the whole state (all of a model with two coordinates) ``attractor_kick`` is the smallest change
+        of the state that leaves a basin.
     """
     for axis in (x, y):
         if axis.name not in state_names(model.kind):

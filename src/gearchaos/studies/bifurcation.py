@@ -10,15 +10,14 @@ import xarray as xr
 
 from gearchaos.axis import Axis
 from gearchaos.coordinates import start
-from gearchaos.errors import unknown_name
+from gearchaos.errors import InputError, unknown_name, whole_number
 from gearchaos.flow import ExactFlow
-from gearchaos.model import MeshModel, vary
+from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.motion import Budget, Verdicts
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.evidence import evidence
 from gearchaos.studies.plane import shared_coordinates
 from gearchaos.studies.sections import steady_sections
-from gearchaos.studies.simulate import whole_number
 from gearchaos.studies.survey import survey
 from gearchaos.studies.sweep import carried
 from gearchaos.switched import switched
@@ -57,6 +56,8 @@ def bifurcation(
     points = whole_number("points", points, 0)
     if mode not in MODES:
         raise unknown_name("mode", mode, MODES)
+    if mode != "fixed" and axis.name in state_names(model.kind):
+        raise InputError("mode", "must be fixed where the axis is an initial value", mode)
     values = axis.values
     varied: dict[str, np.ndarray] = {axis.name: values}
     vary(model, varied)  # checked before any work

@@ -6,19 +6,12 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.coordinates import error_at_start, start, to_physical
-from gearchaos.errors import InputError
+from gearchaos.errors import whole_number
 from gearchaos.flow import CHATTER, DIVERGED, ExactFlow
 from gearchaos.flow.layout import DIVERGED_AT
 from gearchaos.model import Batch, MeshModel, backlash, mesh_stiffness, transmission_error, vary
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.switched import switched
-
-
-def whole_number(name: str, value: object, least: int) -> int:
-    """A whole number not below ``least``."""
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-        raise InputError(name, f"must be a whole number of at least {least}", value)
-    return int(value)
 
 
 def simulate(model: MeshModel, periods: int, transient: int = 0, samples: int | None = None) -> xr.Dataset:

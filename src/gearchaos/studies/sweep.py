@@ -9,9 +9,8 @@ import numpy as np
 
 from gearchaos.axis import Axis
 from gearchaos.coordinates import error_at_start, start, to_physical
-from gearchaos.errors import InputError
 from gearchaos.flow import OK, ExactFlow
-from gearchaos.model import COORDINATES, Batch, MeshModel, state_names, vary
+from gearchaos.model import COORDINATES, Batch, MeshModel, vary
 from gearchaos.switched import switched
 
 _CARRY = 400
@@ -33,8 +32,6 @@ def carried(
     across : mapping of str to (rows,), optional
         Other values, which differ from sweep to sweep; by default there is one sweep.
     """
-    if axis.name in state_names(model.kind):
-        raise InputError("mode", "must be fixed where the axis is an initial value", axis.name)
     across = across or {}
     rows = len(next(iter(across.values()), [0]))
     kept = {n: np.empty((rows, axis.count)) for n in COORDINATES[model.kind]}

@@ -9,8 +9,7 @@ from contextlib import contextmanager
 from itertools import islice
 from typing import Any
 
-from gearchaos.errors import InputError
-from gearchaos.studies.simulate import whole_number
+from gearchaos.errors import InputError, whole_number
 
 TILE = 2048
 """Most trajectories in one tile: a second or two of work, so that progress shows and Ctrl-C is felt."""

@@ -7,7 +7,7 @@ import xarray as xr
 
 from gearchaos.axis import Axis
 from gearchaos.coordinates import start
-from gearchaos.errors import InputError
+from gearchaos.errors import InputError, whole_number
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.motion import Budget, Verdicts
@@ -16,7 +16,6 @@ from gearchaos.studies.coexistence import coexisting, identity
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.evidence import evidence
 from gearchaos.studies.plane import at_cells, check_plane, shared_coordinates
-from gearchaos.studies.simulate import whole_number
 from gearchaos.studies.survey import survey
 from gearchaos.switched import switched
 
