@@ -458,7 +458,9 @@ def test_picture_that_fails_leaves_nothing_half_written(tmp_path, monkeypatch):
 def test_ctrl_c_ends_cleanly(tmp_path):
     assert run("regime").exit_code == 0  # so that kernels are compiled: that cannot be interrupted, and may take long
     arguments = ("zones", "--axis", "omega=0.2:3:2000", "--axis", "eps1=0:0.3:2000", "--out", str(tmp_path / "z.nc"))
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits that it is ignored
     process = subprocess.Popen([*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    signal.signal(signal.SIGINT, before)
     time.sleep(6)
     process.send_signal(signal.SIGINT)
     stdout, stderr = process.communicate(timeout=120)

@@ -2,6 +2,7 @@
 
 import _thread
 import json
+import signal
 import threading
 import time
 
@@ -232,9 +233,13 @@ def test_an_interrupt_leaves_nothing_but_the_tiles_under_way(monkeypatch):
         time.sleep(0.05)
 
     monkeypatch.setattr(tiles.ThreadPoolExecutor, "submit", slowly)
-    threading.Timer(0.5, _thread.interrupt_main).start()
-    with pytest.raises(KeyboardInterrupt):
-        list(tiles.run(work, tiles.split(400, 1), threads=2))
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits that it is ignored
+    try:
+        threading.Timer(0.5, _thread.interrupt_main).start()
+        with pytest.raises(KeyboardInterrupt):
+            list(tiles.run(work, tiles.split(400, 1), threads=2))
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert len(begun) < 40
 
 
