@@ -11,7 +11,7 @@ The mesh damping 2ζz' acts in every state, as in (2.12).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +38,8 @@ class SwitchedAffine:
         Harmonic forcing of z''.
     split : (P,)
         Share of the period with the first stiffness level, α − 1 of (2.16).
+    one_split : bool
+        Whether that share is one and the same at all points.
     levels : (P, 2)
         Mean stiffness in the first share of the period and in the rest.
     chi_cos, chi_sin : (P, K)
@@ -59,6 +61,7 @@ class SwitchedAffine:
     f_cos: np.ndarray
     f_sin: np.ndarray
     split: np.ndarray
+    one_split: bool
     levels: np.ndarray
     chi_cos: np.ndarray
     chi_sin: np.ndarray
@@ -89,8 +92,7 @@ class SwitchedAffine:
 
     def take(self, index: np.ndarray) -> SwitchedAffine:
         """The system of the chosen points, in that order."""
-        values = {k: v if k == "names" else v[index] for k, v in self.__dict__.items()}
-        return SwitchedAffine(**values)
+        return replace(self, **{k: v[index] for k, v in self.__dict__.items() if isinstance(v, np.ndarray)})
 
 
 def coordinates(batch: Batch) -> tuple[str, ...]:
@@ -124,7 +126,8 @@ def switched(batch: Batch, names: tuple[str, ...] | None = None) -> SwitchedAffi
     _supports(rows)
     return SwitchedAffine(
         names=names, omega=rows.omega, A=rows.A, b=rows.b, f0=rows.f0, f_cos=rows.f_cos, f_sin=rows.f_sin,
-        damping=2 * rows["zeta"], static_force=_static_force(rows), **_stiffness(batch), **_velocity(rows),
+        damping=2 * rows["zeta"], static_force=_static_force(rows), one_split="contact_ratio" not in batch.values,
+        **_stiffness(batch), **_velocity(rows),
     )
 
 

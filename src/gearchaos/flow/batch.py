@@ -48,7 +48,7 @@ class Flowed:
 
 @dataclass(frozen=True)
 class _Group:
-    """Points that share a node count."""
+    """Points that share their steps."""
 
     phys: np.ndarray
     nodes: Nodes
@@ -71,34 +71,35 @@ class ExactFlow:
     Attributes
     ----------
     node_count : (P,)
-        Steps of a mesh period at each point.
+        Steps that the flow makes in a mesh period at each point, unless there are samples.
     """
 
     def __init__(self, system: SwitchedAffine, samples: int = 0) -> None:
         self.system = system
         self.dimension = system.dimension
-        self.node_count = tables.node_count(system)
-        self._groups: dict[int, _Group] = {}
-        self._place = np.zeros(system.points, dtype=np.int64)
+        counts = tables.node_count(system)
+        self.node_count = counts.sum(axis=1)
         self.sample_at = np.zeros(0, dtype=np.int64)
-        for count in np.unique(self.node_count):
-            members = np.flatnonzero(self.node_count == count)
+        plans, plan = np.unique(np.column_stack([counts, tables.runs(system)]), axis=0, return_inverse=True)
+        self._plan, self._place = plan.ravel(), np.zeros(system.points, dtype=np.int64)
+        self._groups = []
+        for i, (first, second, runs) in enumerate(plans.tolist()):
+            members = np.flatnonzero(self._plan == i)
             self._place[members] = np.arange(len(members))
-            self._groups[int(count)] = self._group(system.take(members), int(count), samples)
+            self._groups.append(self._group(system.take(members), first, second, runs, samples))
 
-    def _group(self, system: SwitchedAffine, count: int, samples: int) -> _Group:
-        shared = bool(np.all(system.split == system.split[0]))
+    def _group(self, system: SwitchedAffine, first: int, second: int, runs: int, samples: int) -> _Group:
+        split = system.split[:1] if system.one_split else system.split
         if samples:
-            if not shared:
+            if not system.one_split:
                 raise ValueError("samples need one contact ratio for all points")
-            length, start, self.sample_at = tables.sampled(count, float(system.split[0]), samples)
+            length, start, self.sample_at = tables.sampled(first + second, float(split[0]), samples)
         else:
-            length, start = tables.two_lengths(count, system.split[:1] if shared else system.split)
+            length, start = tables.two_lengths(first, second, split)
         node = tables.nodes(system, length, start)
         phys = tables.parameter_array(system)
         table, kept = tables.tabulate(system, phys, node)
-        spread = float(np.max((np.abs(system.trace) + 1.0) * system.period))  # of ln|v| in a period, at the very most
-        return _Group(phys, node, table, kept, max(1, int(len(length) * min(1.0, 8 / spread))))
+        return _Group(phys, node, table, kept, max(1, len(length) // runs))
 
     @property
     def harmonics(self) -> tuple[int, int]:
@@ -132,8 +133,8 @@ class ExactFlow:
         points = np.arange(lanes) if points is None else np.asarray(points)
         tangent = np.zeros((0, self.dimension, lanes)) if tangent is None else tangent
         out = self._empty(lanes, periods, len(tangent), growth, sections, measured, sample)
-        for count, group in self._groups.items():
-            mine = np.flatnonzero(self.node_count[points] == count)
+        for i, group in enumerate(self._groups):
+            mine = np.flatnonzero(self._plan[points] == i)
             blocks = -(-len(mine) // BLOCK)  # all about as full, since a few lanes cost as much as many
             for block in np.array_split(mine, blocks) if blocks else ():
                 self._block(group, block, points, w, tangent, periods, out)

@@ -131,7 +131,8 @@ def find_exits(dims, ws):
     sigma, third = load(ws, at.sigma), _third(ws, at.coef, d)
     above, below = _gaps(load(ws, at.coef), sigma)
     up, down = _signs(sigma)
-    s, out, to, touch, probe = splat(0.0), splat(_NEVER), sigma, splat(-_NEVER), splat(_PROBE)
+    out, to, touch, probe = splat(_NEVER), sigma, splat(-_NEVER), splat(_PROBE)
+    s = select(splat(0.0) < load(ws, at.h), splat(0.0), splat(_NEVER))  # lanes that are done wait
     for _ in range(_LIMIT):
         going = s <= splat(1.0)
         if not any_lane(going):

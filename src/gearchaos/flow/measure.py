@@ -60,10 +60,11 @@ def _refined(ws, first, stride, s, end):
 
 
 @kernel
-def _extremes(ws, first, stride, end, found, row):
+def _extremes(ws, first, stride, end, moving, found, row):
     """Raise and lower the extremes of one series in ``row`` and the next to those on the piece.
 
-    Samples find them to a few per cent of what the series varies; only where that comes near a record is it refined.
+    Samples find them to a few per cent of what the series varies; only where that comes near a record is it refined,
+    and only in the ``moving`` lanes: no lane's extremes depend on its neighbours'.
     """
     high = horner(ws, first, stride, splat(0.0))
     low, s_high, s_low = high, splat(0.0), splat(0.0)
@@ -75,14 +76,15 @@ def _extremes(ws, first, stride, end, found, row):
         low, s_low = select(below, value, low), select(below, s, s_low)
     margin = splat(_NEARLY) * (high - low)
     top, bottom = load(found, row), load(found, row + 1)
-    if any_lane(high + margin > top):
+    rising, falling = moving & (high + margin > top), moving & (low - margin < bottom)
+    if any_lane(rising):
         peak = _refined(ws, first, stride, s_high, end)
         peak = select(peak > high, peak, high)
-        store(found, row, select(peak > top, peak, top))
-    if any_lane(low - margin < bottom):
+        store(found, row, select(rising & (peak > top), peak, top))
+    if any_lane(falling):
         trough = _refined(ws, first, stride, s_low, end)
         trough = select(trough < low, trough, low)
-        store(found, row + 1, select(trough < bottom, trough, bottom))
+        store(found, row + 1, select(falling & (trough < bottom), trough, bottom))
 
 
 @kernel
@@ -116,13 +118,14 @@ def measure_piece(dims, ws, found):
     at = rows(d)
     end, sigma = load(ws, at.share), load(ws, at.sigma)
     duration, zero = load(ws, at.h) * end, splat(0.0)
+    moving = zero < duration
     _add(found, to.FRONT_TIME, select(sigma > zero, duration, zero))
     _add(found, to.BACK_TIME, select(sigma < zero, duration, zero))
     _add(found, to.SWITCHES, select(load(ws, at.beyond) == sigma, zero, splat(1.0)))
     _integrals(dims, ws, duration, end, found)
-    _extremes(ws, at.coef, d, end, found, to.Z_MAX)
-    _extremes(ws, at.coef + 1, d, end, found, to.Z_DOT_MAX)
-    _extremes(ws, at.series + ORDER + 1, 1, end, found, to.FORCE_MAX)
+    _extremes(ws, at.coef, d, end, moving, found, to.Z_MAX)
+    _extremes(ws, at.coef + 1, d, end, moving, found, to.Z_DOT_MAX)
+    _extremes(ws, at.series + ORDER + 1, 1, end, moving, found, to.FORCE_MAX)
 
 
 @kernel

@@ -14,6 +14,12 @@ from gearchaos.switched import SwitchedAffine
 _MOST_SHARED_HARMONICS = 4
 """With more harmonics it is cheaper to tabulate the forcing at every node than to sum its waves in every step."""
 
+_SHARES = 8
+"""Where the contact ratio differs from point to point, shares of the period are rounded up to eighths."""
+
+_SPREAD = 8.0
+"""Tangent vectors may part by this factor, in ln, before they are orthonormalised."""
+
 
 def parameter_array(system: SwitchedAffine) -> np.ndarray:
     """The system's arrays side by side, one row per point, in the order of `layout.Parameters`."""
@@ -65,16 +71,26 @@ def _spectral_radius(A: np.ndarray) -> np.ndarray:
 
 
 def node_count(system: SwitchedAffine) -> np.ndarray:
-    """Steps a period needs, (P,), rounded up to few distinct numbers so that points can share them."""
+    """Steps (P, 2) that both shares of a period need, rounded up to few distinct numbers so that points share them.
+
+    They and `runs` depend on a point alone, so that a result does not depend on what else is computed beside it.
+    """
     needed = np.ceil(2 * np.pi / system.omega * rate(system) / STEP_ANGLE)
     grain = 2.0 ** np.floor(np.log2(np.maximum(needed, 16)) - 3)
-    return (np.ceil(needed / grain) * grain).astype(int)
+    whole, share = np.ceil(needed / grain) * grain, np.stack([system.split, 1 - system.split], axis=1)
+    if not system.one_split:
+        share = np.ceil(_SHARES * share) / _SHARES
+    return np.maximum(np.ceil(whole[:, None] * share), 1).astype(int)
 
 
-def two_lengths(count: int, split: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def runs(system: SwitchedAffine) -> np.ndarray:
+    """In how many runs of steps a period must be cut, (P,), between which tangent vectors are orthonormalised."""
+    spread = (np.abs(system.trace) + 1.0) * system.period  # of ln|v| in a period, at the very most
+    return 2 ** np.ceil(np.log2(np.maximum(spread / _SPREAD, 1.0))).astype(int)
+
+
+def two_lengths(first: int, second: int, split: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Lengths and starts (N, Q) of the steps as shares of the period, the stiffness jump among the nodes."""
-    first = max(1, int(np.ceil(count * split.max())))
-    second = max(1, int(np.ceil(count * (1 - split.min()))))
     length = np.concatenate([np.tile(split / first, (first, 1)), np.tile((1 - split) / second, (second, 1))])
     start = np.concatenate(
         [np.arange(first)[:, None] * (split / first), split + np.arange(second)[:, None] * ((1 - split) / second)]
@@ -97,18 +113,16 @@ def sampled(count: int, split: float, samples: int) -> tuple[np.ndarray, np.ndar
 
 
 def nodes(system: SwitchedAffine, length: np.ndarray, start: np.ndarray) -> Nodes:
-    """The steps of a period for points that share a node count.
+    """The steps of a period for points that share them.
 
     Equal steps on one stiffness level share their matrices, unless the stiffness has harmonics, the split differs
     from point to point, or the harmonics of the forcing are many: then every step has its own.
     """
-    split = system.split if length.shape[1] > 1 else system.split[:1]
+    split = system.split[:1] if system.one_split else system.split
     level: np.ndarray = np.all(start >= split - 1e-12, axis=1).astype(np.int64)
     harmonics = np.arange(1, max(system.f_cos.shape[1], system.chi_cos.shape[1]) + 1)
     phase = 2 * np.pi * start[:, None, :] * harmonics[:, None]
-    shared = (
-        length.shape[1] == 1 and system.chi_cos.shape[1] == 0 and system.f_cos.shape[1] <= _MOST_SHARED_HARMONICS
-    )
+    shared = system.one_split and system.chi_cos.shape[1] == 0 and system.f_cos.shape[1] <= _MOST_SHARED_HARMONICS
     piece: np.ndarray = _stretches(level, length[:, 0]) if shared else np.arange(len(length))
     return Nodes(piece, level, np.ascontiguousarray(length), np.stack([np.cos(phase), np.sin(phase)], axis=1))
 

@@ -9,6 +9,7 @@ from scipy.special import stdtrit
 
 from gearchaos.flow import ExactFlow
 from gearchaos.motion.orbit import Orbits
+from gearchaos.motion.series import by_lane, total
 
 BLOCKS = 20
 """Stretches of the motion whose means tell how sure the exponent is."""
@@ -34,7 +35,8 @@ def from_growth(growth: np.ndarray, period: np.ndarray) -> Exponents:
     correlated, blocks hardly.
     """
     length = len(growth) // BLOCKS
-    blocks = growth[-length * BLOCKS :].reshape(BLOCKS, length, *growth.shape[1:]).mean(axis=1) / period
+    series = by_lane(growth[-length * BLOCKS :])
+    blocks = np.moveaxis(series.reshape(*series.shape[:-1], BLOCKS, length).mean(axis=-1), -1, 0) / period
     value = blocks.mean(axis=0)
     half = stdtrit(BLOCKS - 1, 0.5 + _CONFIDENCE / 2) * blocks.std(axis=0, ddof=1) / np.sqrt(BLOCKS)
     return Exponents(value, value - half, value + half)
@@ -69,7 +71,7 @@ def _second_round(flow: ExactFlow, points: np.ndarray, found: Orbits) -> np.ndar
         for _ in range(2):
             run = flow.advance(w, int(n), points=points[mine], tangent=tangent, growth=True)
             tangent = run.tangent
-        out[:, mine] = run.growth.sum(axis=0)
+        out[:, mine] = total(run.growth)
     return out
 
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from gearchaos.motion.series import by_lane
+
 _NEWTON = 8
 
 
@@ -20,8 +22,8 @@ def _weights(n: int) -> np.ndarray:
 def halves(series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Weighted Birkhoff averages (...) of the first and of the second half of a series (N, ...)."""
     n = len(series) // 2
-    weight = _weights(n)
-    first, second = (np.tensordot(weight, part, axes=1) for part in (series[-2 * n : -n], series[-n:]))
+    series, weight = by_lane(series), _weights(n)
+    first, second = ((weight * part).sum(axis=-1) for part in (series[..., -2 * n : -n], series[..., -n:]))
     return first, second
 
 
@@ -31,7 +33,8 @@ def digits(series: np.ndarray) -> np.ndarray:
     Measured in units of the series' standard deviation; the least over the series itself and its square, so that a
     symmetric motion is not taken for a smooth one. Quasi-periodic motions reach many, chaotic ones one or two.
     """
-    centred = (series - series.mean(axis=0)) / np.maximum(series.std(axis=0), 1e-300)
+    lanes = by_lane(series)
+    centred = (series - lanes.mean(axis=-1)) / np.maximum(lanes.std(axis=-1), 1e-300)
     gaps = [np.abs(np.subtract(*halves(f))) for f in (centred, centred**2)]
     return -np.log10(np.maximum(np.maximum(*gaps), 1e-16))
 
@@ -43,14 +46,14 @@ def rotation(series: np.ndarray) -> np.ndarray:
     spectrum to where the weighted amplitude is largest (J. Laskar, *Frequency analysis for multi-dimensional
     systems*, Physica D 67 (1993) 257).
     """
-    n = len(series)
-    weighted = _weights(n)[:, None] * (series - series.mean(axis=0))
-    spectrum = np.abs(np.fft.rfft(weighted, axis=0))
-    spectrum[:2] = 0.0
-    frequency, k = np.argmax(spectrum, axis=0) / n, np.arange(n)[:, None] - n / 2
+    n, series = len(series), by_lane(series)
+    weighted = _weights(n) * (series - series.mean(axis=-1, keepdims=True))
+    spectrum = np.abs(np.fft.rfft(weighted, axis=-1))
+    spectrum[:, :2] = 0.0
+    frequency, k = np.argmax(spectrum, axis=-1) / n, np.arange(n) - n / 2
     for _ in range(_NEWTON):
-        turned = weighted * np.exp(-2j * np.pi * frequency * k)
-        a, b, c = ((turned * (-2j * np.pi * k) ** m).sum(axis=0) for m in range(3))
+        turned = weighted * np.exp(-2j * np.pi * frequency[:, None] * k)
+        a, b, c = ((turned * (-2j * np.pi * k) ** m).sum(axis=-1) for m in range(3))
         slope = 2 * (a.conj() * b).real
         bend = 2 * (np.abs(b) ** 2 + (a.conj() * c).real)
         step = np.divide(slope, bend, out=np.zeros(len(slope)), where=bend < 0)

@@ -11,10 +11,11 @@ from gearchaos.motion import lyapunov, torus
 from gearchaos.motion.budget import Budget
 from gearchaos.motion.label import Label, Reason
 from gearchaos.motion.reading import Reading, read
+from gearchaos.motion.series import total
 from gearchaos.motion.sheet import Sheet
 
 _STRETCH = 2560
-"""Most periods between looks at a motion that seems chaotic."""
+"""A motion that seems chaotic is looked at after every so many periods."""
 
 _RECORD = 4_000_000
 """Most numbers of sections kept at once, so that memory does not grow with the number of trajectories."""
@@ -44,8 +45,8 @@ class Verdicts:
         Floquet multipliers, largest modulus first; NaN where there is no orbit.
     exponent, low, high : (d, L)
         Lyapunov exponents per unit τ, largest first: exact of an orbit; of a torus from weighted Birkhoff averages,
-        with the range of those of both halves of the run; else with 99 % intervals. In a map all
-        but the first are NaN, except of orbits and where chaos was outlasted.
+        with the range of those of both halves of the run; else with 99 % intervals. In a map all but the
+        first are NaN, except of orbits and where chaos was outlasted.
     trace_error : (L,)
         By how much the exponents miss their sum, the trace of the linear part. Beyond 1e-6 the verdict is undecided.
     rotation : (L,)
@@ -179,8 +180,10 @@ def _outlast(sheet: Sheet) -> np.ndarray:
     """Follow chaotic motions as long as the patience lasts, since chaos may be a transient; which are chaotic still."""
     waiting, budget = sheet.open, sheet.budget
     while len(waiting):
-        left = int(budget.patience - sheet.spent[waiting].max())
-        sheet.wait(waiting, max(2 * budget.longest + 1, min(_STRETCH, left)))
+        spent = sheet.spent[waiting]
+        for before in np.unique(spent):  # each by its own clock, whoever is beside it; from the second round on in step
+            until = min(budget.patience, (before // _STRETCH + 1) * _STRETCH)
+            sheet.wait(waiting[spent == before], max(2 * budget.longest + 1, int(until - before)))
         waiting = waiting[(sheet.label[waiting] == 0) & (sheet.spent[waiting] < budget.patience)]
     return _examine(sheet, sheet.open, True)
 
@@ -192,7 +195,7 @@ def _check_sums(sheet: Sheet) -> None:
     if len(lanes):
         frame = lyapunov.frame(sheet.flow.dimension, len(lanes))
         out = sheet.flow.advance(sheet.w[:, lanes], _CHECKED, points=sheet.points[lanes], tangent=frame, growth=True)
-        sheet.check_sum(lanes, out.growth.sum(axis=(0, 1)) / (_CHECKED * sheet.period_length(lanes)))
+        sheet.check_sum(lanes, total(out.growth).sum(axis=0) / (_CHECKED * sheet.period_length(lanes)))
 
 
 def _levels(sheet: Sheet) -> Reading:
