@@ -16,9 +16,10 @@ from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, expand, state_names, vary
 from gearchaos.motion import Budget
 from gearchaos.studies import tiles
-from gearchaos.studies.catalogue import Catalogue, described
+from gearchaos.studies.catalogue import Catalogue, described, endings
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.kicks import smallest_kick
+from gearchaos.studies.plan import Plan
 from gearchaos.studies.starts import default_box, spread
 from gearchaos.studies.sweep import carried
 from gearchaos.switched import switched
@@ -68,34 +69,56 @@ def attractors(
     InputError
         If a number or a range is out of bounds; before any work.
     """
+    settings: dict[str, Any] = {"box": box, "seed": seed, "sweep": sweep, "kicks": kicks, "budget": budget}
+    return plan(model, starts, **settings).run(progress=progress, threads=threads)
+
+
+def plan(
+    model: MeshModel, starts: int = 256, *, box: Mapping[str, tuple[float, float]] | None = None, seed: int = 0,
+    sweep: Axis | None = None, kicks: int = 0, budget: Budget | None = None,
+) -> Plan:
+    """The starts of `attractors`, checked and ready to be followed; sweeps and kicks come after."""
     starts, seed, kicks = (
         whole_number(*v) for v in (("starts", starts, 1), ("seed", seed, 0), ("kicks", kicks, 0))
     )
     tiles.check_memory("starts", starts)
     box = {n: (float(low), float(high)) for n, (low, high) in box.items()} if box else default_box(model)
     values = spread(box, starts, seed)
-    system = switched(vary(model, {}))
-    w = start(vary(model, values), system).T
-    swept = _swept(model, sweep) if sweep else None
-    catalogue = Catalogue(ExactFlow(system))
-    options: dict[str, Any] = {"budget": budget, "threads": threads}
-    index = catalogue.find(w, progress="attractors" if progress else None, **options)
-    catalogue.tally(index)
-    ends = np.empty(0, dtype=int) if swept is None else catalogue.find(swept, **options)
-    rank = catalogue.ranks()
-    data = {
-        "attractor": variable("attractor", ("start",), rank[index]),
-        **{f"attractor_{n}": variable("attractor", (), rank[i]) for n, i in zip(("up", "down"), ends, strict=False)},
-        **described(catalogue, budget), **_shares(catalogue, starts),
-        **(_kicks(catalogue, kicks, progress, **options) if kicks else {}),
-        **{f"start_{n}": variable(n, ("start",), v) for n, v in values.items()},
-    }
-    settings = {"starts": starts, "seed": seed, "box": box, "sweep": sweep and asdict(sweep), "kicks": kicks}
-    return xr.Dataset(data, attrs=provenance("attractors", model, **settings))
+    flow = ExactFlow(switched(vary(model, {})))
+    w = start(vary(model, values), flow.system).T
+    if sweep:
+        _check_sweep(model, sweep)
+
+    def compute(
+        numbers: np.ndarray, *, progress: bool = False, threads: int | None = None
+    ) -> dict[str, np.ndarray]:
+        name = "attractors" if progress else None
+        return endings(flow, w[:, numbers], budget=budget, progress=name, threads=threads)
+
+    def finish(
+        found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
+    ) -> xr.Dataset:
+        catalogue = Catalogue(flow)
+        index = catalogue.place(found)
+        catalogue.tally(index)
+        ends = catalogue.find(_swept(model, sweep), budget=budget, threads=threads) if sweep else np.empty(0, dtype=int)
+        rank = catalogue.ranks()
+        swept = zip(("up", "down"), ends, strict=False)
+        data = {
+            "attractor": variable("attractor", ("start",), rank[index]),
+            **{f"attractor_{n}": variable("attractor", (), rank[i]) for n, i in swept},
+            **described(catalogue, budget), **_shares(catalogue, starts),
+            **(_kicks(catalogue, kicks, progress, budget=budget, threads=threads) if kicks else {}),
+            **{f"start_{n}": variable(n, ("start",), v) for n, v in values.items()},
+        }
+        said = {"starts": starts, "seed": seed, "box": box, "sweep": sweep and asdict(sweep), "kicks": kicks}
+        return xr.Dataset(data, attrs=provenance("attractors", model, **said))
+
+    return Plan({"start": starts}, {"start": 1}, compute, finish, labelled=False)
 
 
-def _swept(model: MeshModel, sweep: Axis) -> np.ndarray:
-    """States (d, 2) with which sweeps up and down reach the model's own value of a parameter."""
+def _check_sweep(model: MeshModel, sweep: Axis) -> float:
+    """The model's own value of the parameter swept; raises if it cannot be swept to from both sides."""
     if sweep.name in state_names(model.kind):
         raise InputError(f"sweep {sweep.name}", "must be a parameter, not an initial value", sweep.name)
     whole_number(f"sweep {sweep.name} count", sweep.count, 2)
@@ -107,10 +130,16 @@ def _swept(model: MeshModel, sweep: Axis) -> np.ndarray:
     if not sweep.start < value < sweep.stop:
         raise InputError(f"sweep {sweep.name}", f"must run from below to above the model's value {value:g}",
                          f"{sweep.start:g}:{sweep.stop:g}")
+    return value
+
+
+def _swept(model: MeshModel, sweep: Axis) -> np.ndarray:
+    """States (d, 2) with which sweeps up and down reach the model's own value of a parameter."""
+    value = _check_sweep(model, sweep)
     up = carried(model, Axis(sweep.name, sweep.start, value, sweep.count), True)
     down = carried(model, Axis(sweep.name, value, sweep.stop, sweep.count), False)
     ends = {n: np.array([up[n][0, -1], down[n][0, 0]]) for n in up}
-    return start(vary(replace(model, initial={}), ends), switched(batch)).T
+    return start(vary(replace(model, initial={}), ends), switched(vary(model, {}))).T
 
 
 def _kicks(catalogue: Catalogue, directions: int, progress: bool, **options: Any) -> dict[str, xr.Variable]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
@@ -12,8 +14,9 @@ from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.motion import Budget
 from gearchaos.studies.boundary import entropy, smallest_kicks, uncertainty_exponent
-from gearchaos.studies.catalogue import Catalogue, described
+from gearchaos.studies.catalogue import Catalogue, described, endings
 from gearchaos.studies.dataset import provenance, variable
+from gearchaos.studies.plan import Plan
 from gearchaos.studies.plane import at_cells, check_plane
 from gearchaos.switched import switched
 
@@ -43,17 +46,31 @@ def basins(
         the plane is the whole state (all of a model with two coordinates) ``attractor_kick`` is the smallest change
         of the state that leaves a basin.
     """
+    return plan(model, x, y, budget=budget).run(progress=progress, threads=threads)
+
+
+def plan(model: MeshModel, x: Axis, y: Axis, *, budget: Budget | None = None) -> Plan:
+    """The starts of `basins`, checked and ready to be followed."""
     for axis in (x, y):
         if axis.name not in state_names(model.kind):
             raise InputError(f"axis {axis.name}", "must be an initial value of the model", axis.name,
                              f"Choose from {', '.join(state_names(model.kind))}.")
     check_plane(model, x, y)
-    system = switched(vary(model, {}))
-    begin = vary(model, at_cells(x, y, np.arange(x.count * y.count)))
-    w, catalogue = start(begin, system).T, Catalogue(ExactFlow(system))
-    index = catalogue.find(w, budget=budget, progress="basins" if progress else None, threads=threads)
-    catalogue.tally(index)
-    return _dataset(model, x, y, catalogue.ranks()[index].reshape(y.count, x.count), catalogue, budget)
+    flow = ExactFlow(switched(vary(model, {})))
+
+    def compute(
+        cells: np.ndarray, *, progress: bool = False, threads: int | None = None
+    ) -> dict[str, np.ndarray]:
+        w = start(vary(model, at_cells(x, y, cells)), flow.system).T
+        return endings(flow, w, budget=budget, progress="basins" if progress else None, threads=threads)
+
+    def finish(found: dict[str, np.ndarray], **_: Any) -> xr.Dataset:
+        catalogue = Catalogue(flow)
+        index = catalogue.place(found)
+        catalogue.tally(index)
+        return _dataset(model, x, y, catalogue.ranks()[index].reshape(y.count, x.count), catalogue, budget)
+
+    return Plan({y.name: y.count, x.name: x.count}, {y.name: 1, x.name: 1}, compute, finish, labelled=False)
 
 
 def _dataset(

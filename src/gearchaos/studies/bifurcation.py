@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -16,6 +16,7 @@ from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.motion import Budget, Verdicts
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.evidence import evidence
+from gearchaos.studies.plan import Plan
 from gearchaos.studies.plane import shared_coordinates
 from gearchaos.studies.sections import steady_sections
 from gearchaos.studies.survey import survey
@@ -53,33 +54,57 @@ def bifurcation(
     xarray.Dataset
         ``section_<coordinate>(axis, point)``, and per column what `zones` tells of a cell.
     """
+    return plan(model, axis, points=points, mode=mode, budget=budget).run(progress=progress, threads=threads)
+
+
+def plan(
+    model: MeshModel, axis: Axis, *, points: int = 128, mode: str = "fixed", budget: Budget | None = None
+) -> Plan:
+    """The columns of `bifurcation`, checked and ready to be computed."""
     points = whole_number("points", points, 0)
     if mode not in MODES:
         raise unknown_name("mode", mode, MODES)
     if mode != "fixed" and axis.name in state_names(model.kind):
         raise InputError("mode", "must be fixed where the axis is an initial value", mode)
-    values = axis.values
-    varied: dict[str, np.ndarray] = {axis.name: values}
-    vary(model, varied)  # checked before any work
-    if mode != "fixed":
-        varied.update({n: v[0] for n, v in carried(model, axis, mode == "up").items()})
-    names = shared_coordinates(model, axis)
-    base = model if mode == "fixed" else replace(model, initial={})
+    vary(model, {axis.name: axis.values})  # checked before any work
+
+    def compute(
+        columns: np.ndarray, *, progress: bool = False, threads: int | None = None
+    ) -> dict[str, np.ndarray]:
+        values = {axis.name: axis.values}
+        if mode != "fixed":
+            values.update({n: v[0] for n, v in carried(model, axis, mode == "up").items()})
+        base = model if mode == "fixed" else replace(model, initial={})
+        chosen = {n: v[columns] for n, v in values.items()}
+        return _columns(base, chosen, shared_coordinates(model, axis), points, budget, progress, threads)
+
+    def finish(found: dict[str, np.ndarray], **_: Any) -> xr.Dataset:
+        data = {n: variable(n, (axis.name, "point")[: v.ndim], v) for n, v in found.items()}
+        coords = {axis.name: variable(axis.name, (axis.name,), axis.values)}
+        return xr.Dataset(data, coords, provenance("bifurcation", model, points=points, mode=mode))
+
+    whole = {axis.name: 1 if mode == "fixed" else axis.count}
+    return Plan({axis.name: axis.count}, whole, compute, finish, labelled=True)
+
+
+def _columns(
+    model: MeshModel, values: dict[str, np.ndarray], names: tuple[str, ...], points: int, budget: Budget | None,
+    progress: bool, threads: int | None,
+) -> dict[str, np.ndarray]:
+    """What is found of the columns with these values (N,) by name."""
 
     def launch(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-        part = vary(base, {k: v[tile] for k, v in varied.items()})
+        part = vary(model, {k: v[tile] for k, v in values.items()})
         system = switched(part, names)
         return ExactFlow(system), start(part, system).T.copy(), np.arange(len(tile))
 
     def keep(tile: np.ndarray, flow: ExactFlow, at: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
-        part = vary(base, {k: v[tile] for k, v in varied.items()})
+        part = vary(model, {k: v[tile] for k, v in values.items()})
         places = steady_sections(part, flow, at, found, points) if points else {}
         return evidence(found) | {f"section_{name}": value for name, value in places.items()}
 
-    out = survey(
-        launch, keep, np.arange(axis.count), budget=budget or PER_COLUMN, largest=_TILE,
+    (count,) = {len(v) for v in values.values()}
+    return survey(
+        launch, keep, np.arange(count), budget=budget or PER_COLUMN, largest=_TILE,
         progress="bifurcation" if progress else None, threads=threads,
     )
-    data = {n: variable(n, (axis.name, "point")[: v.ndim], v) for n, v in out.items()}
-    coords = {axis.name: variable(axis.name, (axis.name,), values)}
-    return xr.Dataset(data, coords, provenance("bifurcation", model, points=points, mode=mode))

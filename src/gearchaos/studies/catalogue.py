@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -72,28 +73,12 @@ class Catalogue:
     point: int = 0
     known: list[Attractor] = field(default_factory=list)
 
-    def find(
-        self, w: np.ndarray, *, budget: Budget | None = None, progress: str | None = None, threads: int | None = None
-    ) -> np.ndarray:
-        """The number of the attractor (L,) to which each motion from w (d, L) leads, -1 for none."""
+    def find(self, w: np.ndarray, **options: Any) -> np.ndarray:
+        """The number of the attractor (L,) to which each motion from w (d, L) leads, -1 for none.
 
-        def launch(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-            return self.flow, w[:, tile].copy(), np.full(len(tile), self.point)
-
-        def keep(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
-            facts = {n: v for n, v in evidence(found).items() if n in _FOUND}
-            neutral = found.reason == Reason.NEUTRAL
-            return {"label": found.label, "period": found.period, "neutral": neutral, "w": found.w.T, **facts}
-
-        count = w.shape[1]
-        found = survey(
-            launch, keep, np.arange(count), budget=budget, levels=False, progress=progress, threads=threads
-        )
-        index = np.full(count, -1, dtype=np.int32)
-        for first in range(0, count, tiles.TILE):  # since sections of chaotic motions take memory
-            tile = slice(first, first + tiles.TILE)
-            index[tile] = self.place({n: v[tile] for n, v in found.items()})
-        return index
+        Options as of `endings`.
+        """
+        return self.place(endings(self.flow, w, self.point, **options))
 
     def tally(self, index: np.ndarray) -> None:
         """Count how many starts each attractor holds."""
@@ -103,8 +88,16 @@ class Catalogue:
     def place(self, found: dict[str, np.ndarray]) -> np.ndarray:
         """The number of each motion's attractor (L,), -1 where it has none; new attractors are added.
 
-        ``found`` has arrays (L, ...): label, period, neutral, a point w of each motion, and the facts to remember.
+        ``found`` is what `endings` found.
         """
+        index = np.full(len(found["label"]), -1, dtype=np.int32)
+        for first in range(0, len(index), tiles.TILE):  # since sections of chaotic motions take memory
+            tile = slice(first, first + tiles.TILE)
+            index[tile] = self._place({n: v[tile] for n, v in found.items()})
+        return index
+
+    def _place(self, found: dict[str, np.ndarray]) -> np.ndarray:
+        """The same for so many motions at once."""
         index = np.full(len(found["label"]), -1, dtype=np.int32)
         kinds = np.stack([found[n] for n in ("label", "period", "neutral")])
         for kind in np.unique(kinds[:, np.isin(found["label"], _ATTRACTED)], axis=1).T:
@@ -162,6 +155,25 @@ class Catalogue:
         return evidence(conclude(sheet))
 
 
+def endings(
+    flow: ExactFlow, w: np.ndarray, point: int = 0, *, budget: Budget | None = None, progress: str | None = None,
+    threads: int | None = None,
+) -> dict[str, np.ndarray]:
+    """Where motions from w (d, L) end: label, period, neutral, a point w of each and the evidence, arrays (L, ...)."""
+
+    def launch(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
+        return flow, w[:, tile].copy(), np.full(len(tile), point)
+
+    def keep(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+        facts = {n: v for n, v in evidence(found).items() if n in _FOUND}
+        neutral = found.reason == Reason.NEUTRAL
+        return {"label": found.label, "period": found.period, "neutral": neutral, "w": found.w.T, **facts}
+
+    return survey(
+        launch, keep, np.arange(w.shape[1]), budget=budget, levels=False, progress=progress, threads=threads
+    )
+
+
 def described(catalogue: Catalogue, budget: Budget | None) -> dict[str, xr.Variable]:
     """Label, period, levels and section (z and z', padded with NaN) of every attractor, in the catalogue's order."""
     order = catalogue.order()
@@ -181,6 +193,7 @@ def described(catalogue: Catalogue, budget: Budget | None) -> dict[str, xr.Varia
     return {f"attractor_{n}": variable(f"attractor_{n}", ("number",), v) for n, v in out.items()} | {
         n: variable(n, ("number", "point"), v) for n, v in zip(names, sections, strict=True)
     }
+
 
 def orbit_points(flow: ExactFlow, w: np.ndarray, point: int, period: int) -> np.ndarray:
     """The points (n, d) of the periodic orbit through w (d,)."""

@@ -42,14 +42,17 @@ def identity(flow: ExactFlow, points: np.ndarray, found: Verdicts) -> dict[str, 
 
 
 def coexisting(
-    model: MeshModel, x: Axis, y: Axis, order: np.ndarray, own: dict[str, np.ndarray], starts: int, **options: Any
+    model: MeshModel, x: Axis, y: Axis, cells: np.ndarray, order: np.ndarray, own: dict[str, np.ndarray], starts: int,
+    **options: Any,
 ) -> dict[str, np.ndarray]:
-    """What the cells of a map (rows of constant y, flattened) do from more starts and after slow sweeps along x.
+    """What the cells of a map do from more starts and after slow sweeps along x.
 
     Parameters
     ----------
+    cells : (N,)
+        Numbers of the cells, whole rows of constant y one after another.
     order : (N,)
-        The cells in an order that suits `survey`.
+        Their places in an order that suits `survey`.
     own : dict of str to (N,)
         `identity` of the motions from the model's own starts.
     starts : int
@@ -63,8 +66,8 @@ def coexisting(
         Number of ``attractors`` found, ``v_rms_least`` and ``v_rms_most`` among them, ``contact_worst``, levels
         ``v_rms_up`` and ``v_rms_down`` after the sweeps, and ``hysteresis`` where these end in different motions.
     """
-    more = _from_starts(model, x, y, order, starts, **options)
-    swept = _from_sweeps(model, x, y, order, **options)
+    more = _from_starts(model, x, y, cells, order, starts, **options)
+    swept = _from_sweeps(model, x, y, cells, order, **options)
     every = {n: np.concatenate([own[n][:, None], more[n], swept[n]], axis=1) for n in swept}
     known: np.ndarray = np.isin(every["label"], _KNOWN)
     none, touching = ~np.any(known, axis=1), np.where(known & (every["contact"] < 3), every["contact"], -1).max(axis=1)
@@ -80,7 +83,7 @@ def coexisting(
 
 
 def _from_starts(
-    model: MeshModel, x: Axis, y: Axis, order: np.ndarray, starts: int, **options: Any
+    model: MeshModel, x: Axis, y: Axis, cells: np.ndarray, order: np.ndarray, starts: int, **options: Any
 ) -> dict[str, np.ndarray]:
     """Motions from the same starts in all cells, told by `identity`; arrays (N, starts)."""
     chosen = spread(default_box(model), starts, 0)
@@ -88,10 +91,10 @@ def _from_starts(
     names = shared_coordinates(model, x, y)
 
     def launch(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-        cell, at = np.divmod(number, starts)
-        cells, points = np.unique(cell, return_inverse=True)
-        flow = ExactFlow(switched(vary(model, at_cells(x, y, cells)), names))
-        begin = vary(bare, at_cells(x, y, cell) | {n: v[at] for n, v in chosen.items()})
+        place, at = np.divmod(number, starts)
+        places, points = np.unique(place, return_inverse=True)
+        flow = ExactFlow(switched(vary(model, at_cells(x, y, cells[places])), names))
+        begin = vary(bare, at_cells(x, y, cells[place]) | {n: v[at] for n, v in chosen.items()})
         return flow, start(begin, flow.system).T.copy(), points
 
     every = (order[:, None].astype(np.int64) * starts + np.arange(starts)).ravel()
@@ -100,34 +103,37 @@ def _from_starts(
 
 
 def _from_sweeps(
-    model: MeshModel, x: Axis, y: Axis, order: np.ndarray, **options: Any
+    model: MeshModel, x: Axis, y: Axis, cells: np.ndarray, order: np.ndarray, **options: Any
 ) -> dict[str, np.ndarray]:
     """Motions after slow sweeps along x, upwards and downwards, told by `identity`; arrays (N, 2)."""
-    arrived = [_swept(model, x, y, up, **options) for up in (True, False)]
-    bare, cells, names = replace(model, initial={}), len(order), shared_coordinates(model, x, y)
+    across = {y.name: y.values[cells[:: x.count] // x.count]}
+    arrived = [_swept(model, x, across, up, **options) for up in (True, False)]
+    bare, count, names = replace(model, initial={}), len(cells), shared_coordinates(model, x, y)
 
     def launch(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-        way, cell = np.divmod(number, cells)
-        begin = {n: np.where(way == 0, up[cell], arrived[1][n][cell]) for n, up in arrived[0].items()}
-        batch = vary(bare, at_cells(x, y, cell) | begin)
+        way, place = np.divmod(number, count)
+        begin = {n: np.where(way == 0, up[place], arrived[1][n][place]) for n, up in arrived[0].items()}
+        batch = vary(bare, at_cells(x, y, cells[place]) | begin)
         system = switched(batch, names)
         return ExactFlow(system), start(batch, system).T.copy(), np.arange(len(number))
 
-    found = _surveyed(launch, np.concatenate([order, order.astype(np.int64) + cells]), "swept", **options)
+    found = _surveyed(launch, np.concatenate([order, order.astype(np.int64) + count]), "swept", **options)
     return {n: v.reshape(2, -1).T for n, v in found.items()}
 
 
 def _swept(
-    model: MeshModel, x: Axis, y: Axis, up: bool, *, budget: Budget | None, progress: bool, threads: int | None
+    model: MeshModel, x: Axis, across: dict[str, np.ndarray], up: bool, *, budget: Budget | None, progress: bool,
+    threads: int | None,
 ) -> dict[str, np.ndarray]:
-    """Initial values (N,) of the cells by name, as sweeps along x reach them."""
+    """Initial values (N,) of the cells by name, as sweeps along x reach them, one for each value across it."""
     out: dict[str, np.ndarray] = {}
+    (count,) = {len(v) for v in across.values()}
     for rows, reached in tiles.run(
-        lambda rows: carried(model, x, up, {y.name: y.values[rows]}), tiles.split(y.count),
+        lambda rows: carried(model, x, up, {n: v[rows] for n, v in across.items()}), tiles.split(count),
         progress=f"sweeps {'up' if up else 'down'}" if progress else None, threads=threads,
     ):
         for name, value in reached.items():
-            out.setdefault(name, np.empty((y.count, x.count)))[rows] = value
+            out.setdefault(name, np.empty((count, x.count)))[rows] = value
     return {n: v.ravel() for n, v in out.items()}
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.errors import InputError
-from gearchaos.model import MeshModel, TwoLevelStiffness
+from gearchaos.model import HarmonicStiffness, MeshModel, Stiffness, TransmissionError, TwoLevelStiffness
 from gearchaos.motion import REASONS, Label, Reason, motion_name
 from gearchaos.motion.reading import CONTACTS
 
@@ -106,6 +106,21 @@ def motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:
 def model_json(model: MeshModel) -> str:
     """The whole model as JSON, enough to build it again."""
     return json.dumps({**_fields(model), "stiffness_kind": _stiffness_kind(model)}, sort_keys=True)
+
+
+def model_from_json(text: str) -> MeshModel:
+    """The model that `model_json` wrote."""
+    values = json.loads(text)
+    stiffness: type[Stiffness] = TwoLevelStiffness
+    if values.pop("stiffness_kind") == "harmonics":
+        stiffness = HarmonicStiffness
+    parts = {"error": TransmissionError, "stiffness": stiffness}
+    made = {n: kind(**{k: _hashable(v) for k, v in values[n].items()}) for n, kind in parts.items()}
+    return MeshModel(**{**values, **made})
+
+
+def _hashable(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
 
 
 def _fields(model: MeshModel) -> dict[str, Any]:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
 from gearchaos.coordinates import error_at_start, start, to_physical
 from gearchaos.errors import whole_number
-from gearchaos.flow import CHATTER, DIVERGED, ExactFlow
+from gearchaos.flow import CHATTER, DIVERGED, OK, ExactFlow
 from gearchaos.flow.layout import DIVERGED_AT
 from gearchaos.model import Batch, MeshModel, backlash, mesh_stiffness, transmission_error, vary
 from gearchaos.studies.dataset import provenance, variable
+from gearchaos.studies.plan import Plan
 from gearchaos.switched import switched
 
 
@@ -41,21 +44,37 @@ def simulate(model: MeshModel, periods: int, transient: int = 0, samples: int | 
     InputError
         If a number is out of range.
     """
+    return plan(model, periods, transient, samples).run()
+
+
+def plan(model: MeshModel, periods: int, transient: int = 0, samples: int | None = None) -> Plan:
+    """The one piece of `simulate`, checked and ready to be computed."""
     periods, transient = whole_number("periods", periods, 1), whole_number("transient", transient, 0)
     samples = whole_number("samples", samples, 1) if samples is not None else 0
     batch = vary(model, {})
     system = switched(batch)
-    flow, w = ExactFlow(system, samples), start(batch, system).T.copy()
-    before = flow.advance(w, transient) if transient else None
-    w = before.w if before else w
-    out = flow.advance(w, periods, sections=periods, sample=samples > 0)
-    data = _section(batch, system.names, _bounded(out.sections[:, :, 0]), transient)
-    if samples:
-        data.update(_trajectory(batch, system.names, _bounded(out.samples[..., 0]), transient))
-    codes = {int(run.status[0]) for run in (before, out) if run}
-    status = "diverged" if DIVERGED in codes else "chatter" if CHATTER in codes else "ok"
-    settings = {"periods": periods, "transient": transient, "samples": samples}
-    return xr.Dataset(data, attrs={**provenance("simulate", model, **settings), "status": status})
+
+    def compute(_: np.ndarray, **__: Any) -> dict[str, np.ndarray]:
+        flow, w = ExactFlow(system, samples), start(batch, system).T.copy()
+        before = flow.advance(w, transient) if transient else None
+        out = flow.advance(before.w if before else w, periods, sections=periods, sample=samples > 0)
+        codes = {int(run.status[0]) for run in (before, out) if run}
+        status = DIVERGED if DIVERGED in codes else max(codes)
+        return {"sections": out.sections[None, :, :, 0], "samples": out.samples[None, ..., 0],
+                "status": np.array([status])}
+
+    def finish(found: dict[str, np.ndarray], **_: Any) -> xr.Dataset:
+        data = _section(batch, system.names, _bounded(found["sections"][0]), transient)
+        if samples:
+            data.update(_trajectory(batch, system.names, _bounded(found["samples"][0]), transient))
+        settings = {"periods": periods, "transient": transient, "samples": samples}
+        status = {"status": _STATUS[int(found["status"][0])]}
+        return xr.Dataset(data, attrs={**provenance("simulate", model, **settings), **status})
+
+    return Plan({"motion": 1}, {"motion": 1}, compute, finish, labelled=False)
+
+
+_STATUS = {OK: "ok", DIVERGED: "diverged", CHATTER: "chatter"}
 
 
 def _bounded(w: np.ndarray) -> np.ndarray:

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from itertools import islice
-from typing import Any
+from typing import Any, TypeVar
 
 from gearchaos.errors import InputError, whole_number
 
 TILE = 2048
 """Most trajectories in one tile: a second or two of work, so that progress shows and Ctrl-C is felt."""
 
+Item = TypeVar("Item")
+
+_BEAT = 2.0
 _LEAST = 64
 _PER_CORE = 6
 _BYTES = 400
@@ -42,22 +45,33 @@ def run(
     are dropped and those under way finish.
     """
     workers = os.cpu_count() or 1 if threads is None else whole_number("threads", threads, 1)
-    with _bar(progress, sum(map(_size, tiles))) as advance, ThreadPoolExecutor(workers) as pool:
-        rest, waiting = iter(tiles), dict[Future[Any], slice]()
-        try:
-            while True:
-                # a few ahead, not all: whatever is submitted runs to its end if the caller is interrupted meanwhile
-                for tile in islice(rest, 2 * workers - len(waiting)):
-                    waiting[pool.submit(work, tile)] = tile
-                if not waiting:
-                    break
-                done, _ = wait(waiting, return_when=FIRST_COMPLETED)
-                for future in done:
-                    tile = waiting.pop(future)
-                    yield tile, future.result()
-                    advance(_size(tile))
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+    with bar(progress, sum(map(_size, tiles))) as advance, ThreadPoolExecutor(workers) as pool:
+        for tile, future in few_ahead(pool, work, tiles, 2 * workers):
+            yield tile, future.result()
+            advance(_size(tile))
+
+
+def few_ahead(
+    pool: Executor, work: Callable[[Item], Any], items: Iterable[Item], ahead: int,
+    beat: Callable[[], None] = lambda: None,
+) -> Iterator[tuple[Item, Future[Any]]]:
+    """Yield every item with its future as it is done; ``beat`` is called now and then, and may raise.
+
+    A few items are handed out ahead, not all: whatever is handed out runs to its end if the caller is interrupted.
+    """
+    rest, waiting = iter(items), dict[Future[Any], Item]()
+    try:
+        while True:
+            for item in islice(rest, ahead - len(waiting)):
+                waiting[pool.submit(work, item)] = item
+            if not waiting:
+                return
+            done, _ = wait(waiting, timeout=_BEAT, return_when=FIRST_COMPLETED)
+            beat()
+            for future in done:
+                yield waiting.pop(future), future
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _size(tile: slice) -> int:
@@ -65,7 +79,8 @@ def _size(tile: slice) -> int:
 
 
 @contextmanager
-def _bar(name: str | None, total: int) -> Iterator[Callable[[int], None]]:
+def bar(name: str | None, total: int, done: int = 0) -> Iterator[Callable[[int], None]]:
+    """A progress bar on stderr, or none without a name; yields the function that moves it on."""
     if name is None:
         yield lambda n: None
         return
@@ -76,12 +91,12 @@ def _bar(name: str | None, total: int) -> Iterator[Callable[[int], None]]:
         TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task(name, total=total, rate="")
+    with Progress(*columns, console=Console(stderr=True)) as shown:
+        task = shown.add_task(name, total=total, completed=done, rate="")
 
         def advance(n: int) -> None:
-            bar.advance(task, n)
-            speed = bar.tasks[0].finished_speed or bar.tasks[0].speed
-            bar.update(task, rate=f"{speed:,.0f}/s" if speed else "")
+            shown.advance(task, n)
+            speed = shown.tasks[0].finished_speed or shown.tasks[0].speed
+            shown.update(task, rate=f"{speed:,.0f}/s" if speed else "")
 
         yield advance

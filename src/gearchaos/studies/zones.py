@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
@@ -15,6 +17,7 @@ from gearchaos.studies import tiles
 from gearchaos.studies.coexistence import coexisting, identity
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.evidence import evidence
+from gearchaos.studies.plan import Plan
 from gearchaos.studies.plane import at_cells, check_plane, shared_coordinates
 from gearchaos.studies.survey import survey
 from gearchaos.switched import switched
@@ -50,19 +53,43 @@ def zones(
         ``attractors`` found in each cell, ``v_rms_least`` and ``v_rms_most`` among them, ``contact_worst``,
         ``v_rms_up`` and ``v_rms_down`` after the sweeps, and ``hysteresis``: 1 where these end in different motions.
     """
+    return plan(model, x, y, starts=starts, budget=budget).run(progress=progress, threads=threads)
+
+
+def plan(model: MeshModel, x: Axis, y: Axis, *, starts: int = 1, budget: Budget | None = None) -> Plan:
+    """The cells of `zones`, checked and ready to be computed."""
     starts = whole_number("starts", starts, 1)
     check_plane(model, x, y)
     tiles.check_memory("cells times starts", x.count * y.count * starts)
     if starts > 1 and {x.name, y.name} & set(state_names(model.kind)):
         raise InputError("starts", "must be 1 where an axis is an initial value", starts)
-    order = np.arange(x.count * y.count, dtype=np.int32 if x.count * y.count < 2**31 else np.int64)
-    if x.name == "omega":  # neighbours in a tile then share node counts
-        order = order.reshape(y.count, x.count).T.ravel()
 
+    def compute(
+        cells: np.ndarray, *, progress: bool = False, threads: int | None = None
+    ) -> dict[str, np.ndarray]:
+        return _cells(model, x, y, cells, starts, budget=budget, progress=progress, threads=threads)
+
+    def finish(found: dict[str, np.ndarray], **_: Any) -> xr.Dataset:
+        data = {n: variable(n, (y.name, x.name), v.reshape(y.count, x.count)) for n, v in found.items()}
+        coords = {a.name: variable(a.name, (a.name,), a.values) for a in (x, y)}
+        return xr.Dataset(data, coords, provenance("zones", model, starts=starts))
+
+    row = {y.name: 1, x.name: x.count if starts > 1 else 1}
+    return Plan({y.name: y.count, x.name: x.count}, row, compute, finish, labelled=True)
+
+
+def _cells(
+    model: MeshModel, x: Axis, y: Axis, cells: np.ndarray, starts: int, *, budget: Budget | None, progress: bool,
+    threads: int | None,
+) -> dict[str, np.ndarray]:
+    """What is found of some cells (N,), whole rows of them where there is more than one start."""
     names = shared_coordinates(model, x, y)
+    order = np.arange(len(cells), dtype=cells.dtype)
+    if x.name == "omega":  # neighbours in a tile then share node counts
+        order = np.argsort(cells % x.count, kind="stable").astype(cells.dtype)
 
     def launch(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-        batch = vary(model, at_cells(x, y, tile))
+        batch = vary(model, at_cells(x, y, cells[tile]))
         system = switched(batch, names)
         return ExactFlow(system), start(batch, system).T.copy(), np.arange(len(tile))
 
@@ -71,8 +98,7 @@ def zones(
 
     out = survey(launch, keep, order, budget=budget, progress="zones" if progress else None, threads=threads)
     if starts > 1:
-        out |= coexisting(model, x, y, order, out, starts - 1, budget=budget, progress=progress, threads=threads)
+        options: dict[str, Any] = {"budget": budget, "progress": progress, "threads": threads}
+        out |= coexisting(model, x, y, cells, order, out, starts - 1, **options)
         del out["centre_z"], out["centre_z_dot"]
-    data = {n: variable(n, (y.name, x.name), v.reshape(y.count, x.count)) for n, v in out.items()}
-    coords = {a.name: variable(a.name, (a.name,), a.values) for a in (x, y)}
-    return xr.Dataset(data, coords, provenance("zones", model, starts=starts))
+    return out

@@ -1,0 +1,118 @@
+"""Where tiles are computed: in threads, in processes, or on a Dask cluster. All of them are executors to the run."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from multiprocessing import get_context
+from typing import Any
+
+from gearchaos.errors import InputError, whole_number
+
+
+class EngineLostError(OSError):
+    """The engine is gone, and with it the tiles under way."""
+
+
+@dataclass(frozen=True)
+class Pool:
+    """An open engine: an executor, how many tiles it computes at once, and a check that it is still there."""
+
+    executor: Executor
+    width: Callable[[], int]
+    beat: Callable[[], None] = lambda: None
+
+
+Engine = Callable[[], AbstractContextManager[Pool]]
+"""Opens a pool; opened anew if the pool breaks."""
+
+
+def threads(count: int | None = None) -> Engine:
+    """Threads of this process, one per core by default; kernels run without the GIL."""
+    width = os.cpu_count() or 1 if count is None else whole_number("threads", count, 1)
+
+    @contextmanager
+    def opened() -> Iterator[Pool]:
+        with ThreadPoolExecutor(width) as executor:
+            yield Pool(executor, lambda: width)
+
+    return opened
+
+
+def processes(count: int) -> Engine:
+    """Processes on this machine; one that dies takes nothing but its tile with it."""
+    width = whole_number("processes", count, 1)
+
+    @contextmanager
+    def opened() -> Iterator[Pool]:
+        context = get_context("spawn")
+        with ProcessPoolExecutor(width, mp_context=context, initializer=_ignore_interrupts) as executor:
+            yield Pool(executor, lambda: width)
+
+    return opened
+
+
+def _ignore_interrupts() -> None:
+    """Ctrl-C reaches all processes of a terminal; the run itself decides what becomes of its tiles."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def scheduler(address: str) -> Engine:
+    """The workers of a Dask scheduler, which see the store's folder under the same path."""
+    distributed = _distributed()
+
+    @contextmanager
+    def opened() -> Iterator[Pool]:
+        try:
+            client = distributed.Client(address, timeout="20s", set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise InputError("--scheduler", "must be a Dask scheduler that answers", address, f"{error}") from None
+        with client:
+            yield _dask_pool(client)
+
+    return opened
+
+
+def slurm(jobs: int, **settings: Any) -> Engine:
+    """Jobs of a Slurm cluster, one worker each; settings as of ``dask_jobqueue.SLURMCluster``, or of its files."""
+    _distributed()
+    try:
+        from dask_jobqueue import SLURMCluster
+    except ImportError:
+        raise _missing("dask-jobqueue") from None
+
+    @contextmanager
+    def opened() -> Iterator[Pool]:
+        with SLURMCluster(**{"cores": 1, "processes": 1, "memory": "2GB", **settings}) as cluster:
+            cluster.scale(jobs=jobs)
+            with cluster.get_client() as client:
+                yield _dask_pool(client)
+
+    return opened
+
+
+def _distributed() -> Any:
+    try:
+        import distributed
+    except ImportError:
+        raise _missing("distributed") from None
+    return distributed
+
+
+def _missing(package: str) -> InputError:
+    return InputError("cluster", f"needs {package}", None, "Install it with: pip install 'gearchaos[cluster]'.")
+
+
+def _dask_pool(client: Any) -> Pool:
+    def width() -> int:
+        return max(1, sum(client.nthreads().values()))
+
+    def beat() -> None:
+        if client.status != "running":
+            raise EngineLostError(f"the scheduler at {client.scheduler.address} is gone")
+
+    return Pool(client.get_executor(pure=False), width, beat)

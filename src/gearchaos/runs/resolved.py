@@ -1,0 +1,85 @@
+"""A study in full: everything that decides its result, written beside it so that it can go on anywhere."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from gearchaos.axis import Axis
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.model import MeshModel
+from gearchaos.motion import Budget
+from gearchaos.studies.attractors import plan as _attractors
+from gearchaos.studies.basins import plan as _basins
+from gearchaos.studies.bifurcation import plan as _bifurcation
+from gearchaos.studies.dataset import model_from_json, model_json
+from gearchaos.studies.plan import Plan
+from gearchaos.studies.simulate import plan as _simulate
+from gearchaos.studies.zones import plan as _zones
+
+_PLANS: dict[str, Callable[..., Plan]] = {
+    "simulate": _simulate, "attractors": _attractors, "bifurcation": _bifurcation, "zones": _zones, "basins": _basins,
+}
+
+
+@dataclass(frozen=True)
+class Resolved:
+    """A study of any kind but ``regime``, which is one point.
+
+    Attributes
+    ----------
+    kind : str
+    model : MeshModel
+    axes : tuple of Axis
+        In the order in which the study's function takes them.
+    options : mapping
+        Other arguments of the function, by name.
+    budget : Budget, optional
+    """
+
+    kind: str
+    model: MeshModel
+    axes: tuple[Axis, ...] = ()
+    options: Mapping[str, Any] = field(default_factory=dict)
+    budget: Budget | None = None
+
+    def __post_init__(self) -> None:
+        if self.kind not in _PLANS:
+            raise unknown_name("study.kind", self.kind, _PLANS)
+
+    def plan(self) -> Plan:
+        """The study's pieces, checked; raises `InputError` as its function would."""
+        if self.kind == "simulate" and self.budget is not None:
+            raise InputError("budget", "must be left out for kind 'simulate'", self.budget, "It judges nothing.")
+        budget = {} if self.budget is None else {"budget": self.budget}
+        return _PLANS[self.kind](self.model, *self.axes, **self.options, **budget)
+
+    def to_dict(self) -> dict[str, Any]:
+        """All of it as JSON-ready values."""
+        return {
+            "kind": self.kind, "model": json.loads(model_json(self.model)), "axes": [asdict(a) for a in self.axes],
+            "options": {n: asdict(v) if isinstance(v, Axis) else v for n, v in self.options.items()},
+            "budget": None if self.budget is None else asdict(self.budget),
+        }
+
+    @classmethod
+    def from_dict(cls, words: Mapping[str, Any]) -> Resolved:
+        """The inverse of `to_dict`."""
+        options = {n: Axis(**v) if n == "sweep" and v else v for n, v in words["options"].items()}
+        budget = words["budget"] and Budget(**{**words["budget"], "looks": tuple(words["budget"]["looks"])})
+        axes = tuple(Axis(**a) for a in words["axes"])
+        return cls(words["kind"], model_from_json(json.dumps(words["model"])), axes, options, budget or None)
+
+
+def differences(stored: Mapping[str, Any], asked: Mapping[str, Any], field: str = "") -> list[str]:
+    """Where two studies in words differ: "field: stored value, not asked value"."""
+    out = []
+    for name in sorted(stored.keys() | asked.keys()):
+        one, other, where = stored.get(name), asked.get(name), f"{field}{name}"
+        if isinstance(one, Mapping) and isinstance(other, Mapping):
+            out += differences(one, other, f"{where}.")
+        elif one != other:
+            out.append(f"{where}: {one!r} in the store, {other!r} asked for")
+    return out

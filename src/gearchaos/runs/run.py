@@ -1,0 +1,171 @@
+"""Computing a study into a store: what is not there yet, whatever happened before."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from concurrent.futures import BrokenExecutor, Future
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from math import prod
+from pathlib import Path
+
+from gearchaos.errors import InputError
+from gearchaos.runs import engines
+from gearchaos.runs.grid import cut
+from gearchaos.runs.machine import name
+from gearchaos.runs.resolved import Resolved, differences
+from gearchaos.runs.store import Mark, Store, create, read
+from gearchaos.runs.writers import Shard, writing
+from gearchaos.studies import tiles
+
+ATTEMPTS = 3
+"""So often a tile is tried before it is reported as failed."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended: tiles of the store that are done, that failed (with errors), and how many there are."""
+
+    done: int
+    failed: dict[int, str]
+    count: int
+
+
+def run(
+    study: Resolved, path: Path, *, tile: int | None = None, engine: engines.Engine | None = None,
+    shard: Shard | None = None, say: Callable[[str], None] = lambda _: None, progress: bool = False,
+) -> Outcome:
+    """Compute a study into a store, or go on with it where it stopped.
+
+    Parameters
+    ----------
+    study : Resolved
+    path : Path
+        The store's folder, made if need be.
+    tile : int, optional
+        Pieces in a tile, at most; only for a new store.
+    engine : Engine, optional
+        Threads of this process by default.
+    shard : Shard, optional
+        Compute only these tiles; other processes or machines compute the others into the same store.
+    say : callable
+        Takes lines for people.
+    progress : bool
+        Show a progress bar on stderr.
+
+    Raises
+    ------
+    InputError
+        If the folder is no store, holds another study, or has another writer.
+    OSError
+        If the store cannot be written to, or the engine is gone; what is done is kept.
+    """
+    store, shard = _opened(study, path, tile, say), shard or Shard()
+    with writing(store.path / "run" / "writers", shard):
+        mine = shard.tiles(store.grid.count)
+        _repair(store, set(mine), say)
+        _compute(store, mine, engine or engines.threads(), progress)
+        marks = store.marks()
+        if all(n in marks and marks[n].done for n in range(store.grid.count)) and not store.finished:
+            store.finish()
+    done = sum(m.done for m in marks.values())
+    return Outcome(done, {n: m.error or "" for n, m in sorted(marks.items()) if not m.done}, store.grid.count)
+
+
+def _opened(study: Resolved, path: Path, tile: int | None, say: Callable[[str], None]) -> Store:
+    if not path.exists():
+        try:
+            return create(path, study, cut(study.plan(), tile))
+        except OSError:
+            if not path.exists():  # else another shard was faster
+                raise
+    store = read(path)
+    unlike = differences(store.study.to_dict(), study.to_dict())
+    if unlike:
+        raise InputError("store", "must hold the same study", str(path), "; ".join(unlike) + ".")
+    done = sum(m.done for m in store.marks().values())
+    say(f"{path}: {done} of {store.grid.count} tiles are done already")
+    return store
+
+
+def _repair(store: Store, mine: set[int], say: Callable[[str], None]) -> None:
+    """Forget the marks of tiles whose data are damaged."""
+    damaged = [n for n in store.damaged() if n in mine]
+    for number in damaged:
+        store.unmark(number)
+    if damaged:
+        say(f"{len(damaged)} tiles are damaged and will be computed again: {', '.join(map(str, damaged))}")
+        (store.path / "run" / "finished").unlink(missing_ok=True)
+
+
+def _compute(store: Store, mine: Iterable[int], engine: engines.Engine, progress: bool) -> None:
+    """All tiles side by side; then those that failed, one after another, so that only what is to blame fails again."""
+    marks = store.marks()
+    todo, errors = [n for n in mine if not (n in marks and marks[n].done)], dict[int, str]()
+    left = sum(store.grid.size(n) for n in todo)
+    with tiles.bar("pieces" if progress else None, prod(store.grid.shape), prod(store.grid.shape) - left) as advance:
+        for attempt in range(1, ATTEMPTS + 1):
+            errors = _pass(store, todo, engine, attempt, advance)
+            todo = sorted(errors)
+    for number, error in errors.items():
+        store.mark(number, Mark(False, 0.0, name(), ATTEMPTS, error))
+
+
+def _pass(
+    store: Store, todo: list[int], engine: engines.Engine, attempt: int, advance: Callable[[int], None]
+) -> dict[int, str]:
+    """Try each of these tiles once; the errors of those that failed. A pool that breaks is opened anew."""
+    errors, left = dict[int, str](), list(todo)
+    while left:
+        done = set[int]()
+        with engine() as pool, suppress(BrokenExecutor):
+            ahead = 2 * pool.width() if attempt == 1 else 1
+            work = partial(compute_tile, str(store.path), attempt)
+            for number, future in tiles.few_ahead(pool.executor, work, left, ahead, pool.beat):
+                error = _error(future)
+                done.add(number)
+                if error is None:
+                    advance(store.grid.size(number))
+                else:
+                    errors[number] = error
+        left = [n for n in left if n not in done]
+    return errors
+
+
+def _error(future: Future[str | None]) -> str | None:
+    """What went wrong with a tile, in words; raises what concerns all tiles."""
+    if future.cancelled():
+        raise engines.EngineLostError("the engine is gone")
+    error = future.exception()
+    if isinstance(error, BrokenExecutor):
+        return "the process that computed it died"
+    if isinstance(error, OSError):
+        raise error
+    return future.result() if error is None else _words(error)
+
+
+def _words(error: BaseException) -> str:
+    return f"{type(error).__name__}: {error}"
+
+
+def compute_tile(path: str, attempt: int, number: int) -> str | None:
+    """Compute one tile of the store at this path and write it; its error in words if it has one.
+
+    Raises OSError if the store cannot be written to.
+    """
+    store, begin = _store(path, (Path(path) / "run" / "study.json").stat().st_mtime_ns), time.perf_counter()
+    try:
+        found = store.plan.compute(store.grid.pieces(number), threads=1)
+    except Exception as error:  # one tile's failure must not cost the others
+        return _words(error)
+    store.write(number, found)
+    store.mark(number, Mark(True, time.perf_counter() - begin, name(), attempt))
+    return None
+
+
+@lru_cache(maxsize=4)
+def _store(path: str, _: int) -> Store:
+    """The store, read once a process for every version of its study."""
+    return read(Path(path))
