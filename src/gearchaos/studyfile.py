@@ -1,7 +1,7 @@
 """Study files: TOML in, a model and the settings of a study out, with values set by name over them.
 
 A file has ``[model]`` (with ``[model.error]`` and ``[model.stiffness]``) or ``[gearpair]``, ``[initial]`` and
-``[study]``; every table is optional. ``StudyFile.model_json_schema()`` describes the layout.
+``[study]`` with ``[budget]``; every table is optional. ``StudyFile.model_json_schema()`` describes the layout.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
@@ -30,10 +30,16 @@ from gearchaos.model import (
     check_state_name,
 )
 
-StudyKind = Literal["simulate", "regime", "bifurcation", "zones", "basins"]
+if TYPE_CHECKING:
+    from gearchaos.motion import Budget
+
+StudyKind = Literal["simulate", "regime", "attractors", "bifurcation", "zones", "basins"]
 AXIS_KEYS: dict[str, tuple[str, ...]] = {"bifurcation": ("axis",), "zones": ("x", "y"), "basins": ("x", "y")}
 """Keys of ``[study]`` that name the axes of each kind of study, in order."""
-_OTHER_KEYS = {"simulate": ("periods", "transient", "samples"), "bifurcation": ("points", "mode")}
+_OTHER_KEYS = {
+    "simulate": ("periods", "transient", "samples"), "bifurcation": ("points", "mode"), "zones": ("starts",),
+    "attractors": ("starts", "seed", "sweep", "kicks"),
+}
 _ON_PAIR = "gearpair."
 
 
@@ -64,6 +70,19 @@ class _StudyTable(_Table):
     samples: int | None = Field(None, ge=1)
     points: int | None = Field(None, ge=0)
     mode: Literal["fixed", "up", "down"] | None = None
+    starts: int | None = Field(None, ge=1)
+    seed: int | None = Field(None, ge=0)
+    sweep: str | None = None
+    kicks: int | None = Field(None, ge=0)
+
+
+class _BudgetTable(_Table):
+    looks: list[int] | None = None
+    longest: int | None = None
+    exponent: int | None = None
+    extensions: int | None = None
+    patience: int | None = None
+    measured: int | None = None
 
 
 _NAMES = (*SCALARS, *(pair for pair in PAIRS if pair != "chi0"))
@@ -90,6 +109,7 @@ class StudyFile(_Table):
     gearpair: _GearPairTable | None = None  # type: ignore[valid-type]
     initial: dict[str, float] = {}
     study: _StudyTable | None = None
+    budget: _BudgetTable | None = None
 
 
 @dataclass(frozen=True)
@@ -103,6 +123,15 @@ class Settings:
     samples: int | None = None
     points: int | None = None
     mode: str | None = None
+    starts: int | None = None
+    seed: int | None = None
+    sweep: Axis | None = None
+    kicks: int | None = None
+
+    def options(self) -> dict[str, Any]:
+        """What it says, by the names that the study's function has for it."""
+        values = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("kind", "axes")}
+        return {n: v for n, v in values.items() if v is not None}
 
 
 @dataclass(frozen=True)
@@ -117,11 +146,14 @@ class Study:
         The physical pair it came from.
     settings : Settings
         Of the study that the file describes.
+    budget : Budget or None
+        How long to wait and how hard to look, if the file says so.
     """
 
     model: MeshModel
     pair: GearPair | None = None
     settings: Settings = Settings()
+    budget: Budget | None = None
 
     def settings_for(self, kind: str) -> Settings:
         """The settings if the file describes a study of this kind, else none."""
@@ -151,7 +183,8 @@ def load_study(path: str | os.PathLike[str] | None = None, values: Mapping[str, 
     pair, model = _pair_and_model(tables, on_pair, on_model.pop("kind", None))
     for name in tables.initial:
         check_state_name(model.kind, name)
-    return Study(model.with_values(tables.initial).with_values(on_model), pair, _settings(tables.study))
+    model = model.with_values(tables.initial).with_values(on_model)
+    return Study(model, pair, _settings(tables.study), _budget(tables.budget))
 
 
 def _pair_and_model(
@@ -272,7 +305,20 @@ def _settings(table: _StudyTable | None) -> Settings:
         rule, advice = f"must be left out for kind {table.kind!r}", f"It takes {', '.join(known)}."
         raise InputError(f"study.{key}", rule, given[key], advice)
     axes = tuple(parse_axis(given.pop(key), f"study.{key}") for key in axis_keys if key in given)
+    if "sweep" in given:
+        given["sweep"] = parse_axis(given["sweep"], "study.sweep")
     return Settings(axes=axes, **given)
+
+
+def _budget(table: _BudgetTable | None) -> Budget | None:
+    if table is None:
+        return None
+    from gearchaos.motion import Budget  # here, since it brings the compiler with it
+
+    given: dict[str, Any] = table.model_dump(exclude_none=True)
+    if "looks" in given:
+        given["looks"] = tuple(given["looks"])
+    return Budget(**given)
 
 
 def parse_axis(text: str, field: str = "axis") -> Axis:

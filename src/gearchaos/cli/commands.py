@@ -144,7 +144,7 @@ def simulate(
     if samples is not None and out is None:
         raise InputError("--samples", "needs --out", samples, "Stdout shows the stroboscopic section alone.")
     check_output("--out", out, DATA_SUFFIXES)
-    loaded = _load(study, sets, physical)
+    loaded = load(study, sets, physical)
     length = _length(loaded.settings_for("simulate"), periods, transient, samples)
     if out is None:
         length["samples"] = None
@@ -178,10 +178,10 @@ def _length(
 def regime(study: StudyPath = None, sets: Sets = None, plot: Plot = None, json_out: Json = False) -> None:
     """Say what the mesh does at one operating point, with the evidence."""
     check_output("--plot", plot, PLOT_SUFFIXES)
-    loaded = _load(study, sets)
+    loaded = load(study, sets)
     from gearchaos.studies import regime as run
 
-    verdict = run(loaded.model)
+    verdict = run(loaded.model, **_options_of(loaded, "regime"))
     if json_out:
         print_json(verdict.to_dict())
     else:
@@ -206,23 +206,28 @@ def _draw_steady(loaded: Study, verdict: Regime, path: Path) -> None:
 def attractors(
     study: StudyPath = None,
     sets: Sets = None,
-    starts: Annotated[int, typer.Option(help="Starts, spread over ±3 half backlashes and ±2 in velocity.")] = 256,
-    seed: Annotated[int, typer.Option(help="Another seed gives other starts.")] = 0,
+    starts: Annotated[
+        int | None, typer.Option(help="Starts, 256 by default, spread over ±3 half backlashes and ±2 in velocity.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Another seed gives other starts.")] = None,
     sweep: Annotated[
         str | None, typer.Option(metavar="NAME=LOW:HIGH:COUNT", help="Also sweep this from both ends to its value.")
     ] = None,
-    kicks: Annotated[int, typer.Option(help="Directions in which to look for the smallest kick out of a basin.")] = 0,
+    kicks: Annotated[
+        int | None, typer.Option(help="Directions in which to look for the smallest kick out of a basin.")
+    ] = None,
     out: OutIfWanted = None,
     json_out: Json = False,
 ) -> None:
     """Find all motions of one operating point, with the shares of the starts that lead to them."""
     check_output("--out", out, DATA_SUFFIXES)
-    loaded = _load(study, sets)
+    loaded = load(study, sets)
     from gearchaos.studies import attractors as run
     from gearchaos.studyfile import parse_axis
 
     path = parse_axis(sweep, "--sweep") if sweep else None
-    found = run(loaded.model, starts, seed=seed, sweep=path, kicks=kicks, progress=True)
+    options = _options_of(loaded, "attractors", starts=starts, seed=seed, sweep=path, kicks=kicks)
+    found = run(loaded.model, **options, progress=True)
     save(found, out)
     if json_out:
         print_json(attractor_list(found))
@@ -251,14 +256,12 @@ def bifurcation(
     """Scan one parameter: stroboscopic points, verdicts and exponents."""
     target = _Target(out, plot, json_out, physical)
     loaded, axes = _map_inputs("bifurcation", study, sets, axis, target)
-    settings = loaded.settings_for("bifurcation")
-    options: dict[str, Any] = {"points": settings.points if points is None else points, "mode": mode or settings.mode}
-    if plot and options["points"] == 0:
+    options = _options_of(loaded, "bifurcation", points=points, mode=mode)
+    if plot and options.get("points") == 0:
         raise InputError("--points", "must be at least 1 for a picture", 0)
     from gearchaos.studies import bifurcation as run
 
-    given = {name: value for name, value in options.items() if value is not None}
-    _finish("bifurcation", run(loaded.model, *axes, progress=True, **given), axes, loaded, target)
+    _finish("bifurcation", run(loaded.model, *axes, progress=True, **options), axes, loaded, target)
 
 
 @app.command()
@@ -267,7 +270,7 @@ def zones(
     study: StudyPath = None,
     sets: Sets = None,
     axis: AxisTexts = None,
-    starts: Annotated[int, typer.Option(help="Starts in each cell, to find all its motions.")] = 1,
+    starts: Annotated[int | None, typer.Option(help="Starts in each cell, to find all its motions.")] = None,
     plot: Plot = None,
     json_out: Json = False,
     physical: Physical = False,
@@ -277,7 +280,8 @@ def zones(
     loaded, axes = _map_inputs("zones", study, sets, axis, target)
     from gearchaos.studies import zones as run
 
-    _finish("zones", run(loaded.model, *axes, starts=starts, progress=True), axes, loaded, target)
+    options = _options_of(loaded, "zones", starts=starts)
+    _finish("zones", run(loaded.model, *axes, **options, progress=True), axes, loaded, target)
 
 
 @app.command()
@@ -295,7 +299,7 @@ def basins(
     loaded, axes = _map_inputs("basins", study, sets, axis, target)
     from gearchaos.studies import basins as run
 
-    _finish("basins", run(loaded.model, *axes, progress=True), axes, loaded, target)
+    _finish("basins", run(loaded.model, *axes, **_options_of(loaded, "basins"), progress=True), axes, loaded, target)
 
 
 @dataclass(frozen=True)
@@ -314,8 +318,15 @@ def _map_inputs(
     """Everything a map needs, checked before anything is computed."""
     check_output("--out", target.out, DATA_SUFFIXES)
     check_output("--plot", target.plot, PLOT_SUFFIXES)
-    loaded = _load(study, sets, target.physical)
+    loaded = load(study, sets, target.physical)
     return loaded, _axes(kind, loaded.settings_for(kind).axes, axis or [])
+
+
+def _options_of(loaded: Study, kind: str, **given: Any) -> dict[str, Any]:
+    """Arguments of a study by name: the command line first, then the study file; what neither says is left out."""
+    said = {n: v for n, v in given.items() if v is not None}
+    budget = {} if loaded.budget is None else {"budget": loaded.budget}
+    return {**loaded.settings_for(kind).options(), **budget, **said}
 
 
 def _axes(kind: str, from_file: tuple[Axis, ...], texts: list[str]) -> tuple[Axis, ...]:
@@ -335,7 +346,7 @@ def _axes(kind: str, from_file: tuple[Axis, ...], texts: list[str]) -> tuple[Axi
     return given
 
 
-def _load(study: Path | None, sets: list[str] | None, physical: bool = False) -> Study:
+def load(study: Path | None, sets: list[str] | None, physical: bool = False) -> Study:
     from gearchaos.studyfile import load_study, parse_set
 
     loaded = load_study(study, parse_set(sets or []))

@@ -51,8 +51,8 @@ def save(dataset: xr.Dataset, path: Path | None) -> None:
         say(f"wrote {path}")
 
 
-def draw(kind: str, dataset: xr.Dataset, path: Path | None) -> None:
-    """Write the picture of a study, whole or not at all, if there is a path."""
+def draw(kind: str, dataset: xr.Dataset, path: Path | None, note: str = "") -> None:
+    """Write the picture of a study, whole or not at all, if there is a path; with a note in its lower right corner."""
     if path is None:
         return
     import matplotlib
@@ -60,8 +60,19 @@ def draw(kind: str, dataset: xr.Dataset, path: Path | None) -> None:
     matplotlib.use("Agg")
     from gearchaos import plot
 
-    name = ("z",) if kind == "bifurcation" and "section_x1" not in dataset else ()
-    _write_picture(getattr(plot, kind)(dataset, *name).figure, path)
+    name = ("z",) if kind in ("bifurcation", "portrait") and "section_x1" not in dataset else ()
+    figure = getattr(plot, kind)(dataset, *name).figure
+    if note:
+        figure.text(1, 0, note, ha="right", va="top", color="0.35", fontsize="small")
+    _write_picture(figure, path)
+
+
+def draw_any(dataset: xr.Dataset, path: Path, note: str) -> None:
+    """Write the picture that fits a Dataset, whole or not at all."""
+    kind = dataset.attrs.get("study")
+    if kind == "attractors" or (kind == "bifurcation" and dataset.sizes.get("point", 0) == 0):
+        raise InputError("store", "must hold a map, a diagram with points or a simulation", kind, "Export it instead.")
+    draw({"simulate": "portrait"}.get(str(kind), str(kind)), dataset, path, note)
 
 
 def draw_dossier(dataset: xr.Dataset, title: str, path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -41,6 +42,23 @@ def print_section(dataset: xr.Dataset) -> None:
         table.add_column(f"{name}\n({units[name]})", justify="right", overflow="fold")
     for row in rows[-_SHOWN_ROWS:]:
         table.add_row(*map(_shown, row))
+    _print(table)
+
+
+def print_run(found: dict[str, Any]) -> None:
+    """How far a run is."""
+    table = Table(show_header=False)
+    table.add_row("study", found["study"])
+    share = f"{found['tiles_done']} of {found['tiles']} ({found['pieces_done'] / found['pieces']:.1%} of the pieces)"
+    table.add_row("tiles done", share)
+    if found["pieces_per_second"] is not None and found["seconds_left"]:
+        table.add_row("rate", f"{found['pieces_per_second']:,.0f} pieces a second")
+        table.add_row("left, at that rate", f"{timedelta(seconds=round(found['seconds_left']))}")
+    table.add_row("computed", f"{timedelta(seconds=round(found['seconds']))}, added up over all workers")
+    table.add_row("machines", ", ".join(found["machines"]) or "none yet")
+    table.add_row("on disk", f"{found['bytes'] / 1e6:,.1f} MB")
+    for number, error in found["failed"].items():
+        table.add_row(f"tile {number} failed", error)
     _print(table)
 
 

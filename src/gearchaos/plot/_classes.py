@@ -25,6 +25,7 @@ MOTION_CLASSES: tuple[MotionClass, ...] = (
     MotionClass("chaotic", "#c03a1e"),
     MotionClass("undecided", "#4d4d4d"),
     MotionClass("diverged", "#111111"),
+    MotionClass("not computed", "#9e9e9e"),
 )
 """Colours differ by at least 25 CIELAB units also under protanopia, deuteranopia and tritanopia."""
 
@@ -35,6 +36,7 @@ LEGEND: dict[str, Any] = {
 """Where and how legends of classes stand: above the Axes, without a frame."""
 
 _LAST_NAMED_PERIOD = 4
+_NOT_YET = 0
 _BY_MEANING = {"quasi-periodic": 5, "chaotic": 6, "undecided": 7, "diverged": 8}
 
 
@@ -44,7 +46,8 @@ def motion_class(label: xr.DataArray, period: xr.DataArray) -> np.ndarray:
     Parameters
     ----------
     label : DataArray of int
-        Codes with ``flag_values`` and ``flag_meanings`` attributes, as the studies write them.
+        Codes with ``flag_values`` and ``flag_meanings`` attributes, as the studies write them; 0 where a run has not
+        come to yet.
     period : DataArray of int
         Period in mesh periods where the label is periodic.
 
@@ -57,4 +60,5 @@ def motion_class(label: xr.DataArray, period: xr.DataArray) -> np.ndarray:
     for value, meaning in zip(np.ravel(label.attrs["flag_values"]), label.attrs["flag_meanings"].split(), strict=True):
         if meaning in _BY_MEANING:
             out[codes == value] = _BY_MEANING[meaning]
+    out[codes == _NOT_YET] = len(MOTION_CLASSES) - 1
     return out

@@ -8,10 +8,13 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from threading import Thread
 from typing import Any
 
 from gearchaos.errors import InputError, whole_number
+
+KEPT = "What is done is kept; the same command goes on from there."
 
 
 class EngineLostError(OSError):
@@ -50,35 +53,50 @@ def processes(count: int) -> Engine:
     @contextmanager
     def opened() -> Iterator[Pool]:
         context = get_context("spawn")
-        with ProcessPoolExecutor(width, mp_context=context, initializer=_ignore_interrupts) as executor:
+        with ProcessPoolExecutor(width, mp_context=context, initializer=_begin_worker) as executor:
             yield Pool(executor, lambda: width)
 
     return opened
 
 
-def _ignore_interrupts() -> None:
-    """Ctrl-C reaches all processes of a terminal; the run itself decides what becomes of its tiles."""
+def _begin_worker() -> None:
+    """Leave interrupts to the run, which decides what becomes of its tiles; and do not outlive it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def scheduler(address: str) -> Engine:
     """The workers of a Dask scheduler, which see the store's folder under the same path."""
-    distributed = _distributed()
+    _client(address).close()  # checked before any work
 
     @contextmanager
     def opened() -> Iterator[Pool]:
-        try:
-            client = distributed.Client(address, timeout="20s", set_as_default=False)
-        except (OSError, ValueError) as error:
-            raise InputError("--scheduler", "must be a Dask scheduler that answers", address, f"{error}") from None
-        with client:
+        with _client(address) as client:
             yield _dask_pool(client)
 
     return opened
 
 
-def slurm(jobs: int, **settings: Any) -> Engine:
-    """Jobs of a Slurm cluster, one worker each; settings as of ``dask_jobqueue.SLURMCluster``, or of its files."""
+def _client(address: str) -> Any:
+    try:
+        return _distributed().Client(address, timeout="10s", set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise InputError("--scheduler", "must be a Dask scheduler that answers", address, f"{error}.") from None
+
+
+SLURM: dict[str, Any] = {"cores": 1, "processes": 1, "memory": "2GB"}
+"""A job is one worker with one core; queue, account and the like come from dask-jobqueue's own configuration files."""
+
+
+def slurm(jobs: int) -> Engine:
+    """Jobs of a Slurm cluster, one worker each."""
     _distributed()
     try:
         from dask_jobqueue import SLURMCluster
@@ -87,7 +105,7 @@ def slurm(jobs: int, **settings: Any) -> Engine:
 
     @contextmanager
     def opened() -> Iterator[Pool]:
-        with SLURMCluster(**{"cores": 1, "processes": 1, "memory": "2GB", **settings}) as cluster:
+        with SLURMCluster(**SLURM) as cluster:
             cluster.scale(jobs=jobs)
             with cluster.get_client() as client:
                 yield _dask_pool(client)
@@ -113,6 +131,6 @@ def _dask_pool(client: Any) -> Pool:
 
     def beat() -> None:
         if client.status != "running":
-            raise EngineLostError(f"the scheduler at {client.scheduler.address} is gone")
+            raise EngineLostError(f"the Dask scheduler is gone. {KEPT}")
 
     return Pool(client.get_executor(pure=False), width, beat)

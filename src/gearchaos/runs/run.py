@@ -137,12 +137,12 @@ def _pass(
 def _error(future: Future[str | None]) -> str | None:
     """What went wrong with a tile, in words; raises what concerns all tiles."""
     if future.cancelled():
-        raise engines.EngineLostError("the engine is gone")
+        raise engines.EngineLostError(f"the cluster is gone. {engines.KEPT}")
     error = future.exception()
     if isinstance(error, BrokenExecutor):
         return "the process that computed it died"
     if isinstance(error, OSError):
-        raise error
+        raise OSError(f"the store cannot be written to: {error}. {engines.KEPT}") from None
     return future.result() if error is None else _words(error)
 
 

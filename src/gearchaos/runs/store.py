@@ -70,16 +70,16 @@ class Store:
         return self.study.plan()
 
     def array(self, name: str) -> Any:
-        """One of those arrays, (grid..., ...)."""
+        """One of those arrays, (grid..., ...). Empty chunks are stored too, so that a missing one is a loss."""
         folder = name if self.plan.labelled else f"{_PIECES}/{name}"
-        return zarr.open_array(self.path / folder, mode="r+", zarr_format=3)
+        array = zarr.open_array(self.path / folder, mode="r+", zarr_format=3)
+        return array.with_config({"write_empty_chunks": True})
 
     def write(self, number: int, found: dict[str, np.ndarray]) -> None:
         """Put what was found of a tile's pieces, arrays (L, ...), in its place."""
         part = self.grid.part(number)
-        with zarr.config.set({"array.write_empty_chunks": True}):  # a chunk that is missing is then a loss
-            for name, values in found.items():
-                self.array(name)[part] = values.reshape(*(p.stop - p.start for p in part), *values.shape[1:])
+        for name, values in found.items():
+            self.array(name)[part] = values.reshape(*(p.stop - p.start for p in part), *values.shape[1:])
 
     def mark(self, number: int, mark: Mark) -> None:
         """Say what became of a tile; after its data are written."""
@@ -92,6 +92,10 @@ class Store:
 
     def unmark(self, number: int) -> None:
         self._mark_path(number).unlink(missing_ok=True)
+
+    def marked_at(self, number: int) -> float:
+        """When a tile was marked, in seconds of the file system's clock."""
+        return self._mark_path(number).stat().st_mtime
 
     def _mark_path(self, number: int) -> Path:
         return self.path / "run" / "tiles" / f"{number}.json"
@@ -133,7 +137,9 @@ class Store:
         return (self.path / "run" / "finished").exists()
 
     def finish(self) -> None:
-        """Complete the Dataset once all tiles are done."""
+        """Complete the Dataset once all tiles are done, and clear away what dying writers left."""
+        for partial in self.path.rglob("*.partial"):
+            partial.unlink(missing_ok=True)
         if not self.plan.labelled:
             self.plan.finish(self.found()).to_zarr(self.path, mode="a", zarr_format=3, consolidated=False)
             _consolidate(self.path)

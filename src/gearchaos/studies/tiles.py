@@ -71,7 +71,8 @@ def few_ahead(
             for future in done:
                 yield waiting.pop(future), future
     finally:
-        pool.shutdown(wait=False, cancel_futures=True)
+        for future in waiting:
+            future.cancel()
 
 
 def _size(tile: slice) -> int:

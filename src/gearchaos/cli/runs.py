@@ -1,0 +1,134 @@
+"""Commands for long studies: run them into a store, look at it, draw and export it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gearchaos.cli.commands import Json, Sets, StudyPath, app, load
+from gearchaos.cli.errors import say
+from gearchaos.cli.output import DATA_SUFFIXES, PLOT_SUFFIXES, check_output, draw_any, print_json, save
+from gearchaos.errors import InputError
+
+if TYPE_CHECKING:
+    from gearchaos.runs.engines import Engine
+    from gearchaos.runs.resolved import Resolved
+
+StorePath = Annotated[Path, typer.Argument(metavar="DIR.zarr", help="A store that gearchaos run made.", readable=False)]
+FAILED = 1
+
+
+@app.command()
+def run(
+    study: StudyPath,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR.zarr", help="The store, new or to go on with.")],
+    sets: Sets = None,
+    tile: Annotated[int | None, typer.Option(min=1, help="Most cells, columns or starts in a tile.")] = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="Tiles computed at once; one per core by default.")] = None,
+    processes: Annotated[int | None, typer.Option(min=1, help="Compute in so many processes instead.")] = None,
+    scheduler: Annotated[str | None, typer.Option(metavar="tcp://…", help="Compute on a Dask cluster.")] = None,
+    cluster: Annotated[str | None, typer.Option(metavar="slurm", help="Compute in Slurm jobs.")] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Slurm jobs, with --cluster.")] = 1,
+    shard: Annotated[str | None, typer.Option(metavar="I/N", help="Only every N-th tile, from the I-th.")] = None,
+    json_out: Json = False,
+) -> None:
+    """Compute the study of a file into a store, or go on where an earlier run stopped."""
+    places = {"--threads": threads, "--processes": processes, "--scheduler": scheduler, "--cluster": cluster}
+    engine = _engine(places, jobs)
+    resolved = _resolved(study, sets)
+    from gearchaos.runs.run import run as compute
+    from gearchaos.runs.writers import Shard
+
+    part = None if shard is None else Shard.parse(shard)
+    outcome = compute(resolved, out, tile=tile, engine=engine, shard=part, say=say, progress=True)
+    for number, error in outcome.failed.items():
+        say(f"tile {number} failed: {error}")
+    say(f"{out}: {outcome.done} of {outcome.count} tiles are done")
+    if json_out:
+        print_json({"store": str(out), "tiles": outcome.count, "done": outcome.done, "failed": len(outcome.failed)})
+    raise typer.Exit(FAILED if outcome.failed else 0)
+
+
+def _resolved(path: Path | None, sets: list[str] | None) -> Resolved:
+    """The study of a file, in full."""
+    loaded = load(path, sets)
+    kind = loaded.settings.kind
+    if kind is None:
+        raise InputError("study.kind", "must be given", None, "Write [study] with a kind in the study file.")
+    from gearchaos.runs.resolved import Resolved
+    from gearchaos.studyfile import AXIS_KEYS
+
+    keys = AXIS_KEYS.get(kind, ())
+    if len(loaded.settings.axes) != len(keys):
+        raise InputError("study", f"must give {' and '.join(keys)}", kind, 'E.g. x = "omega=0.2:3:400".')
+    return Resolved(kind, loaded.model, loaded.settings.axes, loaded.settings.options(), loaded.budget)
+
+
+def _engine(asked: dict[str, Any], jobs: int) -> Engine:
+    """Where to compute; at most one of the options may be given."""
+    from gearchaos.runs import engines
+
+    given = {name: value for name, value in asked.items() if value is not None}
+    if len(given) > 1:
+        raise InputError(" and ".join(given), "must not be given together", list(given.values()))
+    if asked["--cluster"] not in (None, "slurm"):
+        advice = "For others start a scheduler and give --scheduler."
+        raise InputError("--cluster", "must be slurm", asked["--cluster"], advice)
+    makers: dict[str, Callable[[Any], Engine]] = {
+        "--threads": engines.threads, "--processes": engines.processes, "--scheduler": engines.scheduler,
+        "--cluster": lambda _: engines.slurm(jobs),
+    }
+    name, value = next(iter(given.items()), ("--threads", None))
+    return makers[name](value)
+
+
+@app.command()
+def info(store: StorePath, json_out: Json = False) -> None:
+    """Say how far a run is: tiles done, rate, failures."""
+    from gearchaos.runs.info import summary
+    from gearchaos.runs.store import read
+
+    found = summary(read(store))
+    if json_out:
+        print_json(found)
+    else:
+        from gearchaos.cli.pages import print_run
+
+        print_run(found)
+
+
+@app.command()
+def plot(
+    store: StorePath,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Picture: .png, .pdf or .svg.")] = None,
+) -> None:
+    """Draw what a store holds, also of a run that is not done."""
+    target = out or store.with_suffix(".png")
+    check_output("--out", target, PLOT_SUFFIXES)
+    from gearchaos.runs.info import summary
+    from gearchaos.runs.store import read
+
+    found = read(store)
+    state = summary(found)
+    if state["tiles_done"] == 0:
+        raise InputError("store", "must hold at least one tile for a picture", str(store))
+    note = "" if found.finished else f"{state['tiles_done']} of {state['tiles']} tiles computed"
+    draw_any(found.dataset().load(), target, note)
+
+
+@app.command()
+def export(
+    store: StorePath,
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="NetCDF file to write.", readable=False)],
+) -> None:
+    """Write what a store holds as NetCDF."""
+    check_output("--out", out, DATA_SUFFIXES)
+    from gearchaos.runs.store import read
+
+    found = read(store)
+    if not found.finished:
+        say(f"{store} is not done: what is not computed is NaN, or 0 in whole numbers")
+    save(found.dataset().load(), out)

@@ -1,0 +1,443 @@
+"""Runs lose nothing: real processes, real signals, real damage; and the same data whoever computes them."""
+
+import json
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import time
+import warnings
+
+import numpy as np
+import psutil
+import pytest
+import xarray as xr
+import zarr
+
+import gearchaos as gc
+from gearchaos.motion import Budget
+from gearchaos.runs import engines
+from gearchaos.runs.grid import Grid, cut
+from gearchaos.runs.info import summary
+from gearchaos.runs.resolved import Resolved, differences
+from gearchaos.runs.run import _store as remembered
+from gearchaos.runs.run import run
+from gearchaos.runs.store import read
+from gearchaos.runs.writers import Shard, writing
+
+SHORT = Budget(patience=800, extensions=1, measured=16)
+SINGLE = gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05, q0=0.1)
+COMMAND = [sys.executable, "-c", "from gearchaos.cli import main; main()"]
+
+STUDY = """
+[model]
+q0 = 0.1
+[study]
+kind = "zones"
+x = "omega=0.5:1.1:48"
+y = "eps1=0.05:0.3:40"
+[budget]
+patience = 800
+extensions = 1
+measured = 16
+"""
+
+
+def small_map(**model):
+    axes = gc.Axis("omega", 0.5, 1.1, 16), gc.Axis("eps1", 0.05, 0.3, 12)
+    return Resolved("zones", gc.MeshModel.of(q0=0.1, **model), axes, {}, SHORT)
+
+
+STUDIES = {
+    "zones": small_map(),
+    "zones with starts": Resolved(
+        "zones", gc.MeshModel.of(q0=0.1), (gc.Axis("omega", 0.7, 0.9, 9), gc.Axis("eps1", 0.05, 0.1, 4)), {"starts": 3},
+        SHORT,
+    ),
+    "bifurcation": Resolved(
+        "bifurcation", gc.MeshModel.of(q0=0.1), (gc.Axis("eps1", 0.05, 0.2, 130),), {"points": 5}, SHORT
+    ),
+    "sweep": Resolved(
+        "bifurcation", gc.MeshModel.of(q0=0.1), (gc.Axis("eps1", 0.05, 0.2, 9),), {"points": 5, "mode": "up"}, SHORT
+    ),
+    "basins": Resolved("basins", SINGLE, (gc.Axis("z", -3, 3, 16), gc.Axis("z_dot", -2, 2, 12)), {}, SHORT),
+    "attractors": Resolved(
+        "attractors", SINGLE, (), {"starts": 130, "sweep": gc.Axis("omega", 2.2, 2.4, 5)}, SHORT
+    ),
+    "simulate": Resolved("simulate", SINGLE, (), {"periods": 20, "transient": 3, "samples": 4}),
+}
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_store_opens_as_what_the_function_returns(name, tmp_path):
+    study, path = STUDIES[name], tmp_path / "s.zarr"
+    outcome = run(study, path, tile=40)
+    assert (outcome.done, outcome.failed) == (outcome.count, {})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        opened = xr.open_zarr(path).load()
+    xr.testing.assert_identical(opened, study.plan().run())
+    assert read(path).study == study
+
+
+def files(path):
+    """The bytes of all chunks and metadata, by name; not the record of the run."""
+    every = {p.relative_to(path): p.read_bytes() for p in path.rglob("*") if p.is_file()}
+    return {name: data for name, data in every.items() if name.parts[0] != "run"}
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """An undisturbed run of `small_map`."""
+    path = tmp_path_factory.mktemp("whole") / "s.zarr"
+    run(small_map(), path, tile=20, engine=engines.threads(1))
+    return path
+
+
+def data(path):
+    return xr.open_zarr(path).load()
+
+
+def test_engines_and_tiles_do_not_matter(whole, tmp_path):
+    for name, tile, engine in (("threads", 50, engines.threads(2)), ("processes", 20, engines.processes(2))):
+        run(small_map(), tmp_path / name, tile=tile, engine=engine)
+        xr.testing.assert_identical(data(tmp_path / name), data(whole))
+    assert files(tmp_path / "processes") == files(whole)
+
+
+def write_study(folder, text=STUDY):
+    (folder / "study.toml").write_text(text)
+    return folder / "study.toml"
+
+
+_STARTED = []
+
+
+@pytest.fixture(autouse=True)
+def _no_process_outlives_its_test():
+    yield
+    while _STARTED:
+        with _STARTED.pop() as process:
+            process.kill()
+
+
+def start(study, path, *options, **how):
+    command = [*COMMAND, "run", str(study), "--out", str(path), "--tile", "16", *options]
+    _STARTED.append(subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **how))
+    return _STARTED[-1]
+
+
+def finish(process, code=0):
+    _, stderr = process.communicate(timeout=300)
+    assert process.returncode == code, stderr
+    return stderr
+
+
+def tiles_done(path):
+    return len(list((path / "run" / "tiles").glob("[0-9]*.json"))) if path.exists() else 0
+
+
+def wait_for_tiles(process, path, more):
+    before, until = tiles_done(path), time.monotonic() + 240
+    while process.poll() is None and tiles_done(path) < before + more:
+        assert time.monotonic() < until
+        time.sleep(0.01)
+
+
+@pytest.fixture(scope="module")
+def calm(tmp_path_factory):
+    """An undisturbed run of `STUDY`."""
+    folder = tmp_path_factory.mktemp("calm")
+    finish(start(write_study(folder), folder / "s.zarr"))
+    return folder / "s.zarr"
+
+
+def test_twenty_deaths_lose_nothing(calm, tmp_path):
+    study, path, rng = write_study(tmp_path), tmp_path / "s.zarr", random.Random(1)
+    kills = 0
+    while kills < 20:
+        with start(study, path) as process:
+            wait_for_tiles(process, path, 1)
+            assert process.poll() is None, "the study is too short to be killed twenty times"
+            time.sleep(rng.uniform(0, 0.1))
+            kept = {n: m for n, m in read(path).marks().items() if m.done}
+            process.kill()
+            kills += 1
+        assert kept.items() <= read(path).marks().items()
+    assert "are done already" in finish(start(study, path))
+    assert files(path) == files(calm)
+
+
+def test_ctrl_c_keeps_what_is_done(tmp_path):
+    study, path = write_study(tmp_path), tmp_path / "s.zarr"
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    process = start(study, path)
+    signal.signal(signal.SIGINT, before)
+    wait_for_tiles(process, path, 2)
+    process.send_signal(signal.SIGINT)
+    assert finish(process, 130).splitlines()[-1] == "interrupted"
+    assert tiles_done(path) >= 2
+
+
+def test_a_full_disk_stops_with_a_message_and_can_go_on(calm, tmp_path):
+    study, path = write_study(tmp_path), tmp_path / "s.zarr"
+    finish(start(study, path, "--shard", "1/100"))
+    before = tiles_done(path)
+    limit = 100  # bytes in a file: less than a chunk has
+    full = start(study, path, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
+    said = finish(full, 2)
+    assert "File too large" in said and "What is done is kept" in said and "Traceback" not in said
+    assert tiles_done(path) == before > 0
+    finish(start(study, path))
+    assert files(path) == files(calm)
+
+
+def test_shards_in_processes_of_their_own_fill_one_store(calm, tmp_path):
+    study, path = write_study(tmp_path), tmp_path / "s.zarr"
+    shards = [start(study, path, "--shard", f"{i}/3") for i in (1, 2, 3)]
+    for shard in shards:
+        finish(shard)
+    store = read(path)
+    assert store.finished and summary(store)["tiles_done"] == store.grid.count
+    assert files(path) == files(calm)
+
+
+def test_a_second_writer_is_refused(whole):
+    folder = whole / "run" / "writers"
+    with writing(folder, Shard()):
+        for shard in (Shard(), Shard(1, 2)):
+            with pytest.raises(gc.InputError, match=r"another writer.*a run is writing"), writing(folder, shard):
+                pass
+    with writing(folder, Shard(1, 2)), writing(folder, Shard(2, 2)):
+        for shard in (Shard(), Shard(1, 2), Shard(1, 3)):
+            with pytest.raises(gc.InputError, match=r"shard ./2 is writing"), writing(folder, shard):
+                pass
+    with writing(folder, Shard()):
+        pass
+
+
+def copy(whole, folder):
+    path = folder / "s.zarr"
+    subprocess.run(["cp", "-r", str(whole), str(path)], check=True)
+    return path
+
+
+def chunks(path, name):
+    return sorted(p for p in (path / name / "c").rglob("*") if p.is_file())
+
+
+@pytest.mark.parametrize("damage", ["flipped byte", "cut short", "missing", "empty"])
+def test_a_damaged_chunk_is_found_and_computed_again(whole, tmp_path, damage):
+    path, said = copy(whole, tmp_path), []
+    chunk = chunks(path, "v_rms")[3]
+    content = chunk.read_bytes()
+    if damage == "missing":
+        chunk.unlink()
+    else:
+        middle = len(content) // 2
+        flipped = content[:middle] + bytes([content[middle] ^ 8]) + content[middle + 1 :]
+        chunk.write_bytes({"flipped byte": flipped, "cut short": content[:middle], "empty": b""}[damage])
+    run(small_map(), path, say=said.append)
+    assert any(line.startswith("1 tiles are damaged") for line in said)
+    assert files(path) == files(whole)
+
+
+def test_a_damaged_mark_is_computed_again(whole, tmp_path):
+    path = copy(whole, tmp_path)
+    (path / "run" / "tiles" / "2.json").write_text('{"done": tr')
+    assert 2 not in read(path).marks()
+    assert run(small_map(), path).done == read(path).grid.count
+
+
+def test_what_is_no_store_and_what_is_damaged_is_refused(whole, tmp_path):
+    with pytest.raises(gc.InputError, match="store must be a folder that gearchaos run made"):
+        read(tmp_path)
+    path = copy(whole, tmp_path)
+    text = (path / "run" / "study.json").read_text()
+    for bad in (text[:300], "[]", text.replace('"zones"', '"nonsense"')):
+        (path / "run" / "study.json").write_text(bad)
+        with pytest.raises(gc.InputError, match=r"store must hold a sound|must be one of"):
+            read(path)
+
+
+def test_another_study_is_refused_with_the_difference(whole, tmp_path):
+    with pytest.raises(gc.InputError, match=r"same study.*model\.zeta: 0\.025 in the store, 0\.03 asked for"):
+        run(small_map(zeta=0.03), copy(whole, tmp_path))
+    one, other = small_map().to_dict(), Resolved("zones", gc.MeshModel.of(q0=0.1), small_map().axes[::-1]).to_dict()
+    assert [line.split(":")[0] for line in differences(one, other)] == ["axes", "budget"]
+
+
+class Faulty:
+    """A plan whose tile with piece 0 raises, or ends its process, so many times."""
+
+    def __init__(self, plan, times, folder):
+        self.plan, self.times, self.folder = plan, times, folder
+
+    def __call__(self, pieces, **options):
+        if 0 in pieces and (tries := len(list(self.folder.iterdir()))) < self.times:
+            (self.folder / str(tries)).touch()
+            raise ValueError("a cosmic ray")
+        return self.plan.compute(pieces, **options)
+
+
+@pytest.mark.parametrize(("times", "failed"), [(2, 0), (99, 1)])
+def test_a_tile_that_raises_is_tried_again_and_reported(tmp_path, monkeypatch, times, failed):
+    study, tries = small_map(), tmp_path / "tries"
+    run(study, tmp_path / "s.zarr", tile=20, shard=Shard(40, 40))  # makes the store, and computes nothing
+    tries.mkdir()
+    plan = study.plan()
+    faulty = Faulty(plan, times, tries)
+    monkeypatch.setattr(Resolved, "plan", lambda self: type(plan)(**{**plan.__dict__, "compute": faulty}))
+    outcome = run(study, tmp_path / "s.zarr", engine=engines.threads(1))
+    assert (outcome.done, len(outcome.failed)) == (outcome.count - failed, failed)
+    monkeypatch.undo()
+    remembered.cache_clear()
+    if failed:
+        assert outcome.failed == {0: "ValueError: a cosmic ray"}
+        assert summary(read(tmp_path / "s.zarr"))["failed"] == {"0": "ValueError: a cosmic ray"}
+        assert run(study, tmp_path / "s.zarr").failed == {}
+
+
+def workers_of(pid):
+    """Processes started by this one that compute."""
+    return [p.pid for p in psutil.Process(pid).children() if any("spawn_main" in word for word in p.cmdline())]
+
+
+def test_a_worker_killed_in_the_middle_costs_nothing_but_time(calm, tmp_path):
+    study, path = write_study(tmp_path), tmp_path / "s.zarr"
+    process = start(study, path, "--processes", "2")
+    wait_for_tiles(process, path, 3)
+    os.kill(workers_of(process.pid)[0], signal.SIGKILL)
+    finish(process)
+    assert files(path) == files(calm)
+
+
+def test_workers_do_not_outlive_a_run_that_is_killed(tmp_path):
+    path = tmp_path / "s.zarr"
+    process = start(write_study(tmp_path), path, "--processes", "2")
+    wait_for_tiles(process, path, 3)
+    workers = workers_of(process.pid)
+    process.kill()
+    until = time.monotonic() + 30
+    while any(os.path.exists(f"/proc/{pid}") for pid in workers):
+        assert time.monotonic() < until
+        time.sleep(0.1)
+    assert len(workers) == 2
+
+
+def test_info_plot_and_export_of_a_run_half_done(tmp_path):
+    study, path = write_study(tmp_path), tmp_path / "s.zarr"
+    finish(start(study, path, "--shard", "1/2"))
+
+    def ask(*arguments):
+        return subprocess.run([*COMMAND, *arguments], capture_output=True, text=True, timeout=120)
+
+    said = json.loads(ask("info", str(path), "--json").stdout)
+    assert said["tiles_done"] == said["tiles"] // 2 and said["failed"] == {} and not said["finished"]
+    assert said["pieces_per_second"] > 0 and said["seconds_left"] > 0
+    assert "tiles done" in ask("info", str(path)).stdout
+    assert ask("plot", str(path)).returncode == 0 and (tmp_path / "s.png").stat().st_size > 10_000
+    exported = ask("export", str(path), "--out", str(tmp_path / "s.nc"))
+    assert exported.returncode == 0 and "is not done" in exported.stderr
+    half = gc.load(tmp_path / "s.nc")
+    assert 0.4 < float((half["label"] > 0).mean()) < 0.6
+    assert np.all(np.isnan(half["v_rms"].values[half["label"].values == 0]))
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    (("--shard", "4/3"), "--shard must read i/n with i from 1 to n; got '4/3'"),
+    (("--shard", "one"), "--shard must read i/n"),
+    (("--threads", "1", "--processes", "2"), "--threads and --processes must not be given together"),
+    (("--cluster", "pbs"), "--cluster must be slurm; got 'pbs'"),
+    (("--scheduler", "tcp://127.0.0.1:9"), "--scheduler must be a Dask scheduler that answers"),
+])
+def test_bad_options_are_refused_before_anything_is_made(tmp_path, arguments, words):
+    assert words in finish(start(write_study(tmp_path), tmp_path / "s.zarr", *arguments), 2)
+    assert not (tmp_path / "s.zarr").exists()
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    (STUDY.replace("patience", "patiense"), "key of [budget] must be one of"),
+    (STUDY.replace('kind = "zones"', 'kind = "regime"').replace("x =", "#").replace("y =", "#"), "study.kind must be"),
+    (STUDY.split("[study]")[0], "study.kind must be given"),
+    (STUDY.replace("x =", "# x ="), "study must give x and y"),
+    (STUDY.replace("patience = 800", "patience = -1"), "budget.patience must be a whole number of at least 0; got -1"),
+])
+def test_bad_study_files_are_refused(tmp_path, text, words):
+    assert words in finish(start(write_study(tmp_path, text), tmp_path / "s.zarr"), 2)
+
+
+def test_tiles_cover_the_grid_once():
+    for shape, tile in (((5, 7), (2, 3)), ((300,), (64,)), ((1, 9), (1, 9)), ((4, 4), (4, 1))):
+        grid = Grid(shape, tile)
+        pieces = np.concatenate([grid.pieces(n) for n in range(grid.count)])
+        assert sorted(pieces) == list(range(int(np.prod(shape))))
+        assert [grid.size(n) for n in range(grid.count)] == [len(grid.pieces(n)) for n in range(grid.count)]
+    rows = cut(STUDIES["zones with starts"].plan(), 20)
+    assert rows.tile == (2, 9)
+
+
+def test_checksums_are_there(whole):
+    assert "crc32c" in json.dumps(zarr.open_array(whole / "v_rms", mode="r").metadata.to_dict(), default=str)
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """A Dask scheduler and two workers, each a process started through the command line: address and processes."""
+    address_file = tmp_path / "scheduler.json"
+    python = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
+    options = ["--scheduler-file", str(address_file), "--port", "0", "--no-dashboard", "--host", "127.0.0.1"]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    started = [subprocess.Popen([*python, *options], **quiet)]
+    try:
+        until = time.monotonic() + 60
+        while not (address_file.exists() and address_file.read_text().endswith("}")):
+            assert time.monotonic() < until
+            time.sleep(0.1)
+        address = json.loads(address_file.read_text())["address"]
+        worker = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-nanny"]
+        started += [subprocess.Popen([*worker, "--no-dashboard"], cwd=tmp_path, **quiet) for _ in range(2)]
+        yield address, started
+    finally:
+        for process in started:
+            process.kill()
+            process.wait()
+
+
+def test_a_dask_cluster_computes_the_same_though_a_worker_dies(cluster, calm, tmp_path):
+    address, (_, *workers) = cluster
+    study, path = write_study(tmp_path), tmp_path / "s.zarr"
+    process = start(study, path, "--scheduler", address)
+    wait_for_tiles(process, path, 5)
+    workers[0].kill()
+    finish(process)
+    assert files(path) == files(calm)
+
+
+def test_a_scheduler_that_is_gone_ends_the_run_with_a_message(cluster, calm, tmp_path):
+    address, (scheduler, *_) = cluster
+    study, path = write_study(tmp_path), tmp_path / "s.zarr"
+    process = start(study, path, "--scheduler", address)
+    wait_for_tiles(process, path, 5)
+    scheduler.kill()
+    said = finish(process, 2)
+    assert "is gone" in said and "What is done is kept" in said
+    finish(start(study, path))
+    assert files(path) == files(calm)
+
+
+def test_a_local_cluster_computes_the_same(whole, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    local = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None, "processes": True}
+    with distributed.LocalCluster(**local) as cluster:
+        run(small_map(), tmp_path / "s.zarr", tile=20, engine=engines.scheduler(cluster.scheduler_address))
+    assert files(tmp_path / "s.zarr") == files(whole)
+
+
+def test_slurm_jobs_run_one_worker_each():
+    jobqueue = pytest.importorskip("dask_jobqueue")
+    with jobqueue.SLURMCluster(**engines.SLURM, dashboard_address=None) as cluster:
+        script = cluster.job_script()
+    assert "#SBATCH --cpus-per-task=1" in script and "--nthreads 1" in script
