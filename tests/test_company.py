@@ -12,6 +12,7 @@ from gearchaos.flow import ExactFlow
 from gearchaos.model import vary
 from gearchaos.motion import Budget, classify
 from gearchaos.studies import tiles
+from gearchaos.studies.refine import refined
 from gearchaos.switched import switched
 
 SHORT = Budget(patience=800, extensions=1, measured=16)
@@ -58,7 +59,43 @@ def test_a_map_does_not_depend_on_its_tiles_threads_and_neighbours(monkeypatch):
     whole = gc.zones(model, x, y, budget=SHORT)
     split = tiles.split
     for size, threads in ((7, 1), (50, 2)):
-        monkeypatch.setattr(tiles, "split", lambda count, largest=0, size=size: split(count, size))
+        monkeypatch.setattr(tiles, "split", lambda count, largest=0, threads=0, size=size: split(count, size))
         xr.testing.assert_identical(gc.zones(model, x, y, budget=SHORT, threads=threads), whole)
     turned = gc.zones(model, y, x, budget=SHORT).transpose("eps1", "omega")
     xr.testing.assert_equal(turned, whole)
+
+
+def test_refining_spends_cells_on_boundaries_alone_and_says_what_it_inferred():
+    model, x, y = gc.MeshModel.of(q0=0.1), gc.Axis("omega", 0.4, 1.2, 70), gc.Axis("eps1", 0.0, 0.2, 50)
+    whole = gc.zones(model, x, y, budget=SHORT)
+    coarse = gc.zones(model, x, y, budget=SHORT, refine=8)
+    inferred = coarse["inferred"].values == 1
+    assert 0.1 < inferred.mean() < 0.9
+    for name in whole.data_vars:
+        np.testing.assert_array_equal(coarse[name].values[~inferred], whole[name].values[~inferred])
+    alike = (coarse["label"] == whole["label"]) & (coarse["period"] == whole["period"])
+    assert float(alike.mean()) > 0.97
+    assert np.isnan(coarse["v_rms"].values[inferred]).all() and (coarse["contact"].values[inferred] == -1).all()
+    meanings = coarse["reason"].attrs["flag_meanings"].split()
+    (code,) = np.unique(coarse["reason"].values[inferred])
+    assert meanings[list(coarse["reason"].attrs["flag_values"]).index(code)] == "inferred"
+
+
+def test_refining_finds_every_cell_of_a_smooth_boundary():
+    row, column = np.mgrid[:256, :200]
+    inside = (row - 100) ** 2 + (column - 90) ** 2 < 70**2
+    label, calls = np.where(inside, 1, 3).ravel(), []
+
+    def compute(cells):
+        calls.append(len(cells))
+        return {"label": label[cells], "period": np.ones_like(cells), "reason": np.ones_like(cells)}
+
+    found = refined(compute, np.arange(256 * 200).reshape(256, 200), 16)
+    np.testing.assert_array_equal(found["label"], label)
+    assert sum(calls) == np.sum(found["inferred"] == 0) < 0.2 * label.size
+
+
+@pytest.mark.parametrize("refine", [0, 3, 512, True, 2.0])
+def test_a_refinement_that_is_no_power_of_two_is_refused(refine):
+    with pytest.raises(gc.InputError, match="refine must be a"):
+        gc.zones(gc.MeshModel.of(), gc.Axis("omega", 0.4, 1.2, 4), gc.Axis("eps1", 0.0, 0.2, 4), refine=refine)

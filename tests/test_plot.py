@@ -283,3 +283,12 @@ def test_symbols_are_those_of_the_paper(name, expected):
 def test_labels_show_physical_units_and_leave_out_dimensionless_scales():
     assert axis_label(xr.DataArray(0.0, attrs={"units": "delta*omega0"}), "z_dot") == r"velocity $\dot{z}$"
     assert axis_label(xr.DataArray(0.0, attrs={"units": "um"}), "z") == "displacement $z$ [um]"
+
+
+def test_what_a_run_has_not_come_to_is_hatched():
+    half = zones_map()
+    assert not plot.zones(half, axes()).patch.get_hatch()
+    half["label"][:2] = 0
+    ax = plot.zones(half, axes())
+    assert ax.patch.get_hatch() and "not computed" in legend_texts(ax)
+    assert np.ma.count_masked(ax.images[0].get_array()) == half["label"][:2].size

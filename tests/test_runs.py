@@ -52,6 +52,7 @@ def small_map(**model):
 
 STUDIES = {
     "zones": small_map(),
+    "zones refined": Resolved("zones", gc.MeshModel.of(q0=0.1), small_map().axes, {"refine": 4}, SHORT),
     "zones with starts": Resolved(
         "zones", gc.MeshModel.of(q0=0.1), (gc.Axis("omega", 0.7, 0.9, 9), gc.Axis("eps1", 0.05, 0.1, 4)), {"starts": 3},
         SHORT,

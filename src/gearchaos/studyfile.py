@@ -37,7 +37,7 @@ StudyKind = Literal["simulate", "regime", "attractors", "bifurcation", "zones", 
 AXIS_KEYS: dict[str, tuple[str, ...]] = {"bifurcation": ("axis",), "zones": ("x", "y"), "basins": ("x", "y")}
 """Keys of ``[study]`` that name the axes of each kind of study, in order."""
 _OTHER_KEYS = {
-    "simulate": ("periods", "transient", "samples"), "bifurcation": ("points", "mode"), "zones": ("starts",),
+    "simulate": ("periods", "transient", "samples"), "bifurcation": ("points", "mode"), "zones": ("starts", "refine"),
     "attractors": ("starts", "seed", "sweep", "kicks"),
 }
 _ON_PAIR = "gearpair."
@@ -71,6 +71,7 @@ class _StudyTable(_Table):
     points: int | None = Field(None, ge=0)
     mode: Literal["fixed", "up", "down"] | None = None
     starts: int | None = Field(None, ge=1)
+    refine: int | None = Field(None, ge=1)
     seed: int | None = Field(None, ge=0)
     sweep: str | None = None
     kicks: int | None = Field(None, ge=0)
@@ -124,6 +125,7 @@ class Settings:
     points: int | None = None
     mode: str | None = None
     starts: int | None = None
+    refine: int | None = None
     seed: int | None = None
     sweep: Axis | None = None
     kicks: int | None = None

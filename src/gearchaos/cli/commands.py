@@ -271,6 +271,9 @@ def zones(
     sets: Sets = None,
     axis: AxisTexts = None,
     starts: Annotated[int | None, typer.Option(help="Starts in each cell, to find all its motions.")] = None,
+    refine: Annotated[
+        int | None, typer.Option(metavar="N", help="Every N-th row and column first, finer where neighbours differ.")
+    ] = None,
     plot: Plot = None,
     json_out: Json = False,
     physical: Physical = False,
@@ -280,7 +283,7 @@ def zones(
     loaded, axes = _map_inputs("zones", study, sets, axis, target)
     from gearchaos.studies import zones as run
 
-    options = _options_of(loaded, "zones", starts=starts)
+    options = _options_of(loaded, "zones", starts=starts, refine=refine)
     _finish("zones", run(loaded.model, *axes, **options, progress=True), axes, loaded, target)
 
 

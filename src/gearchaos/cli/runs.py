@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 StorePath = Annotated[Path, typer.Argument(metavar="DIR.zarr", help="A store that gearchaos run made.", readable=False)]
 FAILED = 1
+COARSE = 8
+"""Where the study file does not say how coarsely a map that is refined begins."""
 
 
 @app.command()
@@ -32,13 +34,16 @@ def run(
     scheduler: Annotated[str | None, typer.Option(metavar="tcp://…", help="Compute on a Dask cluster.")] = None,
     cluster: Annotated[str | None, typer.Option(metavar="slurm", help="Compute in Slurm jobs.")] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Slurm jobs, with --cluster.")] = 1,
+    refine: Annotated[
+        bool, typer.Option("--refine", help="Compute a map coarsely, and finer only where neighbours differ.")
+    ] = False,
     shard: Annotated[str | None, typer.Option(metavar="I/N", help="Only every N-th tile, from the I-th.")] = None,
     json_out: Json = False,
 ) -> None:
     """Compute the study of a file into a store, or go on where an earlier run stopped."""
     places = {"--threads": threads, "--processes": processes, "--scheduler": scheduler, "--cluster": cluster}
     engine = _engine(places, jobs)
-    resolved = _resolved(study, sets)
+    resolved = _resolved(study, sets, refine)
     from gearchaos.runs.run import run as compute
     from gearchaos.runs.writers import Shard
 
@@ -52,7 +57,7 @@ def run(
     raise typer.Exit(FAILED if outcome.failed else 0)
 
 
-def _resolved(path: Path | None, sets: list[str] | None) -> Resolved:
+def _resolved(path: Path | None, sets: list[str] | None, refine: bool) -> Resolved:
     """The study of a file, in full."""
     loaded = load(path, sets)
     kind = loaded.settings.kind
@@ -64,7 +69,12 @@ def _resolved(path: Path | None, sets: list[str] | None) -> Resolved:
     keys = AXIS_KEYS.get(kind, ())
     if len(loaded.settings.axes) != len(keys):
         raise InputError("study", f"must give {' and '.join(keys)}", kind, 'E.g. x = "omega=0.2:3:400".')
-    return Resolved(kind, loaded.model, loaded.settings.axes, loaded.settings.options(), loaded.budget)
+    options = loaded.settings.options()
+    if refine and kind != "zones":
+        raise InputError("--refine", "must be left out for a study that is no map of zones", kind)
+    if refine:
+        options = {"refine": COARSE, **options}
+    return Resolved(kind, loaded.model, loaded.settings.axes, options, loaded.budget)
 
 
 def _engine(asked: dict[str, Any], jobs: int) -> Engine:

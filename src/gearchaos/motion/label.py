@@ -26,6 +26,7 @@ class Reason(IntEnum):
     CHATTER = 6
     NEUTRAL = 7
     INCONSISTENT = 8
+    INFERRED = 9
 
 
 def motion_name(label: Label, period: int) -> str:
@@ -41,5 +42,6 @@ REASONS = {
     Reason.OUT_OF_RANGE: "|z| or |z'| passed 1e8 half backlashes",
     Reason.NEUTRAL: "the motion repeats exactly, and its neighbours neither approach nor leave it",
     Reason.INCONSISTENT: "the exponents do not sum to the trace of the linear part, so the run is not to be trusted",
+    Reason.INFERRED: "not computed: the same as at all corners of the block of a coarser lattice in which it lies",
     Reason.CHATTER: "more contact switches within one step than can be followed",
 }

@@ -25,9 +25,10 @@ MOTION_CLASSES: tuple[MotionClass, ...] = (
     MotionClass("chaotic", "#c03a1e"),
     MotionClass("undecided", "#4d4d4d"),
     MotionClass("diverged", "#111111"),
-    MotionClass("not computed", "#9e9e9e"),
 )
 """Colours differ by at least 25 CIELAB units also under protanopia, deuteranopia and tritanopia."""
+
+NOT_COMPUTED = -1
 
 LEGEND: dict[str, Any] = {
     "loc": "lower left", "bbox_to_anchor": (0, 1.01, 1, 0), "borderaxespad": 0, "frameon": False,
@@ -36,18 +37,16 @@ LEGEND: dict[str, Any] = {
 """Where and how legends of classes stand: above the Axes, without a frame."""
 
 _LAST_NAMED_PERIOD = 4
-_NOT_YET = 0
 _BY_MEANING = {"quasi-periodic": 5, "chaotic": 6, "undecided": 7, "diverged": 8}
 
 
 def motion_class(label: xr.DataArray, period: xr.DataArray) -> np.ndarray:
-    """Index into `MOTION_CLASSES` of every cell.
+    """Index into `MOTION_CLASSES` of every cell, `NOT_COMPUTED` where a run has not come to yet.
 
     Parameters
     ----------
     label : DataArray of int
-        Codes with ``flag_values`` and ``flag_meanings`` attributes, as the studies write them; 0 where a run has not
-        come to yet.
+        Codes with ``flag_values`` and ``flag_meanings`` attributes, as the studies write them.
     period : DataArray of int
         Period in mesh periods where the label is periodic.
 
@@ -60,5 +59,5 @@ def motion_class(label: xr.DataArray, period: xr.DataArray) -> np.ndarray:
     for value, meaning in zip(np.ravel(label.attrs["flag_values"]), label.attrs["flag_meanings"].split(), strict=True):
         if meaning in _BY_MEANING:
             out[codes == value] = _BY_MEANING[meaning]
-    out[codes == _NOT_YET] = len(MOTION_CLASSES) - 1
+    out[codes == 0] = NOT_COMPUTED
     return out

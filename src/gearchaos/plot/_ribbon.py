@@ -7,8 +7,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from gearchaos.plot._axes import cell_extent
-from gearchaos.plot._classes import MOTION_CLASSES, motion_class
-from gearchaos.plot._zones import class_colours, class_legend
+from gearchaos.plot._classes import motion_class
+from gearchaos.plot._zones import class_legend, draw_classes
 
 
 def ribbon(ds: xr.Dataset, ax: Axes, *, legend: bool = True) -> Axes:
@@ -16,10 +16,7 @@ def ribbon(ds: xr.Dataset, ax: Axes, *, legend: bool = True) -> Axes:
     strip = ax.inset_axes((0.0, 1.012, 1.0, 0.035), sharex=ax)
     (axis,) = ds["label"].dims
     classes = motion_class(ds["label"], ds["period"])
-    strip.imshow(
-        classes[None, :], aspect="auto", interpolation="nearest", cmap=class_colours(), vmin=-0.5,
-        vmax=len(MOTION_CLASSES) - 0.5, extent=cell_extent(ds[axis].values, np.zeros(1)), interpolation_stage="rgba",
-    )
+    draw_classes(classes[None, :], strip, cell_extent(ds[axis].values, np.zeros(1)))
     strip.tick_params(left=False, bottom=False, labelleft=False, labelbottom=False)
     if legend:
         class_legend(strip, classes, ncols=9, bbox_to_anchor=(0, 1.1, 1, 0))

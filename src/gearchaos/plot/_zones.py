@@ -13,7 +13,9 @@ from matplotlib.legend import Legend
 from matplotlib.patches import Patch
 
 from gearchaos.plot._axes import cell_extent, new_axes, plane, trim
-from gearchaos.plot._classes import LEGEND, MOTION_CLASSES, motion_class
+from gearchaos.plot._classes import LEGEND, MOTION_CLASSES, NOT_COMPUTED, motion_class
+
+_GROUND: dict[str, Any] = {"facecolor": "white", "edgecolor": "0.6", "hatch": "////"}
 
 
 def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axes:
@@ -35,24 +37,28 @@ def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axe
     ax = new_axes(ax)
     horizontal, vertical = plane(ds, "label")
     classes = motion_class(ds["label"], ds["period"])
-    ax.imshow(
-        classes, origin="lower", aspect="auto", interpolation="nearest", cmap=class_colours(),
-        vmin=-0.5, vmax=len(MOTION_CLASSES) - 0.5, extent=cell_extent(ds[horizontal].values, ds[vertical].values),
-        interpolation_stage="rgba",
-    )
+    draw_classes(classes, ax, cell_extent(ds[horizontal].values, ds[vertical].values))
     trim(ax, ds, horizontal, vertical)
     if legend:
         class_legend(ax, classes)
     return ax
 
 
-def class_colours() -> ListedColormap:
-    """The colours of `MOTION_CLASSES` as a colormap over their indices."""
-    return ListedColormap([c.colour for c in MOTION_CLASSES])
+def draw_classes(classes: np.ndarray, ax: Axes, extent: tuple[float, float, float, float]) -> None:
+    """Colour cells (rows, columns) by their class; those not computed show the hatched ground."""
+    ax.imshow(
+        np.ma.masked_equal(classes, NOT_COMPUTED), origin="lower", aspect="auto", interpolation="nearest",
+        cmap=ListedColormap([c.colour for c in MOTION_CLASSES]), vmin=-0.5, vmax=len(MOTION_CLASSES) - 0.5,
+        extent=extent, interpolation_stage="rgba",
+    )
+    if np.any(classes == NOT_COMPUTED):
+        ax.patch.set(**_GROUND)
 
 
 def class_legend(host: Axes | Figure, classes: np.ndarray, **options: Any) -> Legend:
     """A legend of only the classes that occur in ``classes``; ``options`` go to the legend of ``host``."""
-    present = [MOTION_CLASSES[i] for i in np.unique(classes)]
+    present = [MOTION_CLASSES[i] for i in np.unique(classes) if i != NOT_COMPUTED]
     handles = [Patch(facecolor=c.colour, edgecolor="0.35", linewidth=0.5, label=c.name) for c in present]
-    return host.legend(handles=handles, **{**LEGEND, "ncols": min(len(present), 4), **options})
+    if np.any(classes == NOT_COMPUTED):
+        handles.append(Patch(**_GROUND, linewidth=0.5, label="not computed"))
+    return host.legend(handles=handles, **{**LEGEND, "ncols": min(len(handles), 4), **options})

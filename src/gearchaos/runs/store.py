@@ -27,6 +27,7 @@ from gearchaos.runs.grid import Grid
 from gearchaos.runs.machine import machine
 from gearchaos.runs.resolved import Resolved
 from gearchaos.studies.dataset import provenance
+from gearchaos.studies.evidence import blank
 from gearchaos.studies.plan import Plan
 
 _PIECES = "pieces"
@@ -69,11 +70,17 @@ class Store:
     def plan(self) -> Plan:
         return self.study.plan()
 
+    @cached_property
+    def _open(self) -> dict[str, Any]:
+        return {}
+
     def array(self, name: str) -> Any:
         """One of those arrays, (grid..., ...). Empty chunks are stored too, so that a missing one is a loss."""
-        folder = name if self.plan.labelled else f"{_PIECES}/{name}"
-        array = zarr.open_array(self.path / folder, mode="r+", zarr_format=3)
-        return array.with_config({"write_empty_chunks": True})
+        if name not in self._open:
+            folder = name if self.plan.labelled else f"{_PIECES}/{name}"
+            array = zarr.open_array(self.path / folder, mode="r+", zarr_format=3)
+            self._open[name] = array.with_config({"write_empty_chunks": True})
+        return self._open[name]
 
     def write(self, number: int, found: dict[str, np.ndarray]) -> None:
         """Put what was found of a tile's pieces, arrays (L, ...), in its place."""
@@ -173,15 +180,15 @@ def _versions(study: Resolved) -> dict[str, str]:
 
 def _lay_out(path: Path, plan: Plan, sample: dict[str, np.ndarray], grid: Grid) -> None:
     """The empty arrays of all pieces."""
-    blank = {n: np.broadcast_to(np.zeros((), v.dtype), (plan.count, *v.shape[1:])) for n, v in sample.items()}
-    empty = plan.finish(blank) if plan.labelled else xr.Dataset()
+    nothing = {n: np.broadcast_to(np.zeros((), v.dtype), (plan.count, *v.shape[1:])) for n, v in sample.items()}
+    empty = plan.finish(nothing) if plan.labelled else xr.Dataset()
     xr.Dataset(coords=empty.coords, attrs=empty.attrs).to_zarr(path, mode="w-", zarr_format=3, consolidated=False)
     group = zarr.open_group(path if plan.labelled else path / _PIECES, mode="a", zarr_format=3)
-    for name, values in blank.items():
+    for name, values in nothing.items():
         labels = empty[name] if plan.labelled else None
         group.create_array(
             name, shape=(*grid.shape, *values.shape[1:]), chunks=(*grid.tile, *values.shape[1:]), dtype=values.dtype,
-            fill_value=np.nan if values.dtype.kind == "f" else np.zeros((), values.dtype)[()], compressors=_CODECS,
+            fill_value=blank(name, values.dtype), compressors=_CODECS,
             dimension_names=None if labels is None else [str(d) for d in labels.dims],
             attributes=None if labels is None else _plain(labels.attrs),
         )

@@ -39,6 +39,7 @@ _NAMES: dict[str, tuple[str, str]] = {
     "residual": ("change of the polished orbit over one round", "1"),
     "multiplier": ("largest modulus of the Floquet multipliers", "1"),
     "rotation": ("rotation number, or a multiple of it", "1/T"),
+    "inferred": ("whether a cell was inferred, not computed", "1"),
     "transient_chaos": ("whether chaos came before the motion settled", "1"),
     "periods_spent": ("transient and exponent run", "T"),
     "attractors": ("number of attractors found", "1"),
@@ -98,9 +99,9 @@ def variable(name: str, dims: tuple[str, ...], values: np.ndarray, coded: bool =
 
 
 def motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:
-    """Every motion by name: "3T" where it has a period, else its kind."""
+    """Every motion by name: "3T" where it has a period, else its kind, or "not computed"."""
     pairs = zip(labels.values.ravel().tolist(), periods.values.ravel().tolist(), strict=True)
-    return [motion_name(Label(label), period) for label, period in pairs]
+    return [motion_name(Label(label), period) if label else "not computed" for label, period in pairs]
 
 
 def model_json(model: MeshModel) -> str:

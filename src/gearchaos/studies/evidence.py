@@ -32,3 +32,10 @@ def evidence(verdicts: Verdicts) -> dict[str, np.ndarray]:
         values = getattr(verdicts.reading, name)
         out[name] = np.nan_to_num(values, nan=3).astype(np.int8) if name == "contact" else values
     return {name: value.astype(np.float32) if name in _SINGLE else value for name, value in out.items()}
+
+
+def blank(name: str, dtype: np.dtype) -> float | int:
+    """What stands where a variable was not computed: NaN; -1 for contact; 0, which is no label, in whole numbers."""
+    if dtype.kind == "f":
+        return np.nan
+    return -1 if name.startswith("contact") else 0

@@ -42,8 +42,9 @@ def survey(
     """
     run, columns = _Survey(launch, keep, budget or Budget(), levels), _Columns(len(order))
     aside = {}
+    parts = tiles.split(len(order), largest, threads)
     for tile, (settled, facts, rest) in tiles.run(
-        lambda tile: run.look(order[tile]), tiles.split(len(order), largest), progress=progress, threads=threads
+        lambda tile: run.look(order[tile]), parts, progress=progress, threads=threads
     ):
         columns.put(settled, facts)
         aside[tile.start] = rest
@@ -51,7 +52,7 @@ def survey(
     if len(chaos.number) == 0:
         return columns.arrays
     for tile, facts in tiles.run(
-        lambda tile: run.outlast(chaos.take(tile)), tiles.split(len(chaos.number)),
+        lambda tile: run.outlast(chaos.take(tile)), tiles.split(len(chaos.number), threads=threads),
         progress=progress and f"{progress}, chaos", threads=threads,
     ):
         columns.put(chaos.number[tile], facts)

@@ -18,7 +18,7 @@ Item = TypeVar("Item")
 
 _BEAT = 2.0
 _LEAST = 64
-_PER_CORE = 6
+_PER_CORE = 4
 _BYTES = 400
 """What a study keeps of each cell or start, at most."""
 
@@ -30,9 +30,10 @@ def check_memory(name: str, count: int) -> None:
         raise InputError(name, f"must be at most {memory // _BYTES:,} on this machine, by its memory", count)
 
 
-def split(count: int, largest: int = TILE) -> list[slice]:
-    """Consecutive tiles of ``count`` pieces of work, small enough that every core has work to the end."""
-    size = min(largest, max(min(_LEAST, largest), -(-count // (_PER_CORE * (os.cpu_count() or 1)))))
+def split(count: int, largest: int = TILE, threads: int | None = None) -> list[slice]:
+    """Consecutive tiles of ``count`` pieces of work, small enough that every thread has work to the end."""
+    many = 1 if threads == 1 else _PER_CORE * (threads or os.cpu_count() or 1)
+    size = min(largest, max(min(_LEAST, largest), -(-count // many)))
     return [slice(i, min(i + size, count)) for i in range(0, count, size)]
 
 

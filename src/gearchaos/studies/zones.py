@@ -19,13 +19,14 @@ from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.evidence import evidence
 from gearchaos.studies.plan import Plan
 from gearchaos.studies.plane import at_cells, check_plane, shared_coordinates
+from gearchaos.studies.refine import SIDE, in_parts
 from gearchaos.studies.survey import survey
 from gearchaos.switched import switched
 
 
 def zones(
-    model: MeshModel, x: Axis, y: Axis, *, starts: int = 1, budget: Budget | None = None, progress: bool = False,
-    threads: int | None = None,
+    model: MeshModel, x: Axis, y: Axis, *, starts: int = 1, refine: int = 1, budget: Budget | None = None,
+    progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
     """A map of motions over two parameters, every cell from the model's initial values.
 
@@ -38,6 +39,9 @@ def zones(
     starts : int
         Starts in each cell, the model's own first, the others spread as by `attractors`. With more than one the cells
         are also reached by slow sweeps along x, upwards and downwards.
+    refine : int
+        Compute every so many-th row and column first, a power of two, and the cells between only where neighbours
+        differ; the others are inferred from them, and say so in ``inferred`` and ``reason``. 1 computes every cell.
     budget : Budget, optional
         How long to wait and how hard to look in each cell.
     progress : bool
@@ -53,29 +57,45 @@ def zones(
         ``attractors`` found in each cell, ``v_rms_least`` and ``v_rms_most`` among them, ``contact_worst``,
         ``v_rms_up`` and ``v_rms_down`` after the sweeps, and ``hysteresis``: 1 where these end in different motions.
     """
-    return plan(model, x, y, starts=starts, budget=budget).run(progress=progress, threads=threads)
+    return plan(model, x, y, starts=starts, refine=refine, budget=budget).run(progress=progress, threads=threads)
 
 
-def plan(model: MeshModel, x: Axis, y: Axis, *, starts: int = 1, budget: Budget | None = None) -> Plan:
+def plan(
+    model: MeshModel, x: Axis, y: Axis, *, starts: int = 1, refine: int = 1, budget: Budget | None = None
+) -> Plan:
     """The cells of `zones`, checked and ready to be computed."""
     starts = whole_number("starts", starts, 1)
     check_plane(model, x, y)
     tiles.check_memory("cells times starts", x.count * y.count * starts)
     if starts > 1 and {x.name, y.name} & set(state_names(model.kind)):
         raise InputError("starts", "must be 1 where an axis is an initial value", starts)
+    _check_refine(refine, starts)
 
     def compute(
         cells: np.ndarray, *, progress: bool = False, threads: int | None = None
     ) -> dict[str, np.ndarray]:
-        return _cells(model, x, y, cells, starts, budget=budget, progress=progress, threads=threads)
+        options: dict[str, Any] = {"budget": budget, "progress": progress, "threads": threads}
+        if refine == 1:
+            return _cells(model, x, y, cells, starts, **options)
+        return in_parts(lambda chosen: _cells(model, x, y, chosen, 1, **options), cells, x.count, refine)
 
     def finish(found: dict[str, np.ndarray], **_: Any) -> xr.Dataset:
         data = {n: variable(n, (y.name, x.name), v.reshape(y.count, x.count)) for n, v in found.items()}
         coords = {a.name: variable(a.name, (a.name,), a.values) for a in (x, y)}
-        return xr.Dataset(data, coords, provenance("zones", model, starts=starts))
+        return xr.Dataset(data, coords, provenance("zones", model, starts=starts, refine=refine))
 
-    row = {y.name: 1, x.name: x.count if starts > 1 else 1}
-    return Plan({y.name: y.count, x.name: x.count}, row, compute, finish, labelled=True)
+    block = {y.name: 1, x.name: x.count if starts > 1 else 1}
+    if refine > 1:
+        block = {y.name: min(SIDE, y.count), x.name: min(SIDE, x.count)}
+    return Plan({y.name: y.count, x.name: x.count}, block, compute, finish, labelled=True)
+
+
+def _check_refine(refine: int, starts: int) -> None:
+    whole_number("refine", refine, 1)
+    if refine > SIDE // 2 or refine & (refine - 1):
+        raise InputError("refine", f"must be a power of two, at most {SIDE // 2}", refine)
+    if refine > 1 and starts > 1:
+        raise InputError("refine", "must be 1 where there is more than one start", refine)
 
 
 def _cells(
