@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import psutil
@@ -67,7 +68,9 @@ STUDIES = {
     "attractors": Resolved(
         "attractors", SINGLE, (), {"starts": 130, "sweep": gc.Axis("omega", 2.2, 2.4, 5)}, SHORT
     ),
+    "attractors with kicks": Resolved("attractors", SINGLE, (), {"starts": 64, "kicks": 2}, SHORT),
     "simulate": Resolved("simulate", SINGLE, (), {"periods": 20, "transient": 3, "samples": 4}),
+    "simulate sections alone": Resolved("simulate", SINGLE, (), {"periods": 20}),
 }
 
 
@@ -81,6 +84,9 @@ def test_a_store_opens_as_what_the_function_returns(name, tmp_path):
         opened = xr.open_zarr(path).load()
     xr.testing.assert_identical(opened, study.plan().run())
     assert read(path).study == study
+    again = []
+    assert run(study, path, say=again.append).done == outcome.count
+    assert len(again) == 1 and "are done already" in again[0]
 
 
 def files(path):
@@ -241,8 +247,67 @@ def test_a_damaged_chunk_is_found_and_computed_again(whole, tmp_path, damage):
         flipped = content[:middle] + bytes([content[middle] ^ 8]) + content[middle + 1 :]
         chunk.write_bytes({"flipped byte": flipped, "cut short": content[:middle], "empty": b""}[damage])
     run(small_map(), path, say=said.append)
-    assert any(line.startswith("1 tiles are damaged") for line in said)
+    assert any(line.startswith("damaged tiles are computed again") for line in said)
     assert files(path) == files(whole)
+
+
+@pytest.mark.parametrize("name", ["zones", "basins"])
+@pytest.mark.parametrize("lost", ["zarr.json", "{array}/zarr.json", "{axis}/c/0", "run/sums.json"])
+@pytest.mark.parametrize("how", ["missing", "damaged"])
+def test_damaged_files_of_the_store_itself_are_made_anew(tmp_path, name, lost, how):
+    study, path, said = STUDIES[name], tmp_path / "s.zarr", []
+    run(study, path)
+    good = data(path)
+    file = path / lost.format(array={"zones": "label", "basins": "attractor"}[name], axis=study.axes[0].name)
+    content = file.read_bytes()
+    if how == "missing":
+        file.unlink()
+    else:
+        file.write_bytes(content[: len(content) // 2])
+    with pytest.raises(gc.InputError, match="must be sound"):
+        read(path).dataset()
+    run(study, path, say=said.append)
+    assert any("written anew" in line for line in said)
+    xr.testing.assert_identical(data(path), good)
+
+
+def test_shards_that_finish_at_once_do_not_collide(tmp_path):
+    study, path = STUDIES["basins"], tmp_path / "s.zarr"
+    run(study, path, tile=40)
+    good = data(path)
+    for _ in range(3):
+        (path / "run" / "finished").unlink()
+        with ThreadPoolExecutor(4) as pool:
+            for future in [pool.submit(run, study, path, shard=Shard(i, 4)) for i in range(1, 5)]:
+                future.result()
+        xr.testing.assert_identical(data(path), good)
+
+
+def test_many_shards_may_start_at_once_beside_old_locks(whole):
+    folder = whole / "run" / "writers"
+    for old in (Shard(), Shard(1, 3), Shard(2, 3)):
+        with writing(folder, old):
+            pass
+
+    def enter(number):
+        with writing(folder, Shard(number, 4)):
+            time.sleep(0.01)
+
+    for _ in range(20):
+        with ThreadPoolExecutor(4) as pool:
+            list(pool.map(enter, range(1, 5)))
+
+
+def test_other_versions_are_told(whole, tmp_path):
+    path, said = copy(whole, tmp_path), []
+    words = json.loads((path / "run" / "study.json").read_text())
+    words["versions"]["gearchaos_version"] = "0.0.1"
+    (path / "run" / "study.json").write_text(json.dumps(words))
+    run(small_map(), path, say=said.append)
+    assert any(line.startswith("warning: the store was begun with other versions, gearchaos_version") for line in said)
+    (path / "run" / "study.json").write_text(json.dumps({**words, "format": 77}))
+    with pytest.raises(gc.InputError, match="store must have format 1; got 77"):
+        read(path)
 
 
 def test_a_damaged_mark_is_computed_again(whole, tmp_path):
@@ -267,7 +332,9 @@ def test_another_study_is_refused_with_the_difference(whole, tmp_path):
     with pytest.raises(gc.InputError, match=r"same study.*model\.zeta: 0\.025 in the store, 0\.03 asked for"):
         run(small_map(zeta=0.03), copy(whole, tmp_path))
     one, other = small_map().to_dict(), Resolved("zones", gc.MeshModel.of(q0=0.1), small_map().axes[::-1]).to_dict()
-    assert [line.split(":")[0] for line in differences(one, other)] == ["axes", "budget"]
+    assert [line.split(":")[0] for line in differences(one, other)] == [
+        "axes", "budget.extensions", "budget.measured", "budget.patience",
+    ]
 
 
 class Faulty:
@@ -351,6 +418,8 @@ def test_info_plot_and_export_of_a_run_half_done(tmp_path):
     (("--shard", "4/3"), "--shard must read i/n with i from 1 to n; got '4/3'"),
     (("--shard", "one"), "--shard must read i/n"),
     (("--threads", "1", "--processes", "2"), "--threads and --processes must not be given together"),
+    (("--shard", "²/3"), "--shard must read i/n"),
+    (("--jobs", "3"), "--jobs must be left out without --cluster"),
     (("--cluster", "pbs"), "--cluster must be slurm; got 'pbs'"),
     (("--scheduler", "tcp://127.0.0.1:9"), "--scheduler must be a Dask scheduler that answers"),
 ])
@@ -364,6 +433,7 @@ def test_bad_options_are_refused_before_anything_is_made(tmp_path, arguments, wo
     (STUDY.replace('kind = "zones"', 'kind = "regime"').replace("x =", "#").replace("y =", "#"), "study.kind must be"),
     (STUDY.split("[study]")[0], "study.kind must be given"),
     (STUDY.replace("x =", "# x ="), "study must give x and y"),
+    ('[study]\nkind = "simulate"\n', "study.periods must be given"),
     (STUDY.replace("patience = 800", "patience = -1"), "budget.patience must be a whole number of at least 0; got -1"),
 ])
 def test_bad_study_files_are_refused(tmp_path, text, words):
@@ -439,6 +509,6 @@ def test_a_local_cluster_computes_the_same(whole, tmp_path):
 
 def test_slurm_jobs_run_one_worker_each():
     jobqueue = pytest.importorskip("dask_jobqueue")
-    with jobqueue.SLURMCluster(**engines.SLURM, dashboard_address=None) as cluster:
+    with jobqueue.SLURMCluster(**engines.slurm_job(), dashboard_address=None) as cluster:
         script = cluster.job_script()
     assert "#SBATCH --cpus-per-task=1" in script and "--nthreads 1" in script

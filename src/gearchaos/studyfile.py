@@ -10,9 +10,9 @@ import os
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
@@ -29,9 +29,6 @@ from gearchaos.model import (
     TwoLevelStiffness,
     check_state_name,
 )
-
-if TYPE_CHECKING:
-    from gearchaos.motion import Budget
 
 StudyKind = Literal["simulate", "regime", "attractors", "bifurcation", "zones", "basins"]
 AXIS_KEYS: dict[str, tuple[str, ...]] = {"bifurcation": ("axis",), "zones": ("x", "y"), "basins": ("x", "y")}
@@ -148,14 +145,14 @@ class Study:
         The physical pair it came from.
     settings : Settings
         Of the study that the file describes.
-    budget : Budget or None
-        How long to wait and how hard to look, if the file says so.
+    budget : dict
+        How long to wait and how hard to look: what the file says of a `Budget`, by field.
     """
 
     model: MeshModel
     pair: GearPair | None = None
     settings: Settings = Settings()
-    budget: Budget | None = None
+    budget: Mapping[str, Any] = field(default_factory=dict)
 
     def settings_for(self, kind: str) -> Settings:
         """The settings if the file describes a study of this kind, else none."""
@@ -186,7 +183,8 @@ def load_study(path: str | os.PathLike[str] | None = None, values: Mapping[str, 
     for name in tables.initial:
         check_state_name(model.kind, name)
     model = model.with_values(tables.initial).with_values(on_model)
-    return Study(model, pair, _settings(tables.study), _budget(tables.budget))
+    budget = {} if tables.budget is None else tables.budget.model_dump(exclude_none=True)
+    return Study(model, pair, _settings(tables.study), budget)
 
 
 def _pair_and_model(
@@ -310,17 +308,6 @@ def _settings(table: _StudyTable | None) -> Settings:
     if "sweep" in given:
         given["sweep"] = parse_axis(given["sweep"], "study.sweep")
     return Settings(axes=axes, **given)
-
-
-def _budget(table: _BudgetTable | None) -> Budget | None:
-    if table is None:
-        return None
-    from gearchaos.motion import Budget  # here, since it brings the compiler with it
-
-    given: dict[str, Any] = table.model_dump(exclude_none=True)
-    if "looks" in given:
-        given["looks"] = tuple(given["looks"])
-    return Budget(**given)
 
 
 def parse_axis(text: str, field: str = "axis") -> Axis:

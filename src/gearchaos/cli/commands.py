@@ -328,7 +328,11 @@ def _map_inputs(
 def _options_of(loaded: Study, kind: str, **given: Any) -> dict[str, Any]:
     """Arguments of a study by name: the command line first, then the study file; what neither says is left out."""
     said = {n: v for n, v in given.items() if v is not None}
-    budget = {} if loaded.budget is None else {"budget": loaded.budget}
+    budget = {}
+    if loaded.budget:
+        from gearchaos.studies.budgets import budget_for
+
+        budget = {"budget": budget_for(kind, loaded.budget)}
     return {**loaded.settings_for(kind).options(), **budget, **said}
 
 

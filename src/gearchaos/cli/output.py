@@ -7,6 +7,7 @@ import json
 import math
 import os
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,12 +68,16 @@ def draw(kind: str, dataset: xr.Dataset, path: Path | None, note: str = "") -> N
     _write_picture(figure, path)
 
 
+def check_drawable(kind: str, options: Mapping[str, Any]) -> None:
+    """Raise if there is no picture that fits a study."""
+    if kind == "attractors" or (kind == "bifurcation" and options["points"] == 0):
+        raise InputError("store", "must hold a map, a diagram with points or a simulation", kind, "Export it instead.")
+
+
 def draw_any(dataset: xr.Dataset, path: Path, note: str) -> None:
     """Write the picture that fits a Dataset, whole or not at all."""
-    kind = dataset.attrs.get("study")
-    if kind == "attractors" or (kind == "bifurcation" and dataset.sizes.get("point", 0) == 0):
-        raise InputError("store", "must hold a map, a diagram with points or a simulation", kind, "Export it instead.")
-    draw({"simulate": "portrait"}.get(str(kind), str(kind)), dataset, path, note)
+    kind = str(dataset.attrs["study"])
+    draw({"simulate": "portrait"}.get(kind, kind), dataset, path, note)
 
 
 def draw_dossier(dataset: xr.Dataset, title: str, path: Path) -> None:

@@ -10,7 +10,7 @@ import typer
 
 from gearchaos.cli.commands import Json, Sets, StudyPath, app, load
 from gearchaos.cli.errors import say
-from gearchaos.cli.output import DATA_SUFFIXES, PLOT_SUFFIXES, check_output, draw_any, print_json, save
+from gearchaos.cli.output import DATA_SUFFIXES, PLOT_SUFFIXES, check_drawable, check_output, draw_any, print_json, save
 from gearchaos.errors import InputError
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def run(
     processes: Annotated[int | None, typer.Option(min=1, help="Compute in so many processes instead.")] = None,
     scheduler: Annotated[str | None, typer.Option(metavar="tcp://…", help="Compute on a Dask cluster.")] = None,
     cluster: Annotated[str | None, typer.Option(metavar="slurm", help="Compute in Slurm jobs.")] = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Slurm jobs, with --cluster.")] = 1,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Slurm jobs, with --cluster; 1 by default.")] = None,
     refine: Annotated[
         bool, typer.Option("--refine", help="Compute a map coarsely, and finer only where neighbours differ.")
     ] = False,
@@ -64,6 +64,7 @@ def _resolved(path: Path | None, sets: list[str] | None, refine: bool) -> Resolv
     if kind is None:
         raise InputError("study.kind", "must be given", None, "Write [study] with a kind in the study file.")
     from gearchaos.runs.resolved import Resolved
+    from gearchaos.studies.budgets import budget_for
     from gearchaos.studyfile import AXIS_KEYS
 
     keys = AXIS_KEYS.get(kind, ())
@@ -72,15 +73,18 @@ def _resolved(path: Path | None, sets: list[str] | None, refine: bool) -> Resolv
     options = loaded.settings.options()
     if refine and kind != "zones":
         raise InputError("--refine", "must be left out for a study that is no map of zones", kind)
-    if refine:
-        options = {"refine": COARSE, **options}
-    return Resolved(kind, loaded.model, loaded.settings.axes, options, loaded.budget)
+    if refine and options.get("refine", 1) == 1:
+        options["refine"] = COARSE
+    budget = budget_for(kind, loaded.budget) if loaded.budget else None
+    return Resolved(kind, loaded.model, loaded.settings.axes, options, budget)
 
 
-def _engine(asked: dict[str, Any], jobs: int) -> Engine:
+def _engine(asked: dict[str, Any], jobs: int | None) -> Engine:
     """Where to compute; at most one of the options may be given."""
     from gearchaos.runs import engines
 
+    if jobs is not None and asked["--cluster"] is None:
+        raise InputError("--jobs", "must be left out without --cluster", jobs)
     given = {name: value for name, value in asked.items() if value is not None}
     if len(given) > 1:
         raise InputError(" and ".join(given), "must not be given together", list(given.values()))
@@ -89,7 +93,7 @@ def _engine(asked: dict[str, Any], jobs: int) -> Engine:
         raise InputError("--cluster", "must be slurm", asked["--cluster"], advice)
     makers: dict[str, Callable[[Any], Engine]] = {
         "--threads": engines.threads, "--processes": engines.processes, "--scheduler": engines.scheduler,
-        "--cluster": lambda _: engines.slurm(jobs),
+        "--cluster": lambda _: engines.slurm(jobs or 1),
     }
     name, value = next(iter(given.items()), ("--threads", None))
     return makers[name](value)
@@ -122,11 +126,12 @@ def plot(
     from gearchaos.runs.store import read
 
     found = read(store)
+    check_drawable(found.study.kind, found.study.options)
     state = summary(found)
     if state["tiles_done"] == 0:
         raise InputError("store", "must hold at least one tile for a picture", str(store))
     note = "" if found.finished else f"{state['tiles_done']} of {state['tiles']} tiles computed"
-    draw_any(found.dataset().load(), target, note)
+    draw_any(found.dataset(), target, note)
 
 
 @app.command()
@@ -140,5 +145,5 @@ def export(
 
     found = read(store)
     if not found.finished:
-        say(f"{store} is not done: what is not computed is NaN, or 0 in whole numbers")
-    save(found.dataset().load(), out)
+        say(f"{store} is not done: what is not computed is NaN, 0 in whole numbers, or -1 for contact")
+    save(found.dataset(), out)

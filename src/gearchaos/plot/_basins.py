@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, to_hex, to_rgb
@@ -12,11 +13,12 @@ from matplotlib.legend import Legend
 from matplotlib.patches import Patch
 
 from gearchaos.plot._axes import cell_extent, new_axes, plane, trim
-from gearchaos.plot._classes import LEGEND, MOTION_CLASSES, motion_class
+from gearchaos.plot._classes import GROUND, LEGEND, MOTION_CLASSES, motion_class
 
 _SUBHARMONIC_COLOURS = ("#f28cc0", "#a971e5", "#b8860b", "#7aa81e", "#00a7b5", "#8c564b")
 _SUBHARMONIC = 4
 _UNDECIDED = "#4d4d4d"
+_UNDECIDED_INDEX = -1
 
 
 def basins(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, points: bool = True) -> Axes:
@@ -40,9 +42,12 @@ def basins(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, point
     ax = new_axes(ax)
     horizontal, vertical = plane(ds, "attractor")
     colours = attractor_colours(ds)
+    index = ds["attractor"].values
+    if np.any(index < _UNDECIDED_INDEX):
+        ax.patch.set(**GROUND)
     ax.imshow(
-        ds["attractor"].values, origin="lower", aspect="auto", interpolation="nearest", interpolation_stage="rgba",
-        cmap=ListedColormap([_UNDECIDED, *colours]), vmin=-1.5, vmax=len(colours) - 0.5,
+        np.ma.masked_less(index, _UNDECIDED_INDEX), origin="lower", aspect="auto", interpolation="nearest",
+        interpolation_stage="rgba", cmap=ListedColormap([_UNDECIDED, *colours]), vmin=-1.5, vmax=len(colours) - 0.5,
         extent=cell_extent(ds[horizontal].values, ds[vertical].values),
     )
     if points:
@@ -98,9 +103,12 @@ def attractor_legend(host: Axes | Figure, ds: xr.Dataset, **options: Any) -> Leg
     """A legend of the attractors with their shares of the plane; ``options`` go to the legend of ``host``."""
     names, shares = attractor_names(ds), ds["attractor_fraction"].values
     entries = [(c, f"{n} ({_percent(s)})") for c, n, s in zip(attractor_colours(ds), names, shares, strict=True)]
-    if (lost := float((ds["attractor"] < 0).mean())) > 0:
+    index = ds["attractor"].values
+    if (lost := float((index[index >= _UNDECIDED_INDEX] < 0).mean())) > 0:
         entries.append((_UNDECIDED, f"undecided ({_percent(lost)})"))
     handles = [Patch(facecolor=c, edgecolor="0.35", linewidth=0.5, label=name) for c, name in entries]
+    if np.any(index < _UNDECIDED_INDEX):
+        handles.append(Patch(**GROUND, linewidth=0.5, label="not computed"))
     return host.legend(handles=handles, **{**LEGEND, "ncols": 3, **options})
 
 

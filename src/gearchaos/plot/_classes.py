@@ -29,6 +29,8 @@ MOTION_CLASSES: tuple[MotionClass, ...] = (
 """Colours differ by at least 25 CIELAB units also under protanopia, deuteranopia and tritanopia."""
 
 NOT_COMPUTED = -1
+GROUND: dict[str, Any] = {"facecolor": "white", "edgecolor": "0.6", "hatch": "////"}
+"""What shows where nothing is computed."""
 
 LEGEND: dict[str, Any] = {
     "loc": "lower left", "bbox_to_anchor": (0, 1.01, 1, 0), "borderaxespad": 0, "frameon": False,

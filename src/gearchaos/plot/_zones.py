@@ -13,9 +13,7 @@ from matplotlib.legend import Legend
 from matplotlib.patches import Patch
 
 from gearchaos.plot._axes import cell_extent, new_axes, plane, trim
-from gearchaos.plot._classes import LEGEND, MOTION_CLASSES, NOT_COMPUTED, motion_class
-
-_GROUND: dict[str, Any] = {"facecolor": "white", "edgecolor": "0.6", "hatch": "////"}
+from gearchaos.plot._classes import GROUND, LEGEND, MOTION_CLASSES, NOT_COMPUTED, motion_class
 
 
 def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axes:
@@ -52,7 +50,7 @@ def draw_classes(classes: np.ndarray, ax: Axes, extent: tuple[float, float, floa
         extent=extent, interpolation_stage="rgba",
     )
     if np.any(classes == NOT_COMPUTED):
-        ax.patch.set(**_GROUND)
+        ax.patch.set(**GROUND)
 
 
 def class_legend(host: Axes | Figure, classes: np.ndarray, **options: Any) -> Legend:
@@ -60,5 +58,5 @@ def class_legend(host: Axes | Figure, classes: np.ndarray, **options: Any) -> Le
     present = [MOTION_CLASSES[i] for i in np.unique(classes) if i != NOT_COMPUTED]
     handles = [Patch(facecolor=c.colour, edgecolor="0.35", linewidth=0.5, label=c.name) for c in present]
     if np.any(classes == NOT_COMPUTED):
-        handles.append(Patch(**_GROUND, linewidth=0.5, label="not computed"))
+        handles.append(Patch(**GROUND, linewidth=0.5, label="not computed"))
     return host.legend(handles=handles, **{**LEGEND, "ncols": min(len(handles), 4), **options})

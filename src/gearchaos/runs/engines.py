@@ -13,6 +13,7 @@ from threading import Thread
 from typing import Any
 
 from gearchaos.errors import InputError, whole_number
+from gearchaos.studies.tiles import cores
 
 KEPT = "What is done is kept; the same command goes on from there."
 
@@ -36,7 +37,7 @@ Engine = Callable[[], AbstractContextManager[Pool]]
 
 def threads(count: int | None = None) -> Engine:
     """Threads of this process, one per core by default; kernels run without the GIL."""
-    width = os.cpu_count() or 1 if count is None else whole_number("threads", count, 1)
+    width = cores() if count is None else whole_number("threads", count, 1)
 
     @contextmanager
     def opened() -> Iterator[Pool]:
@@ -91,8 +92,7 @@ def _client(address: str) -> Any:
         raise InputError("--scheduler", "must be a Dask scheduler that answers", address, f"{error}.") from None
 
 
-SLURM: dict[str, Any] = {"cores": 1, "processes": 1, "memory": "2GB"}
-"""A job is one worker with one core; queue, account and the like come from dask-jobqueue's own configuration files."""
+_MEMORY = "2GB"
 
 
 def slurm(jobs: int) -> Engine:
@@ -105,12 +105,19 @@ def slurm(jobs: int) -> Engine:
 
     @contextmanager
     def opened() -> Iterator[Pool]:
-        with SLURMCluster(**SLURM) as cluster:
+        with SLURMCluster(**slurm_job()) as cluster:
             cluster.scale(jobs=jobs)
             with cluster.get_client() as client:
                 yield _dask_pool(client)
 
     return opened
+
+
+def slurm_job() -> dict[str, Any]:
+    """A job is one worker with one core; all else comes from dask-jobqueue's own configuration files."""
+    import dask
+
+    return {"cores": 1, "processes": 1, "memory": dask.config.get("jobqueue.slurm.memory", None) or _MEMORY}
 
 
 def _distributed() -> Any:

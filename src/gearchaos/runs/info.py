@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from gearchaos.runs.store import Mark, Store
+
+_PAUSE = 20.0
 
 
 def summary(store: Store) -> dict[str, Any]:
     """Tiles and pieces done, failures, the rate and the time left, as JSON-ready values.
 
-    ``seconds`` is the time that the tiles took, added up over all workers; ``pieces_per_second`` is the rate over the
-    time from the first mark to the last, None before there are two.
+    ``seconds`` is the time that the tiles took, added up over all workers; ``pieces_per_second`` is the rate while
+    it ran, None before there are two tiles.
     """
     marks, grid = store.marks(), store.grid
     done = [n for n, m in marks.items() if m.done]
@@ -30,14 +35,21 @@ def summary(store: Store) -> dict[str, Any]:
 
 
 def _rate(store: Store, marks: dict[int, Mark]) -> float | None:
-    """Pieces per second, between the first mark and the last."""
-    times = {n: store.marked_at(n) for n, m in marks.items() if m.done}
-    if len(times) < 2:
+    """Pieces per second from mark to mark; stretches in which nothing ran, far longer than others, are left out."""
+    done = sorted((m.at, store.grid.size(n)) for n, m in marks.items() if m.done)
+    if len(done) < 2:
         return None
-    first, last = min(times.values()), max(times.values())
-    after = sum(store.grid.size(n) for n, t in times.items() if t > first)
-    return after / (last - first) if last > first else None
+    times, sizes = np.array(done).T
+    steps = np.diff(times)
+    busy = steps <= _PAUSE * np.median(steps) + 1e-3
+    return float(sizes[1:][busy].sum() / max(steps[busy].sum(), 1e-3))
 
 
 def _bytes(path: Path) -> int:
-    return sum(os.path.getsize(Path(folder) / name) for folder, _, names in os.walk(path) for name in names)
+    """Size of all files, but for those that vanish meanwhile, as drafts do."""
+    total = 0
+    for folder, _, names in os.walk(path):
+        for name in names:
+            with suppress(FileNotFoundError):
+                total += os.path.getsize(Path(folder) / name)
+    return total

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
@@ -14,6 +15,7 @@ from gearchaos.motion import Budget
 from gearchaos.studies.attractors import plan as _attractors
 from gearchaos.studies.basins import plan as _basins
 from gearchaos.studies.bifurcation import plan as _bifurcation
+from gearchaos.studies.budgets import budget_for
 from gearchaos.studies.dataset import model_from_json, model_json
 from gearchaos.studies.plan import Plan
 from gearchaos.studies.simulate import plan as _simulate
@@ -22,6 +24,7 @@ from gearchaos.studies.zones import plan as _zones
 _PLANS: dict[str, Callable[..., Plan]] = {
     "simulate": _simulate, "attractors": _attractors, "bifurcation": _bifurcation, "zones": _zones, "basins": _basins,
 }
+_AXES = {"bifurcation": 1, "zones": 2, "basins": 2}
 
 
 @dataclass(frozen=True)
@@ -46,23 +49,36 @@ class Resolved:
     budget: Budget | None = None
 
     def __post_init__(self) -> None:
+        """Fill in what is not said, so that the record is whole whatever later versions have for defaults."""
         if self.kind not in _PLANS:
             raise unknown_name("study.kind", self.kind, _PLANS)
+        arguments = inspect.signature(_PLANS[self.kind]).parameters
+        defaults = {n: a.default for n, a in arguments.items() if a.default is not a.empty and n != "budget"}
+        object.__setattr__(self, "options", {**defaults, **self.options})
+        if self.budget is None and "budget" in arguments:
+            object.__setattr__(self, "budget", budget_for(self.kind, {}))
 
     def plan(self) -> Plan:
         """The study's pieces, checked; raises `InputError` as its function would."""
-        if self.kind == "simulate" and self.budget is not None:
+        needed = _AXES.get(self.kind, 0)
+        if len(self.axes) != needed:
+            raise InputError("axes", f"must be {needed} for kind {self.kind!r}", [a.name for a in self.axes])
+        if self.kind != "simulate":
+            return _PLANS[self.kind](self.model, *self.axes, **self.options, budget=self.budget)
+        if self.budget is not None:
             raise InputError("budget", "must be left out for kind 'simulate'", self.budget, "It judges nothing.")
-        budget = {} if self.budget is None else {"budget": self.budget}
-        return _PLANS[self.kind](self.model, *self.axes, **self.options, **budget)
+        if "periods" not in self.options:
+            raise InputError("study.periods", "must be given", None, "E.g. periods = 100.")
+        return _simulate(self.model, **self.options)
 
     def to_dict(self) -> dict[str, Any]:
         """All of it as JSON-ready values."""
-        return {
+        words = {
             "kind": self.kind, "model": json.loads(model_json(self.model)), "axes": [asdict(a) for a in self.axes],
             "options": {n: asdict(v) if isinstance(v, Axis) else v for n, v in self.options.items()},
             "budget": None if self.budget is None else asdict(self.budget),
         }
+        return json.loads(json.dumps(words, default=lambda value: value.item()))
 
     @classmethod
     def from_dict(cls, words: Mapping[str, Any]) -> Resolved:

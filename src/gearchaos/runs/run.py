@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Future
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from math import prod
 from pathlib import Path
+
+from filelock import FileLock
 
 from gearchaos.errors import InputError
 from gearchaos.runs import engines
+from gearchaos.runs.create import create, mend, versions
 from gearchaos.runs.grid import cut
 from gearchaos.runs.machine import name
 from gearchaos.runs.resolved import Resolved, differences
-from gearchaos.runs.store import Mark, Store, create, read
+from gearchaos.runs.store import Mark, Store, read
 from gearchaos.runs.writers import Shard, writing
 from gearchaos.studies import tiles
 
@@ -62,16 +64,16 @@ def run(
     OSError
         If the store cannot be written to, or the engine is gone; what is done is kept.
     """
-    store, shard = _opened(study, path, tile, say), shard or Shard()
+    store, shard = _opened(study, path.absolute(), tile, say), shard or Shard()
+    mine = shard.tiles(store.grid.count)
     with writing(store.path / "run" / "writers", shard):
-        mine = shard.tiles(store.grid.count)
-        _repair(store, set(mine), say)
+        _repair(store, mine, say)
         _compute(store, mine, engine or engines.threads(), progress)
-        marks = store.marks()
-        if all(n in marks and marks[n].done for n in range(store.grid.count)) and not store.finished:
-            store.finish()
-    done = sum(m.done for m in marks.values())
-    return Outcome(done, {n: m.error or "" for n, m in sorted(marks.items()) if not m.done}, store.grid.count)
+        if store.complete:
+            store.finish(progress=progress)
+    marks = store.marks()
+    failed = {n: m.error or "" for n, m in sorted(marks.items()) if not m.done}
+    return Outcome(sum(m.done for m in marks.values()), failed, store.grid.count)
 
 
 def _opened(study: Resolved, path: Path, tile: int | None, say: Callable[[str], None]) -> Store:
@@ -86,26 +88,35 @@ def _opened(study: Resolved, path: Path, tile: int | None, say: Callable[[str], 
     if unlike:
         raise InputError("store", "must hold the same study", str(path), "; ".join(unlike) + ".")
     done = sum(m.done for m in store.marks().values())
-    say(f"{path}: {done} of {store.grid.count} tiles are done already")
+    say(f"{path.name}: {done} of {store.grid.count} tiles are done already")
+    for line in differences(store.versions, versions(study)):
+        say(f"warning: the store was begun with other versions, {line}; results may differ in the last digits")
+    if tile is not None and cut(study.plan(), tile) != store.grid:
+        say(f"the store's own tiles of {' x '.join(map(str, store.grid.tile))} are kept")
     return store
 
 
-def _repair(store: Store, mine: set[int], say: Callable[[str], None]) -> None:
-    """Forget the marks of tiles whose data are damaged."""
-    damaged = [n for n in store.damaged() if n in mine]
+def _repair(store: Store, mine: range, say: Callable[[str], None]) -> None:
+    """Make the store's own files anew if they are damaged, and forget the marks of tiles whose data are."""
+    with FileLock(store.path / "run" / "finish.lock"):
+        broken = store.broken()
+        if broken:
+            say(f"damaged files of the store are written anew: {', '.join(broken)}")
+            mend(store)
+    damaged = store.damaged(mine)
     for number in damaged:
         store.unmark(number)
     if damaged:
-        say(f"{len(damaged)} tiles are damaged and will be computed again: {', '.join(map(str, damaged))}")
+        say(f"damaged tiles are computed again: {', '.join(map(str, damaged))}")
         (store.path / "run" / "finished").unlink(missing_ok=True)
 
 
-def _compute(store: Store, mine: Iterable[int], engine: engines.Engine, progress: bool) -> None:
+def _compute(store: Store, mine: range, engine: engines.Engine, progress: bool) -> None:
     """All tiles side by side; then those that failed, one after another, so that only what is to blame fails again."""
-    marks = store.marks()
+    marks, size = store.marks(), store.grid.size
     todo, errors = [n for n in mine if not (n in marks and marks[n].done)], dict[int, str]()
-    left = sum(store.grid.size(n) for n in todo)
-    with tiles.bar("pieces" if progress else None, prod(store.grid.shape), prod(store.grid.shape) - left) as advance:
+    total = sum(map(size, mine))
+    with tiles.bar("pieces" if progress else None, total, total - sum(map(size, todo))) as advance:
         for attempt in range(1, ATTEMPTS + 1):
             errors = _pass(store, todo, engine, attempt, advance)
             todo = sorted(errors)
@@ -121,8 +132,7 @@ def _pass(
     while left:
         done = set[int]()
         with engine() as pool, suppress(BrokenExecutor):
-            ahead = 2 * pool.width() if attempt == 1 else 1
-            work = partial(compute_tile, str(store.path), attempt)
+            work, ahead = partial(compute_tile, str(store.path), attempt), partial(_ahead, pool, attempt)
             for number, future in tiles.few_ahead(pool.executor, work, left, ahead, pool.beat):
                 error = _error(future)
                 done.add(number)
@@ -134,6 +144,11 @@ def _pass(
     return errors
 
 
+def _ahead(pool: engines.Pool, attempt: int) -> int:
+    """How many tiles may be handed out: at first so many that workers that come later find some, too."""
+    return 2 * pool.width() if attempt == 1 else 1
+
+
 def _error(future: Future[str | None]) -> str | None:
     """What went wrong with a tile, in words; raises what concerns all tiles."""
     if future.cancelled():
@@ -142,7 +157,7 @@ def _error(future: Future[str | None]) -> str | None:
     if isinstance(error, BrokenExecutor):
         return "the process that computed it died"
     if isinstance(error, OSError):
-        raise OSError(f"the store cannot be written to: {error}. {engines.KEPT}") from None
+        raise OSError(f"{error}. {engines.KEPT}") from None
     return future.result() if error is None else _words(error)
 
 
@@ -160,8 +175,11 @@ def compute_tile(path: str, attempt: int, number: int) -> str | None:
         found = store.plan.compute(store.grid.pieces(number), threads=1)
     except Exception as error:  # one tile's failure must not cost the others
         return _words(error)
-    store.write(number, found)
-    store.mark(number, Mark(True, time.perf_counter() - begin, name(), attempt))
+    try:
+        store.write(number, found)
+        store.mark(number, Mark(True, time.perf_counter() - begin, name(), attempt))
+    except OSError as error:
+        raise OSError(f"the store cannot be written to: {error}") from None
     return None
 
 

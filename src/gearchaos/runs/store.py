@@ -1,51 +1,44 @@
 """A run's folder: a Zarr store that xarray opens, with the state of the run beside the data.
 
 One tile is one chunk of every array, written once by one worker; the tile's mark comes last, so what is marked is
-there. Chunks carry checksums. Beside the arrays, ``run/study.json`` says what is computed and with what, and
-``run/tiles`` holds the marks.
+there. Chunks carry checksums, and ``run/sums.json`` has those of all else. Beside the arrays, ``run/study.json`` says
+what is computed and with what, and ``run/tiles`` holds the marks.
 """
 
 from __future__ import annotations
 
 import json
-import os
-import tempfile
-import warnings
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+import time
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
+from math import prod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 import zarr
-from zarr.codecs import Crc32cCodec, ZstdCodec
+from filelock import FileLock
 
 from gearchaos.errors import InputError
+from gearchaos.runs.files import differing, read_json, sums, write_text
 from gearchaos.runs.grid import Grid
-from gearchaos.runs.machine import machine
+from gearchaos.runs.layout import FORMAT, PIECES, Layout, put
 from gearchaos.runs.resolved import Resolved
-from gearchaos.studies.dataset import provenance
-from gearchaos.studies.evidence import blank
 from gearchaos.studies.plan import Plan
-
-_PIECES = "pieces"
-"""Where the arrays lie that are not the Dataset's own."""
-
-_CODECS = (ZstdCodec(level=1), Crc32cCodec())
-_FORMAT = 1
 
 
 @dataclass(frozen=True)
 class Mark:
-    """What became of one tile: done or failed, with the error; how long it took, where, and at which attempt."""
+    """What became of one tile: done or failed, with the error; how long it took, where, when, and at which attempt."""
 
     done: bool
     seconds: float
     machine: str
     attempt: int = 1
     error: str | None = None
+    at: float = field(default_factory=time.time)
 
 
 @dataclass(frozen=True)
@@ -57,14 +50,17 @@ class Store:
     path : Path
     study : Resolved
     grid : Grid
-    arrays : tuple of str
-        Names of the arrays that tiles fill.
+    arrays : dict of str to Layout
+        The arrays that tiles fill, by name.
+    versions : dict of str to str
+        Of the packages that decide the numbers, when it was made.
     """
 
     path: Path
     study: Resolved
     grid: Grid
-    arrays: tuple[str, ...]
+    arrays: dict[str, Layout]
+    versions: dict[str, str]
 
     @cached_property
     def plan(self) -> Plan:
@@ -77,7 +73,7 @@ class Store:
     def array(self, name: str) -> Any:
         """One of those arrays, (grid..., ...). Empty chunks are stored too, so that a missing one is a loss."""
         if name not in self._open:
-            folder = name if self.plan.labelled else f"{_PIECES}/{name}"
+            folder = name if self.plan.labelled else f"{PIECES}/{name}"
             array = zarr.open_array(self.path / folder, mode="r+", zarr_format=3)
             self._open[name] = array.with_config({"write_empty_chunks": True})
         return self._open[name]
@@ -90,29 +86,25 @@ class Store:
 
     def mark(self, number: int, mark: Mark) -> None:
         """Say what became of a tile; after its data are written."""
-        _write_text(self._mark_path(number), json.dumps(asdict(mark)))
+        write_text(self._mark_path(number), json.dumps(asdict(mark)))
 
     def marks(self) -> dict[int, Mark]:
-        """The marks there are, by the number of the tile."""
-        found = ((int(p.stem), _read_mark(p)) for p in (self.path / "run" / "tiles").glob("*.json"))
-        return {number: mark for number, mark in found if mark is not None}
+        """The marks there are, by the number of the tile; a damaged one counts as none."""
+        found = {int(p.stem): read_json(p) for p in (self.path / "run" / "tiles").glob("*.json")}
+        names = {f.name for f in fields(Mark)}
+        return {n: Mark(**m) for n, m in found.items() if isinstance(m, dict) and m.keys() == names}
 
     def unmark(self, number: int) -> None:
         self._mark_path(number).unlink(missing_ok=True)
 
-    def marked_at(self, number: int) -> float:
-        """When a tile was marked, in seconds of the file system's clock."""
-        return self._mark_path(number).stat().st_mtime
-
     def _mark_path(self, number: int) -> Path:
         return self.path / "run" / "tiles" / f"{number}.json"
 
-    def damaged(self) -> Iterator[int]:
-        """Tiles marked as done whose data are missing or do not fit their checksums."""
-        arrays = {name: self.array(name) for name in self.arrays}
-        for number, mark in self.marks().items():
-            if mark.done and not all(self._sound(number, array) for array in arrays.values()):
-                yield number
+    def damaged(self, numbers: Iterable[int] | None = None) -> list[int]:
+        """Tiles, of these or of all, that are marked as done but whose data are missing or miss their checksums."""
+        chosen, arrays = None if numbers is None else set(numbers), [self.array(name) for name in self.arrays]
+        done = [n for n, mark in self.marks().items() if mark.done and (chosen is None or n in chosen)]
+        return [n for n in done if not all(self._sound(n, array) for array in arrays)]
 
     def _sound(self, number: int, array: Any) -> bool:
         """Whether a tile's chunk of one array is there and fits its checksum."""
@@ -127,15 +119,34 @@ class Store:
             return False
         return True
 
+    def fixed(self) -> list[Path]:
+        """The files that tiles do not fill: metadata, coordinates, and of a finished study all its results."""
+        filled = {(PIECES, n, "c") if not self.plan.labelled else (n, "c") for n in self.arrays}
+        every = (p for p in self.path.rglob("*") if p.is_file() and not p.name.endswith(".partial"))
+        parts = ((p, p.relative_to(self.path).parts) for p in every)
+        return [p for p, q in parts if q[0] != "run" and q[:2] not in filled and q[:3] not in filled]
+
+    def seal(self) -> None:
+        """Note the checksums of those files."""
+        write_text(self.path / "run" / "sums.json", json.dumps(sums(self.path, self.fixed())))
+
+    def broken(self) -> list[str]:
+        """Names of the files among them that are missing or damaged."""
+        noted = read_json(self.path / "run" / "sums.json")
+        return ["run/sums.json"] if not isinstance(noted, dict) else differing(self.path, noted)
+
     def found(self) -> dict[str, np.ndarray]:
-        """The arrays (N, ...) that tiles filled, with zeros or NaN where none did yet."""
+        """The arrays (N, ...) that tiles filled, blank where none did yet."""
         arrays = {n: self.array(n)[:] for n in self.arrays}
-        return {n: v.reshape(-1, *v.shape[len(self.grid.shape):]) for n, v in arrays.items()}
+        return {n: v.reshape(prod(self.grid.shape), *v.shape[len(self.grid.shape):]) for n, v in arrays.items()}
 
     def dataset(self) -> xr.Dataset:
-        """The Dataset as far as it is, in memory or lazily."""
+        """The Dataset, as far as it is; raises `InputError` if the store is damaged."""
+        lost = self.broken() or [f"tile {n}" for n in self.damaged()]
+        if lost:
+            raise InputError("store", "must be sound", str(self.path), f"Run it again to mend {', '.join(lost)}.")
         if self.plan.labelled or self.finished:
-            return xr.open_zarr(self.path, chunks=None)
+            return xr.open_zarr(self.path, chunks=None).load()
         return self.plan.finish(self.found())
 
     @property
@@ -143,96 +154,44 @@ class Store:
         """Whether the Dataset is complete."""
         return (self.path / "run" / "finished").exists()
 
-    def finish(self) -> None:
-        """Complete the Dataset once all tiles are done, and clear away what dying writers left."""
-        for partial in self.path.rglob("*.partial"):
-            partial.unlink(missing_ok=True)
-        if not self.plan.labelled:
-            self.plan.finish(self.found()).to_zarr(self.path, mode="a", zarr_format=3, consolidated=False)
-            _consolidate(self.path)
-        _write_text(self.path / "run" / "finished", "")
+    @property
+    def complete(self) -> bool:
+        """Whether all tiles are done."""
+        marks = self.marks()
+        return all(n in marks and marks[n].done for n in range(self.grid.count))
 
-
-def create(path: Path, study: Resolved, grid: Grid) -> Store:
-    """A new store, whole or not at all."""
-    plan = study.plan()
-    sample = plan.compute(np.zeros(1, dtype=np.int64), threads=1)
-    store = Store(path, study, grid, tuple(sample))
-    if not path.parent.is_dir():
-        raise InputError("--out", "must lie in an existing folder", str(path), "Create the folder first.")
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".gearchaos-") as folder:
-        draft = Path(folder) / "draft"
-        _lay_out(draft, plan, sample, grid)
-        words = {"format": _FORMAT, "study": study.to_dict(), "grid": asdict(grid), "arrays": store.arrays,
-                 "versions": _versions(study), "machine": machine()}
-        zarr.open_group(draft / "run", mode="w-", zarr_format=3)  # else the store holds what is no part of a store
-        _consolidate(draft)
-        (draft / "run" / "tiles").mkdir()
-        (draft / "run" / "writers").mkdir()
-        _write_text(draft / "run" / "study.json", json.dumps(words, indent=2))
-        os.rename(draft, path)
-    return store
-
-
-def _versions(study: Resolved) -> dict[str, str]:
-    return {n: v for n, v in provenance(study.kind, study.model).items() if n.endswith("_version")}
-
-
-def _lay_out(path: Path, plan: Plan, sample: dict[str, np.ndarray], grid: Grid) -> None:
-    """The empty arrays of all pieces."""
-    nothing = {n: np.broadcast_to(np.zeros((), v.dtype), (plan.count, *v.shape[1:])) for n, v in sample.items()}
-    empty = plan.finish(nothing) if plan.labelled else xr.Dataset()
-    xr.Dataset(coords=empty.coords, attrs=empty.attrs).to_zarr(path, mode="w-", zarr_format=3, consolidated=False)
-    group = zarr.open_group(path if plan.labelled else path / _PIECES, mode="a", zarr_format=3)
-    for name, values in nothing.items():
-        labels = empty[name] if plan.labelled else None
-        group.create_array(
-            name, shape=(*grid.shape, *values.shape[1:]), chunks=(*grid.tile, *values.shape[1:]), dtype=values.dtype,
-            fill_value=blank(name, values.dtype), compressors=_CODECS,
-            dimension_names=None if labels is None else [str(d) for d in labels.dims],
-            attributes=None if labels is None else _plain(labels.attrs),
-        )
-
-
-def _consolidate(path: Path) -> None:
-    """Gather the metadata of all arrays in one file, from which xarray opens the store at once."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # that version 3 of the format does not ask for it; that run/ is no array
-        zarr.consolidate_metadata(path, zarr_format=3)
-
-
-def _plain(attributes: dict[Any, Any]) -> dict[str, Any]:
-    return {str(k): v.tolist() if hasattr(v, "tolist") else v for k, v in attributes.items()}
+    def finish(self, **options: Any) -> None:
+        """Complete the Dataset once all tiles are done, and clear away what dying writers left. One at a time."""
+        with FileLock(self.path / "run" / "finish.lock"):
+            if self.finished:
+                return
+            for partial in self.path.rglob("*.partial"):
+                partial.unlink(missing_ok=True)
+            if not self.plan.labelled:
+                put(self.plan.finish(self.found(), **options), self.path)
+            self.seal()
+            write_text(self.path / "run" / "finished", "")
 
 
 def read(path: Path) -> Store:
     """The store of an earlier run."""
-    file, field = path / "run" / "study.json", "store"
+    file, field_ = path / "run" / "study.json", "store"
     try:
         words = json.loads(file.read_text())
-        study = Resolved.from_dict(words["study"])
+        if words["format"] != FORMAT:
+            said = "It was made by another version of gearchaos."
+            raise InputError(field_, f"must have format {FORMAT}", words["format"], said)
         grid = Grid(**{n: tuple(v) for n, v in words["grid"].items()})
-        return Store(path, study, grid, tuple(words["arrays"]))
+        arrays = {n: Layout(v["dtype"], tuple(v["shape"])) for n, v in words["arrays"].items()}
+        return Store(path, Resolved.from_dict(words["study"]), grid, arrays, words["versions"])
     except OSError as error:
         said = f"{file} cannot be read: {error.strerror}."
-        raise InputError(field, "must be a folder that gearchaos run made", str(path), said) from None
-    except (ValueError, KeyError, TypeError) as error:
-        raise InputError(field, "must hold a sound run/study.json", str(path), f"It is damaged: {error!r}.") from None
+        raise InputError(field_, "must be a folder that gearchaos run made", str(path), said) from None
+    except (AttributeError, LookupError, TypeError) as error:
+        raise _damaged(path, error) from None
+    except ValueError as error:
+        raise error if isinstance(error, InputError) else _damaged(path, error) from None
 
 
-def _read_mark(path: Path) -> Mark | None:
-    """The mark in a file, None if it is damaged: the tile then counts as not computed."""
-    try:
-        return Mark(**json.loads(path.read_text()))
-    except (ValueError, TypeError):
-        return None
-
-
-def _write_text(path: Path, text: str) -> None:
-    """Write a small file whole or not at all."""
-    draft = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        draft.write_text(text)
-        os.replace(draft, path)
-    finally:
-        draft.unlink(missing_ok=True)
+def _damaged(path: Path, error: Exception) -> InputError:
+    return InputError("store", "must hold a sound run/study.json", str(path), f"It is damaged: {error!r}.")

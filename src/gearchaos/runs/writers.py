@@ -12,6 +12,7 @@ from filelock import FileLock, Timeout
 from gearchaos.errors import InputError
 
 _ALONE = "all"
+_LOOKING = 2.0
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class Shard:
     def parse(cls, text: str) -> Shard:
         """A shard from "i/n"."""
         number, slash, of = text.partition("/")
-        if not (slash and number.strip().isdigit() and of.strip().isdigit()):
+        if not (slash and number.strip().isdecimal() and of.strip().isdecimal()):
             raise InputError("--shard", "must read i/n with i from 1 to n", text, "E.g. 1/3.")
         return cls(int(number), int(of))
 
@@ -67,8 +68,9 @@ def _together(name: str, shard: Shard) -> bool:
 
 
 def _held(lock: Path) -> bool:
+    """Whether a writer holds a lock for good, and not another that just looks, as this does."""
     try:
-        with FileLock(lock, timeout=0):
+        with FileLock(lock, timeout=_LOOKING):
             return False
     except Timeout:
         return True

@@ -20,6 +20,8 @@ from gearchaos.studies.plan import Plan
 from gearchaos.studies.plane import at_cells, check_plane
 from gearchaos.switched import switched
 
+NOT_YET = -2
+
 
 def basins(
     model: MeshModel, x: Axis, y: Axis, *, budget: Budget | None = None, progress: bool = False,
@@ -39,7 +41,8 @@ def basins(
     Returns
     -------
     xarray.Dataset
-        ``attractor(y, x)``, an index into the dim "number" or -1 where the motion diverged or stayed undecided;
+        ``attractor(y, x)``, an index into the dim "number" or -1 where the motion diverged or stayed undecided (-2
+        where a run has not come to yet);
         per attractor its label, period, share of the plane, levels, exponent or multiplier, and section. Periodic
         attractors are told apart by their polished orbits, others by their means and spreads. ``basin_entropy``,
         ``boundary_basin_entropy`` and ``uncertainty_exponent`` say how tangled the boundaries are, and where
@@ -68,7 +71,8 @@ def plan(model: MeshModel, x: Axis, y: Axis, *, budget: Budget | None = None) ->
         catalogue = Catalogue(flow)
         index = catalogue.place(found)
         catalogue.tally(index)
-        return _dataset(model, x, y, catalogue.ranks()[index].reshape(y.count, x.count), catalogue, budget)
+        rank = np.where(found["label"] == 0, NOT_YET, catalogue.ranks()[index])
+        return _dataset(model, x, y, rank.reshape(y.count, x.count), catalogue, budget)
 
     return Plan({y.name: y.count, x.name: x.count}, {y.name: 1, x.name: 1}, compute, finish, labelled=False)
 
@@ -77,9 +81,10 @@ def _dataset(
     model: MeshModel, x: Axis, y: Axis, index: np.ndarray, catalogue: Catalogue, budget: Budget | None
 ) -> xr.Dataset:
     known = [catalogue.known[i] for i in catalogue.order()]
-    shares = np.array([a.count for a in known]) / index.size
-    tangled = dict(zip(("basin_entropy", "boundary_basin_entropy"), entropy(index), strict=True))
-    tangled["uncertainty_exponent"] = uncertainty_exponent(index)
+    shares = np.array([a.count for a in known]) / max(1, np.sum(index != NOT_YET))
+    tangled = dict.fromkeys(("basin_entropy", "boundary_basin_entropy", "uncertainty_exponent"), np.nan)
+    if not np.any(index == NOT_YET):
+        tangled = dict(zip(tangled, (*entropy(index), uncertainty_exponent(index)), strict=True))
     data = {
         "attractor": variable("attractor", (y.name, x.name), index),
         **described(catalogue, budget),
@@ -97,6 +102,7 @@ def _kicks(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, catalogue: Cat
     system = catalogue.flow.system
     corners = start(vary(model, {x.name: [0.0, 1.0, 0.0], y.name: [0.0, 0.0, 1.0]}), system)
     across = (corners[1:] - corners[0]).T  # from the plane's coordinates to the state
-    if system.dimension != 2 or not np.allclose(across @ across.T, np.eye(2)) or min(x.count, y.count) < 2:
+    whole_state = system.dimension == 2 and np.allclose(across @ across.T, np.eye(2))
+    if not whole_state or np.any(index == NOT_YET) or min(x.count, y.count) < 2:
         return np.full(len(known), np.nan)
     return smallest_kicks(index, x.values, y.values, [(a.section - corners[0]) @ across for a in known])

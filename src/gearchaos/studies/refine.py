@@ -15,7 +15,7 @@ from scipy.ndimage import binary_dilation, maximum_filter, minimum_filter
 from gearchaos.motion import Reason
 from gearchaos.studies.evidence import blank
 
-SIDE = 512
+SIDE = 256
 """Rows and columns of a part that is refined by itself, so that its result does not depend on what is beside it."""
 
 _NEARBY = 7

@@ -60,8 +60,8 @@ def plan(model: MeshModel, periods: int, transient: int = 0, samples: int | None
         out = flow.advance(before.w if before else w, periods, sections=periods, sample=samples > 0)
         codes = {int(run.status[0]) for run in (before, out) if run}
         status = DIVERGED if DIVERGED in codes else max(codes)
-        return {"sections": out.sections[None, :, :, 0], "samples": out.samples[None, ..., 0],
-                "status": np.array([status])}
+        sampled = {"samples": out.samples[None, ..., 0]} if samples else {}
+        return {"sections": out.sections[None, :, :, 0], "status": np.array([status]), **sampled}
 
     def finish(found: dict[str, np.ndarray], **_: Any) -> xr.Dataset:
         data = _section(batch, system.names, _bounded(found["sections"][0]), transient)

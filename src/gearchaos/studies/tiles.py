@@ -30,9 +30,14 @@ def check_memory(name: str, count: int) -> None:
         raise InputError(name, f"must be at most {memory // _BYTES:,} on this machine, by its memory", count)
 
 
+def cores() -> int:
+    """Cores that this process may use: of a shared node those of its job."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def split(count: int, largest: int = TILE, threads: int | None = None) -> list[slice]:
     """Consecutive tiles of ``count`` pieces of work, small enough that every thread has work to the end."""
-    many = 1 if threads == 1 else _PER_CORE * (threads or os.cpu_count() or 1)
+    many = 1 if threads == 1 else _PER_CORE * (threads or cores())
     size = min(largest, max(min(_LEAST, largest), -(-count // many)))
     return [slice(i, min(i + size, count)) for i in range(0, count, size)]
 
@@ -45,25 +50,25 @@ def run(
     ``progress`` names a bar on stderr that shows the rate and the time left. On an interrupt the tiles not yet begun
     are dropped and those under way finish.
     """
-    workers = os.cpu_count() or 1 if threads is None else whole_number("threads", threads, 1)
+    workers = cores() if threads is None else whole_number("threads", threads, 1)
     with bar(progress, sum(map(_size, tiles))) as advance, ThreadPoolExecutor(workers) as pool:
-        for tile, future in few_ahead(pool, work, tiles, 2 * workers):
+        for tile, future in few_ahead(pool, work, tiles, lambda: 2 * workers):
             yield tile, future.result()
             advance(_size(tile))
 
 
 def few_ahead(
-    pool: Executor, work: Callable[[Item], Any], items: Iterable[Item], ahead: int,
+    pool: Executor, work: Callable[[Item], Any], items: Iterable[Item], ahead: Callable[[], int],
     beat: Callable[[], None] = lambda: None,
 ) -> Iterator[tuple[Item, Future[Any]]]:
     """Yield every item with its future as it is done; ``beat`` is called now and then, and may raise.
 
-    A few items are handed out ahead, not all: whatever is handed out runs to its end if the caller is interrupted.
+    A few items are handed out ``ahead``, not all: whatever is handed out runs to its end if the caller is interrupted.
     """
     rest, waiting = iter(items), dict[Future[Any], Item]()
     try:
         while True:
-            for item in islice(rest, ahead - len(waiting)):
+            for item in islice(rest, max(0, ahead() - len(waiting))):
                 waiting[pool.submit(work, item)] = item
             if not waiting:
                 return

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -12,6 +11,7 @@ from typing import Any
 from gearchaos.coordinates import start
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
+from gearchaos.studies.tiles import cores
 from gearchaos.switched import switched
 
 MODELS: dict[int, dict[str, Any]] = {
@@ -30,7 +30,7 @@ def warmup(dimensions: Sequence[int] = tuple(MODELS)) -> Iterator[tuple[int, flo
 
     Yields each dimension with the seconds it took, as they finish.
     """
-    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(cores(), mp_context=get_context("spawn")) as pool:
         for done in as_completed([pool.submit(_run, d) for d in dimensions]):
             yield done.result()
 

@@ -69,7 +69,7 @@ def plan(
     tiles.check_memory("cells times starts", x.count * y.count * starts)
     if starts > 1 and {x.name, y.name} & set(state_names(model.kind)):
         raise InputError("starts", "must be 1 where an axis is an initial value", starts)
-    _check_refine(refine, starts)
+    refine = _checked_refine(refine, starts)
 
     def compute(
         cells: np.ndarray, *, progress: bool = False, threads: int | None = None
@@ -90,12 +90,13 @@ def plan(
     return Plan({y.name: y.count, x.name: x.count}, block, compute, finish, labelled=True)
 
 
-def _check_refine(refine: int, starts: int) -> None:
-    whole_number("refine", refine, 1)
+def _checked_refine(refine: int, starts: int) -> int:
+    refine = whole_number("refine", refine, 1)
     if refine > SIDE // 2 or refine & (refine - 1):
         raise InputError("refine", f"must be a power of two, at most {SIDE // 2}", refine)
     if refine > 1 and starts > 1:
         raise InputError("refine", "must be 1 where there is more than one start", refine)
+    return refine
 
 
 def _cells(
