@@ -73,8 +73,8 @@ def _describe(store: Store) -> None:
 def mend(store: Store) -> None:
     """Make a store's own files anew: metadata, coordinates, and at the next finish the results."""
     if not store.plan.labelled:
-        for folder in (f for f in store.path.iterdir() if f.is_dir() and f.name not in ("run", PIECES)):
-            shutil.rmtree(folder)
+        for result in (f for f in store.path.iterdir() if f.is_dir() and f.name not in ("run", PIECES)):
+            shutil.rmtree(result)
     with tempfile.TemporaryDirectory(dir=store.path.parent, prefix=".gearchaos-") as folder:
         lay_out(Path(folder) / "fresh", store.plan, store.arrays, store.grid)
         restore(store.path, Path(folder) / "fresh")
