@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from gearchaos.cli.errors import say
 from gearchaos.errors import InputError
+from gearchaos.files import write_bytes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -93,16 +94,8 @@ def draw_dossier(dataset: xr.Dataset, title: str, path: Path) -> None:
 def _write_picture(figure: Any, path: Path) -> None:
     picture = io.BytesIO()
     figure.savefig(picture, format=path.suffix.lstrip(".").lower() or "png", dpi=150, bbox_inches="tight")
-    _write(path, picture.getvalue())
+    write_bytes(path, picture.getvalue())
     say(f"wrote {path}")
-
-
-def _write(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all."""
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".gearchaos-") as folder:
-        draft = Path(folder) / path.name
-        draft.write_bytes(content)
-        os.replace(draft, path)
 
 
 def print_json(document: dict[str, Any]) -> None:

@@ -27,17 +27,6 @@ def writable_folder(path: str | os.PathLike[str]) -> Path:
         ) from None
 
 
-def write_bytes(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
-    try:
-        temporary.write_bytes(content)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
 def save_data(ds: xr.Dataset, path: Path) -> None:
     """Save a Dataset compressed, whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -10,13 +10,14 @@ from pathlib import Path
 
 import xarray as xr
 
+from gearchaos.files import write_bytes
 from gearchaos.paper import claims as claims_
 from gearchaos.paper import settings
 from gearchaos.paper.bench import Bench
 from gearchaos.paper.figures import draw
 from gearchaos.paper.findings import findings
 from gearchaos.paper.log import Log
-from gearchaos.paper.output import save_data, writable_folder, write_bytes
+from gearchaos.paper.output import save_data, writable_folder
 from gearchaos.paper.page import Drawn, Page, render
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.runs.files import write_text
+from gearchaos.files import write_bytes
 from gearchaos.runs.grid import Grid
 from gearchaos.runs.layout import FORMAT, PIECES, Layout, lay_out, restore
 from gearchaos.runs.machine import machine, name
@@ -67,7 +67,7 @@ def _describe(store: Store) -> None:
     }
     for folder in ("tiles", "writers"):
         (store.path / "run" / folder).mkdir()
-    write_text(store.path / "run" / "study.json", json.dumps(words, indent=2))
+    write_bytes(store.path / "run" / "study.json", json.dumps(words, indent=2).encode())
 
 
 def mend(store: Store) -> None:

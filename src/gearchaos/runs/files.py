@@ -1,24 +1,12 @@
-"""Small files written whole or not at all, and the sums that tell whether they are still what was written."""
+"""Files that may be damaged: read with care, and the sums that tell whether they are still what was written."""
 
 from __future__ import annotations
 
 import json
-import os
 import zlib
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a small file whole or not at all; several machines may do so at once."""
-    draft = path.with_name(f".{path.name}.{uuid4().hex}")
-    try:
-        draft.write_text(text)
-        os.replace(draft, path)
-    finally:
-        draft.unlink(missing_ok=True)
 
 
 def read_json(path: Path) -> Any:

@@ -22,7 +22,8 @@ import zarr
 from filelock import FileLock
 
 from gearchaos.errors import InputError
-from gearchaos.runs.files import differing, read_json, sums, write_text
+from gearchaos.files import write_bytes
+from gearchaos.runs.files import differing, read_json, sums
 from gearchaos.runs.grid import Grid
 from gearchaos.runs.layout import FORMAT, PIECES, Layout, put
 from gearchaos.runs.resolved import Resolved
@@ -86,11 +87,11 @@ class Store:
 
     def mark(self, number: int, mark: Mark) -> None:
         """Say what became of a tile; after its data are written."""
-        write_text(self._mark_path(number), json.dumps(asdict(mark)))
+        write_bytes(self._mark_path(number), json.dumps(asdict(mark)).encode())
 
     def marks(self) -> dict[int, Mark]:
         """The marks there are, by the number of the tile; a damaged one counts as none."""
-        found = {int(p.stem): read_json(p) for p in (self.path / "run" / "tiles").glob("*.json")}
+        found = {int(p.stem): read_json(p) for p in (self.path / "run" / "tiles").glob("[0-9]*.json")}
         names = {f.name for f in fields(Mark)}
         return {n: Mark(**m) for n, m in found.items() if isinstance(m, dict) and m.keys() == names}
 
@@ -128,7 +129,7 @@ class Store:
 
     def seal(self) -> None:
         """Note the checksums of those files."""
-        write_text(self.path / "run" / "sums.json", json.dumps(sums(self.path, self.fixed())))
+        write_bytes(self.path / "run" / "sums.json", json.dumps(sums(self.path, self.fixed())).encode())
 
     def broken(self) -> list[str]:
         """Names of the files among them that are missing or damaged."""
@@ -170,7 +171,7 @@ class Store:
             if not self.plan.labelled:
                 put(self.plan.finish(self.found(), **options), self.path)
             self.seal()
-            write_text(self.path / "run" / "finished", "")
+            write_bytes(self.path / "run" / "finished", b"")
 
 
 def read(path: Path) -> Store:
