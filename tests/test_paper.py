@@ -14,6 +14,7 @@ import xarray as xr
 
 import gearchaos as gc
 from gearchaos.errors import InputError
+from gearchaos.files import write_bytes
 from gearchaos.model import MeshModel, TwoLevelStiffness, mesh_stiffness
 from gearchaos.paper import build, claims, settings
 from gearchaos.paper.bench import Bench
@@ -23,7 +24,7 @@ from gearchaos.paper.claims._maps import first_harmonic
 from gearchaos.paper.claims._outcome import JUDGES, Outcome
 from gearchaos.paper.figures import LAYOUTS, draw
 from gearchaos.paper.findings import second_opinion
-from gearchaos.paper.output import writable_folder, write_bytes
+from gearchaos.paper.output import writable_folder
 from gearchaos.paper.page import _flat, _maths
 from gearchaos.studies import load
 
