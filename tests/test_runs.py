@@ -163,17 +163,17 @@ def calm(tmp_path_factory):
 
 def test_twenty_deaths_lose_nothing(calm, tmp_path):
     study, path, rng = write_study(tmp_path), tmp_path / "s.zarr", random.Random(1)
-    kills = 0
+    kills, kept = 0, {}
     while kills < 20:
         with start(study, path) as process:
             wait_for_tiles(process, path, 1)
             assert process.poll() is None, "the study is too short to be killed twenty times"
             time.sleep(rng.uniform(0, 0.1))
-            kept = {n: m for n, m in read(path).marks().items() if m.done}
+            kept |= {n: m for n, m in read(path).marks().items() if m.done and n not in kept}
             process.kill()
             kills += 1
-        assert kept.items() <= read(path).marks().items()
     assert "are done already" in finish(start(study, path))
+    assert len(kept) >= 20 and kept.items() <= read(path).marks().items()  # with their times: none was computed again
     assert files(path) == files(calm)
 
 
@@ -512,3 +512,18 @@ def test_slurm_jobs_run_one_worker_each():
     with jobqueue.SLURMCluster(**engines.slurm_job(), dashboard_address=None) as cluster:
         script = cluster.job_script()
     assert "#SBATCH --cpus-per-task=1" in script and "--nthreads 1" in script
+
+
+@pytest.mark.parametrize("tile", [20, 1000])
+def test_a_study_of_which_nothing_can_be_computed_makes_no_store(tmp_path, monkeypatch, tile):
+    study = small_map()
+    plan = study.plan()
+    (tmp_path / "tries").mkdir()
+
+    def fail(pieces, **options):
+        raise ValueError("a cosmic ray")
+
+    monkeypatch.setattr(Resolved, "plan", lambda self: type(plan)(**{**plan.__dict__, "compute": fail}))
+    with pytest.raises(gc.InputError, match=r"study must have pieces that can be computed.*a cosmic ray"):
+        run(study, tmp_path / "s.zarr", tile=tile)
+    assert not (tmp_path / "s.zarr").exists()

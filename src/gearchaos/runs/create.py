@@ -33,7 +33,7 @@ def create(path: Path, study: Resolved, grid: Grid) -> Store:
     if not path.parent.is_dir():
         raise InputError("--out", "must lie in an existing folder", str(path), "Create the folder first.")
     plan, begin = study.plan(), time.perf_counter()
-    sample = plan.compute(grid.pieces(0)) if grid.count == 1 else _sample(plan)
+    sample = _sample(plan, grid)
     arrays = {n: Layout(v.dtype.str, v.shape[1:]) for n, v in sample.items()}
     store = Store(path, study, grid, arrays, versions(study))
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=".gearchaos-") as folder:
@@ -48,12 +48,13 @@ def create(path: Path, study: Resolved, grid: Grid) -> Store:
     return store
 
 
-def _sample(plan: Plan) -> dict[str, np.ndarray]:
-    """What is found of some piece: it tells which arrays there are."""
+def _sample(plan: Plan, grid: Grid) -> dict[str, np.ndarray]:
+    """What is found of some piece, or of the only tile there is: it tells which arrays there are."""
     error: Exception | None = None
-    for number in dict.fromkeys((0, plan.count // 2, plan.count - 1)):
+    some = [np.array([n]) for n in dict.fromkeys((0, plan.count // 2, plan.count - 1))]
+    for pieces in [grid.pieces(0)] if grid.count == 1 else some:
         try:
-            return plan.compute(np.array([number]), threads=1)
+            return plan.compute(pieces)
         except Exception as failure:  # a piece may fail: its tile is reported by the run
             error = failure
     raise InputError("study", "must have pieces that can be computed", type(error).__name__, f"{error}")

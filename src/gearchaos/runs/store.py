@@ -23,10 +23,10 @@ from filelock import FileLock
 
 from gearchaos.errors import InputError
 from gearchaos.files import write_bytes
-from gearchaos.runs.files import differing, read_json, sums
 from gearchaos.runs.grid import Grid
 from gearchaos.runs.layout import FORMAT, PIECES, Layout, put
 from gearchaos.runs.resolved import Resolved
+from gearchaos.runs.sums import differing, read_json, sums
 from gearchaos.studies.plan import Plan
 
 
