@@ -26,9 +26,9 @@ class Flowed:
     tangent : (K, d, L)
         Final tangent vectors.
     growth : (periods, K, L)
-        Logarithms of the growth of orthonormalised tangent vectors in each period.
+        Logarithms of the growth of orthonormalised tangent vectors in each period; 0 once a lane has had its periods.
     sections : (S, d, L)
-        Coordinates after each of the last S periods.
+        Coordinates after each trajectory's last S periods; NaN before its first.
     measures : (MEASURES, L)
         Rows as numbered in `flow.layout`; empty if not asked for.
     samples : (periods, samples, d + 1, L)
@@ -106,8 +106,9 @@ class ExactFlow:
         return self.system.f_cos.shape[1], self.system.chi_cos.shape[1]
 
     def advance(
-        self, w: np.ndarray, periods: int, *, points: np.ndarray | None = None, tangent: np.ndarray | None = None,
-        growth: bool = False, sections: int = 0, measured: bool = False, sample: bool = False,
+        self, w: np.ndarray, periods: int | np.ndarray, *, points: np.ndarray | None = None,
+        tangent: np.ndarray | None = None, growth: bool = False, sections: int = 0, measured: bool = False,
+        sample: bool = False,
     ) -> Flowed:
         """Advance trajectories by whole mesh periods from phase 0.
 
@@ -115,8 +116,8 @@ class ExactFlow:
         ----------
         w : (d, L)
             Coordinates at the start.
-        periods : int
-            Mesh periods to advance.
+        periods : int or (L,)
+            Mesh periods to advance, the same for all trajectories or each its own.
         points : (L,), optional
             Parameter point of each trajectory; by default trajectory i runs at point i.
         tangent : (K, d, L), optional
@@ -125,19 +126,22 @@ class ExactFlow:
             Orthonormalise the tangent vectors on the way and record the logarithms of their growth. Without it
             unit vectors come back as the columns of the monodromy matrix.
         sections : int
-            How many of the last periods to record the state after.
+            How many of each trajectory's last periods to record the state after.
         measured, sample : bool
             Integrate the measures; record the state at the sample nodes.
         """
         lanes = w.shape[1]
         points = np.arange(lanes) if points is None else np.asarray(points)
+        ends = np.broadcast_to(np.asarray(periods, dtype=np.int64), lanes)
         tangent = np.zeros((0, self.dimension, lanes)) if tangent is None else tangent
-        out = self._empty(lanes, periods, len(tangent), growth, sections, measured, sample)
-        for i, group in enumerate(self._groups):
-            mine = np.flatnonzero(self._plan[points] == i)
+        out = self._empty(lanes, int(ends.max(initial=0)), len(tangent), growth, sections, measured, sample)
+        plan = self._plan[points]
+        for i in np.unique(plan):
+            mine = np.flatnonzero(plan == i)
+            mine = mine[np.argsort(-ends[mine], kind="stable")]
             blocks = -(-len(mine) // BLOCK)  # all about as full, since a few lanes cost as much as many
-            for block in np.array_split(mine, blocks) if blocks else ():
-                self._block(group, block, points, w, tangent, periods, out)
+            for block in np.array_split(mine, blocks):
+                self._block(self._groups[i], block, points, w, tangent, ends, out)
         return out
 
     def _empty(
@@ -147,15 +151,15 @@ class ExactFlow:
         return Flowed(
             w=np.empty((d, lanes)), tangent=np.empty((k, d, lanes)),
             growth=np.zeros((periods if growth else 0, k, lanes)),
-            sections=np.empty((min(sections, periods), d, lanes)),
+            sections=np.full((min(sections, periods), d, lanes), np.nan),
             measures=measure.empty(lanes) if measured else np.empty((0, lanes)),
             samples=np.empty((periods if sample else 0, len(self.sample_at), d + 1, lanes)),
             status=np.zeros(lanes, dtype=np.int64),
         )
 
     def _block(
-        self, group: _Group, mine: np.ndarray, points: np.ndarray, w: np.ndarray, tangent: np.ndarray, periods: int,
-        out: Flowed,
+        self, group: _Group, mine: np.ndarray, points: np.ndarray, w: np.ndarray, tangent: np.ndarray,
+        ends: np.ndarray, out: Flowed,
     ) -> None:
         """Run one block of lanes and put its results in their places."""
         d, n, k = self.dimension, len(mine), len(tangent)
@@ -167,7 +171,7 @@ class ExactFlow:
         lanes.w[0, :, :n] = w[:, mine]
         lanes.v[0, :, :, :n] = tangent[:, :, mine]
         growth = np.zeros((len(out.growth), k, n))
-        sections = np.zeros((len(out.sections), d, n))
+        sections = np.full((len(out.sections), d, n), np.nan)
         samples = np.zeros((len(out.samples), out.samples.shape[1], d + 1, n))
         slots = group.table.shape[1] if group.table.shape[1] <= _MOST_SLOTS else 1
         active, bounds = np.zeros((slots, group.table.shape[3], BLOCK)), np.zeros((slots, d, BLOCK))
@@ -175,7 +179,7 @@ class ExactFlow:
         measured = out.measures.shape[0] > 0
         parity = advance_block(
             (0,) * d, group.phys, h, k, group.nodes, group.table, group.kept, lanes, chunk(d, h, k), active,
-            np.full((slots, BLOCK), np.nan), bounds, np.zeros(BLOCK), periods, measured,
+            np.full((slots, BLOCK), np.nan), bounds, np.zeros(BLOCK), ends[mine], measured,
             group.stride if len(growth) else 0, growth, sections, samples,
             self.sample_at if len(samples) else np.zeros(0, np.int64),
         )

@@ -8,13 +8,12 @@ from gearchaos.flow import layout as to
 from gearchaos.flow.jit import kernel
 from gearchaos.flow.layout import MEASURES, ORDER, WIDTH, parameters, rows
 from gearchaos.flow.simd import any_lane, load, select, splat, store, vfma
-from gearchaos.flow.taylor import add_wave, horner, set_gains, stretch, variation
+from gearchaos.flow.taylor import add_wave, horner, horner3, set_gain, set_gains, stretch, variation
 
 _GAUSS = 6
 _LEGENDRE = np.polynomial.legendre.leggauss(_GAUSS)
 _NODES = tuple(float(x) for x in (_LEGENDRE[0] + 1) / 2)
 _WEIGHTS = tuple(float(x) for x in _LEGENDRE[1] / 2)
-_SAMPLES = 4
 _NEARLY = 0.05
 
 
@@ -24,20 +23,23 @@ def output_series(dims, phys, h, k, points, ws):
     d = len(dims)
     at, par = rows(d), parameters(d, h, k)
     velocity, force, sigma = at.series, at.series + ORDER + 1, load(ws, at.sigma)
+    set_gain(phys, points, par.velocity, ws, at.gain)
+    gain = load(ws, at.gain)
     for m in range(ORDER + 1):
-        store(ws, velocity + m, splat(0.0))
-    for i in range(d):
-        set_gains(phys, points, par.velocity + i, par.damping, 1.0, ws, at.gain)
-        gain, damping = load(ws, at.gain), load(ws, at.gain + 1)
+        store(ws, velocity + m, gain * load(ws, at.coef + m * d))
+    for i in range(1, d):
+        set_gain(phys, points, par.velocity + i, ws, at.gain)
+        gain = load(ws, at.gain)
         for m in range(ORDER + 1):
-            coef = load(ws, at.coef + m * d + i)
-            store(ws, velocity + m, vfma(gain, coef, load(ws, velocity + m)))
-            if i == 1:
-                spring = load(ws, at.chi) * stretch(ws, at, d, m, sigma)
-                if k > 0:
-                    spring = spring + variation(ws, at, d, m, sigma)
-                store(ws, force + m, vfma(damping, coef, spring))
-    set_gains(phys, points, par.velocity0, par.damping, 1.0, ws, at.gain)
+            store(ws, velocity + m, vfma(gain, load(ws, at.coef + m * d + i), load(ws, velocity + m)))
+    set_gain(phys, points, par.damping, ws, at.gain)
+    damping = load(ws, at.gain)
+    for m in range(ORDER + 1):
+        spring = load(ws, at.chi) * stretch(ws, at, d, m, sigma)
+        if k > 0:
+            spring = spring + variation(ws, at, d, m, sigma)
+        store(ws, force + m, vfma(damping, load(ws, at.coef + m * d + 1), spring))
+    set_gain(phys, points, par.velocity0, ws, at.gain)
     store(ws, velocity, load(ws, velocity) + load(ws, at.gain))
     for j in range(h):
         set_gains(phys, points, par.velocity_cos + j, par.velocity_sin + j, 1.0, ws, at.gain)
@@ -66,14 +68,14 @@ def _extremes(ws, first, stride, end, moving, found, row):
     Samples find them to a few per cent of what the series varies; only where that comes near a record is it refined,
     and only in the ``moving`` lanes: no lane's extremes depend on its neighbours'.
     """
-    high = horner(ws, first, stride, splat(0.0))
-    low, s_high, s_low = high, splat(0.0), splat(0.0)
-    for g in range(1, _SAMPLES + 1):
-        s = end * splat(g / _SAMPLES)
-        value = horner(ws, first, stride, s)
-        above, below = value > high, value < low
-        high, s_high = select(above, value, high), select(above, s, s_high)
-        low, s_low = select(below, value, low), select(below, s, s_low)
+    high = low = load(ws, first)
+    s_high = s_low = splat(0.0)
+    places = (end * splat(0.25), end * splat(0.5), end * splat(0.75), end)
+    values = (*horner3(ws, first, stride, places[0], places[1], places[2]), horner(ws, first, stride, end))
+    for g in range(4):
+        above, below = values[g] > high, values[g] < low
+        high, s_high = select(above, values[g], high), select(above, places[g], s_high)
+        low, s_low = select(below, values[g], low), select(below, places[g], s_low)
     margin = splat(_NEARLY) * (high - low)
     top, bottom = load(found, row), load(found, row + 1)
     rising, falling = moving & (high + margin > top), moving & (low - margin < bottom)
@@ -98,12 +100,15 @@ def _integrals(dims, ws, duration, end, found):
     d = len(dims)
     at = rows(d)
     z = zz = ss = v = vv = splat(0.0)
-    for g in range(_GAUSS):
-        s, weight = end * splat(_NODES[g]), duration * splat(_WEIGHTS[g])
-        a, b = horner(ws, at.coef, d, s), horner(ws, at.coef + 1, d, s)
-        c = horner(ws, at.series, 1, s)
-        z, zz, ss = vfma(weight, a, z), vfma(weight, a * a, zz), vfma(weight, b * b, ss)
-        v, vv = vfma(weight, c, v), vfma(weight, c * c, vv)
+    for g in range(0, _GAUSS, 3):
+        places = (end * splat(_NODES[g]), end * splat(_NODES[g + 1]), end * splat(_NODES[g + 2]))
+        a = horner3(ws, at.coef, d, places[0], places[1], places[2])
+        b = horner3(ws, at.coef + 1, d, places[0], places[1], places[2])
+        c = horner3(ws, at.series, 1, places[0], places[1], places[2])
+        for i in range(3):
+            weight = duration * splat(_WEIGHTS[g + i])
+            z, zz, ss = vfma(weight, a[i], z), vfma(weight, a[i] * a[i], zz), vfma(weight, b[i] * b[i], ss)
+            v, vv = vfma(weight, c[i], v), vfma(weight, c[i] * c[i], vv)
     _add(found, to.Z, z)
     _add(found, to.Z_SQUARE, zz)
     _add(found, to.Z_DOT_SQUARE, ss)

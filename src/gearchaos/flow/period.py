@@ -8,7 +8,7 @@ import numpy as np
 
 from gearchaos.flow.jit import fma, inlined, kernel
 from gearchaos.flow.layout import DIVERGED, DIVERGED_AT, OK
-from gearchaos.flow.resolve import resolve
+from gearchaos.flow.resolve import measure, resolve
 from gearchaos.flow.step import affine, collect, load, load_bounds, matvec, stale, suspects
 
 _NOBODY = np.nan
@@ -51,15 +51,14 @@ def _one_step(
 ):
     """One step of all lanes: affine for most, resolved for the suspects."""
     new = 1 - now
+    affine(dims, kept, nodes.wave[step], active, lanes.w[now], lanes.w[new], n)
+    suspects(dims, bounds, lanes.sigma, lanes.w[now], lanes.w[new], flags, n)
     if measuring:
-        for l in range(n):
-            flags[l] = 1.0
-    else:
-        affine(dims, kept, nodes.wave[step], active, lanes.w[now], lanes.w[new], n)
-        suspects(dims, bounds, lanes.sigma, lanes.w[now], lanes.w[new], flags, n)
+        count = collect(flags, 0.0, work.lane, n)
+        measure(dims, phys, h, k, nodes, step, lanes, work, count, now)
     for c in range(lanes.v.shape[1]):
         matvec(dims, active, lanes.v[now, c], lanes.v[new, c], n)
-    count = collect(flags, work.lane, n)
+    count = collect(flags, 1.0, work.lane, n)
     if count > 0:
         resolve(dims, phys, h, k, nodes, step, lanes, work, count, now, measuring)
         load(table, nodes.piece[step], lanes.point, lanes.sigma, active, loaded, work.lane, count)
@@ -81,6 +80,31 @@ def _copy(source, target, n):
 
 
 @kernel
+def _retire(ends, period, lanes, now, n):
+    """Let lanes go that have had their periods, with their state at both parities; returns how many go on."""
+    new = 1 - now
+    while ends[n - 1] <= period:
+        n -= 1
+        for i in range(lanes.w.shape[1]):
+            lanes.w[new, i, n] = lanes.w[now, i, n]
+            for c in range(lanes.v.shape[1]):
+                lanes.v[new, c, i, n] = lanes.v[now, c, i, n]
+    return n
+
+
+@kernel
+def _record(w, ends, period, sections, n):
+    """Keep the states (d, n) after a period where they are among the last of their lanes."""
+    before = sections.shape[0] - 1 + period
+    if before - ends[n - 1] < 0:
+        return
+    for i in range(w.shape[0]):
+        for l in range(n):
+            if before - ends[l] >= 0:
+                sections[before - ends[l], i, l] = w[i, l]
+
+
+@kernel
 def _sample(lanes, now, target, n):
     _copy(lanes.w[now], target, n)
     for l in range(n):
@@ -89,24 +113,25 @@ def _sample(lanes, now, target, n):
 
 @kernel
 def advance_block(
-    dims, phys, h, k, nodes, table, kept, lanes, work, active, loaded, bounds, flags, periods, measuring, stride,
+    dims, phys, h, k, nodes, table, kept, lanes, work, active, loaded, bounds, flags, ends, measuring, stride,
     growth, sections, samples, sample_at,
 ):
-    """Advance n lanes by whole periods from phase 0.
+    """Advance n lanes from phase 0, each by so many whole periods as ``ends`` (n,) says, the longest first.
 
     ``growth`` (periods, K, n) takes the logarithms of the tangent vectors' growth in each period if ``stride`` > 0,
-    the number of steps between orthonormalisations. ``sections`` (S, d, n) takes the state after each of the last S
-    periods, ``samples`` (periods, number of samples, d + 1, n) the state and contact state at the nodes ``sample_at``.
-    ``active`` (slots, rows, n) holds the step matrices of each lane's contact state for every piece if there is a
-    slot for it, with the contact states ``loaded`` (slots, n) they are of; with one slot they are loaded anew for each
-    piece. ``bounds`` (slots, d, n) tell a harmless step.
+    the number of steps between orthonormalisations. ``sections`` (S, d, n) takes the state after each of a lane's
+    last S periods, ``samples`` (periods, number of samples, d + 1, n) the state and contact state at the nodes
+    ``sample_at``. ``active`` (slots, rows, n) holds the step matrices of each lane's contact state for every piece if
+    there is a slot for it, with the contact states ``loaded`` (slots, n) they are of; with one slot they are loaded
+    anew for each piece. ``bounds`` (slots, d, n) tell a harmless step.
     Returns the parity at which the final state stands.
     """
-    n = sections.shape[2]
+    n = len(ends)
     now = np.int64(0)  # a literal 0 would compile everything below twice
     last = len(nodes.piece) - 1
     contact_state(lanes.w[0], lanes.sigma, n)
-    for period in range(periods):
+    for period in range(ends[0]):
+        n = _retire(ends, period, lanes, now, n)
         wanted = 0
         for step in range(last + 1):
             if wanted < len(sample_at) and sample_at[wanted] == step:
@@ -130,7 +155,5 @@ def advance_block(
             if stride > 0 and ((step + 1) % stride == 0 or step == last):
                 orthonormalise(dims, lanes.v[now], growth[period], n)
         _mark_diverged(lanes.w[now], lanes.status, n)
-        row = period - (periods - sections.shape[0])
-        if row >= 0:
-            _copy(lanes.w[now], sections[row], n)
+        _record(lanes.w[now], ends, period + 1, sections, n)
     return now

@@ -131,8 +131,8 @@ def _run_piece(dims, phys, h, k, lanes, lane, count, work, now, first, measuring
 
 
 @inlined
-def _resolve_chunk(dims, phys, h, k, nodes, step, lanes, lane, count, work, now, measuring):
-    """Advance the lanes of one chunk over one step."""
+def _begin(dims, phys, h, k, nodes, step, lanes, lane, count, work, now, measuring):
+    """Fill the workspace with all that the lanes of one chunk need to run the step."""
     ws, at = work.ws, rows(len(dims))
     for l in range(WIDTH):
         mine = lane[l if l < count else 0]
@@ -142,6 +142,13 @@ def _resolve_chunk(dims, phys, h, k, nodes, step, lanes, lane, count, work, now,
             read_measures(work.found, lanes.measures, mine, l)
     fill(dims, phys, h, k, nodes, step, work.points, ws)
     _read(dims, lanes.w[now], lane, count, ws)
+
+
+@inlined
+def _resolve_chunk(dims, phys, h, k, nodes, step, lanes, lane, count, work, now, measuring):
+    """Advance the lanes of one chunk over one step."""
+    ws, at = work.ws, rows(len(dims))
+    _begin(dims, phys, h, k, nodes, step, lanes, lane, count, work, now, measuring)
     switching, pieces = True, 0
     while switching and pieces < MAX_SWITCHES:
         _run_piece(dims, phys, h, k, lanes, lane, count, work, now, pieces == 0, measuring)
@@ -158,11 +165,40 @@ def _resolve_chunk(dims, phys, h, k, nodes, step, lanes, lane, count, work, now,
 
 
 @inlined
+def _measure_chunk(dims, phys, h, k, nodes, step, lanes, lane, count, work, now):
+    """Add one step, in which contact does not change, to the measures of the lanes of one chunk."""
+    ws, at = work.ws, rows(len(dims))
+    _begin(dims, phys, h, k, nodes, step, lanes, lane, count, work, now, True)
+    drive(dims, h, k, ws)
+    expand(dims, ws, True, k > 0)
+    store(ws, at.share, splat(1.0))
+    store(ws, at.beyond, load(ws, at.sigma))
+    output_series(dims, phys, h, k, work.points, ws)
+    measure_piece(dims, ws, work.found)
+    for l in range(count):
+        write_measures(work.found, lanes.measures, lane[l], l)
+
+
+@inlined
+def _chunk(work, first, total):
+    """Copy the next listed lanes, a chunk at most, to where the chunk's lanes stand; returns how many."""
+    count = min(WIDTH, total - first)
+    for l in range(count):
+        work.lane[BLOCK + l] = work.lane[first + l]
+    return count
+
+
+@inlined
+def measure(dims, phys, h, k, nodes, step, lanes, work, total, now):
+    """Add a step to the measures of the first ``total`` listed lanes, in which contact does not change."""
+    for first in range(0, total, WIDTH):
+        count = _chunk(work, first, total)
+        _measure_chunk(dims, phys, h, k, nodes, step, lanes, work.lane[BLOCK:], count, work, now)
+
+
+@inlined
 def resolve(dims, phys, h, k, nodes, step, lanes, work, total, now, measuring):
     """Advance the first ``total`` listed lanes over one step exactly, whatever contact does in it."""
-    lane = work.lane[BLOCK:]
     for first in range(0, total, WIDTH):
-        count = min(WIDTH, total - first)
-        for l in range(count):
-            lane[l] = work.lane[first + l]
-        _resolve_chunk(dims, phys, h, k, nodes, step, lanes, lane, count, work, now, measuring)
+        count = _chunk(work, first, total)
+        _resolve_chunk(dims, phys, h, k, nodes, step, lanes, work.lane[BLOCK:], count, work, now, measuring)

@@ -110,10 +110,10 @@ def suspects(dims, bounds, sigma, before, after, flags, n):
 
 
 @kernel
-def collect(flags, lane, n):
-    """List the flagged lanes; returns how many."""
+def collect(flags, flag, lane, n):
+    """List the lanes with this flag; returns how many."""
     count = 0
     for l in range(n):
         lane[count] = l
-        count += 1 if flags[l] != 0.0 else 0
+        count += 1 if flags[l] == flag else 0
     return count

@@ -20,6 +20,23 @@ def horner(series, first, stride, s):
 
 
 @kernel
+def horner3(series, first, stride, s, t, u):
+    """The same at three places side by side, in little more time than at one."""
+    x = y = z = load(series, first + ORDER * stride)
+    for k in range(ORDER - 1, -1, -1):
+        c = load(series, first + k * stride)
+        x, y, z = vfma(x, s, c), vfma(y, t, c), vfma(z, u, c)
+    return x, y, z
+
+
+@kernel
+def set_gain(phys, points, column, ws, gain):
+    """A factor of each lane from a column of the parameters."""
+    for l in range(WIDTH):
+        ws[gain * WIDTH + l] = phys[points[l], column]
+
+
+@kernel
 def set_gains(phys, points, cos, sin, sign, ws, gain):
     """Factors of a cosine and a sine from two columns of the parameters, the second times ``sign``."""
     for l in range(WIDTH):

@@ -64,14 +64,14 @@ def of_orbits(flow: ExactFlow, points: np.ndarray, found: Orbits) -> np.ndarray:
 
 def _second_round(flow: ExactFlow, points: np.ndarray, found: Orbits) -> np.ndarray:
     """Logarithms (d, L) of the growth of orthonormal tangent vectors over one round, once they are aligned."""
+    w, tangent = found.w, frame(flow.dimension, len(points))
+    for _ in range(2):
+        run = flow.advance(w, found.period, points=points, tangent=tangent, growth=True)
+        tangent = run.tangent
     out = np.zeros((flow.dimension, len(points)))
     for n in np.unique(found.period):
         mine = np.flatnonzero(found.period == n)
-        w, tangent = found.w[:, mine], frame(flow.dimension, len(mine))
-        for _ in range(2):
-            run = flow.advance(w, int(n), points=points[mine], tangent=tangent, growth=True)
-            tangent = run.tangent
-        out[:, mine] = total(run.growth)
+        out[:, mine] = total(run.growth[:n, :, mine])
     return out
 
 

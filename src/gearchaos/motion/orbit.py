@@ -76,25 +76,8 @@ def monodromy(
     """The state after n (L,) periods (d, L), the monodromy matrices (L, d, d) and where both are valid (L,)."""
     d = flow.dimension
     identity = np.repeat(np.eye(d)[:, :, None], w.shape[1], axis=2)
-    w, tangent, valid = _each(flow, w, points, n, identity)
-    return w, tangent.transpose(2, 1, 0), valid
-
-
-def _each(
-    flow: ExactFlow, w: np.ndarray, points: np.ndarray, periods: np.ndarray, tangent: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """States and tangent vectors after each lane's own number of periods (L,), and where they are valid.
-
-    All lanes run together until the first has had its periods, then the rest until the next, since many lanes cost
-    little more than one.
-    """
-    w, tangent, valid, done = w.copy(), tangent.copy(), np.ones(w.shape[1], dtype=bool), 0
-    for n in np.unique(periods):
-        go = np.flatnonzero(periods >= n)
-        out = flow.advance(w[:, go], int(n) - done, points=points[go], tangent=tangent[:, :, go])
-        w[:, go], tangent[:, :, go], done = out.w, out.tangent, int(n)
-        valid[go] &= out.status == OK
-    return w, tangent, valid
+    out = flow.advance(w, n, points=points, tangent=identity)
+    return out.w, out.tangent.transpose(2, 1, 0), out.status == OK
 
 
 def polish(
@@ -163,7 +146,7 @@ def approaching(
     modulus = np.abs(found.multipliers).max(axis=1)
     rounds = np.ceil(np.log(0.5) / np.log(np.clip(modulus, 1e-3, 1 - 1e-9)))
     rounds = np.clip(rounds, 1, np.maximum(most // found.period, 1)).astype(int)
-    after, _, _ = _each(flow, w, points, rounds * found.period, np.zeros((0, *w.shape)))
+    after = flow.advance(w, rounds * found.period, points=points).w
     before, now = (_eigendistance(found, state) for state in (w, after))
     return (now <= AT_ORBIT) | (now <= before * (1 + modulus**rounds) / 2)
 
@@ -183,22 +166,18 @@ def _multipliers(matrix: np.ndarray) -> np.ndarray:
 
 def sections(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray) -> list[np.ndarray]:
     """The points (n, d) of each orbit, starting with the one given."""
-    found: list[np.ndarray] = [np.empty(0)] * len(period)
-    for n in np.unique(period):
-        mine = np.flatnonzero(period == n)
-        after = flow.advance(w[:, mine], int(n), points=points[mine], sections=int(n)).sections
-        for i, lane in enumerate(mine):
-            found[lane] = np.concatenate([w[None, :, lane], after[:-1, :, i]])
-    return found
+    after = flow.advance(w, period, points=points, sections=int(period.max(initial=0))).sections
+    firsts = len(after) - period
+    return [np.concatenate([w[None, :, lane], after[first:-1, :, lane]]) for lane, first in enumerate(firsts)]
 
 
 def shortest_round(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray) -> np.ndarray:
     """The minimal period (L,) of converged orbits: the first return among the divisors of the period given."""
     shortest = period.copy()
-    for n in np.unique(period[period > 1]):
+    after = flow.advance(w, period, points=points, sections=int(period.max(initial=0))).sections
+    for n in np.unique(period[period > 1]).tolist():
         mine = np.flatnonzero(period == n)
-        after = flow.advance(w[:, mine], int(n), points=points[mine], sections=int(n)).sections
-        for k in [k for k in range(int(n) - 1, 0, -1) if n % k == 0]:
-            back = np.abs(after[k - 1] - w[:, mine]).max(axis=0) < _SAME
+        for k in [k for k in range(n - 1, 0, -1) if n % k == 0]:
+            back = np.abs(after[len(after) - n + k - 1, :, mine] - w[:, mine].T).max(axis=1) < _SAME
             shortest[mine[back]] = k
     return shortest

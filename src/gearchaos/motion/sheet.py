@@ -28,7 +28,7 @@ _BY_LANE = ("label", "reason", "period", "residual", "rotation", "trace_error", 
 class Sheet:
     """Verdicts on L trajectories of a d-dimensional system; see `Verdicts` for most of the columns.
 
-    With ``spectrum`` every run for exponents finds all d of them, else mostly the largest, which decides. ``wild`` (L,)
+    With ``spectrum`` every run for exponents finds all d of them, else the largest, which decides. ``wild`` (L,)
     marks motions whose exponent was found positive, be it for good or for a while.
     """
 

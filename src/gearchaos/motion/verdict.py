@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -46,7 +47,7 @@ class Verdicts:
     exponent, low, high : (d, L)
         Lyapunov exponents per unit τ, largest first: exact of an orbit; of a torus from weighted Birkhoff averages,
         with the range of those of both halves of the run; else with 99 % intervals. In a map all but the
-        first are NaN, except of orbits and where chaos was outlasted.
+        first are NaN, except of orbits.
     trace_error : (L,)
         By how much the exponents miss their sum, the trace of the linear part. Beyond 1e-6 the verdict is undecided.
     rotation : (L,)
@@ -93,27 +94,46 @@ def classify(
         Whether to read the levels of the motion; without it they are NaN.
     """
     points = np.arange(w.shape[1]) if points is None else np.asarray(points)
-    return conclude(look(Sheet(flow, points, budget or Budget(), w)), levels=levels)
+    sheet = Sheet(flow, points, budget or Budget(), w)
+    for stage in STAGES.values():
+        stage(sheet)
+    return conclude(sheet, levels=levels)
 
 
-def look(sheet: Sheet) -> Sheet:
-    """Judge every motion but those whose chaos must be outlasted to know whether it is a transient; they stay open.
-
-    They are few and take long, so that a study gathers them from all its tiles before it goes on to `conclude`.
-    """
+def look(sheet: Sheet) -> None:
+    """Wait for the transients to pass; judge every motion that comes to a stable orbit."""
     for stretch in sheet.budget.looks:
         sheet.wait(sheet.open, stretch)
-    _examine(sheet, sheet.open, sheet.spectrum)
+
+
+def examine(sheet: Sheet) -> None:
+    """Judge by its exponents every motion still open, but chaos that must be outlasted to know whether it lasts."""
+    _examine(sheet, sheet.open)
     sheet.judge(sheet.open[~sheet.wild[sheet.open]], Label.UNDECIDED, Reason.BUDGET)
     outlasted = sheet.open[sheet.spent[sheet.open] >= sheet.budget.patience]
     sheet.judge(outlasted, Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
-    return sheet
+
+
+def outlast(sheet: Sheet) -> None:
+    """Follow the chaos still open as long as the patience lasts, since it may be a transient, and judge it."""
+    waiting, budget = sheet.open, sheet.budget
+    while len(waiting):
+        spent = sheet.spent[waiting]
+        for before in np.unique(spent):  # each by its own clock, whoever is beside it; from the second round on in step
+            until = min(budget.patience, (before // _STRETCH + 1) * _STRETCH)
+            sheet.wait(waiting[spent == before], max(2 * budget.longest + 1, int(until - before)))
+        waiting = waiting[(sheet.label[waiting] == 0) & (sheet.spent[waiting] < budget.patience)]
+    sheet.judge(_examine(sheet, sheet.open), Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
+    sheet.judge(sheet.open, Label.UNDECIDED, Reason.BUDGET)
+
+
+STAGES: dict[str, Callable[[Sheet], None]] = {"transients": look, "exponents": examine, "chaos": outlast}
+"""One after the other they judge all motions. Each takes longer, for ever fewer of them: a study gathers from all its
+tiles what is still open before it goes on to the next."""
 
 
 def conclude(sheet: Sheet, *, levels: bool = True) -> Verdicts:
-    """Outlast what is still open, and read the levels."""
-    sheet.judge(_outlast(sheet), Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
-    sheet.judge(sheet.open, Label.UNDECIDED, Reason.BUDGET)
+    """The verdicts of motions that are judged: their exponents' sum checked, and their levels read."""
     _check_sums(sheet)
     sheet.distrust(np.flatnonzero(sheet.trace_error > _TRACE_ERROR))
     reading = _levels(sheet) if levels else Reading(*(np.full(len(sheet.label), np.nan) for _ in fields(Reading)))
@@ -124,24 +144,21 @@ def conclude(sheet: Sheet, *, levels: bool = True) -> Verdicts:
     )
 
 
-def _examine(sheet: Sheet, lanes: np.ndarray, spectrum: bool) -> np.ndarray:
-    """Exponents of some motions, on runs that double while it is open what they are; which are chaotic.
-
-    With ``spectrum`` the whole spectrum, else the largest alone, at a fraction of the cost.
-    """
+def _examine(sheet: Sheet, lanes: np.ndarray) -> np.ndarray:
+    """Exponents of some motions, on runs that double while it is open what they are; which are chaotic."""
     length, chaotic = sheet.budget.exponent, lanes[:0]
     for _ in range(sheet.budget.extensions + 1):
         size = max(1, _RECORD // (length * sheet.flow.dimension))
         for part in (lanes[i : i + size] for i in range(0, len(lanes), size)):
-            chaotic = np.concatenate([chaotic, part[_run(sheet, part, length, spectrum)]])
+            chaotic = np.concatenate([chaotic, part[_run(sheet, part, length)]])
         lanes = lanes[(sheet.label[lanes] == 0) & ~np.isin(lanes, chaotic)]
         length *= 2
     return chaotic
 
 
-def _run(sheet: Sheet, lanes: np.ndarray, length: int, spectrum: bool) -> np.ndarray:
+def _run(sheet: Sheet, lanes: np.ndarray, length: int) -> np.ndarray:
     """Exponents of some motions over one run; settle what returns or fills a smooth curve; which are chaotic."""
-    tangent = lyapunov.frame(sheet.flow.dimension, len(lanes))[: None if spectrum else 1]
+    tangent = lyapunov.frame(sheet.flow.dimension, len(lanes))[: None if sheet.spectrum else 1]
     out = sheet.flow.advance(
         sheet.w[:, lanes], length, points=sheet.points[lanes], tangent=tangent, growth=True, sections=length
     )
@@ -176,18 +193,6 @@ def _settle_smooth(sheet: Sheet, lanes: np.ndarray, z: np.ndarray, growth: np.nd
     return smooth
 
 
-def _outlast(sheet: Sheet) -> np.ndarray:
-    """Follow chaotic motions as long as the patience lasts, since chaos may be a transient; which are chaotic still."""
-    waiting, budget = sheet.open, sheet.budget
-    while len(waiting):
-        spent = sheet.spent[waiting]
-        for before in np.unique(spent):  # each by its own clock, whoever is beside it; from the second round on in step
-            until = min(budget.patience, (before // _STRETCH + 1) * _STRETCH)
-            sheet.wait(waiting[spent == before], max(2 * budget.longest + 1, int(until - before)))
-        waiting = waiting[(sheet.label[waiting] == 0) & (sheet.spent[waiting] < budget.patience)]
-    return _examine(sheet, sheet.open, True)
-
-
 def _check_sums(sheet: Sheet) -> None:
     """A short run with all exponents for motions that were judged by the largest alone."""
     bounded = ~np.isin(sheet.reason, (Reason.OUT_OF_RANGE, Reason.CHATTER))
@@ -203,11 +208,9 @@ def _levels(sheet: Sheet) -> Reading:
     n = len(sheet.label)
     length = np.where(sheet.period > 0, sheet.period, sheet.budget.measured)
     bounded = sheet.label != Label.DIVERGED
-    measures = measure.empty(n)
-    for periods in np.unique(length[bounded]):
-        mine = np.flatnonzero(bounded & (length == periods))
-        out = sheet.flow.advance(sheet.w[:, mine], int(periods), points=sheet.points[mine], measured=True)
-        measures[:, mine] = out.measures
+    lanes, measures = np.flatnonzero(bounded), measure.empty(n)
+    out = sheet.flow.advance(sheet.w[:, lanes], length[lanes], points=sheet.points[lanes], measured=True)
+    measures[:, lanes] = out.measures
     reading = read(measures, length * sheet.flow.system.period[sheet.points], length,
                    sheet.flow.system.static_force[sheet.points])
     values = [np.where(bounded, getattr(reading, f.name), np.nan) for f in fields(Reading)]

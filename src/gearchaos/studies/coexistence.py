@@ -29,11 +29,11 @@ def identity(flow: ExactFlow, points: np.ndarray, found: Verdicts) -> dict[str, 
     The mean point of z and z' over an orbit is 0 for motions without one: all chaotic motions of a cell count as one,
     and so do all quasi-periodic ones.
     """
-    centre = np.zeros((2, len(points)))
+    centre, most = np.zeros((2, len(points))), int(found.period.max(initial=0))
+    sections = flow.advance(found.w, found.period, points=points, sections=most).sections
     for n in np.unique(found.period[found.period > 0]):
         mine = np.flatnonzero(found.period == n)
-        sections = flow.advance(found.w[:, mine], int(n), points=points[mine], sections=int(n)).sections
-        centre[:, mine] = sections[:, :2].mean(axis=0)
+        centre[:, mine] = sections[most - n :, :2, mine].mean(axis=0)
     return {
         "label": found.label, "period": found.period, "v_rms": found.reading.v_rms,
         "contact": np.nan_to_num(found.reading.contact, nan=3).astype(np.int8),

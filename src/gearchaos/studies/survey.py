@@ -1,14 +1,15 @@
-"""Verdicts on many motions: in tiles, and then the chaos that may pass, gathered from all tiles."""
+"""Verdicts on many motions, stage by stage: what a stage leaves open is gathered from all tiles for the next."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from gearchaos.flow import ExactFlow
-from gearchaos.motion import Budget, Sheet, Verdicts, conclude, look
+from gearchaos.motion import STAGES, Budget, Sheet, Verdicts, conclude
 from gearchaos.studies import tiles
 
 Launch = Callable[[np.ndarray], tuple[ExactFlow, np.ndarray, np.ndarray]]
@@ -37,44 +38,41 @@ def survey(
     threads : int, optional
         Tiles computed at once; by default one per core.
 
-    Chaos must be followed ten times as long as anything else, to see whether it lasts, but in one tile it is too rare
-    to fill the blocks of lanes that the kernels run on. So it is put aside, and outlasted for all tiles together.
+    Chaos must be followed ten times as long as anything else, to see whether it lasts, and exponents are sought of few
+    motions; in one tile they are too rare to fill the blocks of lanes that the kernels run on. So they are put aside,
+    and gathered from all tiles for the stage that judges them.
     """
     run, columns = _Survey(launch, keep, budget or Budget(), levels), _Columns(len(order))
-    aside = {}
-    parts = tiles.split(len(order), largest, threads)
-    for tile, (settled, facts, rest) in tiles.run(
-        lambda tile: run.look(order[tile]), parts, progress=progress, threads=threads
-    ):
-        columns.put(settled, facts)
-        aside[tile.start] = rest
-    chaos = _together([aside[first] for first in sorted(aside)])
-    if len(chaos.number) == 0:
-        return columns.arrays
-    for tile, facts in tiles.run(
-        lambda tile: run.outlast(chaos.take(tile)), tiles.split(len(chaos.number), threads=threads),
-        progress=progress and f"{progress}, chaos", threads=threads,
-    ):
-        columns.put(chaos.number[tile], facts)
+    still = _Open(order, {})
+    for stage in STAGES:
+        rest = {}
+        for tile, (settled, facts, left) in tiles.run(
+            partial(run.judge, stage, still), tiles.split(len(still.number), largest, threads),
+            progress=progress and f"{progress}, {stage}", threads=threads,
+        ):
+            columns.put(settled, facts)
+            rest[tile.start] = left
+        still = _together([rest[first] for first in sorted(rest)])
+        if len(still.number) == 0:
+            break
     return columns.arrays
 
 
 @dataclass(frozen=True)
 class _Open:
-    """Motions not yet judged: their numbers (L,), states (d, L) and the periods spent on them (L,)."""
+    """Motions not yet judged: their numbers (L,), and once under way what `Sheet` knows of them."""
 
     number: np.ndarray
-    w: np.ndarray
-    spent: np.ndarray
+    known: dict[str, np.ndarray]
 
     def take(self, which: slice) -> _Open:
-        return _Open(self.number[which], self.w[:, which], self.spent[which])
+        return _Open(self.number[which], {name: v[..., which] for name, v in self.known.items()})
 
 
 def _together(parts: list[_Open]) -> _Open:
     """All of them, in that order."""
-    number, spent = (np.concatenate([getattr(part, name) for part in parts]) for name in ("number", "spent"))
-    return _Open(number, np.concatenate([part.w for part in parts], axis=1), spent)
+    known = {name: np.concatenate([p.known[name] for p in parts], axis=-1) for name in parts[0].known}
+    return _Open(np.concatenate([p.number for p in parts]), known)
 
 
 @dataclass(frozen=True)
@@ -86,22 +84,20 @@ class _Survey:
     budget: Budget
     levels: bool
 
-    def look(self, tile: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray], _Open]:
-        """The motions of a tile that can be judged, what is kept of them, and the rest."""
-        flow, w, points = self.launch(tile)
-        sheet = look(Sheet(flow, points, self.budget, w, spectrum=False))
-        settled, rest = np.flatnonzero(sheet.label), sheet.open
-        return (
-            tile[settled], self._kept(tile[settled], sheet.take(settled)),
-            _Open(tile[rest], sheet.w[:, rest], sheet.spent[rest]),
-        )
+    def judge(self, stage: str, still: _Open, tile: slice) -> tuple[np.ndarray, dict[str, np.ndarray], _Open]:
+        """The motions of a tile that a stage can judge, what is kept of them, and the rest."""
+        sheet = self._sheet(still.take(tile))
+        STAGES[stage](sheet)
+        settled, number = np.flatnonzero(sheet.label), still.number[tile]
+        known = {name: getattr(sheet, name)[..., sheet.open] for name in ("w", "spent", "wild")}
+        return number[settled], self._kept(number[settled], sheet.take(settled)), _Open(number[sheet.open], known)
 
-    def outlast(self, chaos: _Open) -> dict[str, np.ndarray]:
-        """What is kept of motions that were chaotic at first sight."""
-        flow, _, points = self.launch(chaos.number)
-        sheet = Sheet(flow, points, self.budget, chaos.w, spectrum=False)
-        sheet.spent, sheet.wild = chaos.spent, np.ones(len(chaos.number), dtype=bool)
-        return self._kept(chaos.number, sheet)
+    def _sheet(self, still: _Open) -> Sheet:
+        flow, w, points = self.launch(still.number)
+        sheet = Sheet(flow, points, self.budget, w, spectrum=False)
+        for name, value in still.known.items():
+            setattr(sheet, name, value.copy())
+        return sheet
 
     def _kept(self, number: np.ndarray, sheet: Sheet) -> dict[str, np.ndarray]:
         if len(number) == 0:

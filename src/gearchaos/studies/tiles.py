@@ -11,14 +11,15 @@ from typing import Any, TypeVar
 
 from gearchaos.errors import InputError, whole_number
 
-TILE = 2048
-"""Most trajectories in one tile: a second or two of work, so that progress shows and Ctrl-C is felt."""
+TILE = 4096
+"""Most trajectories in one tile: a few seconds of work, so that progress shows and Ctrl-C is felt."""
 
 Item = TypeVar("Item")
 
 _BEAT = 2.0
 _LEAST = 64
-_PER_CORE = 4
+_LAST = 16
+"""A thread's last tile is so small a part of its share that the others do not wait long for it."""
 _BYTES = 400
 """What a study keeps of each cell or start, at most."""
 
@@ -36,10 +37,16 @@ def cores() -> int:
 
 
 def split(count: int, largest: int = TILE, threads: int | None = None) -> list[slice]:
-    """Consecutive tiles of ``count`` pieces of work, small enough that every thread has work to the end."""
-    many = 1 if threads == 1 else _PER_CORE * (threads or cores())
-    size = min(largest, max(min(_LEAST, largest), -(-count // many)))
-    return [slice(i, min(i + size, count)) for i in range(0, count, size)]
+    """Consecutive tiles of ``count`` pieces of work: large ones first, and ever smaller ones for all threads to end
+    together."""
+    workers = 1 if threads == 1 else threads or cores()
+    least = min(largest, max(_LEAST, count // (_LAST * workers)))
+    tiles, first = [], 0
+    while first < count:
+        size = largest if workers == 1 else min(largest, max(least, (count - first) // (2 * workers)))
+        tiles.append(slice(first, min(first + size, count)))
+        first += size
+    return tiles
 
 
 def run(
