@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 
 import xarray as xr
@@ -51,28 +53,57 @@ def build(
     folder = writable_folder(out_dir)
     start, log = time.perf_counter(), Log(progress)
     bench = Bench(level, progress=progress)
-    drawn = [_figure(bench, log, folder, figure) for figure in chosen.values()]
-    drawing = time.perf_counter()
-    judged = claims_.judge_all(bench, claims_.claims_of(chosen), log.claim)
+    with ThreadPoolExecutor(1) as pen:  # figures are drawn while others are computed
+        drawing = _drawing(pen, folder, _computed(bench, log, chosen.values()))
+        judging = time.perf_counter()
+        judged = claims_.judge_all(bench, claims_.claims_of(chosen), log.claim)
+        judged_in = time.perf_counter() - judging
+        drawn = [figure.result() for figure in drawing]
     write_bytes(folder / "claims.json", _json([c.to_dict() for c in judged]))
-    done = time.perf_counter()
-    page = Page(drawn, judged, level, done - drawing, done - start)
+    page = Page(drawn, judged, level, judged_in, time.perf_counter() - start)
     write_bytes(folder / "index.html", render(page).encode())
     return log.end(folder, judged, claims_.failed(judged))
 
 
-def _figure(bench: Bench, log: Log, folder: Path, figure: settings.Figure) -> Drawn:
-    """Compute, draw and write one figure with its data."""
-    log.figure(figure)
-    start = time.perf_counter()
-    data = bench.figure(figure)
-    found = findings(bench, figure, data)
-    computed = time.perf_counter()
-    png = draw(figure, data, bench.quality.dpi)
-    done = time.perf_counter()
-    write_bytes(folder / f"fig{figure.number:02d}.png", png)
-    files = [_save(folder, figure.number, name, ds) for name, ds in data.items()]
-    return Drawn(figure, png, found, files, computed - start, done - computed)
+@dataclass(frozen=True)
+class _Computed:
+    """A figure with its data and findings, and the seconds they took."""
+
+    setting: settings.Figure
+    data: dict[str, xr.Dataset]
+    found: list[str]
+    dpi: int
+    seconds: float
+
+
+def _computed(bench: Bench, log: Log, figures: Iterable[settings.Figure]) -> Iterator[_Computed]:
+    """Compute the figures one after another."""
+    for figure in figures:
+        log.figure(figure)
+        start = time.perf_counter()
+        data = bench.figure(figure)
+        found = findings(bench, figure, data)
+        yield _Computed(figure, data, found, bench.quality.dpi, time.perf_counter() - start)
+
+
+def _drawing(pen: Executor, folder: Path, figures: Iterable[_Computed]) -> list[Future[Drawn]]:
+    """Hand every figure to the pen; raises what went wrong with one of those before it, not only at the end."""
+    drawing = list[Future[Drawn]]()
+    for done in figures:
+        for figure in filter(Future.done, drawing):
+            figure.result()
+        drawing.append(pen.submit(_draw, folder, done))
+    return drawing
+
+
+def _draw(folder: Path, done: _Computed) -> Drawn:
+    """Draw one figure and write it with its data."""
+    number, start = done.setting.number, time.perf_counter()
+    png = draw(done.setting, done.data, done.dpi)
+    seconds = time.perf_counter() - start
+    write_bytes(folder / f"fig{number:02d}.png", png)
+    files = [_save(folder, number, name, ds) for name, ds in done.data.items()]
+    return Drawn(done.setting, png, done.found, files, done.seconds, seconds)
 
 
 def _save(folder: Path, number: int, name: str, ds: xr.Dataset) -> str:

@@ -75,11 +75,11 @@ def _end_with_parent() -> None:
 
 def scheduler(address: str) -> Engine:
     """The workers of a Dask scheduler, which see the store's folder under the same path."""
-    _client(address).close()  # checked before any work
+    waiting = [_client(address)]  # so that one that does not answer is known of before any work
 
     @contextmanager
     def opened() -> Iterator[Pool]:
-        with _client(address) as client:
+        with waiting.pop() if waiting else _client(address) as client:
             yield _dask_pool(client)
 
     return opened
