@@ -24,11 +24,13 @@ class EngineLostError(OSError):
 
 @dataclass(frozen=True)
 class Pool:
-    """An open engine: an executor, how many tiles it computes at once, and a check that it is still there."""
+    """An open engine: an executor, how many tiles it computes at once, a check that it is still there, and how many
+    threads each of so many tiles may use."""
 
     executor: Executor
     width: Callable[[], int]
     beat: Callable[[], None] = lambda: None
+    share: Callable[[int], int] = lambda tiles: 1
 
 
 Engine = Callable[[], AbstractContextManager[Pool]]
@@ -42,7 +44,7 @@ def threads(count: int | None = None) -> Engine:
     @contextmanager
     def opened() -> Iterator[Pool]:
         with ThreadPoolExecutor(width) as executor:
-            yield Pool(executor, lambda: width)
+            yield Pool(executor, lambda: width, share=lambda tiles: max(1, width // tiles))
 
     return opened
 
@@ -75,11 +77,11 @@ def _end_with_parent() -> None:
 
 def scheduler(address: str) -> Engine:
     """The workers of a Dask scheduler, which see the store's folder under the same path."""
-    waiting = [_client(address)]  # so that one that does not answer is known of before any work
+    _client(address).close()  # checked before any work
 
     @contextmanager
     def opened() -> Iterator[Pool]:
-        with waiting.pop() if waiting else _client(address) as client:
+        with _client(address) as client:
             yield _dask_pool(client)
 
     return opened

@@ -132,7 +132,8 @@ def _pass(
     while left:
         done = set[int]()
         with engine() as pool, suppress(BrokenExecutor):
-            work, ahead = partial(compute_tile, str(store.path), attempt), partial(_ahead, pool, attempt)
+            work = partial(compute_tile, str(store.path), attempt, pool.share(len(left)))
+            ahead = partial(_ahead, pool, attempt)
             for number, future in tiles.few_ahead(pool.executor, work, left, ahead, pool.beat):
                 error = _error(future)
                 done.add(number)
@@ -165,14 +166,14 @@ def _words(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}"
 
 
-def compute_tile(path: str, attempt: int, number: int) -> str | None:
-    """Compute one tile of the store at this path and write it; its error in words if it has one.
+def compute_tile(path: str, attempt: int, threads: int, number: int) -> str | None:
+    """Compute one tile of the store at this path in so many threads and write it; its error in words if it has one.
 
     Raises OSError if the store cannot be written to.
     """
     store, begin = _store(path, (Path(path) / "run" / "study.json").stat().st_mtime_ns), time.perf_counter()
     try:
-        found = store.plan.compute(store.grid.pieces(number), threads=1)
+        found = store.plan.compute(store.grid.pieces(number), threads=threads)
     except Exception as error:  # one tile's failure must not cost the others
         return _words(error)
     try:
