@@ -1,4 +1,4 @@
-"""A map that sharpens: a coarse lattice first, then finer ones, first of all where neighbours differ.
+"""A map that sharpens: a coarse lattice first, then finer ones.
 
 In the end all cells are computed; only what seems chaotic, or stays open, is looked at more than once.
 """
@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from scipy.ndimage import maximum_filter, minimum_filter
 
 from gearchaos.app.bounds import MANY
 from gearchaos.app.state import View
@@ -31,7 +30,7 @@ PATIENT = Budget(looks=(24, 40, 80, 160, 320), longest=16, exponent=250, extensi
 """Budgets of three looks: at the coarse lattice, at all cells, and at last at those that seem chaotic or stay open."""
 
 _STEP = 0.3
-_FEWEST, _MOST = 512, 16384
+_FEWEST, _MOST = 1024, 16384
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,7 @@ class Map:
     source : (rows, columns) of int
         The cell whose colour each cell shows, its own once it is computed.
     stride : int
-        Distance of the cells that are known everywhere; 1 once all boundaries are sharp.
+        Distance of the cells of the lattice that is being computed.
     share : float
         Of the cells that are computed.
     """
@@ -73,16 +72,11 @@ def _one(view: View) -> Iterator[Map]:
         grid.show(new, stride)
         yield grid.map(steady, stride)
     grid.forget(grid.open())
-    stride = COARSE[-1]
-    for everywhere in (False, True):
-        for finer in FINE:
-            wanted = grid.unknown(finer) if everywhere else grid.between(finer)
-            for part in _parts(wanted, view.x.count):
-                grid.put(part.run(steady), part.cells)
-                grid.show(part.cells, finer)
-                yield grid.map(steady, stride)
-            stride = min(stride, finer)
-            yield grid.map(steady, stride)
+    for finer in FINE:
+        for part in _parts(grid.unknown(finer), view.x.count):
+            grid.put(part.run(steady), part.cells)
+            grid.show(part.cells, finer)
+            yield grid.map(steady, finer)
     for part in _parts(grid.open(), view.x.count):
         grid.put(part.run(patient), part.cells)
         yield grid.map(patient, 1)
@@ -102,19 +96,6 @@ class _Grid:
         """Numbers of the cells of a lattice that are not known."""
         on = self.number[::stride, ::stride]
         return on[~self.known[::stride, ::stride]]
-
-    def between(self, stride: int) -> np.ndarray:
-        """Those of them that lie beside a change of the motion, as far as the next coarser lattice tells."""
-        coarse = self._kind()[:: 2 * stride, :: 2 * stride]
-        edge = maximum_filter(coarse, size=3) != minimum_filter(coarse, size=3)
-        near = np.repeat(np.repeat(edge, 2 * stride, axis=0), 2 * stride, axis=1)
-        near = maximum_filter(near, size=2 * stride + 1)[: self.shape[0], : self.shape[1]]
-        return self.number[::stride, ::stride][(near & ~self.known)[::stride, ::stride]]
-
-    def _kind(self) -> np.ndarray:
-        """A number for every kind and period that a cell shows."""
-        label, period = (self.found[n][self.source] for n in ("label", "period"))
-        return label.astype(np.int64) * 2**32 + period
 
     def put(self, found: dict[str, np.ndarray], cells: np.ndarray) -> None:
         """Keep what was found of some cells."""
@@ -171,12 +152,11 @@ class _Part:
 
 
 def _parts(cells: np.ndarray, columns: int) -> Iterator[_Part]:
-    """The cells, column by column since frequencies close together share their steps, in parts of a third of a second.
-
-    A click need not wait longer, nor a newer map.
+    """The cells, column by column since frequencies close together share their steps, in parts of a third of a second
+    or so: a newer map need not wait longer.
     """
     cells = cells[np.argsort(cells % columns, kind="stable")]
-    size, done = 512, 0
+    size, done = 2048, 0
     while done < len(cells):
         part = _Part(cells[done : done + size])
         yield part

@@ -191,6 +191,16 @@ def standard(model: MeshModel) -> View:
     return View(model, x, y, _at(model, x, y))
 
 
+def first_view(model: MeshModel, x: Axis | None = None, y: Axis | None = None) -> View:
+    """A model over these axes, whatever their counts, or over those of figure 2."""
+    view = standard(model)
+    x, y = (
+        Axis(a.name, a.start, a.stop, n) if a else usual
+        for a, usual, n in zip((x, y), (view.x, view.y), CELLS, strict=True)
+    )
+    return View(model, x, y, _at(model, x, y))
+
+
 def axis_names(model: MeshModel) -> list[str]:
     """Parameters that the map can scan: pairs in place of their members, the kind's own alone, and one new harmonic."""
     lateral = ("mu", "kappa", "zeta_support")
