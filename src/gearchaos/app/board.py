@@ -49,6 +49,7 @@ class Board:
         self.busy, self.message, self.legend = self._words("busy"), self._words("message"), self._words("legend")
         self.verdict, self.basin_legend = self._words("verdict"), self._words("basin-legend")
         self.others = row(sizing_mode="stretch_width", name="others", styles={"flex-wrap": "wrap"})
+        self.show_choices([])
         self._placed: tuple[Any, ...] = ()
         self._waiting: Any = None
         self._listen()
@@ -152,7 +153,7 @@ class Board:
 
     def tell(self, message: str) -> None:
         """Show a message of what cannot be done, or none."""
-        self.message.text = words.error_html(message)
+        self.message.text, self.message.visible = words.error_html(message), bool(message)
 
     def clear_motion(self) -> None:
         """Show no motion, where there is none that stays bounded."""
@@ -165,8 +166,9 @@ class Board:
 
     def show_choices(self, choices: list[dict[str, Any]]) -> None:
         """A button for every motion of the point."""
-        title = Div(text="all motions here:", css_classes=["words"], stylesheets=[self._css])
-        self.others.children = [title, *(self._choice(c) for c in choices)] if choices else []
+        words_ = "all motions here:" if choices else "looking for other motions here …"
+        title = Div(text=f'<span class="words">{words_}</span>', stylesheets=[self._css], margin=(10, 4, 0, 4))
+        self.others.children = [title, *(self._choice(c) for c in choices)]
 
     def _choice(self, choice: dict[str, Any]) -> Button:
         colour = choice["colour"]

@@ -105,7 +105,7 @@ class Controls:
             "Diagram along the", [(k, f"{v} line") for k, v in LINES.items()],
             lambda v: lambda s: replace(s, line=v), "line")
         self.alike = Toggle(label="both wheels alike", active=True, name="alike", height=28)
-        self.alike.on_change("active", lambda *_: self._arrange())
+        self.alike.on_change("active", lambda _, __, ___: self._arrange())
         self.more = Button(label="one more error harmonic", name="more-eps", height=28)
         self.more.on_click(lambda: self._one_more("eps"))
         self.more_stiffness = Button(label="one more stiffness harmonic", name="more-c", height=28)

@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
-import logging
 import socket
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from importlib.resources import files
 from importlib.util import find_spec
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gearchaos.errors import InputError
+
+if TYPE_CHECKING:
+    from gearchaos.app.state import View
+    from gearchaos.gearpair import GearPair
 
 LOCAL = ("127.0.0.1", "localhost", "::1")
 PORT = 5006
 _SWITCH = 0.001
 """Seconds after which a thread lets another have its turn, so that pages answer while maps are computed."""
 
+_CHECK = 8000
+"""Milliseconds after which a page that was closed is forgotten."""
+
 
 def check_installed() -> None:
     """Raise unless the libraries of the page are there."""
-    for name in ("panel", "bokeh", "tomlkit"):
+    for name in ("bokeh", "tomlkit"):
         if find_spec(name) is None:
             raise InputError("explore", "needs the libraries of the page", name, "pip install gearchaos[app]")
 
@@ -50,7 +57,7 @@ def address(host: str, port: int) -> str:
     return f"http://{f'[{host}]' if ':' in host else host}:{port}/"
 
 
-def server(view: Any, pair: Any = None, *, host: str = LOCAL[0], port: int = PORT) -> Any:
+def server(view: View, pair: GearPair | None = None, *, host: str = LOCAL[0], port: int = PORT) -> Any:
     """A Bokeh server, not yet started.
 
     Parameters
@@ -63,56 +70,64 @@ def server(view: Any, pair: Any = None, *, host: str = LOCAL[0], port: int = POR
         Where to listen; see `check_port`.
     """
     import matplotlib
-    import panel as pn
+    from bokeh.application import Application
+    from bokeh.application.handlers import FunctionHandler
+    from bokeh.server.server import Server
 
     matplotlib.use("Agg")
     sys.setswitchinterval(_SWITCH)
-    logging.getLogger("bokeh").setLevel(logging.ERROR)
-    page = _page(view, pair)
-    return pn.io.server.get_server(
-        page, port=port, address=host, websocket_origin=origins(host, port), title="gearchaos explore", start=False,
-        show=False, check_unused_sessions_milliseconds=5000, unused_session_lifetime_milliseconds=10000,
+    _warm(view)
+    return Server(
+        {"/": Application(FunctionHandler(_page(view, pair)))}, port=port, address=host,
+        allow_websocket_origin=origins(host, port), check_unused_sessions_milliseconds=1000,
+        unused_session_lifetime_milliseconds=_CHECK,
     )
 
 
-def _page(view: Any, pair: Any) -> Callable[[], Any]:
-    """A function that makes the page of a new visitor."""
-    import panel as pn
+def _warm(view: View) -> None:
+    """Have the kernels that a page needs at once in memory before the first visitor comes."""
+    from gearchaos.app.dossier import dossier
+    from gearchaos.app.maps import sharpened
 
+    for _ in dossier(view.point):
+        pass
+    next(iter(sharpened(replace(view, colour="motion"))))
+
+
+def _page(view: View, pair: GearPair | None) -> Callable[[Any], None]:
+    """A function that fills the document of a new visitor."""
     from gearchaos.app.session import Session
     from gearchaos.app.state import from_query
     from gearchaos.app.worker import Worker
 
     quick = Worker("points")
-    workers = quick, Worker("maps", after=quick)
+    workers, template, css = (quick, Worker("maps", after=quick)), _template(), _text("page.css")
 
-    def page() -> Any:
-        document, message = pn.state.curdoc, ""
+    def page(document: Any) -> None:
+        message = ""
         try:
-            first = from_query(_query(document), view)
+            first = from_query(document.session_context.request.query, view)
         except InputError as error:
             first, message = view, f"The address cannot be shown: {error}"
         session = Session(first, workers, document, pair)
         session.board.tell(message)
         document.on_session_destroyed(lambda _: session.close())
         session.board.bridge.attach(document)
-        return _laid_out(session.board.roots())
+        document.title, document.template = "gearchaos explore", template
+        document.template_variables["css"] = css
+        with document.models.freeze():  # else all models are looked through again for every root
+            for name, model in session.board.roots().items():
+                model.name = name
+                document.add_root(model)
 
     return page
 
 
-def _query(document: Any) -> str:
-    request = document.session_context.request
-    return request.query if hasattr(request, "query") else ""
+def _template() -> Any:
+    from bokeh.core.templates import get_env
+
+    return get_env().from_string(_text("page.html.j2"))
 
 
-def _laid_out(roots: dict[str, Any]) -> Any:
-    """The roots in the page's template."""
-    import panel as pn
-
-    folder = files("gearchaos.app").joinpath("templates")
-    template = pn.Template(folder.joinpath("page.html.j2").read_text(encoding="utf-8"))
-    template.add_variable("css", folder.joinpath("page.css").read_text(encoding="utf-8"))
-    for name, model in roots.items():
-        template.add_panel(name, pn.pane.Bokeh(model, sizing_mode=model.sizing_mode or "fixed"))
-    return template
+def _text(name: str) -> str:
+    return files("gearchaos.app").joinpath("templates", name).read_text(encoding="utf-8")

@@ -6,7 +6,9 @@ newer request takes the place of an older one between two steps, and no visitor 
 
 from __future__ import annotations
 
+import contextlib
 import logging
+import os
 import threading
 import time
 from collections import OrderedDict
@@ -21,7 +23,19 @@ _PATIENCE = 0.5
 
 _SORRY = "something went wrong here; the server's log says what"
 
+_POLITE = 10
+
 log = logging.getLogger(__name__)
+
+
+def _give_way() -> None:
+    """Let other threads have the processor first, where the system has priorities for threads (Linux).
+
+    Threads begun by this one take after it.
+    """
+    if hasattr(os, "setpriority") and os.path.isdir("/proc/self/task"):
+        with contextlib.suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _POLITE)
 
 
 @dataclass
@@ -88,6 +102,8 @@ class Worker:
             self._change.wait_for(lambda: not self._working and not any(self._jobs.values()), seconds)
 
     def _run(self) -> None:
+        if self._after is not None:
+            _give_way()
         while True:
             owner, panel, job = self._next()
             if self._after is not None:
@@ -137,6 +153,8 @@ class Worker:
         except InputError as error:
             message, over = str(error), True
         except Exception:
+            if not threading.main_thread().is_alive():  # the server ends: nothing can be computed any more
+                return
             log.exception("a request could not be answered")
             message, over = _SORRY, True
         if self._current(owner, panel, job):

@@ -32,7 +32,7 @@ def explore(
 
     check_installed()
     loaded = load(study, sets)
-    view = _view(loaded, axis or [])
+    view = _view(loaded, axis or [], study is None and not sets)
     port = check_port(host, port)
     if host not in LOCAL:
         say(f"warning: anyone who can reach {host}:{port} can use this page, and this machine's time with it")
@@ -42,8 +42,9 @@ def explore(
     _serve(running, None if no_open else address(host, port))
 
 
-def _view(loaded: Study, texts: list[str]) -> View:
-    """What the page begins with: the axes of the command line, else of the study file, else the paper's."""
+def _view(loaded: Study, texts: list[str], nothing_said: bool) -> View:
+    """What the page begins with: the axes of the command line, else of the study file, else the paper's figure 2."""
+    from gearchaos.app.presets import presets
     from gearchaos.app.state import first_view
     from gearchaos.studyfile import parse_axis
 
@@ -51,6 +52,8 @@ def _view(loaded: Study, texts: list[str]) -> View:
     if len(given) not in (0, 2):
         raise InputError("--axis", "must be given twice or not at all", texts,
                          "E.g. --axis omega=0.2:3:400 --axis eps1=0:0.3:300.")
+    if nothing_said and not given:
+        return presets()["2"].view
     axes = given or list(loaded.settings_for("zones").axes)
     return first_view(loaded.model, *axes)
 

@@ -17,7 +17,7 @@ class BasinFigure:
     """A plane of starts coloured by the motion each leads to; a click chooses a start."""
 
     def __init__(self) -> None:
-        self.figure = bare(x_range=Range1d(0, 1), y_range=Range1d(0, 1), tools="save")
+        self.figure = bare(x_range=Range1d(0, 1), y_range=Range1d(0, 1), tools="", toolbar_location=None)
         self.figure.grid.visible = False
         self.source = ColumnDataSource({n: [] for n in _FIELDS})
         self.mapper = LinearColorMapper(palette=[UNDECIDED], low=-1.5, high=-0.5)

@@ -21,7 +21,7 @@ class BifurcationFigure:
     """Stroboscopic displacement over one parameter, as densities of ink."""
 
     def __init__(self) -> None:
-        self.figure = bare(x_range=Range1d(0, 1), y_range=Range1d(0, 1), tools="reset")
+        self.figure = bare(x_range=Range1d(0, 1), y_range=Range1d(0, 1), tools="", toolbar_location=None)
         self.figure.grid.visible = False
         ink = LinearColorMapper(palette=[to_hex(INK_SCALE(i / 255)) for i in range(256)], low=0, high=1)
         classes = LinearColorMapper(palette=PALETTE, low=-0.5, high=len(PALETTE) - 0.5)

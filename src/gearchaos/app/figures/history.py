@@ -17,7 +17,7 @@ class HistoryFigure:
     """The displacement z over some mesh periods."""
 
     def __init__(self) -> None:
-        self.figure = bare("Time history", x_axis_label="time τ/T (mesh periods)")
+        self.figure = bare("Time history", toolbar_location=None, x_axis_label="time τ/T (mesh periods)")
         self.source = ColumnDataSource({"x": [], "y": []})
         self.figure.line("x", "y", source=self.source, line_color=INK, line_width=1.2)
 

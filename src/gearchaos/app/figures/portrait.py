@@ -14,7 +14,7 @@ class PortraitFigure:
     """Stroboscopic points in the plane of displacement and velocity; large where they are few."""
 
     def __init__(self) -> None:
-        self.figure = bare("Stroboscopic portrait, once per mesh period")
+        self.figure = bare("Stroboscopic portrait", toolbar_location=None)
         self.source = ColumnDataSource({"x": [], "y": []})
         self.glyph = self.figure.scatter("x", "y", source=self.source, size=6, fill_color=INK, line_color=None).glyph
 

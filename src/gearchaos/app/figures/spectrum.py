@@ -17,7 +17,7 @@ class SpectrumFigure:
     """Amplitudes on a logarithmic scale; lines of periodic motions do not leak."""
 
     def __init__(self) -> None:
-        self.figure = bare("Spectrum", y_axis_type="log", x_range=Range1d(0, _ORDERS),
+        self.figure = bare("Spectrum", toolbar_location=None, y_axis_type="log", x_range=Range1d(0, _ORDERS),
                            x_axis_label="order of the mesh frequency", y_axis_label="amplitude of z′")
         self.figure.xaxis.ticker = FixedTicker(ticks=list(range(_ORDERS + 1)))
         self.source = ColumnDataSource({"x": [], "y": []})

@@ -29,8 +29,9 @@ def bare(title: str = "", **options: Any) -> Any:
     if isinstance(plot.toolbar, Toolbar):
         plot.toolbar.logo, plot.toolbar.autohide = None, True
     plot.min_border, plot.outline_line_color = 4, "#c8c8c8"
-    plot.grid.grid_line_color, plot.title.text_font_size = "#eeeeee", "12px"
-    plot.title.text_font_style, plot.title.text_color = "normal", "#444444"
+    plot.grid.grid_line_color = "#eeeeee"
+    if plot.title is not None:
+        plot.title.update(text_font_size="12px", text_font_style="normal", text_color="#444444")
     for axis in (*plot.xaxis, *plot.yaxis):
         axis.axis_label_text_font_style, axis.axis_label_text_font_size = "normal", "12px"
         axis.axis_label_standoff, axis.minor_tick_line_color = 3, None
