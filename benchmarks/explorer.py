@@ -45,6 +45,7 @@ window.measured = new Promise((done) => {
     document.addEventListener(kind, () => { window.began ??= performance.now() }, {capture: true, once: true})
   requestAnimationFrame(look)
 })
+0
 """
 
 

@@ -14,37 +14,29 @@ _STEPS = {"ArrowLeft": (-1, 0), "ArrowRight": (1, 0), "ArrowUp": (0, 1), "ArrowD
 
 
 class Bridge:
-    """Two small sources: ``said`` is written here and read by the page's script, ``heard`` the other way round."""
+    """Small sources: ``said`` and ``file`` are read by the page's script, ``heard`` is written by it."""
 
     def __init__(self, step: Callable[[int, int], None]) -> None:
-        self.said = ColumnDataSource({"kind": [""], "text": [""], "name": [""], "number": [0]}, name="said")
-        self.heard = ColumnDataSource({"key": [""], "size": [1], "number": [0]}, name="heard")
-        self._number, self._step = 0, step
+        self.said = ColumnDataSource({"address": [""], "python": [""], "toml": [""]})
+        self.file = ColumnDataSource({"content": [""], "name": [""]})
+        self.heard = ColumnDataSource({"key": [""], "size": [1], "number": [0]})
+        self._step = step
         self.heard.on_change("data", self._on_key)
         script = files("gearchaos.app").joinpath("templates/page.js").read_text(encoding="utf-8")
-        self._script = CustomJS(args={"said": self.said, "heard": self.heard}, code=script)
+        self._script = CustomJS(args={"said": self.said, "file": self.file, "heard": self.heard}, code=script)
 
     def attach(self, document: Any) -> None:
         """Let the page's script begin once the page is there."""
         document.js_on_event(DocumentReady, self._script)
 
-    def address(self, query: str) -> None:
-        """Put the state in the address bar, without a new entry in the history."""
-        self._say("address", f"?{query}")
-
-    def texts(self, python: str, toml: str) -> None:
-        """What the two copy buttons copy."""
-        self._say("python", python)
-        self._say("toml", toml)
+    def say(self, query: str, python: str, toml: str) -> None:
+        """The state for the address bar, without a new entry in the history, and what the two buttons copy."""
+        self.said.data = {"address": [f"?{query}"], "python": [python], "toml": [toml]}
 
     def download(self, content: bytes, media: str, name: str) -> None:
         """Have the browser save a file."""
-        self._say("download", f"data:{media};base64,{base64.b64encode(content).decode()}", name)
-        self._say("downloaded", "", name)  # so that the document does not keep the file
-
-    def _say(self, kind: str, text: str, name: str = "") -> None:
-        self._number += 1
-        self.said.data = {"kind": [kind], "text": [text], "name": [name], "number": [self._number]}
+        self.file.data = {"content": [f"data:{media};base64,{base64.b64encode(content).decode()}"], "name": [name]}
+        self.file.data = {"content": [""], "name": [""]}  # so that the document does not keep it
 
     def _on_key(self, _: str, __: Any, data: dict[str, list[Any]]) -> None:
         key, size = str(data["key"][0]), data["size"][0]

@@ -113,6 +113,7 @@ def _page(view: View, pair: GearPair | None) -> Callable[[Any], None]:
         session.board.tell(message)
         document.on_session_destroyed(lambda _: session.close())
         session.board.bridge.attach(document)
+        document.add_next_tick_callback(session.begin)
         document.title, document.template = "gearchaos explore", template
         document.template_variables["css"] = css
         with document.models.freeze():  # else all models are looked through again for every root

@@ -56,7 +56,14 @@ class Session:
         self._dossier: Dossier | None = None
         self._line: xr.Dataset | None = None
         self.board = Board(self, pair is not None)
-        self._show_all()
+        self._show_view()
+
+    def begin(self) -> None:
+        """Ask for all that the page shows; not before the page's connection can be told of the answers."""
+        self._ask_dossier()
+        self._ask_map()
+        self._ask_line()
+        self._leave_point()
 
     # --- what a visitor does -------------------------------------------------------------------------------------
 
@@ -131,19 +138,11 @@ class Session:
 
     # --- asking --------------------------------------------------------------------------------------------------
 
-    def _show_all(self) -> None:
-        self._show_view()
-        self._ask_dossier()
-        self._ask_map()
-        self._ask_line()
-        self._leave_point()
-
     def _show_view(self) -> None:
         view = self.view
         self.board.controls.show(view)
         self.board.place(view)
-        self.board.bridge.address(view.query())
-        self.board.bridge.texts(export.as_python(view), export.as_toml(view))
+        self.board.bridge.say(view.query(), export.as_python(view), export.as_toml(view))
 
     def _ask_dossier(self) -> None:
         self._ask(self._quick, "motion", lambda view: dossier(view.point), self._draw_dossier)

@@ -1,6 +1,4 @@
 // What figures cannot do: address bar, clipboard, downloads, arrow keys.
-const texts = {}
-
 function save(address, name) {
   const link = document.createElement("a")
   link.href = address
@@ -10,16 +8,17 @@ function save(address, name) {
   link.remove()
 }
 
-function heed() {
-  const kind = said.data.kind[0], text = said.data.text[0]
-  if (kind === "address") history.replaceState(null, "", text)
-  else if (kind === "download") save(text, said.data.name[0])
-  else texts[kind] = text
+function show_address() {
+  if (said.data.address[0]) history.replaceState(null, "", said.data.address[0])
 }
-said.properties.data.change.connect(heed)
+said.properties.data.change.connect(show_address)
+show_address()
+file.properties.data.change.connect(() => {
+  if (file.data.content[0]) save(file.data.content[0], file.data.name[0])
+})
 
 async function copy(button) {
-  const text = texts[button.dataset.copy] || ""
+  const text = said.data[button.dataset.copy][0]
   try {
     await navigator.clipboard.writeText(text)
   } catch {
