@@ -26,7 +26,7 @@ COMMAND = (sys.executable, "-c", "from gearchaos.cli import main; main()", "expl
 SIZES = {"laptop": (1366, 768), "desk": (1920, 1080), "phone": (390, 844)}
 MAP = "x=omega:0.2:3.0&y=eps1:0.0:0.3"
 START = presets()["2"].view
-WAIT = 60_000
+WAIT = 20_000
 
 
 @contextmanager
@@ -71,7 +71,8 @@ class Visit:
         self.page.set_default_timeout(WAIT)
         self.page.on("pageerror", lambda e: self.errors.append(str(e)))
         self.page.on("console", lambda m: self.errors.append(m.text) if m.type in ("error", "warning") else None)
-        self.page.on("request", lambda r: self.strangers.append(r.url) if not _own(r.url, url) else None)
+        home = re.match(r"http://[^/]+", url)[0]
+        self.page.on("request", lambda r: self.strangers.append(r.url) if not _own(r.url, home) else None)
         self.page.goto(url)
         self.settled()
 
@@ -123,8 +124,8 @@ class Visit:
 CHOICES = ("preset", "kind", "stiffness", "x", "y", "colour", "line")
 
 
-def _own(address, url):
-    return address.startswith((url, url.replace("http", "ws"), "data:", "blob:"))
+def _own(address, home):
+    return address.startswith((home, home.replace("http", "ws"), "data:", "blob:"))
 
 
 @pytest.fixture

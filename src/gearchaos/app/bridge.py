@@ -25,8 +25,9 @@ class Bridge:
         script = files("gearchaos.app").joinpath("templates/page.js").read_text(encoding="utf-8")
         self._script = CustomJS(args={"said": self.said, "file": self.file, "heard": self.heard}, code=script)
 
-    def attach(self, document: Any) -> None:
-        """Let the page's script begin once the page is there."""
+    def attach(self, document: Any, root: Any) -> None:
+        """Let the page's script begin once the page is there; the sources belong to a root, else none is kept in step."""
+        root.tags = [self.said, self.file, self.heard]
         document.js_on_event(DocumentReady, self._script)
 
     def say(self, query: str, python: str, toml: str) -> None:

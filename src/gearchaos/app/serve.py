@@ -112,7 +112,7 @@ def _page(view: View, pair: GearPair | None) -> Callable[[Any], None]:
         session = Session(first, workers, document, pair)
         session.board.tell(message)
         document.on_session_destroyed(lambda _: session.close())
-        session.board.bridge.attach(document)
+        session.board.bridge.attach(document, session.board.busy)
         document.add_next_tick_callback(session.begin)
         document.title, document.template = "gearchaos explore", template
         document.template_variables["css"] = css

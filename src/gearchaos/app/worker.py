@@ -28,6 +28,14 @@ _POLITE = 10
 log = logging.getLogger(__name__)
 
 
+_ending = threading.Event()
+
+
+def end() -> None:
+    """Say that the process ends: work that breaks off now is no error."""
+    _ending.set()
+
+
 def _give_way() -> None:
     """Let other threads have the processor first, where the system has priorities for threads (Linux).
 
@@ -153,7 +161,7 @@ class Worker:
         except InputError as error:
             message, over = str(error), True
         except Exception:
-            if not threading.main_thread().is_alive():  # the server ends: nothing can be computed any more
+            if _ending.is_set():  # nothing can be computed any more
                 return
             log.exception("a request could not be answered")
             message, over = _SORRY, True
