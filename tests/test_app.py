@@ -63,12 +63,15 @@ def test_an_empty_address_shows_what_the_server_was_started_with():
 
 @pytest.mark.parametrize(("query", "field"), [
     ("kind=cubic", "kind"), ("omega=fast", "omega"), ("omega=nan", "omega"), ("omega=1e9", "omega"),
-    ("omega=-1", "omega"), ("q0=1e300", "q0"), ("J1=0", "J1"), ("chi1=-1", "chi1"), ("contact_ratio=7", "contact_ratio"),
+    ("omega=-1", "omega"), ("q0=1e300", "q0"), ("J1=0", "J1"), ("chi1=-1", "chi1"),
+    ("contact_ratio=7", "contact_ratio"),
     ("eps9=0.1", "eps9"), ("eps99=0.1", "eps99"), ("wobble=1", "parameter"), ("colour=red", "colour"),
     ("line=z", "line"), ("x=omega", "x"), ("x=omega:3:1", "axis omega"), ("x=omega:0:1", "omega"),
-    ("x=eps1:0:1&y=eps1:0:1", "axes"), ("x=kappa:1:2", "kappa1"), ("at=1", "at"), ("at=1,x", "at"), ("at=inf,0", "omega"),
+    ("x=eps1:0:1&y=eps1:0:1", "axes"), ("x=kappa:1:2", "kappa1"), ("at=1", "at"), ("at=1,x", "at"),
+    ("at=inf,0", "omega"),
     ("start=w:1", "start"), ("start=x1:1e9", "x1"), ("units=furlongs", "units"), ("x1=1e99", "x1"),
-    ("kind=single&beta=0.1", "beta"), ("stiffness=wobbly", "stiffness"), ("stiffness=harmonics&c1=0.9&c2=0.9", "stiff"),
+    ("kind=single&beta=0.1", "beta"), ("stiffness=wobbly", "stiffness"),
+    ("stiffness=harmonics&c1=0.9&c2=0.9", "stiff"),
     ("omega=" + "1" * 5000, "address"),
 ])
 def test_an_absurd_address_is_refused_by_its_field(query, field):

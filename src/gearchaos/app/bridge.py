@@ -26,7 +26,10 @@ class Bridge:
         self._script = CustomJS(args={"said": self.said, "file": self.file, "heard": self.heard}, code=script)
 
     def attach(self, document: Any, root: Any) -> None:
-        """Let the page's script begin once the page is there; the sources belong to a root, else none is kept in step."""
+        """Let the page's script begin once the page is there.
+
+        The sources belong to a root, else they would not be kept in step.
+        """
         root.tags = [self.said, self.file, self.heard]
         document.js_on_event(DocumentReady, self._script)
 

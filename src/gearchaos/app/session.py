@@ -24,6 +24,7 @@ from gearchaos.axis import Axis
 from gearchaos.errors import InputError
 from gearchaos.gearpair import GearPair, physical
 from gearchaos.plot._axes import symbol
+from gearchaos.studies.dataset import variable
 
 _SETTLE = 0.15
 """Seconds after the last change of a slider before slow work begins."""
@@ -106,7 +107,8 @@ class Session:
     def zoom(self, x: tuple[float, float], y: tuple[float, float]) -> None:
         """Show another part of the plane."""
         axes = [
-            Axis(a.name, *map(float, ends), a.count) for a, ends in zip((self.view.x, self.view.y), (x, y), strict=True)
+            Axis(a.name, float(low), float(high), a.count)
+            for a, (low, high) in zip((self.view.x, self.view.y), (x, y), strict=True)
         ]
         if axes != [self.view.x, self.view.y]:
             self.change(lambda view: replace(view, x=axes[0], y=axes[1]))
@@ -212,8 +214,6 @@ class Session:
         names = ("section_z", "section_z_dot")
         source = found.portrait
         if source is None:
-            from gearchaos.studies.dataset import variable
-
             values = found.verdict.section
             source = xr.Dataset({f"section_{n}": variable(f"section_{n}", ("period",), np.array(values[n]))
                                  for n in ("z", "z_dot")})
@@ -246,8 +246,8 @@ class Session:
     def _dataset(self, kind: str) -> xr.Dataset | None:
         """The data of a panel, in the units on show."""
         found = {
-            "map": self._map and self._map.dataset, "motion": self._dossier and self._dossier.motion,
-            "diagram": self._line,
+            "map": None if self._map is None else self._map.dataset,
+            "motion": None if self._dossier is None else self._dossier.motion,
         }[kind]
         if found is None:
             return None

@@ -94,16 +94,12 @@ class View:
     def with_axes(self, x: Axis, y: Axis) -> View:
         """Another part of the plane, or another plane, with the point kept as far as it goes."""
         kept = self.base.parameters() | _initial(self.base)
-        at = tuple(_value_of(kept, axis, self.model) for axis in (x, y))
+        at = _value_of(kept, x, self.model), _value_of(kept, y, self.model)
         return replace(self, model=self.base, x=x, y=y, at=at)
 
     def moved(self, x: float, y: float) -> View:
         """The same with the point elsewhere; a motion chosen at the old point is left behind."""
-        at = tuple(
-            neat(min(max(v, span(a.name).least), span(a.name).most), a.stop - a.start)
-            for a, v in ((self.x, x), (self.y, y))
-        )
-        return replace(self, at=at, start=())
+        return replace(self, at=(_within(self.x, x), _within(self.y, y)), start=())
 
     def stepped(self, columns: int, rows: int) -> View:
         """The point moved by so many cells of the map."""
@@ -115,7 +111,7 @@ class View:
         number = bounded(name, value)
         for i, axis in enumerate((self.x, self.y)):
             if expand({name: 0.0}, self.model).keys() == expand({axis.name: 0.0}, self.model).keys():
-                return replace(self, at=tuple(number if i == j else v for j, v in enumerate(self.at)), start=())
+                return replace(self, at=(number, self.at[1]) if i == 0 else (self.at[0], number), start=())
             if expand({name: 0.0}, self.model).keys() & expand({axis.name: 0.0}, self.model).keys():
                 raise InputError(name, f"must be left to the axis {axis.name}", number, "Choose another axis first.")
         return replace(self, model=self.model.with_values({name: number}), start=())
@@ -216,6 +212,12 @@ def axis_names(model: MeshModel) -> list[str]:
 def stiffness_name(model: MeshModel) -> str:
     """Which of the two kinds of mesh stiffness a model has."""
     return STIFFNESSES[isinstance(model.stiffness, HarmonicStiffness)]
+
+
+def _within(axis: Axis, value: float) -> float:
+    """The nearest value that the explorer takes, rounded to what a pixel tells apart."""
+    _, _, least, most = span(axis.name)
+    return neat(min(max(value, least), most), axis.stop - axis.start)
 
 
 def _known(field: str, value: str, names: Iterable[str]) -> None:

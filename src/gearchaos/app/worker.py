@@ -146,7 +146,7 @@ class Worker:
 
     def _current(self, owner: str, panel: str, job: Job) -> bool:
         with self._change:
-            return self._jobs.get(owner, {}).get(panel) is job
+            return owner in self._jobs and self._jobs[owner].get(panel) is job
 
     def _step(self, owner: str, panel: str, job: Job) -> None:
         """One step of a job; a result that a newer request has overtaken is not shown."""

@@ -16,7 +16,8 @@ class PhaseFigure:
     """Velocity over displacement, the boundaries z = ±1 and the stroboscopic points."""
 
     def __init__(self) -> None:
-        self.figure = bare("Phase trajectory; dashed: z = ±1", toolbar_location=None, x_range=DataRange1d(), y_range=DataRange1d())
+        ranges = {"x_range": DataRange1d(), "y_range": DataRange1d()}
+        self.figure = bare("Phase trajectory; dashed: z = ±1", toolbar_location=None, **ranges)
         self.line = ColumnDataSource({"x": [], "y": []})
         self.points = ColumnDataSource({"x": [], "y": []})
         self.ends = [Span(dimension="height", location=z, line_color=BOUNDARY, line_dash="dashed") for z in (-1, 1)]
