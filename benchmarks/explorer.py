@@ -186,8 +186,7 @@ def _exercise(page: Page, chance: random.Random, count: int) -> None:
             page.mouse.click(*spot())
             page.keyboard.press(chance.choice(("ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown")))
         else:
-            page.locator("#select-preset, select").first.select_option("2")
-            page.locator("#select-preset, select").first.select_option("")
+            page.locator("select[name=select-preset]").select_option(index=chance.randrange(1, 4))
         page.wait_for_timeout(chance.choice((50, 200, 800)))
 
 
