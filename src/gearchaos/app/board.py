@@ -72,7 +72,8 @@ class Board:
             "choose": row(c.x, c.y, c.colour, sizing_mode="stretch_width"), "map": self.map.figure,
             "legend": self.legend, "verdict": self.verdict, "others": self.others, "history": self.history.figure,
             "phase": self.phase.figure, "portrait": self.portrait.figure, "spectrum": self.spectrum.figure,
-            "line_choose": c.line, "line": self.line.figure, "basin_choose": self._basin_button(),
+            "line_choose": row(c.line, sizing_mode="stretch_width"),
+            "line": self.line.figure, "basin_choose": self._basin_button(),
             "basin": self.basin.figure, "basin_legend": self.basin_legend,
         }
 

@@ -18,6 +18,7 @@ class BasinFigure:
 
     def __init__(self) -> None:
         self.figure = bare(x_range=Range1d(0, 1), y_range=Range1d(0, 1), tools="", toolbar_location=None)
+        self.figure.update(visible=False)
         self.figure.grid.visible = False
         self.source = ColumnDataSource({n: [] for n in _FIELDS})
         self.mapper = LinearColorMapper(palette=[UNDECIDED], low=-1.5, high=-0.5)
@@ -39,7 +40,7 @@ class BasinFigure:
         self.figure.x_range.update(start=float(x[0]), end=float(x[-1]))
         self.figure.y_range.update(start=float(y[0]), end=float(y[-1]))
         self.figure.xaxis.axis_label, self.figure.yaxis.axis_label = label(x, horizontal), label(y, vertical)
-        self.axes = (horizontal, vertical)
+        self.axes, self.figure.visible = (horizontal, vertical), True
         shares = found["attractor_fraction"].values
         names = [f"{n} ({100 * s:.0f} %)" for n, s in zip(attractor_names(found), shares, strict=True)]
         self.legend = legend(list(zip(colours, names, strict=True)))
@@ -47,3 +48,4 @@ class BasinFigure:
     def clear(self) -> None:
         """Show nothing."""
         self.source.data, self.legend = {n: [] for n in _FIELDS}, ""
+        self.figure.visible = False

@@ -17,7 +17,7 @@ class PhaseFigure:
 
     def __init__(self) -> None:
         ranges = {"x_range": DataRange1d(), "y_range": DataRange1d()}
-        self.figure = bare("Phase trajectory; dashed: z = ±1", toolbar_location=None, **ranges)
+        self.figure = bare("Phase (dashed: z = ±1)", toolbar_location=None, **ranges)
         self.line = ColumnDataSource({"x": [], "y": []})
         self.points = ColumnDataSource({"x": [], "y": []})
         self.ends = [Span(dimension="height", location=z, line_color=BOUNDARY, line_dash="dashed") for z in (-1, 1)]
