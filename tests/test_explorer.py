@@ -292,18 +292,17 @@ def test_two_tabs_do_not_disturb_each_other(visit):
     assert one.view.model.zeta == 0.025
 
 
-@pytest.mark.parametrize(("origin", "status"), [("http://example.org", 403), (None, 101)])
-def test_connections_from_other_origins_are_refused(server, origin, status):
+def test_connections_from_other_origins_are_refused(server):
     from http.client import HTTPConnection
 
     home = server.removeprefix("http://").rstrip("/")
     connection = HTTPConnection(home, timeout=20)
     connection.request("GET", "/ws", headers={
-        "Upgrade": "websocket", "Connection": "Upgrade", "Origin": origin or f"http://{home}",
+        "Upgrade": "websocket", "Connection": "Upgrade", "Origin": "http://example.org",
         "Sec-WebSocket-Key": "Z2VhcmNoYW9zZ2VhcmNoYQ==", "Sec-WebSocket-Version": "13",
         "Sec-WebSocket-Protocol": "bokeh, none",
     })
-    assert connection.getresponse().status == status
+    assert connection.getresponse().status == 403
     connection.close()
 
 
