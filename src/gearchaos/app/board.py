@@ -42,7 +42,7 @@ class Board:
         self._css = InlineStyleSheet(css=files("gearchaos.app").joinpath("templates/inner.css").read_text("utf-8"))
         self.controls = Controls(session.change, self._css)
         self.controls.physical.visible = has_pair
-        self.bridge = Bridge(session.step)
+        self.bridge = Bridge(session.step, session.point_at)
         self.map, self.line, self.basin = MapFigure(), BifurcationFigure(), BasinFigure()
         self.history, self.phase = HistoryFigure(), PhaseFigure()
         self.portrait, self.spectrum = PortraitFigure(), SpectrumFigure()
@@ -59,7 +59,8 @@ class Board:
 
     def _listen(self) -> None:
         session = self._session
-        self.map.figure.on_event(Tap, lambda event: session.point_at(event.x, event.y))
+        self.map.figure.on_event(Tap, lambda event: session.point_at(event.x, event.y))  # of a finger
+        self.bridge.follow(self.map.figure)
         self.map.figure.on_event(RangesUpdate, self._moved)
         self.line.figure.on_event(Tap, self._along)
         self.basin.figure.on_event(Tap, self._from)
