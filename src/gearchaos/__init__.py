@@ -13,6 +13,7 @@ from typing import Any
 _HOMES = {
     "GearPair": "gearpair", "HarmonicStiffness": "model", "InputError": "errors", "MeshModel": "model",
     "TransmissionError": "model", "TwoLevelStiffness": "model", "physical": "gearpair",
+    "explore": "app.notebook",
     "Axis": "axis", "Budget": "motion.budget", "Regime": "studies.regime",
     "attractors": "studies.attractors", "basins": "studies.basins",
     "bifurcation": "studies.bifurcation", "load": "studies.dataset", "regime": "studies.regime",

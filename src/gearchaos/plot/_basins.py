@@ -17,7 +17,7 @@ from gearchaos.plot._classes import GROUND, LEGEND, MOTION_CLASSES, motion_class
 
 _SUBHARMONIC_COLOURS = ("#f28cc0", "#a971e5", "#b8860b", "#7aa81e", "#00a7b5", "#8c564b")
 _SUBHARMONIC = 4
-_UNDECIDED = "#4d4d4d"
+UNDECIDED = "#4d4d4d"
 _UNDECIDED_INDEX = -1
 
 
@@ -47,7 +47,7 @@ def basins(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, point
         ax.patch.set(**GROUND)
     ax.imshow(
         np.ma.masked_less(index, _UNDECIDED_INDEX), origin="lower", aspect="auto", interpolation="nearest",
-        interpolation_stage="rgba", cmap=ListedColormap([_UNDECIDED, *colours]), vmin=-1.5, vmax=len(colours) - 0.5,
+        interpolation_stage="rgba", cmap=ListedColormap([UNDECIDED, *colours]), vmin=-1.5, vmax=len(colours) - 0.5,
         extent=cell_extent(ds[horizontal].values, ds[vertical].values),
     )
     if points:
@@ -105,7 +105,7 @@ def attractor_legend(host: Axes | Figure, ds: xr.Dataset, **options: Any) -> Leg
     entries = [(c, f"{n} ({_percent(s)})") for c, n, s in zip(attractor_colours(ds), names, shares, strict=True)]
     index = ds["attractor"].values
     if (lost := float((index[index >= _UNDECIDED_INDEX] < 0).mean())) > 0:
-        entries.append((_UNDECIDED, f"undecided ({_percent(lost)})"))
+        entries.append((UNDECIDED, f"undecided ({_percent(lost)})"))
     handles = [Patch(facecolor=c, edgecolor="0.35", linewidth=0.5, label=name) for c, name in entries]
     if np.any(index < _UNDECIDED_INDEX):
         handles.append(Patch(**GROUND, linewidth=0.5, label="not computed"))

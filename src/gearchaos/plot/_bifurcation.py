@@ -10,7 +10,7 @@ from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 from gearchaos.plot._axes import axis_label, cell_extent, new_axes
 from gearchaos.plot._ribbon import ribbon as draw_ribbon
 
-_INK = LinearSegmentedColormap.from_list("ink", ["#ffffff", "#7f93b8", "#1d2b53", "#060a1c"])
+INK_SCALE = LinearSegmentedColormap.from_list("ink", ["#ffffff", "#7f93b8", "#1d2b53", "#060a1c"])
 _MARGIN = 0.03
 
 
@@ -44,7 +44,7 @@ def bifurcation(
     low, high = _span(section.values)
     centres = low + (np.arange(rows) + 0.5) * (high - low) / rows
     ax.imshow(
-        density(section.values, low, high, rows).T, origin="lower", aspect="auto", cmap=_INK,
+        density(section.values, low, high, rows).T, origin="lower", aspect="auto", cmap=INK_SCALE,
         norm=PowerNorm(0.22, vmin=0, vmax=1), interpolation="antialiased", interpolation_stage="data",
         extent=cell_extent(ds[axis].values, centres),
     )

@@ -14,7 +14,7 @@ from gearchaos.plot._spectrum import spectrum
 _PERIODS = 12
 
 
-def dossier(ds: xr.Dataset, *, title: str = "") -> Figure:
+def dossier(ds: xr.Dataset, *, title: str = "", figure: Figure | None = None) -> Figure:
     """Draw four views of the relative motion z, with the ends of the backlash where z is an axis.
 
     Parameters
@@ -23,12 +23,15 @@ def dossier(ds: xr.Dataset, *, title: str = "") -> Figure:
         From `gearchaos.simulate` with samples, or `gearchaos.steady`.
     title : str
         Above all four.
+    figure : Figure, optional
+        Where to draw; a new one of pyplot if left out.
 
     Returns
     -------
     Figure
     """
-    figure, ((time, plane), (points, lines)) = plt.subplots(2, 2, figsize=(9.6, 7.2), layout="constrained")
+    figure = figure or plt.figure(figsize=(9.6, 7.2), layout="constrained")
+    (time, plane), (points, lines) = figure.subplots(2, 2)
     history(ds, "z", time, periods=min(_PERIODS, ds.sizes["period"]))
     phase(ds, "z", ax=plane)
     portrait(ds, "z", ax=points)

@@ -1,0 +1,224 @@
+"""How fast the explorer answers, measured in a headless browser; and whether it lasts.
+
+    python benchmarks/explorer.py                 click to dossier, slider to portrait, maps
+    python benchmarks/explorer.py --minutes 30    random clicking and dragging, with the server's memory
+
+Times are taken in the page, by its own clock, from the event to the first frame after the answer is in the document.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import random
+import re
+import statistics
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+
+import psutil
+from playwright.sync_api import Page, sync_playwright
+
+CHROMIUM = "/usr/bin/chromium"
+KINDS = {"torsional": "kind=torsional", "full": "kind=full"}
+MAP = "x=omega:0.2:3.0&y=eps1:0.0:0.3"
+
+_ALL = """
+const all = (selector, root = document) => {
+  const found = [...root.querySelectorAll(selector)]
+  for (const e of root.querySelectorAll("*")) if (e.shadowRoot) found.push(...all(selector, e.shadowRoot))
+  return found
+}
+"""
+_WAIT = _ALL + """
+window.measured = new Promise((done) => {
+  const before = all(SELECTOR)[0]?.outerHTML
+  const look = () => {
+    const now = all(SELECTOR)[0]
+    if (now && now.outerHTML !== before && (CONDITION)(now)) done(performance.now() - window.began)
+    else requestAnimationFrame(look)
+  }
+  window.began = null
+  for (const kind of ["pointerdown", "mousedown"])
+    document.addEventListener(kind, () => { window.began ??= performance.now() }, {capture: true, once: true})
+  requestAnimationFrame(look)
+})
+0
+"""
+
+
+@contextmanager
+def served():
+    """The address of a server and its process."""
+    command = (sys.executable, "-c", "from gearchaos.cli import main; main()", "explore", "--no-open", "--port", "0")
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    try:
+        for line in process.stderr:
+            if found := re.search(r"http://\S+", line):
+                break
+        yield found[0], psutil.Process(process.pid)
+    finally:
+        process.terminate()
+        process.wait()
+
+
+@contextmanager
+def browser():
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
+
+
+def opened(chromium, url: str, errors: list[str] | None = None) -> Page:
+    """A page with its first dossier, and whatever goes wrong on it in ``errors``."""
+    page = chromium.new_page(viewport={"width": 1366, "height": 768})
+    if errors is not None:
+        page.on("pageerror", lambda e: errors.append(str(e)))
+        page.on("console", lambda m: errors.append(m.text) if m.type == "error" else None)
+    page.goto(url)
+    page.wait_for_selector(".verdict[data-final='1']")
+    return page
+
+
+def inside(page: Page) -> dict[str, float]:
+    """The map's frame on the screen: a little inside the figure."""
+    box = page.locator("#map-figure").bounding_box()
+    return {"left": box["x"] + 75, "top": box["y"] + 15, "width": box["width"] - 125, "height": box["height"] - 75}
+
+
+def clicks(chromium, url: str, kind: str, count: int) -> list[tuple[str, float]]:
+    """Milliseconds from the click to the complete dossier, with its label, of random points."""
+    page, chance = opened(chromium, f"{url}?{KINDS[kind]}&{MAP}"), random.Random(1)
+    page.wait_for_timeout(3000)
+    frame, out = inside(page), []
+    for _ in range(count):
+        page.evaluate(_WAIT.replace("SELECTOR", '".verdict"').replace(
+            "CONDITION", "e => e.dataset.stage !== 'verdict'"))
+        page.mouse.click(frame["left"] + chance.random() * frame["width"],
+                         frame["top"] + chance.random() * frame["height"])
+        spent = page.evaluate("window.measured")
+        out.append((page.locator(".verdict").get_attribute("data-label"), spent))
+        page.wait_for_timeout(900)
+    page.close()
+    return out
+
+
+def slides(chromium, url: str, count: int) -> list[float]:
+    """Milliseconds from a move of the slider to the redrawn portrait."""
+    page, out = opened(chromium, f"{url}?{KINDS['torsional']}&{MAP}&at=1.0,0.2"), []
+    page.wait_for_timeout(3000)
+    box = page.locator(".field-omega .noUi-target").bounding_box()
+    for i in range(count):
+        page.evaluate(_WAIT.replace("SELECTOR", '".verdict"').replace("CONDITION", "e => true"))
+        page.mouse.click(box["x"] + box["width"] * (0.2 + 0.5 * i / count), box["y"] + box["height"] / 2)
+        out.append(page.evaluate("window.measured"))
+        page.wait_for_timeout(900)
+    page.close()
+    return out
+
+
+def maps(chromium, url: str, kind: str, most: float) -> dict[str, float]:
+    """Seconds from a new page to its coarse map, and until the map is sharp, or how far it came."""
+    page, began = chromium.new_page(viewport={"width": 1366, "height": 768}), time.perf_counter()
+    page.goto(f"{url}?{KINDS[kind]}&{MAP}&at=1.3,0.21")
+    out = {"opened": time.perf_counter() - began}
+    for name, condition in (("coarse", "stride <= 8"), ("fine", "stride <= 1"), ("all", "share >= 1")):
+        try:
+            page.wait_for_function(_ALL_FUNCTION.replace("CONDITION", condition), timeout=1000 * most)
+        except Exception:
+            break
+        out[name] = time.perf_counter() - began
+    page.close()
+    return out
+
+
+_ALL_FUNCTION = "() => {" + _ALL + """
+  const e = all("[data-stride]")[0]
+  if (!e) return false
+  const stride = Number(e.dataset.stride), share = Number(e.dataset.share)
+  return CONDITION
+}"""
+
+
+def lasting(minutes: float) -> dict[str, object]:
+    """Random clicks, drags, wheels, sliders and keys; the server's memory at the begin and the end."""
+    errors: list[str] = []
+    with served() as (url, process), browser() as chromium:
+        page, chance, done = opened(chromium, url, errors), random.Random(2), 0
+        _exercise(page, chance, 60)
+        memory, end = [process.memory_info().rss / 2**20], time.monotonic() + 60 * minutes
+        while time.monotonic() < end:
+            _exercise(page, chance, 20)
+            done += 20
+            memory.append(process.memory_info().rss / 2**20)
+        page.mouse.click(inside(page)["left"] + 40, inside(page)["top"] + 40)
+        page.wait_for_selector(".verdict[data-final='1']")
+        page.wait_for_selector(".busy.idle", timeout=240_000)
+    return {"actions": done, "errors": errors, "memory begin": memory[0], "memory end": memory[-1],
+            "memory most": max(memory)}
+
+
+def _exercise(page: Page, chance: random.Random, count: int) -> None:
+    frame = inside(page)
+
+    def spot() -> tuple[float, float]:
+        return (frame["left"] + chance.random() * frame["width"], frame["top"] + chance.random() * frame["height"])
+
+    for _ in range(count):
+        what = chance.choice(("click", "click", "click", "drag", "wheel", "slide", "key", "reset"))
+        if what == "click":
+            page.mouse.click(*spot())
+        elif what == "drag":
+            page.mouse.move(*spot())
+            page.mouse.down()
+            page.mouse.move(*spot(), steps=5)
+            page.mouse.up()
+        elif what == "wheel":
+            page.mouse.move(*spot())
+            page.mouse.wheel(0, chance.choice((-200, 200)))
+        elif what == "slide":
+            box = page.locator(f".field-{chance.choice(('omega', 'q0'))} .noUi-target").bounding_box()
+            page.mouse.click(box["x"] + box["width"] * chance.random(), box["y"] + box["height"] / 2)
+        elif what == "key":
+            page.mouse.click(*spot())
+            page.keyboard.press(chance.choice(("ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown")))
+        else:
+            page.locator("select[name=select-preset]").select_option(index=chance.randrange(1, 4))
+        page.wait_for_timeout(chance.choice((50, 200, 800)))
+
+
+def measure(count: int, most: float) -> dict[str, object]:
+    """All the times."""
+    out: dict[str, object] = {}
+    with served() as (url, _), browser() as chromium:
+        opened(chromium, url).close()
+        for kind in KINDS:
+            found = clicks(chromium, url, kind, count)
+            wild = [ms for label, ms in found if label == "chaotic"]
+            calm = [ms for label, ms in found if label != "chaotic"]
+            out[f"click to dossier, {kind}, ms"] = {
+                "median": statistics.median(ms for _, ms in found), "most": max(ms for _, ms in found),
+                "chaotic": wild and statistics.median(wild), "others": calm and statistics.median(calm),
+                "points": len(found), "chaotic points": len(wild),
+            }
+        found = slides(chromium, url, count)
+        out["slider to portrait, ms"] = {"median": statistics.median(found), "most": max(found)}
+        for kind in KINDS:
+            out[f"map, {kind}, s"] = maps(chromium, url, kind, most)
+    return out
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--minutes", type=float, help="click and drag at random for so long instead")
+    parser.add_argument("--count", type=int, default=20, help="clicks and slides")
+    parser.add_argument("--most", type=float, default=60, help="longest wait for each stage of a map, s")
+    chosen = parser.parse_args()
+    print(json.dumps(lasting(chosen.minutes) if chosen.minutes else measure(chosen.count, chosen.most), indent=1))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,63 @@
+"""The bifurcation diagram along the line through the point, with the motion of every column above it."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from bokeh.models import ColumnDataSource, LinearColorMapper, Range1d, Span
+from matplotlib.colors import to_hex
+
+from gearchaos.app.figures.style import PALETTE, bare, label
+from gearchaos.plot._axes import cell_extent
+from gearchaos.plot._bifurcation import INK_SCALE, density
+from gearchaos.plot._classes import motion_class
+
+_ROWS = 240
+_RIBBON = 0.05
+_GAMMA = 0.22
+
+
+class BifurcationFigure:
+    """Stroboscopic displacement over one parameter, as densities of ink."""
+
+    def __init__(self) -> None:
+        self.figure = bare(x_range=Range1d(0, 1), y_range=Range1d(0, 1), tools="", toolbar_location=None)
+        self.figure.grid.visible = False
+        ink = LinearColorMapper(palette=[to_hex(INK_SCALE(i / 255)) for i in range(256)], low=0, high=1)
+        classes = LinearColorMapper(palette=PALETTE, low=-0.5, high=len(PALETTE) - 0.5)
+        self.ink, self.ribbon = (ColumnDataSource({n: [] for n in ("image", "x", "y", "dw", "dh")}) for _ in range(2))
+        for source, mapper in ((self.ink, ink), (self.ribbon, classes)):
+            self.figure.image(image="image", x="x", y="y", dw="dw", dh="dh", source=source, color_mapper=mapper)
+        self.here = Span(dimension="height", location=0.0, line_color="#c03a1e", line_width=1.5, line_alpha=0.8)
+        self.figure.add_layout(self.here)
+
+    def show(self, found: xr.Dataset, at: float) -> None:
+        """Draw a diagram; ``at`` is the point's value."""
+        name = "section_z"
+        axis = str(found[name].dims[0])
+        values = found[name].transpose(..., "point").values
+        low, high = _span(values)
+        shades = density(values, low, high, _ROWS).T ** _GAMMA
+        left, right, _, _ = cell_extent(found[axis].values, np.arange(2.0))
+        top = high + _RIBBON * (high - low)
+        place = {"x": [left], "dw": [right - left]}
+        self.ink.data = {"image": [shades.astype(np.float32)], "y": [low], "dh": [high - low], **place}
+        strip = motion_class(found["label"], found["period"])[None].astype(np.uint8)
+        self.ribbon.data = {"image": [strip], "y": [high], "dh": [top - high], **place}
+        self.figure.x_range.update(start=float(found[axis][0]), end=float(found[axis][-1]))
+        self.figure.y_range.update(start=low, end=top)
+        self.figure.xaxis.axis_label = label(found[axis], axis)
+        self.figure.yaxis.axis_label = label(found[name], "z")
+        self.here.location = at
+
+    def clear(self) -> None:
+        """Show nothing."""
+        for source in (self.ink, self.ribbon):
+            source.data = {n: [] for n in ("image", "x", "y", "dw", "dh")}
+
+
+def _span(values: np.ndarray) -> tuple[float, float]:
+    known = values[np.isfinite(values)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
+    margin = 0.03 * (high - low) or 0.5
+    return low - margin, high + margin

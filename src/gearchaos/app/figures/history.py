@@ -1,0 +1,38 @@
+"""The time history of the relative displacement."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from bokeh.models import ColumnDataSource
+
+from gearchaos.app.figures.style import INK, bare, label
+from gearchaos.plot._axes import mesh_period
+
+_PERIODS = 12
+_SAMPLES = 3000
+
+
+class HistoryFigure:
+    """The displacement z over some mesh periods."""
+
+    def __init__(self) -> None:
+        self.figure = bare("Time history", toolbar_location=None, x_axis_label="time τ/T (mesh periods)")
+        self.source = ColumnDataSource({"x": [], "y": []})
+        self.figure.line("x", "y", source=self.source, line_color=INK, line_width=1.2)
+
+    def show(self, motion: xr.Dataset, tau: np.ndarray, period: float) -> None:
+        """Draw a motion; ``tau`` are its times in the unit of the mesh period."""
+        time = (tau - tau[0]) / period
+        inside = time <= _PERIODS
+        self.source.data = {"x": time[inside][:_SAMPLES], "y": motion["z"].values[inside][:_SAMPLES]}
+        self.figure.yaxis.axis_label = label(motion["z"], "z")
+
+    def clear(self) -> None:
+        """Show nothing."""
+        self.source.data = {"x": [], "y": []}
+
+
+def times(motion: xr.Dataset) -> tuple[np.ndarray, float]:
+    """The times of a dimensionless motion and its mesh period."""
+    return motion["tau"].values, mesh_period(motion)

@@ -1,0 +1,42 @@
+"""The phase trajectory, with the ends of the backlash."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from bokeh.models import ColumnDataSource, DataRange1d, Span
+
+from gearchaos.app.figures.style import BOUNDARY, INK, STROBE, bare, label
+
+_SAMPLES = 6000
+_POINTS = 96
+
+
+class PhaseFigure:
+    """Velocity over displacement, the boundaries z = ±1 and the stroboscopic points."""
+
+    def __init__(self) -> None:
+        ranges = {"x_range": DataRange1d(), "y_range": DataRange1d()}
+        self.figure = bare("Phase (dashed: z = ±1)", toolbar_location=None, **ranges)
+        self.line = ColumnDataSource({"x": [], "y": []})
+        self.points = ColumnDataSource({"x": [], "y": []})
+        self.ends = [Span(dimension="height", location=z, line_color=BOUNDARY, line_dash="dashed") for z in (-1, 1)]
+        drawn = self.figure.line("x", "y", source=self.line, line_color=INK, line_width=1)
+        dots = self.figure.scatter("x", "y", source=self.points, size=5, fill_color=STROBE, line_color=None)
+        self.figure.x_range.renderers = self.figure.y_range.renderers = [drawn, dots]
+        for end in self.ends:
+            self.figure.add_layout(end)
+
+    def show(self, motion: xr.Dataset, backlash: float) -> None:
+        """Draw a motion; ``backlash`` is half of it, in the unit of z."""
+        self.line.data = {"x": motion["z"].values[:_SAMPLES], "y": motion["z_dot"].values[:_SAMPLES]}
+        sections = (motion[f"section_{n}"].values[:_POINTS] for n in ("z", "z_dot"))
+        self.points.data = dict(zip("xy", map(np.asarray, sections), strict=True))
+        for sign, end in zip((-1, 1), self.ends, strict=True):
+            end.location = sign * backlash
+        self.figure.xaxis.axis_label = label(motion["z"], "z")
+        self.figure.yaxis.axis_label = label(motion["z_dot"], "z_dot")
+
+    def clear(self) -> None:
+        """Show nothing."""
+        self.line.data = self.points.data = {"x": [], "y": []}

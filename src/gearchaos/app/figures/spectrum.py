@@ -1,0 +1,35 @@
+"""The spectrum of the velocity in orders of the mesh frequency."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from bokeh.models import ColumnDataSource, FixedTicker, Range1d
+
+from gearchaos.app.figures.style import INK, bare
+from gearchaos.plot._spectrum import amplitudes
+
+_ORDERS = 6
+_FLOOR = 1e-7
+
+
+class SpectrumFigure:
+    """Amplitudes on a logarithmic scale; lines of periodic motions do not leak."""
+
+    def __init__(self) -> None:
+        self.figure = bare("Spectrum", toolbar_location=None, y_axis_type="log", x_range=Range1d(0, _ORDERS),
+                           x_axis_label="order of the mesh frequency", y_axis_label="amplitude of z′")
+        self.figure.xaxis.ticker = FixedTicker(ticks=list(range(_ORDERS + 1)))
+        self.source = ColumnDataSource({"x": [], "y": []})
+        self.figure.line("x", "y", source=self.source, line_color=INK, line_width=1)
+
+    def show(self, motion: xr.Dataset) -> None:
+        """Draw the spectrum of a dimensionless motion."""
+        order, amplitude = amplitudes(motion, "z_dot")
+        inside = order <= _ORDERS
+        least = max(float(amplitude[inside].max()) * _FLOOR, 1e-300)
+        self.source.data = {"x": order[inside], "y": np.maximum(amplitude[inside], least)}
+
+    def clear(self) -> None:
+        """Show nothing."""
+        self.source.data = {"x": [], "y": []}

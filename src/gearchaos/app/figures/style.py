@@ -1,0 +1,75 @@
+"""What the figures of the page share: size, fonts, tools, labels, colours of classes."""
+
+from __future__ import annotations
+
+import html
+from typing import Any
+
+import xarray as xr
+from bokeh.models import Toolbar
+from bokeh.plotting import figure
+
+from gearchaos.plot._axes import axis_label
+from gearchaos.plot._classes import MOTION_CLASSES
+from gearchaos.plot._phase import INK, STROBE
+
+PALETTE = [c.colour for c in MOTION_CLASSES]
+BOUNDARY = "#737373"
+_TOOLS = "pan,box_zoom,wheel_zoom,reset"
+
+__all__ = ["BOUNDARY", "INK", "PALETTE", "STROBE", "bare", "label", "legend"]
+
+
+def bare(title: str = "", **options: Any) -> Any:
+    """An empty figure that fills its place; it redraws at once and keeps its tools out of the way."""
+    plot = figure(
+        title=title or None, sizing_mode="stretch_both", min_height=120, tools=options.pop("tools", _TOOLS),
+        output_backend="canvas", toolbar_location=options.pop("toolbar_location", "right"), **options,
+    )
+    if isinstance(plot.toolbar, Toolbar):
+        plot.toolbar.logo, plot.toolbar.autohide = None, True
+    plot.min_border, plot.outline_line_color = 4, "#c8c8c8"
+    plot.grid.grid_line_color = "#eeeeee"
+    if plot.title is not None:
+        plot.title.update(text_font_size="12px", text_font_style="normal", text_color="#444444")
+    for axis in (*plot.xaxis, *plot.yaxis):
+        axis.axis_label_text_font_style, axis.axis_label_text_font_size = "normal", "12px"
+        axis.axis_label_standoff, axis.minor_tick_line_color = 3, None
+    return plot
+
+
+def label(array: xr.DataArray, name: str) -> str:
+    """The words and the symbol of an axis; Bokeh sets the mathematics itself."""
+    return plain(axis_label(array, name))
+
+
+_GREEK = {
+    r"\omega": "ω", r"\varepsilon": "ε", r"\theta": "θ", r"\alpha": "α", r"\kappa": "κ", r"\beta": "β", r"\mu": "μ",
+    r"\zeta": "ζ", r"\chi": "χ", r"\tau": "τ", r"\lambda": "λ", r"\dot{z}": "z′", r"V_\mathrm{RMS}": "V_RMS",
+}
+_SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+
+
+def plain(text: str) -> str:
+    """Mathtext as plain characters: ``$\\varepsilon_{1}$`` as ε₁."""
+    if "$" not in text:
+        return text
+    before, sign, after = text.partition("$")[0], text.split("$")[1], text.split("$", 2)[2]
+    for name, letter in _GREEK.items():
+        sign = sign.replace(name, letter)
+    if sign.startswith(r"\dot{"):
+        sign = sign.replace(r"\dot{", "").replace("}", "", 1) + "′"
+    head, low, index = sign.partition("_")
+    index = index.strip("{}") if low else ""
+    subscript = index.replace("{", "").replace("}", "")
+    shown = subscript.translate(_SUBSCRIPTS) if subscript.strip("′").isdigit() else f"_{subscript}" if low else ""
+    return f"{before}{head}{shown}{after}"
+
+
+def legend(entries: list[tuple[str, str]]) -> str:
+    """Squares of colour with names, as HTML; they wrap."""
+    squares = (
+        f'<span class="entry"><i style="background:{html.escape(colour)}"></i>{html.escape(name)}</span>'
+        for colour, name in entries
+    )
+    return f'<div class="legend">{"".join(squares)}</div>'

@@ -1,0 +1,80 @@
+"""What lies about the point: a bifurcation diagram through it, its basins, and all motions it has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+
+from gearchaos.app.bounds import BASIN, COLUMNS, POINTS, STARTS
+from gearchaos.app.state import View
+from gearchaos.axis import Axis
+from gearchaos.model import MeshModel
+from gearchaos.motion import Budget
+from gearchaos.studies.attractors import plan as attractors_plan
+from gearchaos.studies.basins import plan as basins_plan
+from gearchaos.studies.bifurcation import plan as bifurcation_plan
+from gearchaos.studies.dataset import variable
+from gearchaos.studies.plan import Plan
+from gearchaos.studies.starts import default_box
+
+_BUDGET = Budget(extensions=2, patience=1500)
+_COARSE = 4
+_PARTS = 8
+
+
+def bifurcation(view: View) -> Iterator[xr.Dataset]:
+    """The diagram along the line through the point, every fourth column first."""
+    axis = view.x if view.line == "x" else view.y
+    model = view.base
+    for count in (COLUMNS // _COARSE, COLUMNS):
+        whole = bifurcation_plan(
+            model, Axis(axis.name, axis.start, axis.stop, count), points=POINTS, budget=_BUDGET,
+        )
+        yield from _in_parts(whole, count > COLUMNS // _COARSE)
+
+
+def _in_parts(whole: Plan, parted: bool) -> Iterator[xr.Dataset]:
+    """A study in a few parts; its result comes after the last, and nothing but a chance to stop after the others."""
+    found: dict[str, np.ndarray] = {}
+    for numbers in np.array_split(np.arange(whole.count), _PARTS if parted else 1):
+        for name, values in whole.compute(numbers).items():
+            if name not in found:
+                found[name] = np.zeros((whole.count, *values.shape[1:]), values.dtype)
+            found[name][numbers] = values
+        yield xr.Dataset()
+    yield whole.finish(found)
+
+
+def basin_axes(model: MeshModel, count: tuple[int, int]) -> tuple[Axis, Axis]:
+    """The plane of starts: displacement and velocity of the first wheel, or the relative ones of `single`."""
+    (x, ends), (y, heights) = list(default_box(model).items())[:2]
+    return Axis(x, *ends, count[0]), Axis(y, *heights, count[1])
+
+
+def basins(view: View) -> Iterator[xr.Dataset]:
+    """The basins of the point's motions, coarse and then fine."""
+    model = view.base
+    for share in (4, 1):
+        x, y = basin_axes(model, (BASIN[0] // share, BASIN[1] // share))
+        yield from _in_parts(basins_plan(_bare(model, x, y), x, y, budget=_BUDGET), share == 1)
+
+
+def _bare(model: MeshModel, x: Axis, y: Axis) -> MeshModel:
+    """The model without the initial values that the plane sets."""
+    kept = {n: v for n, v in model.initial.items() if n[0] == x.name[0] and n not in (x.name, y.name)}
+    return replace(model, initial=kept)
+
+
+def attractors(view: View) -> Iterator[xr.Dataset]:
+    """All motions found from some starts, with one start that leads to each."""
+    whole = attractors_plan(view.base, STARTS, budget=_BUDGET)
+    found = whole.run()
+    index = found["attractor"].values
+    first = np.array([int(np.flatnonzero(index == i)[0]) for i in range(found.sizes.get("number", 0))], dtype=int)
+    yield found.assign({
+        f"attractor_{n}": variable(n.removeprefix("start_"), ("number",), found[n].values[first])
+        for n in map(str, found.data_vars) if n.startswith("start_")
+    })

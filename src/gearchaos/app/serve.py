@@ -1,0 +1,134 @@
+"""The server: a page for every visitor, on this machine alone unless told otherwise."""
+
+from __future__ import annotations
+
+import socket
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from importlib.resources import files
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from gearchaos.errors import InputError
+
+if TYPE_CHECKING:
+    from gearchaos.app.state import View
+    from gearchaos.gearpair import GearPair
+
+LOCAL = ("127.0.0.1", "localhost", "::1")
+PORT = 5006
+_SWITCH = 0.001
+"""Seconds after which a thread lets another have its turn, so that pages answer while maps are computed."""
+
+_CHECK = 8000
+"""Milliseconds after which a page that was closed is forgotten."""
+
+
+def check_installed() -> None:
+    """Raise unless the libraries of the page are there."""
+    for name in ("bokeh", "tomlkit"):
+        if find_spec(name) is None:
+            raise InputError("explore", "needs the libraries of the page", name, "pip install gearchaos[app]")
+
+
+def check_port(host: str, port: int) -> int:
+    """A free port, the one asked for unless it is 0; raises if that one is taken or the host is none of ours."""
+    if not 0 <= port <= 65535:
+        raise InputError("--port", "must lie in [0, 65535]", port)
+    try:
+        with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind((host, port))
+            return probe.getsockname()[1]
+    except OSError as error:
+        raise InputError("--port", "must be free, at an address of this machine", f"{host}:{port}",
+                         f"{error.strerror}. Choose another one, or 0 for any.") from None
+
+
+def origins(host: str, port: int) -> list[str]:
+    """Where a page may come from that opens a connection."""
+    names = {"127.0.0.1", "localhost"} if host in LOCAL else {host}
+    return sorted(f"{f'[{n}]' if ':' in n else n}:{port}" for n in names)
+
+
+def address(host: str, port: int) -> str:
+    """Where the page is."""
+    return f"http://{f'[{host}]' if ':' in host else host}:{port}/"
+
+
+def server(view: View, pair: GearPair | None = None, *, host: str = LOCAL[0], port: int = PORT) -> Any:
+    """A Bokeh server, not yet started.
+
+    Parameters
+    ----------
+    view : View
+        What a page without a query shows.
+    pair : GearPair, optional
+        Whose units results may be shown in.
+    host, port : str, int
+        Where to listen; see `check_port`.
+    """
+    import matplotlib
+    from bokeh.application import Application
+    from bokeh.application.handlers import FunctionHandler
+    from bokeh.server.server import Server
+
+    matplotlib.use("Agg")
+    sys.setswitchinterval(_SWITCH)
+    _warm(view)
+    return Server(
+        {"/": Application(FunctionHandler(_page(view, pair)))}, port=port, address=host,
+        allow_websocket_origin=origins(host, port), check_unused_sessions_milliseconds=1000,
+        unused_session_lifetime_milliseconds=_CHECK,
+    )
+
+
+def _warm(view: View) -> None:
+    """Have the kernels that a page needs at once in memory before the first visitor comes."""
+    from gearchaos.app.dossier import dossier
+    from gearchaos.app.maps import sharpened
+
+    for _ in dossier(view.point):
+        pass
+    next(iter(sharpened(replace(view, colour="motion"))))
+
+
+def _page(view: View, pair: GearPair | None) -> Callable[[Any], None]:
+    """A function that fills the document of a new visitor."""
+    from gearchaos.app.session import Session
+    from gearchaos.app.state import from_query
+    from gearchaos.app.worker import Worker
+
+    quick = Worker("points")
+    workers, template, css = (quick, Worker("maps", after=quick)), _template(), _text("page.css")
+
+    def page(document: Any) -> None:
+        message = ""
+        try:
+            first = from_query(document.session_context.request.query, view)
+        except InputError as error:
+            first, message = view, f"The address cannot be shown: {error}"
+        session = Session(first, workers, document, pair)
+        session.board.tell(message)
+        document.on_session_destroyed(lambda _: session.close())
+        session.board.bridge.attach(document, session.board.busy)
+        document.add_next_tick_callback(session.begin)
+        document.title, document.template = "gearchaos explore", template
+        document.template_variables["css"] = css
+        with document.models.freeze():  # else all models are looked through again for every root
+            for name, model in session.board.roots().items():
+                model.name = name
+                document.add_root(model)
+
+    return page
+
+
+def _template() -> Any:
+    from bokeh.core.templates import get_env
+
+    return get_env().from_string(_text("page.html.j2"))
+
+
+def _text(name: str) -> str:
+    return files("gearchaos.app").joinpath("templates", name).read_text(encoding="utf-8")

@@ -1,0 +1,273 @@
+"""One visitor's page: a view, what is being computed for it, and what of it is on show."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+from itertools import count
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from gearchaos.app import export, lines, words
+from gearchaos.app.board import Board
+from gearchaos.app.dossier import Dossier, dossier
+from gearchaos.app.figures.history import times
+from gearchaos.app.figures.style import label, plain
+from gearchaos.app.maps import Map, sharpened
+from gearchaos.app.state import View
+from gearchaos.app.worker import Job, Worker
+from gearchaos.axis import Axis
+from gearchaos.errors import InputError
+from gearchaos.gearpair import GearPair, physical
+from gearchaos.plot._axes import symbol
+from gearchaos.studies.dataset import variable
+
+_SETTLE = 0.15
+"""Seconds after the last change of a slider before slow work begins."""
+
+_numbers = count(1)
+log = logging.getLogger(__name__)
+
+
+class Session:
+    """What happens on one page.
+
+    Parameters
+    ----------
+    view : View
+        To begin with.
+    workers : (Worker, Worker)
+        For the motion at the point, and for maps and everything else that takes long.
+    document : bokeh Document
+        Of the page.
+    pair : GearPair, optional
+        Whose units results may be shown in.
+    """
+
+    def __init__(self, view: View, workers: tuple[Worker, Worker], document: Any, pair: GearPair | None) -> None:
+        self.name, self.view, self.pair = f"session-{next(_numbers)}", view, pair
+        self._quick, self._slow = workers
+        self._document, self._alive = document, True
+        self._busy: set[str] = set()
+        self._map: Map | None = None
+        self._dossier: Dossier | None = None
+        self._line: xr.Dataset | None = None
+        self.board = Board(self, pair is not None)
+        self._show_view()
+
+    def begin(self) -> None:
+        """Ask for all that the page shows; not before the page's connection can be told of the answers."""
+        self._ask_dossier()
+        self._ask_map()
+        self._ask_line()
+        self._leave_point()
+
+    # --- what a visitor does -------------------------------------------------------------------------------------
+
+    def change(self, wanted: Callable[[View], View]) -> None:
+        """Go to another view, or say why that cannot be and stay."""
+        try:
+            view = wanted(self.view)
+        except InputError as error:
+            self.board.tell(str(error))
+            self.board.controls.show(self.view)
+            return
+        self.board.tell("")
+        self.go(view)
+
+    def go(self, view: View) -> None:
+        """Show another view; only what differs is computed anew."""
+        before, self.view = self.view, view
+        self._show_view()
+        if _map_key(before) != _map_key(view):
+            self._ask_map()
+        elif before.colour != view.colour and self._map is not None:
+            self._draw_map(self._map)
+        if before.point != view.point:
+            self._ask_dossier()
+        elif before.physical != view.physical and self._dossier is not None:
+            self._draw_dossier(self._dossier)
+        if _line_key(before) != _line_key(view):
+            self._ask_line()
+        if before.base != view.base:
+            self._leave_point()
+
+    def point_at(self, x: float, y: float) -> None:
+        """Move the point."""
+        self.change(lambda view: view.moved(x, y))
+
+    def step(self, columns: int, rows: int) -> None:
+        """Move the point by cells."""
+        self.change(lambda view: view.stepped(columns, rows))
+
+    def zoom(self, x: tuple[float, float], y: tuple[float, float]) -> None:
+        """Show another part of the plane."""
+        axes = [
+            Axis(a.name, float(low), float(high), a.count)
+            for a, (low, high) in zip((self.view.x, self.view.y), (x, y), strict=True)
+        ]
+        if axes != [self.view.x, self.view.y]:
+            self.change(lambda view: replace(view, x=axes[0], y=axes[1]))
+
+    def start_from(self, values: tuple[tuple[str, float], ...]) -> None:
+        """Show the motion that another start at the point leads to."""
+        self.change(lambda view: replace(view, start=values))
+
+    def ask_basin(self) -> None:
+        """Compute the basins of the point."""
+        self._ask(self._slow, "basins", lambda view: lines.basins(view), self._draw_basin)
+
+    def ask_export(self, kind: str, suffix: str) -> None:
+        """Make a file of what is on show."""
+        dataset = self._dataset(kind)
+        if dataset is None:
+            self.board.tell("There is nothing to save yet.")
+            return
+        title = self._dossier.verdict.label if self._dossier and kind == "motion" else ""
+        colour = self.view.colour
+        steps = lambda _: export.exported(kind, suffix, dataset, colour, title)  # noqa: E731 - a name for the job
+        self._ask(self._slow, f"{kind}.{suffix}", steps, lambda found: self.board.bridge.download(*found))
+
+    def close(self) -> None:
+        """Forget all work for this page."""
+        self._alive = False
+        for worker in (self._quick, self._slow):
+            worker.drop(self.name)
+
+    # --- asking --------------------------------------------------------------------------------------------------
+
+    def _show_view(self) -> None:
+        view = self.view
+        self.board.controls.show(view)
+        self.board.place(view)
+        self.board.bridge.say(view.query(), export.as_python(view), export.as_toml(view))
+
+    def _ask_dossier(self) -> None:
+        self._ask(self._quick, "motion", lambda view: dossier(view.point), self._draw_dossier)
+
+    def _ask_map(self) -> None:
+        self._map = None
+        self._ask(self._slow, "map", sharpened, self._draw_map, _SETTLE)
+
+    def _ask_line(self) -> None:
+        self._line = None
+        self._ask(self._slow, "diagram", lines.bifurcation, self._draw_line, 2 * _SETTLE)
+
+    def _leave_point(self) -> None:
+        """Other motions and basins belong to the point left behind."""
+        self._slow.drop(self.name, "basins")
+        self._finished("basins", None)
+        self.board.basin.clear()
+        self.board.show_basin_legend()
+        self.board.show_choices([])
+        self._ask(self._slow, "other motions", lines.attractors, self._draw_choices, 3 * _SETTLE)
+
+    def _ask(
+        self, worker: Worker, panel: str, steps: Callable[[View], Iterator[Any]], draw: Callable[[Any], None],
+        delay: float = 0.0,
+    ) -> None:
+        self._busy.add(panel)
+        self.board.show_busy(self._busy)
+        worker.submit(self.name, panel, Job(
+            partial(steps, self.view), lambda found: self._later(partial(draw, found)),
+            lambda message: self._later(partial(self._finished, panel, message)), delay,
+        ))
+
+    def _finished(self, panel: str, message: str | None) -> None:
+        self._busy.discard(panel)
+        self.board.show_busy(self._busy)
+        if message:
+            self.board.tell(f"{panel}: {message}")
+
+    def _later(self, action: Callable[[], None]) -> None:
+        """Have the event loop do something, as long as the page is there."""
+        if self._alive:
+            self._document.add_next_tick_callback(action)
+
+    # --- showing -------------------------------------------------------------------------------------------------
+
+    def _draw_map(self, found: Map) -> None:
+        self._map = found
+        if self.view.colour not in found.dataset and self.view.colour != "motion":
+            return
+        self.board.show_map(found, self.view.colour)
+
+    def _draw_dossier(self, found: Dossier) -> None:
+        self._dossier = found
+        pair = self.pair if self.view.physical else None
+        where = ", ".join(
+            f"{plain(symbol(a.name))} = {v:g}" for a, v in zip((self.view.x, self.view.y), self.view.at, strict=True))
+        self._draw_portrait(found, pair)
+        if found.motion is not None:
+            self._draw_motion(found.motion, pair)
+        elif not found.verdict.section:
+            self.board.clear_motion()
+        self.board.verdict.text = words.verdict_html(found, where, _stage(found), pair)
+
+    def _draw_portrait(self, found: Dossier, pair: GearPair | None) -> None:
+        if not found.verdict.section:
+            return
+        names = ("section_z", "section_z_dot")
+        source = found.portrait
+        if source is None:
+            values = found.verdict.section
+            source = xr.Dataset({f"section_{n}": variable(f"section_{n}", ("period",), np.array(values[n]))
+                                 for n in ("z", "z_dot")})
+        source = source[list(names)].drop_vars(source.coords)
+        if pair is not None:
+            source = physical(source, pair)
+        x, y = (source[n] for n in names)
+        self.board.portrait.show(x.values, y.values, (label(x, "z"), label(y, "z_dot")))
+
+    def _draw_motion(self, motion: xr.Dataset, pair: GearPair | None) -> None:
+        tau, period = times(motion)
+        self.board.spectrum.show(motion)
+        shown = motion if pair is None else physical(motion, pair)
+        self.board.history.show(shown, tau, period)
+        self.board.phase.show(shown, 1.0 if pair is None else pair.scales.length * 1e6)
+
+    def _draw_line(self, found: xr.Dataset) -> None:
+        if found:
+            self._line = found
+            self.board.line.show(found, self.view.at["xy".index(self.view.line)])
+
+    def _draw_basin(self, found: xr.Dataset) -> None:
+        if found:
+            self.board.basin.show(found)
+            self.board.show_basin_legend()
+
+    def _draw_choices(self, found: xr.Dataset) -> None:
+        self.board.show_choices(words.attractor_choices(found))
+
+    def _dataset(self, kind: str) -> xr.Dataset | None:
+        """The data of a panel, in the units on show."""
+        found = {
+            "map": None if self._map is None else self._map.dataset,
+            "motion": None if self._dossier is None else self._dossier.motion,
+        }[kind]
+        if found is None:
+            return None
+        return physical(found, self.pair) if self.pair is not None and self.view.physical else found
+
+
+def _stage(found: Dossier) -> str:
+    """How far a dossier is, in one word."""
+    if found.motion is None and found.verdict.section:
+        return "verdict"
+    return "complete" if found.final else "followed"
+
+
+def _map_key(view: View) -> tuple[Any, ...]:
+    """What the map depends on."""
+    corner = view.model.with_values({view.x.name: view.x.start, view.y.name: view.y.start})
+    return corner, view.x, view.y, view.colour == "attractors"
+
+
+def _line_key(view: View) -> tuple[Any, ...]:
+    """What the diagram depends on."""
+    axis = view.x if view.line == "x" else view.y
+    return view.base.with_values({axis.name: axis.start}), axis

@@ -1,0 +1,98 @@
+"""The dossier in words: the verdict, its evidence, the levels, the other motions of the point; as HTML."""
+
+from __future__ import annotations
+
+import html
+import math
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from gearchaos.app.dossier import Dossier
+from gearchaos.gearpair import GearPair, physical
+from gearchaos.plot._basins import attractor_colours, attractor_names
+from gearchaos.plot._classes import MOTION_CLASSES
+from gearchaos.studies.dataset import variable
+from gearchaos.studies.regime import Regime
+
+_LEVELS = (
+    ("v_rms", "rms velocity V_RMS"), ("z_rms", "rms of z"), ("z_peak_to_peak", "peak to peak of z"),
+    ("contact_fraction", "share of the time in contact"), ("dynamic_factor", "dynamic factor"),
+)
+_CONTACT = {
+    "permanent": "the teeth never part", "one-sided": "the teeth part, the back flank is not reached",
+    "two-sided": "the teeth hit both flanks", "none": "no contact at all",
+}
+_PARTS = {"omega", "omega0", "delta", "1", "c0"}
+
+
+def colour(label: str) -> str:
+    """The colour of a motion's class, by its label."""
+    names = {c.name: c.colour for c in MOTION_CLASSES}
+    return names.get(label, names["other sub-harmonic"])
+
+
+def verdict_html(found: Dossier, where: str, stage: str, pair: GearPair | None) -> str:
+    """The verdict with its evidence; ``stage`` says in the document how far the dossier is."""
+    v = found.verdict
+    soon = "" if found.final else (
+        f'<p class="soon">so far: chaos may be a transient, so it is followed on (now {v.periods_spent:,} periods)</p>')
+    rows = "".join(
+        f"<tr><th>{html.escape(title)}</th><td>{html.escape(text)}</td></tr>" for title, text in _rows(v, pair))
+    return (
+        f'<div class="verdict" data-label="{v.label}" data-stage="{stage}" data-final="{int(found.final)}">'
+        f'<div class="label" style="border-color:{colour(v.label)}"><b>{html.escape(v.label)}</b>'
+        f"<span>{html.escape(where)}</span></div>"
+        f"<p>{html.escape(v.reason)}</p>{soon}<table>{rows}</table></div>"
+    )
+
+
+def _rows(v: Regime, pair: GearPair | None) -> list[tuple[str, str]]:
+    rows = []
+    if v.contact:
+        rows.append(("contact", f"{v.contact}: {_CONTACT[v.contact]}"))
+    rows += _levels(v, pair)
+    if v.multipliers:
+        largest = max(math.hypot(*m) for m in v.multipliers)
+        rows.append(("largest Floquet multiplier |μ|", f"{largest:.6f}"))
+        rows.append(("residual of the orbit", f"{v.residual:.1e}"))
+    elif v.lyapunov:
+        low, high = v.lyapunov_ci[0]
+        rows.append(("largest Lyapunov exponent", f"{v.lyapunov[0]:+.5f} ({low:+.5f} to {high:+.5f})"))
+    rows.append(("mesh periods computed", f"{v.periods_spent:,}"))
+    if v.spectral_label:
+        rows.append(("second opinion (spectrum)", v.spectral_label))
+    return rows
+
+
+def _levels(v: Regime, pair: GearPair | None) -> list[tuple[str, str]]:
+    """The levels that exist, in the units of the pair if there is one."""
+    known = {n: x for n, _ in _LEVELS if (x := getattr(v, n)) is not None}
+    levels = xr.Dataset({n: variable(n, (), np.array(x)) for n, x in known.items()})
+    if pair is not None:
+        levels = physical(levels, pair)
+    return [(title, f"{float(levels[n]):.5g}{_unit(levels[n])}") for n, title in _LEVELS if n in known]
+
+
+def _unit(array: xr.DataArray) -> str:
+    unit = array.attrs["units"]
+    return "" if set(unit.split("*")) <= _PARTS else f" {unit}"
+
+
+def attractor_choices(found: xr.Dataset) -> list[dict[str, Any]]:
+    """Every motion of a point: its name, colour, share of the starts and a start that leads to it."""
+    starts = [n for n in map(str, found.data_vars) if n.startswith("attractor_start_")]
+    rows = zip(attractor_names(found), attractor_colours(found), strict=True)
+    return [
+        {
+            "name": name, "colour": shade, "share": float(found["attractor_fraction"][i]),
+            "v_rms": float(found["attractor_v_rms"][i]),
+            "start": tuple((n.removeprefix("attractor_start_"), float(found[n][i])) for n in starts),
+        } for i, (name, shade) in enumerate(rows)
+    ]
+
+
+def error_html(message: str) -> str:
+    """A message about what cannot be done."""
+    return f'<div class="error" role="alert">{html.escape(message)}</div>' if message else ""

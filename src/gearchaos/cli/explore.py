@@ -1,0 +1,69 @@
+"""The command that serves the explorer."""
+
+from __future__ import annotations
+
+import contextlib
+import webbrowser
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gearchaos.cli.commands import AxisTexts, Sets, StudyPath, app, load
+from gearchaos.cli.errors import say
+from gearchaos.errors import InputError
+
+if TYPE_CHECKING:
+    from gearchaos.app.state import View
+    from gearchaos.studyfile import Study
+
+
+@app.command()
+def explore(
+    study: StudyPath = None,
+    sets: Sets = None,
+    axis: AxisTexts = None,
+    host: Annotated[str, typer.Option(metavar="ADDRESS", help="Where to listen; this machine alone by default.")]
+    = "127.0.0.1",
+    port: Annotated[int, typer.Option(metavar="N", help="Port; 0 for any that is free.")] = 5006,
+    no_open: Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")] = False,
+) -> None:
+    """A map of motions in the browser, and wherever one points, the motion behind it."""
+    from gearchaos.app.serve import LOCAL, address, check_installed, check_port, server
+
+    check_installed()
+    loaded = load(study, sets)
+    view = _view(loaded, axis or [], study is None and not sets)
+    port = check_port(host, port)
+    if host not in LOCAL:
+        say(f"warning: anyone who can reach {host}:{port} can use this page, and this machine's time with it")
+    running = server(view, loaded.pair, host=host, port=port)
+    running.start()
+    say(f"explorer at {address(host, port)} (Ctrl-C ends it)")
+    _serve(running, None if no_open else address(host, port))
+
+
+def _view(loaded: Study, texts: list[str], nothing_said: bool) -> View:
+    """What the page begins with: the axes of the command line, else of the study file, else the paper's figure 2."""
+    from gearchaos.app.presets import presets
+    from gearchaos.app.state import first_view
+    from gearchaos.studyfile import parse_axis
+
+    given = [parse_axis(text, "--axis") for text in texts]
+    if len(given) not in (0, 2):
+        raise InputError("--axis", "must be given twice or not at all", texts,
+                         "E.g. --axis omega=0.2:3:400 --axis eps1=0:0.3:300.")
+    if nothing_said and not given:
+        return presets()["2"].view
+    axes = given or list(loaded.settings_for("zones").axes)
+    return first_view(loaded.model, *axes)
+
+
+def _serve(running: Any, page: str | None) -> None:
+    if page:
+        running.io_loop.add_callback(webbrowser.open, page)
+    from gearchaos.app.worker import end
+
+    with contextlib.suppress(KeyboardInterrupt):
+        running.io_loop.start()
+    end()
+    running.stop()
