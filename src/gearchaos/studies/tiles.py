@@ -17,7 +17,7 @@ TILE = 4096
 Item = TypeVar("Item")
 
 _BEAT = 2.0
-_LEAST = 64
+_LEAST = 512
 _LAST = 16
 """A thread's last tile is so small a part of its share that the others do not wait long for it."""
 _BYTES = 400
