@@ -42,7 +42,7 @@ class Board:
         self._css = InlineStyleSheet(css=files("gearchaos.app").joinpath("templates/inner.css").read_text("utf-8"))
         self.controls = Controls(session.change, self._css)
         self.controls.physical.visible = has_pair
-        self.bridge = Bridge(session.step, session.point_at)
+        self.bridge = Bridge(session.step)
         self.map, self.line, self.basin = MapFigure(), BifurcationFigure(), BasinFigure()
         self.history, self.phase = HistoryFigure(), PhaseFigure()
         self.portrait, self.spectrum = PortraitFigure(), SpectrumFigure()
@@ -59,8 +59,7 @@ class Board:
 
     def _listen(self) -> None:
         session = self._session
-        self.map.figure.on_event(Tap, lambda event: session.point_at(event.x, event.y))  # of a finger
-        self.bridge.follow(self.map.figure)
+        self.map.figure.on_event(Tap, lambda event: session.point_at(event.x, event.y))
         self.map.figure.on_event(RangesUpdate, self._moved)
         self.line.figure.on_event(Tap, self._along)
         self.basin.figure.on_event(Tap, self._from)
@@ -130,9 +129,13 @@ class Board:
 
     def place(self, view: View) -> None:
         """Axes of the map, and the point."""
+        self.mark(view)
         if self._placed != (view.x, view.y):
             self._placed = (view.x, view.y)
             self.map.place(view.x, view.y, (axis_words(view.x.name), axis_words(view.y.name)))
+
+    def mark(self, view: View) -> None:
+        """The point."""
         self.map.mark(view.at)
         self.line.here.location = view.at["xy".index(view.line)]
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from importlib.resources import files
 from typing import Any
 
-from bokeh.events import DocumentReady, MouseMove
+from bokeh.events import DocumentReady
 from bokeh.models import ColumnDataSource, CustomJS
 
 _STEPS = {"ArrowLeft": (-1, 0), "ArrowRight": (1, 0), "ArrowUp": (0, 1), "ArrowDown": (0, -1)}
@@ -16,14 +16,12 @@ _STEPS = {"ArrowLeft": (-1, 0), "ArrowRight": (1, 0), "ArrowUp": (0, 1), "ArrowD
 class Bridge:
     """Small sources: ``said`` and ``file`` are read by the page's script, ``heard`` is written by it."""
 
-    def __init__(self, step: Callable[[int, int], None], point_at: Callable[[float, float], None]) -> None:
+    def __init__(self, step: Callable[[int, int], None]) -> None:
         self.said = ColumnDataSource({"address": [""], "python": [""], "toml": [""]})
         self.file = ColumnDataSource({"content": [""], "name": [""]})
         self.heard = ColumnDataSource({"key": [""], "size": [1], "number": [0]})
-        self.clicked = ColumnDataSource({"x": [0.0], "y": [0.0], "number": [0]})
-        self._step, self._point_at = step, point_at
+        self._step = step
         self.heard.on_change("data", self._on_key)
-        self.clicked.on_change("data", self._on_click)
         script = files("gearchaos.app").joinpath("templates/page.js").read_text(encoding="utf-8")
         self._script = CustomJS(args=self._sources(), code=script)
 
@@ -35,16 +33,8 @@ class Bridge:
         root.tags = list(self._sources().values())
         document.js_on_event(DocumentReady, self._script)
 
-    def follow(self, figure: Any) -> None:
-        """Let the page's script know where in a figure the mouse is.
-
-        Bokeh tells of a tap only once it cannot be the first half of a double tap, a third of a second later.
-        """
-        figure.js_on_event(MouseMove, CustomJS(code=(
-            "window.gearchaosSpot = {x: cb_obj.x, y: cb_obj.y, sx: cb_obj.sx, sy: cb_obj.sy}")))
-
     def _sources(self) -> dict[str, ColumnDataSource]:
-        return {"said": self.said, "file": self.file, "heard": self.heard, "clicked": self.clicked}
+        return {"said": self.said, "file": self.file, "heard": self.heard}
 
     def say(self, query: str, python: str, toml: str) -> None:
         """The state for the address bar, without a new entry in the history, and what the two buttons copy."""
@@ -54,9 +44,6 @@ class Bridge:
         """Have the browser save a file."""
         self.file.data = {"content": [f"data:{media};base64,{base64.b64encode(content).decode()}"], "name": [name]}
         self.file.data = {"content": [""], "name": [""]}  # so that the document does not keep it
-
-    def _on_click(self, _: str, __: Any, data: dict[str, list[Any]]) -> None:
-        self._point_at(float(data["x"][0]), float(data["y"][0]))
 
     def _on_key(self, _: str, __: Any, data: dict[str, list[Any]]) -> None:
         key, size = str(data["key"][0]), data["size"][0]

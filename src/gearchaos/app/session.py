@@ -29,6 +29,9 @@ from gearchaos.studies.dataset import variable
 _SETTLE = 0.15
 """Seconds after the last change of a slider before slow work begins."""
 
+_FOLLOW = 120
+"""Milliseconds after which the rest of the page follows the point."""
+
 _numbers = count(1)
 log = logging.getLogger(__name__)
 
@@ -56,6 +59,7 @@ class Session:
         self._map: Map | None = None
         self._dossier: Dossier | None = None
         self._line: xr.Dataset | None = None
+        self._following: Any = None
         self.board = Board(self, pair is not None)
         self._show_view()
 
@@ -80,16 +84,27 @@ class Session:
         self.go(view)
 
     def go(self, view: View) -> None:
-        """Show another view; only what differs is computed anew."""
+        """Show another view; only what differs is computed anew.
+
+        The point goes first, and what is known of its motion; controls, address and all that takes long follow when
+        that is on its way, since each of them keeps the event loop from showing the motion.
+        """
         before, self.view = self.view, view
+        self.board.mark(view)
+        if before.point != view.point:
+            self._ask_dossier()
+        if self._following is None:
+            self._following = self._document.add_timeout_callback(partial(self._follow, before), _FOLLOW)
+
+    def _follow(self, before: View) -> None:
+        """Bring the rest of the page from the view it shows to the present one."""
+        self._following, view = None, self.view
         self._show_view()
         if _map_key(before) != _map_key(view):
             self._ask_map()
         elif before.colour != view.colour and self._map is not None:
             self._draw_map(self._map)
-        if before.point != view.point:
-            self._ask_dossier()
-        elif before.physical != view.physical and self._dossier is not None:
+        if before.physical != view.physical and self._dossier is not None:
             self._draw_dossier(self._dossier)
         if _line_key(before) != _line_key(view):
             self._ask_line()

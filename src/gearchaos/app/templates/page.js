@@ -48,17 +48,4 @@ document.addEventListener("keydown", (event) => {
   number += 1
   heard.data = {key: [event.key], size: [event.shiftKey ? 10 : 1], number: [number]}
 })
-// A click with the mouse, at once; where the mouse is in the figure's own numbers the figure has said.
-const place = document.querySelector("#map-figure")
-let down = null
-place.addEventListener("pointerdown", (event) => { down = event }, {capture: true})
-place.addEventListener("pointerup", (event) => {
-  const spot = window.gearchaosSpot
-  if (!spot || !down || event.pointerType !== "mouse" || event.button !== 0) return
-  if (Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) > 3) return
-  const box = place.getBoundingClientRect()
-  if (Math.hypot(event.clientX - box.left - spot.sx, event.clientY - box.top - spot.sy) > 4) return
-  number += 1
-  clicked.data = {x: [spot.x], y: [spot.y], number: [number]}
-}, {capture: true})
 document.body.dataset.ready = "1"
