@@ -273,6 +273,7 @@ def test_other_motions_basins_and_the_diagram(visit):
     one = visit("?" + presets()["4"].view.query())
     one.page.wait_for_selector("#others button:has-text('3T')").click()
     one.page.wait_for_selector(".verdict[data-label='3T'][data-final='1']")
+    one.page.wait_for_function("location.search.includes('start=')")  # the address follows
     assert gc.regime(one.view.point).label == "3T" and one.view.start
     one.page.click("button:has-text('basins of this point')")
     one.page.wait_for_selector("#basin-legend .entry")

@@ -17,7 +17,7 @@ from gearchaos.app.board import Board
 from gearchaos.app.dossier import Dossier, dossier
 from gearchaos.app.figures.history import times
 from gearchaos.app.figures.style import label, plain
-from gearchaos.app.maps import Map, sharpened
+from gearchaos.app.maps import COARSE, Map, sharpened
 from gearchaos.app.state import View
 from gearchaos.app.worker import Job, Worker
 from gearchaos.axis import Axis
@@ -60,15 +60,18 @@ class Session:
         self._dossier: Dossier | None = None
         self._line: xr.Dataset | None = None
         self._following: Any = None
+        self._first = False
         self.board = Board(self, pair is not None)
         self._show_view()
 
     def begin(self) -> None:
-        """Ask for all that the page shows; not before the page's connection can be told of the answers."""
+        """Ask for all that the page shows; not before the page's connection can be told of the answers.
+
+        What lies about the point waits for a first map.
+        """
         self._ask_dossier()
         self._ask_map()
-        self._ask_line()
-        self._leave_point()
+        self._first = True
 
     # --- what a visitor does -------------------------------------------------------------------------------------
 
@@ -210,6 +213,10 @@ class Session:
         if self.view.colour not in found.dataset and self.view.colour != "motion":
             return
         self.board.show_map(found, self.view.colour)
+        if self._first and found.stride <= COARSE[-1]:
+            self._first = False
+            self._ask_line()
+            self._leave_point()
 
     def _draw_dossier(self, found: Dossier) -> None:
         self._dossier = found
