@@ -22,7 +22,13 @@ pytestmark = [
     pytest.mark.skipif(CHROMIUM is None, reason="make test installs chromium"),
     pytest.mark.xdist_group("browser"),
 ]
-COMMAND = (sys.executable, "-c", "from gearchaos.cli import main; main()", "explore", "--no-open", "--port", "0")
+_MAIN = """
+import signal
+from gearchaos.cli import main
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits that it is ignored
+main()
+"""
+COMMAND = (sys.executable, "-c", _MAIN, "explore", "--no-open", "--port", "0")
 SIZES = {"laptop": (1366, 768), "desk": (1920, 1080), "phone": (390, 844)}
 MAP = "x=omega:0.2:3.0&y=eps1:0.0:0.3"
 START = presets()["2"].view
@@ -43,7 +49,11 @@ def served(*arguments):
             yield found[0], said
         finally:
             process.send_signal(signal.SIGINT)
-            assert "Traceback" not in process.stderr.read()
+            try:
+                _, rest = process.communicate(timeout=60)
+            finally:
+                process.kill()
+            assert "Traceback" not in rest
 
 
 @pytest.fixture(scope="module")

@@ -50,6 +50,7 @@ class Board:
         self.verdict, self.basin_legend = self._words("verdict"), self._words("basin-legend")
         self.others = row(sizing_mode="stretch_width", name="others", styles={"flex-wrap": "wrap"})
         self.show_choices([])
+        self._share, self._panels = 0.0, frozenset[str]()
         self._placed: tuple[Any, ...] = ()
         self._waiting: Any = None
         self._listen()
@@ -146,8 +147,6 @@ class Board:
             f'<span data-stride="{found.stride}" data-share="{found.share:.4f}"></span>')
         self._share = found.share
         self.show_busy(self._panels)
-
-    _share, _panels = 0.0, frozenset[str]()
 
     def show_busy(self, panels: set[str] | frozenset[str]) -> None:
         """Say what is being computed."""
