@@ -59,7 +59,7 @@ def _rows(v: Regime, pair: GearPair | None) -> list[tuple[str, str]]:
         rows.append(("residual of the orbit", f"{v.residual:.1e}"))
     elif v.lyapunov:
         low, high = v.lyapunov_ci[0]
-        rows.append(("largest Lyapunov exponent", f"{v.lyapunov[0]:+.5f} ({low:+.5f} to {high:+.5f})"))
+        rows.append(("largest Lyapunov exponent", f"{v.lyapunov[0]:+.3g} ({low:+.3g} to {high:+.3g})"))
     rows.append(("mesh periods computed", f"{v.periods_spent:,}"))
     if v.spectral_label:
         rows.append(("second opinion (spectrum)", v.spectral_label))
