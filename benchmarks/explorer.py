@@ -12,6 +12,7 @@ import argparse
 import json
 import random
 import re
+import shutil
 import statistics
 import subprocess
 import sys
@@ -21,7 +22,7 @@ from contextlib import contextmanager
 import psutil
 from playwright.sync_api import Page, sync_playwright
 
-CHROMIUM = "/usr/bin/chromium"
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 KINDS = {"torsional": "kind=torsional", "full": "kind=full"}
 MAP = "x=omega:0.2:3.0&y=eps1:0.0:0.3"
 

@@ -374,5 +374,16 @@ def test_without_its_libraries_the_explorer_says_what_to_install(monkeypatch):
         gc.explore()
 
 
+def test_a_server_that_cannot_start_is_an_error_and_not_a_wait(monkeypatch):
+    from gearchaos.app import notebook
+
+    def broken(*_, **__):
+        raise OSError("no more sockets")
+
+    monkeypatch.setattr(notebook, "server", broken)
+    with pytest.raises(OSError, match="no more sockets"):
+        gc.explore()
+
+
 def test_a_view_names_no_file():
     assert not {"path", "file", "study"} & set(View.__dataclass_fields__)

@@ -241,7 +241,6 @@ def test_absurd_numbers_in_every_field_are_messages_and_change_nothing(visit):
         fields.nth(i).fill(("abc", "1e400", "-1e300", "nan")[i % 4])
         fields.nth(i).press("Enter")
         assert "must" in one.message()
-        one.page.wait_for_function("([i, v]) => true", arg=[i, value])
         sync_api.expect(fields.nth(i)).to_have_value(value)
     assert one.view == here
     one.after(lambda: one.type("eps1", "0.05"))

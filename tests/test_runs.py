@@ -514,6 +514,11 @@ def test_slurm_jobs_run_one_worker_each():
     assert "#SBATCH --cpus-per-task=1" in script and "--nthreads 1" in script
 
 
+def test_a_lone_tile_uses_the_cores_that_others_leave():
+    with engines.threads(4)() as pool:
+        assert [pool.share(tiles) for tiles in (1, 2, 3, 4, 9)] == [4, 2, 1, 1, 1]
+
+
 @pytest.mark.parametrize("tile", [20, 1000])
 def test_a_study_of_which_nothing_can_be_computed_makes_no_store(tmp_path, monkeypatch, tile):
     study = small_map()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any
 
@@ -73,16 +74,20 @@ def _started(view: Any, pair: GearPair | None, port: int) -> Any:
     """A server in a thread of its own."""
     import asyncio
 
-    made: list[Any] = []
-    ready = threading.Event()
+    ready: Future[Any] = Future()
 
     def serve() -> None:
-        asyncio.set_event_loop(asyncio.new_event_loop())
-        made.append(server(view, pair, port=port))
-        made[0].start()
-        ready.set()
-        made[0].io_loop.start()
+        loop = asyncio.new_event_loop()
+        asyncio.set_event_loop(loop)
+        try:
+            running = server(view, pair, port=port)
+            running.start()
+        except Exception as error:  # whatever it is, it belongs to the caller, who waits
+            loop.close()
+            ready.set_exception(error)
+            return
+        ready.set_result(running)
+        running.io_loop.start()
 
     threading.Thread(target=serve, name="explorer", daemon=True).start()
-    ready.wait()
-    return made[0]
+    return ready.result()

@@ -69,12 +69,10 @@ def server(view: View, pair: GearPair | None = None, *, host: str = LOCAL[0], po
     host, port : str, int
         Where to listen; see `check_port`.
     """
-    import matplotlib
     from bokeh.application import Application
     from bokeh.application.handlers import FunctionHandler
     from bokeh.server.server import Server
 
-    matplotlib.use("Agg")
     sys.setswitchinterval(_SWITCH)
     _warm(view)
     return Server(

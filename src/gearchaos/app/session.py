@@ -102,6 +102,8 @@ class Session:
     def _follow(self, before: View) -> None:
         """Bring the rest of the page from the view it shows to the present one."""
         self._following, view = None, self.view
+        if not self._alive:
+            return
         self._show_view()
         if _map_key(before) != _map_key(view):
             self._ask_map()
@@ -200,6 +202,8 @@ class Session:
         self.board.show_busy(self._busy)
         if message:
             self.board.tell(f"{panel}: {message}")
+        if panel == "map":
+            self._go_on()
 
     def _later(self, action: Callable[[], None]) -> None:
         """Have the event loop do something, as long as the page is there."""
@@ -213,7 +217,12 @@ class Session:
         if self.view.colour not in found.dataset and self.view.colour != "motion":
             return
         self.board.show_map(found, self.view.colour)
-        if self._first and found.stride <= COARSE[-1]:
+        if found.stride <= COARSE[-1]:
+            self._go_on()
+
+    def _go_on(self) -> None:
+        """Ask for what waits for a first map."""
+        if self._first:
             self._first = False
             self._ask_line()
             self._leave_point()

@@ -93,15 +93,16 @@ def _retire(ends, period, lanes, now, n):
 
 
 @kernel
-def _record(w, ends, period, sections, n):
-    """Keep the states (d, n) after a period where they are among the last of their lanes."""
-    before = sections.shape[0] - 1 + period
-    if before - ends[n - 1] < 0:
+def _record(w, ends, done, sections, n):
+    """Keep the states (d, n) after so many periods where they are among the last of their lanes."""
+    last = sections.shape[0] - 1
+    if ends[n - 1] - done > last:
         return
     for i in range(w.shape[0]):
         for l in range(n):
-            if before - ends[l] >= 0:
-                sections[before - ends[l], i, l] = w[i, l]
+            left = ends[l] - done
+            if left <= last:
+                sections[last - left, i, l] = w[i, l]
 
 
 @kernel

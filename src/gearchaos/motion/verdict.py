@@ -108,7 +108,7 @@ def look(sheet: Sheet) -> None:
 
 def examine(sheet: Sheet) -> None:
     """Judge by its exponents every motion still open, but chaos that must be outlasted to know whether it lasts."""
-    _examine(sheet, sheet.open)
+    _exponents(sheet, sheet.open)
     sheet.judge(sheet.open[~sheet.wild[sheet.open]], Label.UNDECIDED, Reason.BUDGET)
     outlasted = sheet.open[sheet.spent[sheet.open] >= sheet.budget.patience]
     sheet.judge(outlasted, Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
@@ -123,7 +123,7 @@ def outlast(sheet: Sheet) -> None:
             until = min(budget.patience, (before // _STRETCH + 1) * _STRETCH)
             sheet.wait(waiting[spent == before], max(2 * budget.longest + 1, int(until - before)))
         waiting = waiting[(sheet.label[waiting] == 0) & (sheet.spent[waiting] < budget.patience)]
-    sheet.judge(_examine(sheet, sheet.open), Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
+    sheet.judge(_exponents(sheet, sheet.open), Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
     sheet.judge(sheet.open, Label.UNDECIDED, Reason.BUDGET)
 
 
@@ -144,7 +144,7 @@ def conclude(sheet: Sheet, *, levels: bool = True) -> Verdicts:
     )
 
 
-def _examine(sheet: Sheet, lanes: np.ndarray) -> np.ndarray:
+def _exponents(sheet: Sheet, lanes: np.ndarray) -> np.ndarray:
     """Exponents of some motions, on runs that double while it is open what they are; which are chaotic."""
     length, chaotic = sheet.budget.exponent, lanes[:0]
     for _ in range(sheet.budget.extensions + 1):

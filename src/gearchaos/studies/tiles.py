@@ -18,6 +18,7 @@ Item = TypeVar("Item")
 
 _BEAT = 2.0
 _LEAST = 512
+"""Fewer motions leave the blocks of lanes of the kernels half empty; they are worth no thread of their own."""
 _LAST = 16
 """A thread's last tile is so small a part of its share that the others do not wait long for it."""
 _BYTES = 400
@@ -37,8 +38,7 @@ def cores() -> int:
 
 
 def split(count: int, largest: int = TILE, threads: int | None = None) -> list[slice]:
-    """Consecutive tiles of ``count`` pieces of work: large ones first, and ever smaller ones for all threads to end
-    together."""
+    """Consecutive tiles of ``count`` pieces of work, large ones first and ever smaller ones: threads end together."""
     workers = 1 if threads == 1 else threads or cores()
     least = min(largest, max(_LEAST, count // (_LAST * workers)))
     tiles, first = [], 0
