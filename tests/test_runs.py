@@ -501,7 +501,7 @@ def test_a_scheduler_that_is_gone_ends_the_run_with_a_message(cluster, calm, tmp
 
 def test_a_local_cluster_computes_the_same(whole, tmp_path):
     distributed = pytest.importorskip("distributed")
-    local = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None, "processes": True}
+    local = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": "127.0.0.1:0", "processes": True}
     with distributed.LocalCluster(**local) as cluster:
         run(small_map(), tmp_path / "s.zarr", tile=20, engine=engines.scheduler(cluster.scheduler_address))
     assert files(tmp_path / "s.zarr") == files(whole)
@@ -509,7 +509,8 @@ def test_a_local_cluster_computes_the_same(whole, tmp_path):
 
 def test_slurm_jobs_run_one_worker_each():
     jobqueue = pytest.importorskip("dask_jobqueue")
-    with jobqueue.SLURMCluster(**engines.slurm_job(), dashboard_address=None) as cluster:
+    options = {"dashboard_address": "127.0.0.1:0"}
+    with jobqueue.SLURMCluster(**engines.slurm_job(), scheduler_options=options) as cluster:
         script = cluster.job_script()
     assert "#SBATCH --cpus-per-task=1" in script and "--nthreads 1" in script
 
