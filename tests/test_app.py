@@ -177,7 +177,7 @@ def test_a_map_is_coarse_first_and_every_cell_is_in_the_end_that_of_zones(small)
 
 def test_every_cell_of_a_coarse_map_shows_the_nearest_one_computed():
     grid = maps._Grid(11, 9)
-    grid.put({"label": np.ones(9, np.int8)}, cells := grid.unknown(4))
+    grid.put({"label": np.ones(9, np.int8)}, cells := grid.fresh(4))
     grid.show(cells, 4)
     row, column = np.divmod(grid.source, 11)
     at = np.mgrid[0:9, 0:11]

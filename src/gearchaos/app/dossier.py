@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from dataclasses import dataclass, replace
 
 import xarray as xr
@@ -41,7 +41,7 @@ class Dossier:
     portrait: xr.Dataset | None = None
 
 
-def dossier(model: MeshModel) -> Iterator[Dossier]:
+def dossier(model: MeshModel) -> Generator[Dossier]:
     """The dossier of a point: verdict and portrait, then the motion in time, then what takes patience."""
     verdict = regime(model, budget=QUICK)
     found = Dossier(model, verdict, verdict.label != "chaotic")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from typing import Any
 
 import tomlkit
@@ -87,7 +87,7 @@ def data(dataset: xr.Dataset) -> tuple[bytes, str]:
     return bytes(dataset.to_netcdf(engine="h5netcdf")), _TYPES["nc"]
 
 
-def exported(kind: str, suffix: str, dataset: xr.Dataset, colour: str, title: str) -> Iterator[tuple[bytes, str, str]]:
+def exported(kind: str, suffix: str, dataset: xr.Dataset, colour: str, title: str) -> Generator[tuple[bytes, str, str]]:
     """One file as (content, media type, name): the single step of a job."""
     content, media = data(dataset) if suffix == "nc" else picture(kind, suffix, dataset, colour, title)
     yield content, media, f"gearchaos-{kind}.{suffix}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from dataclasses import replace
 
 import numpy as np
@@ -25,7 +25,7 @@ _COARSE = 4
 _PARTS = 8
 
 
-def bifurcation(view: View) -> Iterator[xr.Dataset]:
+def bifurcation(view: View) -> Generator[xr.Dataset]:
     """The diagram along the line through the point, every fourth column first."""
     axis = view.x if view.line == "x" else view.y
     model = view.base
@@ -36,7 +36,7 @@ def bifurcation(view: View) -> Iterator[xr.Dataset]:
         yield from _in_parts(whole, count > COLUMNS // _COARSE)
 
 
-def _in_parts(whole: Plan, parted: bool) -> Iterator[xr.Dataset]:
+def _in_parts(whole: Plan, parted: bool) -> Generator[xr.Dataset]:
     """A study in a few parts; its result comes after the last, and nothing but a chance to stop after the others."""
     found: dict[str, np.ndarray] = {}
     for numbers in np.array_split(np.arange(whole.count), _PARTS if parted else 1):
@@ -54,7 +54,7 @@ def basin_axes(model: MeshModel, count: tuple[int, int]) -> tuple[Axis, Axis]:
     return Axis(x, *ends, count[0]), Axis(y, *heights, count[1])
 
 
-def basins(view: View) -> Iterator[xr.Dataset]:
+def basins(view: View) -> Generator[xr.Dataset]:
     """The basins of the point's motions, coarse and then fine."""
     model = view.base
     for share in (4, 1):
@@ -68,7 +68,7 @@ def _bare(model: MeshModel, x: Axis, y: Axis) -> MeshModel:
     return replace(model, initial=kept)
 
 
-def attractors(view: View) -> Iterator[xr.Dataset]:
+def attractors(view: View) -> Generator[xr.Dataset]:
     """All motions found from some starts, with one start that leads to each."""
     whole = attractors_plan(view.base, STARTS, budget=_BUDGET)
     found = whole.run()

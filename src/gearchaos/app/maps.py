@@ -1,13 +1,14 @@
-"""A map that sharpens: a coarse lattice first, then finer ones.
+"""A map that sharpens: a coarse lattice in a quick look first, then all cells, lattice by lattice.
 
-In the end all cells are computed; only what seems chaotic, or stays open, is looked at more than once.
+What a look leaves open is put aside and gone on with, from where it is, together with its like.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -15,22 +16,29 @@ import xarray as xr
 from gearchaos.app.bounds import MANY
 from gearchaos.app.state import View
 from gearchaos.axis import Axis
-from gearchaos.motion import Budget, Label
-from gearchaos.studies.evidence import blank
+from gearchaos.flow import ExactFlow
+from gearchaos.motion import Budget, Label, Verdicts
+from gearchaos.studies import tiles
+from gearchaos.studies.evidence import blank, evidence
 from gearchaos.studies.plan import Plan
-from gearchaos.studies.zones import plan
+from gearchaos.studies.survey import Open, Survey, together
+from gearchaos.studies.zones import launch, plan
 
 COARSE = (16, 8)
 """Every so many-th column and row, in a quick look."""
 
 FINE = (4, 2, 1)
-QUICK = Budget(looks=(24, 40, 80), longest=16, exponent=150, extensions=0, patience=0)
-STEADY = Budget(looks=(24, 40, 80, 160, 320), longest=16, exponent=150, extensions=1, patience=0)
-PATIENT = Budget(looks=(24, 40, 80, 160, 320), longest=16, exponent=250, extensions=2, patience=1500)
-"""Budgets of three looks: at the coarse lattice, at all cells, and at last at those that seem chaotic or stay open."""
+QUICK = Budget(looks=(24, 40, 80), longest=16, exponent=150, extensions=0, patience=0, measured=32)
+STEADY = Budget(
+    looks=(24, 40, 80, 160, 320), longest=16, exponent=150, extensions=1, patience=1250, measured=32
+)
+"""Budgets of the coarse lattices, and of all cells."""
 
-_STEP = 0.3
-_FEWEST, _MOST = 1024, 16384
+_TILE = {"transients": 4096, "exponents": 1024, "chaos": 1024}
+"""Cells that a thread judges at one go, half a second of work or so: a newer map need not wait longer."""
+
+_PACE = 0.5
+"""Seconds between two pictures."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +51,8 @@ class Map:
         As from `zones`; ``label`` is 0 where nothing is computed yet.
     source : (rows, columns) of int
         The cell whose colour each cell shows, its own once it is computed.
+    wild : (cells,) of bool
+        Cells that were chaotic so far, and are not judged yet.
     stride : int
         Distance of the cells of the lattice that is being computed.
     share : float
@@ -51,35 +61,79 @@ class Map:
 
     dataset: xr.Dataset
     source: np.ndarray
+    wild: np.ndarray
     stride: int
     share: float
+
+    def labels(self) -> xr.DataArray:
+        """The labels, those of motions that were chaotic so far included."""
+        label = self.dataset["label"]
+        return label.copy(data=np.where(self.wild.reshape(label.shape), label.dtype.type(Label.CHAOTIC), label))
 
     def values(self, name: str) -> np.ndarray:
         """A variable (rows, columns), every cell with the value it shows."""
         return self.dataset[name].values.ravel()[self.source]
 
 
-def sharpened(view: View) -> Iterator[Map]:
-    """The map of a view, ever sharper."""
-    return _many(view) if view.colour == "attractors" else _one(view)
+def sharpened(view: View, pause: Callable[[], None] = lambda: None) -> Generator[Map]:
+    """The map of a view, ever sharper; ``pause`` is called in between, and may wait for what is more urgent."""
+    return _many(view) if view.colour == "attractors" else _one(view, pause)
 
 
-def _one(view: View) -> Iterator[Map]:
-    quick, steady, patient = (plan(view.model, view.x, view.y, budget=b) for b in (QUICK, STEADY, PATIENT))
+def _one(view: View, pause: Callable[[], None]) -> Generator[Map]:
+    quick = plan(view.model, view.x, view.y, budget=QUICK)
     grid = _Grid(view.x.count, view.y.count)
     for stride in COARSE:
-        grid.put(quick.compute(new := grid.unknown(stride)), new)
+        grid.put(quick.compute(new := grid.fresh(stride)), new)
         grid.show(new, stride)
-        yield grid.map(steady, stride)
+        yield grid.map(quick, stride)
     grid.forget(grid.open())
-    for finer in FINE:
-        for part in _parts(grid.unknown(finer), view.x.count):
-            grid.put(part.run(steady), part.cells)
-            grid.show(part.cells, finer)
-            yield grid.map(steady, finer)
-    for part in _parts(grid.open(), view.x.count):
-        grid.put(part.run(patient), part.cells)
-        yield grid.map(patient, 1)
+    work, wild = _Work(Survey(launch(view.model, view.x, view.y), _keep, STEADY), grid, quick, pause), []
+    for stride in FINE:
+        still = Open(_by_column(grid.fresh(stride), view.x.count))
+        for stage in ("transients", "exponents"):
+            still = yield from work.run(stage, still, stride)
+        grid.suppose(still.number, stride)
+        wild.append(still)
+    still = together(wild)
+    yield from work.run("chaos", still.take(np.argsort(still.number % view.x.count, kind="stable")), 1)
+    yield grid.map(quick, 1)
+
+
+def _keep(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+    return evidence(found)
+
+
+def _by_column(cells: np.ndarray, columns: int) -> np.ndarray:
+    """Column by column, since frequencies close together share their steps."""
+    return cells[np.argsort(cells % columns, kind="stable")]
+
+
+@dataclass(frozen=True)
+class _Work:
+    """How the cells of a map are judged, stage by stage."""
+
+    survey: Survey
+    grid: _Grid
+    whole: Plan
+    pause: Callable[[], None]
+
+    def run(self, stage: str, still: Open, stride: int) -> Generator[Map, None, Open]:
+        """Maps under way while a stage judges some cells of a lattice; returns what it leaves open."""
+        rest, shown = {0: still.take(slice(0))}, time.monotonic()
+        judge = partial(self._judge, stage, still)
+        for tile, (settled, facts, left) in tiles.run(judge, tiles.split(len(still.number), _TILE[stage])):
+            self.grid.put(facts, settled)
+            self.grid.show(settled, stride)
+            rest[tile.start] = left
+            if time.monotonic() - shown > _PACE:
+                shown = time.monotonic()
+                yield self.grid.map(self.whole, stride)
+        return together([rest[first] for first in sorted(rest)])
+
+    def _judge(self, stage: str, still: Open, tile: slice) -> tuple[np.ndarray, dict[str, np.ndarray], Open]:
+        self.pause()
+        return self.survey.judge(stage, still, tile)
 
 
 class _Grid:
@@ -88,14 +142,15 @@ class _Grid:
     def __init__(self, columns: int, rows: int) -> None:
         self.shape = (rows, columns)
         self.number = np.arange(rows * columns, dtype=np.int32).reshape(self.shape)
-        self.known = np.zeros(self.shape, dtype=bool)
+        self.taken, self.known, self.wild = (np.zeros(self.shape, dtype=bool) for _ in range(3))
         self.source = np.zeros(self.shape, dtype=np.int32)
         self.found: dict[str, np.ndarray] = {}
 
-    def unknown(self, stride: int) -> np.ndarray:
-        """Numbers of the cells of a lattice that are not known."""
-        on = self.number[::stride, ::stride]
-        return on[~self.known[::stride, ::stride]]
+    def fresh(self, stride: int) -> np.ndarray:
+        """Numbers of the cells of a lattice that were not asked for yet."""
+        cells = self.number[::stride, ::stride][~self.taken[::stride, ::stride]]
+        self.taken.flat[cells] = True
+        return cells
 
     def put(self, found: dict[str, np.ndarray], cells: np.ndarray) -> None:
         """Keep what was found of some cells."""
@@ -104,6 +159,12 @@ class _Grid:
                 self.found[name] = np.full(self.number.size, blank(name, values.dtype), values.dtype)
             self.found[name][cells] = values
         self.known.flat[cells] = True
+        self.wild.flat[cells] = False
+
+    def suppose(self, cells: np.ndarray, stride: int) -> None:
+        """Have some cells of a lattice show as chaotic, which they were so far."""
+        self.wild.flat[cells] = True
+        self.show(cells, stride)
 
     def open(self) -> np.ndarray:
         """Numbers of the cells that a quick look left open."""
@@ -111,7 +172,7 @@ class _Grid:
 
     def forget(self, cells: np.ndarray) -> None:
         """Have some cells computed again; they show what they showed until then."""
-        self.known.flat[cells] = False
+        self.taken.flat[cells] = self.known.flat[cells] = False
 
     def show(self, cells: np.ndarray, stride: int) -> None:
         """Have some cells of a lattice show in all cells nearest to them."""
@@ -134,37 +195,10 @@ class _Grid:
     def map(self, whole: Plan, stride: int) -> Map:
         """What is known so far; arrays are copied, since they go to another thread."""
         found = {n: v.copy() for n, v in self.found.items()}
-        return Map(whole.finish(found), self.source.copy(), stride, float(self.known.mean()))
+        return Map(whole.finish(found), self.source.copy(), self.wild.ravel().copy(), stride, float(self.known.mean()))
 
 
-@dataclass
-class _Part:
-    """Some cells to be computed at one go, and how long that took."""
-
-    cells: np.ndarray
-    seconds: float = 0.0
-
-    def run(self, whole: Plan) -> dict[str, np.ndarray]:
-        began = time.perf_counter()
-        found = whole.compute(self.cells)
-        self.seconds = time.perf_counter() - began
-        return found
-
-
-def _parts(cells: np.ndarray, columns: int) -> Iterator[_Part]:
-    """The cells, column by column since frequencies close together share their steps, in parts of a third of a second
-    or so: a newer map need not wait longer.
-    """
-    cells = cells[np.argsort(cells % columns, kind="stable")]
-    size, done = 2048, 0
-    while done < len(cells):
-        part = _Part(cells[done : done + size])
-        yield part
-        done += size
-        size = int(np.clip(size * _STEP / max(part.seconds, 1e-3), max(_FEWEST, size // 2), min(_MOST, 2 * size)))
-
-
-def _many(view: View) -> Iterator[Map]:
+def _many(view: View) -> Generator[Map]:
     """The map of the number of attractors: some starts in every cell of a coarser plane, row by row."""
     columns, rows, starts = MANY
     x, y = (Axis(a.name, a.start, a.stop, n) for a, n in ((view.x, columns), (view.y, rows)))

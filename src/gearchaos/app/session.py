@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from dataclasses import replace
 from functools import partial
 from itertools import count
@@ -171,7 +171,8 @@ class Session:
 
     def _ask_map(self) -> None:
         self._map = None
-        self._ask(self._slow, "map", sharpened, self._draw_map, _SETTLE)
+        steps = partial(sharpened, pause=self._slow.give_way)
+        self._ask(self._slow, "map", steps, self._draw_map, _SETTLE)
 
     def _ask_line(self) -> None:
         self._line = None
@@ -187,7 +188,7 @@ class Session:
         self._ask(self._slow, "other motions", lines.attractors, self._draw_choices, 3 * _SETTLE)
 
     def _ask(
-        self, worker: Worker, panel: str, steps: Callable[[View], Iterator[Any]], draw: Callable[[Any], None],
+        self, worker: Worker, panel: str, steps: Callable[[View], Generator[Any]], draw: Callable[[Any], None],
         delay: float = 0.0,
     ) -> None:
         self._busy.add(panel)

@@ -12,7 +12,7 @@ import os
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -63,12 +63,12 @@ class Job:
         Seconds to wait before the first step, since another request may follow at once.
     """
 
-    steps: Callable[[], Iterator[Any]]
+    steps: Callable[[], Generator[Any]]
     show: Callable[[Any], None]
     end: Callable[[str | None], None]
     delay: float = 0.0
     due: float = field(default=0.0, init=False)
-    begun: Iterator[Any] | None = field(default=None, init=False)
+    begun: Generator[Any] | None = field(default=None, init=False)
 
 
 class Worker:
@@ -87,22 +87,32 @@ class Worker:
         self._jobs: OrderedDict[str, OrderedDict[str, Job]] = OrderedDict()
         self._change = threading.Condition()
         self._working = False
+        self._left: list[Generator[Any]] = []
         threading.Thread(target=self._run, name=name, daemon=True).start()
 
     def submit(self, owner: str, panel: str, job: Job) -> None:
         """Take on a job for a panel of a session; an older one of the same panel is dropped."""
         job.due = time.monotonic() + job.delay
         with self._change:
-            self._jobs.setdefault(owner, OrderedDict())[panel] = job
+            panels = self._jobs.setdefault(owner, OrderedDict())
+            self._leave(panels.get(panel))
+            panels[panel] = job
             self._change.notify_all()
 
     def drop(self, owner: str, panel: str | None = None) -> None:
         """Forget a panel's job, or all of a session."""
         with self._change:
             if panel is None:
-                self._jobs.pop(owner, None)
+                for job in self._jobs.pop(owner, OrderedDict()).values():
+                    self._leave(job)
             else:
-                self._jobs.get(owner, OrderedDict()).pop(panel, None)
+                self._leave(self._jobs.get(owner, OrderedDict()).pop(panel, None))
+            self._change.notify_all()
+
+    def _leave(self, job: Job | None) -> None:
+        """Keep what a job has begun until the thread can close it: threads of its own may have to end first."""
+        if job is not None and job.begun is not None:
+            self._left.append(job.begun)
 
     def wait_idle(self, seconds: float) -> None:
         """Return once there is nothing to do, or after so many seconds."""
@@ -113,18 +123,31 @@ class Worker:
         if self._after is not None:
             _give_way()
         while True:
-            owner, panel, job = self._next()
-            if self._after is not None:
-                self._after.wait_idle(_PATIENCE)
-            self._step(owner, panel, job)
+            found = self._next()
+            self._close_left()
+            if found is None:
+                continue
+            self.give_way()
+            self._step(*found)
             with self._change:
                 self._working = False
                 self._change.notify_all()
 
-    def _next(self) -> tuple[str, str, Job]:
-        """The job whose turn it is; whoever is served goes to the end of the line."""
+    def give_way(self) -> None:
+        """Wait a little for work that goes first, if there is any."""
+        if self._after is not None:
+            self._after.wait_idle(_PATIENCE)
+
+    def _close_left(self) -> None:
+        while self._left:
+            self._left.pop().close()
+
+    def _next(self) -> tuple[str, str, Job] | None:
+        """The job whose turn it is; whoever is served goes to the end of the line. None if others are to be closed."""
         with self._change:
             while (found := self._ready()) is None:
+                if self._left:
+                    return None
                 self._change.wait(self._until_due())
             self._working = True
             owner, panel, job = found

@@ -147,16 +147,17 @@ def approaching(
     rounds = np.ceil(np.log(0.5) / np.log(np.clip(modulus, 1e-3, 1 - 1e-9)))
     rounds = np.clip(rounds, 1, np.maximum(most // found.period, 1)).astype(int)
     after = flow.advance(w, rounds * found.period, points=points).w
-    before, now = (_eigendistance(found, state) for state in (w, after))
+    before, now = _eigendistances(found, w, after)
     return (now <= AT_ORBIT) | (now <= before * (1 + modulus**rounds) / 2)
 
 
-def _eigendistance(found: Orbits, w: np.ndarray) -> np.ndarray:
-    """Distances (L,) of states (d, L) from the orbits, along the eigenvectors of the monodromy matrices."""
+def _eigendistances(found: Orbits, *states: np.ndarray) -> np.ndarray:
+    """Distances (S, L) of some states (d, L) from the orbits, along the eigenvectors of the monodromy matrices."""
     _, vectors = np.linalg.eig(found.monodromy)
     defective = np.linalg.cond(vectors) > _DEFECTIVE
-    vectors[defective] = np.eye(len(w))
-    return np.linalg.norm(np.linalg.solve(vectors, (w - found.w).T[:, :, None].astype(complex))[:, :, 0], axis=1)
+    vectors[defective] = np.eye(len(found.w))
+    away = np.stack([(w - found.w).T for w in states], axis=2)
+    return np.linalg.norm(np.linalg.solve(vectors, away.astype(complex)), axis=1).T
 
 
 def _multipliers(matrix: np.ndarray) -> np.ndarray:

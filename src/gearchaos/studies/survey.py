@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -42,8 +42,8 @@ def survey(
     motions; in one tile they are too rare to fill the blocks of lanes that the kernels run on. So they are put aside,
     and gathered from all tiles for the stage that judges them.
     """
-    run, columns = _Survey(launch, keep, budget or Budget(), levels), _Columns(len(order))
-    still = _Open(order, {})
+    run, columns = Survey(launch, keep, budget or Budget(), levels), _Columns(len(order))
+    still = Open(order)
     for stage in STAGES:
         rest = {}
         for tile, (settled, facts, left) in tiles.run(
@@ -52,47 +52,48 @@ def survey(
         ):
             columns.put(settled, facts)
             rest[tile.start] = left
-        still = _together([rest[first] for first in sorted(rest)])
+        still = together([rest[first] for first in sorted(rest)])
         if len(still.number) == 0:
             break
     return columns.arrays
 
 
 @dataclass(frozen=True)
-class _Open:
+class Open:
     """Motions not yet judged: their numbers (L,), and once under way what `Sheet` knows of them."""
 
     number: np.ndarray
-    known: dict[str, np.ndarray]
+    known: dict[str, np.ndarray] = field(default_factory=dict)
 
-    def take(self, which: slice) -> _Open:
-        return _Open(self.number[which], {name: v[..., which] for name, v in self.known.items()})
+    def take(self, which: slice | np.ndarray) -> Open:
+        """Some of them."""
+        return Open(self.number[which], {name: v[..., which] for name, v in self.known.items()})
 
 
-def _together(parts: list[_Open]) -> _Open:
+def together(parts: list[Open]) -> Open:
     """All of them, in that order."""
     known = {name: np.concatenate([p.known[name] for p in parts], axis=-1) for name in parts[0].known}
-    return _Open(np.concatenate([p.number for p in parts]), known)
+    return Open(np.concatenate([p.number for p in parts]), known)
 
 
 @dataclass(frozen=True)
-class _Survey:
-    """How a tile is judged."""
+class Survey:
+    """How a tile is judged; the fields are as in `survey`."""
 
     launch: Launch
     keep: Keep
     budget: Budget
-    levels: bool
+    levels: bool = True
 
-    def judge(self, stage: str, still: _Open, tile: slice) -> tuple[np.ndarray, dict[str, np.ndarray], _Open]:
-        """The motions of a tile that a stage can judge, what is kept of them, and the rest."""
+    def judge(self, stage: str, still: Open, tile: slice) -> tuple[np.ndarray, dict[str, np.ndarray], Open]:
+        """The motions of a tile that a stage of `STAGES` can judge, what is kept of them, and the rest."""
         sheet = self._sheet(still.take(tile))
         STAGES[stage](sheet)
         settled, number = np.flatnonzero(sheet.label), still.number[tile]
         known = {name: getattr(sheet, name)[..., sheet.open] for name in ("w", "spent", "wild")}
-        return number[settled], self._kept(number[settled], sheet.take(settled)), _Open(number[sheet.open], known)
+        return number[settled], self._kept(number[settled], sheet.take(settled)), Open(number[sheet.open], known)
 
-    def _sheet(self, still: _Open) -> Sheet:
+    def _sheet(self, still: Open) -> Sheet:
         flow, w, points = self.launch(still.number)
         sheet = Sheet(flow, points, self.budget, w, spectrum=False)
         for name, value in still.known.items():

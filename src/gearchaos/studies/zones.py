@@ -20,7 +20,7 @@ from gearchaos.studies.evidence import evidence
 from gearchaos.studies.plan import Plan
 from gearchaos.studies.plane import at_cells, check_plane, shared_coordinates
 from gearchaos.studies.refine import SIDE, in_parts
-from gearchaos.studies.survey import survey
+from gearchaos.studies.survey import Launch, survey
 from gearchaos.switched import switched
 
 
@@ -90,6 +90,18 @@ def plan(
     return Plan({y.name: y.count, x.name: x.count}, block, compute, finish, labelled=True)
 
 
+def launch(model: MeshModel, x: Axis, y: Axis) -> Launch:
+    """Begins the motions of a map's cells by their numbers."""
+    names = shared_coordinates(model, x, y)
+
+    def begin(cells: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
+        batch = vary(model, at_cells(x, y, cells))
+        system = switched(batch, names)
+        return ExactFlow(system), start(batch, system).T.copy(), np.arange(len(cells))
+
+    return begin
+
+
 def _checked_refine(refine: int, starts: int) -> int:
     refine = whole_number("refine", refine, 1)
     if refine > SIDE // 2 or refine & (refine - 1):
@@ -104,20 +116,18 @@ def _cells(
     threads: int | None,
 ) -> dict[str, np.ndarray]:
     """What is found of some cells (N,), whole rows of them where there is more than one start."""
-    names = shared_coordinates(model, x, y)
+    begin = launch(model, x, y)
     order = np.arange(len(cells), dtype=cells.dtype)
     if x.name == "omega":  # neighbours in a tile then share node counts
         order = np.argsort(cells % x.count, kind="stable").astype(cells.dtype)
 
-    def launch(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-        batch = vary(model, at_cells(x, y, cells[tile]))
-        system = switched(batch, names)
-        return ExactFlow(system), start(batch, system).T.copy(), np.arange(len(tile))
-
     def keep(_: np.ndarray, flow: ExactFlow, points: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
         return evidence(found) | (identity(flow, points, found) if starts > 1 else {})
 
-    out = survey(launch, keep, order, budget=budget, progress="zones" if progress else None, threads=threads)
+    out = survey(
+        lambda tile: begin(cells[tile]), keep, order, budget=budget, progress="zones" if progress else None,
+        threads=threads,
+    )
     if starts > 1:
         options: dict[str, Any] = {"budget": budget, "progress": progress, "threads": threads}
         out |= coexisting(model, x, y, cells, order, out, starts - 1, **options)

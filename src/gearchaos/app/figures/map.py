@@ -76,7 +76,7 @@ class MapFigure:
             self._show_level(found, colour)
 
     def _show_classes(self, found: Map) -> None:
-        classes = motion_class(found.dataset["label"], found.dataset["period"]).ravel()[found.source]
+        classes = motion_class(found.labels(), found.dataset["period"]).ravel()[found.source]
         present = [MOTION_CLASSES[i] for i in np.unique(classes) if i != NOT_COMPUTED]
         self.legend = legend([(c.colour, c.name) for c in present])
         self.bar.visible, self.glyph.color_mapper = False, self.classes
