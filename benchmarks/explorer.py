@@ -35,9 +35,10 @@ const all = (selector, root = document) => {
 """
 _WAIT = _ALL + """
 window.measured = new Promise((done) => {
-  const before = all(SELECTOR)[0]?.outerHTML
+  const place = all(SELECTOR)[0].parentElement
+  const before = place.firstElementChild.outerHTML
   const look = () => {
-    const now = all(SELECTOR)[0]
+    const now = place.firstElementChild
     if (now && now.outerHTML !== before && (CONDITION)(now)) done(performance.now() - window.began)
     else requestAnimationFrame(look)
   }

@@ -1,25 +1,32 @@
 """The explorer without a browser: its state, its bounds, its worker, its maps, and what it hands out."""
 
 import io
+import subprocess
+import sys
 import threading
 import time
 import tomllib
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
+import psutil
 import pytest
 import xarray as xr
 
 import gearchaos as gc
 from gearchaos.app import bounds, export, lines, maps, state
-from gearchaos.app.dossier import dossier
+from gearchaos.app.dossier import dossier, followed
+from gearchaos.app.elsewhere import Elsewhere
 from gearchaos.app.figures.style import plain
 from gearchaos.app.presets import presets
 from gearchaos.app.serve import address, check_port, origins
 from gearchaos.app.state import View, axis_names, first_view, from_query, standard, stiffness_name
 from gearchaos.app.worker import Job, Worker
 from gearchaos.errors import InputError
+from gearchaos.flow.stop import StoppedError
 from gearchaos.model import COORDINATES, KINDS
+from gearchaos.motion import Label
 from gearchaos.paper.settings import all_figures
 from gearchaos.studyfile import load_study
 
@@ -147,9 +154,19 @@ def test_symbols_become_plain_text(text, shown):
 ])
 def test_the_last_verdict_of_a_dossier_is_that_of_regime(model):
     found = list(dossier(model))
-    assert found[-1].final and found[-1].verdict == gc.regime(model)
     assert found[1].motion is not None
-    assert all(f.verdict.label == "chaotic" for f in found if not f.final)
+    found += [] if found[-1].final else list(followed(found[-1]))
+    assert found[-1].final and found[-1].verdict == gc.regime(model) and found[-1].motion is not None
+    assert (found[-1].portrait is None) == (found[-1].verdict.period is not None)
+    assert all(f.verdict.period is None for f in found if not f.final)
+
+
+def test_chaos_that_was_a_transient_gets_the_motion_it_came_to():
+    model = gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)
+    wild = replace(list(dossier(model))[-1], final=False)
+    wild = replace(wild, verdict=replace(wild.verdict, label="chaotic", period=None), portrait=wild.motion)
+    (found,) = followed(wild)
+    assert found.final and found.portrait is None and found.motion.identical(list(dossier(model))[-1].motion)
 
 
 def test_a_motion_that_diverges_has_a_dossier_too():
@@ -173,6 +190,20 @@ def test_a_map_is_coarse_first_and_every_cell_is_in_the_end_that_of_zones(small)
     for name in ("label", "period"):
         assert np.array_equal(found[-1].values(name), whole[name].values)
     assert found[-1].values("v_rms") == pytest.approx(whole["v_rms"].values, rel=1e-9)
+
+
+def test_chaos_shows_before_it_is_outlasted_and_every_cell_is_judged_in_the_end(monkeypatch):
+    monkeypatch.setattr(state, "CELLS", (40, 30))
+    monkeypatch.setattr(maps, "_PACE", 0.0)
+    view = replace(START, x=gc.Axis("omega", 1.2, 1.5, 40), y=gc.Axis("eps1", 0.18, 0.24, 30), at=(1.3, 0.2))
+    found = list(maps.sharpened(view))
+    waiting = max(found, key=lambda m: m.wild.sum())
+    assert waiting.wild.sum() > 100 and np.any(waiting.dataset["label"].values.ravel()[waiting.wild] == 0)
+    assert np.all(waiting.labels().values.ravel()[waiting.wild] == Label.CHAOTIC)
+    assert not found[-1].wild.any() and np.all(found[-1].dataset["label"] != 0)
+    whole = gc.zones(view.model, view.x, view.y, budget=maps.STEADY)
+    assert found[-1].dataset["label"].identical(whole["label"])
+    assert found[-1].values("v_rms") == pytest.approx(whole["v_rms"].values, rel=1e-8, nan_ok=True)
 
 
 def test_every_cell_of_a_coarse_map_shows_the_nearest_one_computed():
@@ -272,7 +303,6 @@ def test_a_page_that_was_closed_is_forgotten():
     worker.drop("a")
     gate.set()
     assert other.over.wait(10)
-    worker.wait_idle(10)
     assert gone.taken <= 1 and gone.shown == []
 
 
@@ -288,16 +318,95 @@ def test_what_goes_wrong_becomes_a_message_and_the_worker_goes_on(error, words, 
     assert good.over.wait(10) and good.message is None
 
 
-def test_slow_work_waits_for_quick_work():
-    quick, gate = Worker("quick"), threading.Event()
-    slow = Worker("slow", after=quick)
-    first, second = Recorder(1, gate), Recorder(1)
-    quick.submit("a", "motion", first.job())
-    slow.submit("a", "map", second.job())
-    time.sleep(0.1)
-    assert second.taken == 0
-    gate.set()
-    assert first.over.wait(10) and second.over.wait(10)
+def test_what_is_left_is_closed_by_the_thread_that_ran_it_and_errors_there_do_not_end_it():
+    closed = []
+
+    def work():
+        try:
+            yield 1
+            yield 2
+        finally:
+            closed.append(threading.current_thread().name)
+            raise RuntimeError("on the way out")
+
+    worker, begun, last = Worker("test"), threading.Event(), Recorder(1)
+    worker.submit("a", "map", Job(work, lambda _: (begun.set(), worker.drop("a", "map")), lambda _: None))
+    assert begun.wait(10)
+    worker.submit("a", "map", last.job())
+    assert last.over.wait(10) and closed == ["test"]
+
+
+def test_a_page_that_fails_does_not_end_the_thread(caplog):
+    worker, good = Worker("test"), Recorder(1)
+    worker.submit("a", "map", Job(Recorder().work, lambda _: 1 / 0, lambda _: None))
+    worker.submit("b", "map", good.job())
+    assert good.over.wait(10)
+
+
+# --- a process of its own ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def place():
+    place = Elsewhere(polite=True)
+    yield place
+    place.end()
+
+
+def test_another_process_finds_the_same(place):
+    model = gc.MeshModel.of(omega=1.0, eps1=0.05)
+    here, there = list(dossier(model)), list(place.run(partial(dossier, model)))
+    assert [d.verdict for d in here] == [d.verdict for d in there] and len(here) == len(there)
+    assert here[-1].motion.identical(there[-1].motion)
+
+
+def test_works_there_take_turns_and_the_one_closed_is_forgotten(place):
+    model = gc.MeshModel.of(omega=1.0, eps1=0.05)
+    first, second = place.run(partial(dossier, model)), place.run(partial(dossier, model))
+    assert next(first).motion is None and next(second).motion is None
+    first.close()
+    assert next(first, None) is None and next(second).motion is not None
+
+
+def test_a_step_under_way_there_is_left_at_once(place):
+    work = place.run(partial(maps.sharpened, START))
+    next(work)
+    threading.Timer(0.1, work.leave).start()
+    began = time.monotonic()
+    with pytest.raises(StoppedError):
+        for _ in work:
+            pass
+    assert time.monotonic() - began < 5  # all of it takes twenty seconds or more
+    work.close()
+
+
+def test_what_is_wrong_there_is_told_here(place):
+    with pytest.raises(InputError, match="omega"):
+        list(place.run(partial(gc.MeshModel.of, omega=-1.0)))
+
+
+def test_a_process_that_dies_costs_the_visitor_one_message(caplog):
+    place = Elsewhere()
+    worker, hurt, well = Worker("test", place), Recorder(), Recorder()
+    model = gc.MeshModel.of(omega=1.0, eps1=0.05)
+    worker.submit("a", "map", Job(partial(maps.sharpened, START), lambda _: place._process.kill(), hurt.end))
+    assert hurt.over.wait(60) and "went wrong" in hurt.message
+    worker.submit("a", "motion", Job(partial(dossier, model), well.shown.append, well.end))
+    assert well.over.wait(60) and well.message is None and well.shown[-1].verdict.label == "1T"
+    worker.stop()
+    place._process.wait(10)
+
+
+def test_a_process_ends_with_the_one_that_began_it(tmp_path):
+    code = "from gearchaos.app.elsewhere import Elsewhere; print(Elsewhere()._process.pid, flush=True); input()"
+    parent = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    child = psutil.Process(int(parent.stdout.readline()))
+    parent.kill()
+    parent.wait()
+    for pipe in (parent.stdin, parent.stdout):
+        pipe.close()
+    gone, _ = psutil.wait_procs([child], timeout=20)
+    assert gone
 
 
 # --- what a visitor takes along ------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from bokeh.events import RangesUpdate, Tap
 from bokeh.layouts import row
-from bokeh.models import Button, Div, InlineStyleSheet
+from bokeh.models import InlineStyleSheet
 
 from gearchaos.app import words
 from gearchaos.app.bridge import Bridge
@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 _REST = 250
 """Milliseconds that the view of the map must rest before it is computed."""
 
-_FILES = (("map", "png"), ("map", "svg"), ("map", "nc"), ("motion", "png"), ("motion", "svg"), ("motion", "nc"))
+FILES = ("map-png", "map-svg", "map-nc", "motion-png", "motion-svg", "motion-nc")
+"""What can be saved: of what, and how; the template has a button for each."""
 
 
 class Board:
@@ -42,21 +43,18 @@ class Board:
         self._css = InlineStyleSheet(css=files("gearchaos.app").joinpath("templates/inner.css").read_text("utf-8"))
         self.controls = Controls(session.change, self._css)
         self.controls.physical.visible = has_pair
-        self.bridge = Bridge(session.step)
+        self.bridge = Bridge({
+            "step": self._step, "choose": self._choose, "save": self._save, "basins": lambda _: session.ask_basin(),
+        })
         self.map, self.line, self.basin = MapFigure(), BifurcationFigure(), BasinFigure()
         self.history, self.phase = HistoryFigure(), PhaseFigure()
         self.portrait, self.spectrum = PortraitFigure(), SpectrumFigure()
-        self.busy, self.message, self.legend = self._words("busy"), self._words("message"), self._words("legend")
-        self.verdict, self.basin_legend = self._words("verdict"), self._words("basin-legend")
-        self.others = row(sizing_mode="stretch_width", name="others", styles={"flex-wrap": "wrap"})
+        self._choices: list[dict[str, Any]] = []
         self.show_choices([])
         self._share, self._panels = 0.0, frozenset[str]()
         self._placed: tuple[Any, ...] = ()
         self._waiting: Any = None
         self._listen()
-
-    def _words(self, name: str) -> Div:
-        return Div(text="", name=name, sizing_mode="stretch_width", stylesheets=[self._css], margin=0)
 
     def _listen(self) -> None:
         session = self._session
@@ -69,29 +67,12 @@ class Board:
         """Every root of the template by name."""
         c = self.controls
         return {
-            "busy": self.busy, "downloads": row(*self._buttons()), "message": self.message, "controls": c.column,
-            "choose": row(c.x, c.y, c.colour, sizing_mode="stretch_width"), "map": self.map.figure,
-            "legend": self.legend, "verdict": self.verdict, "others": self.others, "history": self.history.figure,
-            "phase": self.phase.figure, "portrait": self.portrait.figure, "spectrum": self.spectrum.figure,
-            "line_choose": row(c.line, sizing_mode="stretch_width"),
-            "line": self.line.figure, "basin_choose": self._basin_button(),
-            "basin": self.basin.figure, "basin_legend": self.basin_legend,
+            "controls": c.column, "choose": row(c.x, c.y, c.colour, sizing_mode="stretch_width"),
+            "map": self.map.figure, "history": self.history.figure, "phase": self.phase.figure,
+            "portrait": self.portrait.figure, "spectrum": self.spectrum.figure,
+            "line_choose": row(c.line, sizing_mode="stretch_width"), "line": self.line.figure,
+            "basin": self.basin.figure,
         }
-
-    def _buttons(self) -> list[Button]:
-        out = []
-        for kind, suffix in _FILES:
-            name = {"nc": "data"}.get(suffix, suffix.upper())
-            button = Button(label=f"{kind} {name}", name=f"save-{kind}-{suffix}", height=28, margin=2)
-            button.on_click(partial(self._session.ask_export, kind, suffix))
-            out.append(button)
-        return out
-
-    def _basin_button(self) -> Button:
-        button = Button(label="basins of this point: which start leads where", name="basin-button",
-                        sizing_mode="stretch_width", height=30)
-        button.on_click(self._session.ask_basin)
-        return button
 
     # --- touched -------------------------------------------------------------------------------------------------
 
@@ -118,6 +99,21 @@ class Board:
             for a, (low, high) in zip((view.x, view.y), ends, strict=True)
         )
 
+    def _step(self, value: Any) -> None:
+        """An arrow key: so many columns and rows."""
+        if isinstance(value, list) and len(value) == 2 and all(n in (-10, -1, 0, 1, 10) for n in value):
+            self._session.step(*map(int, value))
+
+    def _choose(self, value: Any) -> None:
+        """One of the motions on offer, by its number."""
+        if isinstance(value, int) and 0 <= value < len(self._choices):
+            self._session.start_from(self._choices[value]["start"])
+
+    def _save(self, value: Any) -> None:
+        """A file of the map or the motion."""
+        if value in FILES:
+            self._session.ask_export(*value.split("-"))
+
     def _along(self, event: Tap) -> None:
         x, y = self._session.view.at
         self._session.point_at(*((event.x, y) if self._session.view.line == "x" else (x, event.x)))
@@ -129,35 +125,40 @@ class Board:
     # --- shown ---------------------------------------------------------------------------------------------------
 
     def place(self, view: View) -> None:
-        """Axes of the map, and the point."""
+        """Axes of the map, and the point wherever it shows."""
         self.mark(view)
+        self.line.here.location = view.at["xy".index(view.line)]
         if self._placed != (view.x, view.y):
             self._placed = (view.x, view.y)
             self.map.place(view.x, view.y, (axis_words(view.x.name), axis_words(view.y.name)))
 
     def mark(self, view: View) -> None:
-        """The point."""
+        """The point on the map."""
         self.map.mark(view.at)
-        self.line.here.location = view.at["xy".index(view.line)]
 
     def show_map(self, found: Map, colour: str) -> None:
         """Draw the map and its legend."""
         self.map.show(found, colour)
-        self.legend.text = self.map.legend + (
-            f'<span data-stride="{found.stride}" data-share="{found.share:.4f}"></span>')
+        how_far = f'<span data-stride="{found.stride}" data-share="{found.share:.4f}"></span>'
+        self.bridge.write("legend", self.map.legend + how_far)
         self._share = found.share
         self.show_busy(self._panels)
 
     def show_busy(self, panels: set[str] | frozenset[str]) -> None:
         """Say what is being computed."""
         self._panels = frozenset(panels)
-        what = ", ".join(f"map {100 * self._share:.0f} %" if p == "map" else p for p in sorted(panels))
+        how_far = f"map {100 * self._share:.0f} %" if self._share < 1 else "map (following chaos)"
+        what = ", ".join(how_far if p == "map" else p for p in sorted(panels))
         text = f'<div class="busy"><i></i>computing {what}</div>'
-        self.busy.text = text if panels else '<div class="busy idle"><i></i>ready</div>'
+        self.bridge.write("busy", text if panels else '<div class="busy idle"><i></i>ready</div>')
 
     def tell(self, message: str) -> None:
         """Show a message of what cannot be done, or none."""
-        self.message.text, self.message.visible = words.error_html(message), bool(message)
+        self.bridge.write("message", words.error_html(message))
+
+    def show_verdict(self, html: str) -> None:
+        """The verdict of the point, in words."""
+        self.bridge.write("verdict", html)
 
     def clear_motion(self) -> None:
         """Show no motion, where there is none that stays bounded."""
@@ -166,22 +167,12 @@ class Board:
 
     def show_basin_legend(self) -> None:
         """The legend of what the basin plane shows."""
-        self.basin_legend.text = self.basin.legend
+        self.bridge.write("basin-legend", self.basin.legend)
 
     def show_choices(self, choices: list[dict[str, Any]]) -> None:
         """A button for every motion of the point."""
-        words_ = "all motions here:" if choices else "looking for other motions here …"
-        title = Div(text=f'<span class="words">{words_}</span>', stylesheets=[self._css], margin=(10, 4, 0, 4))
-        self.others.children = [title, *(self._choice(c) for c in choices)]
-
-    def _choice(self, choice: dict[str, Any]) -> Button:
-        colour = choice["colour"]
-        button = Button(
-            label=f"{choice['name']}  {100 * choice['share']:.0f} %", name="choice", height=28, margin=2,
-            stylesheets=[InlineStyleSheet(css=f".bk-btn {{ border-left: 10px solid {colour} !important; }}")],
-        )
-        button.on_click(partial(self._session.start_from, choice["start"]))
-        return button
+        self._choices = choices
+        self.bridge.write("others", words.choices_html(choices))
 
 
 def axis_words(name: str) -> str:

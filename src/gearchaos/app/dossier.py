@@ -13,8 +13,9 @@ from gearchaos.studies.regime import PATIENT, Regime, regime
 from gearchaos.studies.simulate import simulate
 from gearchaos.studies.steady import steady
 
-QUICK = replace(PATIENT, patience=0)
-"""As `gearchaos.regime` looks, but chaos is not outlasted: every other verdict of both is the same."""
+QUICK = replace(PATIENT, exponent=1000, extensions=0, patience=0, measured=200)
+"""As long transients as `gearchaos.regime` has, so that a stable orbit found in them is its verdict too; what is open
+then is only glanced at."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,7 @@ class Dossier:
         The point, with the initial values of the motion.
     verdict : Regime
     final : bool
-        Whether it is the verdict of `gearchaos.regime`; if not, the motion is chaotic so far, and being followed.
+        Whether it is the verdict of `gearchaos.regime`; if not, it is what the motion looks like so far.
     motion : xarray.Dataset or None
         The steady motion sampled in time, once it is computed; None for good where it diverged.
     portrait : xarray.Dataset or None
@@ -42,26 +43,28 @@ class Dossier:
 
 
 def dossier(model: MeshModel) -> Generator[Dossier]:
-    """The dossier of a point: verdict and portrait, then the motion in time, then what takes patience."""
+    """The dossier of a point: verdict and portrait, then the motion in time, then more of its portrait."""
     verdict = regime(model, budget=QUICK)
-    found = Dossier(model, verdict, verdict.label != "chaotic")
+    found = Dossier(model, verdict, final=verdict.periods_spent <= sum(QUICK.looks))
     yield found
-    if not verdict.section:
-        return
-    yield (found := replace(found, motion=steady(model, verdict)))
-    if not found.final:
-        yield (found := _followed(found))
-    if found.verdict.period is None and found.verdict.section:
-        yield replace(found, portrait=simulate(_on(model, found.verdict), PORTRAIT))
+    if verdict.section:
+        yield (found := replace(found, motion=steady(model, verdict)))
+        yield from _portrayed(found)
 
 
-def _followed(found: Dossier) -> Dossier:
-    """The same after chaos has been followed as long as `gearchaos.regime` does."""
+def followed(found: Dossier) -> Generator[Dossier]:
+    """The dossier of a motion that does not repeat so far, followed as long as `gearchaos.regime` does."""
     verdict = regime(found.model)
-    motion = found.motion if verdict.label == found.verdict.label else None
-    if motion is None and verdict.section:
-        motion = steady(found.model, verdict)
-    return replace(found, verdict=verdict, final=True, motion=motion)
+    if verdict.label != found.verdict.label:
+        found = replace(found, motion=steady(found.model, verdict) if verdict.section else None, portrait=None)
+    yield (found := replace(found, verdict=verdict, final=True))
+    if found.portrait is None:
+        yield from _portrayed(found)
+
+
+def _portrayed(found: Dossier) -> Generator[Dossier]:
+    if found.verdict.period is None and found.verdict.section:
+        yield replace(found, portrait=simulate(_on(found.model, found.verdict), PORTRAIT))
 
 
 def _on(model: MeshModel, verdict: Regime) -> MeshModel:

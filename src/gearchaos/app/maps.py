@@ -6,8 +6,8 @@ What a look leaves open is put aside and gone on with, from where it is, togethe
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator
-from dataclasses import dataclass
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -28,14 +28,14 @@ COARSE = (16, 8)
 """Every so many-th column and row, in a quick look."""
 
 FINE = (4, 2, 1)
-QUICK = Budget(looks=(24, 40, 80), longest=16, exponent=150, extensions=0, patience=0, measured=32)
-STEADY = Budget(
-    looks=(24, 40, 80, 160, 320), longest=16, exponent=150, extensions=1, patience=1250, measured=32
-)
+QUICK = Budget(looks=(48, 96), longest=16, exponent=150, extensions=0, patience=0, measured=32)
+STEADY = Budget(looks=(64, 320), longest=16, exponent=150, extensions=1, patience=1250, measured=32)
 """Budgets of the coarse lattices, and of all cells."""
 
-_TILE = {"transients": 4096, "exponents": 1024, "chaos": 1024}
-"""Cells that a thread judges at one go, half a second of work or so: a newer map need not wait longer."""
+_STEP = 0.4
+"""Seconds that a thread works at one go: a newer map, or another page, need not wait longer."""
+
+_FEWEST, _MOST = 256, 4096
 
 _PACE = 0.5
 """Seconds between two pictures."""
@@ -56,7 +56,7 @@ class Map:
     stride : int
         Distance of the cells of the lattice that is being computed.
     share : float
-        Of the cells that are computed.
+        Of the cells that are judged, if only so far.
     """
 
     dataset: xr.Dataset
@@ -75,12 +75,18 @@ class Map:
         return self.dataset[name].values.ravel()[self.source]
 
 
-def sharpened(view: View, pause: Callable[[], None] = lambda: None) -> Generator[Map]:
-    """The map of a view, ever sharper; ``pause`` is called in between, and may wait for what is more urgent."""
-    return _many(view) if view.colour == "attractors" else _one(view, pause)
+def sharpened(view: View) -> Generator[Map]:
+    """The map of a view, ever sharper."""
+    return _many(view) if view.colour == "attractors" else _one(view)
 
 
-def _one(view: View, pause: Callable[[], None]) -> Generator[Map]:
+def first(view: View) -> Generator[None]:
+    """No map, but all that the coarse ones need, so that the next one is quick."""
+    next(_one(view))
+    yield
+
+
+def _one(view: View) -> Generator[Map]:
     quick = plan(view.model, view.x, view.y, budget=QUICK)
     grid = _Grid(view.x.count, view.y.count)
     for stride in COARSE:
@@ -88,7 +94,7 @@ def _one(view: View, pause: Callable[[], None]) -> Generator[Map]:
         grid.show(new, stride)
         yield grid.map(quick, stride)
     grid.forget(grid.open())
-    work, wild = _Work(Survey(launch(view.model, view.x, view.y), _keep, STEADY), grid, quick, pause), []
+    work, wild = _Work(Survey(launch(view.model, view.x, view.y), _keep, STEADY), grid, quick), []
     for stride in FINE:
         still = Open(_by_column(grid.fresh(stride), view.x.count))
         for stage in ("transients", "exponents"):
@@ -111,18 +117,17 @@ def _by_column(cells: np.ndarray, columns: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Work:
-    """How the cells of a map are judged, stage by stage."""
+    """How the cells of a map are judged, stage by stage, and how many of them a thread judges in a second."""
 
     survey: Survey
     grid: _Grid
     whole: Plan
-    pause: Callable[[], None]
+    pace: dict[str, float] = field(default_factory=dict)
 
     def run(self, stage: str, still: Open, stride: int) -> Generator[Map, None, Open]:
         """Maps under way while a stage judges some cells of a lattice; returns what it leaves open."""
         rest, shown = {0: still.take(slice(0))}, time.monotonic()
-        judge = partial(self._judge, stage, still)
-        for tile, (settled, facts, left) in tiles.run(judge, tiles.split(len(still.number), _TILE[stage])):
+        for tile, (settled, facts, left) in tiles.run(partial(self._judge, stage, still), self._cut(stage, still)):
             self.grid.put(facts, settled)
             self.grid.show(settled, stride)
             rest[tile.start] = left
@@ -131,9 +136,20 @@ class _Work:
                 yield self.grid.map(self.whole, stride)
         return together([rest[first] for first in sorted(rest)])
 
+    def _cut(self, stage: str, still: Open) -> Iterator[slice]:
+        """Tiles of about the same time; smaller ones at the end, so that no thread waits long for another."""
+        first, count = 0, len(still.number)
+        while first < count:
+            most = min(_MOST, max(_FEWEST, (count - first) // (2 * tiles.cores())))
+            size = int(np.clip(_STEP * self.pace.get(stage, 0.0), _FEWEST, most))
+            yield slice(first, min(first + size, count))
+            first += size
+
     def _judge(self, stage: str, still: Open, tile: slice) -> tuple[np.ndarray, dict[str, np.ndarray], Open]:
-        self.pause()
-        return self.survey.judge(stage, still, tile)
+        began = time.perf_counter()
+        found = self.survey.judge(stage, still, tile)
+        self.pace[stage] = (tile.stop - tile.start) / (time.perf_counter() - began)
+        return found
 
 
 class _Grid:
@@ -193,9 +209,9 @@ class _Grid:
         self.source[r[inside], c[inside]] = cells[inside]
 
     def map(self, whole: Plan, stride: int) -> Map:
-        """What is known so far; arrays are copied, since they go to another thread."""
-        found = {n: v.copy() for n, v in self.found.items()}
-        return Map(whole.finish(found), self.source.copy(), self.wild.ravel().copy(), stride, float(self.known.mean()))
+        """What is known so far; arrays are copied, so that it stays what it is."""
+        found, share = {n: v.copy() for n, v in self.found.items()}, float((self.known | self.wild).mean())
+        return Map(whole.finish(found), self.source.copy(), self.wild.ravel().copy(), stride, share)
 
 
 def _many(view: View) -> Generator[Map]:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import socket
 import sys
 from collections.abc import Callable
-from dataclasses import replace
+from functools import partial
 from importlib.resources import files
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
+from gearchaos.app.elsewhere import Elsewhere
+from gearchaos.app.worker import Job, Worker
 from gearchaos.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 LOCAL = ("127.0.0.1", "localhost", "::1")
 PORT = 5006
 _SWITCH = 0.001
-"""Seconds after which a thread lets another have its turn, so that pages answer while maps are computed."""
+"""Seconds after which a thread lets another have its turn, so that what a process found is soon shown."""
 
 _CHECK = 8000
 """Milliseconds after which a page that was closed is forgotten."""
@@ -70,36 +72,40 @@ def server(view: View, pair: GearPair | None = None, *, host: str = LOCAL[0], po
         Where to listen; see `check_port`.
     """
     from bokeh.application import Application
-    from bokeh.application.handlers import FunctionHandler
     from bokeh.server.server import Server
 
+    from gearchaos.app.handler import Handler
+
     sys.setswitchinterval(_SWITCH)
-    _warm(view)
-    return Server(
-        {"/": Application(FunctionHandler(_page(view, pair)))}, port=port, address=host,
-        allow_websocket_origin=origins(host, port), check_unused_sessions_milliseconds=1000,
-        unused_session_lifetime_milliseconds=_CHECK,
-    )
+    workers = Worker("points", Elsewhere()), Worker("maps", Elsewhere(polite=True))
+    _warm(view, *workers)
+    try:
+        return Server(
+            {"/": Application(Handler(_page(view, pair, workers), workers))}, port=port, address=host,
+            allow_websocket_origin=origins(host, port), check_unused_sessions_milliseconds=1000,
+            unused_session_lifetime_milliseconds=_CHECK,
+        )
+    except BaseException:
+        for worker in workers:
+            worker.stop()
+        raise
 
 
-def _warm(view: View) -> None:
+def _warm(view: View, quick: Worker, slow: Worker) -> None:
     """Have the kernels that a page needs at once in memory before the first visitor comes."""
     from gearchaos.app.dossier import dossier
-    from gearchaos.app.maps import sharpened
+    from gearchaos.app.maps import first
 
-    for _ in dossier(view.point):
-        pass
-    next(iter(sharpened(replace(view, colour="motion"))))
+    for worker, steps in ((quick, partial(dossier, view.point)), (slow, partial(first, view))):
+        worker.submit("", "warm", Job(steps, lambda _: None, lambda _: None))
 
 
-def _page(view: View, pair: GearPair | None) -> Callable[[Any], None]:
+def _page(view: View, pair: GearPair | None, workers: tuple[Worker, Worker]) -> Callable[[Any], None]:
     """A function that fills the document of a new visitor."""
     from gearchaos.app.session import Session
     from gearchaos.app.state import from_query
-    from gearchaos.app.worker import Worker
 
-    quick = Worker("points")
-    workers, template, css = (quick, Worker("maps", after=quick)), _template(), _text("page.css")
+    template, css = _template(), _text("page.css")
 
     def page(document: Any) -> None:
         message = ""
@@ -110,7 +116,7 @@ def _page(view: View, pair: GearPair | None) -> Callable[[Any], None]:
         session = Session(first, workers, document, pair)
         session.board.tell(message)
         document.on_session_destroyed(lambda _: session.close())
-        session.board.bridge.attach(document, session.board.busy)
+        session.board.bridge.attach(document, session.board.map.figure)
         document.add_next_tick_callback(session.begin)
         document.title, document.template = "gearchaos explore", template
         document.template_variables["css"] = css

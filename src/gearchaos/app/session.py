@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from itertools import count
@@ -14,7 +14,8 @@ import xarray as xr
 
 from gearchaos.app import export, lines, words
 from gearchaos.app.board import Board
-from gearchaos.app.dossier import Dossier, dossier
+from gearchaos.app.dossier import Dossier, dossier, followed
+from gearchaos.app.elsewhere import Steps
 from gearchaos.app.figures.history import times
 from gearchaos.app.figures.style import label, plain
 from gearchaos.app.maps import COARSE, Map, sharpened
@@ -26,12 +27,13 @@ from gearchaos.gearpair import GearPair, physical
 from gearchaos.plot._axes import symbol
 from gearchaos.studies.dataset import variable
 
-_SETTLE = 0.15
+_SETTLE = 0.05
 """Seconds after the last change of a slider before slow work begins."""
 
 _FOLLOW = 120
 """Milliseconds after which the rest of the page follows the point."""
 
+_PLANE = ("z", "z_dot")
 _numbers = count(1)
 log = logging.getLogger(__name__)
 
@@ -59,6 +61,7 @@ class Session:
         self._map: Map | None = None
         self._dossier: Dossier | None = None
         self._line: xr.Dataset | None = None
+        self._motion_key: Any = None
         self._following: Any = None
         self._first = False
         self.board = Board(self, pair is not None)
@@ -96,6 +99,8 @@ class Session:
         self.board.mark(view)
         if before.point != view.point:
             self._ask_dossier()
+        if before.plane != view.plane:
+            self._ask_map()
         if self._following is None:
             self._following = self._document.add_timeout_callback(partial(self._follow, before), _FOLLOW)
 
@@ -105,9 +110,7 @@ class Session:
         if not self._alive:
             return
         self._show_view()
-        if _map_key(before) != _map_key(view):
-            self._ask_map()
-        elif before.colour != view.colour and self._map is not None:
+        if before.colour != view.colour and before.plane == view.plane and self._map is not None:
             self._draw_map(self._map)
         if before.physical != view.physical and self._dossier is not None:
             self._draw_dossier(self._dossier)
@@ -139,7 +142,7 @@ class Session:
 
     def ask_basin(self) -> None:
         """Compute the basins of the point."""
-        self._ask(self._slow, "basins", lambda view: lines.basins(view), self._draw_basin)
+        self._ask(self._slow, "basins", partial(lines.basins, self.view), self._draw_basin)
 
     def ask_export(self, kind: str, suffix: str) -> None:
         """Make a file of what is on show."""
@@ -148,8 +151,7 @@ class Session:
             self.board.tell("There is nothing to save yet.")
             return
         title = self._dossier.verdict.label if self._dossier and kind == "motion" else ""
-        colour = self.view.colour
-        steps = lambda _: export.exported(kind, suffix, dataset, colour, title)  # noqa: E731 - a name for the job
+        steps = partial(export.exported, kind, suffix, dataset, self.view.colour, title)
         self._ask(self._slow, f"{kind}.{suffix}", steps, lambda found: self.board.bridge.download(*found))
 
     def close(self) -> None:
@@ -167,16 +169,17 @@ class Session:
         self.board.bridge.say(view.query(), export.as_python(view), export.as_toml(view))
 
     def _ask_dossier(self) -> None:
-        self._ask(self._quick, "motion", lambda view: dossier(view.point), self._draw_dossier)
+        self._slow.drop(self.name, "chaos")
+        self._busy.discard("chaos")
+        self._ask(self._quick, "motion", partial(dossier, self.view.point), self._take_dossier)
 
     def _ask_map(self) -> None:
         self._map = None
-        steps = partial(sharpened, pause=self._slow.give_way)
-        self._ask(self._slow, "map", steps, self._draw_map, _SETTLE)
+        self._ask(self._slow, "map", partial(sharpened, self.view), self._draw_map, _SETTLE)
 
     def _ask_line(self) -> None:
         self._line = None
-        self._ask(self._slow, "diagram", lines.bifurcation, self._draw_line, 2 * _SETTLE)
+        self._ask(self._slow, "diagram", partial(lines.bifurcation, self.view), self._draw_line, 2 * _SETTLE)
 
     def _leave_point(self) -> None:
         """Other motions and basins belong to the point left behind."""
@@ -185,16 +188,15 @@ class Session:
         self.board.basin.clear()
         self.board.show_basin_legend()
         self.board.show_choices([])
-        self._ask(self._slow, "other motions", lines.attractors, self._draw_choices, 3 * _SETTLE)
+        self._ask(self._slow, "other motions", partial(lines.attractors, self.view), self._draw_choices, 3 * _SETTLE)
 
     def _ask(
-        self, worker: Worker, panel: str, steps: Callable[[View], Generator[Any]], draw: Callable[[Any], None],
-        delay: float = 0.0,
+        self, worker: Worker, panel: str, steps: Steps, draw: Callable[[Any], None], delay: float = 0.0,
     ) -> None:
         self._busy.add(panel)
         self.board.show_busy(self._busy)
         worker.submit(self.name, panel, Job(
-            partial(steps, self.view), lambda found: self._later(partial(draw, found)),
+            steps, lambda found: self._later(partial(draw, found)),
             lambda message: self._later(partial(self._finished, panel, message)), delay,
         ))
 
@@ -207,9 +209,14 @@ class Session:
             self._go_on()
 
     def _later(self, action: Callable[[], None]) -> None:
-        """Have the event loop do something, as long as the page is there."""
-        if self._alive:
+        """Have the event loop do something, as long as the page is there; it may go away at any moment."""
+        if not self._alive:
+            return
+        try:
             self._document.add_next_tick_callback(action)
+        except Exception:
+            if self._alive:
+                raise
 
     # --- showing -------------------------------------------------------------------------------------------------
 
@@ -228,6 +235,12 @@ class Session:
             self._ask_line()
             self._leave_point()
 
+    def _take_dossier(self, found: Dossier) -> None:
+        """Show what is known of the motion; chaos is then followed on, which takes long."""
+        self._draw_dossier(found)
+        if not found.final and found.portrait is not None:
+            self._ask(self._slow, "chaos", partial(followed, found), self._draw_dossier)
+
     def _draw_dossier(self, found: Dossier) -> None:
         self._dossier = found
         pair = self.pair if self.view.physical else None
@@ -238,24 +251,26 @@ class Session:
             self._draw_motion(found.motion, pair)
         elif not found.verdict.section:
             self.board.clear_motion()
-        self.board.verdict.text = words.verdict_html(found, where, _stage(found), pair)
+            self._motion_key = None
+        self.board.show_verdict(words.verdict_html(found, where, _stage(found), pair))
 
     def _draw_portrait(self, found: Dossier, pair: GearPair | None) -> None:
         if not found.verdict.section:
             return
-        names = ("section_z", "section_z_dot")
-        source = found.portrait
-        if source is None:
-            values = found.verdict.section
-            source = xr.Dataset({f"section_{n}": variable(f"section_{n}", ("period",), np.array(values[n]))
-                                 for n in ("z", "z_dot")})
-        source = source[list(names)].drop_vars(source.coords)
+        values = found.verdict.section if found.portrait is None else {
+            n: found.portrait[f"section_{n}"].values for n in _PLANE}
+        points = {n: variable(f"section_{n}", ("period",), np.asarray(values[n])) for n in _PLANE}
         if pair is not None:
-            source = physical(source, pair)
-        x, y = (source[n] for n in names)
+            shown = physical(xr.Dataset({f"section_{n}": v for n, v in points.items()}), pair)
+            points = {n: shown[f"section_{n}"].variable for n in _PLANE}
+        x, y = (points[n] for n in _PLANE)
         self.board.portrait.show(x.values, y.values, (label(x, "z"), label(y, "z_dot")))
 
     def _draw_motion(self, motion: xr.Dataset, pair: GearPair | None) -> None:
+        key = float(motion["z"].values[0]), motion.sizes["tau"], pair
+        if key == self._motion_key:
+            return
+        self._motion_key = key
         tau, period = times(motion)
         self.board.spectrum.show(motion)
         shown = motion if pair is None else physical(motion, pair)
@@ -291,12 +306,6 @@ def _stage(found: Dossier) -> str:
     if found.motion is None and found.verdict.section:
         return "verdict"
     return "complete" if found.final else "followed"
-
-
-def _map_key(view: View) -> tuple[Any, ...]:
-    """What the map depends on."""
-    corner = view.model.with_values({view.x.name: view.x.start, view.y.name: view.y.start})
-    return corner, view.x, view.y, view.colour == "attractors"
 
 
 def _line_key(view: View) -> tuple[Any, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from urllib.parse import parse_qsl, urlencode
 
 from gearchaos.app.bounds import CELLS, HARMONICS, QUERY, bounded, neat, span
@@ -81,15 +82,21 @@ class View:
         check_plane(self.model, self.x, self.y)
         _ = self.point
 
-    @property
+    @cached_property
     def base(self) -> MeshModel:
         """The model at the point, from its own initial values."""
         return self.model.with_values(dict(zip((self.x.name, self.y.name), self.at, strict=True)))
 
-    @property
+    @cached_property
     def point(self) -> MeshModel:
         """The model at the point, with the initial values of the motion chosen there."""
         return self.base.with_values(dict(self.start)) if self.start else self.base
+
+    @cached_property
+    def plane(self) -> tuple[object, ...]:
+        """What the map depends on."""
+        corner = self.model.with_values({self.x.name: self.x.start, self.y.name: self.y.start})
+        return corner, self.x, self.y, self.colour == "attractors"
 
     def with_axes(self, x: Axis, y: Axis) -> View:
         """Another part of the plane, or another plane, with the point kept as far as it goes."""

@@ -37,7 +37,7 @@ def verdict_html(found: Dossier, where: str, stage: str, pair: GearPair | None) 
     """The verdict with its evidence; ``stage`` says in the document how far the dossier is."""
     v = found.verdict
     soon = "" if found.final else (
-        f'<p class="soon">so far: chaos may be a transient, so it is followed on (now {v.periods_spent:,} periods)</p>')
+        f'<p class="soon">so far: this may be a transient, so it is followed on (now {v.periods_spent:,} periods)</p>')
     rows = "".join(
         f"<tr><th>{html.escape(title)}</th><td>{html.escape(text)}</td></tr>" for title, text in _rows(v, pair))
     return (
@@ -69,9 +69,9 @@ def _rows(v: Regime, pair: GearPair | None) -> list[tuple[str, str]]:
 def _levels(v: Regime, pair: GearPair | None) -> list[tuple[str, str]]:
     """The levels that exist, in the units of the pair if there is one."""
     known = {n: x for n, _ in _LEVELS if (x := getattr(v, n)) is not None}
-    levels = xr.Dataset({n: variable(n, (), np.array(x)) for n, x in known.items()})
-    if pair is not None:
-        levels = physical(levels, pair)
+    if pair is None:
+        return [(title, f"{known[n]:.5g}") for n, title in _LEVELS if n in known]
+    levels = physical(xr.Dataset({n: variable(n, (), np.array(x)) for n, x in known.items()}), pair)
     return [(title, f"{float(levels[n]):.5g}{_unit(levels[n])}") for n, title in _LEVELS if n in known]
 
 
@@ -91,6 +91,15 @@ def attractor_choices(found: xr.Dataset) -> list[dict[str, Any]]:
             "start": tuple((n.removeprefix("attractor_start_"), float(found[n][i])) for n in starts),
         } for i, (name, shade) in enumerate(rows)
     ]
+
+
+def choices_html(choices: list[dict[str, Any]]) -> str:
+    """A button for every motion of a point; the page's script says which one was pressed."""
+    buttons = "".join(
+        f'<button class="choice" data-choice="{i}" style="border-left-color:{html.escape(c["colour"])}">'
+        f'{html.escape(c["name"])}  {100 * c["share"]:.0f} %</button>' for i, c in enumerate(choices)
+    )
+    return f'<div class="words">{"all motions here:" if choices else "looking for other motions here …"}{buttons}</div>'
 
 
 def error_html(message: str) -> str:

@@ -1,14 +1,13 @@
 """Computing beside the event loop: one thread, the newest request of every panel, sessions in turn.
 
-A job is an iterator: the thread takes one step of it, hands the result back, and looks again whose turn it is. So a
-newer request takes the place of an older one between two steps, and no visitor waits for another's whole map.
+A job is a generator: the thread takes one step of it, in a process of its own, hands the result back, and looks again
+whose turn it is. So a newer request takes the place of an older one between two steps, and no visitor waits for
+another's whole map.
 """
 
 from __future__ import annotations
 
-import contextlib
 import logging
-import os
 import threading
 import time
 from collections import OrderedDict
@@ -16,34 +15,13 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
 from typing import Any
 
+from gearchaos.app.elsewhere import Elsewhere, Steps, Work
 from gearchaos.errors import InputError
-
-_PATIENCE = 0.5
-"""So many seconds slow work waits for quick work before it takes its next step all the same."""
+from gearchaos.flow.stop import StoppedError
 
 _SORRY = "something went wrong here; the server's log says what"
 
-_POLITE = 10
-
 log = logging.getLogger(__name__)
-
-
-_ending = threading.Event()
-
-
-def end() -> None:
-    """Say that the process ends: work that breaks off now is no error."""
-    _ending.set()
-
-
-def _give_way() -> None:
-    """Let other threads have the processor first, where the system has priorities for threads (Linux).
-
-    Threads begun by this one take after it.
-    """
-    if hasattr(os, "setpriority") and os.path.isdir("/proc/self/task"):
-        with contextlib.suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _POLITE)
 
 
 @dataclass
@@ -63,12 +41,12 @@ class Job:
         Seconds to wait before the first step, since another request may follow at once.
     """
 
-    steps: Callable[[], Generator[Any]]
+    steps: Steps
     show: Callable[[Any], None]
     end: Callable[[str | None], None]
     delay: float = 0.0
     due: float = field(default=0.0, init=False)
-    begun: Generator[Any] | None = field(default=None, init=False)
+    begun: Generator[Any] | Work | None = field(default=None, init=False)
 
 
 class Worker:
@@ -78,16 +56,15 @@ class Worker:
     ----------
     name : str
         Of the thread.
-    after : Worker, optional
-        One whose work goes first.
+    place : Elsewhere, optional
+        The process in which steps are taken; by default they are taken by the thread itself.
     """
 
-    def __init__(self, name: str, after: Worker | None = None) -> None:
-        self._after = after
+    def __init__(self, name: str, place: Elsewhere | None = None) -> None:
+        self._place, self._over = place, False
         self._jobs: OrderedDict[str, OrderedDict[str, Job]] = OrderedDict()
         self._change = threading.Condition()
-        self._working = False
-        self._left: list[Generator[Any]] = []
+        self._left: list[Generator[Any] | Work] = []
         threading.Thread(target=self._run, name=name, daemon=True).start()
 
     def submit(self, owner: str, panel: str, job: Job) -> None:
@@ -109,47 +86,39 @@ class Worker:
                 self._leave(self._jobs.get(owner, OrderedDict()).pop(panel, None))
             self._change.notify_all()
 
+    def stop(self) -> None:
+        """Take no step any more, and end the process."""
+        with self._change:
+            self._over = True
+            self._change.notify_all()
+        if self._place is not None:
+            self._place.end()
+
     def _leave(self, job: Job | None) -> None:
         """Keep what a job has begun until the thread can close it: threads of its own may have to end first."""
         if job is not None and job.begun is not None:
+            if isinstance(job.begun, Work):
+                job.begun.leave()
             self._left.append(job.begun)
 
-    def wait_idle(self, seconds: float) -> None:
-        """Return once there is nothing to do, or after so many seconds."""
-        with self._change:
-            self._change.wait_for(lambda: not self._working and not any(self._jobs.values()), seconds)
-
     def _run(self) -> None:
-        if self._after is not None:
-            _give_way()
-        while True:
+        while not self._over:
             found = self._next()
             self._close_left()
-            if found is None:
-                continue
-            self.give_way()
-            self._step(*found)
-            with self._change:
-                self._working = False
-                self._change.notify_all()
-
-    def give_way(self) -> None:
-        """Wait a little for work that goes first, if there is any."""
-        if self._after is not None:
-            self._after.wait_idle(_PATIENCE)
+            if found is not None:
+                self._step(*found)
 
     def _close_left(self) -> None:
         while self._left:
-            self._left.pop().close()
+            self._tell(lambda left: left.close(), self._left.pop())
 
     def _next(self) -> tuple[str, str, Job] | None:
         """The job whose turn it is; whoever is served goes to the end of the line. None if others are to be closed."""
         with self._change:
             while (found := self._ready()) is None:
-                if self._left:
+                if self._left or self._over:
                     return None
                 self._change.wait(self._until_due())
-            self._working = True
             owner, panel, job = found
             self._jobs.move_to_end(owner)
             self._jobs[owner].move_to_end(panel)
@@ -171,26 +140,40 @@ class Worker:
         with self._change:
             return owner in self._jobs and self._jobs[owner].get(panel) is job
 
+    def _begun(self, steps: Steps) -> Generator[Any] | Work:
+        return steps() if self._place is None else self._place.run(steps)
+
     def _step(self, owner: str, panel: str, job: Job) -> None:
         """One step of a job; a result that a newer request has overtaken is not shown."""
         if not self._current(owner, panel, job):
             return
         message, over = None, False
         try:
-            job.begun = job.begun or job.steps()
+            job.begun = job.begun or self._begun(job.steps)
             result = next(job.begun)
         except StopIteration:
+            over = True
+        except StoppedError:
             over = True
         except InputError as error:
             message, over = str(error), True
         except Exception:
-            if _ending.is_set():  # nothing can be computed any more
+            if self._over:
                 return
             log.exception("a request could not be answered")
             message, over = _SORRY, True
-        if self._current(owner, panel, job):
-            if over:
-                self.drop(owner, panel)
-                job.end(message)
-            else:
-                job.show(result)
+        if not self._current(owner, panel, job):
+            self._leave(job)
+        elif over:
+            self.drop(owner, panel)
+            self._tell(job.end, message)
+        else:
+            self._tell(job.show, result)
+
+    def _tell(self, whom: Callable[[Any], None], what: Any) -> None:
+        """Hand something on; whatever goes wrong there does not end this thread."""
+        try:
+            whom(what)
+        except Exception:
+            if not self._over:
+                log.exception("a result could not be handed on")

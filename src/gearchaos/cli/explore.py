@@ -61,9 +61,6 @@ def _view(loaded: Study, texts: list[str], nothing_said: bool) -> View:
 def _serve(running: Any, page: str | None) -> None:
     if page:
         running.io_loop.add_callback(webbrowser.open, page)
-    from gearchaos.app.worker import end
-
     with contextlib.suppress(KeyboardInterrupt):
         running.io_loop.start()
-    end()
     running.stop()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.flow import measure, tables
+from gearchaos.flow import measure, stop, tables
 from gearchaos.flow.layout import BLOCK, Lanes, Nodes, chunk
 from gearchaos.flow.period import advance_block
 from gearchaos.switched import SwitchedAffine
@@ -129,6 +129,11 @@ class ExactFlow:
             How many of each trajectory's last periods to record the state after.
         measured, sample : bool
             Integrate the measures; record the state at the sample nodes.
+
+        Raises
+        ------
+        StoppedError
+            If ``flow.stop.asked`` says so.
         """
         lanes = w.shape[1]
         points = np.arange(lanes) if points is None else np.asarray(points)
@@ -141,6 +146,7 @@ class ExactFlow:
             mine = mine[np.argsort(-ends[mine], kind="stable")]
             blocks = -(-len(mine) // BLOCK)  # all about as full, since a few lanes cost as much as many
             for block in np.array_split(mine, blocks):
+                stop.check()
                 self._block(self._groups[i], block, points, w, tangent, ends, out)
         return out
 

@@ -52,7 +52,7 @@ def symbol(name: str) -> str:
     return name.replace("_", " ")
 
 
-def axis_label(array: xr.DataArray, name: str) -> str:
+def axis_label(array: xr.DataArray | xr.Variable, name: str) -> str:
     """Words, symbol and unit, e.g. ``frequency ω``; units that only make dimensionless are left out."""
     words, sign = _WORDS.get(name, array.attrs.get("long_name", "")), symbol(name)
     text = f"{words} {sign}" if words and sign.startswith("$") and words != name else words or sign

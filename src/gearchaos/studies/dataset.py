@@ -6,6 +6,7 @@ import dataclasses
 import json
 import os
 import tempfile
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -139,8 +140,13 @@ def provenance(study: str, model: MeshModel, **settings: Any) -> dict[str, Any]:
     """Attributes that say what was computed and with what."""
     return {
         "study": study, "model": model_json(model), "settings": json.dumps(settings, sort_keys=True),
-        **{f"{p}_version": metadata.version(p) for p in ("gearchaos", "numba", "numpy", "xarray")},
+        **_versions(),
     }
+
+
+@cache
+def _versions() -> dict[str, str]:
+    return {f"{p}_version": metadata.version(p) for p in ("gearchaos", "numba", "numpy", "xarray")}
 
 
 def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:

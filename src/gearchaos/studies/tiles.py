@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
+from contextvars import copy_context
 from itertools import islice
 from typing import Any, TypeVar
 
@@ -50,16 +51,23 @@ def split(count: int, largest: int = TILE, threads: int | None = None) -> list[s
 
 
 def run(
-    work: Callable[[slice], Any], tiles: Sequence[slice], *, progress: str | None = None, threads: int | None = None,
+    work: Callable[[slice], Any], tiles: Iterable[slice], *, progress: str | None = None, threads: int | None = None,
 ) -> Iterator[tuple[slice, Any]]:
     """Yield (tile, work(tile)) as tiles finish; kernels run without the GIL, so threads use all cores.
 
-    ``progress`` names a bar on stderr that shows the rate and the time left. On an interrupt the tiles not yet begun
-    are dropped and those under way finish.
+    ``progress`` names a bar on stderr that shows the rate and the time left; without it tiles may be cut as they are
+    needed, as late as when the one before was begun. On an interrupt the tiles not yet begun
+    are dropped and those under way finish. The work sees the context variables of its caller.
     """
     workers = cores() if threads is None else whole_number("threads", threads, 1)
-    with bar(progress, sum(map(_size, tiles))) as advance, ThreadPoolExecutor(workers) as pool:
-        for tile, future in few_ahead(pool, work, tiles, lambda: 2 * workers):
+    here = copy_context()
+
+    def in_context(tile: slice) -> Any:
+        return here.copy().run(work, tile)
+
+    tiles = tiles if progress is None else list(tiles)
+    with bar(progress, sum(map(_size, tiles)) if progress else 0) as advance, ThreadPoolExecutor(workers) as pool:
+        for tile, future in few_ahead(pool, in_context, tiles, lambda: 2 * workers):
             yield tile, future.result()
             advance(_size(tile))
 

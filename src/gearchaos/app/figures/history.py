@@ -25,7 +25,8 @@ class HistoryFigure:
         """Draw a motion; ``tau`` are its times in the unit of the mesh period."""
         time = (tau - tau[0]) / period
         inside = time <= _PERIODS
-        self.source.data = {"x": time[inside][:_SAMPLES], "y": motion["z"].values[inside][:_SAMPLES]}
+        values = (time[inside], motion["z"].values[inside])
+        self.source.data = {n: v[:_SAMPLES].astype(np.float32) for n, v in zip("xy", values, strict=True)}
         self.figure.yaxis.axis_label = label(motion["z"], "z")
 
     def clear(self) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from bokeh.models import BasicTicker, BoxZoomTool, ColorBar, ColumnDataSource, LinearColorMapper, Range1d, Span
+from bokeh.models import BasicTicker, BoxZoomTool, ColorBar, ColumnDataSource, LinearColorMapper, Range1d
 from bokeh.palettes import Viridis256
 
 from gearchaos.app.bounds import span
@@ -45,10 +45,9 @@ class MapFigure:
 
     def _point(self) -> None:
         self.point = ColumnDataSource({"x": [0.0], "y": [0.0]})
-        self.spans = [Span(dimension=d, line_color="black", line_width=1, line_alpha=0.55, line_dash="dotted",
-                           location=0.0) for d in ("height", "width")]
-        for one in self.spans:
-            self.figure.add_layout(one)
+        cross = {"source": self.point, "line_color": "black", "line_alpha": 0.55, "line_dash": "dotted"}
+        self.figure.vspan("x", **cross)
+        self.figure.hspan("y", **cross)
         self.figure.scatter("x", "y", source=self.point, size=13, marker="circle", fill_color=None,
                             line_color="white", line_width=4)
         self.figure.scatter("x", "y", source=self.point, size=13, marker="circle", fill_color=None,
@@ -65,8 +64,6 @@ class MapFigure:
     def mark(self, at: tuple[float, float]) -> None:
         """Put the crosshair at the point."""
         self.point.data = {"x": [at[0]], "y": [at[1]]}
-        for one, value in zip(self.spans, at, strict=True):
-            one.location = value
 
     def show(self, found: Map, colour: str) -> None:
         """Draw a map."""

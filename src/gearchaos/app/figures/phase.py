@@ -29,7 +29,8 @@ class PhaseFigure:
 
     def show(self, motion: xr.Dataset, backlash: float) -> None:
         """Draw a motion; ``backlash`` is half of it, in the unit of z."""
-        self.line.data = {"x": motion["z"].values[:_SAMPLES], "y": motion["z_dot"].values[:_SAMPLES]}
+        values = (motion["z"].values, motion["z_dot"].values)
+        self.line.data = {n: v[:_SAMPLES].astype(np.float32) for n, v in zip("xy", values, strict=True)}
         sections = (motion[f"section_{n}"].values[:_POINTS] for n in ("z", "z_dot"))
         self.points.data = dict(zip("xy", map(np.asarray, sections), strict=True))
         for sign, end in zip((-1, 1), self.ends, strict=True):

@@ -38,7 +38,7 @@ def bare(title: str = "", **options: Any) -> Any:
     return plot
 
 
-def label(array: xr.DataArray, name: str) -> str:
+def label(array: xr.DataArray | xr.Variable, name: str) -> str:
     """The words and the symbol of an axis; Bokeh sets the mathematics itself."""
     return plain(axis_label(array, name))
 

@@ -1,4 +1,23 @@
-// What figures cannot do: address bar, clipboard, downloads, arrow keys.
+// What figures cannot do: words, address bar, clipboard, downloads, buttons, arrow keys.
+
+// Bokeh asks the browser for the style of every line and letter it draws, in case a style sheet sets it, which takes a
+// third of the time of drawing; none does here.
+try {
+  Bokeh.require("core/visuals/visual").VisualProperties.prototype._get_css_value = () => ""
+} catch (error) {
+  console.info("figures are drawn without a short cut", error)
+}
+
+const shown = {}
+function show_words() {
+  for (const [name, [html]] of Object.entries(words.data)) {
+    if (html !== shown[name]) document.getElementById(name).innerHTML = shown[name] = html
+  }
+}
+words.properties.data.change.connect(show_words)
+words.patching.connect(show_words)
+show_words()
+
 function save(address, name) {
   const link = document.createElement("a")
   link.href = address
@@ -36,16 +55,30 @@ async function copy(button) {
 for (const button of document.querySelectorAll("[data-copy]"))
   button.addEventListener("click", () => copy(button))
 
+const steps = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]}
 let number = 0
+function hear(what, value) {
+  number += 1
+  heard.data = {what: [what], value: [value], number: [number]}
+}
+
 function typing(event) {
   const at = event.composedPath()[0]
   return at && at.tagName && (["INPUT", "SELECT", "TEXTAREA"].includes(at.tagName) || at.getAttribute("role") === "slider"
     || (at.className && String(at.className).includes("noUi")))
 }
 document.addEventListener("keydown", (event) => {
-  if (!event.key.startsWith("Arrow") || typing(event) || event.ctrlKey || event.metaKey || event.altKey) return
+  if (!(event.key in steps) || typing(event) || event.ctrlKey || event.metaKey || event.altKey) return
   event.preventDefault()
-  number += 1
-  heard.data = {key: [event.key], size: [event.shiftKey ? 10 : 1], number: [number]}
+  const size = event.shiftKey ? 10 : 1
+  hear("step", steps[event.key].map((n) => n * size))
+})
+document.addEventListener("click", ({target}) => {
+  const button = target.closest("button")
+  if (!button) return
+  const {choice, save, basins} = button.dataset
+  if (choice !== undefined) hear("choose", Number(choice))
+  if (save !== undefined) hear("save", save)
+  if (basins !== undefined) hear("basins", null)
 })
 document.body.dataset.ready = "1"
