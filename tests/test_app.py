@@ -225,7 +225,7 @@ def test_the_map_of_attractors_counts_them():
 
 def test_a_diagram_is_coarse_first_and_lies_along_the_line():
     view = replace(START, line="y", x=gc.Axis("omega", 0.5, 1.5, 400), at=(1.0, 0.1))
-    found = [d for d in lines.bifurcation(view) if d]
+    found = [d for d in lines.bifurcation(view, 4, 1) if d]
     assert [d.sizes["eps1"] for d in found] == [bounds.COLUMNS // 4, bounds.COLUMNS]
 
 

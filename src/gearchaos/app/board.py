@@ -6,7 +6,7 @@ from functools import partial
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from bokeh.events import RangesUpdate, Tap
+from bokeh.events import DoubleTap, PointEvent, PressUp, RangesUpdate, Tap
 from bokeh.layouts import row
 from bokeh.models import InlineStyleSheet
 
@@ -30,6 +30,10 @@ if TYPE_CHECKING:
 
 _REST = 250
 """Milliseconds that the view of the map must rest before it is computed."""
+
+_CLICKS = (Tap, DoubleTap, PressUp)
+"""What Bokeh makes of a click: one soon after another is a double one, and a slow one, or one that a busy browser takes
+note of late, a press."""
 
 FILES = ("map-png", "map-svg", "map-nc", "motion-png", "motion-svg", "motion-nc")
 """What can be saved: of what, and how; the template has a button for each."""
@@ -58,10 +62,11 @@ class Board:
 
     def _listen(self) -> None:
         session = self._session
-        self.map.figure.on_event(Tap, lambda event: session.point_at(event.x, event.y))
         self.map.figure.on_event(RangesUpdate, self._moved)
-        self.line.figure.on_event(Tap, self._along)
-        self.basin.figure.on_event(Tap, self._from)
+        for click in _CLICKS:
+            self.map.figure.on_event(click, lambda event: session.point_at(event.x, event.y))
+            self.line.figure.on_event(click, self._along)
+            self.basin.figure.on_event(click, self._from)
 
     def roots(self) -> dict[str, Any]:
         """Every root of the template by name."""
@@ -114,11 +119,11 @@ class Board:
         if value in FILES:
             self._session.ask_export(*value.split("-"))
 
-    def _along(self, event: Tap) -> None:
+    def _along(self, event: PointEvent) -> None:
         x, y = self._session.view.at
         self._session.point_at(*((event.x, y) if self._session.view.line == "x" else (x, event.x)))
 
-    def _from(self, event: Tap) -> None:
+    def _from(self, event: PointEvent) -> None:
         if self.basin.axes[0]:
             self._session.start_from(tuple(zip(self.basin.axes, (event.x, event.y), strict=True)))
 

@@ -21,19 +21,15 @@ from gearchaos.studies.plan import Plan
 from gearchaos.studies.starts import default_box
 
 _BUDGET = Budget(extensions=2, patience=1500)
-_COARSE = 4
 _PARTS = 8
 
 
-def bifurcation(view: View) -> Generator[xr.Dataset]:
-    """The diagram along the line through the point, every fourth column first."""
+def bifurcation(view: View, *strides: int) -> Generator[xr.Dataset]:
+    """The diagram along the line through the point, every so many-th column first, and then every so many."""
     axis = view.x if view.line == "x" else view.y
-    model = view.base
-    for count in (COLUMNS // _COARSE, COLUMNS):
-        whole = bifurcation_plan(
-            model, Axis(axis.name, axis.start, axis.stop, count), points=POINTS, budget=_BUDGET,
-        )
-        yield from _in_parts(whole, count > COLUMNS // _COARSE)
+    for stride in strides:
+        along = Axis(axis.name, axis.start, axis.stop, COLUMNS // stride)
+        yield from _in_parts(bifurcation_plan(view.base, along, points=POINTS, budget=_BUDGET), stride == 1)
 
 
 def _in_parts(whole: Plan, parted: bool) -> Generator[xr.Dataset]:

@@ -37,7 +37,7 @@ _STEP = 0.4
 
 _FEWEST, _MOST = 256, 4096
 
-_PACE = 0.5
+_PACE = 1.0
 """Seconds between two pictures."""
 
 

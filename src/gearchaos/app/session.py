@@ -30,6 +30,9 @@ from gearchaos.studies.dataset import variable
 _SETTLE = 0.05
 """Seconds after the last change of a slider before slow work begins."""
 
+_COARSE = 4
+"""The first diagram has every so many-th column."""
+
 _FOLLOW = 120
 """Milliseconds after which the rest of the page follows the point."""
 
@@ -60,10 +63,9 @@ class Session:
         self._busy: set[str] = set()
         self._map: Map | None = None
         self._dossier: Dossier | None = None
-        self._line: xr.Dataset | None = None
         self._motion_key: Any = None
         self._following: Any = None
-        self._first = False
+        self._first = self._line_waits = False
         self.board = Board(self, pair is not None)
         self._show_view()
 
@@ -177,9 +179,11 @@ class Session:
         self._map = None
         self._ask(self._slow, "map", partial(sharpened, self.view), self._draw_map, _SETTLE)
 
-    def _ask_line(self) -> None:
-        self._line = None
-        self._ask(self._slow, "diagram", partial(lines.bifurcation, self.view), self._draw_line, 2 * _SETTLE)
+    def _ask_line(self, *strides: int) -> None:
+        """Ask for the diagram; the finer one waits until the map is sharp."""
+        self._line_waits = not strides and "map" in self._busy
+        strides = strides or ((_COARSE,) if self._line_waits else (_COARSE, 1))
+        self._ask(self._slow, "diagram", partial(lines.bifurcation, self.view, *strides), self._draw_line, 2 * _SETTLE)
 
     def _leave_point(self) -> None:
         """Other motions and basins belong to the point left behind."""
@@ -207,6 +211,7 @@ class Session:
             self.board.tell(f"{panel}: {message}")
         if panel == "map":
             self._go_on()
+            self._finish_line()
 
     def _later(self, action: Callable[[], None]) -> None:
         """Have the event loop do something, as long as the page is there; it may go away at any moment."""
@@ -214,8 +219,9 @@ class Session:
             return
         try:
             self._document.add_next_tick_callback(action)
-        except Exception:
-            if self._alive:
+        except AttributeError:  # of a document that is being taken apart
+            context = self._document.session_context
+            if context is not None and not context.destroyed:
                 raise
 
     # --- showing -------------------------------------------------------------------------------------------------
@@ -227,6 +233,8 @@ class Session:
         self.board.show_map(found, self.view.colour)
         if found.stride <= COARSE[-1]:
             self._go_on()
+        if found.share == 1:
+            self._finish_line()
 
     def _go_on(self) -> None:
         """Ask for what waits for a first map."""
@@ -235,11 +243,19 @@ class Session:
             self._ask_line()
             self._leave_point()
 
+    def _finish_line(self) -> None:
+        """Ask for the finer diagram that waits for the map."""
+        if self._line_waits:
+            self._ask_line(1)
+
     def _take_dossier(self, found: Dossier) -> None:
-        """Show what is known of the motion; chaos is then followed on, which takes long."""
+        """Show what is known of the motion, unless the point has moved on since; what does not repeat is then followed
+        on, which takes long."""
+        if found.model != self.view.point:
+            return
         self._draw_dossier(found)
         if not found.final and found.portrait is not None:
-            self._ask(self._slow, "chaos", partial(followed, found), self._draw_dossier)
+            self._ask(self._slow, "chaos", partial(followed, found), self._take_dossier)
 
     def _draw_dossier(self, found: Dossier) -> None:
         self._dossier = found
@@ -279,7 +295,6 @@ class Session:
 
     def _draw_line(self, found: xr.Dataset) -> None:
         if found:
-            self._line = found
             self.board.line.show(found, self.view.at["xy".index(self.view.line)])
 
     def _draw_basin(self, found: xr.Dataset) -> None:
