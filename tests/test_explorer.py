@@ -302,6 +302,18 @@ def test_two_tabs_do_not_disturb_each_other(visit):
     assert one.view.model.zeta == 0.025
 
 
+def test_no_click_gets_lost_however_soon_or_slow(visit):
+    one = visit(f"?{MAP}&at=1.0,0.206")
+    for point in ((0.3, 0.3), (0.7, 0.4)):
+        one.page.mouse.click(*one.spot(*point))
+    one.page.wait_for_function("Number(new URLSearchParams(location.search).get('at').split(',')[0]) > 1.8")
+    one.page.mouse.move(*one.spot(0.2, 0.8))
+    one.page.mouse.down()
+    one.page.wait_for_timeout(600)
+    one.after(one.page.mouse.up)
+    assert one.view.at[0] < 1.2
+
+
 def test_connections_from_other_origins_are_refused(server):
     from http.client import HTTPConnection
 

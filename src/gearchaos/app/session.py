@@ -154,7 +154,7 @@ class Session:
             return
         title = self._dossier.verdict.label if self._dossier and kind == "motion" else ""
         steps = partial(export.exported, kind, suffix, dataset, self.view.colour, title)
-        self._ask(self._slow, f"{kind}.{suffix}", steps, lambda found: self.board.bridge.download(*found))
+        self._ask(self._quick, f"{kind}.{suffix}", steps, lambda found: self.board.bridge.download(*found))
 
     def close(self) -> None:
         """Forget all work for this page."""
@@ -171,7 +171,7 @@ class Session:
         self.board.bridge.say(view.query(), export.as_python(view), export.as_toml(view))
 
     def _ask_dossier(self) -> None:
-        self._slow.drop(self.name, "chaos")
+        self._quick.drop(self.name, "chaos")
         self._busy.discard("chaos")
         self._ask(self._quick, "motion", partial(dossier, self.view.point), self._take_dossier)
 
@@ -255,7 +255,7 @@ class Session:
             return
         self._draw_dossier(found)
         if not found.final and found.portrait is not None:
-            self._ask(self._slow, "chaos", partial(followed, found), self._take_dossier)
+            self._ask(self._quick, "chaos", partial(followed, found), self._take_dossier)
 
     def _draw_dossier(self, found: Dossier) -> None:
         self._dossier = found

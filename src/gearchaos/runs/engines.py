@@ -136,7 +136,10 @@ def _missing(package: str) -> InputError:
 
 def _dask_pool(client: Any) -> Pool:
     def width() -> int:
-        return max(1, sum(client.nthreads().values()))
+        try:
+            return max(1, sum(client.nthreads().values()))
+        except OSError as error:
+            raise EngineLostError(f"the Dask scheduler is gone. {KEPT}") from error
 
     def beat() -> None:
         if client.status != "running":

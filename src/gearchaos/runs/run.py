@@ -152,9 +152,9 @@ def _ahead(pool: engines.Pool, attempt: int) -> int:
 
 def _error(future: Future[str | None]) -> str | None:
     """What went wrong with a tile, in words; raises what concerns all tiles."""
-    if future.cancelled():
+    error = None if future.cancelled() else future.exception()
+    if future.cancelled() or isinstance(error, ConnectionError) or type(error).__name__ == "CommClosedError":
         raise engines.EngineLostError(f"the cluster is gone. {engines.KEPT}")
-    error = future.exception()
     if isinstance(error, BrokenExecutor):
         return "the process that computed it died"
     if isinstance(error, OSError):
