@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 
 import gearchaos as gc
-from gearchaos.app import bounds, export, lines, maps, state
+from gearchaos.app import bounds, export, lines, maps, state, words
 from gearchaos.app.dossier import dossier, followed
 from gearchaos.app.elsewhere import Elsewhere
 from gearchaos.app.figures.style import plain
@@ -231,9 +231,7 @@ def test_a_diagram_is_coarse_first_and_lies_along_the_line():
 
 def test_the_motions_of_a_point_come_with_a_start_that_leads_to_each():
     (found,) = lines.attractors(presets()["4"].view)
-    from gearchaos.app.words import attractor_choices
-
-    for choice in attractor_choices(found):
+    for choice in words.attractor_choices(found):
         view = replace(presets()["4"].view, start=choice["start"])
         assert choice["name"].startswith(gc.regime(view.point).label)
 
@@ -306,14 +304,14 @@ def test_a_page_that_was_closed_is_forgotten():
     assert gone.taken <= 1 and gone.shown == []
 
 
-@pytest.mark.parametrize(("error", "words"), [
+@pytest.mark.parametrize(("error", "message"), [
     (InputError("omega", "must be greater than 0", -1), "omega must be greater than 0"),
     (RuntimeError("secret"), "went wrong"),
 ])
-def test_what_goes_wrong_becomes_a_message_and_the_worker_goes_on(error, words, caplog):
+def test_what_goes_wrong_becomes_a_message_and_the_worker_goes_on(error, message, caplog):
     worker, bad, good = Worker("test"), Recorder(fails=error), Recorder(1)
     worker.submit("a", "map", bad.job())
-    assert bad.over.wait(10) and words in bad.message and "secret" not in bad.message
+    assert bad.over.wait(10) and message in bad.message and "secret" not in bad.message
     worker.submit("a", "map", good.job())
     assert good.over.wait(10) and good.message is None
 
@@ -380,9 +378,29 @@ def test_a_step_under_way_there_is_left_at_once(place):
     work.close()
 
 
+def test_a_work_left_before_it_begins_does_nothing_there(place):
+    work = place.run(partial(maps.sharpened, START))
+    work.leave()
+    with pytest.raises(StoppedError):
+        next(work)
+
+
 def test_what_is_wrong_there_is_told_here(place):
     with pytest.raises(InputError, match="omega"):
         list(place.run(partial(gc.MeshModel.of, omega=-1.0)))
+
+
+def test_compiling_there_is_told_before_the_answer(place):
+    told = []
+    answers = "(f(2) for f in [__import__('numba').njit(lambda x: 2 * x)])"
+    assert list(place.run(partial(eval, answers), lambda: told.append(True))) == [4]
+    assert told
+    assert list(place.run(partial(iter, [4]), lambda: told.clear())) == [4] and told
+
+
+def test_the_page_says_that_kernels_are_compiled_first():
+    assert "once after an install" in words.busy_html(["motion"], True)
+    assert "once" not in words.busy_html(["motion"], False) and "ready" in words.busy_html([], True)
 
 
 def test_a_process_that_dies_costs_the_visitor_one_message(caplog):

@@ -15,6 +15,7 @@ from PIL import Image
 import gearchaos as gc
 from gearchaos.app.presets import presets
 from gearchaos.app.state import COLOURS, from_query
+from gearchaos.studies.warmup import warmup
 
 sync_api = pytest.importorskip("playwright.sync_api")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -33,6 +34,12 @@ SIZES = {"laptop": (1366, 768), "desk": (1920, 1080), "phone": (390, 844)}
 MAP = "x=omega:0.2:3.0&y=eps1:0.0:0.3"
 START = presets()["2"].view
 WAIT = 20_000
+
+
+@pytest.fixture(scope="module", autouse=True)
+def kernels():
+    """Those of the models that the pages show, else some page would wait for them."""
+    assert all(seconds > 0 for _, seconds in warmup((2, 4, 6)))
 
 
 @contextmanager

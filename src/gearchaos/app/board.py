@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
@@ -55,7 +56,6 @@ class Board:
         self.portrait, self.spectrum = PortraitFigure(), SpectrumFigure()
         self._choices: list[dict[str, Any]] = []
         self.show_choices([])
-        self._share, self._panels = 0.0, frozenset[str]()
         self._placed: tuple[Any, ...] = ()
         self._waiting: Any = None
         self._listen()
@@ -146,16 +146,10 @@ class Board:
         self.map.show(found, colour)
         how_far = f'<span data-stride="{found.stride}" data-share="{found.share:.4f}"></span>'
         self.bridge.write("legend", self.map.legend + how_far)
-        self._share = found.share
-        self.show_busy(self._panels)
 
-    def show_busy(self, panels: set[str] | frozenset[str]) -> None:
-        """Say what is being computed."""
-        self._panels = frozenset(panels)
-        how_far = f"map {100 * self._share:.0f} %" if self._share < 1 else "map (following chaos)"
-        what = ", ".join(how_far if p == "map" else p for p in sorted(panels))
-        text = f'<div class="busy"><i></i>computing {what}</div>'
-        self.bridge.write("busy", text if panels else '<div class="busy idle"><i></i>ready</div>')
+    def show_busy(self, panels: Sequence[str], compiling: bool) -> None:
+        """Say what is being computed, and whether that has kernels to compile first."""
+        self.bridge.write("busy", words.busy_html(panels, compiling))
 
     def tell(self, message: str) -> None:
         """Show a message of what cannot be done, or none."""

@@ -16,16 +16,21 @@ import sys
 import threading
 from collections.abc import Callable, Generator
 from contextvars import Context, copy_context
+from functools import partial
 from itertools import count
 from typing import Any, BinaryIO
 
 from gearchaos.flow import stop
+from gearchaos.flow.jit import on_compile
 
 _POLITE = 15
 _LOW = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0)
 """Windows' way to say the same."""
 
 _LAST = object()
+
+_COMPILING = "compiling"
+"""What the process says before the answer to a step that has kernels to compile, which takes half a minute."""
 
 Steps = Callable[[], Generator[Any]]
 """Begins some work, a generator of results. It is sent to the process, so that it must be one that can be pickled."""
@@ -56,11 +61,11 @@ class Elsewhere:
             creationflags=_LOW if self._polite else 0,
         )
 
-    def run(self, steps: Steps) -> Work:
-        """Work to be done there."""
-        return Work(self, next(self._numbers), steps)
+    def run(self, steps: Steps, compiling: Callable[[], None] = lambda: None) -> Work:
+        """Work to be done there; ``compiling`` is called when it has kernels to compile first."""
+        return Work(self, next(self._numbers), steps, compiling)
 
-    def ask(self, what: str, number: int, steps: Steps | None = None) -> Any:
+    def ask(self, what: str, number: int, steps: Steps | None, compiling: Callable[[], None]) -> Any:
         """What the process answers: (result,), or None after the last one.
 
         Raises
@@ -70,7 +75,8 @@ class Elsewhere:
         """
         try:
             self.tell(what, number, steps)
-            answer = pickle.load(self._process.stdout)
+            while (answer := pickle.load(self._process.stdout)) == _COMPILING:
+                compiling()
         except (OSError, ValueError, EOFError, pickle.UnpicklingError) as error:  # closed, in short
             self._renew()
             raise LostError("the process that computes has ended") from error
@@ -104,8 +110,8 @@ class Elsewhere:
 class Work:
     """An iterator over the results of work that is done in another process."""
 
-    def __init__(self, place: Elsewhere, number: int, steps: Steps) -> None:
-        self._place, self._number, self._steps = place, number, steps
+    def __init__(self, place: Elsewhere, number: int, steps: Steps, compiling: Callable[[], None]) -> None:
+        self._place, self._number, self._steps, self._compiling = place, number, steps, compiling
         self._begun = self._over = False
 
     def __iter__(self) -> Work:
@@ -125,21 +131,21 @@ class Work:
         return found[0]
 
     def _ask(self) -> Any:
-        if self._begun:
-            return self._place.ask("next", self._number)
+        what, steps = ("next", None) if self._begun else ("begin", self._steps)
         self._begun = True
-        return self._place.ask("begin", self._number, self._steps)
+        return self._place.ask(what, self._number, steps, self._compiling)
 
     def leave(self) -> None:
         """Say, from any thread, that nobody waits for it: a step under way soon ends in a `StoppedError`."""
-        with contextlib.suppress(OSError, ValueError):
-            self._place.tell("leave", self._number)
+        if not self._over:
+            with contextlib.suppress(OSError, ValueError):
+                self._place.tell("leave", self._number)
 
     def close(self) -> None:
         """Have the process forget the work; only between steps."""
         if self._begun and not self._over:
             self._over = True
-            self._place.ask("close", self._number)
+            self._place.ask("close", self._number, None, self._compiling)
 
 
 def serve(nice: int) -> None:
@@ -160,6 +166,8 @@ class _Server:
         self._waiting: queue.SimpleQueue[tuple[str, int, Any]] = queue.SimpleQueue()
         self._running: dict[int, tuple[Generator[Any], Context]] = {}
         self._asked: dict[int, threading.Event] = {}
+        self._writing = threading.Lock()
+        on_compile(partial(self._write, pickle.dumps(_COMPILING)))
         threading.Thread(target=self._read, daemon=True).start()
 
     def _read(self) -> None:
@@ -168,21 +176,24 @@ class _Server:
                 what, number, steps = pickle.load(self._requests)
             except EOFError:
                 os._exit(0)  # nobody is there any more
-            if what == "begin":
-                self._asked[number] = threading.Event()
-            if what != "leave":
+            asked = self._asked.setdefault(number, threading.Event())  # a work may be left before it begins
+            if what == "leave":
+                asked.set()
+            else:
                 self._waiting.put((what, number, steps))
-            elif number in self._asked:
-                self._asked[number].set()
 
     def serve(self, nice: int) -> None:
         """Answer one request after the other; be nice from the second on, since everybody waits for the first."""
         while True:
-            self._answers.write(self._answer(*self._waiting.get()))
-            self._answers.flush()
+            self._write(self._answer(*self._waiting.get()))
             if nice and hasattr(os, "nice"):
                 os.nice(nice)
                 nice = 0
+
+    def _write(self, answer: bytes) -> None:
+        with self._writing:  # threads that compile write too
+            self._answers.write(answer)
+            self._answers.flush()
 
     def _answer(self, what: str, number: int, steps: Any) -> bytes:
         try:

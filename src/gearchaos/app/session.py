@@ -198,15 +198,25 @@ class Session:
         self, worker: Worker, panel: str, steps: Steps, draw: Callable[[Any], None], delay: float = 0.0,
     ) -> None:
         self._busy.add(panel)
-        self.board.show_busy(self._busy)
+        self._show_busy()
         worker.submit(self.name, panel, Job(
-            steps, lambda found: self._later(partial(draw, found)),
+            steps, lambda found: self._later(partial(self._show, draw, found)),
             lambda message: self._later(partial(self._finished, panel, message)), delay,
+            lambda: self._later(partial(self._show_busy, compiling=True)),
         ))
+
+    def _show(self, draw: Callable[[Any], None], found: Any) -> None:
+        draw(found)
+        self._show_busy()
+
+    def _show_busy(self, compiling: bool = False) -> None:
+        share = 0.0 if self._map is None else self._map.share
+        how_far = f"map {100 * share:.0f} %" if share < 1 else "map (following chaos)"
+        self.board.show_busy([how_far if p == "map" else p for p in sorted(self._busy)], compiling)
 
     def _finished(self, panel: str, message: str | None) -> None:
         self._busy.discard(panel)
-        self.board.show_busy(self._busy)
+        self._show_busy()
         if message:
             self.board.tell(f"{panel}: {message}")
         if panel == "map":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -105,3 +106,11 @@ def choices_html(choices: list[dict[str, Any]]) -> str:
 def error_html(message: str) -> str:
     """A message about what cannot be done."""
     return f'<div class="error" role="alert">{html.escape(message)}</div>' if message else ""
+
+
+def busy_html(panels: Sequence[str], compiling: bool) -> str:
+    """What is being computed, and whether kernels are compiled for it first."""
+    if not panels:
+        return '<div class="busy idle"><i></i>ready</div>'
+    first = "compiling kernels, once after an install or an update; then " if compiling else "computing "
+    return f'<div class="busy"><i></i>{first}{html.escape(", ".join(panels))}</div>'

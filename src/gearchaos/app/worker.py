@@ -39,12 +39,15 @@ class Job:
         newer one replaced.
     delay : float
         Seconds to wait before the first step, since another request may follow at once.
+    compiling : callable
+        Called when a step, taken in another process, has kernels to compile first.
     """
 
     steps: Steps
     show: Callable[[Any], None]
     end: Callable[[str | None], None]
     delay: float = 0.0
+    compiling: Callable[[], None] = lambda: None
     due: float = field(default=0.0, init=False)
     begun: Generator[Any] | Work | None = field(default=None, init=False)
 
@@ -140,8 +143,8 @@ class Worker:
         with self._change:
             return owner in self._jobs and self._jobs[owner].get(panel) is job
 
-    def _begun(self, steps: Steps) -> Generator[Any] | Work:
-        return steps() if self._place is None else self._place.run(steps)
+    def _begun(self, job: Job) -> Generator[Any] | Work:
+        return job.steps() if self._place is None else self._place.run(job.steps, job.compiling)
 
     def _step(self, owner: str, panel: str, job: Job) -> None:
         """One step of a job; a result that a newer request has overtaken is not shown."""
@@ -149,7 +152,7 @@ class Worker:
             return
         message, over = None, False
         try:
-            job.begun = job.begun or self._begun(job.steps)
+            job.begun = job.begun or self._begun(job)
             result = next(job.begun)
         except StopIteration:
             over = True
