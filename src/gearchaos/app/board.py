@@ -51,9 +51,10 @@ class Board:
         self.bridge = Bridge({
             "step": self._step, "choose": self._choose, "save": self._save, "basins": lambda _: session.ask_basin(),
         })
-        self.map, self.line, self.basin = MapFigure(), BifurcationFigure(), BasinFigure()
-        self.history, self.phase = HistoryFigure(), PhaseFigure()
-        self.portrait, self.spectrum = PortraitFigure(), SpectrumFigure()
+        put = self.bridge.put
+        self.map, self.line, self.basin = MapFigure(put), BifurcationFigure(put), BasinFigure(put)
+        self.history, self.phase = HistoryFigure(put), PhaseFigure(put)
+        self.portrait, self.spectrum = PortraitFigure(put), SpectrumFigure(put)
         self._choices: list[dict[str, Any]] = []
         self.show_choices([])
         self._placed: tuple[Any, ...] = ()
@@ -132,7 +133,7 @@ class Board:
     def place(self, view: View) -> None:
         """Axes of the map, and the point wherever it shows."""
         self.mark(view)
-        self.line.here.location = view.at["xy".index(view.line)]
+        self.line.mark(view.at["xy".index(view.line)])
         if self._placed != (view.x, view.y):
             self._placed = (view.x, view.y)
             self.map.place(view.x, view.y, (axis_words(view.x.name), axis_words(view.y.name)))

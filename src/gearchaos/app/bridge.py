@@ -16,7 +16,10 @@ WORDS = ("busy", "message", "legend", "verdict", "others", "basin-legend")
 
 
 class Bridge:
-    """Small sources: ``said``, ``words`` and ``file`` are read by the page's script, ``heard`` is written by it.
+    """Small sources: ``said``, ``news`` and ``file`` are read by the page's script, ``heard`` is written by it.
+
+    All that changes at once goes out as one piece of ``news``, and first when the page says that it is there: a message
+    of its own for each change has the browser draw several times what is shown once.
 
     Parameters
     ----------
@@ -25,34 +28,62 @@ class Bridge:
     """
 
     def __init__(self, actions: Mapping[str, Callable[[Any], None]]) -> None:
-        self._actions = actions
+        self._actions = {**actions, "there": self._begin}
         self.said = ColumnDataSource({"address": [""], "python": [""], "toml": [""]})
-        self.words = ColumnDataSource({name: [""] for name in WORDS})
+        self.news = ColumnDataSource({"models": [{}], "words": [{}]})
         self.file = ColumnDataSource({"content": [""], "name": [""]})
         self.heard = ColumnDataSource({"what": [""], "value": [None], "number": [0]})
         self.heard.on_change("data", self._on_heard)
         script = files("gearchaos.app").joinpath("templates/page.js").read_text(encoding="utf-8")
         self._script = CustomJS(args=self._sources(), code=script)
+        self._models: dict[str, dict[str, Any]] = {}
+        self._words = dict.fromkeys(WORDS, "")
+        self._shown: dict[str, str] = {}
+        self._document: Any = None
+        self._there = self._waiting = False
 
     def attach(self, document: Any, root: Any) -> None:
         """Let the page's script begin once the page is there.
 
         The sources belong to a root, else they would not be kept in step.
         """
+        self._document = document
         root.tags = list(self._sources().values())
         document.js_on_event(DocumentReady, self._script)
 
     def _sources(self) -> dict[str, ColumnDataSource]:
-        return {"said": self.said, "words": self.words, "file": self.file, "heard": self.heard}
+        return {"said": self.said, "news": self.news, "file": self.file, "heard": self.heard}
 
     def say(self, query: str, python: str, toml: str) -> None:
         """The state for the address bar, without a new entry in the history, and what the two buttons copy."""
         self.said.data = {"address": [f"?{query}"], "python": [python], "toml": [toml]}
 
+    def put(self, model: Any, **attributes: Any) -> None:
+        """Have the browser's copy of a model take on some attributes; this one here stays as it is."""
+        self._models.setdefault(model.id, {}).update(attributes)
+        self._tell_soon()
+
     def write(self, name: str, html: str) -> None:
         """Have one of `WORDS` show this."""
-        if self.words.data[name][0] != html:
-            self.words.patch({name: [(0, html)]})
+        if self._words[name] != html:
+            self._words[name] = html
+            self._tell_soon()
+
+    def _begin(self, _: Any) -> None:
+        self._there = True
+        self._tell_soon()
+
+    def _tell_soon(self) -> None:
+        if self._there and not self._waiting:
+            self._waiting = True
+            self._document.add_next_tick_callback(self._tell)
+
+    def _tell(self) -> None:
+        """Send all that has changed since the last time."""
+        words = {name: html for name, html in self._words.items() if self._shown.get(name) != html}
+        models, self._models, self._waiting = self._models, {}, False
+        self._shown.update(words)
+        self.news.data = {"models": [models], "words": [words]}
 
     def download(self, content: bytes, media: str, name: str) -> None:
         """Have the browser save a file."""

@@ -64,6 +64,7 @@ class Session:
         self._map: Map | None = None
         self._dossier: Dossier | None = None
         self._motion_key: Any = None
+        self._portrait_key: Any = None
         self._following: Any = None
         self._first = self._line_waits = False
         self.board = Board(self, pair is not None)
@@ -277,12 +278,14 @@ class Session:
             self._draw_motion(found.motion, pair)
         elif not found.verdict.section:
             self.board.clear_motion()
-            self._motion_key = None
+            self._motion_key = self._portrait_key = None
         self.board.show_verdict(words.verdict_html(found, where, _stage(found), pair))
 
     def _draw_portrait(self, found: Dossier, pair: GearPair | None) -> None:
-        if not found.verdict.section:
+        key = found.model, found.verdict.periods_spent, found.portrait is None, pair
+        if not found.verdict.section or key == self._portrait_key:
             return
+        self._portrait_key = key
         values = found.verdict.section if found.portrait is None else {
             n: found.portrait[f"section_{n}"].values for n in _PLANE}
         points = {n: variable(f"section_{n}", ("period",), np.asarray(values[n])) for n in _PLANE}
@@ -305,7 +308,7 @@ class Session:
 
     def _draw_line(self, found: xr.Dataset) -> None:
         if found:
-            self.board.line.show(found, self.view.at["xy".index(self.view.line)])
+            self.board.line.show(found)
 
     def _draw_basin(self, found: xr.Dataset) -> None:
         if found:

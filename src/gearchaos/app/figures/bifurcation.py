@@ -7,7 +7,7 @@ import xarray as xr
 from bokeh.models import ColumnDataSource, LinearColorMapper, Range1d, Span
 from matplotlib.colors import to_hex
 
-from gearchaos.app.figures.style import PALETTE, bare, label
+from gearchaos.app.figures.style import PALETTE, Put, bare, label
 from gearchaos.plot._axes import cell_extent
 from gearchaos.plot._bifurcation import INK_SCALE, density
 from gearchaos.plot._classes import motion_class
@@ -20,7 +20,8 @@ _GAMMA = 0.22
 class BifurcationFigure:
     """Stroboscopic displacement over one parameter, as densities of ink."""
 
-    def __init__(self) -> None:
+    def __init__(self, put: Put) -> None:
+        self._put = put
         self.figure = bare(x_range=Range1d(0, 1), y_range=Range1d(0, 1), tools="", toolbar_location=None)
         self.figure.grid.visible = False
         ink = LinearColorMapper(palette=[to_hex(INK_SCALE(i / 255)) for i in range(256)], low=0, high=1)
@@ -31,8 +32,12 @@ class BifurcationFigure:
         self.here = Span(dimension="height", location=0.0, line_color="#c03a1e", line_width=1.5, line_alpha=0.8)
         self.figure.add_layout(self.here)
 
-    def show(self, found: xr.Dataset, at: float) -> None:
-        """Draw a diagram; ``at`` is the point's value."""
+    def mark(self, at: float) -> None:
+        """Where the point is on the line."""
+        self._put(self.here, location=at)
+
+    def show(self, found: xr.Dataset) -> None:
+        """Draw a diagram."""
         name = "section_z"
         axis = str(found[name].dims[0])
         values = found[name].transpose(..., "point").values
@@ -41,14 +46,13 @@ class BifurcationFigure:
         left, right, _, _ = cell_extent(found[axis].values, np.arange(2.0))
         top = high + _RIBBON * (high - low)
         place = {"x": [left], "dw": [right - left]}
-        self.ink.data = {"image": [shades.astype(np.float32)], "y": [low], "dh": [high - low], **place}
+        self._put(self.ink, data={"image": [shades.astype(np.float32)], "y": [low], "dh": [high - low], **place})
         strip = motion_class(found["label"], found["period"])[None].astype(np.uint8)
-        self.ribbon.data = {"image": [strip], "y": [high], "dh": [top - high], **place}
-        self.figure.x_range.update(start=float(found[axis][0]), end=float(found[axis][-1]))
-        self.figure.y_range.update(start=low, end=top)
-        self.figure.xaxis.axis_label = label(found[axis], axis)
-        self.figure.yaxis.axis_label = label(found[name], "z")
-        self.here.location = at
+        self._put(self.ribbon, data={"image": [strip], "y": [high], "dh": [top - high], **place})
+        self._put(self.figure.x_range, start=float(found[axis][0]), end=float(found[axis][-1]))
+        self._put(self.figure.y_range, start=low, end=top)
+        self._put(self.figure.xaxis[0], axis_label=label(found[axis], axis))
+        self._put(self.figure.yaxis[0], axis_label=label(found[name], "z"))
 
     def clear(self) -> None:
         """Show nothing."""

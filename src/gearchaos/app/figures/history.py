@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from bokeh.models import ColumnDataSource
 
-from gearchaos.app.figures.style import INK, bare, label
+from gearchaos.app.figures.style import INK, Put, bare, label
 from gearchaos.plot._axes import mesh_period
 
 _PERIODS = 12
@@ -16,7 +16,8 @@ _SAMPLES = 3000
 class HistoryFigure:
     """The displacement z over some mesh periods."""
 
-    def __init__(self) -> None:
+    def __init__(self, put: Put) -> None:
+        self._put = put
         self.figure = bare("Time history", toolbar_location=None, x_axis_label="time τ/T (mesh periods)")
         self.source = ColumnDataSource({"x": [], "y": []})
         self.figure.line("x", "y", source=self.source, line_color=INK, line_width=1.2)
@@ -26,12 +27,12 @@ class HistoryFigure:
         time = (tau - tau[0]) / period
         inside = time <= _PERIODS
         values = (time[inside], motion["z"].values[inside])
-        self.source.data = {n: v[:_SAMPLES].astype(np.float32) for n, v in zip("xy", values, strict=True)}
-        self.figure.yaxis.axis_label = label(motion["z"], "z")
+        self._put(self.source, data={n: v[:_SAMPLES].astype(np.float32) for n, v in zip("xy", values, strict=True)})
+        self._put(self.figure.yaxis[0], axis_label=label(motion["z"], "z"))
 
     def clear(self) -> None:
         """Show nothing."""
-        self.source.data = {"x": [], "y": []}
+        self._put(self.source, data={"x": [], "y": []})
 
 
 def times(motion: xr.Dataset) -> tuple[np.ndarray, float]:

@@ -9,7 +9,7 @@ from bokeh.models import BasicTicker, BoxZoomTool, ColorBar, ColumnDataSource, L
 from bokeh.palettes import Viridis256
 
 from gearchaos.app.bounds import span
-from gearchaos.app.figures.style import PALETTE, bare, label, legend
+from gearchaos.app.figures.style import PALETTE, Put, bare, label, legend
 from gearchaos.app.maps import Map
 from gearchaos.axis import Axis
 from gearchaos.plot._axes import cell_extent
@@ -22,7 +22,8 @@ _SATURATED = 1.0
 class MapFigure:
     """The map on the page; `figure` is the Bokeh model, `legend` what stands below it as HTML."""
 
-    def __init__(self) -> None:
+    def __init__(self, put: Put) -> None:
+        self._put = put
         self.figure = bare(tools="pan,wheel_zoom,reset,save", toolbar_location="right",
                            x_range=Range1d(0, 1), y_range=Range1d(0, 1))
         self.figure.add_tools(BoxZoomTool())
@@ -45,25 +46,24 @@ class MapFigure:
 
     def _point(self) -> None:
         self.point = ColumnDataSource({"x": [0.0], "y": [0.0]})
-        cross = {"source": self.point, "line_color": "black", "line_alpha": 0.55, "line_dash": "dotted"}
-        self.figure.vspan("x", **cross)
-        self.figure.hspan("y", **cross)
-        self.figure.scatter("x", "y", source=self.point, size=13, marker="circle", fill_color=None,
-                            line_color="white", line_width=4)
-        self.figure.scatter("x", "y", source=self.point, size=13, marker="circle", fill_color=None,
-                            line_color="black", line_width=2)
+        above = {"source": self.point, "level": "overlay"}  # so that the map is not drawn again with it
+        cross = {"line_color": "black", "line_alpha": 0.55, "line_dash": "dotted"}
+        self.figure.vspan("x", **above, **cross)
+        self.figure.hspan("y", **above, **cross)
+        ring = {"size": 13, "marker": "circle", "fill_color": None}
+        self.figure.scatter("x", "y", **above, **ring, line_color="white", line_width=4)
+        self.figure.scatter("x", "y", **above, **ring, line_color="black", line_width=2)
 
     def place(self, x: Axis, y: Axis, words: tuple[str, str]) -> None:
         """Show this part of the plane; the old picture stays until there is a new one."""
         for axis, range_, shown in zip((x, y), (self.figure.x_range, self.figure.y_range), (0, 1), strict=True):
             range_.bounds = (span(axis.name).least, span(axis.name).most)
             range_.update(start=axis.start, end=axis.stop, reset_start=axis.start, reset_end=axis.stop)
-            axis_model = (self.figure.xaxis, self.figure.yaxis)[shown]
-            axis_model.axis_label = words[shown]
+            self._put((self.figure.xaxis, self.figure.yaxis)[shown][0], axis_label=words[shown])
 
     def mark(self, at: tuple[float, float]) -> None:
         """Put the crosshair at the point."""
-        self.point.data = {"x": [at[0]], "y": [at[1]]}
+        self._put(self.point, data={"x": [at[0]], "y": [at[1]]})
 
     def show(self, found: Map, colour: str) -> None:
         """Draw a map."""
@@ -76,20 +76,24 @@ class MapFigure:
         classes = motion_class(found.labels(), found.dataset["period"]).ravel()[found.source]
         present = [MOTION_CLASSES[i] for i in np.unique(classes) if i != NOT_COMPUTED]
         self.legend = legend([(c.colour, c.name) for c in present])
-        self.bar.visible, self.glyph.color_mapper = False, self.classes
+        self._colour(self.classes)
         self._draw(found, classes.astype(np.uint8))
 
     def _show_level(self, found: Map, name: str) -> None:
         values = found.values(name).astype(np.float32)
         known = values[np.isfinite(values)]
         low, high = (float(known.min()), float(np.percentile(known, 100 - _SATURATED))) if known.size else (0.0, 1.0)
-        self.levels.update(low=low, high=max(high, low + 1e-9))
-        self.bar.title, self.legend = label(found.dataset[name], name), ""
-        self.bar.visible, self.glyph.color_mapper = True, self.levels
+        self._put(self.levels, low=low, high=max(high, low + 1e-9))
+        self._put(self.bar, title=label(found.dataset[name], name))
+        self.legend = ""
+        self._colour(self.levels)
         self._draw(found, values)
+
+    def _colour(self, mapper: LinearColorMapper) -> None:
+        self.bar.visible, self.glyph.color_mapper = mapper is self.levels, mapper
 
     def _draw(self, found: Map, image: np.ndarray) -> None:
         vertical, horizontal = found.dataset["label"].dims
         left, right, bottom, top = cell_extent(found.dataset[horizontal].values, found.dataset[vertical].values)
         place: dict[str, Any] = {"x": [left], "y": [bottom], "dw": [right - left], "dh": [top - bottom]}
-        self.image.data = {"image": [image], **place}
+        self._put(self.image, data={"image": [image], **place})

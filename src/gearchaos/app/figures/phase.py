@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from bokeh.models import ColumnDataSource, DataRange1d, Span
 
-from gearchaos.app.figures.style import BOUNDARY, INK, STROBE, bare, label
+from gearchaos.app.figures.style import BOUNDARY, INK, STROBE, Put, bare, label
 
 _SAMPLES = 6000
 _POINTS = 96
@@ -15,7 +15,8 @@ _POINTS = 96
 class PhaseFigure:
     """Velocity over displacement, the boundaries z = ±1 and the stroboscopic points."""
 
-    def __init__(self) -> None:
+    def __init__(self, put: Put) -> None:
+        self._put = put
         ranges = {"x_range": DataRange1d(), "y_range": DataRange1d()}
         self.figure = bare("Phase (dashed: z = ±1)", toolbar_location=None, **ranges)
         self.line = ColumnDataSource({"x": [], "y": []})
@@ -30,14 +31,15 @@ class PhaseFigure:
     def show(self, motion: xr.Dataset, backlash: float) -> None:
         """Draw a motion; ``backlash`` is half of it, in the unit of z."""
         values = (motion["z"].values, motion["z_dot"].values)
-        self.line.data = {n: v[:_SAMPLES].astype(np.float32) for n, v in zip("xy", values, strict=True)}
+        self._put(self.line, data={n: v[:_SAMPLES].astype(np.float32) for n, v in zip("xy", values, strict=True)})
         sections = (motion[f"section_{n}"].values[:_POINTS] for n in ("z", "z_dot"))
-        self.points.data = dict(zip("xy", map(np.asarray, sections), strict=True))
+        self._put(self.points, data=dict(zip("xy", map(np.asarray, sections), strict=True)))
         for sign, end in zip((-1, 1), self.ends, strict=True):
-            end.location = sign * backlash
-        self.figure.xaxis.axis_label = label(motion["z"], "z")
-        self.figure.yaxis.axis_label = label(motion["z_dot"], "z_dot")
+            self._put(end, location=sign * backlash)
+        self._put(self.figure.xaxis[0], axis_label=label(motion["z"], "z"))
+        self._put(self.figure.yaxis[0], axis_label=label(motion["z_dot"], "z_dot"))
 
     def clear(self) -> None:
         """Show nothing."""
-        self.line.data = self.points.data = {"x": [], "y": []}
+        for source in (self.line, self.points):
+            self._put(source, data={"x": [], "y": []})

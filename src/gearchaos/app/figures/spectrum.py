@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from bokeh.models import ColumnDataSource, FixedTicker, Range1d
 
-from gearchaos.app.figures.style import INK, bare
+from gearchaos.app.figures.style import INK, Put, bare
 from gearchaos.plot._spectrum import amplitudes
 
 _ORDERS = 6
@@ -16,7 +16,8 @@ _FLOOR = 1e-7
 class SpectrumFigure:
     """Amplitudes on a logarithmic scale; lines of periodic motions do not leak."""
 
-    def __init__(self) -> None:
+    def __init__(self, put: Put) -> None:
+        self._put = put
         self.figure = bare("Spectrum", toolbar_location=None, y_axis_type="log", x_range=Range1d(0, _ORDERS),
                            x_axis_label="order of the mesh frequency", y_axis_label="amplitude of z′")
         self.figure.xaxis.ticker = FixedTicker(ticks=list(range(_ORDERS + 1)))
@@ -28,8 +29,8 @@ class SpectrumFigure:
         order, amplitude = amplitudes(motion, "z_dot")
         inside = order <= _ORDERS
         least = max(float(amplitude[inside].max()) * _FLOOR, 1e-300)
-        self.source.data = {"x": order[inside], "y": np.maximum(amplitude[inside], least)}
+        self._put(self.source, data={"x": order[inside], "y": np.maximum(amplitude[inside], least)})
 
     def clear(self) -> None:
         """Show nothing."""
-        self.source.data = {"x": [], "y": []}
+        self._put(self.source, data={"x": [], "y": []})

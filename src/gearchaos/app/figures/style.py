@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Callable
 from typing import Any
 
 import xarray as xr
@@ -13,11 +14,14 @@ from gearchaos.plot._axes import axis_label
 from gearchaos.plot._classes import MOTION_CLASSES
 from gearchaos.plot._phase import INK, STROBE
 
+Put = Callable[..., None]
+"""Takes a model and its new attributes, and has the browser show them; see `gearchaos.app.bridge.Bridge.put`."""
+
 PALETTE = [c.colour for c in MOTION_CLASSES]
 BOUNDARY = "#737373"
 _TOOLS = "pan,box_zoom,wheel_zoom,reset"
 
-__all__ = ["BOUNDARY", "INK", "PALETTE", "STROBE", "bare", "label", "legend"]
+__all__ = ["BOUNDARY", "INK", "PALETTE", "STROBE", "Put", "bare", "label", "legend"]
 
 
 def bare(title: str = "", **options: Any) -> Any:
