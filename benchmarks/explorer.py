@@ -92,34 +92,41 @@ def inside(page: Page) -> dict[str, float]:
     return {"left": box["x"] + 75, "top": box["y"] + 15, "width": box["width"] - 125, "height": box["height"] - 75}
 
 
-def clicks(chromium, url: str, kind: str, count: int) -> list[tuple[str, float]]:
+def _rest(page: Page, rest: bool) -> None:
+    """Wait until nothing is computed any more, or go on while the map and what a click asks for are."""
+    if rest:
+        page.wait_for_selector(".busy.idle", timeout=120_000)
+    page.wait_for_timeout(300 if rest else 900)
+
+
+def clicks(chromium, url: str, kind: str, count: int, rest: bool) -> list[tuple[str, float]]:
     """Milliseconds from the click to the complete dossier, with its label, of random points."""
     page, chance = opened(chromium, f"{url}?{KINDS[kind]}&{MAP}"), random.Random(1)
     page.wait_for_timeout(3000)
     frame, out = inside(page), []
     for _ in range(count):
+        _rest(page, rest)
         page.evaluate(_WAIT.replace("SELECTOR", '".verdict"').replace(
             "CONDITION", "e => e.dataset.stage !== 'verdict'"))
         page.mouse.click(frame["left"] + chance.random() * frame["width"],
                          frame["top"] + chance.random() * frame["height"])
         spent = page.evaluate("window.measured")
         out.append((page.locator(".verdict").get_attribute("data-label"), spent))
-        page.wait_for_timeout(900)
     page.close()
     return out
 
 
-def slides(chromium, url: str, count: int) -> list[float]:
+def slides(chromium, url: str, count: int, rest: bool) -> list[float]:
     """Milliseconds from a move of the slider to the redrawn portrait."""
     page, out = opened(chromium, f"{url}?{KINDS['torsional']}&{MAP}&at=1.0,0.2"), []
     page.wait_for_timeout(3000)
     box = page.locator(".field-omega .noUi-target").bounding_box()
     for i in range(count):
+        _rest(page, rest)
         page.evaluate(_WAIT.replace("SELECTOR", '".verdict"').replace("CONDITION", "e => true"))
         share = 0.1 + 0.8 * (0.382 * i % 1)  # far from the handle: a click there moves nothing
         page.mouse.click(box["x"] + box["width"] * share, box["y"] + box["height"] / 2)
         out.append(page.evaluate("window.measured"))
-        page.wait_for_timeout(900)
     page.close()
     return out
 
@@ -194,22 +201,26 @@ def _exercise(page: Page, chance: random.Random, count: int) -> None:
         page.wait_for_timeout(chance.choice((50, 200, 800)))
 
 
+def _summary(found: list[tuple[str, float]]) -> dict[str, object]:
+    wild = [ms for label, ms in found if label == "chaotic"]
+    calm = [ms for label, ms in found if label != "chaotic"]
+    return {
+        "median": statistics.median(ms for _, ms in found), "most": max(ms for _, ms in found),
+        "chaotic": wild and statistics.median(wild), "others": calm and statistics.median(calm),
+        "points": len(found), "chaotic points": len(wild),
+    }
+
+
 def measure(count: int, most: float) -> dict[str, object]:
     """All the times."""
     out: dict[str, object] = {}
     with served() as (url, _), browser() as chromium:
         opened(chromium, url).close()
-        for kind in KINDS:
-            found = clicks(chromium, url, kind, count)
-            wild = [ms for label, ms in found if label == "chaotic"]
-            calm = [ms for label, ms in found if label != "chaotic"]
-            out[f"click to dossier, {kind}, ms"] = {
-                "median": statistics.median(ms for _, ms in found), "most": max(ms for _, ms in found),
-                "chaotic": wild and statistics.median(wild), "others": calm and statistics.median(calm),
-                "points": len(found), "chaotic points": len(wild),
-            }
-        found = slides(chromium, url, count)
-        out["slider to portrait, ms"] = {"median": statistics.median(found), "most": max(found)}
+        for rest, when in ((True, "at rest"), (False, "while others compute")):
+            for kind in KINDS:
+                out[f"click to dossier, {kind}, {when}, ms"] = _summary(clicks(chromium, url, kind, count, rest))
+            found = slides(chromium, url, count, rest)
+            out[f"slider to portrait, {when}, ms"] = {"median": statistics.median(found), "most": max(found)}
         for kind in KINDS:
             out[f"map, {kind}, s"] = maps(chromium, url, kind, most)
     return out

@@ -158,4 +158,6 @@ def _share(batch: Batch, inertia: str) -> np.ndarray:
 
 def _column(batch: Batch, value: np.ndarray | float) -> np.ndarray:
     """A value of the points as (P, 1), beside times."""
-    return np.broadcast_to(np.asarray(value), batch.size)[:, None]
+    column = np.empty((batch.size, 1))
+    column[:, 0] = value
+    return column

@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
-from functools import cache
+from functools import cache, cached_property
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -447,13 +447,20 @@ class Batch:
         """The values of one canonical parameter, an array (points,) where it varies."""
         if name in self.values:
             return self.values[name]
+        if name in self._alike:
+            return self._alike[name]
         if _HARMONIC.fullmatch(name):
-            return self.model.parameters().get(name, 0.0)
-        return self.model.parameters()[name]
+            return 0.0
+        raise KeyError(name)
+
+    @cached_property
+    def _alike(self) -> dict[str, float]:
+        """The values that all points share, unless they are replaced."""
+        return self.model.parameters()
 
     def harmonics(self, amplitude: str, phase: str) -> tuple[np.ndarray, np.ndarray]:
         """Amplitudes and phases of a series over the batch, each (orders, points); zero orders if there is none."""
-        names = {**self.model.parameters(), **self.values}
+        names = {**self._alike, **self.values}
         orders = [int(m[2]) for m in map(_HARMONIC.fullmatch, names) if m and m[1] in (amplitude, phase)]
         n = max(orders, default=0)
         rows = [[np.broadcast_to(self[f"{k}{j}"], self.size) for j in range(1, n + 1)] for k in (amplitude, phase)]

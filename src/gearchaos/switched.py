@@ -145,7 +145,9 @@ class _Rows:
         self.f_cos, self.f_sin = np.zeros((n, h)), np.zeros((n, h))
 
     def __getitem__(self, name: str) -> np.ndarray:
-        return np.array(np.broadcast_to(self.batch[name], self.batch.size), dtype=float)
+        values = np.empty(self.batch.size)
+        values[:] = self.batch[name]
+        return values
 
     def at(self, name: str) -> int:
         return self.names.index(name)
