@@ -155,21 +155,51 @@ _ALL_FUNCTION = "() => {" + _ALL + """
 
 
 def lasting(minutes: float) -> dict[str, object]:
-    """Random clicks, drags, wheels, sliders and keys; the server's memory at the begin and the end."""
+    """Random clicks, drags, wheels, sliders and keys, each score of them answered; memory at the begin and the end."""
     errors: list[str] = []
     with served() as (url, process), browser() as chromium:
-        page, chance, done = opened(chromium, url, errors), random.Random(2), 0
+        page, chance, done, waits = opened(chromium, url, errors), random.Random(2), 0, []
         _exercise(page, chance, 60)
-        memory, end = [process.memory_info().rss / 2**20], time.monotonic() + 60 * minutes
+        memory, end = [_memory(process, page)], time.monotonic() + 60 * minutes
         while time.monotonic() < end:
             _exercise(page, chance, 20)
+            waits.append(_answered(page))
             done += 20
-            memory.append(process.memory_info().rss / 2**20)
-        page.mouse.click(inside(page)["left"] + 40, inside(page)["top"] + 40)
-        page.wait_for_selector(".verdict[data-final='1']")
+            memory.append(_memory(process, page))
         page.wait_for_selector(".busy.idle", timeout=240_000)
-    return {"actions": done, "errors": errors, "memory begin": memory[0], "memory end": memory[-1],
-            "memory most": max(memory)}
+    return {"actions": done, "errors": errors, "longest wait for an answer, s": max(waits), "memory, MiB": {
+        name: {"begin": memory[0][name], "end": memory[-1][name], "most": max(m[name] for m in memory)}
+        for name in memory[0]
+    }}
+
+
+def _answered(page: Page) -> float:
+    """Seconds until the final verdict is that of the point in the address bar."""
+    began = time.monotonic()
+    page.wait_for_timeout(500)  # the address follows the point
+    page.wait_for_function(_ANSWERED, timeout=60_000)
+    return time.monotonic() - began
+
+
+_ANSWERED = """() => {
+  const verdict = document.querySelector(".verdict[data-final='1'] .label span")
+  if (!verdict) return false
+  const shown = verdict.innerText.split(", ").map((part) => Number(part.split("= ")[1]))
+  const asked = new URLSearchParams(location.search).get("at").split(",").map(Number)
+  return asked.every((value, i) => Math.abs(value - shown[i]) <= 1e-5 * Math.max(1, Math.abs(value)))
+}"""
+
+
+def _memory(process: psutil.Process, page: Page) -> dict[str, float]:
+    """MiB of the server and of its two processes, and of the page's script after its garbage is collected."""
+    session = page.context.new_cdp_session(page)
+    session.send("HeapProfiler.collectGarbage")
+    heap = session.send("Runtime.getHeapUsage")["usedSize"]
+    session.detach()
+    sizes = {"server": process.memory_info().rss, "page": heap}
+    for name, child in zip(("points", "maps"), process.children(), strict=True):
+        sizes[name] = child.memory_info().rss
+    return {name: round(size / 2**20, 1) for name, size in sizes.items()}
 
 
 def _exercise(page: Page, chance: random.Random, count: int) -> None:
