@@ -23,6 +23,8 @@ from contextlib import contextmanager
 import psutil
 from playwright.sync_api import Page, sync_playwright
 
+from gearchaos.studies.warmup import warmup
+
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 KINDS = {"torsional": "kind=torsional", "full": "kind=full"}
 MAP = "x=omega:0.2:3.0&y=eps1:0.0:0.3"
@@ -262,6 +264,7 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=20, help="clicks and slides")
     parser.add_argument("--most", type=float, default=60, help="longest wait for each stage of a map, s")
     chosen = parser.parse_args()
+    list(warmup())
     print(json.dumps(lasting(chosen.minutes) if chosen.minutes else measure(chosen.count, chosen.most), indent=1))
 
 
