@@ -155,18 +155,25 @@ def test_symbols_become_plain_text(text, shown):
 def test_the_last_verdict_of_a_dossier_is_that_of_regime(model):
     found = list(dossier(model))
     assert found[1].motion is not None
-    found += [] if found[-1].final else list(followed(found[-1]))
-    assert found[-1].final and found[-1].verdict == gc.regime(model) and found[-1].motion is not None
+    found += [] if found[-1].final else list(followed(model, found[-1].verdict.label))
+    for i, later in enumerate(found[1:], start=1):
+        found[i] = later.after(found[i - 1])
+    assert found[-1].final and found[-1].verdict == gc.regime(model) and found[-1].motion is found[1].motion
     assert (found[-1].portrait is None) == (found[-1].verdict.period is not None)
     assert all(f.verdict.period is None for f in found if not f.final)
 
 
 def test_chaos_that_was_a_transient_gets_the_motion_it_came_to():
     model = gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)
-    wild = replace(list(dossier(model))[-1], final=False)
-    wild = replace(wild, verdict=replace(wild.verdict, label="chaotic", period=None), portrait=wild.motion)
-    (found,) = followed(wild)
+    (found,) = followed(model, "chaotic")
     assert found.final and found.portrait is None and found.motion.identical(list(dossier(model))[-1].motion)
+
+
+def test_a_motion_sent_once_stays_with_its_point():
+    first, then = dossier(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206))
+    (other,) = dossier(gc.MeshModel.of(kind="single", omega=2.0, z=30.0))
+    assert first.after(then).motion is then.motion and then.after(first) is then
+    assert first.after(None).motion is None and first.after(other).motion is None and other.after(then).motion is None
 
 
 def test_a_motion_that_diverges_has_a_dossier_too():
@@ -355,7 +362,7 @@ def test_another_process_finds_the_same(place):
     model = gc.MeshModel.of(omega=1.0, eps1=0.05)
     here, there = list(dossier(model)), list(place.run(partial(dossier, model)))
     assert [d.verdict for d in here] == [d.verdict for d in there] and len(here) == len(there)
-    assert here[-1].motion.identical(there[-1].motion)
+    assert here[1].motion.identical(there[1].motion)
 
 
 def test_works_there_take_turns_and_the_one_closed_is_forgotten(place):

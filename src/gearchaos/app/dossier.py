@@ -30,7 +30,7 @@ class Dossier:
     final : bool
         Whether it is the verdict of `gearchaos.regime`; if not, it is what the motion looks like so far.
     motion : xarray.Dataset or None
-        The steady motion sampled in time, once it is computed; None for good where it diverged.
+        The steady motion sampled in time, once it is computed; never where it diverged.
     portrait : xarray.Dataset or None
         More of its stroboscopic points than the verdict has, where it does not repeat.
     """
@@ -41,25 +41,36 @@ class Dossier:
     motion: xr.Dataset | None = None
     portrait: xr.Dataset | None = None
 
+    def after(self, before: Dossier | None) -> Dossier:
+        """With the motion that was known before, if it is the same; it is sent only once."""
+        alike = before is not None and (before.model, before.verdict.label) == (self.model, self.verdict.label)
+        return replace(self, motion=before.motion) if self.motion is None and before and alike else self
+
 
 def dossier(model: MeshModel) -> Generator[Dossier]:
-    """The dossier of a point: verdict and portrait, then the motion in time, then more of its portrait."""
+    """The dossier of a point: verdict and portrait, then the motion in time, then more of its portrait.
+
+    Of a motion that has to be followed on, `followed` has the rest.
+    """
     verdict = regime(model, budget=QUICK)
     found = Dossier(model, verdict, final=verdict.periods_spent <= sum(QUICK.looks))
     yield found
     if verdict.section:
-        yield (found := replace(found, motion=steady(model, verdict)))
-        yield from _portrayed(found)
+        yield replace(found, motion=steady(model, verdict))
+        if found.final:
+            yield from _portrayed(found)
 
 
-def followed(found: Dossier) -> Generator[Dossier]:
-    """The dossier of a motion that does not repeat so far, followed as long as `gearchaos.regime` does."""
-    verdict = regime(found.model)
-    if verdict.label != found.verdict.label:
-        found = replace(found, motion=steady(found.model, verdict) if verdict.section else None, portrait=None)
-    yield (found := replace(found, verdict=verdict, final=True))
-    if found.portrait is None:
-        yield from _portrayed(found)
+def followed(model: MeshModel, label: str) -> Generator[Dossier]:
+    """The dossier of a motion that did not repeat so far, followed as long as `gearchaos.regime` does.
+
+    Its motion comes only if the verdict is not ``label`` any more.
+    """
+    verdict = regime(model)
+    found = Dossier(model, verdict, final=True)
+    anew = verdict.section and verdict.label != label
+    yield replace(found, motion=steady(model, verdict)) if anew else found
+    yield from _portrayed(found)
 
 
 def _portrayed(found: Dossier) -> Generator[Dossier]:

@@ -264,9 +264,9 @@ class Session:
         on, which takes long."""
         if found.model != self.view.point:
             return
-        self._draw_dossier(found)
-        if not found.final and found.portrait is not None:
-            self._ask(self._quick, "chaos", partial(followed, found), self._take_dossier)
+        self._draw_dossier(found := found.after(self._dossier))
+        if not found.final and _stage(found) == "followed":
+            self._ask(self._quick, "chaos", partial(followed, found.model, found.verdict.label), self._take_dossier)
 
     def _draw_dossier(self, found: Dossier) -> None:
         self._dossier = found
