@@ -21,7 +21,7 @@ import time
 from contextlib import contextmanager
 
 import psutil
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page, TimeoutError, sync_playwright
 
 from gearchaos.studies.warmup import warmup
 
@@ -122,7 +122,7 @@ def slides(chromium, url: str, count: int, rest: bool) -> list[float]:
     """Milliseconds from a move of the slider to the redrawn portrait."""
     page, out = opened(chromium, f"{url}?{KINDS['torsional']}&{MAP}&at=1.0,0.2"), []
     page.wait_for_timeout(3000)
-    box = page.locator(".field-omega .noUi-target").bounding_box()
+    box = page.locator(".field-omega input[type=range]").bounding_box()
     for i in range(count):
         _rest(page, rest)
         page.evaluate(_WAIT.replace("SELECTOR", '".verdict"').replace("CONDITION", "e => true"))
@@ -179,7 +179,11 @@ def _answered(page: Page) -> float:
     """Seconds until the final verdict is that of the point in the address bar."""
     began = time.monotonic()
     page.wait_for_timeout(500)  # the address follows the point
-    page.wait_for_function(_ANSWERED, timeout=60_000)
+    try:
+        page.wait_for_function(_ANSWERED, timeout=60_000)
+    except TimeoutError as error:
+        said = {name: page.locator(name).inner_text() for name in ("#busy", "#message", "#verdict")}
+        raise RuntimeError(f"no answer at {page.evaluate('location.search')}: {said}") from error
     return time.monotonic() - began
 
 
@@ -223,7 +227,7 @@ def _exercise(page: Page, chance: random.Random, count: int) -> None:
             page.mouse.move(*spot())
             page.mouse.wheel(0, chance.choice((-200, 200)))
         elif what == "slide":
-            box = page.locator(f".field-{chance.choice(('omega', 'q0'))} .noUi-target").bounding_box()
+            box = page.locator(f".field-{chance.choice(('omega', 'q0'))} input[type=range]").bounding_box()
             page.mouse.click(box["x"] + box["width"] * chance.random(), box["y"] + box["height"] / 2)
         elif what == "key":
             page.mouse.click(*spot())

@@ -181,9 +181,9 @@ def test_sliders_and_numbers_change_the_motion(visit):
     assert one.label() == "8T"
     view = one.after(lambda: one.type("eps1", "0.05"))
     assert view.at == (1.0, 0.05) and one.label() == "1T"
-    box = one.page.locator(".field-omega .noUi-target").bounding_box()
+    box = one.page.locator(".field-omega input[type=range]").bounding_box()
     view = one.after(lambda: one.page.mouse.click(box["x"] + 0.9 * box["width"], box["y"] + box["height"] / 2))
-    assert view.at[0] == pytest.approx(2.72, abs=0.1)
+    assert view.at[0] == pytest.approx(2.72, abs=0.2)  # a handle takes room at the ends
     view = one.after(lambda: one.type("zeta", "0.08"))
     assert view.model.zeta == 0.08
 

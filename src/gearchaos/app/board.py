@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 from bokeh.events import DoubleTap, PointEvent, PressUp, RangesUpdate, Tap
-from bokeh.layouts import row
-from bokeh.models import InlineStyleSheet
 
 from gearchaos.app import words
 from gearchaos.app.bridge import Bridge
@@ -45,12 +42,11 @@ class Board:
 
     def __init__(self, session: Session, has_pair: bool) -> None:
         self._session = session
-        self._css = InlineStyleSheet(css=files("gearchaos.app").joinpath("templates/inner.css").read_text("utf-8"))
-        self.controls = Controls(session.change, self._css)
-        self.controls.physical.visible = has_pair
         self.bridge = Bridge({
             "step": self._step, "choose": self._choose, "save": self._save, "basins": lambda _: session.ask_basin(),
+            "set": lambda value: self.controls.set(value), "press": lambda name: self.controls.press(name),
         })
+        self.controls = Controls(session.change, self.bridge, has_pair)
         put = self.bridge.put
         self.map, self.line, self.basin = MapFigure(put), BifurcationFigure(put), BasinFigure(put)
         self.history, self.phase = HistoryFigure(put), PhaseFigure(put)
@@ -71,12 +67,9 @@ class Board:
 
     def roots(self) -> dict[str, Any]:
         """Every root of the template by name."""
-        c = self.controls
         return {
-            "controls": c.column, "choose": row(c.x, c.y, c.colour, sizing_mode="stretch_width"),
             "map": self.map.figure, "history": self.history.figure, "phase": self.phase.figure,
-            "portrait": self.portrait.figure, "spectrum": self.spectrum.figure,
-            "line_choose": row(c.line, sizing_mode="stretch_width"), "line": self.line.figure,
+            "portrait": self.portrait.figure, "spectrum": self.spectrum.figure, "line": self.line.figure,
             "basin": self.basin.figure,
         }
 
@@ -177,6 +170,6 @@ class Board:
 
 def axis_words(name: str) -> str:
     """The label of an axis of the map."""
-    from gearchaos.app.controls import words_for
+    from gearchaos.app.forms import words_for
 
     return f"{words_for(name)} {plain(symbol(name))}".strip()

@@ -11,7 +11,7 @@ from typing import Any
 from bokeh.events import DocumentReady
 from bokeh.models import ColumnDataSource, CustomJS
 
-WORDS = ("busy", "message", "legend", "verdict", "others", "basin-legend")
+WORDS = ("parameters", "axes", "line-choose", "busy", "message", "legend", "verdict", "others", "basin-legend")
 """Elements of the template whose HTML changes; as widgets each change would have Bokeh lay out the page again."""
 
 
@@ -30,7 +30,7 @@ class Bridge:
     def __init__(self, actions: Mapping[str, Callable[[Any], None]]) -> None:
         self._actions = {**actions, "there": self._begin}
         self.said = ColumnDataSource({"address": [""], "python": [""], "toml": [""]})
-        self.news = ColumnDataSource({"models": [{}], "words": [{}]})
+        self.news = ColumnDataSource({"models": [{}], "words": [{}], "values": [{}]})
         self.file = ColumnDataSource({"content": [""], "name": [""]})
         self.heard = ColumnDataSource({"what": [""], "value": [None], "number": [0]})
         self.heard.on_change("data", self._on_heard)
@@ -39,6 +39,7 @@ class Bridge:
         self._models: dict[str, dict[str, Any]] = {}
         self._words = dict.fromkeys(WORDS, "")
         self._shown: dict[str, str] = {}
+        self._values: dict[str, Any] = {}
         self._document: Any = None
         self._there = self._waiting = False
 
@@ -69,6 +70,11 @@ class Bridge:
             self._words[name] = html
             self._tell_soon()
 
+    def show(self, values: dict[str, Any]) -> None:
+        """Have what a visitor sets show these values by name."""
+        self._values = values
+        self._tell_soon()
+
     def _begin(self, _: Any) -> None:
         self._there = True
         self._tell_soon()
@@ -81,9 +87,9 @@ class Bridge:
     def _tell(self) -> None:
         """Send all that has changed since the last time."""
         words = {name: html for name, html in self._words.items() if self._shown.get(name) != html}
-        models, self._models, self._waiting = self._models, {}, False
         self._shown.update(words)
-        self.news.data = {"models": [models], "words": [words]}
+        self.news.data = {"models": [self._models], "words": [words], "values": [self._values]}
+        self._models, self._values, self._waiting = {}, {}, False
 
     def download(self, content: bytes, media: str, name: str) -> None:
         """Have the browser save a file."""

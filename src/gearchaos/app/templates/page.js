@@ -32,7 +32,42 @@ news.properties.data.change.connect(() => {
   for (const [id, attributes] of entries(news.data.models[0]))
     news.document.get_model_by_id(id).setv(Object.fromEntries(entries(attributes)), {sync: false})
   for (const [name, html] of entries(news.data.words[0])) document.getElementById(name).innerHTML = html
+  show_values(Object.fromEntries(entries(news.data.values[0])))
 })
+
+// Fields and lists: what is being typed or dragged is left alone.
+const typed = new WeakSet()
+function show_values(values) {
+  for (const element of document.querySelectorAll("[data-set], [data-show]")) {
+    const value = values[element.dataset.set ?? element.dataset.show]
+    if (value === undefined || typed.has(element)) continue
+    if (element.tagName === "BUTTON") element.setAttribute("aria-pressed", value)
+    else if (element.type !== "range") element.value = value
+    else if (!element.matches(":active")) slide(element, Number(value))
+  }
+}
+function slide(slider, value) {
+  if (value < slider.min) slider.min = value
+  if (value > slider.max) slider.max = value
+  slider.value = value
+}
+const slid = new Map()
+function tell_slid() {
+  for (const [name, value] of slid) hear("set", [name, value])
+  slid.clear()
+}
+document.addEventListener("input", ({target}) => {
+  if (target.type === "text") typed.add(target)
+  if (target.type !== "range") return
+  if (slid.size === 0) requestAnimationFrame(tell_slid)
+  slid.set(target.dataset.set, target.valueAsNumber)
+  target.nextElementSibling.value = Number(target.valueAsNumber.toPrecision(10))
+})
+document.addEventListener("change", ({target}) => {
+  typed.delete(target)
+  if (target.dataset.set && target.type !== "range") hear("set", [target.dataset.set, target.value])
+})
+document.addEventListener("focusout", ({target}) => typed.delete(target))
 
 function save(address, name) {
   const link = document.createElement("a")
@@ -78,13 +113,9 @@ function hear(what, value) {
   heard.data = {what: [what], value: [value], number: [number]}
 }
 
-function typing(event) {
-  const at = event.composedPath()[0]
-  return at && at.tagName && (["INPUT", "SELECT", "TEXTAREA"].includes(at.tagName) || at.getAttribute("role") === "slider"
-    || (at.className && String(at.className).includes("noUi")))
-}
 document.addEventListener("keydown", (event) => {
-  if (!(event.key in steps) || typing(event) || event.ctrlKey || event.metaKey || event.altKey) return
+  const own = ["INPUT", "SELECT", "TEXTAREA"].includes(event.target.tagName)
+  if (!(event.key in steps) || own || event.ctrlKey || event.metaKey || event.altKey) return
   event.preventDefault()
   const size = event.shiftKey ? 10 : 1
   hear("step", steps[event.key].map((n) => n * size))
@@ -92,8 +123,9 @@ document.addEventListener("keydown", (event) => {
 document.addEventListener("click", ({target}) => {
   const button = target.closest("button")
   if (!button) return
-  const {choice, save, basins} = button.dataset
+  const {choice, press, save, basins} = button.dataset
   if (choice !== undefined) hear("choose", Number(choice))
+  if (press !== undefined) hear("press", press)
   if (save !== undefined) hear("save", save)
   if (basins !== undefined) hear("basins", null)
 })
