@@ -33,8 +33,11 @@ _CLICKS = (Tap, DoubleTap, PressUp)
 """What Bokeh makes of a click: one soon after another is a double one, and a slow one, or one that a busy browser takes
 note of late, a press."""
 
-FILES = ("map-png", "map-svg", "map-nc", "motion-png", "motion-svg", "motion-nc")
-"""What can be saved: of what, and how; the template has a button for each."""
+FILES = {
+    f"{what}-{suffix}": f"{what} {words}"
+    for what in ("map", "motion") for suffix, words in (("png", "PNG"), ("svg", "SVG"), ("nc", "data"))
+}
+"""What can be saved, of what and how, in words; the template has a button for each."""
 
 
 class Board:

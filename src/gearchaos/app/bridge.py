@@ -30,7 +30,7 @@ class Bridge:
     def __init__(self, actions: Mapping[str, Callable[[Any], None]]) -> None:
         self._actions = {**actions, "there": self._begin}
         self.said = ColumnDataSource({"address": [""], "python": [""], "toml": [""]})
-        self.news = ColumnDataSource({"models": [{}], "words": [{}], "values": [{}]})
+        self.news = ColumnDataSource({"models": [{}], "words": [{}], "values": [{}], "number": [0]})
         self.file = ColumnDataSource({"content": [""], "name": [""]})
         self.heard = ColumnDataSource({"what": [""], "value": [None], "number": [0]})
         self.heard.on_change("data", self._on_heard)
@@ -87,9 +87,11 @@ class Bridge:
     def _tell(self) -> None:
         """Send all that has changed since the last time."""
         words = {name: html for name, html in self._words.items() if self._shown.get(name) != html}
+        number = self.news.data["number"][0] + 1  # news that are the same again are news
+        news = {"models": [self._models], "words": [words], "values": [self._values], "number": [number]}
         self._shown.update(words)
-        self.news.data = {"models": [self._models], "words": [words], "values": [self._values]}
         self._models, self._values, self._waiting = {}, {}, False
+        self.news.data = news
 
     def download(self, content: bytes, media: str, name: str) -> None:
         """Have the browser save a file."""

@@ -102,6 +102,7 @@ def _warm(view: View, quick: Worker, slow: Worker) -> None:
 
 def _page(view: View, pair: GearPair | None, workers: tuple[Worker, Worker]) -> Callable[[Any], None]:
     """A function that fills the document of a new visitor."""
+    from gearchaos.app.board import FILES
     from gearchaos.app.session import Session
     from gearchaos.app.state import from_query
 
@@ -119,7 +120,7 @@ def _page(view: View, pair: GearPair | None, workers: tuple[Worker, Worker]) -> 
         session.board.bridge.attach(document, session.board.map.figure)
         document.add_next_tick_callback(session.begin)
         document.title, document.template = "gearchaos explore", template
-        document.template_variables["css"] = css
+        document.template_variables.update(css=css, files=FILES)
         with document.models.freeze():  # else all models are looked through again for every root
             for name, model in session.board.roots().items():
                 model.name = name
