@@ -165,7 +165,7 @@ def lasting(minutes: float) -> dict[str, object]:
         memory, end = [_memory(process, page)], time.monotonic() + 60 * minutes
         while time.monotonic() < end:
             _exercise(page, chance, 20)
-            waits.append(_answered(page))
+            waits.append(_answered(page, errors))
             done += 20
             memory.append(_memory(process, page))
         page.wait_for_selector(".busy.idle", timeout=240_000)
@@ -175,7 +175,7 @@ def lasting(minutes: float) -> dict[str, object]:
     }}
 
 
-def _answered(page: Page) -> float:
+def _answered(page: Page, errors: list[str]) -> float:
     """Seconds until the final verdict is that of the point in the address bar."""
     began = time.monotonic()
     page.wait_for_timeout(500)  # the address follows the point
@@ -183,7 +183,7 @@ def _answered(page: Page) -> float:
         page.wait_for_function(_ANSWERED, timeout=60_000)
     except TimeoutError as error:
         said = {name: page.locator(name).inner_text() for name in ("#busy", "#message", "#verdict")}
-        raise RuntimeError(f"no answer at {page.evaluate('location.search')}: {said}") from error
+        raise RuntimeError(f"no answer at {page.evaluate('location.search')}: {said}; {errors}") from error
     return time.monotonic() - began
 
 
@@ -227,8 +227,9 @@ def _exercise(page: Page, chance: random.Random, count: int) -> None:
             page.mouse.move(*spot())
             page.mouse.wheel(0, chance.choice((-200, 200)))
         elif what == "slide":
-            box = page.locator(f".field-{chance.choice(('omega', 'q0'))} input[type=range]").bounding_box()
-            page.mouse.click(box["x"] + box["width"] * chance.random(), box["y"] + box["height"] / 2)
+            slider = page.locator(f".field-{chance.choice(('omega', 'q0'))} input[type=range]")
+            if (box := slider.bounding_box()) is not None:  # it may just give way to those of another preset
+                page.mouse.click(box["x"] + box["width"] * chance.random(), box["y"] + box["height"] / 2)
         elif what == "key":
             page.mouse.click(*spot())
             page.keyboard.press(chance.choice(("ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown")))

@@ -28,9 +28,15 @@ for (const [name, take] of Object.entries(short_cuts)) {
 }
 
 const entries = (map) => map instanceof Map ? map.entries() : Object.entries(map)
-news.properties.data.change.connect(() => {
-  for (const [id, attributes] of entries(news.data.models[0]))
+function change(id, attributes) {
+  try {
     news.document.get_model_by_id(id).setv(Object.fromEntries(entries(attributes)), {sync: false})
+  } catch (error) {
+    console.error(`model ${id} could not be changed`, error)  // but all others can
+  }
+}
+news.properties.data.change.connect(() => {
+  for (const [id, attributes] of entries(news.data.models[0])) change(id, attributes)
   for (const [name, html] of entries(news.data.words[0])) document.getElementById(name).innerHTML = html
   show_values(Object.fromEntries(entries(news.data.values[0])))
 })
