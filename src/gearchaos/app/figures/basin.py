@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from bokeh.models import ColumnDataSource, LinearColorMapper, Range1d
+from bokeh.models import ColumnDataSource, Image, LinearColorMapper, Range1d
 
 from gearchaos.app.figures.style import Put, bare, label, legend
 from gearchaos.plot._axes import cell_extent
@@ -18,12 +18,13 @@ class BasinFigure:
 
     def __init__(self, put: Put) -> None:
         self._put = put
-        self.figure = bare(x_range=Range1d(0, 1), y_range=Range1d(0, 1), tools="", toolbar_location=None)
+        self.figure = bare(x_range=Range1d(0, 1), y_range=Range1d(0, 1))
         self.figure.update(visible=False)
         self.figure.grid.visible = False
         self.source = ColumnDataSource({n: [] for n in _FIELDS})
         self.mapper = LinearColorMapper(palette=[UNDECIDED], low=-1.5, high=-0.5)
-        self.figure.image(image="image", x="x", y="y", dw="dw", dh="dh", source=self.source, color_mapper=self.mapper)
+        self.figure.add_glyph(
+            self.source, Image(image="image", x="x", y="y", dw="dw", dh="dh", color_mapper=self.mapper))
         self.axes = ("", "")
         self.legend = ""
 

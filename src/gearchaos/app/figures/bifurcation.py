@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from bokeh.models import ColumnDataSource, LinearColorMapper, Range1d, Span
+from bokeh.models import ColumnDataSource, Image, LinearColorMapper, Range1d, Span
 from matplotlib.colors import to_hex
 
 from gearchaos.app.figures.style import PALETTE, Put, bare, label
@@ -22,13 +22,13 @@ class BifurcationFigure:
 
     def __init__(self, put: Put) -> None:
         self._put = put
-        self.figure = bare(x_range=Range1d(0, 1), y_range=Range1d(0, 1), tools="", toolbar_location=None)
+        self.figure = bare(x_range=Range1d(0, 1), y_range=Range1d(0, 1))
         self.figure.grid.visible = False
         ink = LinearColorMapper(palette=[to_hex(INK_SCALE(i / 255)) for i in range(256)], low=0, high=1)
         classes = LinearColorMapper(palette=PALETTE, low=-0.5, high=len(PALETTE) - 0.5)
         self.ink, self.ribbon = (ColumnDataSource({n: [] for n in ("image", "x", "y", "dw", "dh")}) for _ in range(2))
         for source, mapper in ((self.ink, ink), (self.ribbon, classes)):
-            self.figure.image(image="image", x="x", y="y", dw="dw", dh="dh", source=source, color_mapper=mapper)
+            self.figure.add_glyph(source, Image(image="image", x="x", y="y", dw="dw", dh="dh", color_mapper=mapper))
         self.here = Span(dimension="height", location=0.0, line_color="#c03a1e", line_width=1.5, line_alpha=0.8)
         self.figure.add_layout(self.here)
 

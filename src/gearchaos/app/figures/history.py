@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from bokeh.models import ColumnDataSource
+from bokeh.models import ColumnDataSource, Line
 
 from gearchaos.app.figures.style import INK, Put, bare, label
 from gearchaos.plot._axes import mesh_period
@@ -18,9 +18,9 @@ class HistoryFigure:
 
     def __init__(self, put: Put) -> None:
         self._put = put
-        self.figure = bare("Time history", toolbar_location=None, x_axis_label="time τ/T (mesh periods)")
+        self.figure = bare("Time history", x_axis_label="time τ/T (mesh periods)")
         self.source = ColumnDataSource({"x": [], "y": []})
-        self.figure.line("x", "y", source=self.source, line_color=INK, line_width=1.2)
+        self.figure.add_glyph(self.source, Line(x="x", y="y", line_color=INK, line_width=1.2))
 
     def show(self, motion: xr.Dataset, tau: np.ndarray, period: float) -> None:
         """Draw a motion; ``tau`` are its times in the unit of the mesh period."""

@@ -5,7 +5,18 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from bokeh.models import BasicTicker, BoxZoomTool, ColorBar, ColumnDataSource, LinearColorMapper, Range1d
+from bokeh.models import (
+    BasicTicker,
+    BoxZoomTool,
+    ColorBar,
+    ColumnDataSource,
+    HSpan,
+    Image,
+    LinearColorMapper,
+    Range1d,
+    Scatter,
+    VSpan,
+)
 from bokeh.palettes import Viridis256
 
 from gearchaos.app.bounds import span
@@ -29,15 +40,13 @@ class MapFigure:
         self.figure.add_tools(BoxZoomTool())
         self.figure.toolbar.active_drag = self.figure.toolbar.tools[0]
         self.figure.toolbar.active_scroll = self.figure.toolbar.tools[1]
-        self.figure.toolbar.autohide = False
         self.figure.grid.visible = False
         self.figure.background_fill_color = "#fafafa"
         self.image = ColumnDataSource({n: [] for n in ("image", "x", "y", "dw", "dh")})
         self.classes = LinearColorMapper(palette=PALETTE, low=-0.5, high=len(PALETTE) - 0.5, nan_color="#ffffff00")
         self.levels = LinearColorMapper(palette=Viridis256, nan_color="#bfbfbf")
-        self.glyph = self.figure.image(
-            image="image", x="x", y="y", dw="dw", dh="dh", source=self.image, color_mapper=self.classes,
-        ).glyph
+        self.glyph = Image(image="image", x="x", y="y", dw="dw", dh="dh", color_mapper=self.classes)
+        self.figure.add_glyph(self.image, self.glyph)
         self.bar = ColorBar(color_mapper=self.levels, visible=False, width=10, title_text_font_style="normal",
                             ticker=BasicTicker(desired_num_ticks=6))
         self.figure.add_layout(self.bar, "right")
@@ -46,13 +55,13 @@ class MapFigure:
 
     def _point(self) -> None:
         self.point = ColumnDataSource({"x": [0.0], "y": [0.0]})
-        above = {"source": self.point, "level": "overlay"}  # so that the map is not drawn again with it
         cross = {"line_color": "black", "line_alpha": 0.55, "line_dash": "dotted"}
-        self.figure.vspan("x", **above, **cross)
-        self.figure.hspan("y", **above, **cross)
-        ring = {"size": 13, "marker": "circle", "fill_color": None}
-        self.figure.scatter("x", "y", **above, **ring, line_color="white", line_width=4)
-        self.figure.scatter("x", "y", **above, **ring, line_color="black", line_width=2)
+        ring = {"x": "x", "y": "y", "size": 13, "marker": "circle", "fill_color": None}
+        for glyph in (
+            VSpan(x="x", **cross), HSpan(y="y", **cross), Scatter(**ring, line_color="white", line_width=4),
+            Scatter(**ring, line_color="black", line_width=2),
+        ):
+            self.figure.add_glyph(self.point, glyph, level="overlay")  # so that the map is not drawn again with it
 
     def place(self, x: Axis, y: Axis, words: tuple[str, str]) -> None:
         """Show this part of the plane; the old picture stays until there is a new one."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from bokeh.models import ColumnDataSource, DataRange1d, Span
+from bokeh.models import ColumnDataSource, DataRange1d, Line, Scatter, Span
 
 from gearchaos.app.figures.style import BOUNDARY, INK, STROBE, Put, bare, label
 
@@ -18,12 +18,13 @@ class PhaseFigure:
     def __init__(self, put: Put) -> None:
         self._put = put
         ranges = {"x_range": DataRange1d(), "y_range": DataRange1d()}
-        self.figure = bare("Phase (dashed: z = ±1)", toolbar_location=None, **ranges)
+        self.figure = bare("Phase (dashed: z = ±1)", **ranges)
         self.line = ColumnDataSource({"x": [], "y": []})
         self.points = ColumnDataSource({"x": [], "y": []})
         self.ends = [Span(dimension="height", location=z, line_color=BOUNDARY, line_dash="dashed") for z in (-1, 1)]
-        drawn = self.figure.line("x", "y", source=self.line, line_color=INK, line_width=1)
-        dots = self.figure.scatter("x", "y", source=self.points, size=5, fill_color=STROBE, line_color=None)
+        drawn = self.figure.add_glyph(self.line, Line(x="x", y="y", line_color=INK, line_width=1))
+        dots = self.figure.add_glyph(
+            self.points, Scatter(x="x", y="y", size=5, fill_color=STROBE, line_color=None))
         self.figure.x_range.renderers = self.figure.y_range.renderers = [drawn, dots]
         for end in self.ends:
             self.figure.add_layout(end)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from bokeh.models import ColumnDataSource
+from bokeh.models import ColumnDataSource, Scatter
 
 from gearchaos.app.figures.style import INK, Put, bare
 
@@ -15,9 +15,10 @@ class PortraitFigure:
 
     def __init__(self, put: Put) -> None:
         self._put = put
-        self.figure = bare("Stroboscopic portrait", toolbar_location=None)
+        self.figure = bare("Stroboscopic portrait")
         self.source = ColumnDataSource({"x": [], "y": []})
-        self.glyph = self.figure.scatter("x", "y", source=self.source, size=6, fill_color=INK, line_color=None).glyph
+        self.glyph = Scatter(x="x", y="y", size=6, fill_color=INK, line_color=None)
+        self.figure.add_glyph(self.source, self.glyph)
 
     def show(self, x: np.ndarray, y: np.ndarray, words: tuple[str, str]) -> None:
         """Draw points, each (N,)."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from bokeh.models import ColumnDataSource, FixedTicker, Range1d
+from bokeh.models import ColumnDataSource, FixedTicker, Line, Range1d
 
 from gearchaos.app.figures.style import INK, Put, bare
 from gearchaos.plot._spectrum import amplitudes
@@ -18,11 +18,11 @@ class SpectrumFigure:
 
     def __init__(self, put: Put) -> None:
         self._put = put
-        self.figure = bare("Spectrum", toolbar_location=None, y_axis_type="log", x_range=Range1d(0, _ORDERS),
+        self.figure = bare("Spectrum", y_axis_type="log", x_range=Range1d(0, _ORDERS),
                            x_axis_label="order of the mesh frequency", y_axis_label="amplitude of z′")
         self.figure.xaxis.ticker = FixedTicker(ticks=list(range(_ORDERS + 1)))
         self.source = ColumnDataSource({"x": [], "y": []})
-        self.figure.line("x", "y", source=self.source, line_color=INK, line_width=1)
+        self.figure.add_glyph(self.source, Line(x="x", y="y", line_color=INK, line_width=1))
 
     def show(self, motion: xr.Dataset) -> None:
         """Draw the spectrum of a dimensionless motion."""

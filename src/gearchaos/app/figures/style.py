@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import Any
 
 import xarray as xr
-from bokeh.models import Toolbar
 from bokeh.plotting import figure
 
 from gearchaos.plot._axes import axis_label
@@ -19,19 +18,20 @@ Put = Callable[..., None]
 
 PALETTE = [c.colour for c in MOTION_CLASSES]
 BOUNDARY = "#737373"
-_TOOLS = "pan,box_zoom,wheel_zoom,reset"
 
 __all__ = ["BOUNDARY", "INK", "PALETTE", "STROBE", "Put", "bare", "label", "legend"]
 
 
 def bare(title: str = "", **options: Any) -> Any:
-    """An empty figure that fills its place; it redraws at once and keeps its tools out of the way."""
+    """An empty figure that fills its place; it has no tools unless they are named.
+
+    A figure that was panned or zoomed would keep its ranges for the next motion.
+    """
     plot = figure(
-        title=title or None, sizing_mode="stretch_both", min_height=120, tools=options.pop("tools", _TOOLS),
-        output_backend="canvas", toolbar_location=options.pop("toolbar_location", "right"), **options,
+        title=title or None, sizing_mode="stretch_both", min_height=120, output_backend="canvas",
+        **{"tools": "", "toolbar_location": None, **options},
     )
-    if isinstance(plot.toolbar, Toolbar):
-        plot.toolbar.logo, plot.toolbar.autohide = None, True
+    plot.toolbar.logo = None
     plot.min_border, plot.outline_line_color = 4, "#c8c8c8"
     plot.grid.grid_line_color = "#eeeeee"
     if plot.title is not None:
