@@ -148,6 +148,34 @@ def maps(chromium, url: str, kind: str, most: float) -> dict[str, float]:
     return out
 
 
+def first_maps(chromium, url: str, count: int) -> list[float]:
+    """Seconds from another damping to the first map with it, while the map before is computed."""
+    page, out = opened(chromium, f"{url}?{KINDS['torsional']}&{MAP}"), []
+    for i in range(count):
+        page.wait_for_timeout(3000)
+        page.evaluate(_FIRST_MAP)
+        field = page.locator(".field-zeta input[type=text]")
+        field.fill(f"{0.026 + 0.002 * i:g}")
+        field.press("Enter")
+        out.append(page.evaluate("window.measured") / 1000)
+    page.close()
+    return out
+
+
+_FIRST_MAP = """
+window.measured = new Promise((done) => {
+  const legend = document.getElementById("legend"), before = legend.innerHTML
+  const look = () => {
+    if (legend.innerHTML !== before && legend.querySelector("[data-stride='16'], [data-stride='8']"))
+      setTimeout(() => done(performance.now() - window.began))
+    else requestAnimationFrame(look)
+  }
+  document.addEventListener("change", () => { window.began = performance.now() }, {capture: true, once: true})
+  requestAnimationFrame(look)
+})
+0
+"""
+
 _ALL_FUNCTION = "() => {" + _ALL + """
   const e = all("[data-stride]")[0]
   if (!e) return false
@@ -258,6 +286,8 @@ def measure(count: int, most: float) -> dict[str, object]:
                 out[f"click to dossier, {kind}, {when}, ms"] = _summary(clicks(chromium, url, kind, count, rest))
             found = slides(chromium, url, count, rest)
             out[f"slider to portrait, {when}, ms"] = {"median": statistics.median(found), "most": max(found)}
+        found = first_maps(chromium, url, count)
+        out["first map with another damping, s"] = {"median": statistics.median(found), "most": max(found)}
         for kind in KINDS:
             out[f"map, {kind}, s"] = maps(chromium, url, kind, most)
     return out
