@@ -18,7 +18,7 @@ class BasinFigure:
 
     def __init__(self, put: Put) -> None:
         self._put = put
-        self.figure = bare(x_range=Range1d(0, 1), y_range=Range1d(0, 1))
+        self.figure = bare(ticks=6, x_range=Range1d(0, 1), y_range=Range1d(0, 1))
         self.figure.update(visible=False)
         self.figure.grid.visible = False
         self.source = ColumnDataSource({n: [] for n in _FIELDS})

@@ -22,7 +22,7 @@ class BifurcationFigure:
 
     def __init__(self, put: Put) -> None:
         self._put = put
-        self.figure = bare(x_range=Range1d(0, 1), y_range=Range1d(0, 1))
+        self.figure = bare(ticks=6, x_range=Range1d(0, 1), y_range=Range1d(0, 1))
         self.figure.grid.visible = False
         ink = LinearColorMapper(palette=[to_hex(INK_SCALE(i / 255)) for i in range(256)], low=0, high=1)
         classes = LinearColorMapper(palette=PALETTE, low=-0.5, high=len(PALETTE) - 0.5)

@@ -35,7 +35,7 @@ class MapFigure:
 
     def __init__(self, put: Put) -> None:
         self._put = put
-        self.figure = bare(tools="pan,wheel_zoom,reset,save", toolbar_location="right",
+        self.figure = bare(ticks=6, tools="pan,wheel_zoom,reset,save", toolbar_location="right",
                            x_range=Range1d(0, 1), y_range=Range1d(0, 1))
         self.figure.add_tools(BoxZoomTool())
         self.figure.toolbar.active_drag = self.figure.toolbar.tools[0]

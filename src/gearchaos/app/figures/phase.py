@@ -8,7 +8,7 @@ from bokeh.models import ColumnDataSource, DataRange1d, Line, Scatter, Span
 
 from gearchaos.app.figures.style import BOUNDARY, INK, STROBE, Put, bare, label
 
-_SAMPLES = 6000
+_SAMPLES = 3072
 _POINTS = 96
 
 

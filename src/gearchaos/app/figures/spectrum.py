@@ -28,8 +28,9 @@ class SpectrumFigure:
         """Draw the spectrum of a dimensionless motion."""
         order, amplitude = amplitudes(motion, "z_dot")
         inside = order <= _ORDERS
-        least = max(float(amplitude[inside].max()) * _FLOOR, 1e-300)
-        self._put(self.source, data={"x": order[inside], "y": np.maximum(amplitude[inside], least)})
+        least = max(float(amplitude[inside].max()) * _FLOOR, 1e-37)
+        values = (order[inside], np.maximum(amplitude[inside], least))
+        self._put(self.source, data={n: v.astype(np.float32) for n, v in zip("xy", values, strict=True)})
 
     def clear(self) -> None:
         """Show nothing."""

@@ -22,8 +22,8 @@ BOUNDARY = "#737373"
 __all__ = ["BOUNDARY", "INK", "PALETTE", "STROBE", "Put", "bare", "label", "legend"]
 
 
-def bare(title: str = "", **options: Any) -> Any:
-    """An empty figure that fills its place; it has no tools unless they are named.
+def bare(title: str = "", ticks: int = 4, **options: Any) -> Any:
+    """An empty figure that fills its place, with about so many ticks; it has no tools unless they are named.
 
     A figure that was panned or zoomed would keep its ranges for the next motion.
     """
@@ -39,6 +39,7 @@ def bare(title: str = "", **options: Any) -> Any:
     for axis in (*plot.xaxis, *plot.yaxis):
         axis.axis_label_text_font_style, axis.axis_label_text_font_size = "normal", "12px"
         axis.axis_label_standoff, axis.minor_tick_line_color = 3, None
+        axis.ticker.update(num_minor_ticks=0, desired_num_ticks=ticks)
     return plot
 
 
