@@ -18,7 +18,9 @@ import statistics
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import count
 
 import psutil
 from playwright.sync_api import Page, TimeoutError, sync_playwright
@@ -29,29 +31,28 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 KINDS = {"torsional": "kind=torsional", "full": "kind=full"}
 MAP = "x=omega:0.2:3.0&y=eps1:0.0:0.3"
 
-_ALL = """
-const all = (selector, root = document) => {
-  const found = [...root.querySelectorAll(selector)]
-  for (const e of root.querySelectorAll("*")) if (e.shadowRoot) found.push(...all(selector, e.shadowRoot))
-  return found
-}
-"""
-_WAIT = _ALL + """
+_WAIT = """
 window.measured = new Promise((done) => {
-  const place = all(SELECTOR)[0].parentElement
-  const before = place.firstElementChild.outerHTML
+  const html = () => document.querySelector(PLACE).innerHTML
+  let began, before
+  document.addEventListener(EVENT, () => { began = performance.now(); before = html() }, {capture: true, once: true})
   const look = () => {
-    const now = place.firstElementChild
-    if (now && now.outerHTML !== before && (CONDITION)(now)) setTimeout(() => done(performance.now() - window.began))
+    if (began && html() !== before && document.querySelector(ANSWER)) setTimeout(() => done(performance.now() - began))
     else requestAnimationFrame(look)
   }
-  window.began = null
-  for (const kind of ["pointerdown", "mousedown"])
-    document.addEventListener(kind, () => { window.began ??= performance.now() }, {capture: true, once: true})
   requestAnimationFrame(look)
 })
 0
 """
+
+
+def watch(page: Page, event: str, place: str, answer: str) -> None:
+    """Have ``window.measured`` become the milliseconds from an event until the HTML of a place has changed and the
+    answer is on the page, painted; each given as a selector."""
+    script = _WAIT
+    for name, value in (("EVENT", event), ("PLACE", place), ("ANSWER", answer)):
+        script = script.replace(name, json.dumps(value))
+    page.evaluate(script)
 
 
 @contextmanager
@@ -108,8 +109,7 @@ def clicks(chromium, url: str, kind: str, count: int, rest: bool) -> list[tuple[
     frame, out = inside(page), []
     for _ in range(count):
         _rest(page, rest)
-        page.evaluate(_WAIT.replace("SELECTOR", '".verdict"').replace(
-            "CONDITION", "e => e.dataset.stage !== 'verdict'"))
+        watch(page, "pointerdown", "#verdict", ".verdict:not([data-stage='verdict'])")
         page.mouse.click(frame["left"] + chance.random() * frame["width"],
                          frame["top"] + chance.random() * frame["height"])
         spent = page.evaluate("window.measured")
@@ -125,7 +125,7 @@ def slides(chromium, url: str, count: int, rest: bool) -> list[float]:
     box = page.locator(".field-omega input[type=range]").bounding_box()
     for i in range(count):
         _rest(page, rest)
-        page.evaluate(_WAIT.replace("SELECTOR", '".verdict"').replace("CONDITION", "e => true"))
+        watch(page, "pointerdown", "#verdict", ".verdict")
         share = 0.1 + 0.8 * (0.382 * i % 1)  # far from the handle: a click there moves nothing
         page.mouse.click(box["x"] + box["width"] * share, box["y"] + box["height"] / 2)
         out.append(page.evaluate("window.measured"))
@@ -140,8 +140,8 @@ def maps(chromium, url: str, kind: str, most: float) -> dict[str, float]:
     out = {"opened": time.perf_counter() - began}
     for name, condition in (("coarse", "stride <= 8"), ("fine", "stride <= 1"), ("all", "share >= 1")):
         try:
-            page.wait_for_function(_ALL_FUNCTION.replace("CONDITION", condition), timeout=1000 * most)
-        except Exception:
+            page.wait_for_function(_HOW_FAR.replace("CONDITION", condition), timeout=1000 * most)
+        except TimeoutError:
             break
         out[name] = time.perf_counter() - began
     page.close()
@@ -153,7 +153,7 @@ def first_maps(chromium, url: str, count: int) -> list[float]:
     page, out = opened(chromium, f"{url}?{KINDS['torsional']}&{MAP}"), []
     for i in range(count):
         page.wait_for_timeout(3000)
-        page.evaluate(_FIRST_MAP)
+        watch(page, "change", "#legend", "#legend [data-stride='16'], #legend [data-stride='8']")
         field = page.locator(".field-zeta input[type=text]")
         field.fill(f"{0.026 + 0.002 * i:g}")
         field.press("Enter")
@@ -162,45 +162,31 @@ def first_maps(chromium, url: str, count: int) -> list[float]:
     return out
 
 
-_FIRST_MAP = """
-window.measured = new Promise((done) => {
-  const legend = document.getElementById("legend"), before = legend.innerHTML
-  const look = () => {
-    if (legend.innerHTML !== before && legend.querySelector("[data-stride='16'], [data-stride='8']"))
-      setTimeout(() => done(performance.now() - window.began))
-    else requestAnimationFrame(look)
-  }
-  document.addEventListener("change", () => { window.began = performance.now() }, {capture: true, once: true})
-  requestAnimationFrame(look)
-})
-0
-"""
-
-_ALL_FUNCTION = "() => {" + _ALL + """
-  const e = all("[data-stride]")[0]
-  if (!e) return false
-  const stride = Number(e.dataset.stride), share = Number(e.dataset.share)
+_HOW_FAR = """() => {
+  const {stride, share} = document.querySelector("[data-stride]")?.dataset ?? {stride: Infinity, share: 0}
   return CONDITION
 }"""
 
 
-def lasting(minutes: float) -> dict[str, object]:
-    """Random clicks, drags, wheels, sliders and keys, each score of them answered; memory at the begin and the end."""
+def lasting(minutes: float) -> Iterator[tuple[str, object]]:
+    """Random clicks, drags, wheels, sliders and keys, each score of them answered; memory every minute, since one that
+    only fills up to what the work needs looks like a leak at its end."""
     errors: list[str] = []
     with served() as (url, process), browser() as chromium:
         page, chance, done, waits = opened(chromium, url, errors), random.Random(2), 0, []
         _exercise(page, chance, 60)
-        memory, end = [_memory(process, page)], time.monotonic() + 60 * minutes
-        while time.monotonic() < end:
-            _exercise(page, chance, 20)
-            waits.append(_answered(page, errors))
-            done += 20
-            memory.append(_memory(process, page))
+        began = time.monotonic()
+        for minute in count():
+            yield f"memory after {minute} min, MiB", _memory(process, page)
+            if minute >= minutes:
+                break
+            while time.monotonic() < began + 60 * (minute + 1):
+                _exercise(page, chance, 20)
+                waits.append(_answered(page, errors))
+                done += 20
         page.wait_for_selector(".busy.idle", timeout=240_000)
-    return {"actions": done, "errors": errors, "longest wait for an answer, s": max(waits), "memory, MiB": {
-        name: {"begin": memory[0][name], "end": memory[-1][name], "most": max(m[name] for m in memory)}
-        for name in memory[0]
-    }}
+        yield "memory at rest, MiB", _memory(process, page)
+    yield "summary", {"actions": done, "errors": errors, "longest wait for an answer, s": max(waits)}
 
 
 def _answered(page: Page, errors: list[str]) -> float:
@@ -270,27 +256,27 @@ def _summary(found: list[tuple[str, float]]) -> dict[str, object]:
     wild = [ms for label, ms in found if label == "chaotic"]
     calm = [ms for label, ms in found if label != "chaotic"]
     return {
-        "median": statistics.median(ms for _, ms in found), "most": max(ms for _, ms in found),
+        **_spread([ms for _, ms in found]),
         "chaotic": wild and statistics.median(wild), "others": calm and statistics.median(calm),
         "points": len(found), "chaotic points": len(wild),
     }
 
 
-def measure(count: int, most: float) -> dict[str, object]:
+def measure(points: int, most: float) -> Iterator[tuple[str, object]]:
     """All the times."""
-    out: dict[str, object] = {}
     with served() as (url, _), browser() as chromium:
         opened(chromium, url).close()
         for rest, when in ((True, "at rest"), (False, "while others compute")):
             for kind in KINDS:
-                out[f"click to dossier, {kind}, {when}, ms"] = _summary(clicks(chromium, url, kind, count, rest))
-            found = slides(chromium, url, count, rest)
-            out[f"slider to portrait, {when}, ms"] = {"median": statistics.median(found), "most": max(found)}
-        found = first_maps(chromium, url, count)
-        out["first map with another damping, s"] = {"median": statistics.median(found), "most": max(found)}
+                yield f"click to dossier, {kind}, {when}, ms", _summary(clicks(chromium, url, kind, points, rest))
+            yield f"slider to portrait, {when}, ms", _spread(slides(chromium, url, points, rest))
+        yield "first map with another damping, s", _spread(first_maps(chromium, url, points))
         for kind in KINDS:
-            out[f"map, {kind}, s"] = maps(chromium, url, kind, most)
-    return out
+            yield f"map, {kind}, s", maps(chromium, url, kind, most)
+
+
+def _spread(found: list[float]) -> dict[str, float]:
+    return {"median": statistics.median(found), "most": max(found)}
 
 
 def main() -> None:
@@ -300,7 +286,8 @@ def main() -> None:
     parser.add_argument("--most", type=float, default=60, help="longest wait for each stage of a map, s")
     chosen = parser.parse_args()
     list(warmup())
-    print(json.dumps(lasting(chosen.minutes) if chosen.minutes else measure(chosen.count, chosen.most), indent=1))
+    for name, found in lasting(chosen.minutes) if chosen.minutes else measure(chosen.count, chosen.most):
+        print(f"{name}: {json.dumps(found)}", flush=True)
 
 
 if __name__ == "__main__":

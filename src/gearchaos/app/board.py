@@ -19,6 +19,7 @@ from gearchaos.app.figures.phase import PhaseFigure
 from gearchaos.app.figures.portrait import PortraitFigure
 from gearchaos.app.figures.spectrum import SpectrumFigure
 from gearchaos.app.figures.style import plain
+from gearchaos.app.forms import words_for
 from gearchaos.app.maps import Map
 from gearchaos.app.state import View
 from gearchaos.plot._axes import symbol
@@ -173,6 +174,4 @@ class Board:
 
 def axis_words(name: str) -> str:
     """The label of an axis of the map."""
-    from gearchaos.app.forms import words_for
-
     return f"{words_for(name)} {plain(symbol(name))}".strip()

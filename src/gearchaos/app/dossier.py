@@ -43,8 +43,10 @@ class Dossier:
 
     def after(self, before: Dossier | None) -> Dossier:
         """With the motion that was known before, if it is the same; it is sent only once."""
-        alike = before is not None and (before.model, before.verdict.label) == (self.model, self.verdict.label)
-        return replace(self, motion=before.motion) if self.motion is None and before and alike else self
+        if before is None or self.motion is not None:
+            return self
+        alike = (before.model, before.verdict.label) == (self.model, self.verdict.label)
+        return replace(self, motion=before.motion) if alike else self
 
 
 def dossier(model: MeshModel) -> Generator[Dossier]:

@@ -22,6 +22,12 @@ class EngineLostError(OSError):
     """The engine is gone, and with it the tiles under way."""
 
 
+def cut_off(error: BaseException | None) -> bool:
+    """Whether a tile's error only says that its engine cannot be reached any more; Dask's own error is known by name,
+    since Dask may not be installed."""
+    return isinstance(error, ConnectionError) or type(error).__name__ == "CommClosedError"
+
+
 @dataclass(frozen=True)
 class Pool:
     """An open engine: an executor, how many tiles it computes at once, a check that it is still there, and how many

@@ -153,7 +153,7 @@ def _ahead(pool: engines.Pool, attempt: int) -> int:
 def _error(future: Future[str | None]) -> str | None:
     """What went wrong with a tile, in words; raises what concerns all tiles."""
     error = None if future.cancelled() else future.exception()
-    if future.cancelled() or isinstance(error, ConnectionError) or type(error).__name__ == "CommClosedError":
+    if future.cancelled() or engines.cut_off(error):
         raise engines.EngineLostError(f"the cluster is gone. {engines.KEPT}")
     if isinstance(error, BrokenExecutor):
         return "the process that computed it died"

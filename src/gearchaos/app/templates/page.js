@@ -1,4 +1,4 @@
-// What figures cannot do: words, address bar, clipboard, downloads, buttons, arrow keys.
+// What figures cannot do: words, fields and lists, buttons, arrow keys, address bar, clipboard, downloads.
 
 // Bokeh asks the browser for the style of every line and letter it draws, in case a style sheet sets it, and for the size
 // of letters; it lays a figure out and draws it again whenever its tick labels get shorter. That takes two thirds of the
