@@ -2,7 +2,7 @@
 
 No orbit is polished and nothing is ended early: a motion is periodic if it has come back for a long while, chaotic if
 its largest exponent is positive over a long run, quasi-periodic if that exponent is zero. What is none of these by
-then, or might be a spiral that takes long, is run for ten times as long. Every cell is run from three starts that
+then, or might be a spiral that takes long, is run for ten times as long. Every cell is run from seven starts that
 differ by 1e-9: where chaos is a transient, rounding decides when it ends and on which motion, so brute force itself may
 give several labels. ``python -m oracles.brute_force`` in tests/ writes the table anew (a few minutes on two cores).
 """
@@ -26,7 +26,7 @@ TABLE = Path(__file__).parent.parent / "data" / "brute_force.csv"
 FIGURES = (2, 5, 10, 11)
 CELLS = 500
 PERIODS = 20_000
-NUDGES = (0.0, 1e-9, -1e-9)
+NUDGES = (0.0, 1e-9, -1e-9, 2e-9, -2e-9, 3e-9, -3e-9)
 FIELDS = ("figure", "column", "row", "x", "y", "labels", "settled", "lyapunov")
 _LOOKS = (80, 160, 320, 640, 1280, 2560, 5120, 10_240, PERIODS)
 _LONGEST = 512
@@ -83,8 +83,9 @@ def _run(flow: ExactFlow, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nda
         settled = np.where(back & (settled == 0), periods, np.where(back, settled, 0))
     label, exponent = _label(flow, np.arange(CELLS), w, out.sections, _EXPONENT)
     slow = np.flatnonzero(np.isin(label, ("quasi-periodic", "undecided")))
-    out = flow.advance(w[:, slow], 9 * PERIODS, points=slow, sections=2 * _LONGEST)
-    label[slow], exponent[slow] = _label(flow, slow, out.w, out.sections, 5 * _EXPONENT)
+    if len(slow):
+        out = flow.advance(w[:, slow], 9 * PERIODS, points=slow, sections=2 * _LONGEST)
+        label[slow], exponent[slow] = _label(flow, slow, out.w, out.sections, 5 * _EXPONENT)
     return label, settled, np.round(exponent, 6)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearchaos.flow import measure, stop, tables
-from gearchaos.flow.layout import BLOCK, Lanes, Nodes, chunk
+from gearchaos.flow.layout import BLOCK, Lanes, Nodes, chunk, row_length
 from gearchaos.flow.period import advance_block
 from gearchaos.switched import SwitchedAffine
 
@@ -169,28 +169,29 @@ class ExactFlow:
     ) -> None:
         """Run one block of lanes and put its results in their places."""
         d, n, k = self.dimension, len(mine), len(tangent)
+        width = row_length(n)
         lanes = Lanes(
-            np.zeros(BLOCK, np.int64), np.zeros(BLOCK), np.zeros((2, d, BLOCK)), np.zeros((2, k, d, BLOCK)),
-            np.zeros(BLOCK, np.int64), measure.empty(BLOCK),
+            np.zeros(width, np.int64), np.zeros(width), np.zeros((2, d, width)), np.zeros((2, k, d, width)),
+            np.zeros(width, np.int64), measure.empty(width),
         )
         lanes.point[:n] = self._place[points[mine]]
         lanes.w[0, :, :n] = w[:, mine]
         lanes.v[0, :, :, :n] = tangent[:, :, mine]
-        growth = np.zeros((len(out.growth), k, n))
+        w_end, v_end, growth = np.empty((d, n)), np.empty((k, d, n)), np.zeros((len(out.growth), k, n))
         sections = np.full((len(out.sections), d, n), np.nan)
         samples = np.zeros((len(out.samples), out.samples.shape[1], d + 1, n))
         slots = group.table.shape[1] if group.table.shape[1] <= _MOST_SLOTS else 1
-        active, bounds = np.zeros((slots, group.table.shape[3], BLOCK)), np.zeros((slots, d, BLOCK))
+        active, bounds = np.zeros((slots, group.table.shape[3], width)), np.zeros((slots, d, width))
         h, k = self.harmonics
         measured = out.measures.shape[0] > 0
-        parity = advance_block(
+        advance_block(
             (0,) * d, group.phys, h, k, group.nodes, group.table, group.kept, lanes, chunk(d, h, k), active,
-            np.full((slots, BLOCK), np.nan), bounds, np.zeros(BLOCK), ends[mine], measured,
-            group.stride if len(growth) else 0, growth, sections, samples,
+            np.full((slots, width), np.nan), bounds, np.zeros(width), ends[mine], measured,
+            group.stride if len(growth) else 0, w_end, v_end, growth, sections, samples,
             self.sample_at if len(samples) else np.zeros(0, np.int64),
         )
-        out.w[:, mine] = lanes.w[parity, :, :n]
-        out.tangent[:, :, mine] = lanes.v[parity, :, :, :n]
+        out.w[:, mine] = w_end
+        out.tangent[:, :, mine] = v_end
         out.status[mine] = lanes.status[:n]
         out.growth[:, :, mine] = growth
         out.sections[:, :, mine] = sections

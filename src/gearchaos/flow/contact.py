@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from gearchaos.flow.jit import kernel
 from gearchaos.flow.layout import ORDER, rows
-from gearchaos.flow.simd import any_lane, load, select, splat, store, vabs, vfma, vsqrt
+from gearchaos.flow.simd import any_lane, least, load, select, splat, store, vabs, vfma, vsqrt
 
 _ARRIVED = 1e-15
 _GRAZING_SPEED = 1e-8
 _PROBE = 1e-3
+_CLOSE = 1e-9
 _LIMIT = 400
 _NEVER = 2.0
 LOST = 2.0
@@ -30,11 +31,6 @@ def _safe_stride(gap, slope, bend):
     step = select(closing, gap + gap, slope + root) / select(closing, root - slope, zero - bend)
     rootless = (closing & (square < zero)) | ((zero <= slope) & (zero <= bend))
     return select(rootless, splat(_NEVER), step)
-
-
-@kernel
-def _least(a, b):
-    return select(a < b, a, b)
 
 
 @kernel
@@ -119,6 +115,17 @@ def _leaving(ws, coef, d, s, above, below, sigma, beyond):
 
 
 @kernel
+def _window(error, speed, step, inside):
+    """Within what distance of the next place the boundary will be, if it was within reach: by the bound for the error
+    of the stride, where the motion is not much slower there. Bounds are the sharper the closer the window is.
+    """
+    far = splat(_NEVER)
+    guess = splat(4.0) * error / speed
+    guess = select(guess < far, select(guess < splat(_CLOSE), splat(_CLOSE), guess), far)
+    return select(step <= inside, guess, far)
+
+
+@kernel
 def find_exits(dims, ws):
     """The share of the piece done when each lane leaves its contact state, 1 if it stays, and the state beyond.
 
@@ -133,22 +140,23 @@ def find_exits(dims, ws):
     up, down = _signs(sigma)
     out, to, touch, probe = splat(_NEVER), sigma, splat(-_NEVER), splat(_PROBE)
     s = select(splat(0.0) < load(ws, at.h), splat(0.0), splat(_NEVER))  # lanes that are done wait
+    going, reach = s <= splat(1.0), splat(_NEVER)
+    rise, slope, bend = splat(0.0), load(ws, at.coef + d), splat(2.0) * load(ws, at.coef + 2 * d)
     for _ in range(_LIMIT):
-        going = s <= splat(1.0)
-        if not any_lane(going):
-            break
-        rise, slope, bend = _rise(ws, at.coef, d, s)
         over, under = vfma(up, rise, above), vfma(down, rise, below)
-        window = splat(0.5) * (s - touch)
-        inside = _least(window, splat(1.0) - s)
-        step, beyond = _stride(over, under, slope, bend, third * inside, inside, sigma)
+        window = least(reach, select(touch < splat(0.0), splat(_NEVER), splat(0.5) * (s - touch)))
+        inside = least(window, splat(1.0) - s)
+        spread = third * inside
+        step, beyond = _stride(over, under, slope, bend, spread, inside, sigma)
         speed = vabs(slope)
-        sure = step * step * third <= splat(_ARRIVED) * speed
+        error = spread * step * step
+        sure = error <= splat(_ARRIVED) * speed
         leaving = going & (splat(_GRAZING_SPEED) < speed) & sure & (step <= inside)
-        near = (step < splat(_PROBE)) & (_least(over, under) <= splat(_ARRIVED))
+        near = (step < splat(_PROBE)) & (least(over, under) <= splat(_ARRIVED))
         touching = going & (speed <= splat(_GRAZING_SPEED)) & ((step <= splat(_ARRIVED)) | near)
         root = s + step
-        step = select(touch < splat(0.0), step, _least(step, window))
+        reach = _window(error, speed, step, inside)
+        step = least(step, window)
         if any_lane(touching):
             through = touching & _leaving(ws, at.coef, d, s + probe, above, below, sigma, beyond)
             leaving, root = leaving | through, select(through, s, root)
@@ -157,6 +165,10 @@ def find_exits(dims, ws):
         out, to = select(leaving, root, out), select(leaving, beyond, to)
         step = select(leaving, splat(_NEVER), step)
         s = select(going, s + step, s)
+        going = s <= splat(1.0)
+        if not any_lane(going):
+            break
+        rise, slope, bend = _rise(ws, at.coef, d, s)
     to = select(s <= splat(1.0), splat(LOST), to)
     store(ws, at.share, select(out > splat(1.0), splat(1.0), out))
     store(ws, at.beyond, to)

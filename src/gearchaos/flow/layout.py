@@ -1,8 +1,8 @@
 """The plain arrays that kernels work on: what stands where.
 
-Trajectories are *lanes*. A block of lanes takes affine steps side by side; the few lanes that may switch contact in a
-step are resolved in chunks of `WIDTH`, whose workspace is one flat array with constant offsets, so that the compiler
-sees straight vector code.
+Trajectories are *lanes*. A block of lanes takes affine steps, `WIDTH` of them side by side; the few lanes that may
+switch contact in a step are resolved in chunks of `WIDTH`, whose workspace is one flat array with constant offsets, so
+that the compiler sees straight vector code.
 """
 
 from __future__ import annotations
@@ -127,6 +127,15 @@ class Nodes(NamedTuple):
     level: np.ndarray
     length: np.ndarray
     wave: np.ndarray
+
+
+def row_length(lanes: int) -> int:
+    """Floats in the rows of a block of so many lanes, B: whole chunks, and an odd number of them.
+
+    Rows that stand a power of two apart all fall into the same few sets of the first-level cache, and drive each other
+    out of it.
+    """
+    return (-(-lanes // WIDTH) | 1) * WIDTH
 
 
 class Lanes(NamedTuple):

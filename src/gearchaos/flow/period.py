@@ -9,7 +9,7 @@ import numpy as np
 from gearchaos.flow.jit import fma, inlined, kernel
 from gearchaos.flow.layout import DIVERGED, DIVERGED_AT, OK
 from gearchaos.flow.resolve import measure, resolve
-from gearchaos.flow.step import affine, collect, load, load_bounds, matvec, stale, suspects
+from gearchaos.flow.step import affine, collect, load_bounds, load_matrices, matvec, stale, suspects
 
 _NOBODY = np.nan
 """The contact state of matrices that are nobody's: unequal to any."""
@@ -61,7 +61,7 @@ def _one_step(
     count = collect(flags, 1.0, work.lane, n)
     if count > 0:
         resolve(dims, phys, h, k, nodes, step, lanes, work, count, now, measuring)
-        load(table, nodes.piece[step], lanes.point, lanes.sigma, active, loaded, work.lane, count)
+        load_matrices(table, nodes.piece[step], lanes.point, lanes.sigma, active, loaded, work.lane, count)
 
 
 @kernel
@@ -80,15 +80,14 @@ def _copy(source, target, n):
 
 
 @kernel
-def _retire(ends, period, lanes, now, n):
-    """Let lanes go that have had their periods, with their state at both parities; returns how many go on."""
-    new = 1 - now
-    while ends[n - 1] <= period:
+def _retire(ends, period, lanes, now, w, v, n):
+    """Let lanes go that have had their periods, and keep their final state; returns how many go on."""
+    while n > 0 and ends[n - 1] <= period:
         n -= 1
         for i in range(lanes.w.shape[1]):
-            lanes.w[new, i, n] = lanes.w[now, i, n]
+            w[i, n] = lanes.w[now, i, n]
             for c in range(lanes.v.shape[1]):
-                lanes.v[new, c, i, n] = lanes.v[now, c, i, n]
+                v[c, i, n] = lanes.v[now, c, i, n]
     return n
 
 
@@ -115,24 +114,24 @@ def _sample(lanes, now, target, n):
 @kernel
 def advance_block(
     dims, phys, h, k, nodes, table, kept, lanes, work, active, loaded, bounds, flags, ends, measuring, stride,
-    growth, sections, samples, sample_at,
+    w, v, growth, sections, samples, sample_at,
 ):
     """Advance n lanes from phase 0, each by so many whole periods as ``ends`` (n,) says, the longest first.
 
-    ``growth`` (periods, K, n) takes the logarithms of the tangent vectors' growth in each period if ``stride`` > 0,
-    the number of steps between orthonormalisations. ``sections`` (S, d, n) takes the state after each of a lane's
-    last S periods, ``samples`` (periods, number of samples, d + 1, n) the state and contact state at the nodes
-    ``sample_at``. ``active`` (slots, rows, n) holds the step matrices of each lane's contact state for every piece if
-    there is a slot for it, with the contact states ``loaded`` (slots, n) they are of; with one slot they are loaded
-    anew for each piece. ``bounds`` (slots, d, n) tell a harmless step.
-    Returns the parity at which the final state stands.
+    ``w`` (d, n) and ``v`` (K, d, n) take the final states and tangent vectors. ``growth`` (periods, K, n) takes the
+    logarithms of the tangent vectors' growth in each period if ``stride`` > 0, the number of steps between
+    orthonormalisations. ``sections`` (S, d, n) takes the state after each of a lane's last S periods, ``samples``
+    (periods, number of samples, d + 1, n) the state and contact state at the nodes ``sample_at``. ``active``
+    (slots, rows, B) holds the step matrices of each lane's contact state for every piece if there is a slot for it,
+    with the contact states ``loaded`` (slots, B) they are of; with one slot they are loaded anew for each piece.
+    ``bounds`` (slots, d, B) tell a harmless step.
     """
     n = len(ends)
     now = np.int64(0)  # a literal 0 would compile everything below twice
     last = len(nodes.piece) - 1
     contact_state(lanes.w[0], lanes.sigma, n)
     for period in range(ends[0]):
-        n = _retire(ends, period, lanes, now, n)
+        n = _retire(ends, period, lanes, now, w, v, n)
         wanted = 0
         for step in range(last + 1):
             if wanted < len(sample_at) and sample_at[wanted] == step:
@@ -145,7 +144,7 @@ def advance_block(
                 if len(active) == 1 or period == 0:
                     load_bounds(dims, phys, nodes, step, lanes.point, bounds[slot], n)
                 count = stale(loaded[slot], lanes.sigma, work.lane, n)
-                load(
+                load_matrices(
                     table, nodes.piece[step], lanes.point, lanes.sigma, active[slot], loaded[slot], work.lane, count
                 )
             _one_step(
@@ -157,4 +156,4 @@ def advance_block(
                 orthonormalise(dims, lanes.v[now], growth[period], n)
         _mark_diverged(lanes.w[now], lanes.status, n)
         _record(lanes.w[now], ends, period + 1, sections, n)
-    return now
+    _retire(ends, ends[0], lanes, now, w, v, n)

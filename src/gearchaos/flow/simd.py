@@ -15,6 +15,8 @@ from numba import config, types
 from numba.core import cgutils
 from numba.extending import intrinsic, models, overload, register_model
 
+from gearchaos.flow.jit import inlined
+
 WIDTH = 8
 """Lanes of a vector: one register with 512 bits, two with 256."""
 
@@ -59,7 +61,7 @@ def _call(builder, name, args):
 
 
 def _address(context, builder, array_type, array, row):
-    """Pointer to the vector that is row ``row`` of a flat array."""
+    """Pointer to the vector that is row ``row`` of a contiguous array."""
     data = context.make_array(array_type)(context, builder, array).data
     offset = builder.mul(row, context.get_constant(types.intp, WIDTH))
     return builder.bitcast(builder.gep(data, [offset]), _DOUBLES.as_pointer())
@@ -67,7 +69,7 @@ def _address(context, builder, array_type, array, row):
 
 @intrinsic
 def load(typingctx, array, row):
-    """Row ``row`` of a flat array (rows * WIDTH,) as a vector."""
+    """Row ``row`` of a contiguous array of rows * WIDTH floats, flat or not, as a vector."""
 
     def codegen(context, builder, signature, args):
         return builder.load(_address(context, builder, signature.args[0], *args), align=8)
@@ -77,7 +79,7 @@ def load(typingctx, array, row):
 
 @intrinsic
 def store(typingctx, array, row, value):
-    """Write a vector to row ``row`` of a flat array."""
+    """Write a vector to row ``row`` of a contiguous array of rows * WIDTH floats, flat or not."""
 
     def codegen(context, builder, signature, args):
         pointer = _address(context, builder, signature.args[0], *args[:2])
@@ -180,11 +182,11 @@ _overload_operator(operator.or_, mask, ir.IRBuilder.or_, mask)
 
 
 def _numpy_load(array, row):
-    return array[row * WIDTH : (row + 1) * WIDTH].copy()
+    return array.reshape(-1)[row * WIDTH : (row + 1) * WIDTH].copy()
 
 
 def _numpy_store(array, row, value):
-    array[row * WIDTH : (row + 1) * WIDTH] = value
+    array.reshape(-1)[row * WIDTH : (row + 1) * WIDTH] = value
 
 
 if config.DISABLE_JIT:
@@ -193,3 +195,9 @@ if config.DISABLE_JIT:
 
     def splat(value):
         return np.full(WIDTH, float(value))
+
+
+@inlined
+def least(a, b):
+    """The lesser of two vectors, lane by lane."""
+    return select(a < b, a, b)
