@@ -90,7 +90,7 @@ def test_refining_finds_every_cell_of_a_smooth_boundary():
         calls.append(len(cells))
         return {"label": label[cells], "period": np.ones_like(cells), "reason": np.ones_like(cells)}
 
-    found = refined(compute, np.arange(256 * 200).reshape(256, 200), 16)
+    found = refined(compute, np.arange(256 * 200), 200, 16)
     np.testing.assert_array_equal(found["label"], label)
     assert sum(calls) == np.sum(found["inferred"] == 0) < 0.2 * label.size
 

@@ -7,7 +7,7 @@ found whole wherever the lattice meets it; what lies wholly between lattice line
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 
 import numpy as np
 from scipy.ndimage import binary_dilation, maximum_filter, minimum_filter
@@ -24,72 +24,104 @@ _NEARBY = 7
 Cells = Callable[[np.ndarray], dict[str, np.ndarray]]
 """From the numbers (L,) of some cells what is found of them, arrays (L,) by name."""
 
+Rounds = Generator[np.ndarray, np.ndarray]
+"""Asks for cells by their places (L,) and takes what kinds of motion they have (L,)."""
 
-def refined(compute: Cells, cells: np.ndarray, coarse: int) -> dict[str, np.ndarray]:
-    """What is found, or inferred, of a rectangle of cells (rows, columns) of a map, arrays (rows * columns,) by name.
 
-    ``coarse`` is the first step of the lattice, a power of two. ``inferred`` is 1 where a cell was not computed: it has
-    the label and period of its block's corners, and nothing else.
+def refined(compute: Cells, cells: np.ndarray, columns: int, coarse: int) -> dict[str, np.ndarray]:
+    """What is found, or inferred, of some cells (N,) of a map with so many columns, arrays (N,) by name.
+
+    They are whole parts of `SIDE` rows and columns of it. ``coarse`` is the first step of the lattice, a power of two.
+    ``inferred`` is 1 where a cell was not computed: it has the label and period of its block's corners, and nothing
+    else. What all parts ask for next is computed together, since a few cells cost nearly as much as many.
     """
-    work = _Refinement(compute, cells)
-    step = coarse if min(cells.shape) > 1 else 1
-    work.add(work.lattice(step))
-    while step > 1:
-        work.add(work.refine(step, beside=step == coarse))
-        step //= 2
-    while (doubtful := work.doubtful()).any():
-        work.add(doubtful)
-    return work.finish()
+    parts = [_Refinement(places) for places in _parts(cells, columns)]
+    running, found = [part.rounds(coarse) for part in parts], dict[str, np.ndarray]()
+    asked = [next(one) for one in running]
+    while running:
+        places, ends = np.concatenate(asked), np.cumsum([len(a) for a in asked])
+        new = compute(cells[places])
+        _put(found, new, places, len(cells))
+        answers = [_answer(*pair) for pair in zip(running, np.split(_kinds(new), ends[:-1]), strict=True)]
+        running = [one for one, answer in zip(running, answers, strict=True) if answer is not None]
+        asked = [answer for answer in answers if answer is not None]
+    found["inferred"] = np.zeros(len(cells), dtype=np.int8)
+    for part in parts:
+        _infer(found, *part.guessed())
+    return found
 
 
-def in_parts(compute: Cells, cells: np.ndarray, columns: int, coarse: int) -> dict[str, np.ndarray]:
-    """`refined` for some cells (N,) of a map with so many columns, whole parts of `SIDE` rows and columns of it."""
+def _parts(cells: np.ndarray, columns: int) -> list[np.ndarray]:
+    """Where the cells of every part stand among all, (rows, columns)."""
     row, column = np.divmod(cells, columns)
-    part = (row // SIDE) * (columns // SIDE + 1) + column // SIDE
-    out: dict[str, np.ndarray] = {}
-    for number in np.unique(part):
-        mine = np.flatnonzero(part == number)
-        rectangle = cells[mine].reshape(len(np.unique(row[mine])), -1)
-        for name, values in refined(compute, rectangle, coarse).items():
-            out.setdefault(name, np.empty(len(cells), values.dtype))[mine] = values
-    return out
+    number = (row // SIDE) * (columns // SIDE + 1) + column // SIDE
+    order = np.argsort(number, kind="stable")
+    parts = np.split(order, np.flatnonzero(np.diff(number[order])) + 1)
+    return [places.reshape(len(np.unique(row[places])), -1) for places in parts]
+
+
+def _kinds(found: dict[str, np.ndarray]) -> np.ndarray:
+    """A number for every kind and period of motion."""
+    return found["label"].astype(np.int64) * 2**32 + found["period"]
+
+
+def _put(found: dict[str, np.ndarray], new: dict[str, np.ndarray], places: np.ndarray, count: int) -> None:
+    """Put what is new in its places among all."""
+    for name, values in new.items():
+        if name not in found:
+            found[name] = np.full(count, blank(name, values.dtype), values.dtype)
+        found[name][places] = values
+
+
+def _answer(one: Rounds, kinds: np.ndarray) -> np.ndarray | None:
+    """What a part asks for after this answer, if anything."""
+    try:
+        return one.send(kinds)
+    except StopIteration:
+        return None
+
+
+def _infer(found: dict[str, np.ndarray], places: np.ndarray, kinds: np.ndarray) -> None:
+    """Give cells the kinds that were inferred, and say so."""
+    found["label"][places], found["period"][places] = np.divmod(kinds, 2**32)
+    found["reason"][places], found["inferred"][places] = Reason.INFERRED, 1
 
 
 class _Refinement:
-    """Cells of a rectangle, computed step by step; blocks that are alike are settled and left alone."""
+    """A rectangle of cells, asked for step by step; blocks that are alike are settled and left alone."""
 
-    def __init__(self, compute: Cells, cells: np.ndarray) -> None:
-        self.compute, self.cells = compute, cells
-        self.known = np.zeros(cells.shape, dtype=bool)
-        self.kind = np.zeros(cells.shape, dtype=np.int64)
-        self.found: dict[str, np.ndarray] = {}
+    def __init__(self, places: np.ndarray) -> None:
+        self.places = places
+        self.known = np.zeros(places.shape, dtype=bool)
+        self.kind = np.zeros(places.shape, dtype=np.int64)
+
+    def rounds(self, coarse: int) -> Rounds:
+        """The places of cells to be computed, again and again; takes their kinds."""
+        step = coarse if min(self.places.shape) > 1 else 1
+        yield from self.add(self.lattice(step))
+        while step > 1:
+            yield from self.add(self.refine(step, beside=step == coarse))
+            step //= 2
+        while (doubtful := self.doubtful()).any():
+            yield from self.add(doubtful)
 
     def lines(self, step: int) -> tuple[np.ndarray, np.ndarray]:
         """Rows and columns of a lattice, the last ones included."""
-        rows, columns = (np.unique(np.append(np.arange(0, n, step), n - 1)) for n in self.cells.shape)
+        rows, columns = (np.unique(np.append(np.arange(0, n, step), n - 1)) for n in self.places.shape)
         return rows, columns
 
     def lattice(self, step: int) -> np.ndarray:
         """Which cells (rows, columns) are on it."""
-        out = np.zeros(self.cells.shape, dtype=bool)
+        out = np.zeros(self.places.shape, dtype=bool)
         out[np.ix_(*self.lines(step))] = True
         return out
 
-    def add(self, wanted: np.ndarray) -> None:
-        """Compute those of the wanted cells that are not known."""
+    def add(self, wanted: np.ndarray) -> Rounds:
+        """Ask for those of the wanted cells that are not known."""
         new = wanted & ~self.known
-        if not new.any():
-            return
-        for name, values in self.compute(self.cells[new]).items():
-            if name not in self.found:
-                self.found[name] = np.full(self.cells.shape, blank(name, values.dtype), values.dtype)
-            self.found[name][new] = values
-        self.known |= new
-        self.kind[new] = self._kinds()[new]
-
-    def _kinds(self) -> np.ndarray:
-        """A number for every kind and period of motion."""
-        return self.found["label"].astype(np.int64) * 2**32 + self.found["period"]
+        if new.any():
+            self.kind[new] = yield self.places[new]
+            self.known |= new
 
     def refine(self, step: int, beside: bool) -> np.ndarray:
         """Which cells the next lattice has in blocks whose corners differ, or lie ``beside`` such; fill the others."""
@@ -99,11 +131,11 @@ class _Refinement:
         mixed = complete & (kind != kind[0]).any(axis=0)
         finer = binary_dilation(mixed, np.ones((3, 3))) & complete if beside else mixed
         self._fill(complete & ~finer, rows, columns)
-        return self.lattice(step // 2) & _cover(finer, rows, columns, self.cells.shape)
+        return self.lattice(step // 2) & _cover(finer, rows, columns, self.places.shape)
 
     def _fill(self, blocks: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> None:
         """Give the kind of their corners to the cells of some blocks that are not known."""
-        inside = _cover(blocks, rows, columns, self.cells.shape) & ~self.known
+        inside = _cover(blocks, rows, columns, self.places.shape) & ~self.known
         i, j = np.nonzero(inside)
         at = rows[np.searchsorted(rows, i, side="right") - 1], columns[np.searchsorted(columns, j, side="right") - 1]
         self.kind[i, j] = self.kind[at]
@@ -115,13 +147,9 @@ class _Refinement:
         low = minimum_filter(np.where(self.known, self.kind, most), size=_NEARBY)
         return ~self.known & (((high > least) & (high != self.kind)) | ((low < most) & (low != self.kind)))
 
-    def finish(self) -> dict[str, np.ndarray]:
-        """All arrays, with what was inferred."""
-        guessed = ~self.known
-        self.found["label"][guessed], self.found["period"][guessed] = np.divmod(self.kind[guessed], 2**32)
-        self.found["reason"][guessed] = Reason.INFERRED
-        self.found["inferred"] = guessed.astype(np.int8)
-        return {n: v.ravel() for n, v in self.found.items()}
+    def guessed(self) -> tuple[np.ndarray, np.ndarray]:
+        """Places and kinds of the cells that were inferred."""
+        return self.places[~self.known], self.kind[~self.known]
 
 
 def _corners(values: np.ndarray) -> np.ndarray:

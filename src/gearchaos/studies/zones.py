@@ -19,7 +19,7 @@ from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.evidence import evidence
 from gearchaos.studies.plan import Plan
 from gearchaos.studies.plane import at_cells, check_plane, shared_coordinates
-from gearchaos.studies.refine import SIDE, in_parts
+from gearchaos.studies.refine import SIDE, refined
 from gearchaos.studies.survey import Launch, survey
 from gearchaos.switched import switched
 
@@ -77,7 +77,7 @@ def plan(
         options: dict[str, Any] = {"budget": budget, "progress": progress, "threads": threads}
         if refine == 1:
             return _cells(model, x, y, cells, starts, **options)
-        return in_parts(lambda chosen: _cells(model, x, y, chosen, 1, **options), cells, x.count, refine)
+        return refined(lambda chosen: _cells(model, x, y, chosen, 1, **options), cells, x.count, refine)
 
     def finish(found: dict[str, np.ndarray], **_: Any) -> xr.Dataset:
         data = {n: variable(n, (y.name, x.name), v.reshape(y.count, x.count)) for n, v in found.items()}
