@@ -27,6 +27,10 @@ _POLITE = 15
 _LOW = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0)
 """Windows' way to say the same."""
 
+_LEAN = {"MALLOC_MMAP_THRESHOLD_": "1048576", "MALLOC_TRIM_THRESHOLD_": "1048576"}
+"""Has the C library give large arrays back at once, where it otherwise keeps ever more of them for a while; the motion
+at a point is computed faster without."""
+
 _LAST = object()
 
 _COMPILING = "compiling"
@@ -58,7 +62,7 @@ class Elsewhere:
         code = f"from gearchaos.app.elsewhere import serve; serve({_POLITE if self._polite else 0})"
         self._process: Any = subprocess.Popen(
             [sys.executable, "-P", "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            creationflags=_LOW if self._polite else 0,
+            creationflags=_LOW if self._polite else 0, env=os.environ | _LEAN if self._polite else None,
         )
 
     def run(self, steps: Steps, compiling: Callable[[], None] = lambda: None) -> Work:

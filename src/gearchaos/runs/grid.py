@@ -9,7 +9,7 @@ import numpy as np
 
 from gearchaos.studies.plan import Plan
 
-TILE = 8192
+TILE = 16384
 """Pieces in a tile: some seconds of work, so that little is lost with it, and enough chaos to fill blocks of lanes."""
 
 _LEAST, _MANY = 64, 32
