@@ -95,6 +95,21 @@ def test_refining_finds_every_cell_of_a_smooth_boundary():
     assert sum(calls) == np.sum(found["inferred"] == 0) < 0.2 * label.size
 
 
+def test_parts_of_a_map_refined_in_step_are_as_each_by_itself():
+    row, column = np.mgrid[:300, :280]
+    label = np.where((row - 130) ** 2 + (column - 250) ** 2 < 90**2, 1, 3).ravel()
+
+    def compute(cells):
+        return {"label": label[cells], "period": np.ones_like(cells), "reason": np.ones_like(cells)}
+
+    number = np.arange(label.size)
+    together = refined(compute, number, 280, 16)
+    for part in (row < 256) * 2 + (column < 256) == np.arange(4)[:, None, None]:
+        cells = number[part.ravel()]
+        for name, values in refined(compute, cells, 280, 16).items():
+            np.testing.assert_array_equal(together[name][cells], values)
+
+
 @pytest.mark.parametrize("refine", [0, 3, 512, True, 2.0])
 def test_a_refinement_that_is_no_power_of_two_is_refused(refine):
     with pytest.raises(gc.InputError, match="refine must be a"):
