@@ -3,8 +3,9 @@
 No orbit is polished and nothing is ended early: a motion is periodic if it has come back for a long while, chaotic if
 its largest exponent is positive over a long run, quasi-periodic if that exponent is zero. What is none of these by
 then, or might be a spiral that takes long, is run for ten times as long. Every cell is run from seven starts that
-differ by up to 3e-9: where chaos is a transient, rounding decides when it ends and on which motion, so brute force itself may
-give several labels. ``python -m oracles.brute_force`` in tests/ writes the table anew (a few minutes on two cores).
+differ by up to 3e-9: where chaos is a transient, rounding decides when it ends and on which motion, so brute force
+itself may give several labels. ``python -m oracles.brute_force`` in tests/ writes the table anew (a few
+minutes on two cores).
 """
 
 from __future__ import annotations

@@ -28,8 +28,8 @@ _LOW = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0)
 """Windows' way to say the same."""
 
 _LEAN = {"MALLOC_MMAP_THRESHOLD_": "1048576", "MALLOC_TRIM_THRESHOLD_": "1048576"}
-"""Has glibc give large arrays back at once, where it otherwise keeps ever more of them for a while. Maps take 3 % longer
-for it; what little the process for points keeps is not worth that."""
+"""Has glibc give large arrays back at once, where it otherwise keeps ever more of them for a while. Maps take 3 %
+longer for it; what little the process for points keeps is not worth that."""
 
 _LAST = object()
 
