@@ -6,13 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.flow import measure, stop, tables
-from gearchaos.flow.layout import BLOCK, Lanes, Nodes, chunk, row_length
+from gearchaos.flow import layout, measure, stop, tables
+from gearchaos.flow.layout import SEATS, WIDTH, Call, Courses, Nodes
 from gearchaos.flow.period import advance_block
 from gearchaos.switched import SwitchedAffine
 
 _MOST_SLOTS = 2
 """So many pieces of the period keep their matrices at hand for all lanes: the two levels of the stiffness."""
+
+_AT_ONE_GO = 20_000
+"""Steps after which the kernels look up whether anybody still waits for them: a few hundredths of a second."""
 
 
 @dataclass(frozen=True)
@@ -46,17 +49,6 @@ class Flowed:
     status: np.ndarray
 
 
-@dataclass(frozen=True)
-class _Group:
-    """Points that share their steps."""
-
-    phys: np.ndarray
-    nodes: Nodes
-    table: np.ndarray
-    kept: int
-    stride: int
-
-
 class ExactFlow:
     """The exact flow of a batch of switched affine systems; tables are built once and serve any number of calls.
 
@@ -71,35 +63,44 @@ class ExactFlow:
     Attributes
     ----------
     node_count : (P,)
-        Steps that the flow makes in a mesh period at each point, unless there are samples.
+        Steps that the flow makes in a mesh period at each point.
     """
 
     def __init__(self, system: SwitchedAffine, samples: int = 0) -> None:
         self.system = system
         self.dimension = system.dimension
         counts = tables.node_count(system)
-        self.node_count = counts.sum(axis=1)
-        self.sample_at = np.zeros(0, dtype=np.int64)
+        self._samples = samples
         plans, plan = np.unique(np.column_stack([counts, tables.runs(system)]), axis=0, return_inverse=True)
-        self._plan, self._place = plan.ravel(), np.zeros(system.points, dtype=np.int64)
-        self._groups = []
+        self._plan, self._phys = plan.ravel(), tables.parameter_array(system)
+        self._courses = Courses(*(np.zeros(system.points, np.int64) for _ in Courses._fields))
+        nodes, rows, self._pieces = [], [], 0
         for i, (first, second, runs) in enumerate(plans.tolist()):
-            members = np.flatnonzero(self._plan == i)
-            self._place[members] = np.arange(len(members))
-            self._groups.append(self._group(system.take(members), first, second, runs, samples))
+            node, table = self._tabulate(np.flatnonzero(self._plan == i), first, second, runs, nodes, rows)
+            nodes.append(node)
+            rows.append(table.reshape(-1, *table.shape[2:]))
+            self._pieces = max(self._pieces, table.shape[1])
+        self.node_count = self._courses.steps
+        self._nodes, self._table = Nodes(*map(np.concatenate, zip(*nodes, strict=True))), np.concatenate(rows)
 
-    def _group(self, system: SwitchedAffine, first: int, second: int, runs: int, samples: int) -> _Group:
+    def _tabulate(
+        self, members: np.ndarray, first: int, second: int, runs: int, nodes: list[Nodes], rows: list[np.ndarray]
+    ) -> tuple[Nodes, np.ndarray]:
+        """Nodes and step tables of points with the same numbers of steps, to stand behind those there are."""
+        system = self.system.take(members)
         split = system.split[:1] if system.one_split else system.split
-        if samples:
-            if not system.one_split:
-                raise ValueError("samples need one contact ratio for all points")
-            length, start, self.sample_at = tables.sampled(first + second, float(split[0]), samples)
+        which = np.zeros(0, np.int64)
+        if self._samples:
+            length, begin, which = tables.sampled(first + second, float(split[0]), self._samples)
         else:
-            length, start = tables.two_lengths(first, second, split)
-        node = tables.nodes(system, length, start)
-        phys = tables.parameter_array(system)
-        table, kept = tables.tabulate(system, phys, node)
-        return _Group(phys, node, table, kept, max(1, len(length) // runs))
+            length, begin = tables.two_lengths(first, second, split)
+        node, steps = tables.nodes(system, length, begin, which), len(length)
+        table, own = tables.tabulate(system, self._phys[members], node, steps), np.arange(len(members))
+        at, courses = sum(len(n.piece) for n in nodes), self._courses
+        courses.node[members] = at + (own * steps if len(node.piece) > steps else 0)
+        courses.steps[members], courses.stride[members] = steps, max(1, steps // runs)
+        courses.row[members] = sum(map(len, rows)) + own * table.shape[1]
+        return node, table
 
     @property
     def harmonics(self) -> tuple[int, int]:
@@ -139,62 +140,51 @@ class ExactFlow:
         points = np.arange(lanes) if points is None else np.asarray(points)
         ends = np.broadcast_to(np.asarray(periods, dtype=np.int64), lanes)
         tangent = np.zeros((0, self.dimension, lanes)) if tangent is None else tangent
-        out = self._empty(lanes, int(ends.max(initial=0)), len(tangent), growth, sections, measured, sample)
-        plan = self._plan[points]
-        for i in np.unique(plan):
-            mine = np.flatnonzero(plan == i)
-            mine = mine[np.argsort(-ends[mine], kind="stable")]
-            blocks = -(-len(mine) // BLOCK)  # all about as full, since a few lanes cost as much as many
-            for block in np.array_split(mine, blocks):
-                stop.check()
-                self._block(self._groups[i], block, points, w, tangent, ends, out)
+        out = self._empty(w, int(ends.max(initial=0)), tangent, growth, sections, measured, sample)
+        self._run(Call(
+            self._chunks(points, ends), np.ascontiguousarray(ends), points.astype(np.int64), out.w, out.tangent,
+            out.growth, out.sections, out.measures, out.samples, out.status,
+        ))
         return out
 
     def _empty(
-        self, lanes: int, periods: int, k: int, growth: bool, sections: int, measured: bool, sample: bool
+        self, w: np.ndarray, periods: int, tangent: np.ndarray, growth: bool, sections: int, measured: bool,
+        sample: bool,
     ) -> Flowed:
-        d = self.dimension
+        (d, lanes), k = w.shape, len(tangent)
         return Flowed(
-            w=np.empty((d, lanes)), tangent=np.empty((k, d, lanes)),
+            w=np.array(w, order="C", dtype=float), tangent=np.array(tangent, order="C", dtype=float),
             growth=np.zeros((periods if growth else 0, k, lanes)),
             sections=np.full((min(sections, periods), d, lanes), np.nan),
             measures=measure.empty(lanes) if measured else np.empty((0, lanes)),
-            samples=np.empty((periods if sample else 0, len(self.sample_at), d + 1, lanes)),
+            samples=np.zeros((periods if sample else 0, self._samples, d + 1, lanes)),
             status=np.zeros(lanes, dtype=np.int64),
         )
 
-    def _block(
-        self, group: _Group, mine: np.ndarray, points: np.ndarray, w: np.ndarray, tangent: np.ndarray,
-        ends: np.ndarray, out: Flowed,
-    ) -> None:
-        """Run one block of lanes and put its results in their places."""
-        d, n, k = self.dimension, len(mine), len(tangent)
-        width = row_length(n)
-        lanes = Lanes(
-            np.zeros(width, np.int64), np.zeros(width), np.zeros((2, d, width)), np.zeros((2, k, d, width)),
-            np.zeros(width, np.int64), measure.empty(width),
-        )
-        lanes.point[:n] = self._place[points[mine]]
-        lanes.w[0, :, :n] = w[:, mine]
-        lanes.v[0, :, :, :n] = tangent[:, :, mine]
-        w_end, v_end, growth = np.empty((d, n)), np.empty((k, d, n)), np.zeros((len(out.growth), k, n))
-        sections = np.full((len(out.sections), d, n), np.nan)
-        samples = np.zeros((len(out.samples), out.samples.shape[1], d + 1, n))
-        slots = group.table.shape[1] if group.table.shape[1] <= _MOST_SLOTS else 1
-        active, bounds = np.zeros((slots, group.table.shape[3], width)), np.zeros((slots, d, width))
-        h, k = self.harmonics
-        measured = out.measures.shape[0] > 0
-        advance_block(
-            (0,) * d, group.phys, h, k, group.nodes, group.table, group.kept, lanes, chunk(d, h, k), active,
-            np.full((slots, width), np.nan), bounds, np.zeros(width), ends[mine], measured,
-            group.stride if len(growth) else 0, w_end, v_end, growth, sections, samples,
-            self.sample_at if len(samples) else np.zeros(0, np.int64),
-        )
-        out.w[:, mine] = w_end
-        out.tangent[:, :, mine] = v_end
-        out.status[mine] = lanes.status[:n]
-        out.growth[:, :, mine] = growth
-        out.sections[:, :, mine] = sections
-        out.samples[:, :, :, mine] = samples
-        if measured:
-            out.measures[:, mine] = lanes.measures[:, :n]
+    def _chunks(self, points: np.ndarray, ends: np.ndarray) -> np.ndarray:
+        """Lanes that share their steps side by side, (C, WIDTH), -1 where there is none; the longest work first."""
+        order = np.lexsort((-ends, self._plan[points]))
+        order = order[ends[order] > 0]
+        plan = self._plan[points[order]]
+        count = np.bincount(plan, minlength=1)
+        chunks = -(-count // WIDTH)
+        place = np.arange(len(order)) + (np.cumsum(chunks) * WIDTH - chunks * WIDTH - np.cumsum(count) + count)[plan]
+        who = np.full(chunks.sum() * WIDTH, -1)
+        who[place] = order
+        who = who.reshape(-1, WIDTH)
+        work = ends[who[:, 0]] * self._courses.steps[points[who[:, 0]]]
+        return who[np.argsort(-work, kind="stable")]
+
+    def _run(self, call: Call) -> None:
+        """Have all chunks of a call advanced, as long as anybody waits for it."""
+        d, (h, k) = self.dimension, self.harmonics
+        count = min(SEATS, len(call.who))
+        slots = self._pieces if self._pieces <= _MOST_SLOTS else 1
+        lanes = layout.lanes(d, len(call.v), self._table.shape[2], slots, count)
+        seats, work = layout.seats(count), layout.chunk(d, h, k)
+        stop.check()
+        while advance_block(
+            (0,) * d, self._phys, h, k, self._nodes, self._courses, self._table, tables.kept(self.system), call, lanes,
+            seats, work, len(call.measures) > 0, _AT_ONE_GO,
+        ):
+            stop.check()

@@ -1,8 +1,9 @@
 """The plain arrays that kernels work on: what stands where.
 
-Trajectories are *lanes*. A block of lanes takes affine steps, `WIDTH` of them side by side; the few lanes that may
-switch contact in a step are resolved in chunks of `WIDTH`, whose workspace is one flat array with constant offsets, so
-that the compiler sees straight vector code.
+Trajectories are *lanes*. `WIDTH` lanes whose points share their steps make a chunk; each chunk sits on one *seat* of a
+block and takes affine steps by its own clock, until it has had its periods and another chunk takes the seat. The few
+lanes that may switch contact in a step are gathered from all seats and resolved `WIDTH` at a time, in a workspace that
+is one flat array with constant offsets, so that the compiler sees straight vector code.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearchaos.flow.jit import kernel
+from gearchaos.flow.jit import inlined, kernel
 from gearchaos.flow.simd import WIDTH
 
 ORDER = 14
@@ -20,8 +21,8 @@ ORDER = 14
 STEP_ANGLE = 0.45
 """Longest step times the fastest rate of the motion, in radians: 0.45^15 / 15! is 5e-18."""
 
-BLOCK = 256
-"""Most lanes that one kernel call advances side by side; their step matrices fit the first-level cache."""
+SEATS = 32
+"""Chunks that one kernel call advances side by side; for d = 2 their step matrices fit the first-level cache."""
 
 MAX_SWITCHES = 64
 """Contact switches within one step after which a lane gets the status CHATTER."""
@@ -119,49 +120,131 @@ def rows(d):
 
 
 class Nodes(NamedTuple):
-    """The N steps of a period: piece (N,) of the step tables, level (N,) 0 or 1 of the stiffness, length (N, Q) as a
-    share of the period, wave (N, 2, harmonics, Q) cos and sin of jωτ at the start; Q = 1 where all points share their
-    phases, else P."""
+    """The steps of all periods that points may have, one period after the other, T in all."""
 
-    piece: np.ndarray
-    level: np.ndarray
-    length: np.ndarray
-    wave: np.ndarray
+    piece: np.ndarray  # (T,) of the step tables
+    until: np.ndarray  # (T,) number in its period of the next step that is of another piece
+    sample: np.ndarray  # (T,) number of the sample that is taken at the start, or -1
+    values: np.ndarray  # (T, 2 + 2 * harmonics) see `LENGTH` and what follows
 
 
-def row_length(lanes: int) -> int:
-    """Floats in the rows of a block of so many lanes, B: whole chunks, and an odd number of them.
+LENGTH, LEVEL, WAVES = range(3)
+"""Columns of the values of nodes: share of the period, stiffness level 0 or 1, then cos and sin of jωτ at the start for
+every harmonic."""
 
-    Rows that stand a power of two apart all fall into the same few sets of the first-level cache, and drive each other
-    out of it.
-    """
-    return (-(-lanes // WIDTH) | 1) * WIDTH
+
+class Courses(NamedTuple):
+    """How each of P points goes through its period."""
+
+    node: np.ndarray  # (P,) its first node
+    steps: np.ndarray  # (P,) how many it takes
+    stride: np.ndarray  # (P,) how many of them between two orthonormalisations
+    row: np.ndarray  # (P,) its first row of the step tables
+
+
+class Call(NamedTuple):
+    """What is asked for L trajectories, in C chunks, and where it is put; see `Flowed`."""
+
+    who: np.ndarray  # (C, WIDTH) the lanes of each chunk, those that go on longest first; -1 for none
+    ends: np.ndarray  # (L,) mesh periods
+    points: np.ndarray  # (L,)
+    w: np.ndarray  # (d, L) at the start, and in the end
+    v: np.ndarray  # (K, d, L) tangent vectors, as well
+    growth: np.ndarray  # (periods, K, L)
+    sections: np.ndarray  # (S, d, L)
+    measures: np.ndarray  # (MEASURES, L)
+    samples: np.ndarray  # (periods, samples, d + 1, L)
+    status: np.ndarray  # (L,)
 
 
 class Lanes(NamedTuple):
-    """The trajectories of one block, lanes last; states before and after a step by parity."""
+    """The trajectories on S seats, B = S * WIDTH lanes.
 
-    point: np.ndarray  # (B,) parameter point
-    sigma: np.ndarray  # (B,) contact state
-    w: np.ndarray  # (2, d, B)
-    v: np.ndarray  # (2, K, d, B) tangent vectors
+    The R vectors of a seat: d of the states at even ticks of the clock, d at odd ones, then for every slot d bounds that
+    tell a harmless step, and the step matrices of the lanes' contact states as the step tables have them. There is a
+    slot for every piece of the period, or one for all.
+    """
+
+    number: np.ndarray  # (B,) in the call
+    point: np.ndarray  # (B,)
+    node: np.ndarray  # (B,) first node
+    row: np.ndarray  # (B,) first row of the step tables
     status: np.ndarray  # (B,)
+    sigma: np.ndarray  # (B,) contact state
+    of: np.ndarray  # (slots, B) the contact state that the matrices are of
     measures: np.ndarray  # (MEASURES, B)
+    vectors: np.ndarray  # (S * R * WIDTH,)
+    tangents: np.ndarray  # (S, 2, K, d, WIDTH) tangent vectors at even and at odd ticks
+
+
+class Seats(NamedTuple):
+    """Where the chunk on each of S seats is; those that are taken come first. All seats step at the ticks of one
+    clock."""
+
+    live: np.ndarray  # (S,) lanes that still go on
+    period: np.ndarray  # (S,)
+    ahead: np.ndarray  # (S,) how far the number of its step in the period is ahead of the clock
+    node: np.ndarray  # (S,) how far the node of its first lane is
+    pause: np.ndarray  # (S,) the next step before which there is something to do
+    due: np.ndarray  # (S,) the tick at which it is reached
+    slot: np.ndarray  # (S,) of the step matrices
+    at: np.ndarray  # (S,) where their vectors begin
+    state: np.ndarray  # (3,) how many seats are taken, how many chunks have come so far, and the clock
 
 
 class Chunk(NamedTuple):
     """What resolving a chunk of lanes works on."""
 
     ws: np.ndarray  # (rows * WIDTH,), see `Rows`
-    lane: np.ndarray  # (BLOCK + WIDTH,) the lanes to resolve, then those of one chunk
+    lane: np.ndarray  # (SEATS * WIDTH + WIDTH,) the lanes that are listed
+    flags: np.ndarray  # (SEATS,) the lanes to be resolved, a bit each
     found: np.ndarray  # (MEASURES * WIDTH,) measures of the piece
     points: np.ndarray  # (WIDTH,) parameter points
+    nodes: np.ndarray  # (WIDTH,)
+
+
+_LINE = 64
+"""Bytes in a line of the cache, and in a vector."""
+
+
+def aligned(*shape: int) -> np.ndarray:
+    """An array of zeros that begins with a line of the cache: no vector then stands in two of them."""
+    size, step = int(np.prod(shape)), _LINE // 8
+    room = np.zeros(size + step)
+    skip = -(room.ctypes.data // 8) % step
+    return room[skip : skip + size].reshape(shape)
 
 
 def chunk(d: int, h: int, k: int) -> Chunk:
     """An empty workspace for d coordinates, h forcing and k stiffness harmonics."""
     total = rows(d).phase + 2 * (max(h, k) + h + k)
     return Chunk(
-        np.zeros(total * WIDTH), np.zeros(BLOCK + WIDTH, np.int64), np.zeros(MEASURES * WIDTH),
-        np.zeros(WIDTH, np.int64),
+        aligned(total * WIDTH), np.zeros((SEATS + 1) * WIDTH, np.int64), np.zeros(SEATS, np.int64),
+        aligned(MEASURES * WIDTH), np.zeros(WIDTH, np.int64), np.zeros(WIDTH, np.int64),
     )
+
+
+def lanes(d: int, k: int, rows: int, slots: int, seats: int) -> Lanes:
+    """Lanes for so many seats, with d coordinates, k tangent vectors and step matrices of so many rows."""
+    b = seats * WIDTH
+    return Lanes(
+        *(np.zeros(b, np.int64) for _ in range(5)), aligned(b), aligned(slots, b), np.zeros((MEASURES, b)),
+        aligned(b * (2 * d + slots * (d + rows))), aligned(seats, 2, k, d, WIDTH),
+    )
+
+
+def seats(count: int) -> Seats:
+    """So many seats, all due for their first chunk."""
+    return Seats(*(np.zeros(count, np.int64) for _ in range(8)), np.array([count, 0, 0]))
+
+
+@inlined
+def seat_of(lane):
+    """The seat of a lane."""
+    return lane >> 3
+
+
+@inlined
+def place_of(lane):
+    """Which of the lanes on its seat a lane is."""
+    return lane & 7

@@ -2,158 +2,150 @@
 
 from __future__ import annotations
 
-from math import log, sqrt
-
 import numpy as np
 
-from gearchaos.flow.jit import fma, inlined, kernel
-from gearchaos.flow.layout import DIVERGED, DIVERGED_AT, OK
+from gearchaos.flow.jit import inlined, kernel
+from gearchaos.flow.layout import LENGTH, parameters, place_of
 from gearchaos.flow.resolve import measure, resolve
-from gearchaos.flow.step import affine, collect, load_bounds, load_matrices, matvec, stale, suspects
+from gearchaos.flow.seats import end_period, give_up, state_of, take
+from gearchaos.flow.simd import WIDTH, bits, load, peek, poke
+from gearchaos.flow.step import affine, collect, listed, load_bounds, matvec, suspects, update
+from gearchaos.flow.tangent import orthonormalise
 
 _NOBODY = np.nan
 """The contact state of matrices that are nobody's: unequal to any."""
 
-
-@kernel
-def contact_state(w, sigma, n):
-    """The contact state of each lane from z alone."""
-    for l in range(n):
-        z = w[0, l]
-        sigma[l] = 1.0 if z > 1.0 else (-1.0 if z < -1.0 else 0.0)
-
-
-@kernel
-def orthonormalise(dims, v, growth, n):
-    """Gram-Schmidt on the tangent vectors v (K, d, n), adding the logarithms of their lengths to growth (K, n)."""
-    d = len(dims)
-    for l in range(n):
-        for c in range(v.shape[0]):
-            for e in range(c):
-                dot = 0.0
-                for i in range(d):
-                    dot = fma(v[c, i, l], v[e, i, l], dot)
-                for i in range(d):
-                    v[c, i, l] = fma(-dot, v[e, i, l], v[c, i, l])
-            square = 0.0
-            for i in range(d):
-                square = fma(v[c, i, l], v[c, i, l], square)
-            length = sqrt(square)
-            if length > 0.0:
-                growth[c, l] += log(length)
-                for i in range(d):
-                    v[c, i, l] /= length
+_NEVER = 1 << 62
 
 
 @inlined
-def _one_step(
-    dims, phys, h, k, nodes, table, kept, step, lanes, work, active, loaded, bounds, flags, now, measuring, n
-):
+def _sample(target, lanes, seat, live, now):
+    """The states and contact states of a seat, into target (d + 1, L)."""
+    d = len(target) - 1
+    for l in range(seat * WIDTH, seat * WIDTH + live):
+        first, number = state_of(lanes, d, l, now), lanes.number[l]
+        for i in range(d):
+            target[i, number] = lanes.vectors[first + i * WIDTH]
+        target[d, number] = lanes.sigma[l]
+
+
+@inlined
+def _begin_piece(dims, phys, omega, kept, nodes, table, lanes, seats, seat, step, fresh, lane, tick):
+    """Have matrices at hand for the piece that begins with this step, and bounds; both anew if ``fresh``."""
+    first, live, slot = seat * WIDTH, seats.live[seat], seats.slot[seat]
+    if fresh:
+        for l in range(first, first + live):
+            lanes.of[slot, l] = _NOBODY
+            length = nodes.values[lanes.node[l] + step, LENGTH]
+            at = seats.at[seat] * WIDTH + place_of(l)
+            load_bounds(dims, phys[lanes.point[l]], omega, length, lanes.vectors, at)
+    right = bits(load(lanes.of, slot * len(seats.live) + seat) == load(lanes.sigma, seat))
+    count = listed(~right & ((1 << live) - 1), seat, lane, 0)
+    update(dims, kept, table, nodes, lanes, seats, lane, count, tick)
+
+
+@inlined
+def _arrive(dims, phys, omega, kept, nodes, courses, table, call, lanes, seats, seat, step, lane, tick):
+    """Do what is to be done before this step of a seat, and note before which step there is something to do again."""
+    first, period, d = seat * WIDTH, seats.period[seat], len(dims)
+    node, slots, sampling = lanes.node[first] + step, len(lanes.of), len(call.samples) > 0
+    if sampling and nodes.sample[node] >= 0:
+        _sample(call.samples[period, nodes.sample[node]], lanes, seat, seats.live[seat], tick & 1)
+    seats.ahead[seat], seats.node[seat] = step - tick, node - tick
+    if step == 0 or nodes.piece[node - 1] != nodes.piece[node]:
+        slot = nodes.piece[node] if slots > 1 else np.int64(0)
+        length = len(lanes.vectors) // len(lanes.number)
+        seats.slot[seat], seats.at[seat] = slot, seat * length + 2 * d + slot * (d + table.shape[2])
+        _begin_piece(dims, phys, omega, kept, nodes, table, lanes, seats, seat, step, slots == 1 or period == 0, lane, tick)
+    pause = step + 1 if sampling else nodes.until[node]
+    if len(call.growth) > 0:
+        stride = courses.stride[lanes.point[first]]
+        pause = min(pause, (step // stride + 1) * stride)
+    seats.pause[seat], seats.due[seat] = pause, tick + pause - step
+
+
+@inlined
+def _attend(dims, phys, omega, kept, nodes, courses, table, call, lanes, seats, seat, work, tick):
+    """Do what is to be done between two steps of a seat, and have the next chunk take it once it is free."""
+    step = seats.pause[seat]
+    if seats.live[seat] > 0:
+        point = lanes.point[seat * WIDTH]
+        last = step == courses.steps[point]
+        if len(call.growth) > 0 and (last or step % courses.stride[point] == 0):
+            number = lanes.number[seat * WIDTH : seat * WIDTH + seats.live[seat]]
+            growth = call.growth[seats.period[seat]]
+            first = (2 * seat + (tick & 1)) * len(growth) * len(dims)
+            orthonormalise(dims, lanes.tangents, first, work.found, growth, number)
+        if last:
+            step = np.int64(0)
+            end_period(call, lanes, seats, seat, tick & 1)
+    if seats.live[seat] == 0 and seats.state[1] < len(call.who):
+        take(call, courses, lanes, seats, seat, tick & 1)
+    if seats.live[seat] > 0:
+        _arrive(dims, phys, omega, kept, nodes, courses, table, call, lanes, seats, seat, step, work.lane, tick)
+
+
+@inlined
+def _attend_all(dims, phys, omega, kept, nodes, courses, table, call, lanes, seats, work, tick):
+    """Attend to the seats that are due; returns the next tick at which one is."""
+    seat, due = 0, _NEVER
+    while seat < seats.state[0]:
+        if seats.due[seat] == tick:
+            _attend(dims, phys, omega, kept, nodes, courses, table, call, lanes, seats, seat, work, tick)
+        if seats.live[seat] == 0:
+            give_up(lanes, seats, seat)
+        else:
+            due = min(due, seats.due[seat])
+            seat += 1
+    return due
+
+
+@inlined
+def _affine_steps(dims, nodes, kept, lanes, seats, flags, tick):
+    """The affine step of all lanes, and flags (S,), a bit each, for those that it may be wrong for."""
+    d, even, vectors = len(dims), 1 - (tick & 1), lanes.tangents.shape[2]
+    length, first, then = len(lanes.vectors) // len(lanes.number), d - d * even, d * even
+    for seat in range(seats.state[0]):
+        before, after, at = seat * length + first, seat * length + then, peek(seats.at, seat)
+        affine(dims, kept, nodes.values, peek(seats.node, seat) + tick, lanes.vectors, at + d, before, after)
+        for c in range(vectors):
+            own = 2 * seat * vectors + c
+            before, after = (own + (1 - even) * vectors) * d, (own + even * vectors) * d
+            matvec(dims, lanes.vectors, at + d, lanes.tangents, before, after)
+    for seat in range(seats.state[0]):
+        before, after = seat * length + first, seat * length + then
+        found = suspects(dims, lanes.sigma, seat, lanes.vectors, peek(seats.at, seat), before, after)
+        poke(flags, seat, found)
+
+
+@inlined
+def _one_step(dims, phys, h, k, nodes, table, kept, lanes, seats, work, tick, measuring):
     """One step of all lanes: affine for most, resolved for the suspects."""
-    new = 1 - now
-    affine(dims, kept, nodes.wave[step], active, lanes.w[now], lanes.w[new], n)
-    suspects(dims, bounds, lanes.sigma, lanes.w[now], lanes.w[new], flags, n)
+    _affine_steps(dims, nodes, kept, lanes, seats, work.flags, tick)
     if measuring:
-        count = collect(flags, 0.0, work.lane, n)
-        measure(dims, phys, h, k, nodes, step, lanes, work, count, now)
-    for c in range(lanes.v.shape[1]):
-        matvec(dims, active, lanes.v[now, c], lanes.v[new, c], n)
-    count = collect(flags, 1.0, work.lane, n)
+        count = collect(work.flags, True, seats, work.lane)
+        measure(dims, phys, h, k, nodes, seats, lanes, work, count, tick)
+    count = collect(work.flags, False, seats, work.lane)
     if count > 0:
-        resolve(dims, phys, h, k, nodes, step, lanes, work, count, now, measuring)
-        load_matrices(table, nodes.piece[step], lanes.point, lanes.sigma, active, loaded, work.lane, count)
+        resolve(dims, phys, h, k, nodes, seats, lanes, work, count, tick, measuring)
+        update(dims, kept, table, nodes, lanes, seats, work.lane, count, tick)
 
 
 @kernel
-def _mark_diverged(w, status, n):
-    for l in range(n):
-        inside = (abs(w[0, l]) < DIVERGED_AT) & (abs(w[1, l]) < DIVERGED_AT)
-        if not inside and status[l] == OK:
-            status[l] = DIVERGED
+def advance_block(dims, phys, h, k, nodes, courses, table, kept, call, lanes, seats, work, measuring, most):
+    """Advance the lanes of a call by their periods, though no seat by more than ``most`` steps; returns whether there
+    is more to do.
 
-
-@kernel
-def _copy(source, target, n):
-    for i in range(source.shape[0]):
-        for l in range(n):
-            target[i, l] = source[i, l]
-
-
-@kernel
-def _retire(ends, period, lanes, now, w, v, n):
-    """Let lanes go that have had their periods, and keep their final state; returns how many go on."""
-    while n > 0 and ends[n - 1] <= period:
-        n -= 1
-        for i in range(lanes.w.shape[1]):
-            w[i, n] = lanes.w[now, i, n]
-            for c in range(lanes.v.shape[1]):
-                v[c, i, n] = lanes.v[now, c, i, n]
-    return n
-
-
-@kernel
-def _record(w, ends, done, sections, n):
-    """Keep the states (d, n) after so many periods where they are among the last of their lanes."""
-    last = sections.shape[0] - 1
-    if ends[n - 1] - done > last:
-        return
-    for i in range(w.shape[0]):
-        for l in range(n):
-            left = ends[l] - done
-            if left <= last:
-                sections[last - left, i, l] = w[i, l]
-
-
-@kernel
-def _sample(lanes, now, target, n):
-    _copy(lanes.w[now], target, n)
-    for l in range(n):
-        target[target.shape[0] - 1, l] = lanes.sigma[l]
-
-
-@kernel
-def advance_block(
-    dims, phys, h, k, nodes, table, kept, lanes, work, active, loaded, bounds, flags, ends, measuring, stride,
-    w, v, growth, sections, samples, sample_at,
-):
-    """Advance n lanes from phase 0, each by so many whole periods as ``ends`` (n,) says, the longest first.
-
-    ``w`` (d, n) and ``v`` (K, d, n) take the final states and tangent vectors. ``growth`` (periods, K, n) takes the
-    logarithms of the tangent vectors' growth in each period if ``stride`` > 0, the number of steps between
-    orthonormalisations. ``sections`` (S, d, n) takes the state after each of a lane's last S periods, ``samples``
-    (periods, number of samples, d + 1, n) the state and contact state at the nodes ``sample_at``. ``active``
-    (slots, rows, B) holds the step matrices of each lane's contact state for every piece if there is a slot for it,
-    with the contact states ``loaded`` (slots, B) they are of; with one slot they are loaded anew for each piece.
-    ``bounds`` (slots, d, B) tell a harmless step.
+    The chunks of the call take seats one after the other, and leave them when their last lane has had its periods.
     """
-    n = len(ends)
-    now = np.int64(0)  # a literal 0 would compile everything below twice
-    last = len(nodes.piece) - 1
-    contact_state(lanes.w[0], lanes.sigma, n)
-    for period in range(ends[0]):
-        n = _retire(ends, period, lanes, now, w, v, n)
-        wanted = 0
-        for step in range(last + 1):
-            if wanted < len(sample_at) and sample_at[wanted] == step:
-                _sample(lanes, now, samples[period, wanted], n)
-                wanted += 1
-            slot = nodes.piece[step] if len(active) > 1 else np.int64(0)
-            if step == 0 or nodes.piece[step] != nodes.piece[step - 1]:
-                if len(active) == 1:
-                    loaded[0, :n] = _NOBODY
-                if len(active) == 1 or period == 0:
-                    load_bounds(dims, phys, nodes, step, lanes.point, bounds[slot], n)
-                count = stale(loaded[slot], lanes.sigma, work.lane, n)
-                load_matrices(
-                    table, nodes.piece[step], lanes.point, lanes.sigma, active[slot], loaded[slot], work.lane, count
-                )
-            _one_step(
-                dims, phys, h, k, nodes, table, kept, step, lanes, work, active[slot], loaded[slot], bounds[slot],
-                flags, now, measuring, n,
-            )
-            now = 1 - now
-            if stride > 0 and ((step + 1) % stride == 0 or step == last):
-                orthonormalise(dims, lanes.v[now], growth[period], n)
-        _mark_diverged(lanes.w[now], lanes.status, n)
-        _record(lanes.w[now], ends, period + 1, sections, n)
-    _retire(ends, ends[0], lanes, now, w, v, n)
+    omega = parameters(len(dims), h, k).omega
+    due = seats.state[2]
+    for tick in range(due, due + most):
+        seats.state[2] = tick
+        if tick == due:
+            due = _attend_all(dims, phys, omega, kept, nodes, courses, table, call, lanes, seats, work, tick)
+            if seats.state[0] == 0:
+                return False
+        _one_step(dims, phys, h, k, nodes, table, kept, lanes, seats, work, tick, measuring)
+    seats.state[2] += 1
+    return True

@@ -4,28 +4,30 @@ from __future__ import annotations
 
 from gearchaos.flow.contact import LOST, find_exits
 from gearchaos.flow.jit import inlined, kernel
-from gearchaos.flow.layout import BLOCK, CHATTER, MAX_SWITCHES, WIDTH, parameters, rows
+from gearchaos.flow.layout import (
+    CHATTER, LENGTH, LEVEL, MAX_SWITCHES, WAVES, WIDTH, parameters, place_of, rows, seat_of,
+)
 from gearchaos.flow.measure import measure_piece, output_series, read_measures, write_measures
-from gearchaos.flow.simd import any_lane, load, select, splat, store
+from gearchaos.flow.simd import any_lane, load, peek, poke, select, splat, store
 from gearchaos.flow.taylor import drive, expand, finish, turn_waves
 
 _TURN = 6.283185307179586
 
 
 @kernel
-def fill(dims, phys, h, k, nodes, step, points, ws):
-    """All that the lanes of the chunk need, at their points, to run the whole step, but start and contact state."""
+def fill(dims, phys, h, k, nodes, node, points, ws):
+    """All that the lanes of the chunk need, at their points and nodes, to run the whole step, but start and contact
+    state."""
     d = len(dims)
     at, par = rows(d), parameters(d, h, k)
-    level = par.levels + nodes.level[step]
     for l in range(WIDTH):
-        values = phys[points[l]]
+        values, here = phys[points[l]], nodes.values[node[l]]
         for i in range(d, d * d):
             ws[i * WIDTH + l] = values[i]
         for i in range(1, d):
             ws[(at.minus_b + i) * WIDTH + l] = -values[at.minus_b + i]
             ws[(at.f0 + i) * WIDTH + l] = values[at.f0 + i]
-        ws[at.level * WIDTH + l] = values[level]
+        ws[at.level * WIDTH + l] = values[par.levels + int(here[LEVEL])]
         ws[at.omega * WIDTH + l] = values[par.omega]
         row = at.phase + 2 * max(h, k)
         for j in range(h):
@@ -36,52 +38,44 @@ def fill(dims, phys, h, k, nodes, step, points, ws):
             ws[row * WIDTH + l] = values[par.chi_cos + j]
             ws[(row + 1) * WIDTH + l] = values[par.chi_sin + j]
             row += 2
-    _fill_phases(dims, max(h, k), nodes, step, points, ws)
+        ws[at.h * WIDTH + l] = here[LENGTH]
+        for j in range(2 * max(h, k)):
+            ws[(at.phase + j) * WIDTH + l] = here[WAVES + j]
     store(ws, at.h, splat(_TURN) * load(ws, at.h) / load(ws, at.omega))
 
 
-@kernel
-def _fill_phases(dims, harmonics, nodes, step, points, ws):
-    """Length of the step as a share of the period, and cos and sin of jωτ at its start."""
-    at = rows(len(dims))
-    if nodes.length.shape[1] == 1:
-        store(ws, at.h, splat(nodes.length[step, 0]))
-        for j in range(harmonics):
-            for part in range(2):
-                store(ws, at.phase + 2 * j + part, splat(nodes.wave[step, part, j, 0]))
-        return
+@inlined
+def _read(dims, vectors, length, first, lane, count, ws):
+    """Copy d vectors of the chunk's lanes, from ``first`` on of the ``length`` on each seat, into the start rows; idle
+    lanes follow lane 0."""
+    start = rows(len(dims)).start * WIDTH
     for l in range(WIDTH):
-        ws[at.h * WIDTH + l] = nodes.length[step, points[l]]
-        for j in range(harmonics):
-            for part in range(2):
-                ws[(at.phase + 2 * j + part) * WIDTH + l] = nodes.wave[step, part, j, points[l]]
-
-
-@kernel
-def _read(dims, vectors, lane, count, ws):
-    """Copy the vectors (d, B) of the chunk's lanes into the start rows; idle lanes follow lane 0."""
-    start = rows(len(dims)).start
-    for l in range(WIDTH):
+        mine = peek(lane, l if l < count else 0)
+        at = (seat_of(mine) * length + first) * WIDTH + place_of(mine)
         for i in range(len(dims)):
-            ws[(start + i) * WIDTH + l] = vectors[i, lane[l if l < count else 0]]
+            poke(ws, start + i * WIDTH + l, peek(vectors, at + i * WIDTH))
 
 
-@kernel
-def _write(dims, vectors, lane, count, ws, first):
-    """Copy d rows from ``first`` on to the vectors (d, B) of the chunk's lanes."""
+@inlined
+def _write(dims, vectors, length, first, lane, count, ws, row):
+    """Copy d rows from ``row`` on to d vectors of the chunk's lanes, from ``first`` on of the ``length`` on each
+    seat."""
     for l in range(count):
+        mine = peek(lane, l)
+        at = (seat_of(mine) * length + first) * WIDTH + place_of(mine)
         for i in range(len(dims)):
-            vectors[i, lane[l]] = ws[(first + i) * WIDTH + l]
+            poke(vectors, at + i * WIDTH, peek(ws, (row + i) * WIDTH + l))
 
 
 @kernel
-def _carry_tangents(dims, before, after, lane, count, ws, varying):
+def _carry_tangents(dims, tangents, before, after, lane, count, ws, varying):
     """Move the tangent vectors over the piece; f is continuous, so nothing happens to them at a switch."""
-    for c in range(before.shape[0]):
-        _read(dims, before[c], lane, count, ws)
+    d, vectors, flat = len(dims), tangents.shape[2], tangents.reshape(-1)
+    for c in range(vectors):
+        _read(dims, flat, 2 * vectors * d, (before * vectors + c) * d, lane, count, ws)
         expand(dims, ws, False, varying)
         finish(dims, ws)
-        _write(dims, after[c], lane, count, ws, rows(len(dims)).end)
+        _write(dims, flat, 2 * vectors * d, (after * vectors + c) * d, lane, count, ws, rows(d).end)
 
 
 @kernel
@@ -121,41 +115,45 @@ def _run_piece(dims, phys, h, k, lanes, lane, count, work, now, first, measuring
         output_series(dims, phys, h, k, work.points, ws)
         measure_piece(dims, ws, work.found)
     finish(dims, ws)
-    if lanes.v.shape[1] > 0:
-        _write(dims, lanes.w[1 - now], lane, count, ws, at.end)
-        _carry_tangents(dims, lanes.v[now if first else 1 - now], lanes.v[1 - now], lane, count, ws, k > 0)
-        _read(dims, lanes.w[1 - now], lane, count, ws)
+    if lanes.tangents.shape[2] > 0:
+        then, length = 1 - now, len(lanes.vectors) // len(lanes.number)
+        _write(dims, lanes.vectors, length, then * len(dims), lane, count, ws, at.end)
+        _carry_tangents(dims, lanes.tangents, now if first else then, then, lane, count, ws, k > 0)
+        _read(dims, lanes.vectors, length, then * len(dims), lane, count, ws)
     else:
         for i in range(len(dims)):
             store(ws, at.start + i, load(ws, at.end + i))
 
 
 @inlined
-def _begin(dims, phys, h, k, nodes, step, lanes, lane, count, work, now, measuring):
-    """Fill the workspace with all that the lanes of one chunk need to run the step."""
-    ws, at = work.ws, rows(len(dims))
+def _begin(dims, phys, h, k, nodes, seats, lanes, lane, count, work, tick, measuring):
+    """Fill the workspace with all that the lanes of one chunk need to run the step; states go by the clock's parity."""
+    ws, at, now = work.ws, rows(len(dims)), tick & 1
     for l in range(WIDTH):
-        mine = lane[l if l < count else 0]
-        work.points[l] = lanes.point[mine]
-        ws[at.sigma * WIDTH + l] = lanes.sigma[mine]
+        mine = peek(lane, l if l < count else 0)
+        work.points[l] = peek(lanes.point, mine)
+        work.nodes[l] = peek(lanes.node, mine) + peek(seats.ahead, seat_of(mine)) + tick
+        ws[at.sigma * WIDTH + l] = peek(lanes.sigma, mine)
         if measuring:
             read_measures(work.found, lanes.measures, mine, l)
-    fill(dims, phys, h, k, nodes, step, work.points, ws)
-    _read(dims, lanes.w[now], lane, count, ws)
+    fill(dims, phys, h, k, nodes, work.nodes, work.points, ws)
+    length = len(lanes.vectors) // len(lanes.number)
+    _read(dims, lanes.vectors, length, now * len(dims), lane, count, ws)
 
 
 @inlined
-def _resolve_chunk(dims, phys, h, k, nodes, step, lanes, lane, count, work, now, measuring):
+def _resolve_chunk(dims, phys, h, k, nodes, seats, lanes, lane, count, work, tick, measuring):
     """Advance the lanes of one chunk over one step."""
-    ws, at = work.ws, rows(len(dims))
-    _begin(dims, phys, h, k, nodes, step, lanes, lane, count, work, now, measuring)
+    ws, at, now = work.ws, rows(len(dims)), tick & 1
+    _begin(dims, phys, h, k, nodes, seats, lanes, lane, count, work, tick, measuring)
     switching, pieces = True, 0
     while switching and pieces < MAX_SWITCHES:
         _run_piece(dims, phys, h, k, lanes, lane, count, work, now, pieces == 0, measuring)
         _mark_lost(dims, lanes, lane, count, ws)
         switching = _switch(dims, h, k, ws)
         pieces += 1
-    _write(dims, lanes.w[1 - now], lane, count, ws, at.start)
+    length = len(lanes.vectors) // len(lanes.number)
+    _write(dims, lanes.vectors, length, (1 - now) * len(dims), lane, count, ws, at.start)
     for l in range(count):
         lanes.sigma[lane[l]] = ws[at.sigma * WIDTH + l]
         if switching and ws[at.h * WIDTH + l] > 0.0:
@@ -165,10 +163,10 @@ def _resolve_chunk(dims, phys, h, k, nodes, step, lanes, lane, count, work, now,
 
 
 @inlined
-def _measure_chunk(dims, phys, h, k, nodes, step, lanes, lane, count, work, now):
+def _measure_chunk(dims, phys, h, k, nodes, seats, lanes, lane, count, work, tick):
     """Add one step, in which contact does not change, to the measures of the lanes of one chunk."""
     ws, at = work.ws, rows(len(dims))
-    _begin(dims, phys, h, k, nodes, step, lanes, lane, count, work, now, True)
+    _begin(dims, phys, h, k, nodes, seats, lanes, lane, count, work, tick, True)
     drive(dims, h, k, ws)
     expand(dims, ws, True, k > 0)
     store(ws, at.share, splat(1.0))
@@ -180,25 +178,16 @@ def _measure_chunk(dims, phys, h, k, nodes, step, lanes, lane, count, work, now)
 
 
 @inlined
-def _chunk(work, first, total):
-    """Copy the next listed lanes, a chunk at most, to where the chunk's lanes stand; returns how many."""
-    count = min(WIDTH, total - first)
-    for l in range(count):
-        work.lane[BLOCK + l] = work.lane[first + l]
-    return count
-
-
-@inlined
-def measure(dims, phys, h, k, nodes, step, lanes, work, total, now):
+def measure(dims, phys, h, k, nodes, seats, lanes, work, total, tick):
     """Add a step to the measures of the first ``total`` listed lanes, in which contact does not change."""
     for first in range(0, total, WIDTH):
-        count = _chunk(work, first, total)
-        _measure_chunk(dims, phys, h, k, nodes, step, lanes, work.lane[BLOCK:], count, work, now)
+        count, lane = min(WIDTH, total - first), work.lane[first : first + WIDTH]
+        _measure_chunk(dims, phys, h, k, nodes, seats, lanes, lane, count, work, tick)
 
 
 @inlined
-def resolve(dims, phys, h, k, nodes, step, lanes, work, total, now, measuring):
+def resolve(dims, phys, h, k, nodes, seats, lanes, work, total, tick, measuring):
     """Advance the first ``total`` listed lanes over one step exactly, whatever contact does in it."""
     for first in range(0, total, WIDTH):
-        count = _chunk(work, first, total)
-        _resolve_chunk(dims, phys, h, k, nodes, step, lanes, work.lane[BLOCK:], count, work, now, measuring)
+        count, lane = min(WIDTH, total - first), work.lane[first : first + WIDTH]
+        _resolve_chunk(dims, phys, h, k, nodes, seats, lanes, lane, count, work, tick, measuring)

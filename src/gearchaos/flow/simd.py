@@ -90,6 +90,29 @@ def store(typingctx, array, row, value):
 
 
 @intrinsic
+def peek(typingctx, array, index):
+    """One number of a contiguous array, flat or not. An index is never from the end: that would cost a test."""
+
+    def codegen(context, builder, signature, args):
+        data = context.make_array(signature.args[0])(context, builder, args[0]).data
+        return builder.load(builder.gep(data, [args[1]]))
+
+    return array.dtype(array, types.intp), codegen
+
+
+@intrinsic
+def poke(typingctx, array, index, value):
+    """Write one number of a contiguous array, flat or not, with an index that is never from the end."""
+
+    def codegen(context, builder, signature, args):
+        data = context.make_array(signature.args[0])(context, builder, args[0]).data
+        builder.store(args[2], builder.gep(data, [args[1]]))
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, array.dtype), codegen
+
+
+@intrinsic
 def splat(typingctx, value):
     """The same float in every lane."""
 
@@ -110,6 +133,16 @@ def any_lane(typingctx, value):
         return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(WIDTH), 0))
 
     return types.boolean(mask), codegen
+
+
+@intrinsic
+def bits(typingctx, value):
+    """The mask as an integer, the first lane in its lowest bit."""
+
+    def codegen(context, builder, signature, args):
+        return builder.zext(builder.bitcast(args[0], ir.IntType(WIDTH)), ir.IntType(64))
+
+    return types.int64(mask), codegen
 
 
 @intrinsic
@@ -189,12 +222,20 @@ def _numpy_store(array, row, value):
     array.reshape(-1)[row * WIDTH : (row + 1) * WIDTH] = value
 
 
+def _numpy_poke(array, index, value):
+    array.reshape(-1)[index] = value
+
+
 if config.DISABLE_JIT:
     load, store, select, any_lane = _numpy_load, _numpy_store, np.where, np.any
+    peek, poke = (lambda array, index: array.reshape(-1)[index]), _numpy_poke
     vfma, vsqrt, vabs = (lambda a, b, c: a * b + c), np.sqrt, np.abs
 
     def splat(value):
         return np.full(WIDTH, float(value))
+
+    def bits(value):
+        return int(value @ (1 << np.arange(WIDTH)))
 
 
 @inlined

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from gearchaos.flow.jit import kernel
-from gearchaos.flow.layout import ORDER, STEP_ANGLE, WIDTH, Nodes, chunk, parameters, rows
+from gearchaos.flow.layout import (
+    LENGTH, LEVEL, ORDER, STEP_ANGLE, WAVES, WIDTH, Nodes, chunk, parameters, rows,
+)
 from gearchaos.flow.resolve import fill
 from gearchaos.flow.simd import load, splat
 from gearchaos.flow.taylor import add_wave, drive, expand, finish, set_gains
@@ -112,19 +114,37 @@ def sampled(count: int, split: float, samples: int) -> tuple[np.ndarray, np.ndar
     return length[:, None], start[:, None], which
 
 
-def nodes(system: SwitchedAffine, length: np.ndarray, start: np.ndarray) -> Nodes:
-    """The steps of a period for points that share them.
+def _shared(system: SwitchedAffine) -> bool:
+    """Whether equal steps on one stiffness level share their matrices.
 
-    Equal steps on one stiffness level share their matrices, unless the stiffness has harmonics, the split differs
-    from point to point, or the harmonics of the forcing are many: then every step has its own.
+    Where the stiffness has harmonics, the split differs from point to point, or the harmonics of the forcing are many,
+    every step has its own.
     """
+    return system.one_split and system.chi_cos.shape[1] == 0 and system.f_cos.shape[1] <= _MOST_SHARED_HARMONICS
+
+
+def kept(system: SwitchedAffine) -> int:
+    """How many harmonics of the forcing keep their own rows in the step tables: where steps have their own matrices,
+    the forcing is part of the constant."""
+    return system.f_cos.shape[1] if _shared(system) else 0
+
+
+def nodes(system: SwitchedAffine, length: np.ndarray, start: np.ndarray, sample_at: np.ndarray) -> Nodes:
+    """The steps of a period for points with as many of them: one period if lengths and starts (N, Q) have Q = 1, else
+    one for each point."""
     split = system.split[:1] if system.one_split else system.split
-    level: np.ndarray = np.all(start >= split - 1e-12, axis=1).astype(np.int64)
+    level = np.all(start >= split - 1e-12, axis=1).astype(np.int64)
     harmonics = np.arange(1, max(system.f_cos.shape[1], system.chi_cos.shape[1]) + 1)
-    phase = 2 * np.pi * start[:, None, :] * harmonics[:, None]
-    shared = system.one_split and system.chi_cos.shape[1] == 0 and system.f_cos.shape[1] <= _MOST_SHARED_HARMONICS
-    piece: np.ndarray = _stretches(level, length[:, 0]) if shared else np.arange(len(length))
-    return Nodes(piece, level, np.ascontiguousarray(length), np.stack([np.cos(phase), np.sin(phase)], axis=1))
+    phase = 2 * np.pi * start.T.ravel()[:, None] * harmonics
+    piece: np.ndarray = _stretches(level, length[:, 0]) if _shared(system) else np.arange(len(length))
+    sample = np.full(len(length), -1)
+    sample[sample_at] = np.arange(len(sample_at))
+    periods = length.shape[1]
+    values = np.empty((phase.shape[0], 2 + 2 * len(harmonics)))
+    values[:, LENGTH], values[:, LEVEL] = length.T.ravel(), np.tile(level, periods)
+    values[:, WAVES::2], values[:, WAVES + 1 :: 2] = np.cos(phase), np.sin(phase)
+    whole = (np.tile(a, periods) for a in (piece, np.searchsorted(piece, piece, side="right"), sample))
+    return Nodes(*whole, values)
 
 
 def _stretches(level: np.ndarray, length: np.ndarray) -> np.ndarray:
@@ -133,19 +153,18 @@ def _stretches(level: np.ndarray, length: np.ndarray) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(new)]).astype(np.int64)
 
 
-def tabulate(system: SwitchedAffine, phys: np.ndarray, node: Nodes) -> tuple[np.ndarray, int]:
-    """The affine steps (P, pieces, 3, rows) of all points, and how many harmonics keep their own rows.
+def tabulate(system: SwitchedAffine, phys: np.ndarray, node: Nodes, steps: int) -> np.ndarray:
+    """The affine steps (P, pieces, 3, rows) of points with so many steps.
 
     Contact states in the order back, free, front. Rows: E (d*d), constant (d), then responses to cos jωτ and to
-    sin jωτ (H*d each), unless every step has its own piece and its forcing is part of the constant.
+    sin jωτ (d each) for the harmonics that keep their own.
     """
-    d, (h, k) = system.dimension, (system.f_cos.shape[1], system.chi_cos.shape[1])
-    pieces = int(node.piece[-1]) + 1
-    kept = h if pieces < len(node.piece) else 0
-    table = np.zeros((system.points, pieces, 3, d * d + d + 2 * kept * d))
-    first = np.searchsorted(node.piece, np.arange(pieces))
-    _tabulate((0,) * d, phys, h, k, node, first, kept, chunk(d, h, k), table)
-    return table, kept
+    d, (h, k), own = system.dimension, (system.f_cos.shape[1], system.chi_cos.shape[1]), kept(system)
+    first = np.searchsorted(node.piece[:steps], np.arange(node.piece[steps - 1] + 1))
+    table = np.zeros((system.points, len(first), 3, d * d + d + 2 * own * d))
+    course = steps * np.arange(system.points) if len(node.piece) > steps else np.zeros(system.points, np.int64)
+    _tabulate((0,) * d, phys, h, k, node, course, first, own, chunk(d, h, k), table)
+    return table
 
 
 @kernel
@@ -166,11 +185,11 @@ def _respond(dims, ws, forced, varying, table, points, piece, state, first, stri
 
 
 @kernel
-def _tabulate_step(dims, phys, h, k, node, step, piece, state, kept, work, points, table):
+def _tabulate_step(dims, phys, h, k, node, piece, state, kept, work, points, table):
     """All rows of one step in one contact state for a chunk of points."""
     d = len(dims)
     at, ws = rows(d), work.ws
-    fill(dims, phys, h, k, node, step, points, ws)
+    fill(dims, phys, h, k, node, work.nodes, points, ws)
     for l in range(WIDTH):
         ws[at.sigma * WIDTH + l] = state - 1.0
         ws[at.share * WIDTH + l] = 1.0
@@ -212,12 +231,12 @@ def _tabulate_waves(dims, phys, h, k, piece, state, work, points, table):
 
 
 @kernel
-def _tabulate(dims, phys, h, k, node, first, kept, work, table):
+def _tabulate(dims, phys, h, k, node, course, first, kept, work, table):
     for base in range(0, table.shape[0], WIDTH):
         for l in range(WIDTH):
             work.points[l] = min(base + l, table.shape[0] - 1)
         for piece in range(table.shape[1]):
+            for l in range(WIDTH):
+                work.nodes[l] = course[work.points[l]] + first[piece]
             for state in range(3):
-                _tabulate_step(
-                    dims, phys, h, k, node, first[piece], piece, state, kept, work, work.points, table
-                )
+                _tabulate_step(dims, phys, h, k, node, piece, state, kept, work, work.points, table)
