@@ -68,8 +68,8 @@ def test_the_cache_is_another_one_after_any_edit_of_a_kernel(tmp_path):
 def test_compiling_is_announced_and_loading_is_not(tmp_path):
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     program = (
-        "import numpy as np; from gearchaos.flow import jit, period; jit.on_compile(lambda: print('compiles'));"
-        "period._mark_diverged(np.zeros((2, 3)), np.zeros(3, np.int64), 3)"
+        "from gearchaos.flow import jit, layout; jit.on_compile(lambda: print('compiles'));"
+        "layout.parameters(2, 1, 0)"
     )
     command = [sys.executable, "-c", program]
     runs = [subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300) for _ in range(2)]
@@ -79,8 +79,7 @@ def test_compiling_is_announced_and_loading_is_not(tmp_path):
 def test_a_cache_that_cannot_be_written_is_done_without():
     environment = {**os.environ, "NUMBA_CACHE_DIR": "/proc/nowhere"}
     program = (
-        "import numpy as np; from gearchaos.flow import jit, period; w = np.full((2, 3), 1e9);"
-        "status = np.zeros(3, np.int64); period._mark_diverged(w, status, 3); print(status.tolist(), jit.cold())"
+        "from gearchaos.flow import jit, layout; columns = layout.parameters(2, 1, 0); print(columns.b, jit.cold())"
     )
     run = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, timeout=300)
-    assert run.stdout == "[1, 1, 1] False\n", run.stderr
+    assert run.stdout == "4 False\n", run.stderr

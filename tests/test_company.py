@@ -54,6 +54,27 @@ def test_a_verdict_does_not_depend_on_the_lanes_beside_it(case):
             np.testing.assert_array_equal(value, whole[name][chosen], err_msg=name)
 
 
+@pytest.mark.parametrize("case", KINDS)
+def test_a_run_does_not_depend_on_whose_seats_it_shares(case):
+    """More lanes than there are seats for, of many step counts, that leave one after the other."""
+    kind, ranges = KINDS[case]
+    batch = vary(gc.MeshModel.of(kind=kind), random_points(150, ranges))
+    flow, rng = ExactFlow(system := switched(batch)), np.random.default_rng(7)
+    assert len(np.unique(flow.node_count)) > 10
+    points, periods = rng.integers(0, 150, 500), rng.integers(0, 12, 500)
+    w = start(batch, system).T[:, points] + rng.normal(0.0, 0.3, (system.dimension, 500))
+    frame = np.repeat(np.eye(system.dimension)[:, :, None], 500, axis=2)
+    options = {"growth": True, "sections": 4, "measured": True}
+    whole = flow.advance(w, periods, points=points, tangent=frame, **options)
+    for i in rng.permutation(500)[:40]:
+        alone = flow.advance(w[:, [i]], periods[i], points=points[[i]], tangent=frame[..., [i]], **options)
+        for field in fields(whole):
+            mine, its = getattr(whole, field.name)[..., i], getattr(alone, field.name)[..., 0]
+            if field.name in ("growth", "sections"):  # those of the longest run: before its first, after its last period
+                mine = mine[: len(its)] if field.name == "growth" else mine[len(mine) - len(its) :]
+            np.testing.assert_array_equal(mine, its, err_msg=field.name)
+
+
 def test_a_map_does_not_depend_on_its_tiles_threads_and_neighbours(monkeypatch):
     model, x, y = gc.MeshModel.of(q0=0.1), gc.Axis("omega", 0.4, 1.2, 24), gc.Axis("eps1", 0.0, 0.3, 10)
     whole = gc.zones(model, x, y, budget=SHORT)

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.flow import layout, measure, stop, tables
-from gearchaos.flow.layout import SEATS, WIDTH, Call, Courses, Nodes
+from gearchaos.flow import layout, measure, stop
+from gearchaos.flow.course import lay_out
+from gearchaos.flow.layout import SEATS, WIDTH, Call
 from gearchaos.flow.period import advance_block
 from gearchaos.switched import SwitchedAffine
 
@@ -69,42 +70,8 @@ class ExactFlow:
     def __init__(self, system: SwitchedAffine, samples: int = 0) -> None:
         self.system = system
         self.dimension = system.dimension
-        counts = tables.node_count(system)
-        self._samples = samples
-        plans, plan = np.unique(np.column_stack([counts, tables.runs(system)]), axis=0, return_inverse=True)
-        self._plan, self._phys = plan.ravel(), tables.parameter_array(system)
-        self._courses = Courses(*(np.zeros(system.points, np.int64) for _ in Courses._fields))
-        nodes, rows, self._pieces = [], [], 0
-        for i, (first, second, runs) in enumerate(plans.tolist()):
-            node, table = self._tabulate(np.flatnonzero(self._plan == i), first, second, runs, nodes, rows)
-            nodes.append(node)
-            rows.append(table.reshape(-1, *table.shape[2:]))
-            self._pieces = max(self._pieces, table.shape[1])
-        self.node_count = self._courses.steps
-        self._nodes, self._table = Nodes(*map(np.concatenate, zip(*nodes, strict=True))), np.concatenate(rows)
-
-    def _tabulate(
-        self, members: np.ndarray, first: int, second: int, runs: int, nodes: list[Nodes], rows: list[np.ndarray]
-    ) -> tuple[Nodes, np.ndarray]:
-        """Nodes and step tables of points with the same numbers of steps, to stand behind those there are."""
-        system = self.system.take(members)
-        split = system.split[:1] if system.one_split else system.split
-        which = np.zeros(0, np.int64)
-        if self._samples:
-            length, begin, which = tables.sampled(first + second, float(split[0]), self._samples)
-        else:
-            length, begin = tables.two_lengths(first, second, split)
-        node, steps = tables.nodes(system, length, begin, which), len(length)
-        table, own = tables.tabulate(system, self._phys[members], node, steps), np.arange(len(members))
-        at, courses = sum(len(n.piece) for n in nodes), self._courses
-        courses.node[members] = at + (own * steps if len(node.piece) > steps else 0)
-        courses.steps[members], courses.stride[members] = steps, max(1, steps // runs)
-        courses.row[members] = sum(map(len, rows)) + own * table.shape[1]
-        return node, table
-
-    @property
-    def harmonics(self) -> tuple[int, int]:
-        return self.system.f_cos.shape[1], self.system.chi_cos.shape[1]
+        (self._points, self._plan), self._samples = lay_out(system, samples), samples
+        self.node_count = self._points.courses.steps
 
     def advance(
         self, w: np.ndarray, periods: int | np.ndarray, *, points: np.ndarray | None = None,
@@ -166,25 +133,21 @@ class ExactFlow:
         order = np.lexsort((-ends, self._plan[points]))
         order = order[ends[order] > 0]
         plan = self._plan[points[order]]
-        count = np.bincount(plan, minlength=1)
-        chunks = -(-count // WIDTH)
-        place = np.arange(len(order)) + (np.cumsum(chunks) * WIDTH - chunks * WIDTH - np.cumsum(count) + count)[plan]
-        who = np.full(chunks.sum() * WIDTH, -1)
-        who[place] = order
-        who = who.reshape(-1, WIDTH)
-        work = ends[who[:, 0]] * self._courses.steps[points[who[:, 0]]]
-        return who[np.argsort(-work, kind="stable")]
+        lanes = np.bincount(plan, minlength=1)
+        chunks = -(-lanes // WIDTH)
+        before = WIDTH * (np.cumsum(chunks) - chunks) - (np.cumsum(lanes) - lanes)  # places left free by other plans
+        who = np.full((int(chunks.sum()), WIDTH), -1)
+        who.flat[np.arange(len(order)) + before[plan]] = order
+        steps = ends[who[:, 0]] * self.node_count[points[who[:, 0]]]
+        return who[np.argsort(-steps, kind="stable")]
 
     def _run(self, call: Call) -> None:
         """Have all chunks of a call advanced, as long as anybody waits for it."""
-        d, (h, k) = self.dimension, self.harmonics
-        count = min(SEATS, len(call.who))
-        slots = self._pieces if self._pieces <= _MOST_SLOTS else 1
-        lanes = layout.lanes(d, len(call.v), self._table.shape[2], slots, count)
-        seats, work = layout.seats(count), layout.chunk(d, h, k)
+        d, its = self.dimension, self._points
+        pieces = int(its.nodes.piece.max()) + 1
+        count, slots = min(SEATS, len(call.who)), pieces if pieces <= _MOST_SLOTS else 1
+        lanes = layout.lanes(d, len(call.v), its.table.shape[2], slots, count)
+        seats, work, measuring = layout.seats(count), layout.chunk(d, its.h, its.k), len(call.measures) > 0
         stop.check()
-        while advance_block(
-            (0,) * d, self._phys, h, k, self._nodes, self._courses, self._table, tables.kept(self.system), call, lanes,
-            seats, work, len(call.measures) > 0, _AT_ONE_GO,
-        ):
+        while advance_block((0,) * d, its, call, lanes, seats, work, measuring, _AT_ONE_GO):
             stop.check()

@@ -142,6 +142,18 @@ class Courses(NamedTuple):
     row: np.ndarray  # (P,) its first row of the step tables
 
 
+class Points(NamedTuple):
+    """All that is known of P parameter points beforehand."""
+
+    phys: np.ndarray  # (P, total), see `Parameters`
+    nodes: Nodes
+    courses: Courses
+    table: np.ndarray  # (all pieces of all points, 3, rows), see `tables.tabulate`
+    h: int  # harmonics of the forcing
+    k: int  # of the stiffness
+    kept: int  # of the forcing that keep their own rows in the step tables
+
+
 class Call(NamedTuple):
     """What is asked for L trajectories, in C chunks, and where it is put; see `Flowed`."""
 
@@ -160,9 +172,9 @@ class Call(NamedTuple):
 class Lanes(NamedTuple):
     """The trajectories on S seats, B = S * WIDTH lanes.
 
-    The R vectors of a seat: d of the states at even ticks of the clock, d at odd ones, then for every slot d bounds that
-    tell a harmless step, and the step matrices of the lanes' contact states as the step tables have them. There is a
-    slot for every piece of the period, or one for all.
+    The R vectors of a seat: d of the states at even ticks of the clock, d at odd ones, then for every slot d bounds
+    that tell a harmless step, and the step matrices of the lanes' contact states as the step tables have them. There is
+    a slot for every piece of the period, or one for all.
     """
 
     number: np.ndarray  # (B,) in the call
@@ -227,15 +239,23 @@ def chunk(d: int, h: int, k: int) -> Chunk:
 def lanes(d: int, k: int, rows: int, slots: int, seats: int) -> Lanes:
     """Lanes for so many seats, with d coordinates, k tangent vectors and step matrices of so many rows."""
     b = seats * WIDTH
+    number, point, node, row, status = np.zeros((5, b), np.int64)
     return Lanes(
-        *(np.zeros(b, np.int64) for _ in range(5)), aligned(b), aligned(slots, b), np.zeros((MEASURES, b)),
+        number, point, node, row, status, aligned(b), aligned(slots, b), np.zeros((MEASURES, b)),
         aligned(b * (2 * d + slots * (d + rows))), aligned(seats, 2, k, d, WIDTH),
     )
 
 
 def seats(count: int) -> Seats:
     """So many seats, all due for their first chunk."""
-    return Seats(*(np.zeros(count, np.int64) for _ in range(8)), np.array([count, 0, 0]))
+    live, period, ahead, node, pause, due, slot, at = np.zeros((8, count), np.int64)
+    return Seats(live, period, ahead, node, pause, due, slot, at, np.array([count, 0, 0]))
+
+
+@inlined
+def seat_rows(lanes):
+    """How many vectors stand on a seat, R."""
+    return len(lanes.vectors) // len(lanes.number)
 
 
 @inlined

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from gearchaos.flow import layout as to
 from gearchaos.flow.contact import LOST, find_exits
 from gearchaos.flow.jit import inlined, kernel
-from gearchaos.flow.layout import (
-    CHATTER, LENGTH, LEVEL, MAX_SWITCHES, WAVES, WIDTH, parameters, place_of, rows, seat_of,
-)
+from gearchaos.flow.layout import CHATTER, MAX_SWITCHES, WIDTH, parameters, place_of, rows, seat_of, seat_rows
 from gearchaos.flow.measure import measure_piece, output_series, read_measures, write_measures
 from gearchaos.flow.simd import any_lane, load, peek, poke, select, splat, store
 from gearchaos.flow.taylor import drive, expand, finish, turn_waves
@@ -21,13 +20,13 @@ def fill(dims, phys, h, k, nodes, node, points, ws):
     d = len(dims)
     at, par = rows(d), parameters(d, h, k)
     for l in range(WIDTH):
-        values, here = phys[points[l]], nodes.values[node[l]]
+        values, here = phys[points[l]], nodes[node[l]]
         for i in range(d, d * d):
             ws[i * WIDTH + l] = values[i]
         for i in range(1, d):
             ws[(at.minus_b + i) * WIDTH + l] = -values[at.minus_b + i]
             ws[(at.f0 + i) * WIDTH + l] = values[at.f0 + i]
-        ws[at.level * WIDTH + l] = values[par.levels + int(here[LEVEL])]
+        ws[at.level * WIDTH + l] = values[par.levels + int(here[to.LEVEL])]
         ws[at.omega * WIDTH + l] = values[par.omega]
         row = at.phase + 2 * max(h, k)
         for j in range(h):
@@ -38,9 +37,9 @@ def fill(dims, phys, h, k, nodes, node, points, ws):
             ws[row * WIDTH + l] = values[par.chi_cos + j]
             ws[(row + 1) * WIDTH + l] = values[par.chi_sin + j]
             row += 2
-        ws[at.h * WIDTH + l] = here[LENGTH]
+        ws[at.h * WIDTH + l] = here[to.LENGTH]
         for j in range(2 * max(h, k)):
-            ws[(at.phase + j) * WIDTH + l] = here[WAVES + j]
+            ws[(at.phase + j) * WIDTH + l] = here[to.WAVES + j]
     store(ws, at.h, splat(_TURN) * load(ws, at.h) / load(ws, at.omega))
 
 
@@ -105,20 +104,20 @@ def _mark_lost(dims, lanes, lane, count, ws):
 
 
 @inlined
-def _run_piece(dims, phys, h, k, lanes, lane, count, work, now, first, measuring):
+def _run_piece(dims, its, lanes, lane, count, work, now, first, measuring):
     """One piece of the chunk, from the start rows to the next switch or the end of the step and back there."""
     ws, at = work.ws, rows(len(dims))
-    drive(dims, h, k, ws)
-    expand(dims, ws, True, k > 0)
+    drive(dims, its.h, its.k, ws)
+    expand(dims, ws, True, its.k > 0)
     find_exits(dims, ws)
     if measuring:
-        output_series(dims, phys, h, k, work.points, ws)
+        output_series(dims, its.phys, its.h, its.k, work.points, ws)
         measure_piece(dims, ws, work.found)
     finish(dims, ws)
     if lanes.tangents.shape[2] > 0:
-        then, length = 1 - now, len(lanes.vectors) // len(lanes.number)
+        then, length = 1 - now, seat_rows(lanes)
         _write(dims, lanes.vectors, length, then * len(dims), lane, count, ws, at.end)
-        _carry_tangents(dims, lanes.tangents, now if first else then, then, lane, count, ws, k > 0)
+        _carry_tangents(dims, lanes.tangents, now if first else then, then, lane, count, ws, its.k > 0)
         _read(dims, lanes.vectors, length, then * len(dims), lane, count, ws)
     else:
         for i in range(len(dims)):
@@ -126,7 +125,7 @@ def _run_piece(dims, phys, h, k, lanes, lane, count, work, now, first, measuring
 
 
 @inlined
-def _begin(dims, phys, h, k, nodes, seats, lanes, lane, count, work, tick, measuring):
+def _begin(dims, its, seats, lanes, lane, count, work, tick, measuring):
     """Fill the workspace with all that the lanes of one chunk need to run the step; states go by the clock's parity."""
     ws, at, now = work.ws, rows(len(dims)), tick & 1
     for l in range(WIDTH):
@@ -136,23 +135,23 @@ def _begin(dims, phys, h, k, nodes, seats, lanes, lane, count, work, tick, measu
         ws[at.sigma * WIDTH + l] = peek(lanes.sigma, mine)
         if measuring:
             read_measures(work.found, lanes.measures, mine, l)
-    fill(dims, phys, h, k, nodes, work.nodes, work.points, ws)
-    length = len(lanes.vectors) // len(lanes.number)
+    fill(dims, its.phys, its.h, its.k, its.nodes.values, work.nodes, work.points, ws)
+    length = seat_rows(lanes)
     _read(dims, lanes.vectors, length, now * len(dims), lane, count, ws)
 
 
 @inlined
-def _resolve_chunk(dims, phys, h, k, nodes, seats, lanes, lane, count, work, tick, measuring):
+def _resolve_chunk(dims, its, seats, lanes, lane, count, work, tick, measuring):
     """Advance the lanes of one chunk over one step."""
     ws, at, now = work.ws, rows(len(dims)), tick & 1
-    _begin(dims, phys, h, k, nodes, seats, lanes, lane, count, work, tick, measuring)
+    _begin(dims, its, seats, lanes, lane, count, work, tick, measuring)
     switching, pieces = True, 0
     while switching and pieces < MAX_SWITCHES:
-        _run_piece(dims, phys, h, k, lanes, lane, count, work, now, pieces == 0, measuring)
+        _run_piece(dims, its, lanes, lane, count, work, now, pieces == 0, measuring)
         _mark_lost(dims, lanes, lane, count, ws)
-        switching = _switch(dims, h, k, ws)
+        switching = _switch(dims, its.h, its.k, ws)
         pieces += 1
-    length = len(lanes.vectors) // len(lanes.number)
+    length = seat_rows(lanes)
     _write(dims, lanes.vectors, length, (1 - now) * len(dims), lane, count, ws, at.start)
     for l in range(count):
         lanes.sigma[lane[l]] = ws[at.sigma * WIDTH + l]
@@ -163,31 +162,31 @@ def _resolve_chunk(dims, phys, h, k, nodes, seats, lanes, lane, count, work, tic
 
 
 @inlined
-def _measure_chunk(dims, phys, h, k, nodes, seats, lanes, lane, count, work, tick):
+def _measure_chunk(dims, its, seats, lanes, lane, count, work, tick):
     """Add one step, in which contact does not change, to the measures of the lanes of one chunk."""
     ws, at = work.ws, rows(len(dims))
-    _begin(dims, phys, h, k, nodes, seats, lanes, lane, count, work, tick, True)
-    drive(dims, h, k, ws)
-    expand(dims, ws, True, k > 0)
+    _begin(dims, its, seats, lanes, lane, count, work, tick, True)
+    drive(dims, its.h, its.k, ws)
+    expand(dims, ws, True, its.k > 0)
     store(ws, at.share, splat(1.0))
     store(ws, at.beyond, load(ws, at.sigma))
-    output_series(dims, phys, h, k, work.points, ws)
+    output_series(dims, its.phys, its.h, its.k, work.points, ws)
     measure_piece(dims, ws, work.found)
     for l in range(count):
         write_measures(work.found, lanes.measures, lane[l], l)
 
 
 @inlined
-def measure(dims, phys, h, k, nodes, seats, lanes, work, total, tick):
+def measure(dims, its, seats, lanes, work, total, tick):
     """Add a step to the measures of the first ``total`` listed lanes, in which contact does not change."""
     for first in range(0, total, WIDTH):
         count, lane = min(WIDTH, total - first), work.lane[first : first + WIDTH]
-        _measure_chunk(dims, phys, h, k, nodes, seats, lanes, lane, count, work, tick)
+        _measure_chunk(dims, its, seats, lanes, lane, count, work, tick)
 
 
 @inlined
-def resolve(dims, phys, h, k, nodes, seats, lanes, work, total, tick, measuring):
+def resolve(dims, its, seats, lanes, work, total, tick, measuring):
     """Advance the first ``total`` listed lanes over one step exactly, whatever contact does in it."""
     for first in range(0, total, WIDTH):
         count, lane = min(WIDTH, total - first), work.lane[first : first + WIDTH]
-        _resolve_chunk(dims, phys, h, k, nodes, seats, lanes, lane, count, work, tick, measuring)
+        _resolve_chunk(dims, its, seats, lanes, lane, count, work, tick, measuring)

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from gearchaos.flow.jit import inlined, kernel
-from gearchaos.flow.layout import DIVERGED, DIVERGED_AT, OK, place_of, seat_of
+from gearchaos.flow.layout import DIVERGED, DIVERGED_AT, OK, place_of, seat_of, seat_rows
 from gearchaos.flow.simd import WIDTH, bits, load, splat, store, vabs
 
 
 @inlined
 def state_of(lanes, d, l, now):
     """Where the state of lane l begins among the vectors' floats; its coordinates stand `WIDTH` apart."""
-    length = len(lanes.vectors) // len(lanes.number)
-    return (seat_of(l) * length + now * d) * WIDTH + place_of(l)
+    return (seat_of(l) * seat_rows(lanes) + now * d) * WIDTH + place_of(l)
 
 
 @inlined
@@ -64,7 +63,7 @@ def _keep(call, lanes, l, now, section):
 
 @kernel
 def _mark_diverged(vectors, at, status, first, live):
-    """Note which of the ``live`` lanes from ``first`` on, whose states are the vectors from ``at`` on, have diverged."""
+    """Note which of the ``live`` lanes from ``first`` on have diverged; their states begin at vector ``at``."""
     most = splat(DIVERGED_AT)
     inside = bits((vabs(load(vectors, at)) < most) & (vabs(load(vectors, at + 1)) < most))
     if inside == (1 << WIDTH) - 1:
@@ -110,7 +109,7 @@ def give_up(lanes, seats, seat):
     seats.live[seat], seats.period[seat] = seats.live[last], seats.period[last]
     seats.ahead[seat], seats.pause[seat], seats.due[seat] = seats.ahead[last], seats.pause[last], seats.due[last]
     seats.node[seat], seats.slot[seat] = seats.node[last], seats.slot[last]
-    seats.at[seat] = seats.at[last] - (last - seat) * (len(lanes.vectors) // len(lanes.number))
+    seats.at[seat] = seats.at[last] - (last - seat) * seat_rows(lanes)
     for i in range(WIDTH):
         _move_lane(lanes, seat * WIDTH + i, last * WIDTH + i)
 

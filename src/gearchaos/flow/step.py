@@ -45,7 +45,7 @@ def _load_matrices(dims, kept, matrices, vectors, first):
 
 
 @inlined
-def update(dims, kept, table, nodes, lanes, seats, lane, count, tick):
+def update(dims, its, lanes, seats, lane, count, tick):
     """Have the listed lanes use the step matrices of their contact states."""
     for m in range(count):
         l = peek(lane, m)
@@ -53,9 +53,10 @@ def update(dims, kept, table, nodes, lanes, seats, lane, count, tick):
         own = peek(seats.slot, seat) * len(lanes.number) + l
         if peek(lanes.of, own) != sigma:
             poke(lanes.of, own, sigma)
-            piece = peek(nodes.piece, peek(lanes.node, l) + peek(seats.ahead, seat) + tick)
+            piece = peek(its.nodes.piece, peek(lanes.node, l) + peek(seats.ahead, seat) + tick)
             first = (peek(seats.at, seat) + len(dims)) * WIDTH + place_of(l)
-            _load_matrices(dims, kept, table[peek(lanes.row, l) + piece, int(sigma) + 1], lanes.vectors, first)
+            matrices = its.table[peek(lanes.row, l) + piece, int(sigma) + 1]
+            _load_matrices(dims, its.kept, matrices, lanes.vectors, first)
 
 
 @kernel

@@ -6,7 +6,7 @@ import threading
 from contextvars import ContextVar
 
 asked: ContextVar[threading.Event | None] = ContextVar("asked", default=None)
-"""Set where the computation runs, it stops between two blocks of lanes once the event is set."""
+"""Set where the computation runs, it stops within some hundredths of a second once the event is set."""
 
 
 class StoppedError(Exception):

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gearchaos.flow.jit import kernel
-from gearchaos.flow.layout import (
-    LENGTH, LEVEL, ORDER, STEP_ANGLE, WAVES, WIDTH, Nodes, chunk, parameters, rows,
-)
+from gearchaos.flow.layout import ORDER, STEP_ANGLE, WIDTH, Nodes, chunk, parameters, rows
 from gearchaos.flow.resolve import fill
 from gearchaos.flow.simd import load, splat
 from gearchaos.flow.taylor import add_wave, drive, expand, finish, set_gains
@@ -15,12 +13,6 @@ from gearchaos.switched import SwitchedAffine
 
 _MOST_SHARED_HARMONICS = 4
 """With more harmonics it is cheaper to tabulate the forcing at every node than to sum its waves in every step."""
-
-_SHARES = 8
-"""Where the contact ratio differs from point to point, shares of the period are rounded up to eighths."""
-
-_SPREAD = 8.0
-"""Tangent vectors may part by this factor, in ln, before they are orthonormalised."""
 
 
 def parameter_array(system: SwitchedAffine) -> np.ndarray:
@@ -72,49 +64,7 @@ def _spectral_radius(A: np.ndarray) -> np.ndarray:
     return scale * np.sqrt((power**2).sum(axis=(1, 2))) ** (1 / 16)
 
 
-def node_count(system: SwitchedAffine) -> np.ndarray:
-    """Steps (P, 2) that both shares of a period need, rounded up to few distinct numbers so that points share them.
-
-    They and `runs` depend on a point alone, so that a result does not depend on what else is computed beside it.
-    """
-    needed = np.ceil(2 * np.pi / system.omega * rate(system) / STEP_ANGLE)
-    grain = 2.0 ** np.floor(np.log2(np.maximum(needed, 16)) - 3)
-    whole, share = np.ceil(needed / grain) * grain, np.stack([system.split, 1 - system.split], axis=1)
-    if not system.one_split:
-        share = np.ceil(_SHARES * share) / _SHARES
-    return np.maximum(np.ceil(whole[:, None] * share), 1).astype(int)
-
-
-def runs(system: SwitchedAffine) -> np.ndarray:
-    """In how many runs of steps a period must be cut, (P,), between which tangent vectors are orthonormalised."""
-    spread = (np.abs(system.trace) + 1.0) * system.period  # of ln|v| in a period, at the very most
-    return 2 ** np.ceil(np.log2(np.maximum(spread / _SPREAD, 1.0))).astype(int)
-
-
-def two_lengths(first: int, second: int, split: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lengths and starts (N, Q) of the steps as shares of the period, the stiffness jump among the nodes."""
-    length = np.concatenate([np.tile(split / first, (first, 1)), np.tile((1 - split) / second, (second, 1))])
-    start = np.concatenate(
-        [np.arange(first)[:, None] * (split / first), split + np.arange(second)[:, None] * ((1 - split) / second)]
-    )
-    return length, start
-
-
-def sampled(count: int, split: float, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lengths and starts (N, 1) of steps that include equidistant samples, and which nodes the samples are."""
-    fine = samples * int(np.ceil(count / samples))
-    start = np.arange(fine) / fine
-    nearest = np.argmin(np.abs(start - split))
-    if abs(start[nearest] - split) < 1e-12:
-        start[nearest] = split
-    elif 0 < split < 1:
-        start = np.sort(np.append(start, split))
-    length = np.diff(np.append(start, 1.0))
-    which = np.searchsorted(start, np.arange(samples) / samples - 1e-9)
-    return length[:, None], start[:, None], which
-
-
-def _shared(system: SwitchedAffine) -> bool:
+def shared(system: SwitchedAffine) -> bool:
     """Whether equal steps on one stiffness level share their matrices.
 
     Where the stiffness has harmonics, the split differs from point to point, or the harmonics of the forcing are many,
@@ -126,31 +76,7 @@ def _shared(system: SwitchedAffine) -> bool:
 def kept(system: SwitchedAffine) -> int:
     """How many harmonics of the forcing keep their own rows in the step tables: where steps have their own matrices,
     the forcing is part of the constant."""
-    return system.f_cos.shape[1] if _shared(system) else 0
-
-
-def nodes(system: SwitchedAffine, length: np.ndarray, start: np.ndarray, sample_at: np.ndarray) -> Nodes:
-    """The steps of a period for points with as many of them: one period if lengths and starts (N, Q) have Q = 1, else
-    one for each point."""
-    split = system.split[:1] if system.one_split else system.split
-    level = np.all(start >= split - 1e-12, axis=1).astype(np.int64)
-    harmonics = np.arange(1, max(system.f_cos.shape[1], system.chi_cos.shape[1]) + 1)
-    phase = 2 * np.pi * start.T.ravel()[:, None] * harmonics
-    piece: np.ndarray = _stretches(level, length[:, 0]) if _shared(system) else np.arange(len(length))
-    sample = np.full(len(length), -1)
-    sample[sample_at] = np.arange(len(sample_at))
-    periods = length.shape[1]
-    values = np.empty((phase.shape[0], 2 + 2 * len(harmonics)))
-    values[:, LENGTH], values[:, LEVEL] = length.T.ravel(), np.tile(level, periods)
-    values[:, WAVES::2], values[:, WAVES + 1 :: 2] = np.cos(phase), np.sin(phase)
-    whole = (np.tile(a, periods) for a in (piece, np.searchsorted(piece, piece, side="right"), sample))
-    return Nodes(*whole, values)
-
-
-def _stretches(level: np.ndarray, length: np.ndarray) -> np.ndarray:
-    """Number the runs of equal steps on one level."""
-    new = (np.diff(level) != 0) | (np.abs(np.diff(length)) > 1e-15)
-    return np.concatenate([[0], np.cumsum(new)]).astype(np.int64)
+    return system.f_cos.shape[1] if shared(system) else 0
 
 
 def tabulate(system: SwitchedAffine, phys: np.ndarray, node: Nodes, steps: int) -> np.ndarray:
@@ -163,7 +89,7 @@ def tabulate(system: SwitchedAffine, phys: np.ndarray, node: Nodes, steps: int) 
     first = np.searchsorted(node.piece[:steps], np.arange(node.piece[steps - 1] + 1))
     table = np.zeros((system.points, len(first), 3, d * d + d + 2 * own * d))
     course = steps * np.arange(system.points) if len(node.piece) > steps else np.zeros(system.points, np.int64)
-    _tabulate((0,) * d, phys, h, k, node, course, first, own, chunk(d, h, k), table)
+    _tabulate((0,) * d, phys, h, k, node.values, course, first, own, chunk(d, h, k), table)
     return table
 
 
@@ -185,11 +111,11 @@ def _respond(dims, ws, forced, varying, table, points, piece, state, first, stri
 
 
 @kernel
-def _tabulate_step(dims, phys, h, k, node, piece, state, kept, work, points, table):
+def _tabulate_step(dims, phys, h, k, nodes, piece, state, kept, work, points, table):
     """All rows of one step in one contact state for a chunk of points."""
     d = len(dims)
     at, ws = rows(d), work.ws
-    fill(dims, phys, h, k, node, work.nodes, points, ws)
+    fill(dims, phys, h, k, nodes, work.nodes, points, ws)
     for l in range(WIDTH):
         ws[at.sigma * WIDTH + l] = state - 1.0
         ws[at.share * WIDTH + l] = 1.0
@@ -231,7 +157,7 @@ def _tabulate_waves(dims, phys, h, k, piece, state, work, points, table):
 
 
 @kernel
-def _tabulate(dims, phys, h, k, node, course, first, kept, work, table):
+def _tabulate(dims, phys, h, k, nodes, course, first, kept, work, table):
     for base in range(0, table.shape[0], WIDTH):
         for l in range(WIDTH):
             work.points[l] = min(base + l, table.shape[0] - 1)
@@ -239,4 +165,4 @@ def _tabulate(dims, phys, h, k, node, course, first, kept, work, table):
             for l in range(WIDTH):
                 work.nodes[l] = course[work.points[l]] + first[piece]
             for state in range(3):
-                _tabulate_step(dims, phys, h, k, node, piece, state, kept, work, work.points, table)
+                _tabulate_step(dims, phys, h, k, nodes, piece, state, kept, work, work.points, table)
