@@ -70,7 +70,7 @@ def test_a_run_does_not_depend_on_whose_seats_it_shares(case):
         alone = flow.advance(w[:, [i]], periods[i], points=points[[i]], tangent=frame[..., [i]], **options)
         for field in fields(whole):
             mine, its = getattr(whole, field.name)[..., i], getattr(alone, field.name)[..., 0]
-            if field.name in ("growth", "sections"):  # those of the longest run: before its first, after its last period
+            if field.name in ("growth", "sections"):  # of the longest run
                 mine = mine[: len(its)] if field.name == "growth" else mine[len(mine) - len(its) :]
             np.testing.assert_array_equal(mine, its, err_msg=field.name)
 

@@ -143,6 +143,8 @@ class ExactFlow:
 
     def _run(self, call: Call) -> None:
         """Have all chunks of a call advanced, as long as anybody waits for it."""
+        if len(call.who) == 0:
+            return
         d, its = self.dimension, self._points
         pieces = int(its.nodes.piece.max()) + 1
         count, slots = min(SEATS, len(call.who)), pieces if pieces <= _MOST_SLOTS else 1

@@ -8,6 +8,7 @@ is one flat array with constant offsets, so that the compiler sees straight vect
 
 from __future__ import annotations
 
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -221,7 +222,7 @@ _LINE = 64
 
 def aligned(*shape: int) -> np.ndarray:
     """An array of zeros that begins with a line of the cache: no vector then stands in two of them."""
-    size, step = int(np.prod(shape)), _LINE // 8
+    size, step = prod(shape), _LINE // 8
     room = np.zeros(size + step)
     skip = -(room.ctypes.data // 8) % step
     return room[skip : skip + size].reshape(shape)

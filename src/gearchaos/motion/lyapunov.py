@@ -55,6 +55,8 @@ def of_orbits(flow: ExactFlow, points: np.ndarray, found: Orbits) -> np.ndarray:
         out = np.log(modulus).T / duration
     off = np.abs(out.sum(axis=0) - flow.system.trace[points]) * duration
     drowned = np.flatnonzero(~(off < _RESOLVED))
+    if len(drowned) == 0:
+        return out
     norm = np.linalg.norm(found.monodromy[drowned], axis=(1, 2))
     grown = _second_round(flow, points[drowned], found.take(drowned)) / duration[drowned]
     out[:, drowned] = np.where(_CLEAR * norm < modulus[drowned].T, out[:, drowned], grown)

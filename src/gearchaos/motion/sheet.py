@@ -121,6 +121,8 @@ class Sheet:
         return orbit.approaching(self.flow, w, self.points[lanes], found, _FOLLOWED)
 
     def _settle(self, lanes: np.ndarray, found: orbit.Orbits, which: np.ndarray, reason: Reason) -> None:
+        if len(lanes) == 0:
+            return
         self.judge(lanes, Label.PERIODIC, reason)
         self.w[:, lanes], self.period[lanes] = found.w[:, which], found.period[which]
         self.residual[lanes], self.multipliers[lanes] = found.residual[which], found.multipliers[which]
