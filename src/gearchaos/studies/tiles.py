@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from contextvars import copy_context
-from itertools import islice
+from itertools import islice, pairwise
 from typing import Any, TypeVar
 
 from gearchaos.errors import InputError, whole_number
 
-TILE = 4096
+TILE = 8192
 """Most trajectories in one tile: a few seconds of work, so that progress shows and Ctrl-C is felt."""
 
 Item = TypeVar("Item")
@@ -20,8 +20,11 @@ Item = TypeVar("Item")
 _BEAT = 2.0
 _LEAST = 512
 """Fewer motions leave the blocks of lanes of the kernels half empty; they are worth no thread of their own."""
-_LAST = 16
+_LAST = 8
 """A thread's last tile is so small a part of its share that the others do not wait long for it."""
+_FEW = 5120
+"""A thread has no more than one tile where its share is no more than this: smaller ones would cost more than waiting
+for the last."""
 _BYTES = 400
 """What a study keeps of each cell or start, at most."""
 
@@ -41,6 +44,8 @@ def cores() -> int:
 def split(count: int, largest: int = TILE, threads: int | None = None) -> list[slice]:
     """Consecutive tiles of ``count`` pieces of work, large ones first and ever smaller ones: threads end together."""
     workers = 1 if threads == 1 else threads or cores()
+    if count <= workers * min(_FEW, largest):
+        return _equal(count, max(1, min(workers, count // _LEAST)))
     least = min(largest, max(_LEAST, count // (_LAST * workers)))
     tiles, first = [], 0
     while first < count:
@@ -48,6 +53,11 @@ def split(count: int, largest: int = TILE, threads: int | None = None) -> list[s
         tiles.append(slice(first, min(first + size, count)))
         first += size
     return tiles
+
+
+def _equal(count: int, parts: int) -> list[slice]:
+    ends = [count * i // parts for i in range(parts + 1)]
+    return [slice(first, last) for first, last in pairwise(ends) if last > first]
 
 
 def run(
