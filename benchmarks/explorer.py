@@ -29,6 +29,9 @@ from gearchaos.studies.warmup import warmup
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 KINDS = {"torsional": "kind=torsional", "full": "kind=full"}
+_FORGOTTEN = 5
+"""Seconds after which nothing is computed any more for a page that was closed."""
+
 MAP = "x=omega:0.2:3.0&y=eps1:0.0:0.3"
 
 _WAIT = """
@@ -134,7 +137,9 @@ def slides(chromium, url: str, count: int, rest: bool) -> list[float]:
 
 
 def maps(chromium, url: str, kind: str, most: float) -> dict[str, float]:
-    """Seconds from a new page to its coarse map, and until the map is sharp, or how far it came."""
+    """Seconds from a new page to its coarse map, and until the map is sharp, or how far it came; once the page before
+    is forgotten."""
+    time.sleep(_FORGOTTEN)
     page, began = chromium.new_page(viewport={"width": 1366, "height": 768}), time.perf_counter()
     page.goto(f"{url}?{KINDS[kind]}&{MAP}&at=1.3,0.21")
     out = {"opened": time.perf_counter() - began}

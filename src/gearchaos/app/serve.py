@@ -23,7 +23,7 @@ PORT = 5006
 _SWITCH = 0.001
 """Seconds after which a thread lets another have its turn, so that what a process found is soon shown."""
 
-_CHECK = 8000
+_CHECK = 3000
 """Milliseconds after which a page that was closed is forgotten."""
 
 
