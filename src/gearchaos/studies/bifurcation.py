@@ -24,7 +24,7 @@ from gearchaos.studies.sweep import carried
 from gearchaos.switched import switched
 
 MODES = ("fixed", "up", "down")
-_TILE = 256
+_TILE = 512
 PER_COLUMN = Budget(exponent=1000, extensions=2)
 """Columns are few: each is worth an exponent that draws a clean curve."""
 
