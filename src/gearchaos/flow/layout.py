@@ -1,7 +1,7 @@
 """The plain arrays that kernels work on: what stands where.
 
-Trajectories are *lanes*. `WIDTH` lanes whose points share their steps make a chunk; each chunk sits on one *seat* of a
-block and takes affine steps by its own clock, until it has had its periods and another chunk takes the seat. The few
+Trajectories are *lanes*. `WIDTH` lanes whose points share their steps make a *chunk*; each chunk sits on one *seat* and
+takes affine steps by its own clock, until it has had its periods and another chunk takes the seat. The few
 lanes that may switch contact in a step are gathered from all seats and resolved `WIDTH` at a time, in a workspace that
 is one flat array with constant offsets, so that the compiler sees straight vector code.
 """
@@ -24,6 +24,9 @@ STEP_ANGLE = 0.45
 
 SEATS = 32
 """Chunks that one kernel call advances side by side; for d = 2 their step matrices fit the first-level cache."""
+
+_SHIFT = WIDTH.bit_length() - 1
+"""By which the number of a lane is shifted for that of its seat."""
 
 MAX_SWITCHES = 64
 """Contact switches within one step after which a lane gets the status CHATTER."""
@@ -197,7 +200,7 @@ class Seats(NamedTuple):
     live: np.ndarray  # (S,) lanes that still go on
     period: np.ndarray  # (S,)
     ahead: np.ndarray  # (S,) how far the number of its step in the period is ahead of the clock
-    node: np.ndarray  # (S,) how far the node of its first lane is
+    node: np.ndarray  # (S,) how far the number of its first lane's step among all nodes is ahead of the clock
     pause: np.ndarray  # (S,) the next step before which there is something to do
     due: np.ndarray  # (S,) the tick at which it is reached
     slot: np.ndarray  # (S,) of the step matrices
@@ -262,10 +265,10 @@ def seat_rows(lanes):
 @inlined
 def seat_of(lane):
     """The seat of a lane."""
-    return lane >> 3
+    return lane >> _SHIFT
 
 
 @inlined
 def place_of(lane):
     """Which of the lanes on its seat a lane is."""
-    return lane & 7
+    return lane & (WIDTH - 1)

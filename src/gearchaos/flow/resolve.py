@@ -104,20 +104,20 @@ def _mark_lost(dims, lanes, lane, count, ws):
 
 
 @inlined
-def _run_piece(dims, its, lanes, lane, count, work, now, first, measuring):
+def _run_piece(dims, points, lanes, lane, count, work, now, first, measuring):
     """One piece of the chunk, from the start rows to the next switch or the end of the step and back there."""
     ws, at = work.ws, rows(len(dims))
-    drive(dims, its.h, its.k, ws)
-    expand(dims, ws, True, its.k > 0)
+    drive(dims, points.h, points.k, ws)
+    expand(dims, ws, True, points.k > 0)
     find_exits(dims, ws)
     if measuring:
-        output_series(dims, its.phys, its.h, its.k, work.points, ws)
+        output_series(dims, points.phys, points.h, points.k, work.points, ws)
         measure_piece(dims, ws, work.found)
     finish(dims, ws)
     if lanes.tangents.shape[2] > 0:
         then, length = 1 - now, seat_rows(lanes)
         _write(dims, lanes.vectors, length, then * len(dims), lane, count, ws, at.end)
-        _carry_tangents(dims, lanes.tangents, now if first else then, then, lane, count, ws, its.k > 0)
+        _carry_tangents(dims, lanes.tangents, now if first else then, then, lane, count, ws, points.k > 0)
         _read(dims, lanes.vectors, length, then * len(dims), lane, count, ws)
     else:
         for i in range(len(dims)):
@@ -125,7 +125,7 @@ def _run_piece(dims, its, lanes, lane, count, work, now, first, measuring):
 
 
 @inlined
-def _begin(dims, its, seats, lanes, lane, count, work, tick, measuring):
+def _begin(dims, points, seats, lanes, lane, count, work, tick, measuring):
     """Fill the workspace with all that the lanes of one chunk need to run the step; states go by the clock's parity."""
     ws, at, now = work.ws, rows(len(dims)), tick & 1
     for l in range(WIDTH):
@@ -135,21 +135,21 @@ def _begin(dims, its, seats, lanes, lane, count, work, tick, measuring):
         ws[at.sigma * WIDTH + l] = peek(lanes.sigma, mine)
         if measuring:
             read_measures(work.found, lanes.measures, mine, l)
-    fill(dims, its.phys, its.h, its.k, its.nodes.values, work.nodes, work.points, ws)
+    fill(dims, points.phys, points.h, points.k, points.nodes.values, work.nodes, work.points, ws)
     length = seat_rows(lanes)
     _read(dims, lanes.vectors, length, now * len(dims), lane, count, ws)
 
 
 @inlined
-def _resolve_chunk(dims, its, seats, lanes, lane, count, work, tick, measuring):
+def _resolve_chunk(dims, points, seats, lanes, lane, count, work, tick, measuring):
     """Advance the lanes of one chunk over one step."""
     ws, at, now = work.ws, rows(len(dims)), tick & 1
-    _begin(dims, its, seats, lanes, lane, count, work, tick, measuring)
+    _begin(dims, points, seats, lanes, lane, count, work, tick, measuring)
     switching, pieces = True, 0
     while switching and pieces < MAX_SWITCHES:
-        _run_piece(dims, its, lanes, lane, count, work, now, pieces == 0, measuring)
+        _run_piece(dims, points, lanes, lane, count, work, now, pieces == 0, measuring)
         _mark_lost(dims, lanes, lane, count, ws)
-        switching = _switch(dims, its.h, its.k, ws)
+        switching = _switch(dims, points.h, points.k, ws)
         pieces += 1
     length = seat_rows(lanes)
     _write(dims, lanes.vectors, length, (1 - now) * len(dims), lane, count, ws, at.start)
@@ -162,31 +162,31 @@ def _resolve_chunk(dims, its, seats, lanes, lane, count, work, tick, measuring):
 
 
 @inlined
-def _measure_chunk(dims, its, seats, lanes, lane, count, work, tick):
+def _measure_chunk(dims, points, seats, lanes, lane, count, work, tick):
     """Add one step, in which contact does not change, to the measures of the lanes of one chunk."""
     ws, at = work.ws, rows(len(dims))
-    _begin(dims, its, seats, lanes, lane, count, work, tick, True)
-    drive(dims, its.h, its.k, ws)
-    expand(dims, ws, True, its.k > 0)
+    _begin(dims, points, seats, lanes, lane, count, work, tick, True)
+    drive(dims, points.h, points.k, ws)
+    expand(dims, ws, True, points.k > 0)
     store(ws, at.share, splat(1.0))
     store(ws, at.beyond, load(ws, at.sigma))
-    output_series(dims, its.phys, its.h, its.k, work.points, ws)
+    output_series(dims, points.phys, points.h, points.k, work.points, ws)
     measure_piece(dims, ws, work.found)
     for l in range(count):
         write_measures(work.found, lanes.measures, lane[l], l)
 
 
 @inlined
-def measure(dims, its, seats, lanes, work, total, tick):
+def measure(dims, points, seats, lanes, work, total, tick):
     """Add a step to the measures of the first ``total`` listed lanes, in which contact does not change."""
     for first in range(0, total, WIDTH):
         count, lane = min(WIDTH, total - first), work.lane[first : first + WIDTH]
-        _measure_chunk(dims, its, seats, lanes, lane, count, work, tick)
+        _measure_chunk(dims, points, seats, lanes, lane, count, work, tick)
 
 
 @inlined
-def resolve(dims, its, seats, lanes, work, total, tick, measuring):
+def resolve(dims, points, seats, lanes, work, total, tick, measuring):
     """Advance the first ``total`` listed lanes over one step exactly, whatever contact does in it."""
     for first in range(0, total, WIDTH):
         count, lane = min(WIDTH, total - first), work.lane[first : first + WIDTH]
-        _resolve_chunk(dims, its, seats, lanes, lane, count, work, tick, measuring)
+        _resolve_chunk(dims, points, seats, lanes, lane, count, work, tick, measuring)

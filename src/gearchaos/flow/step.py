@@ -13,30 +13,29 @@ from gearchaos.flow.simd import WIDTH, bits, least, load, peek, poke, select, sp
 
 _TURN = 6.283185307179586
 
-
-_PLACES = np.array([[i for i in range(WIDTH) if bits >> i & 1] + [0] * (WIDTH - bits.bit_count())
-                    for bits in range(1 << WIDTH)], dtype=np.int8)
+_PLACES = np.array([[i for i in range(WIDTH) if mask >> i & 1] + [0] * (WIDTH - mask.bit_count())
+                    for mask in range(1 << WIDTH)], dtype=np.int8)
 """The places of the lanes in a mask, by its bits."""
 
-_COUNTS = np.array([bits.bit_count() for bits in range(1 << WIDTH)], dtype=np.int8)
+_COUNTS = np.array([mask.bit_count() for mask in range(1 << WIDTH)], dtype=np.int8)
 
 
 @inlined
-def listed(bits, seat, lane, count):
+def listed(mask, seat, lane, count):
     """Add the lanes of a seat that are in a mask to the ``count`` listed ones; returns how many there are then.
 
     Whole chunks are written, so that the list must have room for one more.
     """
     for i in range(WIDTH):
-        poke(lane, count + i, seat * WIDTH + _PLACES[bits, i])
-    return count + _COUNTS[bits]
+        poke(lane, count + i, seat * WIDTH + _PLACES[mask, i])
+    return count + _COUNTS[mask]
 
 
 @inlined
 def _load_matrices(dims, kept, matrices, vectors, first):
     """Copy the step matrices of one lane to every `WIDTH`-th of the vectors' floats from ``first`` on."""
     d = len(dims)
-    if kept == 1:
+    if kept == 1:  # the usual forcing: the compiler knows how many there are, and writes no loop
         for i in range(d * d + 3 * d):
             poke(vectors, first + i * WIDTH, matrices[i])
     else:
@@ -45,7 +44,7 @@ def _load_matrices(dims, kept, matrices, vectors, first):
 
 
 @inlined
-def update(dims, its, lanes, seats, lane, count, tick):
+def update(dims, points, lanes, seats, lane, count, tick):
     """Have the listed lanes use the step matrices of their contact states."""
     for m in range(count):
         l = peek(lane, m)
@@ -53,10 +52,10 @@ def update(dims, its, lanes, seats, lane, count, tick):
         own = peek(seats.slot, seat) * len(lanes.number) + l
         if peek(lanes.of, own) != sigma:
             poke(lanes.of, own, sigma)
-            piece = peek(its.nodes.piece, peek(lanes.node, l) + peek(seats.ahead, seat) + tick)
+            piece = peek(points.nodes.piece, peek(lanes.node, l) + peek(seats.ahead, seat) + tick)
             first = (peek(seats.at, seat) + len(dims)) * WIDTH + place_of(l)
-            matrices = its.table[peek(lanes.row, l) + piece, int(sigma) + 1]
-            _load_matrices(dims, its.kept, matrices, lanes.vectors, first)
+            matrices = points.table[peek(lanes.row, l) + piece, int(sigma) + 1]
+            _load_matrices(dims, points.kept, matrices, lanes.vectors, first)
 
 
 @kernel

@@ -10,7 +10,6 @@ import xarray as xr
 
 from gearchaos.flow import ExactFlow
 from gearchaos.motion import Budget, Label, Reason, Sheet, Verdicts, conclude, orbit
-from gearchaos.studies import tiles
 from gearchaos.studies.dataset import variable
 from gearchaos.studies.evidence import evidence
 from gearchaos.studies.survey import survey
@@ -23,9 +22,11 @@ _FOUND = (
 _ATTRACTED = (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC)
 _SAME = 1e-6
 _ALIKE = 0.1
-_SECTIONS = 1024
 _BLOCKS = 8
 _SIGMAS = 6.0
+_SECTIONS = 1024
+_AT_ONCE = 4096
+"""Motions described together, since their sections take memory."""
 
 
 @dataclass
@@ -91,8 +92,8 @@ class Catalogue:
         ``found`` is what `endings` found.
         """
         index = np.full(len(found["label"]), -1, dtype=np.int32)
-        for first in range(0, len(index), tiles.TILE):  # since sections of chaotic motions take memory
-            tile = slice(first, first + tiles.TILE)
+        for first in range(0, len(index), _AT_ONCE):
+            tile = slice(first, first + _AT_ONCE)
             index[tile] = self._place({n: v[tile] for n, v in found.items()})
         return index
 
