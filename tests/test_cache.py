@@ -6,7 +6,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-from gearchaos.flow import jit
+import numpy as np
+import pytest
+from numba import typeof
+
+from gearchaos.flow import ExactFlow, batch, jit
+from gearchaos.model import MeshModel, vary
+from gearchaos.switched import switched
 
 PROGRAM = """
 import sys, time
@@ -83,3 +89,17 @@ def test_a_cache_that_cannot_be_written_is_done_without():
     )
     run = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, timeout=300)
     assert run.stdout == "4 False\n", run.stderr
+
+
+@pytest.mark.parametrize("lanes", [1, 2, 9])
+@pytest.mark.parametrize("options", [{}, {"sections": 3}, {"measured": True}, {"tangent": True, "growth": True}])
+def test_one_compiled_kernel_serves_every_call(lanes, options, monkeypatch):
+    """What `gearchaos warmup` compiles, from one lane, must be what a map runs."""
+    seen = set()
+    monkeypatch.setattr(batch, "advance_block", lambda *given: seen.add(tuple(map(typeof, given))))
+    flow = ExactFlow(switched(vary(MeshModel.of(kind="torsional"), {})))
+    flow.advance(np.zeros((2, 1)), 1)
+    tangent = np.zeros((2, 2, lanes)) if options.get("tangent") else None
+    for periods in (5, np.arange(1, lanes + 1)):
+        flow.advance(np.zeros((2, lanes)), periods, points=np.zeros(lanes, int), **options | {"tangent": tangent})
+    assert len(seen) == 1

@@ -105,11 +105,11 @@ class ExactFlow:
         """
         lanes = w.shape[1]
         points = np.arange(lanes) if points is None else np.asarray(points)
-        ends = np.broadcast_to(np.asarray(periods, dtype=np.int64), lanes)
+        ends = np.broadcast_to(np.asarray(periods, dtype=np.int64), lanes).copy()  # kernels know no read-only arrays
         tangent = np.zeros((0, self.dimension, lanes)) if tangent is None else tangent
         out = self._empty(w, int(ends.max(initial=0)), tangent, growth, sections, measured, sample)
         self._run(Call(
-            self._chunks(points, ends), np.ascontiguousarray(ends), points.astype(np.int64), out.w, out.tangent,
+            self._chunks(points, ends), ends, points.astype(np.int64), out.w, out.tangent,
             out.growth, out.sections, out.measures, out.samples, out.status,
         ))
         return out
@@ -145,11 +145,11 @@ class ExactFlow:
         """Have all chunks of a call advanced, as long as anybody waits for it."""
         if len(call.who) == 0:
             return
-        d, its = self.dimension, self._points
-        pieces = int(its.nodes.piece.max()) + 1
+        d, points = self.dimension, self._points
+        pieces = int(points.nodes.piece.max()) + 1
         count, slots = min(SEATS, len(call.who)), pieces if pieces <= _MOST_SLOTS else 1
-        lanes = layout.lanes(d, len(call.v), its.table.shape[2], slots, count)
-        seats, work, measuring = layout.seats(count), layout.chunk(d, its.h, its.k), len(call.measures) > 0
+        lanes = layout.lanes(d, len(call.v), points.table.shape[2], slots, count)
+        seats, work, measuring = layout.seats(count), layout.chunk(d, points.h, points.k), len(call.measures) > 0
         stop.check()
-        while advance_block((0,) * d, its, call, lanes, seats, work, measuring, _AT_ONE_GO):
+        while advance_block((0,) * d, points, call, lanes, seats, work, measuring, _AT_ONE_GO):
             stop.check()

@@ -11,6 +11,7 @@ from typing import Any
 from gearchaos.coordinates import start
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
+from gearchaos.motion import classify
 from gearchaos.studies.tiles import cores
 from gearchaos.switched import switched
 
@@ -40,5 +41,5 @@ def _run(dimension: int) -> tuple[int, float]:
     batch = vary(MeshModel.of(**MODELS[dimension]), {})
     system = switched(batch)
     assert system.dimension == dimension
-    ExactFlow(system).advance(start(batch, system).T.copy(), 1)
+    classify(ExactFlow(system), start(batch, system).T.copy())
     return dimension, time.perf_counter() - begin
