@@ -14,6 +14,7 @@ from gearchaos.errors import InputError, unknown_name, whole_number
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.motion import Budget, Verdicts
+from gearchaos.studies import tiles
 from gearchaos.studies.dataset import provenance, variable
 from gearchaos.studies.evidence import evidence
 from gearchaos.studies.plan import Plan
@@ -24,7 +25,8 @@ from gearchaos.studies.sweep import carried
 from gearchaos.switched import switched
 
 MODES = ("fixed", "up", "down")
-_TILE = 512
+_KEPT = 4_000_000
+"""Numbers of stroboscopic points kept of a tile's columns, at most, so that memory does not grow with their count."""
 PER_COLUMN = Budget(exponent=1000, extensions=2)
 """Columns are few: each is worth an exponent that draws a clean curve."""
 
@@ -105,6 +107,7 @@ def _columns(
 
     (count,) = {len(v) for v in values.values()}
     return survey(
-        launch, keep, np.arange(count), budget=budget or PER_COLUMN, largest=_TILE,
+        launch, keep, np.arange(count), budget=budget or PER_COLUMN,
+        largest=min(tiles.TILE, max(64, _KEPT // max(1, points * len(names)))),
         progress="bifurcation" if progress else None, threads=threads,
     )

@@ -18,8 +18,8 @@ TILE = 8192
 Item = TypeVar("Item")
 
 _BEAT = 2.0
-_LEAST = 512
-"""Fewer motions leave the blocks of lanes of the kernels half empty; they are worth no thread of their own."""
+_LEAST = 256
+"""Fewer motions do not fill the seats of one kernel call; they are worth no thread of their own."""
 _LAST = 8
 """A thread's last tile is so small a part of its share that the others do not wait long for it."""
 _FEW = 5120
