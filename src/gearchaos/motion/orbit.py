@@ -111,10 +111,16 @@ def polish(
         stuck[busy] += halting
         after = at[:, busy] + step
         go = ~done & (stuck[busy] < _PATIENCE) & (np.abs(after - w[:, busy]).max(axis=0) < reach)
-        if np.isfinite(expansion):
-            go[go] = np.abs(np.linalg.eigvals(matrix[go])).max(axis=1) < expansion
+        go[go] = ~_expands(matrix[go], expansion)
         at[:, busy[go]] = after[:, go]
         busy = busy[go]
+    return out
+
+
+def _expands(matrix: np.ndarray, most: float) -> np.ndarray:
+    """Which matrices (L, d, d) have an eigenvalue of that modulus or more; none does whose norm is less."""
+    out = ~(np.linalg.norm(matrix, axis=(1, 2)) < most)
+    out[out] = ~(np.abs(np.linalg.eigvals(matrix[out])).max(axis=1) < most)
     return out
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from gearchaos.motion.series import by_lane
 
 _NEWTON = 8
+_SETTLED = 1e-15
 
 
 def _weights(n: int) -> np.ndarray:
@@ -51,11 +52,13 @@ def rotation(series: np.ndarray) -> np.ndarray:
     spectrum = np.abs(np.fft.rfft(weighted, axis=-1))
     spectrum[:, :2] = 0.0
     frequency, k = np.argmax(spectrum, axis=-1) / n, np.arange(n) - n / 2
+    busy = np.arange(len(series))
     for _ in range(_NEWTON):
-        turned = weighted * np.exp(-2j * np.pi * frequency[:, None] * k)
+        turned = weighted[busy] * np.exp(-2j * np.pi * frequency[busy, None] * k)
         a, b, c = ((turned * (-2j * np.pi * k) ** m).sum(axis=-1) for m in range(3))
         slope = 2 * (a.conj() * b).real
         bend = 2 * (np.abs(b) ** 2 + (a.conj() * c).real)
-        step = np.divide(slope, bend, out=np.zeros(len(slope)), where=bend < 0)
-        frequency = frequency - np.clip(step, -0.5 / n, 0.5 / n)
+        step = np.clip(np.divide(slope, bend, out=np.zeros(len(slope)), where=bend < 0), -0.5 / n, 0.5 / n)
+        frequency[busy] -= step
+        busy = busy[np.abs(step) > _SETTLED]
     return frequency
