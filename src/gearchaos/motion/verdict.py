@@ -115,14 +115,15 @@ def examine(sheet: Sheet) -> None:
 
 
 def outlast(sheet: Sheet) -> None:
-    """Follow the chaos still open as long as the patience lasts, since it may be a transient, and judge it."""
-    waiting, budget = sheet.open, sheet.budget
-    while len(waiting):
+    """Follow the chaos still open as long as the patience lasts, since it may be a transient, and judge it by its
+    last periods."""
+    budget, waiting = sheet.budget, sheet.open
+    end = budget.patience - budget.exponent
+    while len(waiting := waiting[(sheet.label[waiting] == 0) & (sheet.spent[waiting] < end)]):
         spent = sheet.spent[waiting]
         for before in np.unique(spent):  # each by its own clock, whoever is beside it; from the second round on in step
-            until = min(budget.patience, (before // _STRETCH + 1) * _STRETCH)
+            until = min(end, (before // _STRETCH + 1) * _STRETCH)
             sheet.wait(waiting[spent == before], max(2 * budget.longest + 1, int(until - before)))
-        waiting = waiting[(sheet.label[waiting] == 0) & (sheet.spent[waiting] < budget.patience)]
     sheet.judge(_exponents(sheet, sheet.open), Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
     sheet.judge(sheet.open, Label.UNDECIDED, Reason.BUDGET)
 

@@ -1,8 +1,10 @@
-"""The bench: every computation behind figures and claims, done once and shared."""
+"""The bench: every computation behind figures and claims, done once and shared, also by threads."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -21,6 +23,13 @@ SAMPLES = 64
 """Samples per mesh period of a trajectory."""
 
 
+class _Heard(threading.local):
+    """The keys asked for, of each thread."""
+
+    def __init__(self) -> None:
+        self.keys: list[str] = []
+
+
 class Bench:
     """Computes the studies of the figures, and what the claims ask for, at one quality; remembers all of it.
 
@@ -34,8 +43,9 @@ class Bench:
 
     def __init__(self, quality: Quality, *, progress: bool = False) -> None:
         self.quality, self.progress = quality, progress
-        self.asked: list[str] = []
         self._known: dict[str, Any] = {}
+        self._locks: dict[str, threading.RLock] = {}
+        self._heard = _Heard()
 
     @property
     def budget(self) -> Budget:
@@ -56,14 +66,22 @@ class Bench:
         return self.once(f"figure {number}{name}", lambda: _KINDS[study.kind](self, study))
 
     def once(self, key: str, compute: Callable[[], Any]) -> Any:
-        """The remembered result of ``compute``, which runs at the first call with this key.
-
-        ``asked`` lists every key asked for, in order.
-        """
-        self.asked.append(key)
-        if key not in self._known:
-            self._known[key] = compute()
+        """The remembered result of ``compute``, which runs at the first call with this key."""
+        self._heard.keys.append(key)
+        with self._locks.setdefault(key, threading.RLock()):
+            if key not in self._known:
+                with self.heard():  # what this result rests on was not asked for by whoever asks for it
+                    self._known[key] = compute()
         return self._known[key]
+
+    @contextmanager
+    def heard(self) -> Iterator[list[str]]:
+        """The keys that this thread asks for, in order, while the context lasts."""
+        before, self._heard.keys = self._heard.keys, []
+        try:
+            yield self._heard.keys
+        finally:
+            self._heard.keys = before
 
     def known(self, key: str) -> Any:
         """A result by its key, None if there is none yet."""

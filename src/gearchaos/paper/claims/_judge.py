@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
-from functools import cache
+from functools import cache, partial
 from importlib.resources import files
 from typing import Any
 
@@ -13,6 +14,7 @@ from gearchaos.paper.bench import Bench
 from gearchaos.paper.claims import _attractors, _maps, _motions, _windows  # noqa: F401 - they register their judges
 from gearchaos.paper.claims._evidence import cited
 from gearchaos.paper.claims._outcome import CONTRADICTED, JUDGES, MISPRINT
+from gearchaos.studies.tiles import cores, few_ahead
 
 
 @dataclass(frozen=True)
@@ -53,20 +55,19 @@ def claims_of(figures: Iterable[int]) -> list[str]:
 
 
 def judge_all(
-    bench: Bench, names: Iterable[str], told: Callable[[str], None] = lambda name: None
+    bench: Bench, names: Sequence[str], told: Callable[[str], None] = lambda name: None
 ) -> list[Claim]:
-    """Judge the statements with these ids; ``told`` hears of each before it is judged."""
-    out = []
-    for name in names:
-        told(name)
-        out.append(_judged(bench, name))
-    return out
+    """Judge the statements with these ids, a few at a time; ``told`` hears of each before it is judged."""
+    with ThreadPoolExecutor(cores()) as pool:
+        done = {name: future.result() for name, future in few_ahead(pool, partial(_judged, bench, told), names, cores)}
+    return [done[name] for name in names]
 
 
-def _judged(bench: Bench, name: str) -> Claim:
-    before = len(bench.asked)
-    outcome = asdict(JUDGES[name](bench))
-    outcome["evidence"] |= {"verdicts": cited(bench, bench.asked[before:])}
+def _judged(bench: Bench, told: Callable[[str], None], name: str) -> Claim:
+    told(name)
+    with bench.heard() as asked:
+        outcome = asdict(JUDGES[name](bench))
+    outcome["evidence"] |= {"verdicts": cited(bench, asked)}
     return Claim(id=name, **records()[name], **outcome)
 
 
