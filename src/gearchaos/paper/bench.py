@@ -109,7 +109,7 @@ class Bench:
         """A map of verdicts over two axes."""
         return self.once(
             f"map over {_range(x)} and {_range(y)} of {model}",
-            lambda: zones(model, x, y, budget=self.budget, progress=self.progress),
+            lambda: zones(model, x, y, budget=self.budget),
         )
 
 

@@ -17,17 +17,10 @@ class Log:
 
     def __init__(self, on: bool) -> None:
         self._console = Console(stderr=True, quiet=not on, highlight=False)
-        self._judging = False
 
     def figure(self, figure: Figure) -> None:
         """A figure begins."""
         self._console.print(f"[bold]Figure {figure.number}[/bold]  {figure.title}")
-
-    def claim(self, name: str) -> None:
-        """A statement is about to be judged."""
-        if not self._judging:
-            self._console.print("[bold]Statements of the paper[/bold]")
-        self._judging = True
 
     def end(self, folder: Path, claims: Sequence[Claim], failed: Sequence[Claim]) -> int:
         """The tally and where the report lies; the exit code."""

@@ -6,9 +6,11 @@ import json
 import os
 import time
 from collections.abc import Iterable, Iterator
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 
@@ -52,15 +54,11 @@ def build(
     chosen, level = settings.chosen_figures(figures), settings.quality(quality)
     folder = writable_folder(out_dir)
     start, log = time.perf_counter(), Log(progress)
-    bench = Bench(level, progress=progress)
-    with ThreadPoolExecutor(1) as pen:  # figures are drawn while others are computed
-        drawing = _drawing(pen, folder, _computed(bench, log, chosen.values()))
-        judging = time.perf_counter()
-        judged = claims_.judge_all(bench, claims_.claims_of(chosen), log.claim)
-        judged_in = time.perf_counter() - judging
-        drawn = [figure.result() for figure in drawing]
+    done = _figures(Bench(level, progress=progress), log, folder, chosen.values())
+    judged = [claim for one in done for claim in one.judged.result().claims]
+    judged_in = sum(one.judged.result().seconds for one in done)
     write_bytes(folder / "claims.json", _json([c.to_dict() for c in judged]))
-    page = Page(drawn, judged, level, judged_in, time.perf_counter() - start)
+    page = Page([one.drawn() for one in done], judged, level, judged_in, time.perf_counter() - start)
     write_bytes(folder / "index.html", render(page).encode())
     return log.end(folder, judged, claims_.failed(judged))
 
@@ -86,30 +84,84 @@ def _computed(bench: Bench, log: Log, figures: Iterable[settings.Figure]) -> Ite
         yield _Computed(figure, data, found, bench.quality.dpi, time.perf_counter() - start)
 
 
-def _drawing(pen: Executor, folder: Path, figures: Iterable[_Computed]) -> list[Future[Drawn]]:
-    """Hand every figure to the pen; raises what went wrong with one of those before it, not only at the end."""
-    drawing = list[Future[Drawn]]()
-    for done in figures:
-        for figure in filter(Future.done, drawing):
-            figure.result()
-        drawing.append(pen.submit(_draw, folder, done))
-    return drawing
+@dataclass(frozen=True)
+class _Judged:
+    """The statements about a figure, judged, and the seconds that took."""
+
+    claims: list[claims_.Claim]
+    seconds: float
 
 
-def _draw(folder: Path, done: _Computed) -> Drawn:
-    """Draw one figure and write it with its data."""
-    number, start = done.setting.number, time.perf_counter()
+@dataclass(frozen=True)
+class _UnderWay:
+    """A computed figure: its picture with the seconds that drawing took, its data files and its statements to come."""
+
+    computed: _Computed
+    picture: Future[tuple[bytes, float]]
+    files: Future[list[str]]
+    judged: Future[_Judged]
+
+    @property
+    def parts(self) -> tuple[Future[Any], ...]:
+        return self.picture, self.files, self.judged
+
+    def drawn(self) -> Drawn:
+        png, seconds = self.picture.result()
+        return Drawn(
+            self.computed.setting, png, self.computed.found, self.files.result(), self.computed.seconds, seconds
+        )
+
+
+def _figures(bench: Bench, log: Log, folder: Path, figures: Iterable[settings.Figure]) -> list[_UnderWay]:
+    """Every figure computed, and drawn, saved and judged while others are computed.
+
+    Raises what went wrong with one of them before the next, not only at the end.
+    """
+    under_way = list[_UnderWay]()
+    with _helper() as pen, _helper() as clerk, _helper() as judge:
+        for done in _computed(bench, log, figures):
+            for part in (part for before in under_way for part in before.parts if part.done()):
+                part.result()
+            under_way.append(_UnderWay(
+                done, pen.submit(_draw, folder, done), clerk.submit(_save, folder, done),
+                judge.submit(_judge, bench, done.setting.number),
+            ))
+        wait([part for one in under_way for part in one.parts])
+    return under_way
+
+
+@contextmanager
+def _helper() -> Iterator[Executor]:
+    """A thread that does one thing after the other, and begins no more of them once something went wrong."""
+    helper = ThreadPoolExecutor(1)
+    try:
+        yield helper
+    finally:
+        helper.shutdown(cancel_futures=True)
+
+
+def _draw(folder: Path, done: _Computed) -> tuple[bytes, float]:
+    """Draw one figure and write it; the picture and the seconds it took."""
+    start = time.perf_counter()
     png = draw(done.setting, done.data, done.dpi)
-    seconds = time.perf_counter() - start
-    write_bytes(folder / f"fig{number:02d}.png", png)
-    files = [_save(folder, number, name, ds) for name, ds in done.data.items()]
-    return Drawn(done.setting, png, done.found, files, done.seconds, seconds)
+    write_bytes(folder / f"fig{done.setting.number:02d}.png", png)
+    return png, time.perf_counter() - start
 
 
-def _save(folder: Path, number: int, name: str, ds: xr.Dataset) -> str:
-    file = f"data/fig{number:02d}{'' if len(name) == 1 else '_'}{name}.nc"
-    save_data(ds, folder / file)
-    return file
+def _save(folder: Path, done: _Computed) -> list[str]:
+    """Save the data of one figure; the names of the files."""
+    number, files = done.setting.number, []
+    for name, ds in done.data.items():
+        files.append(f"data/fig{number:02d}{'' if len(name) == 1 else '_'}{name}.nc")
+        save_data(ds, folder / files[-1])
+    return files
+
+
+def _judge(bench: Bench, number: int) -> _Judged:
+    """Judge the statements about one figure."""
+    start = time.perf_counter()
+    judged = claims_.judge_all(bench, claims_.claims_of([number]))
+    return _Judged(judged, time.perf_counter() - start)
 
 
 def _json(value: object) -> bytes:

@@ -20,7 +20,7 @@ Item = TypeVar("Item")
 _BEAT = 2.0
 _LEAST = 256
 """Fewer motions do not fill the seats of one kernel call; they are worth no thread of their own."""
-_LAST = 8
+_LAST = 16
 """A thread's last tile is so small a part of its share that the others do not wait long for it."""
 _FEW = 5120
 """A thread has no more than one tile where its share is no more than this: smaller ones would cost more than waiting

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from functools import cache, partial
+from functools import cache
 from importlib.resources import files
 from typing import Any
 
@@ -14,7 +13,6 @@ from gearchaos.paper.bench import Bench
 from gearchaos.paper.claims import _attractors, _maps, _motions, _windows  # noqa: F401 - they register their judges
 from gearchaos.paper.claims._evidence import cited
 from gearchaos.paper.claims._outcome import CONTRADICTED, JUDGES, MISPRINT
-from gearchaos.studies.tiles import cores, few_ahead
 
 
 @dataclass(frozen=True)
@@ -54,17 +52,12 @@ def claims_of(figures: Iterable[int]) -> list[str]:
     return [name for name, record in records().items() if record["figure"] in wanted]
 
 
-def judge_all(
-    bench: Bench, names: Sequence[str], told: Callable[[str], None] = lambda name: None
-) -> list[Claim]:
-    """Judge the statements with these ids, a few at a time; ``told`` hears of each before it is judged."""
-    with ThreadPoolExecutor(cores()) as pool:
-        done = {name: future.result() for name, future in few_ahead(pool, partial(_judged, bench, told), names, cores)}
-    return [done[name] for name in names]
+def judge_all(bench: Bench, names: Iterable[str]) -> list[Claim]:
+    """Judge the statements with these ids."""
+    return [_judged(bench, name) for name in names]
 
 
-def _judged(bench: Bench, told: Callable[[str], None], name: str) -> Claim:
-    told(name)
+def _judged(bench: Bench, name: str) -> Claim:
     with bench.heard() as asked:
         outcome = asdict(JUDGES[name](bench))
     outcome["evidence"] |= {"verdicts": cited(bench, asked)}
