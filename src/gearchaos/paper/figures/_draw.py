@@ -42,7 +42,7 @@ def draw(setting: Setting, data: Mapping[str, xr.Dataset], dpi: int = 300) -> by
         Dots per inch; the figure is 7.2 inches wide.
     """
     with matplotlib.rc_context(STYLE):
-        figure = Figure(layout="constrained")
+        figure = Figure(layout="constrained", dpi=dpi)
         LAYOUTS[setting.layout](figure, setting, data)
         return png(figure, dpi)
 
@@ -51,6 +51,11 @@ def png(figure: Figure, dpi: int) -> bytes:
     """A figure as the bytes of a PNG file."""
     buffer = BytesIO()
     FigureCanvasAgg(figure)
-    figure.draw_without_rendering()  # the layout settles in two passes: ticks depend on sizes and sizes on tick labels
-    figure.savefig(buffer, format="png", dpi=dpi, facecolor="white", metadata={"Software": "gearchaos"})
+    layout = figure.get_layout_engine()
+    assert layout is not None
+    layout.execute(figure)  # it settles in two passes, of which saving does one: ticks depend on sizes, these on labels
+    figure.savefig(
+        buffer, format="png", dpi=dpi, facecolor="white", metadata={"Software": "gearchaos"},
+        pil_kwargs={"compress_level": 3},  # smaller than the usual 6 for such pictures, and sooner done
+    )
     return buffer.getvalue()
