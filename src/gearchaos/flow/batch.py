@@ -107,7 +107,7 @@ class ExactFlow:
         points = np.arange(lanes) if points is None else np.asarray(points)
         ends = np.broadcast_to(np.asarray(periods, dtype=np.int64), lanes).copy()  # kernels know no read-only arrays
         tangent = np.zeros((0, self.dimension, lanes)) if tangent is None else tangent
-        out = self._empty(w, int(ends.max(initial=0)), tangent, growth, sections, measured, sample)
+        out = self._empty(w, ends, tangent, growth, sections, measured, sample)
         self._run(Call(
             self._chunks(points, ends), ends, points.astype(np.int64), out.w, out.tangent,
             out.growth, out.sections, out.measures, out.samples, out.status,
@@ -115,14 +115,16 @@ class ExactFlow:
         return out
 
     def _empty(
-        self, w: np.ndarray, periods: int, tangent: np.ndarray, growth: bool, sections: int, measured: bool,
+        self, w: np.ndarray, ends: np.ndarray, tangent: np.ndarray, growth: bool, sections: int, measured: bool,
         sample: bool,
     ) -> Flowed:
-        (d, lanes), k = w.shape, len(tangent)
+        (d, lanes), k, periods = w.shape, len(tangent), int(ends.max(initial=0))
+        kept = np.empty((min(sections, periods), d, lanes))
+        kept[:, :, ends < len(kept)] = np.nan
         return Flowed(
             w=np.array(w, order="C", dtype=float), tangent=np.array(tangent, order="C", dtype=float),
             growth=np.zeros((periods if growth else 0, k, lanes)),
-            sections=np.full((min(sections, periods), d, lanes), np.nan),
+            sections=kept,
             measures=measure.empty(lanes) if measured else np.empty((0, lanes)),
             samples=np.zeros((periods if sample else 0, self._samples, d + 1, lanes)),
             status=np.zeros(lanes, dtype=np.int64),

@@ -160,7 +160,7 @@ def approaching(
 def _eigendistances(found: Orbits, *states: np.ndarray) -> np.ndarray:
     """Distances (S, L) of some states (d, L) from the orbits, along the eigenvectors of the monodromy matrices."""
     _, vectors = np.linalg.eig(found.monodromy)
-    defective = np.linalg.cond(vectors) > _DEFECTIVE
+    defective = np.linalg.cond(vectors, "fro") > _DEFECTIVE
     vectors[defective] = np.eye(len(found.w))
     away = np.stack([(w - found.w).T for w in states], axis=2)
     return np.linalg.norm(np.linalg.solve(vectors, away.astype(complex)), axis=1).T
