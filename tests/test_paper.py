@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
+from concurrent.futures import ThreadPoolExecutor
 from html.parser import HTMLParser
 from importlib.resources import files
 
@@ -143,6 +144,28 @@ def test_verdicts_on_the_statements_of_the_paper(draft_bench, name, verdict):
     cited = json.dumps(claim.evidence["verdicts"])
     assert "multiplier" in cited or "exponent" in cited
     json.dumps(claim.to_dict(), allow_nan=False)
+
+
+def test_what_two_threads_ask_for_is_computed_once_and_each_hears_its_own():
+    bench, computed = Bench(TINY), []
+
+    def inner():
+        computed.append("inner")
+        return 1
+
+    def outer():
+        computed.append("outer")
+        return bench.once("inner", inner) + 1
+
+    def ask(key):
+        with bench.heard() as asked:
+            found = [bench.once("outer", outer), bench.once(key, lambda: key)]
+        return found, asked
+
+    with ThreadPoolExecutor(2) as pool:
+        first, second = pool.map(ask, "ab")
+    assert first == ([2, "a"], ["outer", "a"]) and second == ([2, "b"], ["outer", "b"])
+    assert computed == ["outer", "inner"]
 
 
 def claim_with(verdict: str, expected: str = "") -> claims.Claim:
