@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import re
+import threading
+import time
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from html.parser import HTMLParser
@@ -16,6 +18,7 @@ import xarray as xr
 import gearchaos as gc
 from gearchaos.errors import InputError
 from gearchaos.files import write_bytes
+from gearchaos.flow import stop
 from gearchaos.model import MeshModel, TwoLevelStiffness, mesh_stiffness
 from gearchaos.paper import build, claims, settings
 from gearchaos.paper.bench import Bench
@@ -147,7 +150,7 @@ def test_verdicts_on_the_statements_of_the_paper(draft_bench, name, verdict):
 
 
 def test_what_two_threads_ask_for_is_computed_once_and_each_hears_its_own():
-    bench, computed = Bench(TINY), []
+    bench, computed, together = Bench(TINY), [], threading.Barrier(2)
 
     def inner():
         computed.append("inner")
@@ -155,10 +158,12 @@ def test_what_two_threads_ask_for_is_computed_once_and_each_hears_its_own():
 
     def outer():
         computed.append("outer")
+        time.sleep(0.1)  # the other thread asks meanwhile
         return bench.once("inner", inner) + 1
 
     def ask(key):
         with bench.heard() as asked:
+            together.wait()
             found = [bench.once("outer", outer), bench.once(key, lambda: key)]
         return found, asked
 
@@ -356,6 +361,29 @@ def test_a_failure_leaves_no_half_written_file(tmp_path, monkeypatch):
     with pytest.raises(RuntimeError):
         build(tmp_path, [1], "draft", progress=False)
     assert {p.name for p in tmp_path.iterdir()} == {"fig01.png", "claims.json"}
+
+
+def test_a_failed_drawing_is_raised_and_stops_what_is_judged(tmp_path, monkeypatch):
+    left = []
+
+    def endless(bench, names):
+        try:
+            for _ in range(2000):
+                stop.check()
+                time.sleep(0.01)
+        except stop.StoppedError:
+            left.append(True)
+            raise
+
+    def broken(*_):
+        time.sleep(0.2)
+        raise RuntimeError("no ink")
+
+    monkeypatch.setattr(claims, "judge_all", endless)
+    monkeypatch.setattr("gearchaos.paper.report.draw", broken)
+    with pytest.raises(RuntimeError, match="no ink"):
+        build(tmp_path, [1], "draft", progress=False)
+    assert left
 
 
 def test_write_is_whole_or_not_at_all(tmp_path, monkeypatch):

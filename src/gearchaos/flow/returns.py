@@ -18,6 +18,8 @@ def near_returns(sections: np.ndarray, longest: int, near: float, before: float,
     the larger of 1 and its spread over the sections.
     """
     found = np.zeros((count, sections.shape[2]), dtype=np.int64)
+    if longest < 1:
+        return found
     _search(sections, longest, near, before, np.empty((sections.shape[1] + 1, _STRIP)), np.empty(_STRIP, bool), found)
     return found
 

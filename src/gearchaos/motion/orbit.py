@@ -87,7 +87,7 @@ def polish(
     """Newton from guesses w (d, L) with periods (L,) in mesh periods; see `Orbits`.
 
     Each goes on until it converges, halts twice, is farther than ``reach`` from its guess in some coordinate, or has a
-    multiplier larger than ``expansion``.
+    multiplier of ``expansion`` or more.
     """
     lanes, d = w.shape[1], flow.dimension
     out = Orbits(
@@ -111,7 +111,8 @@ def polish(
         stuck[busy] += halting
         after = at[:, busy] + step
         go = ~done & (stuck[busy] < _PATIENCE) & (np.abs(after - w[:, busy]).max(axis=0) < reach)
-        go[go] = ~_expands(matrix[go], expansion)
+        if np.isfinite(expansion):
+            go[go] = ~_expands(matrix[go], expansion)
         at[:, busy[go]] = after[:, go]
         busy = busy[go]
     return out
@@ -119,7 +120,7 @@ def polish(
 
 def _expands(matrix: np.ndarray, most: float) -> np.ndarray:
     """Which matrices (L, d, d) have an eigenvalue of that modulus or more; none does whose norm is less."""
-    out = ~(np.linalg.norm(matrix, axis=(1, 2)) < most)
+    out = ~(np.abs(matrix).sum(axis=2).max(axis=1) < most)
     out[out] = ~(np.abs(np.linalg.eigvals(matrix[out])).max(axis=1) < most)
     return out
 

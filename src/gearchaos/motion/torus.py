@@ -12,6 +12,7 @@ from gearchaos.motion.series import by_lane
 
 _NEWTON = 8
 _SETTLED = 1e-15
+"""A step of the frequency, in cycles per mesh period, that is no more than rounding."""
 
 
 def _weights(n: int) -> np.ndarray:

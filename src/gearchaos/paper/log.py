@@ -22,6 +22,10 @@ class Log:
         """A figure begins."""
         self._console.print(f"[bold]Figure {figure.number}[/bold]  {figure.title}")
 
+    def finishing(self) -> None:
+        """All figures are computed."""
+        self._console.print("[bold]Last statements and drawings[/bold]")
+
     def end(self, folder: Path, claims: Sequence[Claim], failed: Sequence[Claim]) -> int:
         """The tally and where the report lies; the exit code."""
         tally = ", ".join(f"{count} {verdict}" for verdict, count in Counter(c.verdict for c in claims).items())

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import json
 import os
+import threading
 import time
-from collections.abc import Iterable, Iterator
-from concurrent.futures import Executor, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_EXCEPTION, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
+from contextvars import Context, copy_context
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
 from gearchaos.files import write_bytes
+from gearchaos.flow import stop
 from gearchaos.paper import claims as claims_
 from gearchaos.paper import settings
 from gearchaos.paper.bench import Bench
@@ -118,26 +122,41 @@ def _figures(bench: Bench, log: Log, folder: Path, figures: Iterable[settings.Fi
     Raises what went wrong with one of them before the next, not only at the end.
     """
     under_way = list[_UnderWay]()
-    with _helper() as pen, _helper() as clerk, _helper() as judge:
+    with _helpers(3) as (pen, clerk, judge):
         for done in _computed(bench, log, figures):
             for part in (part for before in under_way for part in before.parts if part.done()):
                 part.result()
             under_way.append(_UnderWay(
-                done, pen.submit(_draw, folder, done), clerk.submit(_save, folder, done),
-                judge.submit(_judge, bench, done.setting.number),
+                done, pen(_draw, folder, done), clerk(_save, folder, done), judge(_judge, bench, done.setting.number)
             ))
-        wait([part for one in under_way for part in one.parts])
+        log.finishing()
+        parts = [part for one in under_way for part in one.parts]
+        for part in wait(parts, return_when=FIRST_EXCEPTION).done:
+            part.result()
     return under_way
 
 
 @contextmanager
-def _helper() -> Iterator[Executor]:
-    """A thread that does one thing after the other, and begins no more of them once something went wrong."""
-    helper = ThreadPoolExecutor(1)
+def _helpers(count: int) -> Iterator[list[Callable[..., Future[Any]]]]:
+    """Functions that hand work to a thread each, which does one thing after the other; once something goes wrong here,
+    all leave what they are at."""
+    helpers = [ThreadPoolExecutor(1) for _ in range(count)]
+    here, stopping = copy_context(), threading.Event()
+    here.run(stop.asked.set, stopping)
     try:
-        yield helper
+        yield [partial(_submit, helper, here) for helper in helpers]
+    except BaseException:
+        stopping.set()
+        for helper in helpers:
+            helper.shutdown(wait=False, cancel_futures=True)
+        raise
     finally:
-        helper.shutdown(cancel_futures=True)
+        for helper in helpers:
+            helper.shutdown()
+
+
+def _submit(helper: Executor, here: Context, work: Callable[..., Any], *given: Any) -> Future[Any]:
+    return helper.submit(here.copy().run, work, *given)
 
 
 def _draw(folder: Path, done: _Computed) -> tuple[bytes, float]:

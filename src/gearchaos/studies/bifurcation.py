@@ -26,7 +26,7 @@ from gearchaos.switched import switched
 
 MODES = ("fixed", "up", "down")
 _KEPT = 4_000_000
-"""Numbers of stroboscopic points kept of a tile's columns, at most, so that memory does not grow with their count."""
+"""Numbers of stroboscopic sections that a tile of columns records at once, at most, but for 64 columns."""
 PER_COLUMN = Budget(exponent=1000, extensions=2)
 """Columns are few: each is worth an exponent that draws a clean curve."""
 

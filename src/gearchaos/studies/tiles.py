@@ -45,7 +45,7 @@ def split(count: int, largest: int = TILE, threads: int | None = None) -> list[s
     """Consecutive tiles of ``count`` pieces of work, large ones first and ever smaller ones: threads end together."""
     workers = 1 if threads == 1 else threads or cores()
     if count <= workers * min(_FEW, largest):
-        return _equal(count, max(1, min(workers, count // _LEAST)))
+        return _equal(count, max(1, min(workers, count // _LEAST), -(-count // largest)))
     least = min(largest, max(_LEAST, count // (_LAST * workers)))
     tiles, first = [], 0
     while first < count:

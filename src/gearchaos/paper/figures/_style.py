@@ -23,7 +23,6 @@ STYLE: Any = {
     "ytick.direction": "out",
     "axes.formatter.limits": (-3, 4),
     "axes.formatter.use_mathtext": True,
-    "figure.dpi": 100,
     "path.simplify_threshold": 0.5,
 }
 
