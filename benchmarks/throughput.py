@@ -146,7 +146,7 @@ def all_cores(bench: Bench) -> tuple[int, float]:
     points = [np.arange(LANES)[i::cores] for i in range(cores)]
 
     def work(i: int) -> None:
-        bench.flow.advance(parts[i], 400, points=points[i])  # about as long as a call of a map takes
+        bench.flow.advance(parts[i], 100, points=points[i])
 
     with ThreadPoolExecutor(cores) as pool:
         for _ in range(ROUNDS):

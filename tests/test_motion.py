@@ -5,7 +5,7 @@ import pytest
 
 from gearchaos.coordinates import start
 from gearchaos.errors import InputError
-from gearchaos.flow import ExactFlow
+from gearchaos.flow import ExactFlow, near_returns
 from gearchaos.model import MeshModel, vary
 from gearchaos.motion import Budget, Label, Reason, classify, orbit, torus
 from gearchaos.motion.lyapunov import from_growth
@@ -202,3 +202,22 @@ def test_amplitudes_of_whole_periods_have_no_leakage():
     orders, spectrum = amplitudes(0.5 + 0.3 * np.cos(2 * np.pi * t) + 0.1 * np.sin(2 * np.pi * 2.5 * t), 10)
     lines = {float(orders[i]): spectrum[i] for i in np.flatnonzero(spectrum > 1e-12)}
     assert lines == pytest.approx({0.0: 0.5, 1.0: 0.3, 2.5: 0.1})
+
+
+def test_near_returns_are_those_of_their_definition():
+    random = np.random.default_rng(3)
+    sections = np.cumsum(random.normal(size=(41, 3, 150)), axis=0) / 10
+    for lane in range(0, 150, 2):  # every other one returns, more or less closely
+        n = random.integers(1, 21)
+        sections[:, :, lane] = sections[:n, :, lane][np.arange(41) % n]
+        sections[:, :, lane] += random.normal(size=(41, 3)) * 10 ** random.uniform(-6, -1)
+    scale = np.maximum(np.ptp(sections, axis=0), 1.0)
+
+    def gap(i, j):
+        return np.abs((sections[-1 - i] - sections[-1 - j]) / scale).max(axis=0)
+
+    close = np.array([(gap(0, n) < 1e-3) & (gap(n, 2 * n) < 0.01) for n in range(1, 21)])
+    wanted = [(np.flatnonzero(lane) + 1)[:3] for lane in close.T]
+    found = near_returns(sections, 20, 1e-3, 0.01, 3)
+    assert [list(lane[lane > 0]) for lane in found.T] == [list(lane) for lane in wanted]
+    assert 0 < close.any(axis=0).sum() < 150 and close.sum(axis=0).max() > 3
