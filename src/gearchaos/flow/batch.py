@@ -150,8 +150,10 @@ class ExactFlow:
         d, points = self.dimension, self._points
         pieces = int(points.nodes.piece.max()) + 1
         count, slots = min(SEATS, len(call.who)), pieces if pieces <= _MOST_SLOTS else 1
-        lanes = layout.lanes(d, len(call.v), points.table.shape[2], slots, count)
-        seats, work, measuring = layout.seats(count), layout.chunk(d, points.h, points.k), len(call.measures) > 0
+        measuring = len(call.measures) > 0
+        kept = layout.kept_rows(d, points.h, points.k) if measuring else 0
+        lanes = layout.lanes(d, len(call.v), points.table.shape[2], slots, count, kept)
+        seats, work = layout.seats(count), layout.chunk(d, points.h, points.k)
         stop.check()
         while advance_block((0,) * d, points, call, lanes, seats, work, measuring, _AT_ONE_GO):
             stop.check()

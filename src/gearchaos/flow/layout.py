@@ -84,13 +84,16 @@ def parameters(d, h, k):
 class Rows(NamedTuple):
     """Rows of the flat chunk workspace: row r of lane l stands at r * WIDTH + l.
 
-    A, -b and f0 come first; coef, forcing, chi and the output series hold ORDER + 1 coefficients. From
-    ``phase`` on follow cos and sin of jωτ at the start of the piece for every harmonic, then the factors of both in
-    the forcing of z'', then those in the stiffness.
+    A, -b, f0, both levels of the stiffness and ω come first; coef, forcing, chi and the output series hold ORDER + 1
+    coefficients. From ``phase`` on follow cos and sin of jωτ at the start of the piece for every harmonic, then the
+    factors of both in the forcing of z'', then those in the stiffness; at last, for the measures, the factors that
+    make the mesh force and x1'.
     """
 
     minus_b: int
     f0: int
+    levels: int  # two rows: mean stiffness on both parts of the period
+    omega: int  # mesh frequency
     coef: int  # of the state, (ORDER + 1) * d rows
     forcing: int  # of the harmonic forcing of z''
     chi: int  # of the stiffness, zero in free flight
@@ -100,7 +103,6 @@ class Rows(NamedTuple):
     pull: int  # what acts on z - σ: the first column of A, with the stiffness at the start of the piece in contact
     push: int  # constant forcing, with what A makes of σ
     h: int  # length of the piece in τ
-    omega: int  # mesh frequency
     level: int  # mean stiffness on the step
     sigma: int  # contact state
     beyond: int  # contact state after the piece
@@ -113,14 +115,28 @@ class Rows(NamedTuple):
 def rows(d):
     """Rows of the workspace for d coordinates."""
     n = ORDER + 1
-    coef = d * d + 2 * d
+    levels = d * d + 2 * d
+    coef = levels + 3
     forcing = coef + n * d
     start = forcing + 4 * n
     h = start + 4 * d
     return Rows(
-        d * d, d * d + d, coef, forcing, forcing + n, forcing + 2 * n, start, start + d, start + 2 * d, start + 3 * d,
-        h, h + 1, h + 2, h + 3, h + 4, h + 5, h + 6, h + 8,
+        d * d, d * d + d, levels, levels + 2, coef, forcing, forcing + n, forcing + 2 * n, start, start + d,
+        start + 2 * d, start + 3 * d, h, h + 1, h + 2, h + 3, h + 4, h + 5, h + 7,
     )
+
+
+@kernel
+def output_row(d, h, k):
+    """The row from which on stand the factor of the damping force, those of d coordinates and the constant in x1', then
+    those of its cosines and of its sines."""
+    return rows(d).phase + 2 * (max(h, k) + h + k)
+
+
+@kernel
+def kept_rows(d, h, k):
+    """How many rows depend on a lane's point alone: those before ``coef``, and from the factors of waves on."""
+    return rows(d).coef + 2 * (h + k) + d + 2 + 2 * h
 
 
 class Nodes(NamedTuple):
@@ -188,7 +204,8 @@ class Lanes(NamedTuple):
     status: np.ndarray  # (B,)
     sigma: np.ndarray  # (B,) contact state
     of: np.ndarray  # (slots, B) the contact state that the matrices are of
-    measures: np.ndarray  # (MEASURES, B)
+    measures: np.ndarray  # (S * MEASURES * WIDTH,), none if nothing is measured
+    kept: np.ndarray  # (S * rows * WIDTH,) what measuring needs of the lanes' points, see `kept_rows`
     vectors: np.ndarray  # (S * R * WIDTH,)
     tangents: np.ndarray  # (S, 2, K, d, WIDTH) tangent vectors at even and at odd ticks
 
@@ -214,7 +231,7 @@ class Chunk(NamedTuple):
     ws: np.ndarray  # (rows * WIDTH,), see `Rows`
     lane: np.ndarray  # (SEATS * WIDTH + WIDTH,) the lanes that are listed
     flags: np.ndarray  # (SEATS,) the lanes to be resolved, a bit each
-    found: np.ndarray  # (MEASURES * WIDTH,) measures of the piece
+    found: np.ndarray  # (MEASURES * WIDTH,) their measures
     points: np.ndarray  # (WIDTH,) parameter points
     nodes: np.ndarray  # (WIDTH,)
 
@@ -233,20 +250,23 @@ def aligned(*shape: int) -> np.ndarray:
 
 def chunk(d: int, h: int, k: int) -> Chunk:
     """An empty workspace for d coordinates, h forcing and k stiffness harmonics."""
-    total = rows(d).phase + 2 * (max(h, k) + h + k)
+    total = output_row(d, h, k) + d + 2 + 2 * h
     return Chunk(
         aligned(total * WIDTH), np.zeros((SEATS + 1) * WIDTH, np.int64), np.zeros(SEATS, np.int64),
         aligned(MEASURES * WIDTH), np.zeros(WIDTH, np.int64), np.zeros(WIDTH, np.int64),
     )
 
 
-def lanes(d: int, k: int, rows: int, slots: int, seats: int) -> Lanes:
-    """Lanes for so many seats, with d coordinates, k tangent vectors and step matrices of so many rows."""
+def lanes(d: int, k: int, rows: int, slots: int, seats: int, kept: int) -> Lanes:
+    """Lanes for so many seats, with d coordinates, k tangent vectors and step matrices of so many rows.
+
+    Of each lane so many rows are ``kept`` for measuring, if anything is measured.
+    """
     b = seats * WIDTH
     number, point, node, row, status = np.zeros((5, b), np.int64)
     return Lanes(
-        number, point, node, row, status, aligned(b), aligned(slots, b), np.zeros((MEASURES, b)),
-        aligned(b * (2 * d + slots * (d + rows))), aligned(seats, 2, k, d, WIDTH),
+        number, point, node, row, status, aligned(b), aligned(slots, b), aligned(b * MEASURES if kept else 0),
+        aligned(b * kept), aligned(b * (2 * d + slots * (d + rows))), aligned(seats, 2, k, d, WIDTH),
     )
 
 
@@ -254,6 +274,12 @@ def seats(count: int) -> Seats:
     """So many seats, all due for their first chunk."""
     live, period, ahead, node, pause, due, slot, at = np.zeros((8, count), np.int64)
     return Seats(live, period, ahead, node, pause, due, slot, at, np.array([count, 0, 0]))
+
+
+@inlined
+def measure_of(lane, row):
+    """Where a measure of a lane stands among those of all."""
+    return ((lane >> _SHIFT) * MEASURES + row) * WIDTH + (lane & (WIDTH - 1))
 
 
 @inlined

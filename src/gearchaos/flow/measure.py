@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from gearchaos.flow import layout as to
-from gearchaos.flow.jit import kernel
-from gearchaos.flow.layout import MEASURES, ORDER, WIDTH, parameters, rows
-from gearchaos.flow.simd import any_lane, load, select, splat, store, vfma
-from gearchaos.flow.taylor import add_wave, horner, horner3, set_gain, set_gains, stretch, variation
+from gearchaos.flow.jit import inlined, kernel
+from gearchaos.flow.layout import MEASURES, ORDER, WIDTH, measure_of, output_row, rows, seat_rows
+from gearchaos.flow.simd import any_lane, least, load, most, peek, poke, select, splat, store, vabs, vfma
+from gearchaos.flow.taylor import add_wave, drive, expand, horner, horner3, stretch, variation
+from gearchaos.flow.workspace import bring, fill_point, fill_step, keep
 
 _GAUSS = 6
 _LEGENDRE = np.polynomial.legendre.leggauss(_GAUSS)
@@ -18,33 +19,25 @@ _NEARLY = 0.05
 
 
 @kernel
-def output_series(dims, phys, h, k, points, ws):
+def output_series(dims, h, k, ws):
     """Taylor coefficients of the velocity x1' and of the mesh force 2ζz' + χ f(z), from those of the state."""
     d = len(dims)
-    at, par = rows(d), parameters(d, h, k)
-    velocity, force, sigma = at.series, at.series + ORDER + 1, load(ws, at.sigma)
-    set_gain(phys, points, par.velocity, ws, at.gain)
-    gain = load(ws, at.gain)
+    at, factor = rows(d), output_row(d, h, k)
+    series, force, sigma = at.series, at.series + ORDER + 1, load(ws, at.sigma)
+    damping, first, velocity0 = load(ws, factor), load(ws, factor + 1), load(ws, factor + 1 + d)
     for m in range(ORDER + 1):
-        store(ws, velocity + m, gain * load(ws, at.coef + m * d))
-    for i in range(1, d):
-        set_gain(phys, points, par.velocity + i, ws, at.gain)
-        gain = load(ws, at.gain)
-        for m in range(ORDER + 1):
-            store(ws, velocity + m, vfma(gain, load(ws, at.coef + m * d + i), load(ws, velocity + m)))
-    set_gain(phys, points, par.damping, ws, at.gain)
-    damping = load(ws, at.gain)
-    for m in range(ORDER + 1):
+        velocity = first * load(ws, at.coef + m * d)
+        for i in range(1, d):
+            velocity = vfma(load(ws, factor + 1 + i), load(ws, at.coef + m * d + i), velocity)
+        store(ws, series + m, velocity + velocity0 if m == 0 else velocity)
         spring = load(ws, at.chi) * stretch(ws, at, d, m, sigma)
         if k > 0:
             spring = spring + variation(ws, at, d, m, sigma)
         store(ws, force + m, vfma(damping, load(ws, at.coef + m * d + 1), spring))
-    set_gain(phys, points, par.velocity0, ws, at.gain)
-    store(ws, velocity, load(ws, velocity) + load(ws, at.gain))
     for j in range(h):
-        set_gains(phys, points, par.velocity_cos + j, par.velocity_sin + j, 1.0, ws, at.gain)
+        cos, sin = load(ws, factor + d + 2 + j), load(ws, factor + d + 2 + h + j)
         angle = load(ws, at.h) * load(ws, at.omega) * splat(j + 1.0)
-        add_wave(ws, velocity, load(ws, at.gain), load(ws, at.gain + 1), at.phase + 2 * j, angle, False)
+        add_wave(ws, series, cos, sin, at.phase + 2 * j, angle, False)
 
 
 @kernel
@@ -62,23 +55,39 @@ def _refined(ws, first, stride, s, end):
 
 
 @kernel
+def _sagitta(ws, first, stride):
+    """How far a series can be from its chord on any part of the piece: u - u^k is at most 1/4, 0.385 and 0.473 for k =
+    2, 3 and 4, and less than 1; what is beyond degree 6 is less than the tenth that is added."""
+    total = splat(0.0)
+    for k in range(6, 1, -1):
+        share = 0.275 if k == 2 else (0.43 if k == 3 else (0.52 if k == 4 else 1.0))
+        total = vfma(splat(share), vabs(load(ws, first + k * stride)), total)
+    return total
+
+
+@kernel
 def _extremes(ws, first, stride, end, moving, found, row):
     """Raise and lower the extremes of one series in ``row`` and the next to those on the piece.
 
-    Samples find them to a few per cent of what the series varies; only where that comes near a record is it refined,
-    and only in the ``moving`` lanes: no lane's extremes depend on its neighbours'.
+    Most pieces lie so far inside that their chord tells. On the others samples find the extremes to a few per cent of
+    what the series varies; only where that comes near a record are they refined, and only in the ``moving`` lanes: no
+    lane's extremes depend on its neighbours'.
     """
-    high = low = load(ws, first)
+    begin, last, swing = load(ws, first), horner(ws, first, stride, end), _sagitta(ws, first, stride)
+    top, bottom = load(found, row), load(found, row + 1)
+    rising, falling = moving & (top < most(begin, last) + swing), moving & (least(begin, last) - swing < bottom)
+    if not any_lane(rising | falling):
+        return
+    high = low = begin
     s_high = s_low = splat(0.0)
     places = (end * splat(0.25), end * splat(0.5), end * splat(0.75), end)
-    values = (*horner3(ws, first, stride, places[0], places[1], places[2]), horner(ws, first, stride, end))
+    values = (*horner3(ws, first, stride, places[0], places[1], places[2]), last)
     for g in range(4):
         above, below = values[g] > high, values[g] < low
         high, s_high = select(above, values[g], high), select(above, places[g], s_high)
         low, s_low = select(below, values[g], low), select(below, places[g], s_low)
     margin = splat(_NEARLY) * (high - low)
-    top, bottom = load(found, row), load(found, row + 1)
-    rising, falling = moving & (high + margin > top), moving & (low - margin < bottom)
+    rising, falling = rising & (high + margin > top), falling & (low - margin < bottom)
     if any_lane(rising):
         peak = _refined(ws, first, stride, s_high, end)
         peak = select(peak > high, peak, high)
@@ -95,7 +104,7 @@ def _add(found, row, value):
 
 
 @kernel
-def _integrals(dims, ws, duration, end, found):
+def _integrals(dims, ws, duration, end, found, first):
     """Add the integrals of z, z², z'², x1' and x1'² over the piece, by Gauss' rule."""
     d = len(dims)
     at = rows(d)
@@ -109,42 +118,81 @@ def _integrals(dims, ws, duration, end, found):
             weight = duration * splat(_WEIGHTS[g + i])
             z, zz, ss = vfma(weight, a[i], z), vfma(weight, a[i] * a[i], zz), vfma(weight, b[i] * b[i], ss)
             v, vv = vfma(weight, c[i], v), vfma(weight, c[i] * c[i], vv)
-    _add(found, to.Z, z)
-    _add(found, to.Z_SQUARE, zz)
-    _add(found, to.Z_DOT_SQUARE, ss)
-    _add(found, to.VELOCITY, v)
-    _add(found, to.VELOCITY_SQUARE, vv)
+    _add(found, first + to.Z, z)
+    _add(found, first + to.Z_SQUARE, zz)
+    _add(found, first + to.Z_DOT_SQUARE, ss)
+    _add(found, first + to.VELOCITY, v)
+    _add(found, first + to.VELOCITY_SQUARE, vv)
 
 
 @kernel
-def measure_piece(dims, ws, found):
-    """Add the piece to the measures ``found`` (MEASURES * WIDTH,), which hold the extremes so far."""
+def measure_piece(dims, ws, found, first):
+    """Add the piece to the measures found so far, `MEASURES` vectors from ``first`` on."""
     d = len(dims)
     at = rows(d)
     end, sigma = load(ws, at.share), load(ws, at.sigma)
     duration, zero = load(ws, at.h) * end, splat(0.0)
     moving = zero < duration
-    _add(found, to.FRONT_TIME, select(sigma > zero, duration, zero))
-    _add(found, to.BACK_TIME, select(sigma < zero, duration, zero))
-    _add(found, to.SWITCHES, select(load(ws, at.beyond) == sigma, zero, splat(1.0)))
-    _integrals(dims, ws, duration, end, found)
-    _extremes(ws, at.coef, d, end, moving, found, to.Z_MAX)
-    _extremes(ws, at.coef + 1, d, end, moving, found, to.Z_DOT_MAX)
-    _extremes(ws, at.series + ORDER + 1, 1, end, moving, found, to.FORCE_MAX)
+    _add(found, first + to.FRONT_TIME, select(sigma > zero, duration, zero))
+    _add(found, first + to.BACK_TIME, select(sigma < zero, duration, zero))
+    _add(found, first + to.SWITCHES, select(load(ws, at.beyond) == sigma, zero, splat(1.0)))
+    _integrals(dims, ws, duration, end, found, first)
+    _extremes(ws, at.coef, d, end, moving, found, first + to.Z_MAX)
+    _extremes(ws, at.coef + 1, d, end, moving, found, first + to.Z_DOT_MAX)
+    _extremes(ws, at.series + ORDER + 1, 1, end, moving, found, first + to.FORCE_MAX)
 
 
 @kernel
 def read_measures(found, out, lane, l):
     """Copy the measures of ``lane`` so far to lane l of the chunk."""
     for row in range(MEASURES):
-        found[row * WIDTH + l] = out[row, lane]
+        poke(found, row * WIDTH + l, peek(out, measure_of(lane, row)))
 
 
 @kernel
 def write_measures(found, out, lane, l):
     """Copy the measures of lane l of the chunk back to ``lane``."""
     for row in range(MEASURES):
-        out[row, lane] = found[row * WIDTH + l]
+        poke(out, measure_of(lane, row), peek(found, row * WIDTH + l))
+
+
+@inlined
+def study(dims, points, lanes, seat, work):
+    """Keep what measuring needs of the lanes that have taken a seat."""
+    for l in range(WIDTH):
+        work.points[l] = lanes.point[seat * WIDTH + l]
+    fill_point(dims, points.phys, points.h, points.k, work.points, True, work.ws)
+    keep(dims, points.h, points.k, work.ws, lanes.kept, seat)
+
+
+@inlined
+def _measure_seat(dims, points, seats, lanes, seat, work, tick):
+    """Add the step to the measures of those lanes of a seat in which it changes no contact."""
+    ws, at, d = work.ws, rows(len(dims)), len(dims)
+    live, first = peek(seats.live, seat), seat * WIDTH
+    steady = ~peek(work.flags, seat) & ((1 << live) - 1)
+    bring(dims, points.h, points.k, lanes.kept, seat, ws)
+    for l in range(WIDTH):
+        mine = first + (l if l < live else 0)
+        work.nodes[l] = peek(lanes.node, mine) + peek(seats.ahead, seat) + tick
+        poke(ws, at.share * WIDTH + l, float(steady >> l & 1))
+    fill_step(dims, points.h, points.k, points.nodes.values, work.nodes, ws)
+    for i in range(d):
+        store(ws, at.start + i, load(lanes.vectors, seat * seat_rows(lanes) + (tick & 1) * d + i))
+    sigma = load(lanes.sigma, seat)
+    store(ws, at.sigma, sigma)
+    store(ws, at.beyond, sigma)
+    drive(dims, points.h, points.k, ws)
+    expand(dims, ws, True, points.k > 0)
+    output_series(dims, points.h, points.k, ws)
+    measure_piece(dims, ws, lanes.measures, seat * MEASURES)
+
+
+@inlined
+def measure(dims, points, seats, lanes, work, tick):
+    """Add a step to the measures of all lanes but the suspects, which `resolve` sees to."""
+    for seat in range(seats.state[0]):
+        _measure_seat(dims, points, seats, lanes, seat, work, tick)
 
 
 def empty(lanes: int) -> np.ndarray:

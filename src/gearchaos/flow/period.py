@@ -6,7 +6,8 @@ import numpy as np
 
 from gearchaos.flow.jit import inlined, kernel
 from gearchaos.flow.layout import LENGTH, parameters, place_of, seat_rows
-from gearchaos.flow.resolve import measure, resolve
+from gearchaos.flow.measure import measure, study
+from gearchaos.flow.resolve import resolve
 from gearchaos.flow.seats import end_period, give_up, state_of, take
 from gearchaos.flow.simd import WIDTH, bits, load, peek, poke
 from gearchaos.flow.step import affine, collect, listed, load_bounds, matvec, suspects, update
@@ -80,6 +81,8 @@ def _attend(dims, points, call, lanes, seats, seat, work, tick):
             end_period(call, lanes, seats, seat, tick & 1)
     if seats.live[seat] == 0 and seats.state[1] < len(call.who):
         take(call, points.courses, lanes, seats, seat, tick & 1)
+        if len(call.measures) > 0:
+            study(dims, points, lanes, seat, work)
     if seats.live[seat] > 0:
         _arrive(dims, points, call, lanes, seats, seat, step, work.lane, tick)
 
@@ -123,9 +126,8 @@ def _one_step(dims, points, lanes, seats, work, tick, measuring):
     """One step of all lanes: affine for most, resolved for the suspects."""
     _affine_steps(dims, points, lanes, seats, work.flags, tick)
     if measuring:
-        count = collect(work.flags, True, seats, work.lane)
-        measure(dims, points, seats, lanes, work, count, tick)
-    count = collect(work.flags, False, seats, work.lane)
+        measure(dims, points, seats, lanes, work, tick)
+    count = collect(work.flags, seats, work.lane)
     if count > 0:
         resolve(dims, points, seats, lanes, work, count, tick, measuring)
         update(dims, points, lanes, seats, work.lane, count, tick)

@@ -2,45 +2,13 @@
 
 from __future__ import annotations
 
-from gearchaos.flow import layout as to
 from gearchaos.flow.contact import LOST, find_exits
 from gearchaos.flow.jit import inlined, kernel
-from gearchaos.flow.layout import CHATTER, MAX_SWITCHES, WIDTH, parameters, place_of, rows, seat_of, seat_rows
+from gearchaos.flow.layout import CHATTER, MAX_SWITCHES, WIDTH, place_of, rows, seat_of, seat_rows
 from gearchaos.flow.measure import measure_piece, output_series, read_measures, write_measures
 from gearchaos.flow.simd import any_lane, load, peek, poke, select, splat, store
 from gearchaos.flow.taylor import drive, expand, finish, turn_waves
-
-_TURN = 6.283185307179586
-
-
-@kernel
-def fill(dims, phys, h, k, nodes, node, points, ws):
-    """All that the lanes of the chunk need, at their points and nodes, to run the whole step, but start and contact
-    state."""
-    d = len(dims)
-    at, par = rows(d), parameters(d, h, k)
-    for l in range(WIDTH):
-        values, here = phys[points[l]], nodes[node[l]]
-        for i in range(d, d * d):
-            ws[i * WIDTH + l] = values[i]
-        for i in range(1, d):
-            ws[(at.minus_b + i) * WIDTH + l] = -values[at.minus_b + i]
-            ws[(at.f0 + i) * WIDTH + l] = values[at.f0 + i]
-        ws[at.level * WIDTH + l] = values[par.levels + int(here[to.LEVEL])]
-        ws[at.omega * WIDTH + l] = values[par.omega]
-        row = at.phase + 2 * max(h, k)
-        for j in range(h):
-            ws[row * WIDTH + l] = values[par.f_cos + j]
-            ws[(row + 1) * WIDTH + l] = values[par.f_sin + j]
-            row += 2
-        for j in range(k):
-            ws[row * WIDTH + l] = values[par.chi_cos + j]
-            ws[(row + 1) * WIDTH + l] = values[par.chi_sin + j]
-            row += 2
-        ws[at.h * WIDTH + l] = here[to.LENGTH]
-        for j in range(2 * max(h, k)):
-            ws[(at.phase + j) * WIDTH + l] = here[to.WAVES + j]
-    store(ws, at.h, splat(_TURN) * load(ws, at.h) / load(ws, at.omega))
+from gearchaos.flow.workspace import fill_point, fill_step
 
 
 @inlined
@@ -111,8 +79,8 @@ def _run_piece(dims, points, lanes, lane, count, work, now, first, measuring):
     expand(dims, ws, True, points.k > 0)
     find_exits(dims, ws)
     if measuring:
-        output_series(dims, points.phys, points.h, points.k, work.points, ws)
-        measure_piece(dims, ws, work.found)
+        output_series(dims, points.h, points.k, ws)
+        measure_piece(dims, ws, work.found, 0)
     finish(dims, ws)
     if lanes.tangents.shape[2] > 0:
         then, length = 1 - now, seat_rows(lanes)
@@ -135,7 +103,8 @@ def _begin(dims, points, seats, lanes, lane, count, work, tick, measuring):
         ws[at.sigma * WIDTH + l] = peek(lanes.sigma, mine)
         if measuring:
             read_measures(work.found, lanes.measures, mine, l)
-    fill(dims, points.phys, points.h, points.k, points.nodes.values, work.nodes, work.points, ws)
+    fill_point(dims, points.phys, points.h, points.k, work.points, measuring, ws)
+    fill_step(dims, points.h, points.k, points.nodes.values, work.nodes, ws)
     length = seat_rows(lanes)
     _read(dims, lanes.vectors, length, now * len(dims), lane, count, ws)
 
@@ -159,29 +128,6 @@ def _resolve_chunk(dims, points, seats, lanes, lane, count, work, tick, measurin
             lanes.status[lane[l]] = CHATTER
         if measuring:
             write_measures(work.found, lanes.measures, lane[l], l)
-
-
-@inlined
-def _measure_chunk(dims, points, seats, lanes, lane, count, work, tick):
-    """Add one step, in which contact does not change, to the measures of the lanes of one chunk."""
-    ws, at = work.ws, rows(len(dims))
-    _begin(dims, points, seats, lanes, lane, count, work, tick, True)
-    drive(dims, points.h, points.k, ws)
-    expand(dims, ws, True, points.k > 0)
-    store(ws, at.share, splat(1.0))
-    store(ws, at.beyond, load(ws, at.sigma))
-    output_series(dims, points.phys, points.h, points.k, work.points, ws)
-    measure_piece(dims, ws, work.found)
-    for l in range(count):
-        write_measures(work.found, lanes.measures, lane[l], l)
-
-
-@inlined
-def measure(dims, points, seats, lanes, work, total, tick):
-    """Add a step to the measures of the first ``total`` listed lanes, in which contact does not change."""
-    for first in range(0, total, WIDTH):
-        count, lane = min(WIDTH, total - first), work.lane[first : first + WIDTH]
-        _measure_chunk(dims, points, seats, lanes, lane, count, work, tick)
 
 
 @inlined

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gearchaos.flow.jit import inlined, kernel
-from gearchaos.flow.layout import DIVERGED, DIVERGED_AT, OK, place_of, seat_of, seat_rows
+from gearchaos.flow.layout import DIVERGED, DIVERGED_AT, OK, measure_of, place_of, seat_of, seat_rows
 from gearchaos.flow.simd import WIDTH, bits, load, splat, store, vabs
 
 
@@ -26,7 +26,7 @@ def _seat_lane(call, courses, lanes, number, l, now):
         for c in range(len(call.v)):
             lanes.tangents[seat_of(l), now, c, i, place_of(l)] = call.v[c, i, number]
     for i in range(len(call.measures)):
-        lanes.measures[i, l] = call.measures[i, number]
+        lanes.measures[measure_of(l, i)] = call.measures[i, number]
 
 
 @inlined
@@ -50,7 +50,7 @@ def _leave(call, lanes, l, now):
         for c in range(len(call.v)):
             call.v[c, i, number] = lanes.tangents[seat_of(l), now, c, i, place_of(l)]
     for i in range(len(call.measures)):
-        call.measures[i, number] = lanes.measures[i, l]
+        call.measures[i, number] = lanes.measures[measure_of(l, i)]
 
 
 @inlined
@@ -106,6 +106,8 @@ def give_up(lanes, seats, seat):
     seats.state[0] = last
     _move(lanes.vectors, len(seats.live), seat, last)
     _move(lanes.tangents, len(seats.live), seat, last)
+    _move(lanes.measures, len(seats.live), seat, last)
+    _move(lanes.kept, len(seats.live), seat, last)
     seats.live[seat], seats.period[seat] = seats.live[last], seats.period[last]
     seats.ahead[seat], seats.pause[seat], seats.due[seat] = seats.ahead[last], seats.pause[last], seats.due[last]
     seats.node[seat], seats.slot[seat] = seats.node[last], seats.slot[last]
@@ -119,7 +121,5 @@ def _move_lane(lanes, to, of):
     lanes.sigma[to], lanes.status[to] = lanes.sigma[of], lanes.status[of]
     lanes.number[to], lanes.point[to] = lanes.number[of], lanes.point[of]
     lanes.node[to], lanes.row[to] = lanes.node[of], lanes.row[of]
-    for i in range(len(lanes.measures)):
-        lanes.measures[i, to] = lanes.measures[i, of]
     for i in range(len(lanes.of)):
         lanes.of[i, to] = lanes.of[i, of]

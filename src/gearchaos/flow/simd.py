@@ -242,3 +242,9 @@ if config.DISABLE_JIT:
 def least(a, b):
     """The lesser of two vectors, lane by lane."""
     return select(a < b, a, b)
+
+
+@inlined
+def most(a, b):
+    """The greater of two vectors, lane by lane."""
+    return select(a < b, b, a)

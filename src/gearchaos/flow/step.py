@@ -141,11 +141,10 @@ def suspects(dims, sigma, seat, vectors, at, before, after):
 
 
 @inlined
-def collect(flags, others, seats, lane):
-    """List the live lanes that are flagged, bit by bit, or the others; returns how many."""
+def collect(flags, seats, lane):
+    """List the live lanes that are flagged, bit by bit; returns how many."""
     count = 0
     for seat in range(seats.state[0]):
         live = (1 << peek(seats.live, seat)) - 1
-        found = peek(flags, seat)
-        count = listed((~found if others else found) & live, seat, lane, count)
+        count = listed(peek(flags, seat) & live, seat, lane, count)
     return count

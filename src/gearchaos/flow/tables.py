@@ -6,9 +6,9 @@ import numpy as np
 
 from gearchaos.flow.jit import kernel
 from gearchaos.flow.layout import ORDER, STEP_ANGLE, WIDTH, Nodes, chunk, parameters, rows
-from gearchaos.flow.resolve import fill
 from gearchaos.flow.simd import load, splat
 from gearchaos.flow.taylor import add_wave, drive, expand, finish, set_gains
+from gearchaos.flow.workspace import fill_point, fill_step
 from gearchaos.switched import SwitchedAffine
 
 _MOST_SHARED_HARMONICS = 4
@@ -115,7 +115,8 @@ def _tabulate_step(dims, phys, h, k, nodes, piece, state, kept, work, points, ta
     """All rows of one step in one contact state for a chunk of points."""
     d = len(dims)
     at, ws = rows(d), work.ws
-    fill(dims, phys, h, k, nodes, work.nodes, points, ws)
+    fill_point(dims, phys, h, k, points, False, ws)
+    fill_step(dims, h, k, nodes, work.nodes, ws)
     for l in range(WIDTH):
         ws[at.sigma * WIDTH + l] = state - 1.0
         ws[at.share * WIDTH + l] = 1.0

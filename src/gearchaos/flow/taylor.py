@@ -30,13 +30,6 @@ def horner3(series, first, stride, s, t, u):
 
 
 @kernel
-def set_gain(phys, points, column, ws, gain):
-    """A factor of each lane from a column of the parameters."""
-    for l in range(WIDTH):
-        ws[gain * WIDTH + l] = phys[points[l], column]
-
-
-@kernel
 def set_gains(phys, points, cos, sin, sign, ws, gain):
     """Factors of a cosine and a sine from two columns of the parameters, the second times ``sign``."""
     for l in range(WIDTH):
