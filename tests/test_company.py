@@ -86,6 +86,12 @@ def test_a_map_does_not_depend_on_its_tiles_threads_and_neighbours(monkeypatch):
     xr.testing.assert_equal(turned, whole)
 
 
+def test_a_diagram_does_not_depend_on_threads():
+    model, axis = gc.MeshModel.of(q0=0.1, eps1=0.1), gc.Axis("omega", 0.8, 1.1, 31)
+    one, three = (gc.bifurcation(model, axis, points=16, budget=SHORT, threads=n) for n in (1, 3))
+    xr.testing.assert_identical(one, three)
+
+
 def test_refining_spends_cells_on_boundaries_alone_and_says_what_it_inferred():
     model, x, y = gc.MeshModel.of(q0=0.1), gc.Axis("omega", 0.4, 1.2, 70), gc.Axis("eps1", 0.0, 0.2, 50)
     whole = gc.zones(model, x, y, budget=SHORT)

@@ -223,6 +223,15 @@ def test_a_map_with_many_starts_counts_the_motions_of_each_cell():
 
 @pytest.mark.parametrize("count", [0, 1, 511, 5000, 123_457])
 @pytest.mark.parametrize("threads", [1, 2, 7])
+def test_work_is_dealt_once(count, threads):
+    order = tiles.dealt(count, threads)
+    np.testing.assert_array_equal(np.sort(order), np.arange(count))
+    share = order[: count // threads]
+    assert np.all(np.diff(share) == threads)
+
+
+@pytest.mark.parametrize("count", [0, 1, 511, 5000, 123_457])
+@pytest.mark.parametrize("threads", [1, 2, 7])
 def test_tiles_cover_all_work_once_and_the_last_ones_are_small(count, threads):
     parts = tiles.split(count, threads=threads)
     assert [part.stop for part in parts] == [*(part.start for part in parts[1:]), count][: len(parts)]

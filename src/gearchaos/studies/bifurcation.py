@@ -107,7 +107,7 @@ def _columns(
 
     (count,) = {len(v) for v in values.values()}
     return survey(
-        launch, keep, np.arange(count), budget=budget or PER_COLUMN,
+        launch, keep, tiles.dealt(count, threads), budget=budget or PER_COLUMN,
         largest=min(tiles.TILE, max(64, _KEPT // max(1, points * len(names)))),
         progress="bifurcation" if progress else None, threads=threads,
     )

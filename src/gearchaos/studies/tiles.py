@@ -10,6 +10,8 @@ from contextvars import copy_context
 from itertools import islice, pairwise
 from typing import Any, TypeVar
 
+import numpy as np
+
 from gearchaos.errors import InputError, whole_number
 
 TILE = 8192
@@ -41,9 +43,14 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def _workers(threads: int | None) -> int:
+    """How many threads there are to be, by default one per core."""
+    return cores() if threads is None else whole_number("threads", threads, 1)
+
+
 def split(count: int, largest: int = TILE, threads: int | None = None) -> list[slice]:
     """Consecutive tiles of ``count`` pieces of work, large ones first and ever smaller ones: threads end together."""
-    workers = 1 if threads == 1 else threads or cores()
+    workers = _workers(threads)
     if count <= workers * min(_FEW, largest):
         return _equal(count, max(1, min(workers, count // _LEAST), -(-count // largest)))
     least = min(largest, max(_LEAST, count // (_LAST * workers)))
@@ -53,6 +60,13 @@ def split(count: int, largest: int = TILE, threads: int | None = None) -> list[s
         tiles.append(slice(first, min(first + size, count)))
         first += size
     return tiles
+
+
+def dealt(count: int, threads: int | None = None) -> np.ndarray:
+    """The numbers of so many pieces of work, dealt to the threads in turn: a share is like any other, where half of a
+    diagram may be chaotic."""
+    workers = _workers(threads)
+    return np.concatenate([np.arange(i, count, workers) for i in range(workers)])
 
 
 def _equal(count: int, parts: int) -> list[slice]:
@@ -69,7 +83,7 @@ def run(
     needed, as late as when the one before was begun. On an interrupt the tiles not yet begun
     are dropped and those under way finish. The work sees the context variables of its caller.
     """
-    workers = cores() if threads is None else whole_number("threads", threads, 1)
+    workers = _workers(threads)
     here = copy_context()
 
     def in_context(tile: slice) -> Any:
