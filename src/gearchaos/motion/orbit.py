@@ -106,7 +106,7 @@ def polish(
         out.w[:, busy[better]] = at[:, busy[better]]
         done = (residual <= 1e-13) | (~better & (out.residual[busy] <= RESIDUAL)) | ~np.isfinite(residual)
         settled = better & (residual <= RESIDUAL)
-        out.monodromy[busy[settled]], out.multipliers[busy[settled]] = matrix[settled], _multipliers(matrix[settled])
+        out.monodromy[busy[settled]] = matrix[settled]
         step = _newton_step(matrix, change)
         stuck[busy] += halting
         after = at[:, busy] + step
@@ -115,6 +115,7 @@ def polish(
             go[go] = ~_expands(matrix[go], expansion)
         at[:, busy[go]] = after[:, go]
         busy = busy[go]
+    out.multipliers[out.converged] = _multipliers(out.monodromy[out.converged])
     return out
 
 
