@@ -277,12 +277,6 @@ def seats(count: int) -> Seats:
 
 
 @inlined
-def measure_of(lane, row):
-    """Where a measure of a lane stands among those of all."""
-    return ((lane >> _SHIFT) * MEASURES + row) * WIDTH + (lane & (WIDTH - 1))
-
-
-@inlined
 def seat_rows(lanes):
     """How many vectors stand on a seat, R."""
     return len(lanes.vectors) // len(lanes.number)
@@ -298,3 +292,9 @@ def seat_of(lane):
 def place_of(lane):
     """Which of the lanes on its seat a lane is."""
     return lane & (WIDTH - 1)
+
+
+@inlined
+def measure_of(lane, row):
+    """Where a measure of a lane stands among those of all."""
+    return (seat_of(lane) * MEASURES + row) * WIDTH + place_of(lane)
