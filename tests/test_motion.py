@@ -5,7 +5,7 @@ import pytest
 
 from gearchaos.coordinates import start
 from gearchaos.errors import InputError
-from gearchaos.flow import ExactFlow, near_returns
+from gearchaos.flow import ExactFlow, near_returns, newton
 from gearchaos.model import MeshModel, vary
 from gearchaos.motion import Budget, Label, Reason, classify, orbit, torus
 from gearchaos.motion.lyapunov import from_growth
@@ -221,3 +221,53 @@ def test_near_returns_are_those_of_their_definition():
     found = near_returns(sections, 20, 1e-3, 0.01, 3)
     assert [list(lane[lane > 0]) for lane in found.T] == [list(lane) for lane in wanted]
     assert 0 < close.any(axis=0).sum() < 150 and close.sum(axis=0).max() > 3
+
+
+def newton_round(matrix, at, end, *, reach=10.0, expansion=np.inf, residual=None):
+    """A search (its second round, with a residual given) after a round of lanes that end there, and who goes on."""
+    search, busy = newton.begin(at), np.arange(at.shape[1])
+    if residual is not None:
+        search.residual[:] = residual
+    status = np.zeros(len(busy), dtype=np.int64)
+    count = newton.next_round(search, busy, end, np.ascontiguousarray(matrix.transpose(2, 1, 0)), status, reach,
+                              expansion)
+    return search, busy[:count]
+
+
+@pytest.mark.parametrize("d", [1, 2, 4, 7])
+def test_a_newton_step_finds_the_fixed_point_of_an_affine_map_at_once(d):
+    random = np.random.default_rng(d)
+    matrix, fixed, at = (random.normal(size=s) for s in ((200, d, d), (d, 200), (d, 200)))
+    at = fixed + at / 10
+    end = fixed + np.einsum("lij,jl->il", matrix, at - fixed)
+    search, busy = newton_round(matrix, at, end, reach=1e3)
+    assert busy.tolist() == list(range(200))
+    np.testing.assert_allclose(search.at, fixed, atol=1e-9)
+    np.testing.assert_allclose(search.residual, np.abs(end - at).max(axis=0))
+
+
+def test_newton_goes_on_only_where_it_may_succeed():
+    half = np.broadcast_to(np.eye(2) / 2, (7, 2, 2)).copy()
+    half[5] = np.eye(2)  # I - M is singular
+    at, end = np.zeros((2, 7)), np.full((2, 7), 0.1)
+    end[:, 1], end[:, 2], end[0, 3], end[:, 4] = 0.0, 0.9e-13, np.nan, 20.0
+    search, busy = newton_round(half, at, end)
+    assert busy.tolist() == [0, 6]
+    assert np.isinf(search.residual[3])
+    np.testing.assert_array_equal(search.monodromy[2], half[2])
+    _, busy = newton_round(half[:1], at[:, :1], end[:, :1], residual=0.15)  # it halts for the first time
+    assert len(busy) == 1
+    _, busy = newton_round(half[:1], at[:, :1], end[:, :1], residual=1e-11)  # no better than an orbit it has
+    assert len(busy) == 0
+
+
+@pytest.mark.parametrize("d", [2, 4, 7])
+def test_newton_leaves_orbits_beside_which_neighbours_part_too_fast(d):
+    """A fifth of a per cent beside the limit it must know: of random matrices and of one that is defective."""
+    random = np.random.default_rng(d)
+    matrix = random.normal(size=(101, d, d)) * 10 ** random.uniform(-2, 2, (101, 1, 1))
+    matrix *= 10 / np.abs(np.linalg.eigvals(matrix)).max(axis=1)[:, None, None]
+    matrix[-1] = 10 * np.eye(d) + 1000 * np.eye(d, k=1)
+    at, end = np.zeros((d, 101)), np.full((d, 101), 1e-4)
+    assert len(newton_round(matrix * 1.002, at, end, reach=np.inf, expansion=10.0)[1]) == 0
+    assert len(newton_round(matrix / 1.002, at, end, reach=np.inf, expansion=10.0)[1]) == 101

@@ -72,6 +72,8 @@ class ExactFlow:
         self.dimension = system.dimension
         (self._points, self._plan), self._samples = lay_out(system, samples), samples
         self.node_count = self._points.courses.steps
+        pieces = int(self._points.nodes.piece.max()) + 1
+        self._slots = pieces if pieces <= _MOST_SLOTS else 1
 
     def advance(
         self, w: np.ndarray, periods: int | np.ndarray, *, points: np.ndarray | None = None,
@@ -148,11 +150,9 @@ class ExactFlow:
         if len(call.who) == 0:
             return
         d, points = self.dimension, self._points
-        pieces = int(points.nodes.piece.max()) + 1
-        count, slots = min(SEATS, len(call.who)), pieces if pieces <= _MOST_SLOTS else 1
-        measuring = len(call.measures) > 0
+        count, measuring = min(SEATS, len(call.who)), len(call.measures) > 0
         kept = layout.kept_rows(d, points.h, points.k) if measuring else 0
-        lanes = layout.lanes(d, len(call.v), points.table.shape[2], slots, count, kept)
+        lanes = layout.lanes(d, len(call.v), points.table.shape[2], self._slots, count, kept)
         seats, work = layout.seats(count), layout.chunk(d, points.h, points.k)
         stop.check()
         while advance_block((0,) * d, points, call, lanes, seats, work, measuring, _AT_ONE_GO):

@@ -6,17 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.flow import OK, ExactFlow
-
-RESIDUAL = 1e-10
-"""An orbit counts as converged when one round changes no coordinate by more than this."""
+from gearchaos.flow import ExactFlow, newton
 
 AT_ORBIT = 1e-8
 """A motion this close to an orbit is on it."""
 
 _DEFECTIVE = 1e8
 _ROUNDS = 12
-_PATIENCE = 2
 _SAME = 1e-6
 
 
@@ -57,7 +53,7 @@ class Orbits:
 
     @property
     def converged(self) -> np.ndarray:
-        return self.residual <= RESIDUAL
+        return self.residual <= newton.RESIDUAL
 
     @property
     def stable(self) -> np.ndarray:
@@ -70,16 +66,6 @@ class Orbits:
         return self.converged & (np.abs(np.abs(self.multipliers).max(axis=1, initial=0.0) - 1.0) < 1e-9)
 
 
-def monodromy(
-    flow: ExactFlow, w: np.ndarray, points: np.ndarray, n: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The state after n (L,) periods (d, L), the monodromy matrices (L, d, d) and where both are valid (L,)."""
-    d = flow.dimension
-    identity = np.repeat(np.eye(d)[:, :, None], w.shape[1], axis=2)
-    out = flow.advance(w, n, points=points, tangent=identity)
-    return out.w, out.tangent.transpose(2, 1, 0), out.status == OK
-
-
 def polish(
     flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray, *, reach: float = 10.0,
     expansion: float = np.inf,
@@ -89,57 +75,16 @@ def polish(
     Each goes on until it converges, halts twice, is farther than ``reach`` from its guess in some coordinate, or has a
     multiplier of ``expansion`` or more.
     """
-    lanes, d = w.shape[1], flow.dimension
-    out = Orbits(
-        w.copy(), period.copy(), np.full(lanes, np.inf), np.zeros((lanes, d, d)), np.zeros((lanes, d), complex)
-    )
-    busy, stuck, at = np.arange(lanes), np.zeros(lanes, dtype=np.int64), w.copy()
+    search, busy = newton.begin(w), np.arange(w.shape[1])
+    unit = np.repeat(np.eye(flow.dimension)[:, :, None], len(busy), axis=2)  # they become the monodromy matrices
     for _ in range(_ROUNDS):
         if len(busy) == 0:
             break
-        end, matrix, valid = monodromy(flow, at[:, busy], points[busy], period[busy])
-        change = end - at[:, busy]
-        residual = np.where(valid, np.abs(change).max(axis=0), np.inf)
-        better = residual < out.residual[busy]
-        halting = residual > 0.5 * out.residual[busy]
-        out.residual[busy] = np.where(better, residual, out.residual[busy])
-        out.w[:, busy[better]] = at[:, busy[better]]
-        done = (residual <= 1e-13) | (~better & (out.residual[busy] <= RESIDUAL)) | ~np.isfinite(residual)
-        settled = better & (residual <= RESIDUAL)
-        out.monodromy[busy[settled]] = matrix[settled]
-        step = _newton_step(matrix, change)
-        stuck[busy] += halting
-        after = at[:, busy] + step
-        go = ~done & (stuck[busy] < _PATIENCE) & (np.abs(after - w[:, busy]).max(axis=0) < reach)
-        if np.isfinite(expansion):
-            go[go] = ~_expands(matrix[go], expansion)
-        at[:, busy[go]] = after[:, go]
-        busy = busy[go]
-    out.multipliers[out.converged] = _multipliers(out.monodromy[out.converged])
-    return out
-
-
-def _expands(matrix: np.ndarray, most: float) -> np.ndarray:
-    """Which matrices (L, d, d) have an eigenvalue of that modulus or more; none does whose norm is less."""
-    out = ~(np.abs(matrix).sum(axis=2).max(axis=1) < most)
-    out[out] = ~(np.abs(np.linalg.eigvals(matrix[out])).max(axis=1) < most)
-    return out
-
-
-def _newton_step(matrix: np.ndarray, change: np.ndarray) -> np.ndarray:
-    """Solve (I − M) δ = P(w) − w for each lane; NaN where I − M is singular."""
-    eye = np.eye(len(change))
-    try:
-        return np.linalg.solve(eye - matrix, change.T[:, :, None])[:, :, 0].T
-    except np.linalg.LinAlgError:
-        return np.stack([_solve_one(eye - m, c) for m, c in zip(matrix, change.T, strict=True)], axis=1)
-
-
-def _solve_one(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    try:
-        return np.linalg.solve(matrix, right)
-    except np.linalg.LinAlgError:
-        return np.full(len(right), np.nan)
+        run = flow.advance(search.at[:, busy], period[busy], points=points[busy], tangent=unit[:, :, : len(busy)])
+        busy = busy[: newton.next_round(search, busy, run.w, run.tangent, run.status, reach, expansion)]
+    multipliers, good = np.zeros((len(period), flow.dimension), complex), search.residual <= newton.RESIDUAL
+    multipliers[good] = _multipliers(search.monodromy[good])
+    return Orbits(search.w, period.copy(), search.residual, search.monodromy, multipliers)
 
 
 def approaching(
