@@ -18,8 +18,8 @@ from gearchaos.studies.evidence import blank
 SIDE = 256
 """Rows and columns of a part that is refined by itself, so that its result does not depend on what is beside it."""
 
-_NEARBY = 7
-"""Rows and columns about a cell in which a computed cell of another kind casts doubt on it."""
+_NEARBY = np.hypot(*np.mgrid[-4:5, -4:5]) < 4.3
+"""The cells about a cell, itself in the middle, that cast doubt on it if they are computed and of another kind."""
 
 Cells = Callable[[np.ndarray], dict[str, np.ndarray]]
 """From the numbers (L,) of some cells what is found of them, arrays (L,) by name."""
@@ -143,8 +143,8 @@ class _Refinement:
     def doubtful(self) -> np.ndarray:
         """Which cells were inferred to be other than some cell computed nearby is."""
         most, least = self.kind.max() + 1, self.kind.min() - 1
-        high = maximum_filter(np.where(self.known, self.kind, least), size=_NEARBY)
-        low = minimum_filter(np.where(self.known, self.kind, most), size=_NEARBY)
+        high = maximum_filter(np.where(self.known, self.kind, least), footprint=_NEARBY)
+        low = minimum_filter(np.where(self.known, self.kind, most), footprint=_NEARBY)
         return ~self.known & (((high > least) & (high != self.kind)) | ((low < most) & (low != self.kind)))
 
     def guessed(self) -> tuple[np.ndarray, np.ndarray]:
