@@ -1,7 +1,8 @@
 """What it costs to write a map to disk as it is computed, and to compute it elsewhere.
 
 Compares, on the same cells of figure 2a: the function in memory; a run into a store in threads; in two processes; on
-two Dask workers. Prints wall and CPU times (children included) and their ratios.
+two Dask workers. They take turns, so that a slow moment of the machine meets them all; prints every wall and CPU time
+(of processes, too, but not of Dask's workers), and at last the medians and their ratios.
 """
 
 from __future__ import annotations
@@ -12,8 +13,11 @@ import tempfile
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from itertools import product
 from math import isqrt
 from pathlib import Path
+
+import numpy as np
 
 from gearchaos.axis import Axis
 from gearchaos.model import MeshModel
@@ -55,15 +59,21 @@ def main() -> None:
     parser.add_argument("--cells", type=int, default=1_000_000)
     parser.add_argument("--patience", type=int, default=800)
     parser.add_argument("--ways", default="memory,threads")
+    parser.add_argument("--rounds", type=int, default=3)
     given = parser.parse_args()
-    chosen, first = study(given.cells, given.patience), None
+    chosen = study(given.cells, given.patience)
     study(100, given.patience).plan().run()  # compiled, or loaded from the cache
     with ExitStack() as stack:
-        for way in given.ways.split(","):
-            wall, cpu = timed(_way(way, chosen, stack))
-            first = first or (wall, cpu)
-            ratio = f"{wall / first[0]:.3f} of the first, CPU {cpu / first[1]:.3f}"
-            print(f"{way:10} {wall:8.1f} s wall {cpu:8.1f} s CPU  {ratio}", flush=True)
+        ways = {name: _way(name, chosen, stack) for name in given.ways.split(",")}
+        times = dict[str, list[tuple[float, float]]]((name, []) for name in ways)
+        for _, (name, work) in product(range(given.rounds), ways.items()):
+            times[name].append(timed(work))
+            print(f"{name:10} {times[name][-1][0]:8.1f} s wall {times[name][-1][1]:8.1f} s CPU", flush=True)
+    middle = {name: np.median(every, axis=0) for name, every in times.items()}
+    first = next(iter(middle.values()))
+    for name, (wall, cpu) in middle.items():
+        ratios = f"{wall / first[0]:.3f} and {cpu / first[1]:.3f} of the first"
+        print(f"{name:10} {wall:8.1f} s wall {cpu:8.1f} s CPU, medians: {ratios}")
 
 
 def _way(way: str, chosen: Resolved, stack: ExitStack) -> Callable[[], object]:

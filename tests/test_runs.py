@@ -20,6 +20,7 @@ import zarr
 import gearchaos as gc
 from gearchaos.motion import Budget
 from gearchaos.runs import engines
+from gearchaos.runs.chunks import CODECS, write_chunk
 from gearchaos.runs.grid import Grid, cut
 from gearchaos.runs.info import summary
 from gearchaos.runs.resolved import Resolved, differences
@@ -368,6 +369,21 @@ def test_a_tile_that_raises_is_tried_again_and_reported(tmp_path, monkeypatch, t
         assert run(study, tmp_path / "s.zarr").failed == {}
 
 
+def test_the_last_tiles_share_the_cores_that_fall_idle(tmp_path, monkeypatch):
+    study, shares = small_map(), []
+    plan = study.plan()
+
+    def compute(pieces, threads=None, **options):
+        shares.append(threads)
+        return plan.compute(pieces, threads=threads, **options)
+
+    run(study, tmp_path / "s.zarr", tile=20, shard=Shard(40, 40))  # makes the store, and computes nothing
+    monkeypatch.setattr(Resolved, "plan", lambda self: type(plan)(**{**plan.__dict__, "compute": compute}))
+    outcome = run(study, tmp_path / "s.zarr", engine=engines.threads(4))
+    remembered.cache_clear()
+    assert sorted(shares) == [1] * (outcome.count - 2) + [2, 4]
+
+
 def workers_of(pid):
     """Processes started by this one that compute."""
     return [p.pid for p in psutil.Process(pid).children() if any("spawn_main" in word for word in p.cmdline())]
@@ -452,6 +468,24 @@ def test_tiles_cover_the_grid_once():
 
 def test_checksums_are_there(whole):
     assert "crc32c" in json.dumps(zarr.open_array(whole / "v_rms", mode="r").metadata.to_dict(), default=str)
+
+
+@pytest.mark.parametrize("dtype", ["i1", "i2", "i4", "i8", "f4", "f8"])
+def test_chunks_are_those_that_zarr_writes(tmp_path, dtype):
+    rng, fill = np.random.default_rng(1), np.nan if dtype[0] == "f" else -1
+    values = (100 * rng.standard_normal((7, 5, 3))).astype(dtype)
+    values[:4, :3] = fill  # a blank chunk is stored, too
+    ours, theirs = (
+        zarr.create_array(
+            tmp_path / name, shape=values.shape, chunks=(4, 3, 3), dtype=values.dtype, fill_value=fill,
+            compressors=CODECS, config={"write_empty_chunks": True},
+        ) for name in ("ours", "theirs")
+    )
+    theirs[:] = values
+    for i, j in np.ndindex(2, 2):
+        write_chunk(ours, (i, j, 0), values[4 * i:4 * i + 4, 3 * j:3 * j + 3])
+    np.testing.assert_array_equal(zarr.open_array(tmp_path / "ours")[:], values)
+    assert files(tmp_path / "ours") == files(tmp_path / "theirs")
 
 
 @pytest.fixture

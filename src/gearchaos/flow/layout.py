@@ -251,8 +251,9 @@ def aligned(*shape: int, to: int = _LINE) -> np.ndarray:
 def chunk(d: int, h: int, k: int) -> Chunk:
     """An empty workspace for d coordinates, h forcing and k stiffness harmonics.
 
-    It begins with a page. At addresses that end like those on a thread's stack, loads wait for stores that are none of
-    theirs (4K aliasing): in worker threads that was from 0x600 to 0x9c0, and d = 2 took 6 to 8 % more time.
+    It begins with a page. Where its address ended in 0x600 to 0x9c0, d = 2 took 6 to 8 % more time in worker threads,
+    wherever all else stood: as the hot part of their stacks does, so that loads likely waited for stores that are none
+    of theirs (4K aliasing).
     """
     total = output_row(d, h, k) + d + 2 + 2 * h
     return Chunk(

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 import zarr
-from zarr.codecs import Crc32cCodec, ZstdCodec
 
+from gearchaos.runs.chunks import CODECS
 from gearchaos.runs.grid import Grid
 from gearchaos.studies.evidence import blank
 from gearchaos.studies.plan import Plan
@@ -21,8 +21,6 @@ FORMAT = 1
 
 PIECES = "pieces"
 """Where the arrays lie that are not the Dataset's own."""
-
-_CODECS = (ZstdCodec(level=1), Crc32cCodec())
 
 
 @dataclass(frozen=True)
@@ -43,7 +41,7 @@ def lay_out(path: Path, plan: Plan, arrays: dict[str, Layout], grid: Grid) -> No
         labels = empty[name] if plan.labelled else None
         group.create_array(
             name, shape=(*grid.shape, *values.shape[1:]), chunks=(*grid.tile, *values.shape[1:]), dtype=values.dtype,
-            fill_value=blank(name, values.dtype), compressors=_CODECS,
+            fill_value=blank(name, values.dtype), compressors=CODECS,
             dimension_names=None if labels is None else [str(d) for d in labels.dims],
             attributes=None if labels is None else _plain(labels.attrs),
         )

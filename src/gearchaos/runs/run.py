@@ -132,9 +132,9 @@ def _pass(
     while left:
         done = set[int]()
         with engine() as pool, suppress(BrokenExecutor):
-            work = partial(compute_tile, str(store.path), attempt, pool.share(len(left)))
-            ahead = partial(_ahead, pool, attempt)
-            for number, future in tiles.few_ahead(pool.executor, work, left, ahead, pool.beat):
+            work, ahead = partial(compute_tile, str(store.path), attempt), partial(_ahead, pool, attempt)
+            shares = [(n, pool.share(len(left) - i)) for i, n in enumerate(left)]
+            for (number, _), future in tiles.few_ahead(pool.executor, work, shares, ahead, pool.beat):
                 error = _error(future)
                 done.add(number)
                 if error is None:
@@ -166,11 +166,12 @@ def _words(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}"
 
 
-def compute_tile(path: str, attempt: int, threads: int, number: int) -> str | None:
-    """Compute one tile of the store at this path in so many threads and write it; its error in words if it has one.
+def compute_tile(path: str, attempt: int, share: tuple[int, int]) -> str | None:
+    """Compute one tile of the store at this path and write it; its error in words if it has one.
 
-    Raises OSError if the store cannot be written to.
+    ``share`` is the tile's number, and how many threads it may use. Raises OSError if the store cannot be written to.
     """
+    number, threads = share
     store, begin = _store(path, (Path(path) / "run" / "study.json").stat().st_mtime_ns), time.perf_counter()
     try:
         found = store.plan.compute(store.grid.pieces(number), threads=threads)

@@ -23,6 +23,7 @@ from filelock import FileLock
 
 from gearchaos.errors import InputError
 from gearchaos.files import write_bytes
+from gearchaos.runs.chunks import chunk_file, write_chunk
 from gearchaos.runs.grid import Grid
 from gearchaos.runs.layout import FORMAT, PIECES, Layout, put
 from gearchaos.runs.resolved import Resolved
@@ -72,18 +73,24 @@ class Store:
         return {}
 
     def array(self, name: str) -> Any:
-        """One of those arrays, (grid..., ...). Empty chunks are stored too, so that a missing one is a loss."""
+        """One of those arrays, (grid..., ...)."""
         if name not in self._open:
             folder = name if self.plan.labelled else f"{PIECES}/{name}"
-            array = zarr.open_array(self.path / folder, mode="r+", zarr_format=3)
-            self._open[name] = array.with_config({"write_empty_chunks": True})
+            self._open[name] = zarr.open_array(self.path / folder, mode="r", zarr_format=3)
         return self._open[name]
 
     def write(self, number: int, found: dict[str, np.ndarray]) -> None:
-        """Put what was found of a tile's pieces, arrays (L, ...), in its place."""
-        part = self.grid.part(number)
+        """Put what was found of a tile's pieces, arrays (L, ...), in its place; blank chunks, too: a missing one is a
+        loss."""
+        shape = tuple(p.stop - p.start for p in self.grid.part(number))
         for name, values in found.items():
-            self.array(name)[part] = values.reshape(*(p.stop - p.start for p in part), *values.shape[1:])
+            array = self.array(name)
+            write_chunk(array, self._place(number, array), values.reshape(*shape, *values.shape[1:]))
+
+    def _place(self, number: int, array: Any) -> tuple[int, ...]:
+        """The place of a tile's chunk in the grid of chunks of an array, which is not cut beyond the pieces' dims."""
+        along = tuple(int(i) for i in np.unravel_index(number, self.grid.tiles))
+        return (*along, *[0] * (array.ndim - len(along)))
 
     def mark(self, number: int, mark: Mark) -> None:
         """Say what became of a tile; after its data are written."""
@@ -109,10 +116,7 @@ class Store:
 
     def _sound(self, number: int, array: Any) -> bool:
         """Whether a tile's chunk of one array is there and fits its checksum."""
-        along = [int(i) for i in np.unravel_index(number, self.grid.tiles)]
-        place = (*along, *[0] * (array.ndim - len(along)))
-        key = f"{array.path}/{array.metadata.encode_chunk_key(place)}".lstrip("/")
-        if not (Path(array.store.root) / key).is_file():
+        if not chunk_file(array, self._place(number, array)).is_file():
             return False
         try:
             array[self.grid.part(number)]
