@@ -466,6 +466,14 @@ def test_tiles_cover_the_grid_once():
     assert rows.tile == (2, 9)
 
 
+@pytest.mark.parametrize(("side", "starts", "tile"), [
+    (1000, 1, (128, 128)), (100, 1, (32, 32)), (8, 1, (8, 8)), (200, 16, (4, 200)), (40, 4, (4, 40)),
+])
+def test_tiles_are_large_but_some_can_share(side, starts, tile):
+    axes = gc.Axis("omega", 0.5, 1.1, side), gc.Axis("eps1", 0.05, 0.3, side)
+    assert cut(Resolved("zones", gc.MeshModel(), axes, {"starts": starts}, SHORT).plan()).tile == tile
+
+
 def test_checksums_are_there(whole):
     assert "crc32c" in json.dumps(zarr.open_array(whole / "v_rms", mode="r").metadata.to_dict(), default=str)
 

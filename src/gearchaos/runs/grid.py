@@ -10,9 +10,9 @@ import numpy as np
 from gearchaos.studies.plan import Plan
 
 TILE = 16384
-"""Pieces in a tile: some seconds of work, so that little is lost with it, and enough chaos to fill blocks of lanes."""
+"""Motions in a tile: some seconds of work, so that little is lost with it, and enough chaos to fill blocks of lanes."""
 
-_LEAST, _MANY = 64, 32
+_LEAST, _MANY = 64, 8
 
 
 @dataclass(frozen=True)
@@ -49,8 +49,9 @@ class Grid:
 
 
 def cut(plan: Plan, size: int | None = None) -> Grid:
-    """Tiles of up to ``size`` pieces, as square as the plan allows; by default small enough that many can share."""
-    size = min(TILE, max(_LEAST, plan.count // _MANY)) if size is None else size
+    """Tiles of up to ``size`` pieces, as square as the plan allows; by default so large that they fill the kernels, and
+    small enough that some can share."""
+    size = min(TILE, max(_LEAST, plan.count * plan.motions // _MANY)) // plan.motions if size is None else size
     shape, tile = tuple(plan.shape.values()), list(plan.block.values())
     while 2 * prod(tile) <= size and (growing := [i for i, n in enumerate(shape) if tile[i] < n]):
         shortest = min(growing, key=lambda i: tile[i])

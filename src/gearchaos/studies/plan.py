@@ -41,6 +41,8 @@ class Plan:
     finish : Finish
     labelled : bool
         Whether the Dataset holds just those arrays over the grid, so that it can be had of some pieces before others.
+    motions : int
+        How many motions are followed for each piece.
     """
 
     shape: dict[str, int]
@@ -48,6 +50,7 @@ class Plan:
     compute: Compute
     finish: Finish
     labelled: bool
+    motions: int = 1
 
     @property
     def count(self) -> int:

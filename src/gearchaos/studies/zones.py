@@ -87,7 +87,7 @@ def plan(
     block = {y.name: 1, x.name: x.count if starts > 1 else 1}
     if refine > 1:
         block = {y.name: min(SIDE, y.count), x.name: min(SIDE, x.count)}
-    return Plan({y.name: y.count, x.name: x.count}, block, compute, finish, labelled=True)
+    return Plan({y.name: y.count, x.name: x.count}, block, compute, finish, labelled=True, motions=starts)
 
 
 def launch(model: MeshModel, x: Axis, y: Axis) -> Launch:
