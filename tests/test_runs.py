@@ -369,7 +369,10 @@ def test_a_tile_that_raises_is_tried_again_and_reported(tmp_path, monkeypatch, t
         assert run(study, tmp_path / "s.zarr").failed == {}
 
 
-def test_the_last_tiles_share_the_cores_that_fall_idle(tmp_path, monkeypatch):
+@pytest.mark.parametrize(("tile", "expected"), [
+    (20, [1] * 10 + [2, 4]), (40, [1] * 6 + [2, 4]), (130, [2, 2]),
+])
+def test_tiles_that_begin_together_share_the_threads_and_the_last_have_more(tmp_path, monkeypatch, tile, expected):
     study, shares = small_map(), []
     plan = study.plan()
 
@@ -377,11 +380,11 @@ def test_the_last_tiles_share_the_cores_that_fall_idle(tmp_path, monkeypatch):
         shares.append(threads)
         return plan.compute(pieces, threads=threads, **options)
 
-    run(study, tmp_path / "s.zarr", tile=20, shard=Shard(40, 40))  # makes the store, and computes nothing
+    run(study, tmp_path / "s.zarr", tile=tile, shard=Shard(40, 40))  # makes the store, and computes nothing
     monkeypatch.setattr(Resolved, "plan", lambda self: type(plan)(**{**plan.__dict__, "compute": compute}))
     outcome = run(study, tmp_path / "s.zarr", engine=engines.threads(4))
     remembered.cache_clear()
-    assert sorted(shares) == [1] * (outcome.count - 2) + [2, 4]
+    assert (outcome.count, sorted(shares)) == (len(expected), expected)
 
 
 def workers_of(pid):
@@ -466,8 +469,21 @@ def test_tiles_cover_the_grid_once():
     assert rows.tile == (2, 9)
 
 
+def test_what_a_dying_writer_leaves_is_no_data_and_is_cleared(whole, tmp_path):
+    path = tmp_path / "s.zarr"
+    run(small_map(), path, tile=20, shard=Shard(1, 2))
+    for folder in [path, *(p for p in path.rglob("*") if p.is_dir())]:
+        (folder / ".0.cut short.partial").write_bytes(b"half")
+    store = read(path)
+    assert (store.damaged(), store.broken()) == ([], [])
+    assert store.dataset().sizes == data(whole).sizes
+    assert run(small_map(), path).done == store.grid.count
+    assert not list(path.rglob("*.partial"))
+    assert files(path) == files(whole)
+
+
 @pytest.mark.parametrize(("side", "starts", "tile"), [
-    (1000, 1, (128, 128)), (100, 1, (32, 32)), (8, 1, (8, 8)), (200, 16, (4, 200)), (40, 4, (4, 40)),
+    (1000, 1, (128, 128)), (100, 1, (32, 32)), (8, 1, (8, 8)), (200, 14, (4, 200)), (40, 4, (4, 40)),
 ])
 def test_tiles_are_large_but_some_can_share(side, starts, tile):
     axes = gc.Axis("omega", 0.5, 1.1, side), gc.Axis("eps1", 0.05, 0.3, side)
@@ -478,9 +494,9 @@ def test_checksums_are_there(whole):
     assert "crc32c" in json.dumps(zarr.open_array(whole / "v_rms", mode="r").metadata.to_dict(), default=str)
 
 
-@pytest.mark.parametrize("dtype", ["i1", "i2", "i4", "i8", "f4", "f8"])
+@pytest.mark.parametrize("dtype", ["?", "i1", "i2", "i4", "i8", "f4", "f8"])
 def test_chunks_are_those_that_zarr_writes(tmp_path, dtype):
-    rng, fill = np.random.default_rng(1), np.nan if dtype[0] == "f" else -1
+    rng, fill = np.random.default_rng(1), {"f": np.nan, "?": False}.get(dtype[0], -1)
     values = (100 * rng.standard_normal((7, 5, 3))).astype(dtype)
     values[:4, :3] = fill  # a blank chunk is stored, too
     ours, theirs = (
@@ -492,6 +508,9 @@ def test_chunks_are_those_that_zarr_writes(tmp_path, dtype):
     theirs[:] = values
     for i, j in np.ndindex(2, 2):
         write_chunk(ours, (i, j, 0), values[4 * i:4 * i + 4, 3 * j:3 * j + 3])
+    for shape in ((4, 1, 3), (3, 3, 3), (4, 3)):
+        with pytest.raises(ValueError, match=r"shape \(4, 3, 3\) is expected"):
+            write_chunk(ours, (0, 0, 0), np.zeros(shape, dtype))
     np.testing.assert_array_equal(zarr.open_array(tmp_path / "ours")[:], values)
     assert files(tmp_path / "ours") == files(tmp_path / "theirs")
 

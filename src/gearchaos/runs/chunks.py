@@ -1,7 +1,7 @@
 """The bytes of one chunk, as the codecs of the layout define them, and the file it is kept in.
 
-Zarr writes the same bytes (a test compares them), but its pipeline hands every chunk to and fro between threads: for a
-tile's 21 small arrays that is 27 ms of CPU instead of 6. Reading and all metadata are left to Zarr.
+Zarr writes the same bytes (a test compares them), but its pipeline hands every chunk to and fro between threads: the 21
+arrays of a tile of 16 384 cells take it 30 ms of CPU instead of 7 to 20. Reading and all metadata are left to Zarr.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from gearchaos.files import write_bytes
 _LEVEL = 1
 
 CODECS = (ZstdCodec(level=_LEVEL), Crc32cCodec())
-"""What becomes of a chunk's numbers after they are laid out as little-endian bytes."""
+"""What becomes of a chunk's numbers after they are laid out as little-endian bytes; `_encoded` says it, too. A change
+needs a new `FORMAT`: stores are gone on with."""
 
 
 def chunk_file(array: Any, place: tuple[int, ...]) -> Path:
@@ -28,7 +29,13 @@ def chunk_file(array: Any, place: tuple[int, ...]) -> Path:
 
 
 def write_chunk(array: Any, place: tuple[int, ...], values: np.ndarray) -> None:
-    """Write a whole chunk, or at the ends of an array what there is of it; OSError if it cannot be written."""
+    """Write a whole chunk, or at the ends of an array what there is of it.
+
+    Raises OSError if it cannot be written, ValueError if the values have another shape.
+    """
+    shape = tuple(min(m, n - i * m) for i, m, n in zip(place, array.chunks, array.shape, strict=True))
+    if values.shape != shape:
+        raise ValueError(f"a chunk of shape {shape} is expected, not {values.shape}")
     file = chunk_file(array, place)
     file.parent.mkdir(parents=True, exist_ok=True)
     write_bytes(file, _encoded(_padded(array, values)))

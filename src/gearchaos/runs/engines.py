@@ -31,7 +31,7 @@ def cut_off(error: BaseException | None) -> bool:
 @dataclass(frozen=True)
 class Pool:
     """An open engine: an executor, how many tiles it computes at once, a check that it is still there, and how many
-    threads a tile may use when so many, itself included, are left: the last ones share the cores that fall idle."""
+    threads each of so many tiles may use."""
 
     executor: Executor
     width: Callable[[], int]

@@ -133,8 +133,8 @@ def _pass(
         done = set[int]()
         with engine() as pool, suppress(BrokenExecutor):
             work, ahead = partial(compute_tile, str(store.path), attempt), partial(_ahead, pool, attempt)
-            shares = [(n, pool.share(len(left) - i)) for i, n in enumerate(left)]
-            for (number, _), future in tiles.few_ahead(pool.executor, work, shares, ahead, pool.beat):
+            shared = _shares(pool, left, attempt)
+            for (number, _), future in tiles.few_ahead(pool.executor, work, shared, ahead, pool.beat):
                 error = _error(future)
                 done.add(number)
                 if error is None:
@@ -143,6 +143,15 @@ def _pass(
                     errors[number] = error
         left = [n for n in left if n not in done]
     return errors
+
+
+def _shares(pool: engines.Pool, left: list[int], attempt: int) -> list[tuple[int, int]]:
+    """Every tile with how many threads it may use: those that begin together share evenly; a later one has so many as
+    if all before it were done, since soon they will be; one that is tried alone has all."""
+    if attempt > 1:
+        return [(number, pool.share(1)) for number in left]
+    width = pool.width()
+    return [(number, pool.share(len(left) - (i if i >= width else 0))) for i, number in enumerate(left)]
 
 
 def _ahead(pool: engines.Pool, attempt: int) -> int:

@@ -84,10 +84,11 @@ def plan(
         coords = {a.name: variable(a.name, (a.name,), a.values) for a in (x, y)}
         return xr.Dataset(data, coords, provenance("zones", model, starts=starts, refine=refine))
 
+    motions = starts + 2 if starts > 1 else 1  # with those that the sweeps end in
     block = {y.name: 1, x.name: x.count if starts > 1 else 1}
     if refine > 1:
         block = {y.name: min(SIDE, y.count), x.name: min(SIDE, x.count)}
-    return Plan({y.name: y.count, x.name: x.count}, block, compute, finish, labelled=True, motions=starts)
+    return Plan({y.name: y.count, x.name: x.count}, block, compute, finish, labelled=True, motions=motions)
 
 
 def launch(model: MeshModel, x: Axis, y: Axis) -> Launch:
