@@ -482,12 +482,13 @@ def test_what_a_dying_writer_leaves_is_no_data_and_is_cleared(whole, tmp_path):
     assert files(path) == files(whole)
 
 
-@pytest.mark.parametrize(("side", "starts", "tile"), [
-    (1000, 1, (128, 128)), (100, 1, (32, 32)), (8, 1, (8, 8)), (200, 14, (4, 200)), (40, 4, (4, 40)),
+@pytest.mark.parametrize(("side", "options", "tile"), [
+    (1000, {}, (128, 128)), (100, {}, (32, 32)), (8, {}, (8, 8)), (200, {"starts": 14}, (4, 200)),
+    (40, {"starts": 4}, (4, 40)), (2048, {"refine": 8}, (512, 256)), (300, {"refine": 8}, (256, 256)),
 ])
-def test_tiles_are_large_but_some_can_share(side, starts, tile):
+def test_tiles_are_large_but_some_can_share(side, options, tile):
     axes = gc.Axis("omega", 0.5, 1.1, side), gc.Axis("eps1", 0.05, 0.3, side)
-    assert cut(Resolved("zones", gc.MeshModel(), axes, {"starts": starts}, SHORT).plan()).tile == tile
+    assert cut(Resolved("zones", gc.MeshModel(), axes, options, SHORT).plan()).tile == tile
 
 
 def test_checksums_are_there(whole):

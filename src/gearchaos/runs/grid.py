@@ -51,7 +51,8 @@ class Grid:
 def cut(plan: Plan, size: int | None = None) -> Grid:
     """Tiles of up to ``size`` pieces, as square as the plan allows, but no smaller than what it computes together; by
     default so large that they fill the kernels, and small enough that some can share."""
-    size = min(TILE, max(_LEAST, plan.count * plan.motions // _MANY)) // plan.motions if size is None else size
+    if size is None:
+        size = int(min(TILE, max(_LEAST, plan.count * plan.motions // _MANY)) / plan.motions)
     shape, tile = tuple(plan.shape.values()), list(plan.block.values())
     while 2 * prod(tile) <= size and (growing := [i for i, n in enumerate(shape) if tile[i] < n]):
         shortest = min(growing, key=lambda i: tile[i])

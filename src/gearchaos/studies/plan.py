@@ -41,8 +41,8 @@ class Plan:
     finish : Finish
     labelled : bool
         Whether the Dataset holds just those arrays over the grid, so that it can be had of some pieces before others.
-    motions : int
-        How many motions are followed for each piece.
+    motions : float
+        About how many motions are followed for each piece.
     """
 
     shape: dict[str, int]
@@ -50,7 +50,7 @@ class Plan:
     compute: Compute
     finish: Finish
     labelled: bool
-    motions: int = 1
+    motions: float = 1
 
     @property
     def count(self) -> int:

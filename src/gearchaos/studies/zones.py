@@ -23,6 +23,9 @@ from gearchaos.studies.refine import SIDE, refined
 from gearchaos.studies.survey import Launch, survey
 from gearchaos.switched import switched
 
+_REFINED = 1 / 8
+"""About this share of a refined map's cells is computed."""
+
 
 def zones(
     model: MeshModel, x: Axis, y: Axis, *, starts: int = 1, refine: int = 1, budget: Budget | None = None,
@@ -84,10 +87,10 @@ def plan(
         coords = {a.name: variable(a.name, (a.name,), a.values) for a in (x, y)}
         return xr.Dataset(data, coords, provenance("zones", model, starts=starts, refine=refine))
 
-    motions = starts + 2 if starts > 1 else 1  # with those that the sweeps end in
+    motions = starts + 2 if starts > 1 else 1.0  # with those that the sweeps end in
     block = {y.name: 1, x.name: x.count if starts > 1 else 1}
     if refine > 1:
-        block = {y.name: min(SIDE, y.count), x.name: min(SIDE, x.count)}
+        motions, block = _REFINED, {y.name: min(SIDE, y.count), x.name: min(SIDE, x.count)}
     return Plan({y.name: y.count, x.name: x.count}, block, compute, finish, labelled=True, motions=motions)
 
 
