@@ -31,12 +31,14 @@ class Grid:
     def count(self) -> int:
         return prod(self.tiles)
 
+    def place(self, number: int) -> tuple[int, ...]:
+        """The tile's place among the tiles."""
+        return tuple(int(i) for i in np.unravel_index(number, self.tiles))
+
     def part(self, number: int) -> tuple[slice, ...]:
         """The tile's part of the grid."""
-        place = np.unravel_index(number, self.tiles)
-        return tuple(
-            slice(int(i) * m, min((int(i) + 1) * m, n)) for i, m, n in zip(place, self.tile, self.shape, strict=True)
-        )
+        place = self.place(number)
+        return tuple(slice(i * m, min((i + 1) * m, n)) for i, m, n in zip(place, self.tile, self.shape, strict=True))
 
     def size(self, number: int) -> int:
         """How many pieces the tile has."""

@@ -132,9 +132,9 @@ def _pass(
     while left:
         done = set[int]()
         with engine() as pool, suppress(BrokenExecutor):
-            work, ahead = partial(compute_tile, str(store.path), attempt), partial(_ahead, pool, attempt)
-            shared = _shares(pool, left, attempt)
-            for (number, _), future in tiles.few_ahead(pool.executor, work, shared, ahead, pool.beat):
+            work = partial(compute_tile, str(store.path), attempt, pool.share(len(left)))
+            ahead = partial(_ahead, pool, attempt)
+            for number, future in tiles.few_ahead(pool.executor, work, left, ahead, pool.beat):
                 error = _error(future)
                 done.add(number)
                 if error is None:
@@ -143,15 +143,6 @@ def _pass(
                     errors[number] = error
         left = [n for n in left if n not in done]
     return errors
-
-
-def _shares(pool: engines.Pool, left: list[int], attempt: int) -> list[tuple[int, int]]:
-    """Every tile with how many threads it may use: those that begin together share evenly; a later one has so many as
-    if all before it were done, since soon they will be; one that is tried alone has all."""
-    if attempt > 1:
-        return [(number, pool.share(1)) for number in left]
-    width = pool.width()
-    return [(number, pool.share(len(left) - (i if i >= width else 0))) for i, number in enumerate(left)]
 
 
 def _ahead(pool: engines.Pool, attempt: int) -> int:
@@ -175,12 +166,11 @@ def _words(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}"
 
 
-def compute_tile(path: str, attempt: int, share: tuple[int, int]) -> str | None:
-    """Compute one tile of the store at this path and write it; its error in words if it has one.
+def compute_tile(path: str, attempt: int, threads: int, number: int) -> str | None:
+    """Compute one tile of the store at this path in so many threads and write it; its error in words if it has one.
 
-    ``share`` is the tile's number, and how many threads it may use. Raises OSError if the store cannot be written to.
+    Raises OSError if the store cannot be written to.
     """
-    number, threads = share
     store, begin = _store(path, (Path(path) / "run" / "study.json").stat().st_mtime_ns), time.perf_counter()
     try:
         found = store.plan.compute(store.grid.pieces(number), threads=threads)

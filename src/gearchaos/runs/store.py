@@ -89,7 +89,7 @@ class Store:
 
     def _place(self, number: int, array: Any) -> tuple[int, ...]:
         """The place of a tile's chunk in the grid of chunks of an array, which is not cut beyond the pieces' dims."""
-        along = tuple(int(i) for i in np.unravel_index(number, self.grid.tiles))
+        along = self.grid.place(number)
         return (*along, *[0] * (array.ndim - len(along)))
 
     def mark(self, number: int, mark: Mark) -> None:

@@ -87,7 +87,7 @@ def plan(
         coords = {a.name: variable(a.name, (a.name,), a.values) for a in (x, y)}
         return xr.Dataset(data, coords, provenance("zones", model, starts=starts, refine=refine))
 
-    motions = starts + 2 if starts > 1 else 1.0  # with those that the sweeps end in
+    motions: float = starts + 2 if starts > 1 else 1  # with those that the sweeps end in
     block = {y.name: 1, x.name: x.count if starts > 1 else 1}
     if refine > 1:
         motions, block = _REFINED, {y.name: min(SIDE, y.count), x.name: min(SIDE, x.count)}
