@@ -72,8 +72,17 @@ def test_datasets_name_units_and_provenance_and_survive_saving(small_map, tmp_pa
 def test_saving_into_nowhere_is_refused(small_map, tmp_path):
     with pytest.raises(InputError, match="must lie in an existing folder"):
         gc.save(small_map, tmp_path / "missing" / "map.nc")
-    with pytest.raises(InputError, match="must be a NetCDF file"):
-        gc.load(tmp_path / "missing.nc")
+
+
+def test_loading_says_what_is_wrong_with_the_path(small_map, tmp_path):
+    gc.save(small_map, tmp_path / "map.nc")
+    whole = (tmp_path / "map.nc").read_bytes()
+    (tmp_path / "cut.nc").write_bytes(whole[: len(whole) // 2])
+    (tmp_path / "study.nc").write_text("[study]")
+    faults = {"missing.nc": "There is no such file", ".": "open_zarr", "cut.nc": "truncated", "study.nc": "signature"}
+    for name, words in faults.items():
+        with pytest.raises(InputError, match=f"path must be a NetCDF file.*{words}"):
+            gc.load(tmp_path / name)
 
 
 def test_simulate_samples_and_sections_belong_together():

@@ -161,8 +161,12 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
 
 
 def load(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a Dataset that `save` wrote."""
+    """Read a Dataset that `save` wrote; raises `InputError` if the file is another, or damaged."""
     if not Path(path).is_file():
-        raise InputError("path", "must be a NetCDF file", str(path))
-    with xr.open_dataset(path, engine="h5netcdf") as dataset:
-        return dataset.load()
+        hint = "xarray.open_zarr reads the folder of a run." if Path(path).is_dir() else "There is no such file."
+        raise InputError("path", "must be a NetCDF file", str(path), hint)
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as dataset:
+            return dataset.load()
+    except (OSError, KeyError) as error:  # the latter where a name's record is damaged
+        raise InputError("path", "must be a NetCDF file, whole and readable", str(path), f"{error}.") from error

@@ -1,0 +1,77 @@
+"""What a map refined along its boundaries costs, and how much of it is as if every cell had been computed.
+
+    python benchmarks/refinement.py                  figure 2a at 2048 x 2048, from every eighth row and column
+    python benchmarks/refinement.py --side 512       the same in half a minute
+
+Computes both maps into stores, as `gearchaos run` does, and compares label and period of all cells, and of random
+samples of them. Prints what the refined map took of the whole one's cells, mesh periods, CPU and wall time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from runs import study, timed
+
+from gearchaos.runs import engines
+from gearchaos.runs.resolved import Resolved
+from gearchaos.runs.run import run
+
+
+def mapped(chosen: Resolved, threads: int) -> tuple[xr.Dataset, np.ndarray]:
+    """The map, and the wall and CPU seconds that it took."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "s.zarr"
+        times = timed(lambda: run(chosen, path, engine=engines.threads(threads)))
+        return xr.open_zarr(path).load(), np.array(times)
+
+
+def differing(a: xr.Dataset, b: xr.Dataset) -> np.ndarray:
+    """Which cells (N,) are of another kind or period in one than in the other."""
+    return ((a["label"] != b["label"]) | (a["period"] != b["period"])).values.ravel()
+
+
+def in_samples(differ: np.ndarray, size: int, count: int, rng: np.random.Generator) -> np.ndarray:
+    """How many cells differ in each of so many random samples."""
+    return np.array([differ[rng.choice(differ.size, size, replace=False)].sum() for _ in range(count)])
+
+
+def report(refined: xr.Dataset, whole: xr.Dataset, chosen: argparse.Namespace) -> None:
+    computed, differ = refined["inferred"].values.ravel() == 0, differing(refined, whole)
+    periods = whole["periods_spent"].values.ravel()
+    size = min(chosen.sample, differ.size)
+    found = in_samples(differ, size, chosen.samples, np.random.default_rng(chosen.seed))
+    print(f"equal: {1 - differ.mean():.4%} of all cells; of those computed {differ[computed].sum()} differ")
+    print(f"{chosen.samples} random samples of {size:,}: {found.min()} to {found.max()} differ, {found.mean():.1f} in "
+          f"the mean; equal in at least 99.9 %: {(found <= size / 1000).sum()}")
+    print(f"of the whole map: {computed.mean():.2%} of the cells, {periods[computed].sum() / periods.sum():.2%} of the "
+          "mesh periods", end="")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--side", type=int, default=2048)
+    parser.add_argument("--step", type=int, default=8, help="of the first lattice")
+    parser.add_argument("--patience", type=int, default=3000)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--sample", type=int, default=20_000)
+    parser.add_argument("--samples", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=0)
+    chosen = parser.parse_args()
+    every = study(chosen.side**2, chosen.patience)
+    study(100, chosen.patience).plan().run()  # compiled, or loaded from the cache
+    refined, times = mapped(replace(every, options={"refine": chosen.step}), chosen.threads)
+    print(f"refined {times[0]:8.1f} s wall {times[1]:8.1f} s CPU", flush=True)
+    whole, all_times = mapped(every, chosen.threads)
+    print(f"whole   {all_times[0]:8.1f} s wall {all_times[1]:8.1f} s CPU", flush=True)
+    report(refined, whole, chosen)
+    print(", {1:.1%} of the CPU, {0:.1%} of the wall time".format(*(times / all_times)))
+
+
+if __name__ == "__main__":
+    main()
