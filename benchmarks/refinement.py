@@ -41,16 +41,20 @@ def in_samples(differ: np.ndarray, size: int, count: int, rng: np.random.Generat
     return np.array([differ[rng.choice(differ.size, size, replace=False)].sum() for _ in range(count)])
 
 
-def report(refined: xr.Dataset, whole: xr.Dataset, chosen: argparse.Namespace) -> None:
+def compare(refined: xr.Dataset, whole: xr.Dataset, chosen: argparse.Namespace) -> None:
+    """Print how many cells are equal: of all, of those computed, of random samples."""
     computed, differ = refined["inferred"].values.ravel() == 0, differing(refined, whole)
-    periods = whole["periods_spent"].values.ravel()
     size = min(chosen.sample, differ.size)
     found = in_samples(differ, size, chosen.samples, np.random.default_rng(chosen.seed))
     print(f"equal: {1 - differ.mean():.4%} of all cells; of those computed {differ[computed].sum()} differ")
     print(f"{chosen.samples} random samples of {size:,}: {found.min()} to {found.max()} differ, {found.mean():.1f} in "
           f"the mean; equal in at least 99.9 %: {(found <= size / 1000).sum()}")
-    print(f"of the whole map: {computed.mean():.2%} of the cells, {periods[computed].sum() / periods.sum():.2%} of the "
-          "mesh periods", end="")
+
+
+def shares(refined: xr.Dataset, whole: xr.Dataset) -> tuple[float, float]:
+    """What the refined map took of the whole one's cells and mesh periods."""
+    computed, periods = refined["inferred"].values == 0, whole["periods_spent"].values
+    return computed.mean(), periods[computed].sum() / periods.sum()
 
 
 def main() -> None:
@@ -69,8 +73,10 @@ def main() -> None:
     print(f"refined {times[0]:8.1f} s wall {times[1]:8.1f} s CPU", flush=True)
     whole, all_times = mapped(every, chosen.threads)
     print(f"whole   {all_times[0]:8.1f} s wall {all_times[1]:8.1f} s CPU", flush=True)
-    report(refined, whole, chosen)
-    print(", {1:.1%} of the CPU, {0:.1%} of the wall time".format(*(times / all_times)))
+    compare(refined, whole, chosen)
+    (cells, periods), (wall, cpu) = shares(refined, whole), times / all_times
+    print(f"of the whole map: {cells:.2%} of the cells, {periods:.2%} of the mesh periods, {cpu:.1%} of the CPU, "
+          f"{wall:.1%} of the wall time")
 
 
 if __name__ == "__main__":
