@@ -65,6 +65,7 @@ def test_datasets_name_units_and_provenance_and_survive_saving(small_map, tmp_pa
     assert json.loads(small_map.attrs["model"])["q1"] == 0.1
     assert small_map.attrs["gearchaos_version"] == gc.__version__
     gc.save(small_map, tmp_path / "map.nc")
+    gc.save(gc.load(tmp_path / "map.nc"), tmp_path / "map.nc")
     assert gc.load(tmp_path / "map.nc").identical(small_map)
     assert [p.name for p in tmp_path.iterdir()] == ["map.nc"]
 
@@ -79,9 +80,14 @@ def test_loading_says_what_is_wrong_with_the_path(small_map, tmp_path):
     whole = (tmp_path / "map.nc").read_bytes()
     (tmp_path / "cut.nc").write_bytes(whole[: len(whole) // 2])
     (tmp_path / "study.nc").write_text("[study]")
-    faults = {"missing.nc": "There is no such file", ".": "open_zarr", "cut.nc": "truncated", "study.nc": "signature"}
+    at = whole.index(small_map.lyapunov.values.tobytes()[:64])
+    (tmp_path / "flipped.nc").write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :])
+    faults = {
+        "missing.nc": "There is no such file", ".": "open_zarr", "cut.nc": "truncated", "study.nc": "signature",
+        "flipped.nc": "can't synchronously read data",
+    }
     for name, words in faults.items():
-        with pytest.raises(InputError, match=f"path must be a NetCDF file.*{words}"):
+        with pytest.raises(InputError, match=f"(?i)path must be a NetCDF file.*{words}"):
             gc.load(tmp_path / name)
 
 
