@@ -16,18 +16,17 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from runs import study, timed
+from runs import store, study, timed
 
 from gearchaos.runs import engines
 from gearchaos.runs.resolved import Resolved
-from gearchaos.runs.run import run
 
 
 def mapped(chosen: Resolved, threads: int) -> tuple[xr.Dataset, np.ndarray]:
     """The map, and the wall and CPU seconds that it took."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "s.zarr"
-        times = timed(lambda: run(chosen, path, engine=engines.threads(threads)))
+        times = timed(lambda: store(chosen, path, engines.threads(threads)))
         return xr.open_zarr(path).load(), np.array(times)
 
 

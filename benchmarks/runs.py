@@ -45,11 +45,16 @@ def study(cells: int, patience: int) -> Resolved:
     return Resolved("zones", MeshModel.of(q0=0.1), axes, {}, Budget(patience=patience))
 
 
+def store(chosen: Resolved, path: Path, engine: engines.Engine) -> None:
+    """Compute a whole study into a store."""
+    outcome = run(chosen, path, engine=engine)
+    assert outcome.done == outcome.count, outcome.failed
+
+
 def into_store(chosen: Resolved, engine: engines.Engine) -> Callable[[], object]:
     def work() -> None:
         with tempfile.TemporaryDirectory() as folder:
-            outcome = run(chosen, Path(folder) / "s.zarr", engine=engine)
-            assert outcome.done == outcome.count
+            store(chosen, Path(folder) / "s.zarr", engine)
 
     return work
 

@@ -466,6 +466,7 @@ def test_pictures_and_data_of_a_map_half_done(small):
     content, _, _ = next(export.exported("map", "nc", half.dataset, "motion", ""))
     again = xr.load_dataset(io.BytesIO(content), engine="h5netcdf")
     assert again["label"].equals(half.dataset["label"]) and (again["label"] == 0).any()
+    assert again["label"].encoding["fletcher32"]
 
 
 def test_pictures_and_data_of_a_motion():

@@ -15,7 +15,7 @@ from gearchaos import plot
 from gearchaos.app.state import View, stiffness_name
 from gearchaos.axis import Axis
 from gearchaos.model import SCALARS, TwoLevelStiffness
-from gearchaos.studies.dataset import checksums
+from gearchaos.studies.dataset import checked
 
 _DPI = 150
 _TYPES = {"png": "image/png", "svg": "image/svg+xml", "nc": "application/x-netcdf"}
@@ -85,7 +85,7 @@ _DRAW: dict[str, Callable[[xr.Dataset, str, str], Figure]] = {"map": _draw_map, 
 
 def data(dataset: xr.Dataset) -> tuple[bytes, str]:
     """A Dataset as NetCDF (HDF5) with checksums, and its media type."""
-    return bytes(dataset.to_netcdf(engine="h5netcdf", encoding=checksums(dataset))), _TYPES["nc"]
+    return bytes(checked(dataset).to_netcdf(engine="h5netcdf")), _TYPES["nc"]
 
 
 def exported(kind: str, suffix: str, dataset: xr.Dataset, colour: str, title: str) -> Generator[tuple[bytes, str, str]]:

@@ -156,14 +156,20 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
         raise InputError("path", "must lie in an existing folder", str(target), "Create the folder first.")
     with tempfile.TemporaryDirectory(dir=target.parent, prefix=".gearchaos-") as folder:
         draft = Path(folder) / "draft.nc"
-        dataset.to_netcdf(draft, engine="h5netcdf", encoding=checksums(dataset))
+        checked(dataset).to_netcdf(draft, engine="h5netcdf")
         os.replace(draft, target)
 
 
-def checksums(dataset: xr.Dataset) -> dict[Any, dict[str, bool]]:
-    """The encoding that lets a reader of the NetCDF file find damaged numbers; HDF5 has none for single values and
-    words."""
-    return {n: {"fletcher32": True} for n, v in dataset.variables.items() if v.dims and v.dtype.kind not in "OUT"}
+def checked(dataset: xr.Dataset) -> xr.Dataset:
+    """The same Dataset, to be written as NetCDF with checksums, so that a reader finds damaged numbers.
+
+    HDF5 has none for single values and words.
+    """
+    out = dataset.copy(deep=False)
+    for variable in out.variables.values():
+        if variable.dims and variable.dtype.kind not in "OUT":
+            variable.encoding["fletcher32"] = True
+    return out
 
 
 def load(path: str | os.PathLike[str]) -> xr.Dataset:
@@ -175,4 +181,5 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
         with xr.open_dataset(path, engine="h5netcdf") as dataset:
             return dataset.load()
     except (OSError, KeyError) as error:  # the latter where a name's record is damaged
-        raise InputError("path", "must be a NetCDF file, whole and readable", str(path), f"{error}.") from error
+        raise InputError("path", "must be a NetCDF file, whole and readable", str(path),
+                         f"If gearchaos saved it, it is damaged: save it again. ({error})") from error
