@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -58,6 +60,33 @@ class Axis:
     def values(self) -> np.ndarray:
         """The values, shape (count,)."""
         return np.linspace(self.start, self.stop, self.count)
+
+
+def as_axis(axis: Any, field: str = "axis") -> Axis:
+    """An axis as it is, or from a text; raises `InputError` for anything else."""
+    if isinstance(axis, str):
+        return parse_axis(axis, field)
+    if not isinstance(axis, Axis):
+        kind = f"a {type(axis).__name__}"
+        advice = "E.g. Axis('eps1', 0, 0.3, 400) or 'eps1=0:0.3:400'."
+        raise InputError(field, "must be an Axis or a text", kind, advice)
+    return axis
+
+
+def parse_axis(text: str, field: str = "axis") -> Axis:
+    """An axis from ``name=start:stop:count``, e.g. ``eps1=0:0.3:400``."""
+    match = re.fullmatch(r"\s*(\w+)\s*=([^:]*):([^:]*):([^:]*)", text)
+    if not match:
+        raise _unreadable(field, text)
+    try:
+        start, stop, count = float(match[2]), float(match[3]), int(match[4])
+    except ValueError:
+        raise _unreadable(field, text) from None
+    return Axis(match[1], start, stop, count)
+
+
+def _unreadable(field: str, text: str) -> InputError:
+    return InputError(field, "must read name=start:stop:count", text, "E.g. eps1=0:0.3:400.")
 
 
 def _single_names(name: str) -> tuple[str, ...]:

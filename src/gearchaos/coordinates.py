@@ -1,7 +1,9 @@
 """Between physical coordinates x, y and the dynamic state w, which lacks what contact does not see.
 
 The mean rotation and, between alike supports, the mean lateral motion move by themselves. They need no integration:
-their closed forms of (2.12) give all of x and y back from w, at any time.
+their closed forms of (2.12) give all of x and y back from w, at any time. Where the bearings differ, the rotation
+follows from a first integral of (2.12) divided by the bearing friction, unless x2 is integrated along the motion, as it
+must be where the friction is too weak to divide by (`weakly_braked`).
 """
 
 from __future__ import annotations
@@ -10,12 +12,15 @@ import numpy as np
 from scipy.special import hyp1f1
 
 from gearchaos.model import COORDINATES, Batch
-from gearchaos.switched import SwitchedAffine, same
+from gearchaos.switched import SwitchedAffine, brake, same
+
+_WEAK = 2e-3
+"""Rate of bearing friction below which the first integral leaves x2 with an error above 1e-11."""
 
 
 def start(batch: Batch, system: SwitchedAffine) -> np.ndarray:
     """Initial coordinates w at τ = 0, (P, d), from the model's initial values (paper: x1 = 1, the rest 0)."""
-    w = from_physical(system.names, _initial(batch), *error_at_start(batch))
+    w = from_physical(system.names, initial_values(batch), *error_at_start(batch))
     given = {**batch.model.initial, **batch.values}
     for i, name in enumerate(("z", "z_dot")):
         if batch.model.kind == "single" and given.keys() & {"z", "z_dot"}:
@@ -23,8 +28,8 @@ def start(batch: Batch, system: SwitchedAffine) -> np.ndarray:
     return w
 
 
-def _initial(batch: Batch) -> dict[str, np.ndarray]:
-    """Every physical coordinate at τ = 0, each (P,)."""
+def initial_values(batch: Batch) -> dict[str, np.ndarray]:
+    """Every physical coordinate at τ = 0 by name, each (P,)."""
     given = {**batch.model.initial, **batch.values}
     return {
         n: np.broadcast_to(np.asarray(given.get(n, 1.0 if n == "x1" else 0.0), float), batch.size)
@@ -52,8 +57,48 @@ def from_physical(
     return np.stack([known[n] if n in known else x[n] for n in names], axis=1).astype(float)
 
 
+def bearings_differ(batch: Batch, names: tuple[str, ...]) -> np.ndarray:
+    """Where the mean rotation depends on the relative motion, so that no closed form gives it, (P,)."""
+    return np.broadcast_to(~np.asarray(same(batch, "beta", "J")) & ("x2_dot" in names), batch.size)
+
+
+def weakly_braked(batch: Batch) -> np.ndarray:
+    """Where the bearings brake too weakly for the first integral to give x2 to 1e-11, (P,)."""
+    return brake(batch) < _WEAK
+
+
+def twist(names: tuple[str, ...], w: np.ndarray, error: np.ndarray, suffix: str = "") -> np.ndarray:
+    """x1 − x2 (...) of dynamic states w (..., d), ``error`` being ε there; with "_dot" the same of their velocities."""
+    at = {name: w[..., i] for i, name in enumerate(names)}
+    lateral = at[f"y{suffix}"] if "y" in at else at.get(f"y1{suffix}", 0.0) - at.get(f"y2{suffix}", 0.0)
+    return at[f"z{suffix}"] + error - lateral
+
+
+def drifts(batch: Batch, names: tuple[str, ...]) -> np.ndarray:
+    """Where the mean rotation grows without end, or is not to be had from the state to all digits, (P,)."""
+    unequal = np.asarray(batch["q1"]) != np.asarray(batch["q2"])
+    return (unequal | (bearings_differ(batch, names) & weakly_braked(batch))) & (batch.model.kind != "single")
+
+
+def without_drift(
+    batch: Batch, names: tuple[str, ...], w: np.ndarray, error: np.ndarray, error_dot: np.ndarray
+) -> dict[str, np.ndarray]:
+    """x1 and x2 with their velocities, each (P,), of states w (P, d) with the mean rotation where it was at the start.
+
+    Contact does not see that rotation, and where both bearings brake alike it does not see its velocity either.
+    """
+    x, share = initial_values(batch), _share(batch, "J")[:, 0]
+    gap, gap_dot = twist(names, w, error), twist(names, w, error_dot, "_dot")
+    mean, mean_dot = (share * x[f"x1{k}"] + (1 - share) * x[f"x2{k}"] for k in ("", "_dot"))
+    x2, x2_dot = mean - share * gap, mean_dot - share * gap_dot
+    if "x2_dot" in names:
+        x2_dot = w[:, names.index("x2_dot")]
+    return {"x1": x2 + gap, "x1_dot": x2_dot + gap_dot, "x2": x2, "x2_dot": x2_dot}
+
+
 def to_physical(
-    batch: Batch, names: tuple[str, ...], w: np.ndarray, tau: np.ndarray, error: np.ndarray, error_dot: np.ndarray
+    batch: Batch, names: tuple[str, ...], w: np.ndarray, tau: np.ndarray, error: np.ndarray, error_dot: np.ndarray,
+    x2: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
     """Physical values of dynamic states: all of x and y that the model has, and z, z_dot always.
 
@@ -69,6 +114,8 @@ def to_physical(
         Times since the start.
     error, error_dot : broadcastable to (P, S)
         ε and ε' at those times.
+    x2 : (P, S), optional
+        Rotation of wheel 2, integrated along the motion; NaN where it is to follow from the state.
 
     Returns
     -------
@@ -81,25 +128,29 @@ def to_physical(
     y = _lateral(batch, at, tau) if batch.model.kind == "full" else {}
     gap = at["z"] + error - y.get("y1", 0.0) + y.get("y2", 0.0)
     gap_dot = at["z_dot"] + error_dot - y.get("y1_dot", 0.0) + y.get("y2_dot", 0.0)
-    return {**_rotation(batch, at, tau, gap, gap_dot), **y, **relative}
+    return {**_rotation(batch, at, tau, gap, gap_dot, x2), **y, **relative}
 
 
 def _rotation(
-    batch: Batch, at: dict[str, np.ndarray], tau: np.ndarray, gap: np.ndarray, gap_dot: np.ndarray
+    batch: Batch, at: dict[str, np.ndarray], tau: np.ndarray, gap: np.ndarray, gap_dot: np.ndarray,
+    known: np.ndarray | None,
 ) -> dict[str, np.ndarray]:
-    """x1 and x2 with their velocities, from x1 − x2 = ``gap`` and the first two rows of (2.12) added up."""
+    """x1 and x2 with their velocities, from x1 − x2 = ``gap`` and x2 where it is ``known``, else the first two rows of
+    (2.12) added up."""
     mean, mean_dot = _free_rotation(batch, tau)
     share = _share(batch, "J")
     x2, x2_dot = mean - share * gap, mean_dot - share * gap_dot
     if "x2_dot" in at:
         x2_dot = at["x2_dot"]
         x2 = np.where(_column(batch, same(batch, "beta", "J")), x2, _braked(batch, tau, gap, gap_dot, x2_dot))
+    if known is not None:
+        x2 = np.where(np.isnan(known), x2, known)
     return {"x1": x2 + gap, "x1_dot": x2_dot + gap_dot, "x2": x2, "x2_dot": x2_dot}
 
 
 def _free_rotation(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(J1 x1 + J2 x2)/(J1 + J2) and its velocity where both wheels have the same β/J: m'' = a − r m'."""
-    x, share = _initial(batch), _share(batch, "J")[:, 0]
+    x, share = initial_values(batch), _share(batch, "J")[:, 0]
     inertia = _column(batch, batch["J1"]) + _column(batch, batch["J2"])
     a = (_column(batch, batch["q1"]) - _column(batch, batch["q2"])) / inertia
     r = 2 * (_column(batch, batch["beta1"]) + _column(batch, batch["beta2"])) / inertia
@@ -112,7 +163,7 @@ def _braked(
     batch: Batch, tau: np.ndarray, gap: np.ndarray, gap_dot: np.ndarray, x2_dot: np.ndarray
 ) -> np.ndarray:
     """x2 where β/J differs: J1 x1' + J2 x2' + 2β1 x1 + 2β2 x2 grows by (q1 − q2) τ, whatever contact does."""
-    x = _initial(batch)
+    x = initial_values(batch)
     J1, J2, b1, b2, q1, q2 = (_column(batch, batch[n]) for n in ("J1", "J2", "beta1", "beta2", "q1", "q2"))
     x1, v1, x2, v2 = (_column(batch, x[n]) for n in COORDINATES["torsional"])
     held = J1 * v1 + J2 * v2 + 2 * b1 * x1 + 2 * b2 * x2 + (q1 - q2) * tau
@@ -134,7 +185,7 @@ def _lateral(batch: Batch, at: dict[str, np.ndarray], tau: np.ndarray) -> dict[s
 
 def _free_support(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(μ1 y1 + μ2 y2)/(μ1 + μ2) and its velocity: m'' = −2ζ1 m' − (κ1/μ1) m, an oscillator left alone."""
-    x, share = _initial(batch), _share(batch, "mu")[:, 0]
+    x, share = initial_values(batch), _share(batch, "mu")[:, 0]
     m, m_dot = (_column(batch, share * x[f"y1{k}"] + (1 - share) * x[f"y2{k}"]) for k in ("", "_dot"))
     damping = _column(batch, batch["zeta_support1"])
     square = _column(batch, batch["kappa1"]) / _column(batch, batch["mu1"])

@@ -1,4 +1,4 @@
-"""A physical gear pair in SI: its scales, its dimensionless model by (2.1)-(2.11), and results scaled back.
+"""A physical gear pair in SI: its dimensionless model by (2.1)-(2.11), and results scaled back.
 
 Equation numbers refer to J. Łuczko, *Chaotic vibrations in gear mesh systems*, J. Theor. Appl. Mech. 46(4),
 2008, read with the corrections listed in ``docs/model.md``.
@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
-from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +21,7 @@ from gearchaos.model import (
     TransmissionError,
     TwoLevelStiffness,
 )
+from gearchaos.scaling import Scales, scaled, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,22 +29,18 @@ if TYPE_CHECKING:
 Measure = Any
 """A float in SI, a string with a unit such as "3 mm", or a pint quantity; a float once the pair is built."""
 
-_POSITIVE = "must be greater than 0"
-_NOT_NEGATIVE = "must not be negative"
-_ANY = "may have either sign"
-
 # field -> (what it is, rule in words)
 _MEASURES: dict[str, tuple[units.Quantity, str]] = {
-    **dict.fromkeys(("I1", "I2"), (units.INERTIA, _POSITIVE)),
-    **dict.fromkeys(("R1", "R2", "backlash"), (units.LENGTH, _POSITIVE)),
-    "c0": (units.STIFFNESS, _POSITIVE),
-    "k": (units.DAMPING, _NOT_NEGATIVE),
-    "speed": (units.SPEED, _POSITIVE),
-    **dict.fromkeys(("M10", "M20"), (units.TORQUE, _ANY)),
-    **dict.fromkeys(("b1", "b2"), (units.BEARING_FRICTION, _NOT_NEGATIVE)),
-    **dict.fromkeys(("m1", "m2"), (units.MASS, _POSITIVE)),
-    **dict.fromkeys(("c1", "c2"), (units.STIFFNESS, _POSITIVE)),
-    **dict.fromkeys(("k1", "k2"), (units.DAMPING, _NOT_NEGATIVE)),
+    **dict.fromkeys(("I1", "I2"), (units.INERTIA, units.POSITIVE)),
+    **dict.fromkeys(("R1", "R2", "backlash"), (units.LENGTH, units.POSITIVE)),
+    "c0": (units.STIFFNESS, units.POSITIVE),
+    "k": (units.DAMPING, units.NOT_NEGATIVE),
+    "speed": (units.SPEED, units.POSITIVE),
+    **dict.fromkeys(("M10", "M20"), (units.TORQUE, units.ANY)),
+    **dict.fromkeys(("b1", "b2"), (units.BEARING_FRICTION, units.NOT_NEGATIVE)),
+    **dict.fromkeys(("m1", "m2"), (units.MASS, units.POSITIVE)),
+    **dict.fromkeys(("c1", "c2"), (units.STIFFNESS, units.POSITIVE)),
+    **dict.fromkeys(("k1", "k2"), (units.DAMPING, units.NOT_NEGATIVE)),
 }
 _LISTS: dict[str, units.Quantity] = {
     "error_amplitudes": units.LENGTH,
@@ -54,43 +49,7 @@ _LISTS: dict[str, units.Quantity] = {
     "stiffness_phases": units.ANGLE,
 }
 _OPTIONAL = ("M20", "m1", "m2", "c1", "c2")
-_LEAST_TEETH = 3
 _RATIO_TOLERANCE = 0.01
-
-
-@dataclass(frozen=True)
-class Scales:
-    """What one unit of each dimensionless quantity is in SI, (2.8)-(2.11).
-
-    Attributes
-    ----------
-    length : float
-        Half the backlash Δ, m.
-    time : float
-        1/ω0, s.
-    velocity : float
-        Δ ω0, m/s.
-    force : float
-        c0 Δ, N.
-    stiffness : float
-        c0, N/m.
-    frequency : float
-        ω0/2π, Hz: the mesh frequency where omega = 1.
-    rate : float
-        ω0, 1/s: Lyapunov exponents.
-    torque1, torque2 : float
-        c0 R_n Δ, N m, of the driving and of the driven wheel.
-    """
-
-    length: float
-    time: float
-    velocity: float
-    force: float
-    stiffness: float
-    frequency: float
-    rate: float
-    torque1: float
-    torque2: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,13 +62,15 @@ class GearPair:
     Parameters
     ----------
     n1, n2 : int
-        Numbers of teeth.
+        Numbers of teeth, from 3 to a million. No other measure may be larger than 1e40 in SI, or smaller
+        than 1e-40 if it is not 0.
     I1, I2 : length² mass
         Moments of inertia about the axes of rotation.
     R1, R2 : length
         Base radii; R1/R2 must equal n1/n2 to 1 %.
     c0 : force/length
-        Mesh stiffness that ``chi1``, ``chi2`` or the harmonics vary about.
+        Reference stiffness of the mesh, which ``chi1``, ``chi2`` or the harmonics vary about; ω0 and ζ refer to it. It
+        is the time mean of a Fourier series; that of two levels is c0 (1 + (α − 1) χ1 − (2 − α) χ2).
     k : force time/length
         Mesh damping.
     backlash : length
@@ -175,14 +136,14 @@ class GearPair:
 
     def __post_init__(self) -> None:
         for name in ("n1", "n2"):
-            self._set(name, _teeth(name, getattr(self, name)))
+            self._set(name, units.teeth(name, getattr(self, name)))
         for name, (quantity, rule) in _MEASURES.items():
             if name not in _OPTIONAL or getattr(self, name) is not None:
-                self._set(name, _measure(name, getattr(self, name), quantity, rule))
+                self._set(name, units.measure(name, getattr(self, name), quantity, rule))
         for name, quantity in _LISTS.items():
-            self._set(name, _measures(name, getattr(self, name), quantity))
+            self._set(name, units.measures(name, getattr(self, name), quantity))
         if self.M20 is None:
-            self._set("M20", self.M10 * self.R2 / self.R1)
+            self._set("M20", units.measure("M20", self.M10 * self.R2 / self.R1, *_MEASURES["M20"]))
         self._check_ratio()
         self._check_supports()
         self._check_waveforms()
@@ -235,7 +196,7 @@ class GearPair:
 
     @property
     def omega0(self) -> float:
-        """Natural frequency of the closed mesh, (2.8), rad/s."""
+        """Natural frequency of the closed mesh at the reference stiffness c0, (2.8), rad/s."""
         return math.sqrt(self.c0 / self.mass)
 
     @property
@@ -328,26 +289,6 @@ class GearPair:
 _WHEEL = (("I", ""), ("R", ""), ("M", "0"), ("b", ""))
 
 
-def _teeth(name: str, value: Any) -> int:
-    if isinstance(value, bool) or not hasattr(value, "__index__") or value.__index__() < _LEAST_TEETH:
-        raise InputError(name, f"must be a whole number of teeth, at least {_LEAST_TEETH}", value)
-    return value.__index__()
-
-
-def _measure(name: str, value: Any, quantity: units.Quantity, rule: str) -> float:
-    number = units.to_si(name, value, quantity)
-    if (rule == _POSITIVE and number <= 0) or (rule == _NOT_NEGATIVE and number < 0):
-        raise InputError(name, rule, value, f"It is {quantity.name}, e.g. '{quantity.example}'.")
-    return number
-
-
-def _measures(name: str, values: Any, quantity: units.Quantity) -> tuple[float, ...]:
-    if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
-        advice = f"Write e.g. ['{quantity.example}']."
-        raise InputError(name, "must be a list, one value per harmonic", values, advice)
-    return tuple(units.to_si(f"{name}[{i}]", v, quantity) for i, v in enumerate(values))
-
-
 def _check_phases(kind: str, amplitudes: tuple[float, ...], phases: tuple[float, ...]) -> None:
     if len(phases) > len(amplitudes):
         raise InputError(
@@ -356,34 +297,13 @@ def _check_phases(kind: str, amplitudes: tuple[float, ...], phases: tuple[float,
         )
 
 
-# name of a variable or axis -> (scale of `Scales`, factor to the unit shown, the unit)
-_Unit = tuple[str, float, str]
-_LENGTH: _Unit = ("length", 1e6, "µm")
-_VELOCITY: _Unit = ("velocity", 1e3, "mm/s")
-_PHYSICAL: tuple[tuple[str, _Unit], ...] = (
-    (r"(z|[xy][12])_dot|z_dot_(rms|peak_to_peak)|v_rms", _VELOCITY),
-    (r"z|[xy][12]|z_(rms|peak_to_peak)|eps\d+", _LENGTH),
-    (r"mesh_force", ("force", 1.0, "N")),
-    (r"tau(_section)?", ("time", 1e3, "ms")),
-    (r"omega", ("frequency", 1.0, "Hz")),
-    (r"lyapunov(_lo|_hi)?", ("rate", 1.0, "1/s")),
-    (r"kappa[12]?", ("stiffness", 1.0, "N/m")),
-    (r"q[01]", ("torque1", 1.0, "N*m")),
-    (r"q2", ("torque2", 1.0, "N*m")),
-)
-_PREFIX = re.compile(r"^(attractor_)?(section_)?")
-_MEANING = {
-    "omega": "mesh frequency", "q0": "driving torque", "q1": "driving torque", "q2": "resisting torque",
-}
-
-
 def physical(dataset: xr.Dataset, pair: GearPair) -> xr.Dataset:
     """A result of a study in physical units: µm, mm/s, N, ms, and Hz of mesh frequency.
 
     Parameters
     ----------
     dataset : Dataset
-        What `simulate`, `bifurcation`, `zones` or `basins` returned for ``pair.to_model()``.
+        What a study returned for the pair.
     pair : GearPair
         The pair whose scales apply.
 
@@ -396,30 +316,44 @@ def physical(dataset: xr.Dataset, pair: GearPair) -> xr.Dataset:
     Raises
     ------
     InputError
-        If the dataset is in physical units already.
+        If the dataset is in physical units already, or an argument is something else.
     """
+    _check_scalable(dataset, pair)
+    coordinates, variables = scaled(dataset.coords, pair.scales), scaled(dataset.data_vars, pair.scales)
+    return dataset.assign_coords(coordinates).assign(variables).assign_attrs(pair=json.dumps(asdict(pair)))
+
+
+def _check_scalable(dataset: Any, pair: Any) -> None:
+    if not hasattr(dataset, "data_vars"):
+        advice = "Write physical(dataset, pair). Numbers of a verdict times those of pair.scales are in SI."
+        raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}", advice)
+    if not isinstance(pair, GearPair):
+        raise InputError("pair", "must be a GearPair", f"a {type(pair).__name__}", "A MeshModel alone has no units.")
     if "pair" in dataset.attrs:
         raise InputError("dataset", "must be dimensionless", "physical units", "It has been scaled already.")
-    coordinates = _all_scaled(dataset.coords, pair.scales)
-    variables = _all_scaled(dataset.data_vars, pair.scales)
-    result = dataset.assign_coords(coordinates).assign(variables)
-    return result.assign_attrs(pair=json.dumps(asdict(pair)))
 
 
-def _all_scaled(variables: Mapping[Any, Any], scales: Scales) -> dict[str, tuple[Any, Any, dict[str, Any]]]:
-    found = {str(name): (variable, _unit_of(str(name))) for name, variable in variables.items()}
-    return {name: _scaled(name, v, unit, scales) for name, (v, unit) in found.items() if unit}
+def unit_in(dataset: xr.Dataset, name: str) -> float:
+    """What 1 is, of a dimensionless variable, in the units of a Dataset: 1 unless `physical` has scaled it."""
+    if "pair" not in dataset.attrs:
+        return 1.0
+    unit = unit_of(name, _pair_from_json(dataset.attrs["pair"]).scales)
+    return 1.0 if unit is None else unit[0]
 
 
-def _unit_of(name: str) -> _Unit | None:
-    plain = _PREFIX.sub("", name)
-    return next((unit for pattern, unit in _PHYSICAL if re.fullmatch(pattern, plain)), None)
+def _pair_from_json(text: str) -> GearPair:
+    try:
+        return GearPair(**json.loads(text))
+    except (RecursionError, TypeError, ValueError) as error:
+        raise InputError("dataset", "must carry its gear pair as JSON in attrs['pair']", text,
+                         f"gearchaos.physical writes it: scale the dimensionless result again. ({error})") from error
 
 
-def _scaled(name: str, variable: Any, unit: _Unit, scales: Scales) -> tuple[Any, Any, dict[str, Any]]:
-    """Dims, values and attrs of a variable in its physical unit."""
-    scale, factor, symbol = unit
-    attrs = {**variable.attrs, "units": symbol}
-    if name in _MEANING:
-        attrs["long_name"] = _MEANING[name]
-    return variable.dims, variable.values * (getattr(scales, scale) * factor), attrs
+def as_model(model: Any) -> MeshModel:
+    """The model of a study: a `MeshModel` itself, that of a `GearPair`; raises `InputError` for anything else."""
+    if isinstance(model, GearPair):
+        return model.to_model()
+    if not isinstance(model, MeshModel):
+        advice = "E.g. gearchaos.MeshModel.of(omega=1, eps1=0.1)."
+        raise InputError("model", "must be a MeshModel or a GearPair", f"a {type(model).__name__}", advice)
+    return model

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cache, cached_property
 from types import MappingProxyType
@@ -17,6 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
+from gearchaos.rules import MAX_HARMONICS, check, number_of, numbers_of, refuse_first
 
 Kind = Literal["single", "torsional", "full"]
 KINDS: tuple[str, ...] = ("single", "torsional", "full")
@@ -43,74 +44,13 @@ PAIRS: dict[str, tuple[str, str]] = {
 
 _STATE_NAMES = ("z", "z_dot", *_TORSION, *_LATERAL)
 _HARMONIC = re.compile(r"(eps|theta|c|alpha)([1-9]\d*)")
-MAX_HARMONICS = 64
-
-# name -> (test on a float array, rule in words, what to do)
-_Rule = tuple[Callable[[Any], Any], str, str]
-_POSITIVE: _Rule = (lambda v: v > 0, "must be greater than 0", "")
-_NOT_NEGATIVE: _Rule = (lambda v: v >= 0, "must not be negative", "Damping takes energy out; use 0 for none.")
-_RULES: dict[str, _Rule] = {
-    "omega": (lambda v: v > 0, "must be greater than 0", "It is the mesh frequency over sqrt(c0/m), (2.8)."),
-    "zeta": _NOT_NEGATIVE,
-    "J1": _POSITIVE,
-    "J2": _POSITIVE,
-    "beta1": _NOT_NEGATIVE,
-    "beta2": _NOT_NEGATIVE,
-    "mu1": _POSITIVE,
-    "mu2": _POSITIVE,
-    "kappa1": (lambda v: v > 0, "must be greater than 0", "For a rigid support use kind='torsional'."),
-    "kappa2": (lambda v: v > 0, "must be greater than 0", "For a rigid support use kind='torsional'."),
-    "zeta_support1": _NOT_NEGATIVE,
-    "zeta_support2": _NOT_NEGATIVE,
-    "chi1": (lambda v: v > -1, "must be greater than -1", "The mesh stiffness 1 + chi1 must stay positive."),
-    "chi2": (lambda v: v < 1, "must be less than 1", "The mesh stiffness 1 - chi2 must stay positive."),
-    "contact_ratio": (
-        lambda v: (v >= 1) & (v <= 2),
-        "must lie in [1, 2]",
-        "One or two tooth pairs share the load, (2.16).",
-    ),
-}
-
-
-def check(name: str, value: Any) -> None:
-    """Raise `InputError` unless every element of ``value`` is a finite number that obeys the rule of ``name``."""
-    one = isinstance(value, float)  # most are, and numpy takes a hundred times as long for one
-    numbers = value if one else np.asarray(value, dtype=float)
-    _first_bad(name, numbers, math.isfinite(value) if one else np.isfinite(numbers), "must be a finite number", "")
-    if name in _RULES:
-        test, rule, advice = _RULES[name]
-        _first_bad(name, numbers, test(numbers), rule, advice)
-
-
-def _first_bad(name: str, numbers: Any, good: Any, rule: str, advice: str) -> None:
-    if good is not True and not np.all(good):
-        raise InputError(name, rule, float(np.asarray(numbers)[~np.asarray(good)].flat[0]), advice)
-
-
-def _number(name: str, value: Any) -> float:
-    if isinstance(value, (str, bytes, bool)) or value is None:
-        raise InputError(name, "must be a number", value)
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise InputError(name, "must be a number", value) from None
-    check(name, number)
-    return number
-
-
-def _numbers(name: str, values: Iterable[Any]) -> tuple[float, ...]:
-    if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
-        raise InputError(name, "must be a list of numbers", values)
-    numbers = tuple(_number(name, v) for v in values)
-    if len(numbers) > MAX_HARMONICS:
-        raise InputError(name, f"must have at most {MAX_HARMONICS} harmonics", len(numbers))
-    return numbers
-
+_FOURIER = re.compile(r"(c|alpha)[1-9]\d*")
+_LEVELS: tuple[str, ...] = ("chi1", "chi2", "chi0", "contact_ratio")
 
 def _set_series(series: Any, kind: str) -> None:
     """Check and complete the amplitudes and phases of a frozen Fourier series; missing phases are 0."""
-    amplitudes = _numbers(f"{kind}.amplitudes", series.amplitudes)
-    phases = _numbers(f"{kind}.phases", series.phases)
+    amplitudes = numbers_of(f"{kind}.amplitudes", series.amplitudes)
+    phases = numbers_of(f"{kind}.phases", series.phases)
     if len(phases) > len(amplitudes):
         raise InputError(
             f"{kind}.phases", f"must not be longer than amplitudes ({len(amplitudes)})", len(phases),
@@ -133,7 +73,10 @@ class TransmissionError:
 
 @dataclass(frozen=True)
 class TwoLevelStiffness:
-    """Mesh stiffness of alternating tooth contact, (2.16): 1 + χ1 for (α − 1)T, then 1 − χ2."""
+    """Mesh stiffness of alternating tooth contact, (2.16): 1 + χ1 for (α − 1)T, then 1 − χ2.
+
+    Its time mean is 1 + (α − 1) χ1 − (2 − α) χ2, and 1 only where the two parts balance.
+    """
 
     chi1: float = 0.25
     chi2: float = 0.25
@@ -141,7 +84,7 @@ class TwoLevelStiffness:
 
     def __post_init__(self) -> None:
         for f in fields(self):
-            object.__setattr__(self, f.name, _number(f.name, getattr(self, f.name)))
+            object.__setattr__(self, f.name, number_of(f.name, getattr(self, f.name)))
 
 
 @dataclass(frozen=True)
@@ -161,7 +104,7 @@ def check_stiffness(amplitudes: np.ndarray, phases: np.ndarray) -> None:
     if np.all(np.abs(amplitudes).sum(axis=0) < 1):
         return
     lowest = _series_minimum(amplitudes, phases)
-    _first_bad(
+    refuse_first(
         "stiffness.amplitudes", lowest, lowest > 0, "must keep the mesh stiffness above 0 (its least value is given)",
         "Lower the amplitudes.",
     )
@@ -191,9 +134,9 @@ class MeshModel:
         ``full`` is (2.12) with lateral motion of both wheels, ``torsional`` its first two rows (rigid supports),
         ``single`` the relative motion (2.17), which has no bearing friction.
     omega : float
-        Mesh frequency over ω0 = sqrt(c0/m), (2.8).
+        Mesh frequency over ω0 = sqrt(c0/m), (2.8), where c0 is the reference stiffness, χ = 1.
     zeta : float
-        Mesh damping ratio k/(2 m ω0).
+        Mesh damping ratio k/(2 m ω0), of the same ω0.
     J1, J2 : float
         Moments of inertia I_n/(m R_n²); the paper's symmetric pair has 2 and 2.
     q1, q2 : float
@@ -251,8 +194,9 @@ class MeshModel:
             if getattr(self, name) is None:
                 object.__setattr__(self, name, 0.0 if self.kind == "single" else 0.01)
         for name in SCALARS:
-            object.__setattr__(self, name, _number(name, getattr(self, name)))
+            object.__setattr__(self, name, number_of(name, getattr(self, name)))
         self._check_single()
+        self._check_parts()
         object.__setattr__(self, "initial", MappingProxyType(self._checked_initial()))
 
     def _check_single(self) -> None:
@@ -262,11 +206,16 @@ class MeshModel:
                 "Leave beta out, or use kind='torsional'.",
             )
 
+    def _check_parts(self) -> None:
+        for name, (kinds, rule, advice) in _PARTS.items():
+            if not isinstance(value := getattr(self, name), kinds):
+                raise InputError(name, rule, value, advice)
+
     def _checked_initial(self) -> dict[str, float]:
         given = {}
         for name, value in self.initial.items():
             check_state_name(self.kind, name)
-            given[name] = _number(f"initial.{name}", value)
+            given[name] = number_of(f"initial.{name}", value)
         check_one_description(given)
         return given
 
@@ -289,15 +238,20 @@ class MeshModel:
 
     @classmethod
     def of(cls, kind: str = "torsional", **values: Any) -> MeshModel:
-        """A model from short names: ``MeshModel.of(kind="full", kappa=0.5, omega=1.05, eps1=0.04)``."""
-        return cls(kind=kind).with_values(values)  # type: ignore[arg-type]
+        """A model from short names: ``MeshModel.of(kind="full", kappa=0.5, omega=1.05, eps1=0.04)``.
+
+        Names as in `with_values`. With amplitudes or phases ``c1``, ``alpha1``, ... the stiffness is a Fourier series.
+        """
+        return cls(kind=kind, stiffness=default_stiffness(values)).with_values(values)  # type: ignore[arg-type]
 
     def with_values(self, values: Mapping[str, Any]) -> MeshModel:
-        """This model with parameters or initial values replaced by name (pairs and harmonics included)."""
+        """This model with values replaced by name: parameters, pairs, harmonics, initial values, or a whole ``error``,
+        ``stiffness`` or ``initial``."""
         friction = {k: v for k, v in values.items() if k.startswith("beta")}
         model = replace(self, **expand(friction, self)) if friction else self
         model = _with_kind(model, values["kind"]) if "kind" in values else model
-        flat = expand({k: v for k, v in values.items() if k != "kind"}, model)
+        model = replace(model, **{k: v for k, v in values.items() if k in _PARTS})
+        flat = expand({k: v for k, v in values.items() if k != "kind" and k not in _PARTS}, model)
         scalars = {k: v for k, v in flat.items() if k in SCALARS}
         initial = {k: v for k, v in flat.items() if k in _STATE_NAMES}
         waves = {k: v for k, v in flat.items() if k not in scalars and k not in initial}
@@ -324,6 +278,16 @@ class MeshModel:
         """The mesh period T = 2π/ω in units of τ."""
         return 2 * math.pi / self.omega
 
+
+_PARTS: dict[str, tuple[tuple[type, ...], str, str]] = {
+    "error": ((TransmissionError,), "must be a TransmissionError", "Or give eps1, theta1, ... by name."),
+    "stiffness": (
+        (TwoLevelStiffness, HarmonicStiffness), "must be a TwoLevelStiffness or a HarmonicStiffness",
+        "Or give chi1, chi2, contact_ratio, or c1, alpha1, ... by name.",
+    ),
+    "initial": ((Mapping,), "must be a mapping of coordinates to values", "E.g. {'x1': 0.5}."),
+}
+"""Fields that are no numbers: their types, the rule in words, what to do."""
 
 SCALARS: tuple[str, ...] = tuple(
     f.name for f in fields(MeshModel) if f.name not in ("kind", "error", "stiffness", "initial")
@@ -385,9 +349,9 @@ def _compatible(old: Mapping[str, float], new: Mapping[str, Any]) -> dict[str, f
 
 def known_names(model: MeshModel) -> tuple[str, ...]:
     """All names that a value of this model can be set by."""
-    stiffness = ("chi1", "chi2", "chi0", "contact_ratio")
+    stiffness = _LEVELS
     if isinstance(model.stiffness, HarmonicStiffness):
-        stiffness = ("c1", "alpha1")  # type: ignore[assignment]
+        stiffness = ("c1", "alpha1")
     pairs = tuple(p for p in PAIRS if p != "chi0")
     return (*SCALARS, *pairs, *stiffness, "eps1", "theta1", *state_names(model.kind))
 
@@ -420,6 +384,12 @@ def expand(values: Mapping[str, Any], model: MeshModel) -> dict[str, Any]:
     return flat
 
 
+def default_stiffness(names: Iterable[str]) -> Stiffness:
+    """Where nobody says which stiffness: a Fourier series if there are names of one, else the paper's two levels."""
+    series = any(_FOURIER.fullmatch(name) for name in names)
+    return HarmonicStiffness() if series else TwoLevelStiffness()
+
+
 def _check_name(name: str, model: MeshModel) -> None:
     match = _HARMONIC.fullmatch(name)
     harmonic_stiffness = isinstance(model.stiffness, HarmonicStiffness)
@@ -429,6 +399,13 @@ def _check_name(name: str, model: MeshModel) -> None:
         return
     if name in known_names(model):
         return
+    if name in _LEVELS:
+        raise InputError(name, "must be a parameter of a two-level stiffness, (2.16)", name,
+                         "This model's is a Fourier series: set c1, alpha1, ..., or stiffness=TwoLevelStiffness().")
+    if _FOURIER.fullmatch(name):
+        raise InputError(name, "must be a parameter of a Fourier stiffness, (2.7)", name,
+                         f"This model's has two levels. Begin with MeshModel.of({name}=...) or "
+                         "stiffness=HarmonicStiffness(...), a study file with kind = 'harmonics' in [model.stiffness].")
     raise unknown_name("parameter", name, known_names(model))
 
 

@@ -41,12 +41,16 @@ class SwitchedAffine:
     one_split : bool
         Whether that share is one and the same at all points.
     levels : (P, 2)
-        Mean stiffness in the first share of the period and in the rest.
+        Stiffness χ, without its harmonics, in the first share of the period and in the rest.
     chi_cos, chi_sin : (P, K)
         Harmonics of the stiffness about its level, (2.7).
     velocity : (P, d)
         Row that gives x1' (z' in the single model) from w, with ``velocity0`` (P,) and ``velocity_cos``,
         ``velocity_sin`` (P, H) added.
+    mean_velocity : (P,)
+        Mean of that velocity over any steady motion; 0 where no bearing brakes.
+    brake : (P,)
+        Rate at which the bearings bring the mean rotation to that velocity, where it is part of the state; else 0.
     damping : (P,)
         2ζ, the factor of z' in the mesh force.
     static_force : (P,)
@@ -69,6 +73,8 @@ class SwitchedAffine:
     velocity0: np.ndarray
     velocity_cos: np.ndarray
     velocity_sin: np.ndarray
+    mean_velocity: np.ndarray
+    brake: np.ndarray
     damping: np.ndarray
     static_force: np.ndarray
 
@@ -118,8 +124,17 @@ def same(batch: Batch, over: str, under: str) -> np.ndarray:
     return np.abs(left - right) <= 4e-16 * np.abs(left)
 
 
+def brake(batch: Batch) -> np.ndarray:
+    """Rate 2(β1 + β2)/(J1 + J2) at which the bearings brake the mean rotation, (P,)."""
+    friction, inertia = (np.asarray(batch[f"{n}1"]) + np.asarray(batch[f"{n}2"]) for n in ("beta", "J"))
+    return np.broadcast_to(2 * friction / inertia, batch.size)
+
+
 def switched(batch: Batch, names: tuple[str, ...] | None = None) -> SwitchedAffine:
-    """The switched affine system of a batch, in the coordinates ``names`` or the fewest that will do."""
+    """The switched affine system of a batch, in the coordinates ``names`` or the fewest that will do.
+
+    A last coordinate "x2" beside "x2_dot" is integrated with the others and acts on none of them.
+    """
     names = names or coordinates(batch)
     rows = _Rows(batch, names)
     _torsion(rows)
@@ -183,6 +198,8 @@ def _torsion(rows: _Rows) -> None:
     rows.add_force(1, -(1 / J1 + 1 / J2))
     rows.add_error(2, -1.0)
     _add_rotation(rows, -2 * b1)
+    if rows.has("x2"):
+        rows.A[:, rows.at("x2"), rows.at("x2_dot")] = 1.0
     if rows.has("x2_dot"):
         v = rows.at("x2_dot")
         rows.A[:, 1, v] = -2 * (b1 - b2)
@@ -241,21 +258,22 @@ def _velocity(rows: _Rows) -> dict[str, np.ndarray]:
     if rows.kind == "single":
         row[:, 1] = 1.0
         flat = np.zeros_like(rows.e_cos)
-        return {"velocity": row, "velocity0": zero, "velocity_cos": flat, "velocity_sin": flat}
+        return {"velocity": row, "velocity0": zero, "velocity_cos": flat, "velocity_sin": flat,
+                "mean_velocity": zero, "brake": zero}
     J1, J2, friction = rows["J1"], rows["J2"], rows["beta1"] + rows["beta2"]
+    slip = rows["q1"] - rows["q2"]
+    mean = np.divide(slip, 2 * friction, out=np.zeros(n), where=friction > 0)
     share = np.ones(n) if rows.has("x2_dot") else J2 / (J1 + J2)
     row[:, 1] = share
     for name, sign in _lateral(rows):
         row[:, rows.at(name) + 1] = -sign * share
     if rows.has("x2_dot"):
         row[:, rows.at("x2_dot")] = 1.0
-        mean = zero
-    else:
-        slip = rows["q1"] - rows["q2"]
-        mean = np.divide(slip, 2 * friction, out=np.zeros(n), where=friction > 0)
+    in_state = rows.has("x2_dot")
     c, s = rows.error_harmonics(1)
-    return {"velocity": row, "velocity0": mean, "velocity_cos": share[:, None] * c,
-            "velocity_sin": share[:, None] * s}
+    return {"velocity": row, "velocity0": zero if in_state else mean, "velocity_cos": share[:, None] * c,
+            "velocity_sin": share[:, None] * s, "mean_velocity": mean,
+            "brake": brake(rows.batch) if in_state else zero}
 
 
 def _static_force(rows: _Rows) -> np.ndarray:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+import operator
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
+from numbers import Complex, Real
 from typing import Any
 
 from gearchaos.errors import InputError
@@ -34,6 +37,16 @@ BEARING_FRICTION = Quantity("a rotational damping coefficient", "N*m*s/rad", "1e
 SPEED = Quantity("an angular velocity", "rad/s", "2500 rpm")
 ANGLE = Quantity("an angle", "rad", "30 deg")
 
+LARGEST, SMALLEST = 1e40, 1e-40
+"""No quantity may be larger in SI, or smaller but for 0, so that products and ratios of several stay far from where
+floats end."""
+
+LEAST_TEETH, MOST_TEETH = 3, 1_000_000
+
+POSITIVE = "must be greater than 0"
+NOT_NEGATIVE = "must not be negative"
+ANY = "may have either sign"
+
 
 def to_si(field: str, value: Any, quantity: Quantity) -> float:
     """The value of a field in SI, a float.
@@ -50,14 +63,39 @@ def to_si(field: str, value: Any, quantity: Quantity) -> float:
     Raises
     ------
     InputError
-        For a wrong dimension, a unit that does not exist, no unit in a string, or a value that is not finite.
+        For a wrong dimension, a unit that does not exist, no unit in a string, or a value that is not finite, or of
+        no size that a gear pair could have.
     """
-    number = _converted(field, value, quantity) if _has_unit(value) else value
-    if isinstance(number, (bool, bytes)) or not hasattr(number, "__float__"):
-        raise _wrong(field, value, quantity)
-    if not math.isfinite(float(number)):
+    number = _float(field, _converted(field, value, quantity) if _has_unit(value) else value, quantity)
+    if not math.isfinite(number):
         raise InputError(field, "must be a finite number", value)
-    return float(number)
+    if number and not SMALLEST <= abs(number) <= LARGEST:
+        raise _out_of_range(field, value, quantity)
+    return number
+
+
+def _float(field: str, value: Any, quantity: Quantity) -> float:
+    """One real number as a float."""
+    if not _is_real(value):
+        raise _wrong(field, value, quantity)
+    try:
+        return float(value)
+    except OverflowError:  # of a whole number with hundreds of digits
+        raise _out_of_range(field, value, quantity) from None
+    except (TypeError, ValueError):
+        raise _wrong(field, value, quantity) from None
+
+
+def _is_real(value: Any) -> bool:
+    """Whether it may be one real number: no array, even of one value, and nothing complex."""
+    if isinstance(value, (bool, bytes)) or getattr(value, "ndim", None):
+        return False
+    return hasattr(value, "__float__") and (isinstance(value, Real) or not isinstance(value, Complex))
+
+
+def _out_of_range(field: str, value: object, quantity: Quantity) -> InputError:
+    rule = f"must lie between {SMALLEST:g} and {LARGEST:g} {quantity.unit} in size, if it is not 0"
+    return InputError(field, rule, value, f"It is {quantity.name}, e.g. '{quantity.example}'.")
 
 
 def _has_unit(value: Any) -> bool:
@@ -94,3 +132,32 @@ def _wrong(field: str, value: object, quantity: Quantity, reason: str = "") -> I
     shown = value if isinstance(value, (str, bytes, bool)) or not _has_unit(value) else str(value)
     advice = f"{reason}Write e.g. '{quantity.example}', or a plain number in {quantity.unit}."
     return InputError(field, f"must be {quantity.name}", shown, advice)
+
+
+def measure(name: str, value: Any, quantity: Quantity, rule: str) -> float:
+    """The value of a field in SI, if it obeys the rule."""
+    number = to_si(name, value, quantity)
+    if (rule == POSITIVE and number <= 0) or (rule == NOT_NEGATIVE and number < 0):
+        raise InputError(name, rule, value, f"It is {quantity.name}, e.g. '{quantity.example}'.")
+    return number
+
+
+def measures(name: str, values: Any, quantity: Quantity) -> tuple[float, ...]:
+    """The values of a list, one per harmonic, in SI."""
+    if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
+        advice = f"Write e.g. ['{quantity.example}']."
+        raise InputError(name, "must be a list, one value per harmonic", values, advice)
+    return tuple(to_si(f"{name}[{i}]", v, quantity) for i, v in enumerate(values))
+
+
+def teeth(name: str, value: Any) -> int:
+    """A number of teeth."""
+    try:
+        count = None if isinstance(value, bool) else operator.index(value)
+    except TypeError:
+        count = None
+    if count is None or count < LEAST_TEETH:
+        raise InputError(name, f"must be a whole number of teeth, at least {LEAST_TEETH}", value)
+    if count > MOST_TEETH:
+        raise InputError(name, f"must be at most {MOST_TEETH:,} teeth", value)
+    return count
