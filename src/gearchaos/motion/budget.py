@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from gearchaos.errors import InputError, whole_number
 
@@ -38,15 +40,37 @@ class Budget:
     measured: int = 96
 
     def __post_init__(self) -> None:
-        for name, least in _LEAST.items():
-            whole_number(f"budget.{name}", getattr(self, name), least)
-        for stretch in self.looks:
-            whole_number("budget.looks", stretch, 3)
+        if isinstance(self.looks, str) or not isinstance(self.looks, Iterable):
+            raise InputError("budget.looks", "must be a list of whole numbers", self.looks, "E.g. (80, 80, 160).")
+        object.__setattr__(self, "looks", tuple(whole_number("budget.looks", n, 3, _MOST) for n in self.looks))
+        for name, (least, most) in _RANGES.items():
+            whole_number(f"budget.{name}", getattr(self, name), least, most)
         for stretch in (*self.looks, self.exponent):
             if stretch <= self.longest:
                 raise InputError("budget", f"must have stretches longer than longest = {self.longest}", stretch,
                                  "A return after n periods shows only in more than n sections.")
+        if self.exponent << self.extensions > _MOST:
+            raise InputError("budget.exponent", f"must be at most {_MOST:,} periods after all extensions",
+                             f"{self.exponent} x 2^{self.extensions}", "Lower budget.extensions.")
+
+    @property
+    def most(self) -> int:
+        """Mesh periods that a motion is followed at most: transients, exponent runs before and after chaos is waited
+        out, and the levels."""
+        runs = self.exponent * (2 ** (self.extensions + 1) - 1)
+        return sum(self.looks) + 2 * runs + self.patience + self.measured
 
 
-_LEAST = {"longest": 1, "exponent": 21, "extensions": 0, "patience": 0, "measured": 1}
+_MOST = 10_000_000
+_RANGES = {
+    "longest": (1, 100_000), "exponent": (21, _MOST), "extensions": (0, 20), "patience": (0, _MOST),
+    "measured": (1, _MOST),
+}
 """An exponent needs 20 blocks after a twentieth of the run is dropped."""
+
+
+def as_budget(budget: Any) -> Budget | None:
+    """A budget as it is, or None for that of the study; raises `InputError` for anything else."""
+    if budget is None or isinstance(budget, Budget):
+        return budget
+    raise InputError("budget", "must be a Budget", budget, "E.g. gearchaos.Budget(patience=20_000).")

@@ -24,6 +24,7 @@ class Reading:
     dynamic_factor : peak of |mesh force| over the static mesh force; NaN without static load.
     z_rms, z_peak_to_peak, z_dot_rms, z_dot_peak_to_peak : of z about its mean, and of z'.
     switches : contact switches per mesh period.
+    mesh_force_peak : peak of |mesh force|, with or without static load.
     """
 
     v_rms: np.ndarray
@@ -35,6 +36,7 @@ class Reading:
     z_dot_rms: np.ndarray
     z_dot_peak_to_peak: np.ndarray
     switches: np.ndarray
+    mesh_force_peak: np.ndarray
 
 
 def read(measures: np.ndarray, duration: np.ndarray, periods: np.ndarray, static_force: np.ndarray) -> Reading:
@@ -54,6 +56,7 @@ def read(measures: np.ndarray, duration: np.ndarray, periods: np.ndarray, static
         z_dot_rms=np.sqrt(m[at.Z_DOT_SQUARE] / duration),
         z_dot_peak_to_peak=m[at.Z_DOT_MAX] - m[at.Z_DOT_MIN],
         switches=m[at.SWITCHES] / periods,
+        mesh_force_peak=peak,
     )
 
 

@@ -124,7 +124,10 @@ class Sheet:
         if len(lanes) == 0:
             return
         self.judge(lanes, Label.PERIODIC, reason)
-        self.w[:, lanes], self.period[lanes] = found.w[:, which], found.period[which]
+        self.period[lanes] = found.period[which]
+        self.w[:, lanes] = orbit.with_mean_velocity(
+            self.flow, found.w[:, which], self.points[lanes], self.period[lanes]
+        )
         self.residual[lanes], self.multipliers[lanes] = found.residual[which], found.multipliers[which]
         exact = lyapunov.of_orbits(self.flow, self.points[lanes], found.take(which))
         self.set_exponents(lanes, exact, exact, exact)

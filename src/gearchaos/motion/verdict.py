@@ -178,20 +178,29 @@ def _settle_smooth(sheet: Sheet, lanes: np.ndarray, z: np.ndarray, growth: np.nd
     """Label motions whose sections z (N, lanes) fill a smooth curve at zero exponent; which they are.
 
     A slow spiral onto an orbit looks smooth too, so the exponents of both halves of the run must be zero; tangent
-    vectors on a torus grow a little, so that an interval of block means would not do. A plane has no torus that
-    attracts: the flow shrinks areas.
+    vectors on a torus grow a little, so that an interval of block means would not do.
     """
-    if sheet.flow.dimension == 2:
+    planar = _planar(sheet, lanes)
+    if np.all(planar):
         return np.zeros(len(lanes), dtype=bool)
     both = np.stack(torus.halves(growth)) / sheet.period_length(lanes)
     zero = np.abs(both[:, 0]).max(axis=0) < _ZERO
-    smooth = (torus.digits(z) >= _SMOOTH_DIGITS) & zero & (sheet.label[lanes] == 0)
+    smooth = (torus.digits(z) >= _SMOOTH_DIGITS) & zero & (sheet.label[lanes] == 0) & ~planar
     mine = lanes[smooth]
     sheet.judge(mine, Label.QUASI_PERIODIC, Reason.SMOOTH_CURVE)
     sheet.rotation[mine] = torus.rotation(z[:, smooth])
     low, high = np.sort(both[:, :, smooth], axis=0)
     sheet.set_exponents(mine, (low + high) / 2, low, high)
     return smooth
+
+
+def _planar(sheet: Sheet, lanes: np.ndarray) -> np.ndarray:
+    """Where the relative motion is one in a plane, (lanes,), which has no torus that attracts: the flow shrinks areas.
+
+    A mean rotation that the bearings hardly brake is a third coordinate with an exponent of zero of its own.
+    """
+    apart = sheet.flow.system.brake[sheet.points[lanes]] < _ZERO
+    return apart & (sheet.flow.dimension <= 3)
 
 
 def _check_sums(sheet: Sheet) -> None:

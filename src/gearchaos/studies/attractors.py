@@ -9,34 +9,37 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gearchaos.axis import Axis
+from gearchaos.axis import Axis, as_axis
 from gearchaos.coordinates import start
 from gearchaos.errors import InputError, whole_number
 from gearchaos.flow import ExactFlow
+from gearchaos.gearpair import GearPair, as_model
 from gearchaos.model import MeshModel, expand, state_names, vary
 from gearchaos.motion import Budget
+from gearchaos.motion.budget import as_budget
 from gearchaos.studies import tiles
 from gearchaos.studies.catalogue import Catalogue, described, endings
 from gearchaos.studies.dataset import provenance, variable
-from gearchaos.studies.kicks import smallest_kick
+from gearchaos.studies.effort import Effort, effort
+from gearchaos.studies.kicks import EACH, TRIED, smallest_kick
 from gearchaos.studies.plan import Plan
-from gearchaos.studies.starts import default_box, spread
-from gearchaos.studies.sweep import carried
-from gearchaos.switched import switched
+from gearchaos.studies.starts import checked_box, default_box, spread
+from gearchaos.studies.sweep import CARRY, carried
+from gearchaos.switched import SwitchedAffine, switched
 
 _CONFIDENCE = 0.95
 
 
 def attractors(
-    model: MeshModel, starts: int = 256, *, box: Mapping[str, tuple[float, float]] | None = None, seed: int = 0,
-    sweep: Axis | None = None, kicks: int = 0, budget: Budget | None = None, progress: bool = False,
-    threads: int | None = None,
+    model: MeshModel | GearPair, starts: int = 256, *, box: Mapping[str, tuple[float, float]] | None = None,
+    seed: int = 0, sweep: Axis | str | None = None, kicks: int = 0, budget: Budget | None = None,
+    progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
     """All motions that many starts lead to at one operating point.
 
     Parameters
     ----------
-    model : MeshModel
+    model : MeshModel or GearPair
         The operating point; initial values not in the box are the model's.
     starts : int
         How many starts: points of a scrambled Sobol sequence.
@@ -45,7 +48,7 @@ def attractors(
         matters for the relative motion.
     seed : int
         Another seed gives other starts.
-    sweep : Axis, optional
+    sweep : Axis or str, optional
         A parameter that is also swept slowly to its value in the model, upwards from the axis' first value and
         downwards from its last, ``count`` values each way.
     kicks : int
@@ -74,17 +77,19 @@ def attractors(
 
 
 def plan(
-    model: MeshModel, starts: int = 256, *, box: Mapping[str, tuple[float, float]] | None = None, seed: int = 0,
-    sweep: Axis | None = None, kicks: int = 0, budget: Budget | None = None,
+    model: MeshModel | GearPair, starts: int = 256, *, box: Mapping[str, tuple[float, float]] | None = None,
+    seed: int = 0, sweep: Axis | str | None = None, kicks: int = 0, budget: Budget | None = None,
 ) -> Plan:
     """The starts of `attractors`, checked and ready to be followed; sweeps and kicks come after."""
+    model, budget = as_model(model), as_budget(budget)
+    sweep = None if sweep is None else as_axis(sweep, "sweep")
     starts, seed, kicks = (
         whole_number(*v) for v in (("starts", starts, 1), ("seed", seed, 0), ("kicks", kicks, 0))
     )
-    tiles.check_memory("starts", starts)
-    box = {n: (float(low), float(high)) for n, (low, high) in box.items()} if box else default_box(model)
-    values = spread(box, starts, seed)
-    flow = ExactFlow(switched(vary(model, {})))
+    box = checked_box(box) if box else default_box(model)
+    system = switched(vary(model, {}))
+    cost = _cost(system, starts, sweep, kicks, budget)
+    values, flow = spread(box, starts, seed), ExactFlow(system)
     w = start(vary(model, values), flow.system).T
     if sweep:
         _check_sweep(model, sweep)
@@ -114,7 +119,15 @@ def plan(
         said = {"starts": starts, "seed": seed, "box": box, "sweep": sweep and asdict(sweep), "kicks": kicks}
         return xr.Dataset(data, attrs=provenance("attractors", model, **said))
 
-    return Plan({"start": starts}, {"start": 1}, compute, finish, labelled=False)
+    return Plan({"start": starts}, {"start": 1}, compute, finish, cost, labelled=False)
+
+
+def _cost(system: SwitchedAffine, starts: int, sweep: Axis | None, kicks: int, budget: Budget | None) -> Effort:
+    """What all starts, sweeps and kicks take at most; raises where memory or time do not suffice."""
+    tiles.check_memory("starts", starts)
+    tiles.check_memory("kicks", kicks, EACH)
+    alone = 2 * sweep.count * CARRY if sweep else 0
+    return effort(system, starts + kicks * TRIED, (budget or Budget()).most, alone)
 
 
 def _check_sweep(model: MeshModel, sweep: Axis) -> float:

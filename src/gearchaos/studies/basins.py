@@ -7,15 +7,18 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gearchaos.axis import Axis
+from gearchaos.axis import Axis, as_axis
 from gearchaos.coordinates import start
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
+from gearchaos.gearpair import GearPair, as_model
 from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.motion import Budget
+from gearchaos.motion.budget import as_budget
 from gearchaos.studies.boundary import entropy, smallest_kicks, uncertainty_exponent
 from gearchaos.studies.catalogue import Catalogue, described, endings
 from gearchaos.studies.dataset import provenance, variable
+from gearchaos.studies.effort import effort
 from gearchaos.studies.plan import Plan
 from gearchaos.studies.plane import at_cells, check_plane
 from gearchaos.switched import switched
@@ -24,16 +27,16 @@ NOT_YET = -2
 
 
 def basins(
-    model: MeshModel, x: Axis, y: Axis, *, budget: Budget | None = None, progress: bool = False,
-    threads: int | None = None,
+    model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, budget: Budget | None = None,
+    progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
     """Basins of attraction on a plane of initial values.
 
     Parameters
     ----------
-    model : MeshModel
+    model : MeshModel or GearPair
         The operating point; initial values off the plane are the model's.
-    x, y : Axis
+    x, y : Axis or str
         Two coordinates: z and z_dot of the single model, x1, x1_dot, ... of the others.
     budget, progress, threads
         As in `zones`.
@@ -52,14 +55,19 @@ def basins(
     return plan(model, x, y, budget=budget).run(progress=progress, threads=threads)
 
 
-def plan(model: MeshModel, x: Axis, y: Axis, *, budget: Budget | None = None) -> Plan:
+def plan(
+    model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, budget: Budget | None = None
+) -> Plan:
     """The starts of `basins`, checked and ready to be followed."""
+    model, x, y, budget = as_model(model), as_axis(x, "x"), as_axis(y, "y"), as_budget(budget)
     for axis in (x, y):
         if axis.name not in state_names(model.kind):
             raise InputError(f"axis {axis.name}", "must be an initial value of the model", axis.name,
                              f"Choose from {', '.join(state_names(model.kind))}.")
     check_plane(model, x, y)
-    flow = ExactFlow(switched(vary(model, {})))
+    system = switched(vary(model, {}))
+    cost = effort(system, x.count * y.count, (budget or Budget()).most)
+    flow = ExactFlow(system)
 
     def compute(
         cells: np.ndarray, *, progress: bool = False, threads: int | None = None
@@ -74,7 +82,7 @@ def plan(model: MeshModel, x: Axis, y: Axis, *, budget: Budget | None = None) ->
         rank = np.where(found["label"] == 0, NOT_YET, catalogue.ranks()[index])
         return _dataset(model, x, y, rank.reshape(y.count, x.count), catalogue, budget)
 
-    return Plan({y.name: y.count, x.name: x.count}, {y.name: 1, x.name: 1}, compute, finish, labelled=False)
+    return Plan({y.name: y.count, x.name: x.count}, {y.name: 1, x.name: 1}, compute, finish, cost, labelled=False)
 
 
 def _dataset(

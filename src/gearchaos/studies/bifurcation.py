@@ -8,41 +8,46 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from gearchaos.axis import Axis
+from gearchaos.axis import Axis, as_axis
 from gearchaos.coordinates import start
 from gearchaos.errors import InputError, unknown_name, whole_number
 from gearchaos.flow import ExactFlow
-from gearchaos.model import MeshModel, state_names, vary
+from gearchaos.gearpair import GearPair, as_model
+from gearchaos.model import COORDINATES, MeshModel, state_names, vary
 from gearchaos.motion import Budget, Verdicts
+from gearchaos.motion.budget import as_budget
 from gearchaos.studies import tiles
 from gearchaos.studies.dataset import provenance, variable
+from gearchaos.studies.effort import Effort, effort
 from gearchaos.studies.evidence import evidence
 from gearchaos.studies.plan import Plan
-from gearchaos.studies.plane import shared_coordinates
+from gearchaos.studies.plane import corners, shared_coordinates
 from gearchaos.studies.sections import steady_sections
 from gearchaos.studies.survey import survey
-from gearchaos.studies.sweep import carried
+from gearchaos.studies.sweep import CARRY, carried
 from gearchaos.switched import switched
 
 MODES = ("fixed", "up", "down")
 _KEPT = 4_000_000
 """Numbers of stroboscopic sections that a tile of columns records at once, at most, but for 64 columns."""
+_POINT = 24
+"""Bytes that each coordinate of a stroboscopic point takes, until it is saved."""
 PER_COLUMN = Budget(exponent=1000, extensions=2)
 """Columns are few: each is worth an exponent that draws a clean curve."""
 
 
 def bifurcation(
-    model: MeshModel, axis: Axis, *, points: int = 128, mode: Literal["fixed", "up", "down"] = "fixed",
+    model: MeshModel | GearPair, axis: Axis | str, *, points: int = 128, mode: Literal["fixed", "up", "down"] = "fixed",
     budget: Budget | None = None, progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
     """A bifurcation diagram.
 
     Parameters
     ----------
-    model : MeshModel
+    model : MeshModel or GearPair
         Everything but the parameter that varies.
-    axis : Axis
-        The parameter and its range.
+    axis : Axis or str
+        The parameter and its range, as a text "eps1=0:0.3:400".
     points : int
         Stroboscopic points per column; 0 for the verdicts alone.
     mode : {"fixed", "up", "down"}
@@ -60,15 +65,22 @@ def bifurcation(
 
 
 def plan(
-    model: MeshModel, axis: Axis, *, points: int = 128, mode: str = "fixed", budget: Budget | None = None
+    model: MeshModel | GearPair, axis: Axis | str, *, points: int = 128, mode: str = "fixed",
+    budget: Budget | None = None,
 ) -> Plan:
     """The columns of `bifurcation`, checked and ready to be computed."""
+    model, axis, budget = as_model(model), as_axis(axis), as_budget(budget)
     points = whole_number("points", points, 0)
     if mode not in MODES:
         raise unknown_name("mode", mode, MODES)
     if mode != "fixed" and axis.name in state_names(model.kind):
         raise InputError("mode", "must be fixed where the axis is an initial value", mode)
+    tiles.check_memory("columns", axis.count)
     vary(model, {axis.name: axis.values})  # checked before any work
+    names = shared_coordinates(model, axis)
+    tiles.check_memory("columns times points", axis.count * points, _POINT * (2 + len(COORDINATES[model.kind])))
+    alone = axis.count * CARRY if mode != "fixed" else 0
+    cost = effort(switched(corners(model, axis), names), axis.count, (budget or PER_COLUMN).most, alone)
 
     def compute(
         columns: np.ndarray, *, progress: bool = False, threads: int | None = None
@@ -78,7 +90,7 @@ def plan(
             values.update({n: v[0] for n, v in carried(model, axis, mode == "up").items()})
         base = model if mode == "fixed" else replace(model, initial={})
         chosen = {n: v[columns] for n, v in values.items()}
-        return _columns(base, chosen, shared_coordinates(model, axis), points, budget, progress, threads)
+        return _columns(base, chosen, names, points, cost, budget, progress, threads)
 
     def finish(found: dict[str, np.ndarray], **_: Any) -> xr.Dataset:
         data = {n: variable(n, (axis.name, "point")[: v.ndim], v) for n, v in found.items()}
@@ -86,12 +98,12 @@ def plan(
         return xr.Dataset(data, coords, provenance("bifurcation", model, points=points, mode=mode))
 
     whole = {axis.name: 1 if mode == "fixed" else axis.count}
-    return Plan({axis.name: axis.count}, whole, compute, finish, labelled=True)
+    return Plan({axis.name: axis.count}, whole, compute, finish, cost, labelled=True)
 
 
 def _columns(
-    model: MeshModel, values: dict[str, np.ndarray], names: tuple[str, ...], points: int, budget: Budget | None,
-    progress: bool, threads: int | None,
+    model: MeshModel, values: dict[str, np.ndarray], names: tuple[str, ...], points: int, cost: Effort,
+    budget: Budget | None, progress: bool, threads: int | None,
 ) -> dict[str, np.ndarray]:
     """What is found of the columns with these values (N,) by name."""
 
@@ -102,12 +114,13 @@ def _columns(
 
     def keep(tile: np.ndarray, flow: ExactFlow, at: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
         part = vary(model, {k: v[tile] for k, v in values.items()})
-        places = steady_sections(part, flow, at, found, points) if points else {}
+        begin = start(part, flow.system).T.copy()
+        places = steady_sections(part, flow, at, begin, found, points) if points else {}
         return evidence(found) | {f"section_{name}": value for name, value in places.items()}
 
     (count,) = {len(v) for v in values.values()}
     return survey(
         launch, keep, tiles.dealt(count, threads), budget=budget or PER_COLUMN,
-        largest=min(tiles.TILE, max(64, _KEPT // max(1, points * len(names)))),
+        largest=min(cost.largest(threads), max(64, _KEPT // max(1, points * len(names)))),
         progress="bifurcation" if progress else None, threads=threads,
     )

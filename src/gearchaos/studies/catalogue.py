@@ -126,6 +126,8 @@ class Catalogue:
 
     def holds(self, attractor: Attractor, w: np.ndarray) -> np.ndarray:
         """Whether motions of the attractor's kind and period at w (d, L) are on it."""
+        if w.shape[1] == 0:  # none has sections to compare
+            return np.zeros(0, dtype=bool)
         return attractor.holds(w, self._sections(w, attractor.period))
 
     def _sections(self, w: np.ndarray, period: int) -> np.ndarray:

@@ -58,7 +58,7 @@ def coexisting(
     starts : int
         How many more in each cell.
     **options
-        ``budget``, ``progress`` and ``threads`` of `survey`.
+        ``budget``, ``progress``, ``threads`` and ``largest`` of `survey`.
 
     Returns
     -------
@@ -123,13 +123,13 @@ def _from_sweeps(
 
 def _swept(
     model: MeshModel, x: Axis, across: dict[str, np.ndarray], up: bool, *, budget: Budget | None, progress: bool,
-    threads: int | None,
+    threads: int | None, largest: int,
 ) -> dict[str, np.ndarray]:
     """Initial values (N,) of the cells by name, as sweeps along x reach them, one for each value across it."""
     out: dict[str, np.ndarray] = {}
     (count,) = {len(v) for v in across.values()}
     for rows, reached in tiles.run(
-        lambda rows: carried(model, x, up, {n: v[rows] for n, v in across.items()}), tiles.split(count),
+        lambda rows: carried(model, x, up, {n: v[rows] for n, v in across.items()}), tiles.split(count, largest),
         progress=f"sweeps {'up' if up else 'down'}" if progress else None, threads=threads,
     ):
         for name, value in reached.items():
@@ -138,11 +138,12 @@ def _swept(
 
 
 def _surveyed(
-    launch: Launch, order: np.ndarray, name: str, *, budget: Budget | None, progress: bool, threads: int | None
+    launch: Launch, order: np.ndarray, name: str, *, budget: Budget | None, progress: bool, threads: int | None,
+    largest: int,
 ) -> dict[str, np.ndarray]:
     return survey(
         launch, lambda _, *judged: identity(*judged), order, budget=budget, progress=name if progress else None,
-        threads=threads,
+        threads=threads, largest=largest,
     )
 
 

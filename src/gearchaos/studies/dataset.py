@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 import json
 import os
-import tempfile
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.errors import InputError
+from gearchaos.files import DATA_SUFFIXES, NO_FILE, check_target, write_bytes
 from gearchaos.model import HarmonicStiffness, MeshModel, Stiffness, TransmissionError, TwoLevelStiffness
 from gearchaos.motion import REASONS, Label, Reason, motion_name
 from gearchaos.motion.reading import CONTACTS
@@ -46,6 +47,9 @@ _NAMES: dict[str, tuple[str, str]] = {
     "attractors": ("number of attractors found", "1"),
     "v_rms_least": ("least rms velocity of the attractors", f"{_LENGTH}*omega0"),
     "v_rms_most": ("largest rms velocity of the attractors", f"{_LENGTH}*omega0"),
+    "v_rms_up": ("rms velocity after a sweep up", f"{_LENGTH}*omega0"),
+    "v_rms_down": ("rms velocity after a sweep down", f"{_LENGTH}*omega0"),
+    "hysteresis": ("whether the sweeps end in different motions", "1"),
     "contact_worst": ("worst contact state of the attractors", "1"),
     "fraction": ("share of the starts", "1"),
     "fraction_lo": ("lower end of its 95 % interval", "1"),
@@ -111,8 +115,15 @@ def model_json(model: MeshModel) -> str:
 
 
 def model_from_json(text: str) -> MeshModel:
-    """The model that `model_json` wrote."""
-    values = json.loads(text)
+    """The model that `model_json` wrote; raises `InputError` for anything else."""
+    try:
+        return _model(json.loads(text))
+    except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
+        raise InputError("dataset", "must carry the model of its study as JSON in attrs['model']", text,
+                         f"Compute it again, or load the file that was saved. ({error})") from error
+
+
+def _model(values: dict[str, Any]) -> MeshModel:
     stiffness: type[Stiffness] = TwoLevelStiffness
     if values.pop("stiffness_kind") == "harmonics":
         stiffness = HarmonicStiffness
@@ -152,16 +163,31 @@ def _versions() -> dict[str, str]:
 def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     """Write a Dataset as NetCDF (HDF5) with checksums, whole or not at all."""
     target = Path(path)
-    if not target.parent.is_dir():
-        raise InputError("path", "must lie in an existing folder", str(target), "Create the folder first.")
-    with tempfile.TemporaryDirectory(dir=target.parent, prefix=".gearchaos-") as folder:
-        draft = Path(folder) / "draft.nc"
-        checked(dataset).to_netcdf(draft, engine="h5netcdf")
-        os.replace(draft, target)
+    _check_savable(dataset, target)
+    check_target("path", target)
+    write_bytes(target, netcdf(dataset))
 
 
-def checked(dataset: xr.Dataset) -> xr.Dataset:
-    """The same Dataset, to be written as NetCDF with checksums, so that a reader finds damaged numbers.
+def _check_savable(dataset: Any, target: Path) -> None:
+    if not isinstance(dataset, xr.Dataset):
+        raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}", "save(dataset, path).")
+    if target.suffix and target.suffix.lower() not in DATA_SUFFIXES:
+        raise InputError("path", f"must end in {', '.join(DATA_SUFFIXES)}, or have no ending", str(target),
+                         "It is NetCDF that is written; dataset.to_dataframe().to_csv(path) writes a table.")
+
+
+def netcdf(dataset: xr.Dataset) -> memoryview:
+    """A Dataset as the bytes of a NetCDF (HDF5) file with checksums.
+
+    It is made in memory, which takes as much again as the Dataset: HDF5 itself does not survive a full disk.
+    """
+    content = io.BytesIO()
+    _checked(dataset).to_netcdf(content, engine="h5netcdf")  # type: ignore[call-overload]
+    return content.getbuffer()
+
+
+def _checked(dataset: xr.Dataset) -> xr.Dataset:
+    """The same Dataset, to be written with checksums, so that a reader finds damaged numbers.
 
     HDF5 has none for single values and words.
     """
@@ -175,11 +201,17 @@ def checked(dataset: xr.Dataset) -> xr.Dataset:
 def load(path: str | os.PathLike[str]) -> xr.Dataset:
     """Read a Dataset that `save` wrote; raises `InputError` if the file is another, or damaged."""
     if not Path(path).is_file():
-        hint = "xarray.open_zarr reads the folder of a run." if Path(path).is_dir() else "There is no such file."
-        raise InputError("path", "must be a NetCDF file", str(path), hint)
+        raise InputError("path", "must be a NetCDF file", str(path), _instead(Path(path)))
     try:
         with xr.open_dataset(path, engine="h5netcdf") as dataset:
             return dataset.load()
     except (OSError, KeyError) as error:  # the latter where a name's record is damaged
         raise InputError("path", "must be a NetCDF file, whole and readable", str(path),
                          f"If gearchaos saved it, it is damaged: save it again. ({error})") from error
+
+
+def _instead(path: Path) -> str:
+    """What is where a file should be."""
+    if path.is_dir():
+        return "xarray.open_zarr reads the folder of a run."
+    return f"It is {NO_FILE}." if path.exists() else "There is no such file."

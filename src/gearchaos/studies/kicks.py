@@ -14,6 +14,13 @@ from gearchaos.studies.survey import survey
 _POINTS = 16
 _LADDER = np.geomspace(1e-3, 4.0, 25)
 _ROUNDS = 12
+
+TRIED = _POINTS * len(_LADDER)
+"""Motions followed for every direction in which a kick is looked for, at most."""
+
+EACH = 1200 * TRIED
+"""Bytes that they take."""
+
 _NEIGHBOURS = 32
 _CLOSER = np.array([0.5, 0.7, 0.85, 0.93, 0.97, 0.99])
 _ELSEWHERE = (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC, Label.DIVERGED)

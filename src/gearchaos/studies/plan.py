@@ -8,6 +8,8 @@ from typing import Any, Protocol
 import numpy as np
 import xarray as xr
 
+from gearchaos.studies.effort import Effort
+
 
 class Compute(Protocol):
     """From the numbers (L,) of some pieces what is found of them, arrays (L, ...) by name."""
@@ -39,6 +41,8 @@ class Plan:
         Fewest along each dim that are computed together: a sweep takes a whole row.
     compute : Compute
     finish : Finish
+    effort : Effort
+        What it takes at most.
     labelled : bool
         Whether the Dataset holds just those arrays over the grid, so that it can be had of some pieces before others.
     motions : float
@@ -49,6 +53,7 @@ class Plan:
     block: dict[str, int]
     compute: Compute
     finish: Finish
+    effort: Effort
     labelled: bool
     motions: float = 1
 
@@ -57,7 +62,8 @@ class Plan:
         """How many pieces there are."""
         return int(np.prod(list(self.shape.values())))
 
-    def run(self, **options: Any) -> xr.Dataset:
+    def run(self, *, progress: bool = False, **options: Any) -> xr.Dataset:
         """The Dataset of the whole study; options as of `Compute`."""
+        self.effort.tell(progress, options.get("threads"))
         numbers = np.arange(self.count, dtype=np.int32 if self.count < 2**31 else np.int64)
-        return self.finish(self.compute(numbers, **options), **options)
+        return self.finish(self.compute(numbers, progress=progress, **options), progress=progress, **options)

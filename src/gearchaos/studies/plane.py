@@ -6,7 +6,7 @@ import numpy as np
 
 from gearchaos.axis import Axis
 from gearchaos.errors import InputError
-from gearchaos.model import MeshModel, expand, vary
+from gearchaos.model import Batch, MeshModel, expand, vary
 from gearchaos.studies import tiles
 from gearchaos.switched import coordinates
 
@@ -27,8 +27,13 @@ def shared_coordinates(model: MeshModel, *axes: Axis) -> tuple[str, ...]:
 
     The conditions for fewer are products of parameters, so where they hold at all corners they hold throughout.
     """
-    corners = np.meshgrid(*([a.start, a.stop if a.count > 1 else a.start] for a in axes))
-    return coordinates(vary(model, {a.name: c.ravel() for a, c in zip(axes, corners, strict=True)}))
+    return coordinates(corners(model, *axes))
+
+
+def corners(model: MeshModel, *axes: Axis) -> Batch:
+    """The model at both ends of all axes."""
+    ends = np.meshgrid(*([a.start, a.stop if a.count > 1 else a.start] for a in axes))
+    return vary(model, {a.name: c.ravel() for a, c in zip(axes, ends, strict=True)})
 
 
 def at_cells(x: Axis, y: Axis, cells: np.ndarray) -> dict[str, np.ndarray]:

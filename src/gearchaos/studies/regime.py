@@ -9,10 +9,13 @@ import numpy as np
 
 from gearchaos.coordinates import start
 from gearchaos.flow import ExactFlow
+from gearchaos.gearpair import GearPair, as_model
 from gearchaos.model import MeshModel, vary
 from gearchaos.motion import REASONS, Budget, Label, Reason, Verdicts, classify, motion_name
+from gearchaos.motion.budget import as_budget
 from gearchaos.motion.reading import CONTACTS
 from gearchaos.motion.spectrum import opinion
+from gearchaos.studies.effort import effort
 from gearchaos.studies.sections import steady_sections
 from gearchaos.switched import switched
 
@@ -46,21 +49,24 @@ class Regime:
     z_dot_rms: float | None
     z_dot_peak_to_peak: float | None
     spectral_label: str | None
+    mesh_force_peak: float | None
 
     def to_dict(self) -> dict:
         """The fields as plain JSON-ready values, None where a number does not exist."""
         return asdict(self)
 
 
-def regime(model: MeshModel, *, budget: Budget = PATIENT) -> Regime:
+def regime(model: MeshModel | GearPair, *, budget: Budget = PATIENT, progress: bool = False) -> Regime:
     """What will this gear mesh do?
 
     Parameters
     ----------
-    model : MeshModel
+    model : MeshModel or GearPair
         The operating point, with its initial values.
     budget : Budget
         How long to wait and how hard to look.
+    progress : bool
+        Say on stderr how long it may take, if that is long.
 
     Returns
     -------
@@ -70,12 +76,15 @@ def regime(model: MeshModel, *, budget: Budget = PATIENT) -> Regime:
         intervals, exact for an orbit; the levels; and the stroboscopic ``section``: the n points of a periodic motion,
         512 of any other.
     """
+    model, budget = as_model(model), as_budget(budget) or PATIENT
     batch = vary(model, {})
     system = switched(batch)
+    effort(system, 1, budget.most).tell(progress)
     flow = ExactFlow(system)
-    found = classify(flow, start(batch, system).T.copy(), budget=budget)
+    begin, point = start(batch, system).T.copy(), np.zeros(1, dtype=int)
+    found = classify(flow, begin, budget=budget)
     label = Label(int(found.label[0]))
-    sections = {} if label == Label.DIVERGED else steady_sections(batch, flow, np.zeros(1, dtype=int), found, _SHOWN)
+    sections = {} if label == Label.DIVERGED else steady_sections(batch, flow, point, begin, found, _SHOWN)
     shown = int(found.period[0]) or _SHOWN
     return Regime(
         label=motion_name(label, int(found.period[0])), period=int(found.period[0]) or None,
@@ -103,6 +112,7 @@ def _levels(found: Verdicts, label: Label) -> dict:
     r = found.reading
     values = {n: _number(getattr(r, n)[0]) for n in (
         "v_rms", "contact_fraction", "dynamic_factor", "z_rms", "z_peak_to_peak", "z_dot_rms", "z_dot_peak_to_peak",
+        "mesh_force_peak",
     )}
     contact = None if label == Label.DIVERGED else CONTACTS[int(r.contact[0])]
     return {**values, "contact": contact, "switches_per_period": _number(r.switches[0])}

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from gearchaos.flow import ExactFlow
+from gearchaos.flow.layout import WIDTH
 from gearchaos.motion import STAGES, Budget, Sheet, Verdicts, conclude
 from gearchaos.studies import tiles
 
@@ -17,6 +18,10 @@ Launch = Callable[[np.ndarray], tuple[ExactFlow, np.ndarray, np.ndarray]]
 
 Keep = Callable[[np.ndarray, ExactFlow, np.ndarray, Verdicts], dict[str, np.ndarray]]
 """From the numbers of L motions, their flow, points and verdicts what to keep of them: arrays (L, ...) by name."""
+
+
+_RECORDED = 1_100_000
+"""Sections that a tile keeps at once at most, to find how long a motion takes to come back."""
 
 
 def survey(
@@ -43,6 +48,7 @@ def survey(
     and gathered from all tiles for the stage that judges them.
     """
     run, columns = Survey(launch, keep, budget or Budget(), levels), _Columns(len(order))
+    largest = min(largest, max(WIDTH, _RECORDED // (2 * run.budget.longest + 1)))
     still = Open(order)
     for stage in STAGES:
         rest = {}

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from gearchaos.axis import Axis
-from gearchaos.coordinates import error_at_start, start, to_physical
+from gearchaos.coordinates import drifts, error_at_start, start, to_physical, without_drift
 from gearchaos.flow import OK, ExactFlow
 from gearchaos.model import COORDINATES, Batch, MeshModel, vary
 from gearchaos.switched import switched
 
-_CARRY = 400
+CARRY = 400
 """Mesh periods at every value."""
 
 
@@ -53,11 +53,18 @@ def _at(batch: Batch) -> dict[str, np.ndarray]:
 
 
 def _after(batch: Batch) -> dict[str, np.ndarray]:
-    """The physical state after the time of one column, each (P,); NaN where the motion diverged."""
+    """The physical state after the time of one column, each (P,); NaN where the motion diverged.
+
+    A mean rotation that drifts is put back to where it was: after many columns z could no longer be had from x1 − x2.
+    """
     system = switched(batch)
-    out = ExactFlow(system).advance(start(batch, system).T.copy(), _CARRY)
+    out = ExactFlow(system).advance(start(batch, system).T.copy(), CARRY)
     w = np.where(out.status == OK, out.w, np.nan).T
-    return _physical(batch, system.names, w, _CARRY * system.period)
+    values, away = _physical(batch, system.names, w, CARRY * system.period), drifts(batch, system.names)
+    if not np.any(away):
+        return values
+    kept = without_drift(batch, system.names, w, *error_at_start(batch))
+    return {n: np.where(away, kept[n], v) if n in kept else v for n, v in values.items()}
 
 
 def _physical(batch: Batch, names: tuple[str, ...], w: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:

@@ -31,11 +31,16 @@ _BYTES = 400
 """What a study keeps of each cell or start, at most."""
 
 
-def check_memory(name: str, count: int) -> None:
-    """Raise if so many cells or starts cannot be kept in this machine's memory."""
-    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else 1 << 33
-    if count * _BYTES > memory:
-        raise InputError(name, f"must be at most {memory // _BYTES:,} on this machine, by its memory", count)
+def memory() -> int:
+    """Bytes of memory that this machine has."""
+    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else 1 << 33
+
+
+def check_memory(name: str, count: int, each: int = _BYTES) -> None:
+    """Raise if so many cells, starts or whatever takes so many bytes ``each`` cannot be kept in memory."""
+    most = memory() // each
+    if count > most:
+        raise InputError(name, f"must be at most {most:,} on this machine, by its memory", count)
 
 
 def cores() -> int:
@@ -48,11 +53,16 @@ def _workers(threads: int | None) -> int:
     return cores() if threads is None else whole_number("threads", threads, 1)
 
 
+def side_by_side(count: int, threads: int | None = None) -> int:
+    """How many threads so many motions can fill."""
+    return max(1, min(_workers(threads), count // _LEAST))
+
+
 def split(count: int, largest: int = TILE, threads: int | None = None) -> list[slice]:
     """Consecutive tiles of ``count`` pieces of work, large ones first and ever smaller ones: threads end together."""
     workers = _workers(threads)
     if count <= workers * min(_FEW, largest):
-        return _equal(count, max(1, min(workers, count // _LEAST), -(-count // largest)))
+        return _equal(count, max(side_by_side(count, threads), -(-count // largest)))
     least = min(largest, max(_LEAST, count // (_LAST * workers)))
     tiles, first = [], 0
     while first < count:

@@ -7,20 +7,25 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gearchaos.axis import Axis
+from gearchaos.axis import Axis, as_axis
 from gearchaos.coordinates import start
 from gearchaos.errors import InputError, whole_number
 from gearchaos.flow import ExactFlow
+from gearchaos.flow.layout import WIDTH
+from gearchaos.gearpair import GearPair, as_model
 from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.motion import Budget, Verdicts
+from gearchaos.motion.budget import as_budget
 from gearchaos.studies import tiles
 from gearchaos.studies.coexistence import coexisting, identity
 from gearchaos.studies.dataset import provenance, variable
+from gearchaos.studies.effort import Effort, effort
 from gearchaos.studies.evidence import evidence
 from gearchaos.studies.plan import Plan
-from gearchaos.studies.plane import at_cells, check_plane, shared_coordinates
+from gearchaos.studies.plane import at_cells, check_plane, corners, shared_coordinates
 from gearchaos.studies.refine import SIDE, refined
 from gearchaos.studies.survey import Launch, survey
+from gearchaos.studies.sweep import CARRY
 from gearchaos.switched import switched
 
 _REFINED = 1 / 8
@@ -28,17 +33,17 @@ _REFINED = 1 / 8
 
 
 def zones(
-    model: MeshModel, x: Axis, y: Axis, *, starts: int = 1, refine: int = 1, budget: Budget | None = None,
-    progress: bool = False, threads: int | None = None,
+    model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, starts: int = 1, refine: int = 1,
+    budget: Budget | None = None, progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
     """A map of motions over two parameters, every cell from the model's initial values.
 
     Parameters
     ----------
-    model : MeshModel
+    model : MeshModel or GearPair
         Everything but the two parameters.
-    x, y : Axis
-        Parameters (or initial values) and their ranges.
+    x, y : Axis or str
+        Parameters (or initial values) and their ranges, as a text "omega=0.2:3:400".
     starts : int
         Starts in each cell, the model's own first, the others spread as by `attractors`. With more than one the cells
         are also reached by slow sweeps along x, upwards and downwards.
@@ -64,20 +69,25 @@ def zones(
 
 
 def plan(
-    model: MeshModel, x: Axis, y: Axis, *, starts: int = 1, refine: int = 1, budget: Budget | None = None
+    model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, starts: int = 1, refine: int = 1,
+    budget: Budget | None = None,
 ) -> Plan:
     """The cells of `zones`, checked and ready to be computed."""
+    model, x, y, budget = as_model(model), as_axis(x, "x"), as_axis(y, "y"), as_budget(budget)
     starts = whole_number("starts", starts, 1)
     check_plane(model, x, y)
     tiles.check_memory("cells times starts", x.count * y.count * starts)
     if starts > 1 and {x.name, y.name} & set(state_names(model.kind)):
         raise InputError("starts", "must be 1 where an axis is an initial value", starts)
     refine = _checked_refine(refine, starts)
+    cost = _cost(model, x, y, starts, budget)
 
     def compute(
         cells: np.ndarray, *, progress: bool = False, threads: int | None = None
     ) -> dict[str, np.ndarray]:
-        options: dict[str, Any] = {"budget": budget, "progress": progress, "threads": threads}
+        options: dict[str, Any] = {
+            "budget": budget, "progress": progress, "threads": threads, "largest": cost.largest(threads),
+        }
         if refine == 1:
             return _cells(model, x, y, cells, starts, **options)
         return refined(lambda chosen: _cells(model, x, y, chosen, 1, **options), cells, x.count, refine)
@@ -91,7 +101,15 @@ def plan(
     block = {y.name: 1, x.name: x.count if starts > 1 else 1}
     if refine > 1:
         motions, block = _REFINED, {y.name: min(SIDE, y.count), x.name: min(SIDE, x.count)}
-    return Plan({y.name: y.count, x.name: x.count}, block, compute, finish, labelled=True, motions=motions)
+    return Plan({y.name: y.count, x.name: x.count}, block, compute, finish, cost, labelled=True, motions=motions)
+
+
+def _cost(model: MeshModel, x: Axis, y: Axis, starts: int, budget: Budget | None) -> Effort:
+    """What all cells take at most; with several starts their rows are also swept both ways, side by side."""
+    motions, alone = x.count * y.count, 0
+    if starts > 1:
+        motions, alone = motions * (starts + 2), 2 * x.count * CARRY * -(-y.count // WIDTH)
+    return effort(switched(corners(model, x, y)), motions, (budget or Budget()).most, alone)
 
 
 def launch(model: MeshModel, x: Axis, y: Axis) -> Launch:
@@ -117,7 +135,7 @@ def _checked_refine(refine: int, starts: int) -> int:
 
 def _cells(
     model: MeshModel, x: Axis, y: Axis, cells: np.ndarray, starts: int, *, budget: Budget | None, progress: bool,
-    threads: int | None,
+    threads: int | None, largest: int,
 ) -> dict[str, np.ndarray]:
     """What is found of some cells (N,), whole rows of them where there is more than one start."""
     begin = launch(model, x, y)
@@ -130,10 +148,10 @@ def _cells(
 
     out = survey(
         lambda tile: begin(cells[tile]), keep, order, budget=budget, progress="zones" if progress else None,
-        threads=threads,
+        threads=threads, largest=largest,
     )
     if starts > 1:
-        options: dict[str, Any] = {"budget": budget, "progress": progress, "threads": threads}
+        options: dict[str, Any] = {"budget": budget, "progress": progress, "threads": threads, "largest": largest}
         out |= coexisting(model, x, y, cells, order, out, starts - 1, **options)
         del out["centre_z"], out["centre_z_dot"]
     return out
