@@ -16,8 +16,9 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
-from gearchaos.axis import Axis
+from gearchaos.axis import Axis, parse_axis
 from gearchaos.errors import InputError, unknown_name
+from gearchaos.files import read_bytes
 from gearchaos.gearpair import GearPair
 from gearchaos.model import (
     PAIRS,
@@ -28,6 +29,7 @@ from gearchaos.model import (
     TransmissionError,
     TwoLevelStiffness,
     check_state_name,
+    default_stiffness,
 )
 
 StudyKind = Literal["simulate", "regime", "attractors", "bifurcation", "zones", "basins"]
@@ -38,6 +40,9 @@ _OTHER_KEYS = {
     "attractors": ("starts", "seed", "sweep", "kicks"),
 }
 _ON_PAIR = "gearpair."
+
+LARGEST = 1_000_000
+"""Most bytes of a study file; one that is written by hand has some hundreds."""
 
 
 class _Table(BaseModel):
@@ -179,7 +184,7 @@ def load_study(path: str | os.PathLike[str] | None = None, values: Mapping[str, 
     tables = _read(Path(path)) if path is not None else StudyFile()
     on_pair = {k.removeprefix(_ON_PAIR): v for k, v in values.items() if k.startswith(_ON_PAIR)}
     on_model = {k: v for k, v in values.items() if not k.startswith(_ON_PAIR)}
-    pair, model = _pair_and_model(tables, on_pair, on_model.pop("kind", None))
+    pair, model = _pair_and_model(tables, on_pair, on_model.pop("kind", None), default_stiffness(on_model))
     for name in tables.initial:
         check_state_name(model.kind, name)
     model = model.with_values(tables.initial).with_values(on_model)
@@ -188,13 +193,14 @@ def load_study(path: str | os.PathLike[str] | None = None, values: Mapping[str, 
 
 
 def _pair_and_model(
-    tables: StudyFile, on_pair: Mapping[str, Any], kind: str | None
+    tables: StudyFile, on_pair: Mapping[str, Any], kind: str | None, stiffness: Stiffness
 ) -> tuple[GearPair | None, MeshModel]:
-    """The pair of a file, if it has one, and its model seen as one of this kind, if any is asked for."""
+    """The pair of a file, if it has one, and its model seen as one of this kind, if any is asked for, with this
+    stiffness if it says nothing of it."""
     if tables.gearpair is None:
         for name, value in on_pair.items():
             raise InputError(f"{_ON_PAIR}{name}", "needs a study file with a [gearpair] table", value)
-        model = _model(tables.model or _ModelTable())
+        model = _model(tables.model or _ModelTable(), stiffness)
         return None, model if kind is None else model.with_values({"kind": kind})
     if tables.model is not None:
         given = list(tables.model.model_fields_set)
@@ -206,10 +212,10 @@ def _pair_and_model(
 
 def _read(path: Path) -> StudyFile:
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        document = tomllib.loads(read_bytes(path, LARGEST).decode("utf-8-sig"))  # some editors write a byte order mark
     except OSError as error:
         raise InputError("study file", "must be a readable file", str(path), f"{error.strerror}.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise InputError("study file", "must be valid TOML", str(path), f"{error}.") from None
     return _checked(StudyFile, document)
 
@@ -261,11 +267,13 @@ _HOMES = (
 )
 
 
-def _model(table: Any) -> MeshModel:
+def _model(table: Any, stiffness: Stiffness) -> MeshModel:
     values = table.model_dump(include=set(_NAMES), exclude_none=True)
     _check_pairs("model", values)
     series = TransmissionError(tuple(table.error.amplitudes) or (0.0,), tuple(table.error.phases))
-    model = MeshModel(kind=table.kind, error=series, stiffness=_stiffness(table.stiffness))
+    if "stiffness" in table.model_fields_set:
+        stiffness = _stiffness(table.stiffness)
+    model = MeshModel(kind=table.kind, error=series, stiffness=stiffness)
     return model.with_values(values)
 
 
@@ -308,22 +316,6 @@ def _settings(table: _StudyTable | None) -> Settings:
     if "sweep" in given:
         given["sweep"] = parse_axis(given["sweep"], "study.sweep")
     return Settings(axes=axes, **given)
-
-
-def parse_axis(text: str, field: str = "axis") -> Axis:
-    """An axis from ``name=start:stop:count``, e.g. ``eps1=0:0.3:400``."""
-    match = re.fullmatch(r"\s*(\w+)\s*=([^:]*):([^:]*):([^:]*)", text)
-    if not match:
-        raise _unreadable_axis(field, text)
-    try:
-        start, stop, count = float(match[2]), float(match[3]), int(match[4])
-    except ValueError:
-        raise _unreadable_axis(field, text) from None
-    return Axis(match[1], start, stop, count)
-
-
-def _unreadable_axis(field: str, text: str) -> InputError:
-    return InputError(field, "must read name=start:stop:count", text, "E.g. eps1=0:0.3:400.")
 
 
 def parse_set(texts: Iterable[str]) -> dict[str, Any]:

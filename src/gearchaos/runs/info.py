@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from contextlib import suppress
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ def summary(store: Store) -> dict[str, Any]:
     """
     marks, grid = store.marks(), store.grid
     done = [n for n, m in marks.items() if m.done]
-    pieces, total = sum(map(grid.size, done)), sum(map(grid.size, range(grid.count)))
+    pieces, total = sum(map(grid.size, done)), prod(grid.shape)
     rate = _rate(store, marks)
     return {
         "store": str(store.path), "study": store.study.kind, "finished": store.finished,

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 import zarr
 
+from gearchaos.errors import InputError
 from gearchaos.runs.chunks import CODECS
 from gearchaos.runs.grid import Grid
 from gearchaos.studies.evidence import blank
@@ -51,7 +52,16 @@ def lay_out(path: Path, plan: Plan, arrays: dict[str, Layout], grid: Grid) -> No
 
 def restore(path: Path, fresh: Path) -> None:
     """Copy every file of a fresh layout over that of a store; the chunks that tiles filled stay."""
+    for one in fresh.rglob("*"):
+        _check_kind(path / one.relative_to(fresh), one.is_dir())
     shutil.copytree(fresh, path, dirs_exist_ok=True)
+
+
+def _check_kind(path: Path, folder: bool) -> None:
+    """Raise `InputError` if something else is where a file or a folder of a store belongs."""
+    if path.exists() and not (path.is_dir() if folder else path.is_file()):
+        kind = "folders" if folder else "files"
+        raise InputError("store", f"must have {kind} where its own lie", str(path), "Remove it and run again.")
 
 
 def put(dataset: xr.Dataset, path: Path) -> None:

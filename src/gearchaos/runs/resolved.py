@@ -54,6 +54,9 @@ class Resolved:
             raise unknown_name("study.kind", self.kind, _PLANS)
         arguments = inspect.signature(_PLANS[self.kind]).parameters
         defaults = {n: a.default for n, a in arguments.items() if a.default is not a.empty and n != "budget"}
+        for name in self.options:
+            if name not in arguments or name == "budget":
+                raise unknown_name("study option", name, arguments.keys() - {"model", "x", "y", "axis", "budget"})
         object.__setattr__(self, "options", {**defaults, **self.options})
         if self.budget is None and "budget" in arguments:
             object.__setattr__(self, "budget", budget_for(self.kind, {}))

@@ -64,7 +64,7 @@ def run(
     OSError
         If the store cannot be written to, or the engine is gone; what is done is kept.
     """
-    store, shard = _opened(study, path.absolute(), tile, say), shard or Shard()
+    store, shard = _opened(study, path.absolute(), tile, say, progress), shard or Shard()
     mine = shard.tiles(store.grid.count)
     with writing(store.path / "run" / "writers", shard):
         _repair(store, mine, say)
@@ -76,10 +76,15 @@ def run(
     return Outcome(sum(m.done for m in marks.values()), failed, store.grid.count)
 
 
-def _opened(study: Resolved, path: Path, tile: int | None, say: Callable[[str], None]) -> Store:
+def _opened(study: Resolved, path: Path, tile: int | None, say: Callable[[str], None], progress: bool) -> Store:
+    """The store at this path, made if need be; says how long what is left may take."""
+    if path.is_symlink() and not path.exists():
+        raise InputError("--out", "must not be a link to nothing", str(path), "Remove it, or make what it points to.")
     if not path.exists():
         try:
-            return create(path, study, cut(study.plan(), tile))
+            plan = study.plan()
+            plan.effort.tell(progress)
+            return create(path, study, cut(plan, tile))
         except OSError:
             if not path.exists():  # else another shard was faster
                 raise
@@ -88,6 +93,7 @@ def _opened(study: Resolved, path: Path, tile: int | None, say: Callable[[str], 
     if unlike:
         raise InputError("store", "must hold the same study", str(path), "; ".join(unlike) + ".")
     done = sum(m.done for m in store.marks().values())
+    store.plan.effort.tell(progress and not store.complete)
     say(f"{path.name}: {done} of {store.grid.count} tiles are done already")
     for line in differences(store.versions, versions(study)):
         say(f"warning: the store was begun with other versions, {line}; results may differ in the last digits")

@@ -8,9 +8,10 @@ what is computed and with what, and ``run/tiles`` holds the marks.
 from __future__ import annotations
 
 import json
+import re
 import time
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from math import prod
 from pathlib import Path
@@ -22,13 +23,17 @@ import zarr
 from filelock import FileLock
 
 from gearchaos.errors import InputError
-from gearchaos.files import write_bytes
+from gearchaos.files import read_bytes, write_bytes
 from gearchaos.runs.chunks import chunk_file, write_chunk
 from gearchaos.runs.grid import Grid
 from gearchaos.runs.layout import FORMAT, PIECES, Layout, put
 from gearchaos.runs.resolved import Resolved
-from gearchaos.runs.sums import differing, read_json, sums
+from gearchaos.runs.schema import FormatWords, MarkWords, StudyWords, Sums, parsed, read_as
+from gearchaos.runs.sums import differing, sums
 from gearchaos.studies.plan import Plan
+
+_TILE = re.compile(r"0|[1-9]\d{0,17}", re.ASCII)
+"""Names of marks: numbers of tiles."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +71,12 @@ class Store:
 
     @cached_property
     def plan(self) -> Plan:
-        return self.study.plan()
+        """The study's plan; raises `InputError` if the store is not cut as that plan can be."""
+        plan, tile = self.study.plan(), self.grid.tile
+        shape, block = tuple(plan.shape.values()), plan.block.values()
+        if shape != self.grid.shape or not all(b <= t <= n for b, t, n in zip(block, tile, shape, strict=True)):
+            raise _damaged(self.path, f"tiles of {tile} over {self.grid.shape} do not fit the study's {shape}")
+        return plan
 
     @cached_property
     def _open(self) -> dict[str, Any]:
@@ -76,8 +86,16 @@ class Store:
         """One of those arrays, (grid..., ...)."""
         if name not in self._open:
             folder = name if self.plan.labelled else f"{PIECES}/{name}"
-            self._open[name] = zarr.open_array(self.path / folder, mode="r", zarr_format=3)
+            self._open[name] = self._fitting(zarr.open_array(self.path / folder, mode="r", zarr_format=3))
         return self._open[name]
+
+    def _fitting(self, array: Any) -> Any:
+        """The array, if its chunks are the tiles; else what is in it would be taken for other pieces."""
+        shape, tile, dims = self.grid.shape, self.grid.tile, len(self.grid.shape)
+        chunk = array.chunks[:dims]
+        if (array.shape[:dims], chunk) != (shape, tile):
+            raise _damaged(self.path, f"tiles of {tile} over {shape} are not those of its arrays, {chunk}")
+        return array
 
     def write(self, number: int, found: dict[str, np.ndarray]) -> None:
         """Put what was found of a tile's pieces, arrays (L, ...), in its place; blank chunks, too: a missing one is a
@@ -97,10 +115,10 @@ class Store:
         write_bytes(self._mark_path(number), json.dumps(asdict(mark)).encode())
 
     def marks(self) -> dict[int, Mark]:
-        """The marks there are, by the number of the tile; a damaged one counts as none."""
-        found = {int(p.stem): read_json(p) for p in (self.path / "run" / "tiles").glob("[0-9]*.json")}
-        names = {f.name for f in fields(Mark)}
-        return {n: Mark(**m) for n, m in found.items() if isinstance(m, dict) and m.keys() == names}
+        """The marks there are, by the number of the tile; a damaged one, or one of no tile, counts as none."""
+        files = (p for p in (self.path / "run" / "tiles").glob("*.json") if _TILE.fullmatch(p.stem))
+        found = {int(p.stem): read_as(MarkWords, p) for p in files}
+        return {n: Mark(**dict(m)) for n, m in found.items() if m is not None and n < self.grid.count}
 
     def unmark(self, number: int) -> None:
         self._mark_path(number).unlink(missing_ok=True)
@@ -137,8 +155,10 @@ class Store:
 
     def broken(self) -> list[str]:
         """Names of the files among them that are missing or damaged."""
-        noted = read_json(self.path / "run" / "sums.json")
-        return ["run/sums.json"] if not isinstance(noted, dict) else differing(self.path, noted)
+        noted = read_as(Sums, self.path / "run" / "sums.json")
+        names = (f.relative_to(self.path) for f in self.fixed())
+        own = {str(n) for n in names if n.name == "zarr.json" or "c" in n.parts}  # metadata and chunks
+        return ["run/sums.json"] if noted is None or own - noted.keys() else differing(self.path, noted)
 
     def found(self) -> dict[str, np.ndarray]:
         """The arrays (N, ...) that tiles filled, blank where none did yet."""
@@ -180,23 +200,26 @@ class Store:
 
 def read(path: Path) -> Store:
     """The store of an earlier run."""
-    file, field_ = path / "run" / "study.json", "store"
+    file = path / "run" / "study.json"
     try:
-        words = json.loads(file.read_text())
-        if words["format"] != FORMAT:
-            said = "It was made by another version of gearchaos."
-            raise InputError(field_, f"must have format {FORMAT}", words["format"], said)
-        grid = Grid(**{n: tuple(v) for n, v in words["grid"].items()})
-        arrays = {n: Layout(v["dtype"], tuple(v["shape"])) for n, v in words["arrays"].items()}
-        return Store(path, Resolved.from_dict(words["study"]), grid, arrays, words["versions"])
-    except OSError as error:
-        said = f"{file} cannot be read: {error.strerror}."
-        raise InputError(field_, "must be a folder that gearchaos run made", str(path), said) from None
-    except (AttributeError, LookupError, TypeError) as error:
-        raise _damaged(path, error) from None
-    except ValueError as error:
-        raise error if isinstance(error, InputError) else _damaged(path, error) from None
+        content = read_bytes(file)
+    except (OSError, ValueError) as error:  # the latter for a name that no file can have
+        said = f"{file} cannot be read: {getattr(error, 'strerror', error)}."
+        raise InputError("store", "must be a folder that gearchaos run made", str(path), said) from None
+    try:
+        made = parsed(FormatWords, content).format
+        if made == FORMAT:
+            return _store(path, parsed(StudyWords, content))
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        raise _damaged(path, str(error)) from None
+    raise InputError("store", f"must have format {FORMAT}", made, "It was made by another version of gearchaos.")
 
 
-def _damaged(path: Path, error: Exception) -> InputError:
-    return InputError("store", "must hold a sound run/study.json", str(path), f"It is damaged: {error!r}.")
+def _store(path: Path, words: StudyWords) -> Store:
+    grid = Grid(words.grid.shape, words.grid.tile)
+    arrays = {n: Layout(a.dtype, a.shape) for n, a in words.arrays.items()}
+    return Store(path, Resolved.from_dict(words.study.model_dump()), grid, arrays, words.versions)
+
+
+def _damaged(path: Path, why: str) -> InputError:
+    return InputError("store", "must hold a sound run/study.json", str(path), f"It is damaged, or not a store: {why}.")

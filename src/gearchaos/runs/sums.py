@@ -1,20 +1,10 @@
-"""Files that may be damaged: read with care, and the sums that tell whether they are still what was written."""
+"""The sums that tell whether files are still what was written."""
 
 from __future__ import annotations
 
-import json
 import zlib
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
-
-
-def read_json(path: Path) -> Any:
-    """What a file holds, None if it is missing or damaged."""
-    try:
-        return json.loads(path.read_text())
-    except (OSError, ValueError):
-        return None
 
 
 def sums(root: Path, files: Iterable[Path]) -> dict[str, int]:
