@@ -1,25 +1,29 @@
 """Pictures: each function takes a Dataset or a model and ``ax=``, draws with plain matplotlib and returns the Axes."""
 
+from gearchaos.plot._attractors import attractors
 from gearchaos.plot._basins import attractor_legend, attractor_names, basins
 from gearchaos.plot._bifurcation import bifurcation
 from gearchaos.plot._characteristics import backlash, stiffness
-from gearchaos.plot._classes import MOTION_CLASSES, MotionClass, motion_class
+from gearchaos.plot._classes import CONTACT_CLASSES, MOTION_CLASSES, MotionClass, motion_class
 from gearchaos.plot._dossier import dossier
 from gearchaos.plot._history import history
 from gearchaos.plot._level import level
 from gearchaos.plot._lyapunov import lyapunov
 from gearchaos.plot._phase import phase
 from gearchaos.plot._portrait import portrait
+from gearchaos.plot._result import result
 from gearchaos.plot._ribbon import ribbon
 from gearchaos.plot._schematic import schematic
 from gearchaos.plot._spectrum import spectrum
 from gearchaos.plot._zones import class_legend, zones
 
 __all__ = [
+    "CONTACT_CLASSES",
     "MOTION_CLASSES",
     "MotionClass",
     "attractor_legend",
     "attractor_names",
+    "attractors",
     "backlash",
     "basins",
     "bifurcation",
@@ -31,6 +35,7 @@ __all__ = [
     "motion_class",
     "phase",
     "portrait",
+    "result",
     "ribbon",
     "schematic",
     "spectrum",

@@ -1,12 +1,17 @@
-"""What all pictures share: a fresh Axes, labels in words and symbols, the edges of cells."""
+"""What all pictures share: a fresh Axes, labels in words and symbols, units, limits and the edges of cells."""
 
 from __future__ import annotations
 
-import json
+import re
+import textwrap
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+
+from gearchaos.errors import InputError
+from gearchaos.gearpair import unit_in
+from gearchaos.studies.dataset import model_from_json
 
 _SYMBOLS = {
     "omega": r"\omega", "zeta": r"\zeta", "q0": "q_0", "kappa": r"\kappa", "beta": r"\beta", "mu": r"\mu", "J": "J",
@@ -22,6 +27,9 @@ _WORDS = {
 }
 """Short words for axes; other variables are called by their ``long_name``."""
 
+_MEASURED = {"omega": "f_z", "eps": "e", "q": "M", "q0": "M_{1}", "kappa": "c_{1,2}"}
+"""Symbols of (2.1)-(2.8) for what has others once it is measured in units."""
+
 _SCALES = {"1", "delta", "omega0", "c0", "T"}
 """Units that make a quantity dimensionless, (2.8)-(2.11); only others are worth a place on an axis."""
 
@@ -29,6 +37,14 @@ _NUMBERED = {
     "eps": r"\varepsilon", "theta": r"\theta", "c": "c", "alpha": r"\alpha", "x": "x", "y": "y", "q": "q", "J": "J",
     "mu": r"\mu", "kappa": r"\kappa", "beta": r"\beta", "zeta_support": r"\zeta", "chi": r"\chi",
 }
+
+
+_LETTER, _SHORTEST = 0.078, 12
+"""Inches that a letter of a label takes, and the least number of letters in a line."""
+
+_ROUNDING = 1e-9
+_LEAST_SPREAD = 0.05
+"""Of the size of what is shown: an axis along which nothing differs shows so much to either side."""
 
 
 def new_axes(ax: Axes | None) -> Axes:
@@ -54,10 +70,30 @@ def symbol(name: str) -> str:
 
 def axis_label(array: xr.DataArray | xr.Variable, name: str) -> str:
     """Words, symbol and unit, e.g. ``frequency ω``; units that only make dimensionless are left out."""
-    words, sign = _WORDS.get(name, array.attrs.get("long_name", "")), symbol(name)
+    unit = str(array.attrs.get("units", "1"))
+    measured = not set(unit.replace("/", "*").split("*")) <= _SCALES
+    long_name = str(array.attrs.get("long_name", ""))
+    words, sign = _WORDS.get(name, long_name), symbol(name)
+    if measured and (other := _measured(name)):
+        words, sign = _WORDS["eps1"] if name.startswith("eps") else long_name, other
     text = f"{words} {sign}" if words and sign.startswith("$") and words != name else words or sign
-    unit = array.attrs.get("units", "1")
-    return text if set(unit.replace("/", "*").split("*")) <= _SCALES else f"{text} [{unit}]"
+    return f"{text} [{unit.replace('*', ' ')}]" if measured else text
+
+
+def _measured(name: str) -> str:
+    """The symbol of a parameter in units, if it is another than without them."""
+    if name in _MEASURED:
+        return f"${_MEASURED[name]}$"
+    stem = name.rstrip("0123456789")
+    return f"${_MEASURED[stem]}_{{{name[len(stem):]}}}$" if stem in ("eps", "q") else ""
+
+
+def wrapped(text: str, inches: float) -> str:
+    """A text in lines of about so many inches, in the type of labels."""
+    letters = max(_SHORTEST, int(inches / _LETTER))
+    if len(re.sub(r"\$[^$]*\$", "xxx", text)) <= letters:
+        return text
+    return textwrap.fill(text, letters, break_long_words=False, break_on_hyphens=False)
 
 
 def cell_extent(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float]:
@@ -71,13 +107,11 @@ def _edges(centres: np.ndarray) -> tuple[float, float]:
 
 
 def mesh_period(ds: xr.Dataset) -> float:
-    """T = 2π/ω in units of τ, from the model that a Dataset carries."""
-    return 2 * np.pi / model_values(ds)["omega"]
-
-
-def model_values(ds: xr.Dataset) -> dict:
-    """The model of a Dataset as plain values."""
-    return json.loads(ds.attrs["model"])
+    """The mesh period in the Dataset's own unit of time: T = 2π/ω in τ, or as many ms."""
+    if "model" not in ds.attrs:
+        raise InputError("dataset", "must carry the attributes of its study", sorted(map(str, ds.attrs)),
+                         "xarray drops them in arithmetic, unless xarray.set_options(keep_attrs=True) is set.")
+    return 2 * np.pi / model_from_json(ds.attrs["model"]).omega * unit_in(ds, "tau")
 
 
 def plane(ds: xr.Dataset, name: str) -> tuple[str, str]:
@@ -94,3 +128,21 @@ def trim(ax: Axes, ds: xr.Dataset, horizontal: str, vertical: str) -> None:
         ax.set_xlim(float(x[0]), float(x[-1]))
     if y.size > 1:
         ax.set_ylim(float(y[0]), float(y[-1]))
+
+
+def spread_out(low: float, high: float, unit: float) -> tuple[float, float]:
+    """Limits of an axis: those given, or wider ones where they differ by rounding alone, which would be magnified.
+
+    ``unit`` is what counts as much along the axis: half the backlash, a velocity of one.
+    """
+    middle, size = (low + high) / 2, max(abs(low), abs(high), unit)
+    if high - low > _ROUNDING * size:
+        return low, high
+    return middle - _LEAST_SPREAD * size, middle + _LEAST_SPREAD * size
+
+
+def settle(ax: Axes, x: float | None = None, y: float | None = None) -> None:
+    """Widen the axes along which nothing differs, given what counts as much there; None leaves one alone."""
+    for unit, (low, high), limit in ((x, ax.dataLim.intervalx, ax.set_xlim), (y, ax.dataLim.intervaly, ax.set_ylim)):
+        if unit is not None and (wide := spread_out(low, high, unit)) != (low, high):
+            limit(wide)

@@ -10,13 +10,18 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
-from matplotlib.patches import Patch
 
 from gearchaos.plot._axes import cell_extent, new_axes, plane, trim
-from gearchaos.plot._classes import GROUND, LEGEND, MOTION_CLASSES, motion_class
+from gearchaos.plot._checks import Dims, check
+from gearchaos.plot._classes import GROUND, MOTION_CLASSES, motion_class
+from gearchaos.plot._legends import legend as draw_legend
+from gearchaos.plot._legends import patches
 
 _SUBHARMONIC_COLOURS = ("#f28cc0", "#a971e5", "#b8860b", "#7aa81e", "#00a7b5", "#8c564b")
 _SUBHARMONIC = 4
+NUMBERED: dict[str, Dims] = dict.fromkeys(("attractor_label", "attractor_period", "attractor_fraction"), ("number",))
+"""What is told of every attractor."""
+
 UNDECIDED = "#4d4d4d"
 _UNDECIDED_INDEX = -1
 
@@ -39,6 +44,7 @@ def basins(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, point
     -------
     Axes
     """
+    check(ds, "basins", attractor=2, **NUMBERED)
     ax = new_axes(ax)
     horizontal, vertical = plane(ds, "attractor")
     colours = attractor_colours(ds)
@@ -89,14 +95,19 @@ def _shade(colour: str, step: int) -> str:
 
 
 def _mark(ds: xr.Dataset, ax: Axes, horizontal: str, vertical: str, colours: list[str]) -> None:
-    """The points of every periodic attractor, in its colour, rimmed so that they show on any ground."""
+    """The points of every periodic attractor."""
     names = [f"attractor_section_{n}" for n in (horizontal, vertical)]
     if not all(n in ds for n in names):
         return
     for x, y, colour, period in zip(*(ds[n].values for n in names), colours, ds["attractor_period"], strict=True):
         if period > 0:
-            ax.plot(x, y, "o", markersize=4.6, markerfacecolor="white", markeredgewidth=0)
-            ax.plot(x, y, "o", markersize=3.4, markerfacecolor=colour, markeredgecolor="black", markeredgewidth=0.7)
+            mark_orbit(ax, x, y, colour)
+
+
+def mark_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str) -> None:
+    """The points of one orbit, in its colour, rimmed so that they show on any ground."""
+    ax.plot(x, y, "o", markersize=4.6, markerfacecolor="white", markeredgewidth=0)
+    ax.plot(x, y, "o", markersize=3.4, markerfacecolor=colour, markeredgecolor="black", markeredgewidth=0.7)
 
 
 def attractor_legend(host: Axes | Figure, ds: xr.Dataset, **options: Any) -> Legend:
@@ -106,10 +117,8 @@ def attractor_legend(host: Axes | Figure, ds: xr.Dataset, **options: Any) -> Leg
     index = ds["attractor"].values
     if (lost := float((index[index >= _UNDECIDED_INDEX] < 0).mean())) > 0:
         entries.append((UNDECIDED, f"undecided ({_percent(lost)})"))
-    handles = [Patch(facecolor=c, edgecolor="0.35", linewidth=0.5, label=name) for c, name in entries]
-    if np.any(index < _UNDECIDED_INDEX):
-        handles.append(Patch(**GROUND, linewidth=0.5, label="not computed"))
-    return host.legend(handles=handles, **{**LEGEND, "ncols": 3, **options})
+    not_computed = bool(np.any(index < _UNDECIDED_INDEX))
+    return draw_legend(host, patches(entries, not_computed), **options)
 
 
 def _percent(share: float) -> str:

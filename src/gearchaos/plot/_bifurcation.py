@@ -7,15 +7,20 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 
-from gearchaos.plot._axes import axis_label, cell_extent, new_axes
+from gearchaos.errors import InputError, whole_number
+from gearchaos.gearpair import unit_in
+from gearchaos.plot._axes import axis_label, cell_extent, new_axes, spread_out
+from gearchaos.plot._checks import check, check_name
+from gearchaos.plot._portrait import first_coordinate
 from gearchaos.plot._ribbon import ribbon as draw_ribbon
 
 INK_SCALE = LinearSegmentedColormap.from_list("ink", ["#ffffff", "#7f93b8", "#1d2b53", "#060a1c"])
 _MARGIN = 0.03
+_MOST_ROWS = 10_000
 
 
 def bifurcation(
-    ds: xr.Dataset, name: str = "x1", ax: Axes | None = None, *, rows: int = 560, ribbon: bool = True,
+    ds: xr.Dataset, name: str | None = None, ax: Axes | None = None, *, rows: int = 560, ribbon: bool = True,
     legend: bool = True,
 ) -> Axes:
     """Draw a bifurcation diagram as a picture of point densities.
@@ -28,7 +33,7 @@ def bifurcation(
     ds : Dataset
         From `gearchaos.bifurcation`: ``section_<name>`` with dims (axis, point).
     name : str
-        Coordinate to show.
+        Coordinate to show; x1, or z of a single model, if left out.
     rows : int
         Pixels over the height.
     ribbon, legend : bool
@@ -38,10 +43,15 @@ def bifurcation(
     -------
     Axes
     """
-    ax = new_axes(ax)
-    section = ds[f"section_{name}"].transpose(..., "point")
-    axis = str(section.dims[0])
-    low, high = _span(section.values)
+    check(ds, "bifurcation", label=1, period=1)
+    axis, name = str(ds["label"].dims[0]), name or first_coordinate(ds)
+    if "point" not in ds.dims:
+        raise InputError("dataset", "must have stroboscopic points", "a bifurcation with points=0",
+                         "gearchaos.plot.lyapunov draws its exponents.")
+    check_name(ds, "name", name, (axis, "point"), "section_")
+    rows = whole_number("rows", rows, 1, _MOST_ROWS)
+    ax, section = new_axes(ax), ds[f"section_{name}"]
+    low, high = _span(section.values, unit_in(ds, name))
     centres = low + (np.arange(rows) + 0.5) * (high - low) / rows
     ax.imshow(
         density(section.values, low, high, rows).T, origin="lower", aspect="auto", cmap=INK_SCALE,
@@ -56,9 +66,10 @@ def bifurcation(
     return ax
 
 
-def _span(values: np.ndarray) -> tuple[float, float]:
-    low, high = float(np.nanmin(values)), float(np.nanmax(values))
-    margin = _MARGIN * (high - low) or 0.5
+def _span(values: np.ndarray, unit: float) -> tuple[float, float]:
+    known = values[np.isfinite(values)]
+    low, high = spread_out(*((float(known.min()), float(known.max())) if known.size else (-unit, unit)), unit)
+    margin = _MARGIN * (high - low)
     return low - margin, high + margin
 
 

@@ -7,20 +7,24 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from gearchaos.errors import InputError, whole_number
+from gearchaos.gearpair import GearPair, as_model
 from gearchaos.model import MeshModel, TwoLevelStiffness, mesh_stiffness
 from gearchaos.model import backlash as backlash_function
 from gearchaos.plot._axes import new_axes
+from gearchaos.plot._checks import check_positive
 from gearchaos.plot._phase import INK
 
+_MOST_PERIODS = 1000
 _GUIDE: dict[str, Any] = {"color": "0.55", "linewidth": 0.7, "linestyle": (0, (4, 3))}
 
 
-def stiffness(model: MeshModel | None = None, ax: Axes | None = None, *, periods: int = 2) -> Axes:
+def stiffness(model: MeshModel | GearPair | None = None, ax: Axes | None = None, *, periods: int = 2) -> Axes:
     """Draw the mesh stiffness c(t)/c0 = χ(τ), (2.16) or (2.7), over some mesh periods.
 
     Parameters
     ----------
-    model : MeshModel, optional
+    model : MeshModel or GearPair, optional
         Whose stiffness; the paper's if left out.
     periods : int
         Mesh periods to show.
@@ -29,7 +33,9 @@ def stiffness(model: MeshModel | None = None, ax: Axes | None = None, *, periods
     -------
     Axes
     """
-    ax, model = new_axes(ax), model or MeshModel()
+    model = MeshModel() if model is None else as_model(model)
+    periods = whole_number("periods", periods, 1, _MOST_PERIODS)
+    ax = new_axes(ax)
     if isinstance(model.stiffness, TwoLevelStiffness):
         _two_level(model.stiffness, ax, periods)
     else:
@@ -73,6 +79,8 @@ def backlash(ax: Axes | None = None, *, reach: float = 3.0) -> Axes:
     -------
     Axes
     """
+    if (reach := check_positive("reach", reach)) <= 1:
+        raise InputError("reach", "must be greater than 1", reach, "The ends of the backlash lie at 1.")
     ax = new_axes(ax)
     u = np.array([-reach, -1, 1, reach])
     ax.axhline(0, color="0.7", linewidth=0.6)

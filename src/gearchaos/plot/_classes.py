@@ -1,11 +1,15 @@
-"""The kinds of motion that pictures tell apart, and their colours."""
+"""What pictures tell apart by name: kinds of motion, states of contact, counts; and the colours of each."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import matplotlib
 import numpy as np
 import xarray as xr
+from matplotlib.colors import to_hex
+
+from gearchaos.plot._checks import flags
 
 
 class MotionClass(NamedTuple):
@@ -28,15 +32,22 @@ MOTION_CLASSES: tuple[MotionClass, ...] = (
 )
 """Colours differ by at least 25 CIELAB units also under protanopia, deuteranopia and tritanopia."""
 
+CONTACT_CLASSES: tuple[MotionClass, ...] = (
+    MotionClass("permanent", "#abcdff"),
+    MotionClass("one-sided", "#f5c518"),
+    MotionClass("two-sided", "#c03a1e"),
+    MotionClass("no contact", "#4d4d4d"),
+)
+"""By the codes of ``contact``."""
+
 NOT_COMPUTED = -1
 GROUND: dict[str, Any] = {"facecolor": "white", "edgecolor": "0.6", "hatch": "////"}
 """What shows where nothing is computed."""
 
-LEGEND: dict[str, Any] = {
-    "loc": "lower left", "bbox_to_anchor": (0, 1.01, 1, 0), "borderaxespad": 0, "frameon": False,
-    "handlelength": 1.1, "columnspacing": 1.0, "handletextpad": 0.5,
-}
-"""Where and how legends of classes stand: above the Axes, without a frame."""
+_YES_NO = (MotionClass("no", "#f4f1e8"), MotionClass("yes", "#c03a1e"))
+_QUESTIONS = ("hysteresis", "transient_chaos", "inferred")
+_MOST_NAMED = 9
+"""So many different whole numbers are named one by one; more have a colour bar."""
 
 _LAST_NAMED_PERIOD = 4
 _BY_MEANING = {"quasi-periodic": 5, "chaotic": 6, "undecided": 7, "diverged": 8}
@@ -58,8 +69,51 @@ def motion_class(label: xr.DataArray, period: xr.DataArray) -> np.ndarray:
     """
     codes = label.values
     out = np.clip(period.values, 1, _LAST_NAMED_PERIOD + 1).astype(int) - 1
-    for value, meaning in zip(np.ravel(label.attrs["flag_values"]), label.attrs["flag_meanings"].split(), strict=True):
+    for value, meaning in flags(label).items():
         if meaning in _BY_MEANING:
             out[codes == value] = _BY_MEANING[meaning]
     out[codes == 0] = NOT_COMPUTED
     return out
+
+
+def named_classes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionClass, ...]] | None:
+    """The classes of a variable and an index into them for every cell; None if it is no matter of classes.
+
+    The index is `NOT_COMPUTED` where a run has not come to yet.
+    """
+    if ds[name].dtype.kind not in "iu":
+        return None
+    if name == "label":
+        return motion_class(ds["label"], ds["period"]), MOTION_CLASSES
+    index, classes = _contact(ds, name) if name.startswith("contact") else _coded(ds[name])
+    if len(classes) > _MOST_NAMED:
+        return None
+    blank = ds["label"].values == 0 if "label" in ds else np.zeros(index.shape, bool)
+    return np.where(blank, NOT_COMPUTED, index), classes
+
+
+def _contact(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionClass, ...]]:
+    """Contact states; the code of no contact also stands where a motion diverged, which has a class of its own."""
+    index = ds[name].values.astype(int)
+    if name == "contact" and "label" in ds:
+        diverged = motion_class(ds["label"], ds["period"]) == _BY_MEANING["diverged"]
+        index = np.where(diverged, len(CONTACT_CLASSES), index)
+    return np.maximum(index, NOT_COMPUTED), (*CONTACT_CLASSES, MOTION_CLASSES[_BY_MEANING["diverged"]])
+
+
+def _coded(array: xr.DataArray) -> tuple[np.ndarray, tuple[MotionClass, ...]]:
+    """Reasons, questions of yes or no, and counts in the colours of a scale."""
+    values = array.values.astype(int)
+    if array.name in _QUESTIONS:
+        return values, _YES_NO
+    if named := flags(array):
+        codes = np.array(list(named))
+        classes = tuple(
+            MotionClass(n.replace("_", " "), c.colour) for n, c in zip(named.values(), MOTION_CLASSES, strict=False)
+        )
+    else:
+        codes = np.unique(values)
+        shades = matplotlib.colormaps["viridis"](np.linspace(0, 1, len(codes)))
+        classes = tuple(MotionClass(str(n), to_hex(c)) for n, c in zip(codes, shades, strict=True))
+    known = np.isin(values, codes)
+    return np.where(known, np.searchsorted(codes, values), NOT_COMPUTED), classes

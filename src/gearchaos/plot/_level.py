@@ -1,48 +1,91 @@
-"""The level map: a measure of the motion (V_RMS, dynamic factor, ...) over a parameter plane."""
+"""The level map: a measure of the motion (V_RMS, dynamic factor, contact, ...) over a parameter plane."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
+from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.colors import Colormap
+from matplotlib.image import AxesImage
 
-from gearchaos.plot._axes import axis_label, cell_extent, new_axes, plane, trim
+from gearchaos.errors import InputError
+from gearchaos.gearpair import unit_in
+from gearchaos.plot._axes import axis_label, cell_extent, new_axes, plane, spread_out, trim, wrapped
+from gearchaos.plot._checks import check, check_name
+from gearchaos.plot._classes import named_classes
+from gearchaos.plot._zones import class_legend, draw_classes
+from gearchaos.rules import number_of
+
+_NO_VALUE = "0.75"
 
 
 def level(
     ds: xr.Dataset, name: str = "v_rms", ax: Axes | None = None, *, cmap: str = "viridis", clip: float = 1.0,
     colorbar: bool = True,
 ) -> Axes:
-    """Draw a measure over a plane of two parameters in perceptually uniform colours.
+    """Draw a measure over a plane of two parameters: in perceptually uniform colours, or in those of named classes.
 
     Parameters
     ----------
     ds : Dataset
         From `gearchaos.zones`; NaN cells stay grey.
     name : str
-        Variable with dims (y, x).
+        Variable with dims (y, x). Codes, such as ``contact``, and small whole numbers are classes with a legend.
     cmap : str
         A perceptually uniform matplotlib colormap.
     clip : float
         Percent of the cells at the top end that may saturate, so that a few peaks do not darken the rest.
     colorbar : bool
-        Add a colour bar to the right.
+        Add a colour bar to the right, or the legend of the classes above.
 
     Returns
     -------
     Axes
     """
+    check(ds, "zones", label=2, period=2)
+    check_name(ds, "name", name, 2)
+    clip = _checked_shades(cmap, clip)
     ax = new_axes(ax)
     horizontal, vertical = plane(ds, name)
+    extent, title = cell_extent(ds[horizontal].values, ds[vertical].values), axis_label(ds[name], name)
+    found = named_classes(ds, name)
     values = ds[name].values
-    low, high = np.nanmin(values), np.nanpercentile(values, 100 - clip)
-    ax.set_facecolor("0.75")
-    image = ax.imshow(
-        values, origin="lower", aspect="auto", interpolation="nearest", cmap=cmap, vmin=low, vmax=high,
-        extent=cell_extent(ds[horizontal].values, ds[vertical].values),
-    )
+    if found:
+        draw_classes(found[0], ax, extent, found[1])
+    else:
+        image = _shaded(ax, values, extent, cmap, clip, unit_in(ds, name))
     trim(ax, ds, horizontal, vertical)
-    if colorbar:
-        bar = ax.figure.colorbar(image, ax=ax, extend="max" if np.nanmax(values) > high else "neither", pad=0.02)
-        bar.set_label(axis_label(ds[name], name))
+    inches = ax.get_window_extent().transformed(ax.figure.dpi_scale_trans.inverted())
+    if colorbar and found:
+        class_legend(ax, *found, title=wrapped(title, inches.width))
+    elif colorbar:
+        beyond = bool(np.any(values > image.norm.vmax))
+        label = wrapped(title, inches.height)
+        ax.figure.colorbar(image, ax=ax, extend="max" if beyond else "neither", pad=0.02, label=label)
     return ax
+
+
+def _checked_shades(cmap: Any, clip: Any) -> float:
+    """The percentage that saturates, if it and the colormap are there."""
+    if not isinstance(cmap, Colormap) and cmap not in list(colormaps):
+        raise InputError("cmap", "must be a colormap of matplotlib", cmap, "E.g. 'viridis' or 'magma'.")
+    percent = number_of("clip", clip)
+    if not 0 <= percent <= 100:
+        raise InputError("clip", "must be a percentage, from 0 to 100", clip)
+    return percent
+
+
+def _shaded(
+    ax: Axes, values: np.ndarray, extent: tuple[float, float, float, float], cmap: str, clip: float, unit: float
+) -> AxesImage:
+    """The picture of a measure, whose scale leaves out so many percent at the top."""
+    known = values[np.isfinite(values)]
+    low, high = (np.min(known), np.percentile(known, 100 - clip)) if known.size else (0.0, unit)
+    low, high = spread_out(float(low), float(high), unit)
+    ax.set_facecolor(_NO_VALUE)
+    return ax.imshow(
+        values, origin="lower", aspect="auto", interpolation="nearest", cmap=cmap, vmin=low, vmax=high, extent=extent,
+    )

@@ -6,6 +6,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from gearchaos.plot._axes import axis_label, new_axes
+from gearchaos.plot._checks import check
+from gearchaos.plot._legends import legend as draw_legend
 
 
 def lyapunov(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -20,15 +22,16 @@ def lyapunov(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     -------
     Axes
     """
+    check(ds, "bifurcation", lyapunov=1, lyapunov_lo=1, lyapunov_hi=1)
     ax = new_axes(ax)
     (axis,) = ds["lyapunov"].dims
     x, value = ds[axis].values, ds["lyapunov"].values
     ax.axhline(0, color="0.25", linewidth=0.7)
     low, high = ds["lyapunov_lo"].values, ds["lyapunov_hi"].values
-    ax.fill_between(x, low, high, color="#8fa6d3", linewidth=0, label="99 % confidence interval")
-    ax.plot(x, value, color="#1d2b53", linewidth=0.4, label="largest exponent")
+    band = ax.fill_between(x, low, high, color="#8fa6d3", linewidth=0, label="99 % confidence interval")
+    (line,) = ax.plot(x, value, color="#1d2b53", linewidth=0.4, label="largest exponent")
     ax.fill_between(x, 0, value, where=value > 0, color="#c03a1e", alpha=0.25, linewidth=0)
     ax.set(xlabel=axis_label(ds[axis], str(axis)), ylabel=axis_label(ds["lyapunov"], "lyapunov"))
     ax.set_xlim(float(x[0]), float(x[-1]) if len(x) > 1 else None)
-    ax.legend(frameon=False, loc="best")
+    draw_legend(ax, [band, line])
     return ax

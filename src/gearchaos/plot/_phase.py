@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import xarray as xr
 from matplotlib.axes import Axes
 
-from gearchaos.plot._axes import axis_label, new_axes
+from gearchaos.gearpair import unit_in
+from gearchaos.plot._axes import axis_label, new_axes, settle
+from gearchaos.plot._checks import check, check_name, check_positive
 
 INK = "#1d2b53"
 STROBE = "#c03a1e"
@@ -22,7 +27,7 @@ def phase(
     ds : Dataset
         From `gearchaos.simulate` with samples: ``<x>`` and ``<y>`` over ``tau``.
     x, y : str
-        Coordinates; ``y`` is ``<x>_dot`` if left out. The contact boundaries z = ±1 are drawn where z is.
+        Coordinates; ``y`` is ``<x>_dot`` if left out. The ends of the backlash are drawn where z is.
     section : bool
         Mark the stroboscopic points.
     linewidth : float
@@ -32,7 +37,13 @@ def phase(
     -------
     Axes
     """
-    ax, y = new_axes(ax), y or f"{x}_dot"
+    y = y or f"{x}_dot"
+    check_samples(ds, {"x": x, "y": y})
+    if section:
+        for field, name in (("x", x), ("y", y)):
+            check_name(ds, field, name, ("period",), "section_")
+    linewidth = check_positive("linewidth", linewidth)
+    ax = new_axes(ax)
     ax.plot(ds[x].values, ds[y].values, color=INK, linewidth=linewidth, rasterized=ds.sizes["tau"] > 20_000)
     if section:
         ax.plot(
@@ -40,15 +51,23 @@ def phase(
             markeredgewidth=0, zorder=3,
         )
     ax.set(xlabel=axis_label(ds[x], x), ylabel=axis_label(ds[y], y))
-    _boundaries(ax, x, ax.axvline)
-    _boundaries(ax, y, ax.axhline)
+    settle(ax, unit_in(ds, x), unit_in(ds, y))
+    for name, line in ((x, ax.axvline), (y, ax.axhline)):
+        if name == "z":
+            mark_backlash(ax, unit_in(ds, "z"), line)
     return ax
 
 
-def _boundaries(ax: Axes, name: str, line) -> None:
-    """The two contact boundaries, without stretching the axes to them."""
-    if name == "z":
-        limits = ax.get_xlim(), ax.get_ylim()
-        for z in (-1.0, 1.0):
-            line(z, color="0.45", linewidth=0.7, linestyle=(0, (4, 3)), zorder=0)
-        ax.set(xlim=limits[0], ylim=limits[1])
+def check_samples(ds: xr.Dataset, names: dict[str, str]) -> None:
+    """Raise unless a Dataset has samples in time, of variables of these names by argument."""
+    check(ds, "simulate with samples", tau=("tau",))
+    for field, name in names.items():
+        check_name(ds, field, name, ("tau",))
+
+
+def mark_backlash(ax: Axes, half_backlash: float, line: Callable[..., Any]) -> None:
+    """The two ends of the backlash, without stretching the axes to them."""
+    limits = ax.get_xlim(), ax.get_ylim()
+    for z in (-half_backlash, half_backlash):
+        line(z, color="0.45", linewidth=0.7, linestyle=(0, (4, 3)), zorder=0)
+    ax.set(xlim=limits[0], ylim=limits[1])

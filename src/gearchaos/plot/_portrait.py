@@ -6,14 +6,16 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from gearchaos.plot._axes import axis_label, new_axes
+from gearchaos.gearpair import unit_in
+from gearchaos.plot._axes import axis_label, new_axes, settle
+from gearchaos.plot._checks import check, check_name, check_positive
 from gearchaos.plot._phase import INK
 
-_FEW = 200
+_FEW, _LARGE, _SMALL = 200, 3.5, 0.55
 
 
 def portrait(
-    ds: xr.Dataset, x: str = "x1", y: str | None = None, ax: Axes | None = None, *, size: float | None = None
+    ds: xr.Dataset, x: str | None = None, y: str | None = None, ax: Axes | None = None, *, size: float | None = None
 ) -> Axes:
     """Draw the stroboscopic points in a plane of two coordinates, by default one and its velocity.
 
@@ -22,24 +24,42 @@ def portrait(
     ds : Dataset
         From `gearchaos.simulate`: ``section_<x>`` and ``section_<y>`` over ``period``.
     x, y : str
-        Coordinates; ``y`` is ``<x>_dot`` if left out.
+        Coordinates; ``x`` is x1, or z of a single model, if left out, and ``y`` is ``<x>_dot``.
     size : float, optional
-        Diameter of the markers in points; by default large for few distinct points, a pixel for many.
+        Diameter of the markers in points; by default the smaller the more distinct points there are.
 
     Returns
     -------
     Axes
     """
-    ax, y = new_axes(ax), y or f"{x}_dot"
-    across, up = ds[f"section_{x}"], ds[f"section_{y}"]
-    size = size or (3.5 if distinct(across.values, up.values) <= _FEW else 0.55)
+    check(ds, "simulate", period=("period",))
+    x = x or first_coordinate(ds)
+    names = (x, y or f"{x}_dot")
+    for field, name in zip("xy", names, strict=True):
+        check_name(ds, field, name, ("period",), "section_")
+    ax, units = new_axes(ax), [unit_in(ds, n) for n in names]
+    across, up = (ds[f"section_{n}"] for n in names)
+    few = _size(distinct(across.values / units[0], up.values / units[1]))
+    size = few if size is None else check_positive("size", size)
     ax.plot(across.values, up.values, "o", color=INK, markersize=size, markeredgewidth=0, rasterized=True)
-    ax.set(xlabel=axis_label(across, x), ylabel=axis_label(up, y))
+    ax.set(xlabel=axis_label(across, names[0]), ylabel=axis_label(up, names[1]))
+    settle(ax, *units)
     return ax
 
 
+def _size(count: int) -> float:
+    """As much ink in all for any number of points, but none larger or smaller than shows well."""
+    return float(np.clip(_LARGE * np.sqrt(_FEW / count), _SMALL, _LARGE))
+
+
+def first_coordinate(ds: xr.Dataset) -> str:
+    """What a section is shown by where nobody says: x1, or z of a single model."""
+    return "x1" if "section_x1" in ds else "z"
+
+
 def distinct(x: np.ndarray, y: np.ndarray) -> int:
-    """How many points can be told apart at a ten-thousandth of their spread; those of an orbit repeat."""
+    """How many points, in half backlashes and their velocities, can be told apart at a ten-thousandth of their spread;
+    those of an orbit repeat."""
     points = np.stack([x, y], axis=1)
     spread = np.maximum(np.ptp(points, axis=0), 1e-9)
     return len(np.unique(np.round((points - points[0]) / spread * 1e4), axis=0))

@@ -7,25 +7,19 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from gearchaos.plot._axes import cell_extent
+from gearchaos.plot._checks import check
 from gearchaos.plot._classes import motion_class
 from gearchaos.plot._zones import class_legend, draw_classes
-
-_WIDE = 5.5
-"""So many inches hold the names of all classes side by side."""
 
 
 def ribbon(ds: xr.Dataset, ax: Axes, *, legend: bool = True) -> Axes:
     """Draw the verdicts of a `gearchaos.bifurcation` Dataset as a thin strip above ``ax``; returns the strip."""
+    check(ds, "bifurcation", label=1, period=1)
     strip = ax.inset_axes((0.0, 1.012, 1.0, 0.035), sharex=ax)
     (axis,) = ds["label"].dims
     classes = motion_class(ds["label"], ds["period"])
     draw_classes(classes[None, :], strip, cell_extent(ds[axis].values, np.zeros(1)))
     strip.tick_params(left=False, bottom=False, labelleft=False, labelbottom=False)
     if legend:
-        class_legend(strip, classes, ncols=9 if _width(ax) > _WIDE else 4, bbox_to_anchor=(0, 1.1, 1, 0))
+        class_legend(strip, classes, of=ax, bbox_to_anchor=(0, 1.1, 1, 0))
     return strip
-
-
-def _width(ax: Axes) -> float:
-    """Of the Axes, in inches."""
-    return float(ax.get_window_extent().width / ax.figure.dpi)

@@ -18,6 +18,8 @@ _R1, _R2, _HALF = 1.5, 2.0, 3.1
 _CENTRES = ((-_R1, -_HALF), (_R2, _HALF))
 _RADII = (_R1, _R2)
 _SIDES = (-1, 1)
+_HEIGHT, _LEAST_TYPE = 4.0, 0.5
+"""So many inches are high enough for letters of the usual size; they shrink to half of it."""
 
 
 def schematic(ax: Axes | None = None) -> Axes:
@@ -38,7 +40,15 @@ def schematic(ax: Axes | None = None) -> Axes:
         _support(ax, n)
     _mesh(ax)
     ax.set(xlim=(-4.6, 5.2), ylim=(-7.0, 7.5))
+    _fit_type(ax)
     return ax
+
+
+def _fit_type(ax: Axes) -> None:
+    """Smaller letters where the wheels are small."""
+    height = ax.get_window_extent().height / ax.figure.dpi
+    for text in ax.texts:
+        text.set_fontsize(float(text.get_fontsize()) * min(1.0, max(_LEAST_TYPE, height / _HEIGHT)))
 
 
 def _wheel(ax: Axes, n: int) -> None:

@@ -6,8 +6,17 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from gearchaos.errors import InputError
+from gearchaos.gearpair import unit_in
 from gearchaos.plot._axes import axis_label, mesh_period, new_axes
-from gearchaos.plot._phase import INK
+from gearchaos.plot._checks import check_positive
+from gearchaos.plot._phase import INK, check_samples
+
+_RANGE = 1e-7
+_LEAST = 1e-30
+"""Least amplitude shown, as a share of the largest one, and of the unit where there is none."""
+
+_MOST_ORDERS = 1000
 
 
 def spectrum(ds: xr.Dataset, name: str = "z_dot", ax: Axes | None = None, *, orders: float = 6.0) -> Axes:
@@ -26,10 +35,11 @@ def spectrum(ds: xr.Dataset, name: str = "z_dot", ax: Axes | None = None, *, ord
     -------
     Axes
     """
-    ax = new_axes(ax)
+    check_samples(ds, {"name": name})
+    orders = check_positive("orders", orders, _MOST_ORDERS)
     order, amplitude = amplitudes(ds, name)
-    shown = order <= orders
-    floor = max(float(amplitude[shown].max()) * 1e-7, 1e-300)
+    ax, shown = new_axes(ax), order <= orders
+    floor = max(float(amplitude[shown].max()) * _RANGE, _LEAST * unit_in(ds, name))
     ax.semilogy(order[shown], np.maximum(amplitude[shown], floor), color=INK, linewidth=0.7)
     ax.set(xlabel="frequency in mesh orders $f/f_z$", ylabel=f"amplitude of {axis_label(ds[name], name)}")
     ax.set_xlim(0, orders)
@@ -41,8 +51,11 @@ def spectrum(ds: xr.Dataset, name: str = "z_dot", ax: Axes | None = None, *, ord
 def amplitudes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Orders of the mesh frequency and one-sided amplitudes of a variable, from its whole mesh periods."""
     tau, values = ds["tau"].values, ds[name].values
-    per_period = round(mesh_period(ds) / (tau[1] - tau[0]))
-    periods = len(values) // per_period
+    per_period = round(mesh_period(ds) / (tau[1] - tau[0])) if len(tau) > 1 else 0
+    periods = len(values) // per_period if per_period > 1 else 0
+    if periods == 0:
+        raise InputError("dataset", "must have two samples a mesh period, over one at least", len(tau),
+                         "Call simulate with samples=64.")
     spectrum_ = np.fft.rfft(values[: periods * per_period]) / (periods * per_period)
     size = np.abs(spectrum_)
     size[1:] *= 2

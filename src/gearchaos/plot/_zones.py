@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
-from matplotlib.patches import Patch
 
 from gearchaos.plot._axes import cell_extent, new_axes, plane, trim
-from gearchaos.plot._classes import GROUND, LEGEND, MOTION_CLASSES, NOT_COMPUTED, motion_class
+from gearchaos.plot._checks import check
+from gearchaos.plot._classes import GROUND, MOTION_CLASSES, NOT_COMPUTED, MotionClass, motion_class
+from gearchaos.plot._legends import legend as draw_legend
+from gearchaos.plot._legends import patches
 
 
 def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axes:
@@ -32,6 +35,7 @@ def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axe
     -------
     Axes
     """
+    check(ds, "zones", label=2, period=2)
     ax = new_axes(ax)
     horizontal, vertical = plane(ds, "label")
     classes = motion_class(ds["label"], ds["period"])
@@ -42,21 +46,28 @@ def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axe
     return ax
 
 
-def draw_classes(classes: np.ndarray, ax: Axes, extent: tuple[float, float, float, float]) -> None:
-    """Colour cells (rows, columns) by their class; those not computed show the hatched ground."""
+def draw_classes(
+    index: np.ndarray, ax: Axes, extent: tuple[float, float, float, float],
+    classes: Sequence[MotionClass] = MOTION_CLASSES,
+) -> None:
+    """Colour cells (rows, columns) by the index of their class; those not computed show the hatched ground."""
     ax.imshow(
-        np.ma.masked_equal(classes, NOT_COMPUTED), origin="lower", aspect="auto", interpolation="nearest",
-        cmap=ListedColormap([c.colour for c in MOTION_CLASSES]), vmin=-0.5, vmax=len(MOTION_CLASSES) - 0.5,
+        np.ma.masked_equal(index, NOT_COMPUTED), origin="lower", aspect="auto", interpolation="nearest",
+        cmap=ListedColormap([c.colour for c in classes]), vmin=-0.5, vmax=len(classes) - 0.5,
         extent=extent, interpolation_stage="rgba",
     )
-    if np.any(classes == NOT_COMPUTED):
+    if np.any(index == NOT_COMPUTED):
         ax.patch.set(**GROUND)
 
 
-def class_legend(host: Axes | Figure, classes: np.ndarray, **options: Any) -> Legend:
-    """A legend of only the classes that occur in ``classes``; ``options`` go to the legend of ``host``."""
-    present = [MOTION_CLASSES[i] for i in np.unique(classes) if i != NOT_COMPUTED]
-    handles = [Patch(facecolor=c.colour, edgecolor="0.35", linewidth=0.5, label=c.name) for c in present]
-    if np.any(classes == NOT_COMPUTED):
-        handles.append(Patch(**GROUND, linewidth=0.5, label="not computed"))
-    return host.legend(handles=handles, **{**LEGEND, "ncols": min(len(handles), 4), **options})
+def class_legend(
+    host: Axes | Figure, index: np.ndarray, classes: Sequence[MotionClass] = MOTION_CLASSES, *,
+    of: Axes | None = None, **options: Any,
+) -> Legend:
+    """A legend of only those classes that occur in ``index``.
+
+    ``of`` is the Axes whose room it may take, where ``host`` is a strip of it; ``options`` go to the legend of
+    ``host``.
+    """
+    present = [(classes[i].colour, classes[i].name) for i in np.unique(index) if i != NOT_COMPUTED]
+    return draw_legend(host, patches(present, bool(np.any(index == NOT_COMPUTED))), of, **options)

@@ -1,0 +1,54 @@
+"""All motions of one operating point: their stroboscopic points, and how many starts lead to each."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from gearchaos.gearpair import unit_in
+from gearchaos.plot._axes import axis_label, new_axes, settle
+from gearchaos.plot._basins import NUMBERED, attractor_colours, attractor_legend, mark_orbit
+from gearchaos.plot._checks import check
+from gearchaos.plot._phase import mark_backlash
+
+_PLANE = ("z", "z_dot")
+
+
+def attractors(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axes:
+    """Draw the stroboscopic points of every attractor in the plane of z and z'.
+
+    Parameters
+    ----------
+    ds : Dataset
+        From `gearchaos.attractors`.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
+    legend : bool
+        Name the attractors and their shares of the starts above.
+
+    Returns
+    -------
+    Axes
+    """
+    sections = dict.fromkeys((f"attractor_section_{n}" for n in _PLANE), ("number", "point"))
+    check(ds, "attractors", attractor=("start",), **NUMBERED, **sections)
+    ax = new_axes(ax)
+    order = np.argsort(ds["attractor_period"].values == 0, kind="stable")[::-1]  # what is no orbit lies below
+    colours, x, y = attractor_colours(ds), *(ds[n].values for n in sections)
+    for i in order:
+        _draw(ax, x[i], y[i], colours[i], bool(ds["attractor_period"][i] > 0))
+    across, up = (axis_label(ds[f"attractor_section_{n}"], n) for n in _PLANE)
+    ax.set(xlabel=across, ylabel=up)
+    settle(ax, *(unit_in(ds, n) for n in _PLANE))
+    mark_backlash(ax, unit_in(ds, "z"), ax.axvline)
+    if legend:
+        attractor_legend(ax, ds)
+    return ax
+
+
+def _draw(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str, orbit: bool) -> None:
+    if orbit:
+        mark_orbit(ax, x, y, colour)
+    else:
+        ax.plot(x, y, "o", color=colour, markersize=1.2, markeredgewidth=0, zorder=1)

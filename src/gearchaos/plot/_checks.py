@@ -1,0 +1,118 @@
+"""Whether a Dataset is what a picture shows; if not, which picture does show it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.rules import LARGEST, number_of
+
+Dims = int | tuple[str, ...]
+"""How many dims a variable must have, each with its coordinate, or which ones."""
+
+_CODES = ("label", "period", "attractor", "attractor_label", "attractor_period")
+_FLAGGED = ("label", "attractor_label")
+_MAY_BE_EMPTY = "number"
+"""Where all motions are undecided there is no attractor."""
+
+_DRAWN_BY = {
+    "zones": "zones or level", "bifurcation": "bifurcation, or lyapunov", "basins": "basins",
+    "attractors": "attractors", "simulate": "portrait, or with samples by phase, history, spectrum or dossier",
+}
+
+
+def check(dataset: Any, study: str, **variables: Dims) -> None:
+    """Raise `InputError` unless it is a Dataset with these variables, over such dims, as a study makes them."""
+    check_dataset(dataset)
+    if all(_fits(dataset, name, dims) for name, dims in variables.items()):
+        _check_content(dataset, study, variables)
+        return
+    own = str(dataset.attrs.get("study", ""))
+    advice = f"It is drawn by gearchaos.plot.{_DRAWN_BY[own]}." if own in _DRAWN_BY else ""
+    if own == "simulate" and study.startswith(own):
+        advice = "Call simulate with samples=64."
+    found = f"a result of {own}" if own else f"a Dataset of {', '.join(map(str, dataset.data_vars))}"
+    raise InputError("dataset", f"must be a result of {study}, with {', '.join(variables)}", found, advice)
+
+
+def check_dataset(dataset: Any) -> None:
+    """Raise unless it is a Dataset at all."""
+    if not isinstance(dataset, xr.Dataset):
+        raise InputError("dataset", "must be an xarray.Dataset, as the studies return", _short(dataset),
+                         "gearchaos.load reads one from a file.")
+
+
+def check_name(
+    dataset: xr.Dataset, field: str, name: str, dims: Dims, prefix: str = "", also: tuple[str, ...] = ()
+) -> None:
+    """Raise unless a variable of this name, after a prefix, has such dims; the names that do are told, and others that
+    may stand for one."""
+    fitting = [str(n) for n in dataset.data_vars if str(n).startswith(prefix) and _fits(dataset, str(n), dims)]
+    fitting = [n for n in fitting if not _fault(dataset[n])]
+    if f"{prefix}{name}" not in fitting:
+        raise unknown_name(field, str(name), [*also, *(n.removeprefix(prefix) for n in fitting)])
+
+
+def check_positive(field: str, value: Any, most: float = LARGEST) -> float:
+    """The value as a float, if it is greater than 0."""
+    number = number_of(field, value)
+    if not 0 < number <= most:
+        raise InputError(field, f"must be greater than 0, at most {most:g}", value)
+    return number
+
+
+def _fits(dataset: xr.Dataset, name: str, dims: Dims) -> bool:
+    if name not in dataset.variables:
+        return False
+    found = dataset[name].dims
+    if isinstance(dims, tuple):
+        return found == dims
+    return len(found) == dims and all(d in dataset.coords for d in found)
+
+
+def _check_content(dataset: xr.Dataset, study: str, variables: dict[str, Dims]) -> None:
+    """Raise unless the variables hold what a study writes into them, and so do the axes of those over axes."""
+    over_axes = [name for name, dims in variables.items() if isinstance(dims, int)]
+    axes = dataset[over_axes[0]].dims if over_axes else ("tau",) if "tau" in variables else ()
+    faults = [_fault(dataset[name]) for name in variables]
+    faults += [f"{name} over other dims than {over_axes[0]}" for name in over_axes if dataset[name].dims != axes]
+    faults += [_axis_fault(dataset[axis]) for axis in axes]
+    if found := next(filter(None, faults), ""):
+        raise InputError("dataset", f"must be a result of {study}, as it was computed", found,
+                         "Compute it again, or load the file that was saved.")
+
+
+def _fault(array: xr.DataArray) -> str:
+    """What is wrong with a variable, in words; none if nothing is."""
+    if array.dtype.kind not in ("biu" if array.name in _CODES else "biuf"):
+        return f"{array.name} of type {array.dtype}"
+    if array.size == 0 and array.dims != (_MAY_BE_EMPTY,):
+        return f"{array.name} without values"
+    return "" if array.name not in _FLAGGED or flags(array) else f"{array.name} whose codes are not named"
+
+
+def _axis_fault(axis: xr.DataArray) -> str:
+    """What is wrong with the coordinate of a dim, in words; none if nothing is."""
+    if fault := _fault(axis):
+        return fault
+    if not np.isfinite(axis.values).all():
+        return f"{axis.name} that is not finite"
+    rising = np.diff(axis.values) > 0
+    whole = np.all(rising) or np.all(np.diff(axis.values) < 0)  # somebody may have turned it round
+    return "" if whole else f"{axis.name} that neither rises nor falls throughout"
+
+
+def flags(array: xr.DataArray) -> dict[int, str]:
+    """The names of the codes of a variable by its CF attributes; none where these are missing or do not agree."""
+    codes, names = np.ravel(array.attrs.get("flag_values", ())), array.attrs.get("flag_meanings", "")
+    if codes.dtype.kind not in "iu" or not isinstance(names, str) or len(codes) != len(names.split()):
+        return {}
+    return dict(zip(codes.tolist(), names.split(), strict=True))
+
+
+def _short(value: object) -> object:
+    """Texts as they are; of anything else what it is."""
+    return value if isinstance(value, str) else f"a {type(value).__name__}"

@@ -1,0 +1,78 @@
+"""Legends of classes above an Axes, in as many columns as there is room for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from matplotlib import rcParams
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.patches import Patch
+
+from gearchaos.plot._classes import GROUND
+
+_STYLE: dict[str, Any] = {
+    "loc": "lower left", "bbox_to_anchor": (0, 1.01, 1, 0), "borderaxespad": 0, "frameon": False,
+    "handlelength": 1.1, "columnspacing": 1.0, "handletextpad": 0.5, "alignment": "left",
+}
+_COLUMNS = 4
+_PAD = 0.09
+"""Inches that a layout leaves at both sides of an Axes together, and a little more."""
+
+
+def patches(entries: list[tuple[str, str]], not_computed: bool) -> list[Patch]:
+    """A square for every (colour, name), and one for the hatched ground if it shows."""
+    squares = [Patch(facecolor=c, edgecolor="0.35", linewidth=0.5, label=name) for c, name in entries]
+    return [*squares, Patch(**GROUND, linewidth=0.5, label="not computed")] if not_computed else squares
+
+
+def legend(host: Axes | Figure, handles: Sequence[Artist], of: Axes | None = None, **options: Any) -> Legend:
+    """A legend above ``host``, in as many columns as have room.
+
+    ``of`` is the Axes that has the room, where ``host`` is a strip of it. With ``ncols`` among the options, or on a
+    Figure, columns are not fitted.
+    """
+    options = {**_STYLE, "handles": handles, **options}
+    if isinstance(host, Figure) or "ncols" in options:
+        return host.legend(**{"ncols": min(len(handles), _COLUMNS), **options})
+    room = _room(of or host)
+    for size, columns in _shapes(len(handles)):
+        made = host.legend(**options, ncols=columns, fontsize=size)
+        if made.get_window_extent().width <= room:
+            break
+    _make_way(of or host, made)
+    return made
+
+
+def _shapes(count: int) -> Iterator[tuple[str, int]]:
+    """Sizes of type and numbers of columns in the order of preference: small type before a single column."""
+    for size in (rcParams["legend.fontsize"], "small"):
+        yield from ((size, columns) for columns in range(count, 1, -1))
+    yield "small", 1
+
+
+def _room(ax: Axes) -> float:
+    """Pixels from the left edge of an Axes to the right edge of its share of the figure, once it is laid out."""
+    figure, spec = ax.get_figure(root=False), ax.get_subplotspec()
+    assert figure is not None
+    columns = (spec.colspan.start, spec.colspan.stop, spec.get_gridspec().ncols) if spec else (0, 1, 1)
+    left, right = (figure.bbox.x0 + figure.bbox.width * end / columns[2] for end in columns[:2])
+    if figure.get_layout_engine() is None:
+        return right - ax.bbox.x0
+    drawn = ax.get_tightbbox()
+    labels = 0.0 if drawn is None else ax.bbox.x0 - drawn.x0
+    return right - left - labels - _PAD * figure.dpi
+
+
+def _make_way(ax: Axes, made: Legend) -> None:
+    """Lower the Axes of a figure that has no layout of its own, if its legend would be cut at the top."""
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    over = made.get_window_extent().y1 - figure.bbox.y1
+    if over > 0 and figure.get_layout_engine() is None and ax.get_subplotspec() is not None:
+        height = figure.bbox.height
+        top = figure.subplotpars.top - over / height - _PAD * figure.dpi / height
+        figure.subplots_adjust(top=max(top, figure.subplotpars.bottom + 0.1))

@@ -1,0 +1,75 @@
+"""Any result by the picture that suits it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from gearchaos.errors import InputError
+from gearchaos.plot._attractors import attractors
+from gearchaos.plot._basins import basins
+from gearchaos.plot._bifurcation import bifurcation
+from gearchaos.plot._checks import check_dataset, check_name
+from gearchaos.plot._dossier import dossier
+from gearchaos.plot._level import level
+from gearchaos.plot._lyapunov import lyapunov
+from gearchaos.plot._portrait import portrait
+from gearchaos.plot._zones import zones
+
+MOTION = "motion"
+
+
+def result(ds: xr.Dataset, colour: str | None = None) -> Figure:
+    """Draw the result of any study.
+
+    A map of zones, a bifurcation diagram (or its exponents, without points), basins, attractors, the dossier of a
+    simulation with samples, or its portrait without.
+
+    Parameters
+    ----------
+    ds : Dataset
+        From any study, or from `gearchaos.load`.
+    colour : str, optional
+        What a map of zones is coloured by: "motion", or one of its variables, such as "v_rms" or "contact".
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    InputError
+        For a Dataset of no study, or a colour that it does not have.
+    """
+    check_dataset(ds)
+    kind = str(ds.attrs.get("study", ""))
+    if kind not in _PICTURES:
+        raise InputError("dataset", "must be the result of a study", kind or sorted(map(str, ds.variables)),
+                         f"It carries the name of its study in attrs['study']: {', '.join(_PICTURES)}.")
+    check_colour(ds, colour)
+    drawn = _PICTURES[kind](ds) if colour is None or colour == MOTION else level(ds, colour)
+    figure = drawn.get_figure(root=True)
+    assert figure is not None
+    return figure
+
+
+def check_colour(ds: xr.Dataset, colour: str | None) -> None:
+    """Raise unless a result can be coloured so."""
+    if colour is None:
+        return
+    if (kind := ds.attrs.get("study")) != "zones":
+        raise InputError("colour", "must be left out for a result that is no map of zones", colour, f"It is of {kind}.")
+    if colour != MOTION:
+        check_name(ds, "colour", colour, 2, also=(MOTION,))
+
+
+_PICTURES: dict[str, Callable[[xr.Dataset], Axes | Figure]] = {
+    "zones": zones,
+    "bifurcation": lambda ds: bifurcation(ds) if "point" in ds.dims else lyapunov(ds),
+    "basins": basins,
+    "attractors": attractors,
+    "simulate": lambda ds: dossier(ds) if "tau" in ds.dims else portrait(ds),
+}
