@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import logging
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from bokeh.events import DoubleTap, PointEvent, PressUp, RangesUpdate, Tap
 
 from gearchaos.app import words
+from gearchaos.app.bounds import SORRY, number
 from gearchaos.app.bridge import Bridge
 from gearchaos.app.controls import Controls
 from gearchaos.app.figures.basin import BasinFigure
@@ -22,10 +24,14 @@ from gearchaos.app.figures.style import plain
 from gearchaos.app.forms import words_for
 from gearchaos.app.maps import Map
 from gearchaos.app.state import View
+from gearchaos.errors import InputError
 from gearchaos.plot._axes import symbol
 
 if TYPE_CHECKING:
     from gearchaos.app.session import Session
+    from gearchaos.gearpair import GearPair
+
+log = logging.getLogger(__name__)
 
 _REST = 250
 """Milliseconds that the view of the map must rest before it is computed."""
@@ -46,11 +52,11 @@ class Board:
 
     def __init__(self, session: Session, has_pair: bool) -> None:
         self._session = session
-        self.bridge = Bridge({
+        self.bridge = Bridge({name: partial(self._do, action) for name, action in {
             "step": self._step, "choose": self._choose, "save": self._save, "basins": lambda _: session.ask_basin(),
-            "set": lambda value: self.controls.set(value), "press": lambda name: self.controls.press(name),
-        })
-        self.controls = Controls(session.change, self.bridge, has_pair)
+            "set": self._set, "press": self._press,
+        }.items()})
+        self.controls = Controls(session.change, session.ask_basin, self.bridge, has_pair)
         put = self.bridge.put
         self.map, self.line, self.basin = MapFigure(put), BifurcationFigure(put), BasinFigure(put)
         self.history, self.phase = HistoryFigure(put), PhaseFigure(put)
@@ -63,11 +69,23 @@ class Board:
 
     def _listen(self) -> None:
         session = self._session
-        self.map.figure.on_event(RangesUpdate, self._moved)
+        self.map.figure.on_event(RangesUpdate, partial(self._do, self._moved))
         for click in _CLICKS:
-            self.map.figure.on_event(click, lambda event: session.point_at(event.x, event.y))
-            self.line.figure.on_event(click, self._along)
-            self.basin.figure.on_event(click, self._from)
+            for figure, action in (
+                (self.map, lambda event: session.point_at(event.x, event.y)), (self.line, self._along),
+                (self.basin, self._from),
+            ):
+                figure.figure.on_event(click, partial(self._do, action))
+
+    def _do(self, action: Callable[[Any], None], what: Any) -> None:
+        """Do what a page asks for, which may be anything; whatever goes wrong there is told."""
+        try:
+            action(what)
+        except InputError as error:
+            self.tell(str(error))
+        except Exception:
+            log.exception("a page could not be answered")
+            self.tell(SORRY)
 
     def roots(self) -> dict[str, Any]:
         """Every root of the template by name."""
@@ -81,7 +99,8 @@ class Board:
 
     def _moved(self, event: RangesUpdate) -> None:
         """The map was panned or zoomed: wait until it rests."""
-        ends = (event.x0, event.x1), (event.y0, event.y1)
+        numbers = [number("end", end) for end in (event.x0, event.x1, event.y0, event.y1)]
+        ends = (numbers[0], numbers[1]), (numbers[2], numbers[3])
         if self._same(ends):
             return
         document = self.map.figure.document
@@ -107,6 +126,14 @@ class Board:
         if isinstance(value, list) and len(value) == 2 and all(n in (-10, -1, 0, 1, 10) for n in value):
             self._session.step(*map(int, value))
 
+    def _set(self, value: Any) -> None:
+        """A field or a list."""
+        self.controls.set(value)
+
+    def _press(self, name: Any) -> None:
+        """A button."""
+        self.controls.press(name)
+
     def _choose(self, value: Any) -> None:
         """One of the motions on offer, by its number."""
         if isinstance(value, int) and 0 <= value < len(self._choices):
@@ -114,7 +141,7 @@ class Board:
 
     def _save(self, value: Any) -> None:
         """A file of the map or the motion."""
-        if value in FILES:
+        if isinstance(value, str) and value in FILES:
             self._session.ask_export(*value.split("-"))
 
     def _along(self, event: PointEvent) -> None:
@@ -139,10 +166,11 @@ class Board:
         """The point on the map."""
         self.map.mark(view.at)
 
-    def show_map(self, found: Map, colour: str) -> None:
+    def show_map(self, found: Map, colour: str, pair: GearPair | None) -> None:
         """Draw the map and its legend."""
-        self.map.show(found, colour)
-        how_far = f'<span data-stride="{found.stride}" data-share="{found.share:.4f}"></span>'
+        self.map.show(found, colour, pair)
+        how_far = (
+            f'<span data-colour="{colour}" data-stride="{found.stride}" data-share="{found.share:.4f}"></span>')
         self.bridge.write("legend", self.map.legend + how_far)
 
     def show_busy(self, panels: Sequence[str], compiling: bool) -> None:

@@ -30,6 +30,9 @@ PORTRAIT = 4000
 """Most stroboscopic points of a portrait, in mesh periods."""
 
 HARMONICS = 8
+SORRY = "something went wrong here; the server's log says what"
+"""What a visitor is told of an error of ours."""
+
 QUERY = 4000
 """Most characters of an address."""
 
@@ -75,24 +78,25 @@ def span(name: str) -> Span:
 
 def bounded(name: str, value: object) -> float:
     """The value as a float, if it is a number in what the explorer takes for this name."""
-    number = _number(name, value)
+    found = number(name, value)
     _, _, least, most = span(name)
-    if not least <= number <= most:
-        raise InputError(name, f"must lie in [{least:g}, {most:g}] in the explorer", number)
+    if not least <= found <= most:
+        raise InputError(name, f"must lie in [{least:g}, {most:g}] in the explorer", found)
     match = _STEM.fullmatch(name)
     if match and match[1] in ("eps", "theta", "c", "alpha") and match[2] and int(match[2]) > HARMONICS:
         raise InputError(name, f"must be a harmonic of order at most {HARMONICS} in the explorer", int(match[2]))
-    return number
+    return found
 
 
-def _number(name: str, value: object) -> float:
+def number(name: str, value: object) -> float:
+    """The value as a finite float; ``name`` is what to call it if it is none."""
     try:
-        number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+        found = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
         raise InputError(name, "must be a number", str(value)[:40]) from None
-    if not math.isfinite(number):
-        raise InputError(name, "must be a finite number", number)
-    return number
+    if not math.isfinite(found):
+        raise InputError(name, "must be a finite number", found)
+    return found
 
 
 def neat(value: float, width: float) -> float:

@@ -98,7 +98,7 @@ class Bridge:
         self.file.data = {"content": [f"data:{media};base64,{base64.b64encode(content).decode()}"], "name": [name]}
         self.file.data = {"content": [""], "name": [""]}  # so that the document does not keep it
 
-    def _on_heard(self, _: str, __: Any, data: dict[str, list[Any]]) -> None:
-        action = self._actions.get(str(data["what"][0]))
-        if action is not None:
-            action(data["value"][0])
+    def _on_heard(self, _: str, __: Any, data: dict[str, Any]) -> None:
+        what, value = (data.get(name) for name in ("what", "value"))
+        if isinstance(what, list) and isinstance(value, list) and what and value and str(what[0]) in self._actions:
+            self._actions[str(what[0])](value[0])

@@ -10,10 +10,10 @@ from gearchaos.app.bounds import HARMONICS, span
 from gearchaos.app.bridge import Bridge
 from gearchaos.app.figures.style import plain
 from gearchaos.app.forms import button, choice, field, heading, words_for
-from gearchaos.app.presets import presets
+from gearchaos.app.presets import preset_of, presets
 from gearchaos.app.state import COLOURS, LINES, STIFFNESSES, View, axis_names, stiffness_name
 from gearchaos.axis import Axis
-from gearchaos.model import COORDINATES, KINDS, PAIRS
+from gearchaos.model import COORDINATES, KINDS, PAIRS, MeshModel
 from gearchaos.plot._axes import symbol
 
 _GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -23,6 +23,12 @@ _GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("Wheels and bearings", ("J", "J1", "J2", "beta", "beta1", "beta2")),
     ("Supports", ("mu", "mu1", "mu2", "kappa", "kappa1", "kappa2", "zeta_support", "zeta_support1", "zeta_support2")),
 )
+_SHOWN = ".8g"
+"""How a field shows a number, so that it can be read whole; the address has all its digits."""
+
+_WHEELS = ("J", "beta", "mu", "kappa", "zeta_support")
+"""The pairs that belong to the wheels and their supports."""
+
 _ALWAYS_HARMONIC = ("eps", "theta", "c", "alpha")
 _KINDS = {
     "single": "single: relative motion (2.17)", "torsional": "torsional: rigid supports",
@@ -40,14 +46,19 @@ class Controls:
     ----------
     change : callable
         Called with what a visitor wants, a `Wanted`.
+    ask_basin : callable
+        Has the basins of the point computed.
     bridge : Bridge
         To the page.
     has_pair : bool
         Whether there are physical units to change to.
     """
 
-    def __init__(self, change: Callable[[Wanted], None], bridge: Bridge, has_pair: bool) -> None:
+    def __init__(
+        self, change: Callable[[Wanted], None], ask_basin: Callable[[], None], bridge: Bridge, has_pair: bool
+    ) -> None:
         self._change, self._bridge, self._has_pair, self._alike = change, bridge, has_pair, True
+        self._ask_basin, self._preset = ask_basin, ""
         self._view: View
         self._layout: Any = None
 
@@ -59,20 +70,34 @@ class Controls:
             return
         name, chosen = value
         if name in _CHOICES:
-            self._change(lambda view: _CHOICES[name](view, str(chosen)))
+            self._choose(name, str(chosen))
         elif name in self._values():
             exact = float(f"{chosen:.10g}") if isinstance(chosen, float) else chosen
             self._change(lambda view: view.with_value(name, exact))
 
+    def _choose(self, name: str, chosen: str) -> None:
+        preset = presets().get(chosen) if name == "preset" else None
+        if preset is not None:
+            self._preset = chosen
+        self._change(lambda view: _CHOICES[name](view, chosen))
+        if preset is not None and preset.basins:
+            self._ask_basin()
+
     def press(self, name: Any) -> None:
         """A button was pressed."""
         if name == "alike":
-            self._alike = not self._alike
-            self.show(self._view)
+            self._press_alike()
         elif name == "units" and self._has_pair:
             self._change(lambda view: replace(view, physical=not view.physical))
         elif name in ("more-eps", "more-c"):
             self._one_more(name.removeprefix("more-"))
+
+    def _press_alike(self) -> None:
+        """Part the two wheels, or have the second take on what the first has."""
+        self._alike = not (self._alike and are_alike(self._view.model))
+        self.show(self._view)
+        if self._alike and not are_alike(self._view.model):
+            self._change(made_alike)
 
     def _one_more(self, stem: str) -> None:
         number = 1 + sum(n.startswith(stem) and n[len(stem):].isdigit() for n in self._view.model.parameters())
@@ -84,21 +109,23 @@ class Controls:
     def show(self, view: View) -> None:
         """Show a view."""
         self._view, bridge = view, self._bridge
-        layout = view.model.kind, tuple(view.base.parameters()), view.x.name, view.y.name, self._alike
+        self._preset, alike = preset_of(view, self._preset), self._alike and are_alike(view.base)
+        single = {pair for pair in PAIRS if alike and _equal(view.base, pair)}
+        layout = view.model.kind, tuple(view.base.parameters()), view.x.name, view.y.name, single
         if layout != self._layout:
             self._layout = layout
-            bridge.write("parameters", self._parameters(view))
+            bridge.write("parameters", self._parameters(view, single))
             bridge.write("axes", _axes(view))
             bridge.write("line-choose", choice(
                 "line", "Diagram along the", [(k, f"{v} line") for k, v in LINES.items()]))
         bridge.show({
-            **{name: f"{value:.10g}" for name, value in self._values().items()},
-            "preset": "", "kind": view.model.kind, "stiffness": stiffness_name(view.model), "x": view.x.name,
-            "y": view.y.name, "colour": view.colour, "line": view.line, "alike": self._alike, "units": view.physical,
+            **{name: f"{value:{_SHOWN}}" for name, value in self._values().items()},
+            "preset": self._preset, "kind": view.model.kind, "stiffness": stiffness_name(view.model), "x": view.x.name,
+            "y": view.y.name, "colour": view.colour, "line": view.line, "alike": alike, "units": view.physical,
         })
 
-    def _parameters(self, view: View) -> str:
-        """The fields that this model has."""
+    def _parameters(self, view: View, single: Iterable[str]) -> str:
+        """The fields that this model has, one for each pair in ``single``."""
         parts = [
             choice("preset", "Preset", [("", "choose a figure of the paper …"), *(
                 (key, p.name) for key, p in presets().items())]),
@@ -108,7 +135,7 @@ class Controls:
         ]
         values = self._values()
         for title, stems in _GROUPS:
-            names = [n for stem in stems for n in _names(stem, values, self._alike)]
+            names = [n for stem in stems for n in _names(stem, values, single)]
             parts += [heading(title), *map(field, names)] if names else []
             parts += {
                 "Transmission error": [button("more-eps", "one more error harmonic")],
@@ -138,7 +165,7 @@ def _axes(view: View) -> str:
 
 
 def _preset(view: View, key: str) -> View:
-    return replace(presets()[key].view, physical=view.physical) if key in presets() else view
+    return presets()[key].view if key in presets() else view
 
 
 def _other_axis(view: View, name: str, which: str) -> View:
@@ -161,13 +188,29 @@ _CHOICES: dict[str, Callable[[View, str], View]] = {
 """What can be chosen from a list; a view that cannot be is refused by the view itself."""
 
 
-def _names(stem: str, values: Iterable[str], alike: bool) -> list[str]:
-    """The fields of a stem: the pair or its two members, or all harmonics there are."""
+def _names(stem: str, values: Iterable[str], single: Iterable[str]) -> list[str]:
+    """The fields of a stem: a pair in ``single`` or else its two members, or all harmonics there are."""
     if stem in _ALWAYS_HARMONIC:
         return [n for n in values if n[: len(stem)] == stem and n[len(stem):].isdigit()]
-    if stem not in values:
+    if stem not in values or (stem in PAIRS and stem not in single):
         return []
-    member = any(stem in singles for singles in PAIRS.values())
-    if (stem in PAIRS and not alike) or (member and alike):
-        return []
-    return [stem]
+    return [] if any(stem in PAIRS[pair] for pair in single) else [stem]
+
+
+def _equal(model: MeshModel, pair: str) -> bool:
+    """Whether both values of a pair are the same, if the model has them."""
+    values = model.parameters()
+    return len({values.get(name) for name in PAIRS[pair]}) == 1
+
+
+def are_alike(model: MeshModel) -> bool:
+    """Whether both wheels have the same values."""
+    return all(_equal(model, pair) for pair in _WHEELS)
+
+
+def made_alike(view: View) -> View:
+    """With the values of the first wheel for both."""
+    for pair in _WHEELS:
+        if not _equal(view.base, pair):
+            view = view.with_value(pair, view.base.parameters()[PAIRS[pair][0]])
+    return view

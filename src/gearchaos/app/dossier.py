@@ -5,14 +5,19 @@ from __future__ import annotations
 from collections.abc import Generator
 from dataclasses import dataclass, replace
 
+import numpy as np
 import xarray as xr
 
 from gearchaos.app.bounds import PORTRAIT
+from gearchaos.app.units import in_units
+from gearchaos.gearpair import GearPair
 from gearchaos.model import COORDINATES, MeshModel
+from gearchaos.studies.dataset import variable
 from gearchaos.studies.regime import PATIENT, Regime, regime
 from gearchaos.studies.simulate import simulate
 from gearchaos.studies.steady import steady
 
+_PLANE = ("z", "z_dot")
 QUICK = replace(PATIENT, exponent=1000, extensions=0, patience=0, measured=200)
 """As long transients as `gearchaos.regime` has, so that a stable orbit found in them is its verdict too; what is open
 then is only glanced at."""
@@ -47,6 +52,15 @@ class Dossier:
             return self
         alike = (before.model, before.verdict.label) == (self.model, self.verdict.label)
         return replace(self, motion=before.motion) if alike else self
+
+    def points(self, pair: GearPair | None) -> tuple[xr.Variable, xr.Variable]:
+        """Displacement and velocity of the stroboscopic points, in the units of the pair if there is one."""
+        section = self.verdict.section if self.portrait is None else {
+            n: self.portrait[f"section_{n}"].values for n in _PLANE}
+        names = [f"section_{n}" for n in _PLANE]
+        points = {name: np.asarray(section[n]) for n, name in zip(_PLANE, names, strict=True)}
+        found = in_units({name: variable(name, ("period",), values) for name, values in points.items()}, pair)
+        return found[names[0]], found[names[1]]
 
 
 def dossier(model: MeshModel) -> Generator[Dossier]:

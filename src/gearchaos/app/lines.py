@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -55,13 +54,12 @@ def basins(view: View) -> Generator[xr.Dataset]:
     model = view.base
     for share in (4, 1):
         x, y = basin_axes(model, (BASIN[0] // share, BASIN[1] // share))
-        yield from _in_parts(basins_plan(_bare(model, x, y), x, y, budget=_BUDGET), share == 1)
+        yield from _in_parts(basins_plan(_on(model, x, y), x, y, budget=_BUDGET), share == 1)
 
 
-def _bare(model: MeshModel, x: Axis, y: Axis) -> MeshModel:
-    """The model without the initial values that the plane sets."""
-    kept = {n: v for n, v in model.initial.items() if n[0] == x.name[0] and n not in (x.name, y.name)}
-    return replace(model, initial=kept)
+def _on(model: MeshModel, *plane: Axis) -> MeshModel:
+    """The model started in the plane, from the other initial values that it has."""
+    return model.with_values({axis.name: axis.start for axis in plane})
 
 
 def attractors(view: View) -> Generator[xr.Dataset]:

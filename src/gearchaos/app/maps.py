@@ -50,7 +50,9 @@ class Map:
     dataset : xarray.Dataset
         As from `zones`; ``label`` is 0 where nothing is computed yet.
     source : (rows, columns) of int
-        The cell whose colour each cell shows, its own once it is computed.
+        The cell whose motion each cell shows, its own once it is computed; -1 where there is none to show yet.
+    measured : (rows, columns) of int
+        The same of the cell whose levels it shows: chaos has none before it is judged.
     wild : (cells,) of bool
         Cells that were chaotic so far, and are not judged yet.
     stride : int
@@ -61,6 +63,7 @@ class Map:
 
     dataset: xr.Dataset
     source: np.ndarray
+    measured: np.ndarray
     wild: np.ndarray
     stride: int
     share: float
@@ -70,9 +73,15 @@ class Map:
         label = self.dataset["label"]
         return label.copy(data=np.where(self.wild.reshape(label.shape), label.dtype.type(Label.CHAOTIC), label))
 
-    def values(self, name: str) -> np.ndarray:
-        """A variable (rows, columns), every cell with the value it shows."""
-        return self.dataset[name].values.ravel()[self.source]
+    def shown(self, values: np.ndarray, nothing: float) -> np.ndarray:
+        """Motions of all cells as the cells show them, ``nothing`` where there is nothing to show yet."""
+        return np.where(self.source >= 0, values.ravel()[self.source], np.asarray(nothing, values.dtype))
+
+    def level(self, name: str) -> xr.Variable:
+        """A level (rows, columns) as the cells show it; NaN where there is nothing to show yet."""
+        level = self.dataset[name].variable
+        values = np.where(self.measured >= 0, level.values.ravel()[self.measured], np.nan)
+        return level.copy(data=values)
 
 
 def sharpened(view: View) -> Generator[Map]:
@@ -159,7 +168,7 @@ class _Grid:
         self.shape = (rows, columns)
         self.number = np.arange(rows * columns, dtype=np.int32).reshape(self.shape)
         self.taken, self.known, self.wild = (np.zeros(self.shape, dtype=bool) for _ in range(3))
-        self.source = np.zeros(self.shape, dtype=np.int32)
+        self.source, self.measured = (np.full(self.shape, -1, dtype=np.int32) for _ in range(2))
         self.found: dict[str, np.ndarray] = {}
 
     def fresh(self, stride: int) -> np.ndarray:
@@ -180,7 +189,7 @@ class _Grid:
     def suppose(self, cells: np.ndarray, stride: int) -> None:
         """Have some cells of a lattice show as chaotic, which they were so far."""
         self.wild.flat[cells] = True
-        self.show(cells, stride)
+        self._show(cells, stride, self.source)
 
     def open(self) -> np.ndarray:
         """Numbers of the cells that a quick look left open."""
@@ -192,13 +201,18 @@ class _Grid:
 
     def show(self, cells: np.ndarray, stride: int) -> None:
         """Have some cells of a lattice show in all cells nearest to them."""
+        for target in (self.source, self.measured):
+            self._show(cells, stride, target)
+
+    def _show(self, cells: np.ndarray, stride: int, target: np.ndarray) -> None:
         row, column = np.divmod(cells, self.shape[1])
         for down in range(-(stride // 2), max(1, stride)):
             for right in range(-(stride // 2), max(1, stride)):
-                self._paint(cells, row, column, down, right, stride)
+                self._paint(target, cells, row, column, down, right, stride)
 
     def _paint(
-        self, cells: np.ndarray, row: np.ndarray, column: np.ndarray, down: int, right: int, stride: int
+        self, target: np.ndarray, cells: np.ndarray, row: np.ndarray, column: np.ndarray, down: int, right: int,
+        stride: int,
     ) -> None:
         """The cells so many rows and columns on; past half a stride only beyond the last row and column."""
         half = max(1, (stride + 1) // 2)
@@ -206,12 +220,13 @@ class _Grid:
         inside = (r >= 0) & (c >= 0) & (r < self.shape[0]) & (c < self.shape[1])
         inside &= (down < half) | (row + stride >= self.shape[0])
         inside &= (right < half) | (column + stride >= self.shape[1])
-        self.source[r[inside], c[inside]] = cells[inside]
+        target[r[inside], c[inside]] = cells[inside]
 
     def map(self, whole: Plan, stride: int) -> Map:
         """What is known so far; arrays are copied, so that it stays what it is."""
         found, share = {n: v.copy() for n, v in self.found.items()}, float((self.known | self.wild).mean())
-        return Map(whole.finish(found), self.source.copy(), self.wild.ravel().copy(), stride, share)
+        sources = self.source.copy(), self.measured.copy()
+        return Map(whole.finish(found), *sources, self.wild.ravel().copy(), stride, share)
 
 
 def _many(view: View) -> Generator[Map]:
@@ -225,5 +240,5 @@ def _many(view: View) -> Generator[Map]:
             if grid.known[row].all():
                 continue
             grid.put(whole.compute(grid.number[row]), grid.number[row])
-            grid.source[row : row + stride] = grid.number[row]
+            grid.source[row : row + stride] = grid.measured[row : row + stride] = grid.number[row]
             yield grid.map(whole, stride)

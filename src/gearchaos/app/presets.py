@@ -8,16 +8,17 @@ from functools import cache
 from gearchaos.app.bounds import CELLS
 from gearchaos.app.state import View, standard
 from gearchaos.axis import Axis
-from gearchaos.model import MeshModel, state_names
+from gearchaos.model import MeshModel, expand, state_names
 from gearchaos.paper.settings import Figure, Study, all_figures
 
 
 @dataclass(frozen=True)
 class Preset:
-    """One part of a figure of the paper: its name and what the page shows of it."""
+    """One part of a figure of the paper: its name, what the page shows of it, and whether its basins belong to it."""
 
     name: str
     view: View
+    basins: bool = False
 
 
 @cache
@@ -30,8 +31,25 @@ def presets() -> dict[str, Preset]:
             out[str(number)] = Preset(f"Figure {number}: {figure.title}", standard(MeshModel()))
         for name, study in studies.items():
             key = f"{number}{name if len(studies) > 1 else ''}"
-            out[key] = Preset(f"Figure {key}: {_title(figure, study, len(studies))}", _view(study))
+            title = f"Figure {key}: {_title(figure, study, len(studies))}"
+            out[key] = Preset(title, _view(study), study.kind == "basins")
     return out
+
+
+def preset_of(view: View, before: str = "") -> str:
+    """The key of the preset on show, or "": the one before as long as its plane is kept, else the one of this point."""
+    alike = [key for key, preset in presets().items() if _plane(preset.view) == _plane(view)]
+    if before in alike:
+        return before
+    return next((key for key in alike if presets()[key].view.at == view.at), "")
+
+
+def _plane(view: View) -> tuple[object, ...]:
+    """The parameters scanned, whatever part of the plane is in view, and the values of all others."""
+    model, names = view.model, (view.x.name, view.y.name)
+    scanned = expand(dict.fromkeys(names), model)
+    kept = {n: v for n, v in (model.parameters() | dict(model.initial)).items() if n not in scanned}
+    return model.kind, names, kept
 
 
 @cache

@@ -48,12 +48,6 @@ def check_port(host: str, port: int) -> int:
                          f"{error.strerror}. Choose another one, or 0 for any.") from None
 
 
-def origins(host: str, port: int) -> list[str]:
-    """Where a page may come from that opens a connection."""
-    names = {"127.0.0.1", "localhost"} if host in LOCAL else {host}
-    return sorted(f"{f'[{n}]' if ':' in n else n}:{port}" for n in names)
-
-
 def address(host: str, port: int) -> str:
     """Where the page is."""
     return f"http://{f'[{host}]' if ':' in host else host}:{port}/"
@@ -72,23 +66,35 @@ def server(view: View, pair: GearPair | None = None, *, host: str = LOCAL[0], po
         Where to listen; see `check_port`.
     """
     from bokeh.application import Application
-    from bokeh.server.server import Server
 
+    from gearchaos.app.guard import MESSAGE, Tornado
     from gearchaos.app.handler import Handler
 
     sys.setswitchinterval(_SWITCH)
     workers = Worker("points", Elsewhere()), Worker("maps", Elsewhere(polite=True))
     _warm(view, *workers)
     try:
-        return Server(
-            {"/": Application(Handler(_page(view, pair, workers), workers))}, port=port, address=host,
-            allow_websocket_origin=origins(host, port), check_unused_sessions_milliseconds=1000,
-            unused_session_lifetime_milliseconds=_CHECK,
-        )
+        return _listening(Tornado(
+            {"/": Application(Handler(_page(view, pair, workers), workers))}, host,
+            check_unused_sessions_milliseconds=1000, unused_session_lifetime_milliseconds=_CHECK,
+        ), host, port, MESSAGE)
     except BaseException:
         for worker in workers:
             worker.stop()
         raise
+
+
+def _listening(application: Any, host: str, port: int, most: int) -> Any:
+    """A server of an application; a request's body has at most so many bytes."""
+    from bokeh.server.server import BaseServer
+    from bokeh.server.util import bind_sockets
+    from tornado.httpserver import HTTPServer
+    from tornado.ioloop import IOLoop
+
+    sockets, _ = bind_sockets(host, port)
+    http = HTTPServer(application, max_body_size=most)
+    http.add_sockets(sockets)
+    return BaseServer(IOLoop.current(), application, http)
 
 
 def _warm(view: View, quick: Worker, slow: Worker) -> None:

@@ -9,7 +9,6 @@ from functools import partial
 from itertools import count
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from gearchaos.app import export, lines, words
@@ -25,7 +24,6 @@ from gearchaos.axis import Axis
 from gearchaos.errors import InputError
 from gearchaos.gearpair import GearPair, physical
 from gearchaos.plot._axes import symbol
-from gearchaos.studies.dataset import variable
 
 _SETTLE = 0.05
 """Seconds after the last change of a slider before slow work begins."""
@@ -36,7 +34,6 @@ _COARSE = 4
 _FOLLOW = 120
 """Milliseconds after which the rest of the page follows the point."""
 
-_PLANE = ("z", "z_dot")
 _numbers = count(1)
 log = logging.getLogger(__name__)
 
@@ -66,7 +63,7 @@ class Session:
         self._motion_key: Any = None
         self._portrait_key: Any = None
         self._following: Any = None
-        self._first = self._line_waits = False
+        self._first = self._line_waits = self._basin_waits = False
         self.board = Board(self, pair is not None)
         self._show_view()
 
@@ -113,7 +110,8 @@ class Session:
         if not self._alive:
             return
         self._show_view()
-        if before.colour != view.colour and before.plane == view.plane and self._map is not None:
+        anew = (before.colour, before.physical) != (view.colour, view.physical)
+        if anew and before.plane == view.plane and self._map is not None:
             self._draw_map(self._map)
         if before.physical != view.physical and self._dossier is not None:
             self._draw_dossier(self._dossier)
@@ -121,6 +119,11 @@ class Session:
             self._ask_line()
         if before.base != view.base:
             self._leave_point()
+        self._ask_waiting_basin()
+
+    def _ask_waiting_basin(self) -> None:
+        if self._basin_waits:
+            self.ask_basin()
 
     def point_at(self, x: float, y: float) -> None:
         """Move the point."""
@@ -144,8 +147,10 @@ class Session:
         self.change(lambda view: replace(view, start=values))
 
     def ask_basin(self) -> None:
-        """Compute the basins of the point."""
-        self._ask(self._slow, "basins", partial(lines.basins, self.view), self._draw_basin)
+        """Compute the basins of the point, once the page has come to it."""
+        self._basin_waits = self._first or self._following is not None
+        if not self._basin_waits:
+            self._ask(self._slow, "basins", partial(lines.basins, self.view), self._draw_basin)
 
     def ask_export(self, kind: str, suffix: str) -> None:
         """Make a file of what is on show."""
@@ -169,7 +174,7 @@ class Session:
         view = self.view
         self.board.controls.show(view)
         self.board.place(view)
-        self.board.bridge.say(view.query(), export.as_python(view), export.as_toml(view))
+        self.board.bridge.say(view.query(), export.as_python(view, self._pair), export.as_toml(view, self.pair))
 
     def _ask_dossier(self) -> None:
         self._quick.drop(self.name, "chaos")
@@ -241,7 +246,7 @@ class Session:
         self._map = found
         if self.view.colour not in found.dataset and self.view.colour != "motion":
             return
-        self.board.show_map(found, self.view.colour)
+        self.board.show_map(found, self.view.colour, self._pair)
         if found.stride <= COARSE[-1]:
             self._go_on()
         if found.share == 1:
@@ -253,6 +258,7 @@ class Session:
             self._first = False
             self._ask_line()
             self._leave_point()
+            self._ask_waiting_basin()
 
     def _finish_line(self) -> None:
         """Ask for the finer diagram that waits for the map."""
@@ -270,7 +276,7 @@ class Session:
 
     def _draw_dossier(self, found: Dossier) -> None:
         self._dossier = found
-        pair = self.pair if self.view.physical else None
+        pair = self._pair
         where = ", ".join(
             f"{plain(symbol(a.name))} = {v:g}" for a, v in zip((self.view.x, self.view.y), self.view.at, strict=True))
         self._draw_portrait(found, pair)
@@ -286,13 +292,7 @@ class Session:
         if not found.verdict.section or key == self._portrait_key:
             return
         self._portrait_key = key
-        values = found.verdict.section if found.portrait is None else {
-            n: found.portrait[f"section_{n}"].values for n in _PLANE}
-        points = {n: variable(f"section_{n}", ("period",), np.asarray(values[n])) for n in _PLANE}
-        if pair is not None:
-            shown = physical(xr.Dataset({f"section_{n}": v for n, v in points.items()}), pair)
-            points = {n: shown[f"section_{n}"].variable for n in _PLANE}
-        x, y = (points[n] for n in _PLANE)
+        x, y = found.points(pair)
         self.board.portrait.show(x.values, y.values, (label(x, "z"), label(y, "z_dot")))
 
     def _draw_motion(self, motion: xr.Dataset, pair: GearPair | None) -> None:
@@ -301,8 +301,8 @@ class Session:
             return
         self._motion_key = key
         tau, period = times(motion)
-        self.board.spectrum.show(motion)
         shown = motion if pair is None else physical(motion, pair)
+        self.board.spectrum.show(motion, shown["z_dot"])
         self.board.history.show(shown, tau, period)
         self.board.phase.show(shown, 1.0 if pair is None else pair.scales.length * 1e6)
 
@@ -326,7 +326,12 @@ class Session:
         }[kind]
         if found is None:
             return None
-        return physical(found, self.pair) if self.pair is not None and self.view.physical else found
+        return found if self._pair is None else physical(found, self._pair)
+
+    @property
+    def _pair(self) -> GearPair | None:
+        """The pair in whose units results are on show, if they are."""
+        return self.pair if self.view.physical else None
 
 
 def _stage(found: Dossier) -> str:

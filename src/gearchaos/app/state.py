@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from urllib.parse import parse_qsl, urlencode
 
-from gearchaos.app.bounds import CELLS, HARMONICS, QUERY, bounded, neat, span
+from gearchaos.app.bounds import CELLS, HARMONICS, QUERY, bounded, neat, number, span
 from gearchaos.axis import Axis
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.model import (
@@ -115,13 +115,13 @@ class View:
 
     def with_value(self, name: str, value: object) -> View:
         """A parameter or initial value set by name; one that the map scans moves the point."""
-        number = bounded(name, value)
+        found = bounded(name, value)
         for i, axis in enumerate((self.x, self.y)):
             if expand({name: 0.0}, self.model).keys() == expand({axis.name: 0.0}, self.model).keys():
-                return replace(self, at=(number, self.at[1]) if i == 0 else (self.at[0], number), start=())
+                return replace(self, at=(found, self.at[1]) if i == 0 else (self.at[0], found), start=())
             if expand({name: 0.0}, self.model).keys() & expand({axis.name: 0.0}, self.model).keys():
-                raise InputError(name, f"must be left to the axis {axis.name}", number, "Choose another axis first.")
-        return replace(self, model=self.model.with_values({name: number}), start=())
+                raise InputError(name, f"must be left to the axis {axis.name}", found, "Choose another axis first.")
+        return replace(self, model=self.model.with_values({name: found}), start=())
 
     def with_kind(self, kind: str) -> View:
         """The same pair seen by another kind of model; the axes go back to what that kind has."""
@@ -224,7 +224,7 @@ def stiffness_name(model: MeshModel) -> str:
 def _within(axis: Axis, value: float) -> float:
     """The nearest value that the explorer takes, rounded to what a pixel tells apart."""
     _, _, least, most = span(axis.name)
-    return neat(min(max(value, least), most), axis.stop - axis.start)
+    return neat(min(max(number(axis.name, value), least), most), axis.stop - axis.start)
 
 
 def _known(field: str, value: str, names: Iterable[str]) -> None:

@@ -11,7 +11,8 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.app.dossier import Dossier
-from gearchaos.gearpair import GearPair, physical
+from gearchaos.app.units import in_units, unit_words
+from gearchaos.gearpair import GearPair
 from gearchaos.plot._basins import attractor_colours, attractor_names
 from gearchaos.plot._classes import MOTION_CLASSES
 from gearchaos.studies.dataset import variable
@@ -25,7 +26,6 @@ _CONTACT = {
     "permanent": "the teeth never part", "one-sided": "the teeth part, the back flank is not reached",
     "two-sided": "the teeth hit both flanks", "none": "no contact at all",
 }
-_PARTS = {"omega", "omega0", "delta", "1", "c0"}
 
 
 def colour(label: str) -> str:
@@ -45,7 +45,7 @@ def verdict_html(found: Dossier, where: str, stage: str, pair: GearPair | None) 
         f'<div class="verdict" data-label="{v.label}" data-stage="{stage}" data-final="{int(found.final)}">'
         f'<div class="label" style="border-color:{colour(v.label)}"><b>{html.escape(v.label)}</b>'
         f"<span>{html.escape(where)}</span></div>"
-        f"<p>{html.escape(v.reason)}</p>{soon}<table>{rows}</table></div>"
+        f"<p>{html.escape(v.reason)}</p>{soon}<table>{rows}</table>{_opinion(v)}</div>"
     )
 
 
@@ -62,23 +62,26 @@ def _rows(v: Regime, pair: GearPair | None) -> list[tuple[str, str]]:
         low, high = v.lyapunov_ci[0]
         rows.append(("largest Lyapunov exponent", f"{v.lyapunov[0]:+.3g} ({low:+.3g} to {high:+.3g})"))
     rows.append(("mesh periods computed", f"{v.periods_spent:,}"))
-    if v.spectral_label:
-        rows.append(("second opinion (spectrum)", v.spectral_label))
     return rows
+
+
+def _opinion(v: Regime) -> str:
+    """What the spectrum alone would say, and why it decides nothing."""
+    if not v.spectral_label:
+        return ""
+    ground = "the orbit itself and its multipliers" if v.multipliers else "the Lyapunov exponents"
+    says = "say the same" if v.spectral_label == v.label else f"would say {v.spectral_label}"
+    return (
+        f'<p class="opinion">Second opinion: the lines of the spectrum of 512 stroboscopic points, looked at alone, '
+        f"{html.escape(says)}. That is cruder; the verdict rests on {ground}.</p>")
 
 
 def _levels(v: Regime, pair: GearPair | None) -> list[tuple[str, str]]:
     """The levels that exist, in the units of the pair if there is one."""
     known = {n: x for n, _ in _LEVELS if (x := getattr(v, n)) is not None}
-    if pair is None:
-        return [(title, f"{known[n]:.5g}") for n, title in _LEVELS if n in known]
-    levels = physical(xr.Dataset({n: variable(n, (), np.array(x)) for n, x in known.items()}), pair)
-    return [(title, f"{float(levels[n]):.5g}{_unit(levels[n])}") for n, title in _LEVELS if n in known]
-
-
-def _unit(array: xr.DataArray) -> str:
-    unit = array.attrs["units"]
-    return "" if set(unit.split("*")) <= _PARTS else f" {unit}"
+    levels = in_units({n: variable(n, (), np.array(x)) for n, x in known.items()}, pair)
+    words = {n: f"{float(level):.5g}\N{NO-BREAK SPACE}{unit_words(level)}".strip() for n, level in levels.items()}
+    return [(title, words[n]) for n, title in _LEVELS if n in known]
 
 
 def attractor_choices(found: xr.Dataset) -> list[dict[str, Any]]:

@@ -15,11 +15,10 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
 from typing import Any
 
+from gearchaos.app.bounds import SORRY
 from gearchaos.app.elsewhere import Elsewhere, Steps, Work
 from gearchaos.errors import InputError
 from gearchaos.flow.stop import StoppedError
-
-_SORRY = "something went wrong here; the server's log says what"
 
 log = logging.getLogger(__name__)
 
@@ -164,7 +163,7 @@ class Worker:
             if self._over:
                 return
             log.exception("a request could not be answered")
-            message, over = _SORRY, True
+            message, over = SORRY, True
         if not self._current(owner, panel, job):
             self._leave(job)
         elif over:

@@ -13,12 +13,12 @@ _POINTS = 96
 
 
 class PhaseFigure:
-    """Velocity over displacement, the boundaries z = ±1 and the stroboscopic points."""
+    """Velocity over displacement, the ends of the backlash and the stroboscopic points."""
 
     def __init__(self, put: Put) -> None:
         self._put = put
         ranges = {"x_range": DataRange1d(), "y_range": DataRange1d()}
-        self.figure = bare("Phase (dashed: z = ±1)", **ranges)
+        self.figure = bare("Phase (dashed: backlash)", **ranges)
         self.line = ColumnDataSource({"x": [], "y": []})
         self.points = ColumnDataSource({"x": [], "y": []})
         self.ends = [Span(dimension="height", location=z, line_color=BOUNDARY, line_dash="dashed") for z in (-1, 1)]

@@ -67,14 +67,16 @@ def plain(text: str) -> str:
     head, low, index = sign.partition("_")
     index = index.strip("{}") if low else ""
     subscript = index.replace("{", "").replace("}", "")
-    shown = subscript.translate(_SUBSCRIPTS) if subscript.strip("′").isdigit() else f"_{subscript}" if low else ""
+    digits = subscript.strip("′").replace(",", "").isdigit()
+    shown = subscript.translate(_SUBSCRIPTS) if digits else f"_{subscript}" if low else ""
     return f"{before}{head}{shown}{after}"
 
 
-def legend(entries: list[tuple[str, str]]) -> str:
+def legend(entries: list[tuple[str, str]], title: str = "") -> str:
     """Squares of colour with names, as HTML; they wrap."""
+    words = [f"<span>{html.escape(title)}</span>"] if title else []
     squares = (
         f'<span class="entry"><i style="background:{html.escape(colour)}"></i>{html.escape(name)}</span>'
         for colour, name in entries
     )
-    return f'<div class="legend">{"".join(squares)}</div>'
+    return f'<div class="legend">{"".join([*words, *squares])}</div>'

@@ -93,6 +93,13 @@ file.properties.data.change.connect(() => {
   if (file.data.content[0]) save(file.data.content[0], file.data.name[0])
 })
 
+let fading
+function note(text) {
+  const place = document.getElementById("note")
+  place.textContent = text
+  clearTimeout(fading)
+  fading = setTimeout(() => { place.textContent = "" }, 2500)
+}
 async function copy(button) {
   const text = said.data[button.dataset.copy][0]
   try {
@@ -105,12 +112,20 @@ async function copy(button) {
     document.execCommand("copy")
     area.remove()
   }
-  const before = button.textContent
-  button.textContent = "copied"
-  setTimeout(() => { button.textContent = before }, 1200)
+  note(`copied: ${text.split("\n").length} lines of ${button.textContent.split(" ").pop()}`)
 }
 for (const button of document.querySelectorAll("[data-copy]"))
   button.addEventListener("click", () => copy(button))
+
+// The menu closes once something is chosen, or where something else is pressed; on a phone parameters are folded away.
+const menu = document.getElementById("export")
+document.addEventListener("click", ({target}) => {
+  if (!target.closest("#export summary")) menu.open = false
+})
+document.addEventListener("keydown", ({key}) => {
+  if (key === "Escape") menu.open = false
+})
+if (matchMedia("(max-width: 760px)").matches) document.getElementById("controls").open = false
 
 const steps = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]}
 let number = 0
