@@ -13,12 +13,10 @@ import typer
 
 from gearchaos.cli.errors import Commands, say, tell_of_compiling
 from gearchaos.cli.output import (
-    DATA_SUFFIXES,
     PLOT_SUFFIXES,
     attractor_list,
     check_output,
     draw,
-    draw_dossier,
     print_json,
     save,
     section,
@@ -26,11 +24,12 @@ from gearchaos.cli.output import (
     summary,
 )
 from gearchaos.errors import InputError
+from gearchaos.files import DATA_SUFFIXES
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearchaos.studies import Axis, Regime
+    from gearchaos.studies import Axis
     from gearchaos.studyfile import Settings, Study
 
 app = typer.Typer(
@@ -150,7 +149,7 @@ def simulate(
         length["samples"] = None
     from gearchaos.studies import simulate as run
 
-    dataset = _in_units(run(loaded.model, **length), loaded, physical)
+    dataset = in_units(run(loaded.model, **length, progress=True), loaded, physical)
     save(dataset, out)
     if json_out:
         print_json({**section(dataset), **({"units": section_units(dataset)} if physical else {})})
@@ -175,34 +174,6 @@ def _length(
 
 
 @app.command()
-def regime(study: StudyPath = None, sets: Sets = None, plot: Plot = None, json_out: Json = False) -> None:
-    """Say what the mesh does at one operating point, with the evidence."""
-    check_output("--plot", plot, PLOT_SUFFIXES)
-    loaded = load(study, sets)
-    from gearchaos.studies import regime as run
-
-    verdict = run(loaded.model, **_options_of(loaded, "regime"))
-    if json_out:
-        print_json(verdict.to_dict())
-    else:
-        from gearchaos.cli.pages import print_regime
-
-        print_regime(verdict, loaded)
-    if plot:
-        _draw_steady(loaded, verdict, plot)
-
-
-def _draw_steady(loaded: Study, verdict: Regime, path: Path) -> None:
-    """The picture of the motion behind a verdict, if it stays bounded."""
-    if not verdict.section:
-        say(f"no picture: the motion {verdict.label}")
-        return
-    from gearchaos.studies import steady
-
-    draw_dossier(steady(loaded.model, verdict), f"{verdict.label}: {verdict.reason}", path)
-
-
-@app.command()
 def attractors(
     study: StudyPath = None,
     sets: Sets = None,
@@ -222,11 +193,11 @@ def attractors(
     """Find all motions of one operating point, with the shares of the starts that lead to them."""
     check_output("--out", out, DATA_SUFFIXES)
     loaded = load(study, sets)
+    from gearchaos.axis import parse_axis
     from gearchaos.studies import attractors as run
-    from gearchaos.studyfile import parse_axis
 
     path = parse_axis(sweep, "--sweep") if sweep else None
-    options = _options_of(loaded, "attractors", starts=starts, seed=seed, sweep=path, kicks=kicks)
+    options = options_of(loaded, "attractors", starts=starts, seed=seed, sweep=path, kicks=kicks)
     found = run(loaded.model, **options, progress=True)
     save(found, out)
     if json_out:
@@ -256,9 +227,7 @@ def bifurcation(
     """Scan one parameter: stroboscopic points, verdicts and exponents."""
     target = _Target(out, plot, json_out, physical)
     loaded, axes = _map_inputs("bifurcation", study, sets, axis, target)
-    options = _options_of(loaded, "bifurcation", points=points, mode=mode)
-    if plot and options.get("points") == 0:
-        raise InputError("--points", "must be at least 1 for a picture", 0)
+    options = options_of(loaded, "bifurcation", points=points, mode=mode)
     from gearchaos.studies import bifurcation as run
 
     _finish("bifurcation", run(loaded.model, *axes, progress=True, **options), axes, loaded, target)
@@ -283,7 +252,7 @@ def zones(
     loaded, axes = _map_inputs("zones", study, sets, axis, target)
     from gearchaos.studies import zones as run
 
-    options = _options_of(loaded, "zones", starts=starts, refine=refine)
+    options = options_of(loaded, "zones", starts=starts, refine=refine)
     _finish("zones", run(loaded.model, *axes, **options, progress=True), axes, loaded, target)
 
 
@@ -302,7 +271,7 @@ def basins(
     loaded, axes = _map_inputs("basins", study, sets, axis, target)
     from gearchaos.studies import basins as run
 
-    _finish("basins", run(loaded.model, *axes, **_options_of(loaded, "basins"), progress=True), axes, loaded, target)
+    _finish("basins", run(loaded.model, *axes, **options_of(loaded, "basins"), progress=True), axes, loaded, target)
 
 
 @dataclass(frozen=True)
@@ -325,7 +294,7 @@ def _map_inputs(
     return loaded, _axes(kind, loaded.settings_for(kind).axes, axis or [])
 
 
-def _options_of(loaded: Study, kind: str, **given: Any) -> dict[str, Any]:
+def options_of(loaded: Study, kind: str, **given: Any) -> dict[str, Any]:
     """Arguments of a study by name: the command line first, then the study file; what neither says is left out."""
     said = {n: v for n, v in given.items() if v is not None}
     budget = {}
@@ -338,7 +307,8 @@ def _options_of(loaded: Study, kind: str, **given: Any) -> dict[str, Any]:
 
 def _axes(kind: str, from_file: tuple[Axis, ...], texts: list[str]) -> tuple[Axis, ...]:
     """The axes of the command line; fewer than needed replace those of the study file by name."""
-    from gearchaos.studyfile import AXIS_KEYS, parse_axis
+    from gearchaos.axis import parse_axis
+    from gearchaos.studyfile import AXIS_KEYS
 
     given = tuple(parse_axis(text, "--axis") for text in texts)
     needed, by_name = len(AXIS_KEYS[kind]), {a.name: a for a in given}
@@ -354,6 +324,7 @@ def _axes(kind: str, from_file: tuple[Axis, ...], texts: list[str]) -> tuple[Axi
 
 
 def load(study: Path | None, sets: list[str] | None, physical: bool = False) -> Study:
+    """The study of a file with the values set over it, checked; say so if kernels have to be compiled."""
     from gearchaos.studyfile import load_study, parse_set
 
     loaded = load_study(study, parse_set(sets or []))
@@ -364,7 +335,8 @@ def load(study: Path | None, sets: list[str] | None, physical: bool = False) -> 
     return loaded
 
 
-def _in_units(dataset: xr.Dataset, loaded: Study, physical: bool) -> xr.Dataset:
+def in_units(dataset: xr.Dataset, loaded: Study, physical: bool) -> xr.Dataset:
+    """A result in the units of the pair, if it is to be in physical ones."""
     if not physical or loaded.pair is None:
         return dataset
     from gearchaos.gearpair import physical as scaled
@@ -374,9 +346,9 @@ def _in_units(dataset: xr.Dataset, loaded: Study, physical: bool) -> xr.Dataset:
 
 def _finish(kind: str, dataset: xr.Dataset, axes: tuple[Axis, ...], loaded: Study, target: _Target) -> None:
     """Write the files, then say what is in them."""
-    dataset = _in_units(dataset, loaded, target.physical)
+    dataset = in_units(dataset, loaded, target.physical)
     save(dataset, target.out)
-    draw(kind, dataset, target.plot)
+    draw(dataset, target.plot)
     if target.json_out:
         files = {"out": str(target.out), "plot": None if target.plot is None else str(target.plot)}
         scanned = [{"name": a.name, "start": a.start, "stop": a.stop, "count": a.count} for a in axes]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import typer
@@ -17,19 +19,36 @@ BAD_INPUT, INTERRUPTED = 2, 130
 class Commands(TyperGroup):
     """The group of all commands, with their errors in words."""
 
+    def make_context(self, *arguments: Any, **options: Any) -> Any:
+        with _in_words():  # --version and --help write while arguments are read
+            _check_stdout()
+            return super().make_context(*arguments, **options)
+
     def invoke(self, ctx: Any) -> Any:
-        try:
+        with _in_words():
             return super().invoke(ctx)
-        except InputError as error:
-            _fail(f"error: {error}", BAD_INPUT)
-        except MemoryError:
-            _fail("error: not enough memory. Ask for fewer cells, points or periods.", BAD_INPUT)
-        except OSError as error:
-            if error.errno == errno.EPIPE:  # the reader of a pipe has gone: typer ends quietly
-                raise
-            _fail(f"error: {error}", BAD_INPUT)
-        except KeyboardInterrupt:
-            _fail("interrupted", INTERRUPTED)
+
+
+def _check_stdout() -> None:
+    """Raise `InputError` if results would be lost, or go to the first file that is opened in place of stdout."""
+    if sys.stdout is None:
+        raise InputError("stdout", "must be open", "closed", "Send it to a file, or to /dev/null.")
+
+
+@contextmanager
+def _in_words() -> Iterator[None]:
+    try:
+        yield
+    except InputError as error:
+        _fail(f"error: {error}", BAD_INPUT)
+    except MemoryError:
+        _fail("error: not enough memory. Ask for fewer cells, points or periods.", BAD_INPUT)
+    except OSError as error:
+        if error.errno == errno.EPIPE:  # the reader of a pipe has gone: typer ends quietly
+            raise
+        _fail(f"error: {error}", BAD_INPUT)
+    except KeyboardInterrupt:
+        _fail("interrupted", INTERRUPTED)
 
 
 def _fail(message: str, code: int) -> None:
@@ -38,8 +57,9 @@ def _fail(message: str, code: int) -> None:
 
 
 def say(message: str) -> None:
-    """Print a message for people; stdout is for results."""
-    print(message, file=sys.stderr, flush=True)
+    """Print a message for people, unless stderr is closed; stdout is for results."""
+    if sys.stderr is not None:  # else print would take stdout
+        print(message, file=sys.stderr, flush=True)
 
 
 def tell_of_compiling() -> None:

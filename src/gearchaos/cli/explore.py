@@ -46,7 +46,7 @@ def _view(loaded: Study, texts: list[str], nothing_said: bool) -> View:
     """What the page begins with: the axes of the command line, else of the study file, else the paper's figure 2."""
     from gearchaos.app.presets import presets
     from gearchaos.app.state import first_view
-    from gearchaos.studyfile import parse_axis
+    from gearchaos.axis import parse_axis
 
     given = [parse_axis(text, "--axis") for text in texts]
     if len(given) not in (0, 2):

@@ -7,18 +7,16 @@ import json
 import math
 import os
 import tempfile
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.cli.errors import say
 from gearchaos.errors import InputError
-from gearchaos.files import write_bytes
+from gearchaos.files import check_target, write_bytes
 
 if TYPE_CHECKING:
     import xarray as xr
 
-DATA_SUFFIXES = (".nc", ".nc4", ".netcdf", ".h5", ".hdf5")
 PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 
 
@@ -28,10 +26,7 @@ def check_output(option: str, path: Path | None, suffixes: tuple[str, ...]) -> N
         return
     if path.suffix and path.suffix.lower() not in suffixes:
         raise InputError(option, f"must end in {', '.join(suffixes)}", str(path))
-    if path.is_dir():
-        raise InputError(option, "must be a file", str(path), "It is a folder.")
-    if not path.parent.is_dir():
-        raise InputError(option, "must lie in an existing folder", str(path), "Create the folder first.")
+    check_target(option, path)
     if not _writable(path):
         raise InputError(option, "must be writable", str(path), "Choose a folder you may write in.")
 
@@ -53,8 +48,8 @@ def save(dataset: xr.Dataset, path: Path | None) -> None:
         say(f"wrote {path}")
 
 
-def draw(kind: str, dataset: xr.Dataset, path: Path | None, note: str = "") -> None:
-    """Write the picture of a study, whole or not at all, if there is a path; with a note in its lower right corner."""
+def draw(dataset: xr.Dataset, path: Path | None, *, colour: str | None = None, note: str = "") -> None:
+    """Write the picture of a result, whole or not at all, if there is a path; with a note in its lower right corner."""
     if path is None:
         return
     import matplotlib
@@ -62,23 +57,10 @@ def draw(kind: str, dataset: xr.Dataset, path: Path | None, note: str = "") -> N
     matplotlib.use("Agg")
     from gearchaos import plot
 
-    name = ("z",) if kind in ("bifurcation", "portrait") and "section_x1" not in dataset else ()
-    figure = getattr(plot, kind)(dataset, *name).figure
+    figure = plot.result(dataset, colour)
     if note:
         figure.text(1, 0, note, ha="right", va="top", color="0.35", fontsize="small")
     _write_picture(figure, path)
-
-
-def check_drawable(kind: str, options: Mapping[str, Any]) -> None:
-    """Raise if there is no picture that fits a study."""
-    if kind == "attractors" or (kind == "bifurcation" and options["points"] == 0):
-        raise InputError("store", "must hold a map, a diagram with points or a simulation", kind, "Export it instead.")
-
-
-def draw_any(dataset: xr.Dataset, path: Path, note: str) -> None:
-    """Write the picture that fits a Dataset, whole or not at all."""
-    kind = str(dataset.attrs["study"])
-    draw({"simulate": "portrait"}.get(kind, kind), dataset, path, note)
 
 
 def draw_dossier(dataset: xr.Dataset, title: str, path: Path) -> None:
@@ -92,8 +74,11 @@ def draw_dossier(dataset: xr.Dataset, title: str, path: Path) -> None:
 
 
 def _write_picture(figure: Any, path: Path) -> None:
+    import matplotlib.pyplot as plt
+
     picture = io.BytesIO()
     figure.savefig(picture, format=path.suffix.lstrip(".").lower() or "png", dpi=150, bbox_inches="tight")
+    plt.close(figure)
     write_bytes(path, picture.getvalue())
     say(f"wrote {path}")
 

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from gearchaos.cli.output import attractor_list, section, section_units
+from gearchaos.scaling import Scales, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,7 +26,8 @@ _LEVELS = (
     ("z_peak_to_peak", "peak to peak of z"),
     ("contact", "contact"),
     ("contact_fraction", "share of the time in contact"),
-    ("dynamic_factor", "dynamic factor"),
+    ("mesh_force_peak", "peak mesh force"),
+    ("dynamic_factor", "dynamic factor, peak over static force"),
     ("residual", "residual of the orbit"),
     ("trace_error", "exponents' sum against the trace"),
     ("periods_spent", "mesh periods computed"),
@@ -62,18 +64,27 @@ def print_run(found: dict[str, Any]) -> None:
     _print(table)
 
 
-def print_regime(verdict: Regime, loaded: Study) -> None:
+def print_regime(verdict: Regime, loaded: Study, physical: bool) -> None:
     """The verdict at one operating point, with its evidence."""
-    values = verdict.to_dict()
+    values, scales = verdict.to_dict(), None if loaded.pair is None else loaded.pair.scales
     table = Table(show_header=False)
     table.add_row("motion", f"{verdict.label}: {verdict.reason}")
-    table.add_row("Lyapunov exponents", _exponents(values["lyapunov"], values["lyapunov_ci"]))
+    if scales is not None:
+        table.add_row("mesh frequency", _measured("omega", loaded.model.omega, scales, physical))
+    table.add_row("Lyapunov exponents", _exponents(values, scales if physical else None))
     table.add_row("Floquet multipliers", "\n".join(f"{a:+.6f} {b:+.6f}i" for a, b in values["multipliers"]))
     for name, title in _LEVELS:
-        table.add_row(title, _shown(values[name]))
-    for title, text in _physical_levels(values, loaded):
-        table.add_row(title, text)
+        table.add_row(title, _measured(name, values[name], scales, physical))
     _print(table)
+
+
+def _measured(name: str, value: Any, scales: Scales | None, physical: bool) -> str:
+    """A value, with what it is in the units of a pair in brackets; or that alone."""
+    unit = None if scales is None or value is None else unit_of(name, scales)
+    if unit is None:
+        return _shown(value)
+    measured = f"{_shown(value * unit[0])} {unit[1]}"
+    return measured if physical else f"{_shown(value)} ({measured})"
 
 
 def print_attractors(dataset: xr.Dataset) -> None:
@@ -103,22 +114,13 @@ def _print(table: Table) -> None:
     Console(width=console.width if console.is_terminal else _FILE_WIDTH).print(table)
 
 
-def _exponents(values: list[float], intervals: list[list[float]]) -> str:
-    return "\n".join(f"{v:+.5f}  ({a:+.5f} to {b:+.5f})" for v, (a, b) in zip(values, intervals, strict=True))
-
-
-def _physical_levels(values: dict[str, Any], loaded: Study) -> list[tuple[str, str]]:
-    """The main levels in the units of the pair, if there is one."""
-    if loaded.pair is None:
-        return []
-    scales = loaded.pair.scales
-    levels = (
-        ("mesh frequency", loaded.model.omega, scales.frequency, "Hz"),
-        ("rms velocity V_RMS", values["v_rms"], scales.velocity * 1e3, "mm/s"),
-        ("rms of z", values["z_rms"], scales.length * 1e6, "µm"),
-        ("peak to peak of z", values["z_peak_to_peak"], scales.length * 1e6, "µm"),
-    )
-    return [(title, f"{_shown(v * scale)} {unit}") for title, v, scale, unit in levels if v is not None]
+def _exponents(values: dict[str, Any], scales: Scales | None) -> str:
+    """A line for each, with its interval; per unit of τ, or per second."""
+    factor, unit = (1.0, "") if scales is None else (scales.rate, " 1/s")
+    digits = 5 if scales is None else 1
+    rows = zip(values["lyapunov"], values["lyapunov_ci"], strict=True)
+    numbers = [[f"{factor * n:+.{digits}f}" for n in (v, *ends)] for v, ends in rows]
+    return "\n".join(f"{v}  ({low} to {high}){unit}" for v, low, high in numbers)
 
 
 def _shown(value: Any) -> str:

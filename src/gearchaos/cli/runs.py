@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,10 +12,13 @@ import typer
 
 from gearchaos.cli.commands import Json, Sets, StudyPath, app, load
 from gearchaos.cli.errors import say
-from gearchaos.cli.output import DATA_SUFFIXES, PLOT_SUFFIXES, check_drawable, check_output, draw_any, print_json, save
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save
 from gearchaos.errors import InputError
+from gearchaos.files import DATA_SUFFIXES
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from gearchaos.runs.engines import Engine
     from gearchaos.runs.resolved import Resolved
 
@@ -116,22 +121,48 @@ def info(store: StorePath, json_out: Json = False) -> None:
 
 @app.command()
 def plot(
-    store: StorePath,
+    result: Annotated[
+        Path, typer.Argument(metavar="FILE.nc|DIR.zarr", help="Saved data, or a store of a run.", readable=False)
+    ],
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Picture: .png, .pdf or .svg.")] = None,
+    colour: Annotated[
+        str | None, typer.Option(metavar="NAME", help="What a map is coloured by: motion, v_rms, contact, …")
+    ] = None,
 ) -> None:
-    """Draw what a store holds, also of a run that is not done."""
-    target = out or store.with_suffix(".png")
+    """Draw any saved result, or what a store holds, also of a run that is not done."""
+    target = out or _beside(result, colour)
     check_output("--out", target, PLOT_SUFFIXES)
+    dataset, note = _from_store(result) if result.is_dir() else (_from_file(result), "")
+    draw(dataset, target, colour=colour, note=note)
+
+
+def _from_file(path: Path) -> xr.Dataset:
+    from gearchaos.studies import load as read_file
+
+    return read_file(path)
+
+
+def _from_store(path: Path) -> tuple[xr.Dataset, str]:
+    """What a store holds, and how much of it is computed, if not all."""
     from gearchaos.runs.info import summary
     from gearchaos.runs.store import read
 
-    found = read(store)
-    check_drawable(found.study.kind, found.study.options)
+    found = read(path)
     state = summary(found)
     if state["tiles_done"] == 0:
-        raise InputError("store", "must hold at least one tile for a picture", str(store))
+        raise InputError("store", "must hold at least one tile for a picture", str(path))
     note = "" if found.finished else f"{state['tiles_done']} of {state['tiles']} tiles computed"
-    draw_any(found.dataset(), target, note)
+    return found.dataset(), note
+
+
+def _beside(result: Path, colour: str | None) -> Path:
+    """The picture of a result, beside it and of its name, even where that is given as "."; a colour is named too."""
+    whole = Path(os.path.normpath(result.absolute()))
+    if not whole.name:
+        raise InputError("result", "must be a saved file, or a folder that gearchaos run made", str(result))
+    named = whole if result.name != whole.name else result
+    suffix = f"_{re.sub(r'[^a-z0-9_]', '_', colour)}" if colour else ""
+    return named.with_name(f"{named.stem}{suffix}.png")
 
 
 @app.command()
