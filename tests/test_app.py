@@ -1,34 +1,22 @@
-"""The explorer without a browser: its state, its bounds, its worker, its maps, and what it hands out."""
+"""The explorer without a browser: its state, its bounds, its maps, and what it listens to."""
 
-import io
-import subprocess
-import sys
-import threading
-import time
-import tomllib
+import socket
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
-import psutil
 import pytest
-import xarray as xr
 
 import gearchaos as gc
-from gearchaos.app import bounds, export, lines, maps, state, words
+from gearchaos.app import bounds, lines, maps, state, words
 from gearchaos.app.dossier import dossier, followed
-from gearchaos.app.elsewhere import Elsewhere
 from gearchaos.app.figures.style import plain
 from gearchaos.app.presets import presets
-from gearchaos.app.serve import address, check_port, origins
+from gearchaos.app.serve import address, check_port
 from gearchaos.app.state import View, axis_names, first_view, from_query, standard, stiffness_name
-from gearchaos.app.worker import Job, Worker
 from gearchaos.errors import InputError
-from gearchaos.flow.stop import StoppedError
 from gearchaos.model import COORDINATES, KINDS
 from gearchaos.motion import Label
 from gearchaos.paper.settings import all_figures
-from gearchaos.studyfile import load_study
 
 START = presets()["2"].view
 
@@ -139,7 +127,7 @@ def test_a_view_beyond_the_bounds_of_the_explorer_is_refused():
 
 @pytest.mark.parametrize(("text", "shown"), [
     (r"frequency $\omega$", "frequency ω"), (r"$\varepsilon_{1}$", "ε₁"), ("$q_0$", "q₀"), (r"$\dot{z}$", "z′"),
-    (r"$\dot{x}_{1}$", "x₁′"), (r"$\zeta_{1,2}$", "ζ_1,2"), ("z", "z"),
+    (r"$\dot{x}_{1}$", "x₁′"), (r"$\zeta_{1,2}$", "ζ₁,₂"), ("z", "z"),
 ])
 def test_symbols_become_plain_text(text, shown):
     assert plain(text) == shown
@@ -181,13 +169,6 @@ def test_a_motion_that_diverges_has_a_dossier_too():
     assert found.verdict.label == "diverged" and found.final
 
 
-@pytest.fixture
-def small(monkeypatch):
-    """A view of few cells, all of them 1T."""
-    monkeypatch.setattr(state, "CELLS", (56, 40))
-    return replace(START, x=gc.Axis("omega", 0.9, 1.1, 56), y=gc.Axis("eps1", 0.0, 0.02, 40), at=(1.0, 0.01))
-
-
 def test_a_map_is_coarse_first_and_every_cell_is_in_the_end_that_of_zones(small):
     found = list(maps.sharpened(small))
     assert found[0].stride == maps.COARSE[0] and found[-1].share == 1.0
@@ -195,8 +176,8 @@ def test_a_map_is_coarse_first_and_every_cell_is_in_the_end_that_of_zones(small)
     assert shares == sorted(shares)
     whole = gc.zones(small.model, small.x, small.y)
     for name in ("label", "period"):
-        assert np.array_equal(found[-1].values(name), whole[name].values)
-    assert found[-1].values("v_rms") == pytest.approx(whole["v_rms"].values, rel=1e-9)
+        assert np.array_equal(found[-1].shown(found[-1].dataset[name].values, 0), whole[name].values)
+    assert found[-1].level("v_rms").values == pytest.approx(whole["v_rms"].values, rel=1e-9)
 
 
 def test_chaos_shows_before_it_is_outlasted_and_every_cell_is_judged_in_the_end(monkeypatch):
@@ -207,10 +188,11 @@ def test_chaos_shows_before_it_is_outlasted_and_every_cell_is_judged_in_the_end(
     waiting = max(found, key=lambda m: m.wild.sum())
     assert waiting.wild.sum() > 100 and np.any(waiting.dataset["label"].values.ravel()[waiting.wild] == 0)
     assert np.all(waiting.labels().values.ravel()[waiting.wild] == Label.CHAOTIC)
+    assert np.isfinite(waiting.level("v_rms").values).all()  # each shows that of the nearest cell that has one
     assert not found[-1].wild.any() and np.all(found[-1].dataset["label"] != 0)
     whole = gc.zones(view.model, view.x, view.y, budget=maps.STEADY)
     assert found[-1].dataset["label"].identical(whole["label"])
-    assert found[-1].values("v_rms") == pytest.approx(whole["v_rms"].values, rel=1e-8, nan_ok=True)
+    assert found[-1].level("v_rms").values == pytest.approx(whole["v_rms"].values, rel=1e-8, nan_ok=True)
 
 
 def test_every_cell_of_a_coarse_map_shows_the_nearest_one_computed():
@@ -227,13 +209,29 @@ def test_the_map_of_attractors_counts_them():
     view = replace(presets()["3c"].view, colour="attractors", x=gc.Axis("omega", 2.2, 2.4, 400),
                    y=gc.Axis("eps1", 0.04, 0.06, 300))
     first = next(iter(maps.sharpened(view)))
-    assert "attractors" in first.dataset and np.nanmax(first.values("attractors")) >= 2
+    assert "attractors" in first.dataset and np.nanmax(first.level("attractors").values) >= 2
+    rows = np.isfinite(first.level("attractors").values).any(axis=1)
+    assert rows.sum() == 4 and not rows[4:].any()  # rows that are not computed yet show nothing
 
 
 def test_a_diagram_is_coarse_first_and_lies_along_the_line():
     view = replace(START, line="y", x=gc.Axis("omega", 0.5, 1.5, 400), at=(1.0, 0.1))
     found = [d for d in lines.bifurcation(view, 4, 1) if d]
     assert [d.sizes["eps1"] for d in found] == [bounds.COLUMNS // 4, bounds.COLUMNS]
+
+
+@pytest.mark.parametrize(("kind", "given", "kept"), [
+    ("full", {"x1": 0.5, "y1": 0.3, "y2_dot": -0.2}, {"y1": 0.3, "y2_dot": -0.2}),
+    ("torsional", {"x2": 0.7, "x1_dot": 0.1}, {"x2": 0.7}), ("single", {"x1": 0.5}, {}), ("single", {"z": 0.5}, {}),
+])
+def test_basins_start_from_the_point_s_other_initial_values(monkeypatch, kind, given, kept):
+    asked = []
+    monkeypatch.setattr(lines, "basins_plan", lambda model, x, y, **_: asked.append((model, x, y)))
+    monkeypatch.setattr(lines, "_in_parts", lambda *_: iter(()))
+    view = standard(gc.MeshModel.of(kind=kind, omega=1.0, q0=0.1, eps1=0.1, **given))
+    assert list(lines.basins(view)) == [] and len(asked) == 2
+    for model, x, y in asked:
+        assert {n: v for n, v in model.initial.items() if n not in (x.name, y.name)} == kept
 
 
 def test_the_motions_of_a_point_come_with_a_start_that_leads_to_each():
@@ -243,245 +241,18 @@ def test_the_motions_of_a_point_come_with_a_start_that_leads_to_each():
         assert choice["name"].startswith(gc.regime(view.point).label)
 
 
-# --- worker --------------------------------------------------------------------------------------------------------
-
-
-class Recorder:
-    """A job that counts, and what was shown of it."""
-
-    def __init__(self, steps=3, gate=None, fails=None):
-        self.shown, self.taken, self.message = [], 0, "not ended"
-        self.over = threading.Event()
-        self._steps, self._gate, self._fails = steps, gate, fails
-
-    def work(self):
-        for i in range(self._steps):
-            if self._gate:
-                assert self._gate.wait(10)
-            if self._fails:
-                raise self._fails
-            self.taken += 1
-            yield i
-
-    def end(self, message):
-        self.message = message
-        self.over.set()
-
-    def job(self, delay=0.0):
-        return Job(self.work, self.shown.append, self.end, delay)
-
-
-def test_a_job_is_shown_step_by_step_and_ends():
-    worker, one = Worker("test"), Recorder()
-    worker.submit("a", "map", one.job())
-    assert one.over.wait(10) and one.shown == [0, 1, 2] and one.message is None
-
-
-def test_the_newest_request_of_a_panel_wins_and_the_older_is_left_between_steps():
-    worker, gate = Worker("test"), threading.Event()
-    old, new = Recorder(1000, gate), Recorder(2)
-    worker.submit("a", "map", old.job())
-    worker.submit("a", "map", new.job())
-    gate.set()
-    assert new.over.wait(10) and new.shown == [0, 1]
-    assert old.taken <= 1 and old.shown == [] and not old.over.is_set()
-
-
-def test_sessions_take_turns():
-    worker, gate, order = Worker("test"), threading.Event(), []
-    jobs = {}
-    for name in ("a", "b"):
-        jobs[name] = Recorder(4, gate)
-        job = jobs[name].job()
-        job.show = lambda _, name=name: order.append(name)
-        worker.submit(name, "map", job)
-    gate.set()
-    assert all(j.over.wait(10) for j in jobs.values())
-    assert max(len(run) for run in "".join(order).replace("ab", "-").split("-")) <= 1
-
-
-def test_a_page_that_was_closed_is_forgotten():
-    worker, gate = Worker("test"), threading.Event()
-    gone, other = Recorder(1000, gate), Recorder(1)
-    worker.submit("a", "map", gone.job())
-    worker.submit("b", "map", other.job())
-    worker.drop("a")
-    gate.set()
-    assert other.over.wait(10)
-    assert gone.taken <= 1 and gone.shown == []
-
-
-@pytest.mark.parametrize(("error", "message"), [
-    (InputError("omega", "must be greater than 0", -1), "omega must be greater than 0"),
-    (RuntimeError("secret"), "went wrong"),
-])
-def test_what_goes_wrong_becomes_a_message_and_the_worker_goes_on(error, message, caplog):
-    worker, bad, good = Worker("test"), Recorder(fails=error), Recorder(1)
-    worker.submit("a", "map", bad.job())
-    assert bad.over.wait(10) and message in bad.message and "secret" not in bad.message
-    worker.submit("a", "map", good.job())
-    assert good.over.wait(10) and good.message is None
-
-
-def test_what_is_left_is_closed_by_the_thread_that_ran_it_and_errors_there_do_not_end_it():
-    closed = []
-
-    def work():
-        try:
-            yield 1
-            yield 2
-        finally:
-            closed.append(threading.current_thread().name)
-            raise RuntimeError("on the way out")
-
-    worker, begun, last = Worker("test"), threading.Event(), Recorder(1)
-    worker.submit("a", "map", Job(work, lambda _: (begun.set(), worker.drop("a", "map")), lambda _: None))
-    assert begun.wait(10)
-    worker.submit("a", "map", last.job())
-    assert last.over.wait(10) and closed == ["test"]
-
-
-def test_a_page_that_fails_does_not_end_the_thread(caplog):
-    worker, good = Worker("test"), Recorder(1)
-    worker.submit("a", "map", Job(Recorder().work, lambda _: 1 / 0, lambda _: None))
-    worker.submit("b", "map", good.job())
-    assert good.over.wait(10)
-
-
-# --- a process of its own ------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def place():
-    place = Elsewhere(polite=True)
-    yield place
-    place.end()
-
-
-def test_another_process_finds_the_same(place):
-    model = gc.MeshModel.of(omega=1.0, eps1=0.05)
-    here, there = list(dossier(model)), list(place.run(partial(dossier, model)))
-    assert [d.verdict for d in here] == [d.verdict for d in there] and len(here) == len(there)
-    assert here[1].motion.identical(there[1].motion)
-
-
-def test_works_there_take_turns_and_the_one_closed_is_forgotten(place):
-    model = gc.MeshModel.of(omega=1.0, eps1=0.05)
-    first, second = place.run(partial(dossier, model)), place.run(partial(dossier, model))
-    assert next(first).motion is None and next(second).motion is None
-    first.close()
-    assert next(first, None) is None and next(second).motion is not None
-
-
-def test_a_step_under_way_there_is_left_at_once(place):
-    work = place.run(partial(maps.sharpened, START))
-    next(work)
-    threading.Timer(0.1, work.leave).start()
-    began = time.monotonic()
-    with pytest.raises(StoppedError):
-        for _ in work:
-            pass
-    assert time.monotonic() - began < 5  # all of it takes twenty seconds or more
-    work.close()
-
-
-def test_a_work_left_before_it_begins_does_nothing_there(place):
-    work = place.run(partial(maps.sharpened, START))
-    work.leave()
-    with pytest.raises(StoppedError):
-        next(work)
-
-
-def test_what_is_wrong_there_is_told_here(place):
-    with pytest.raises(InputError, match="omega"):
-        list(place.run(partial(gc.MeshModel.of, omega=-1.0)))
-
-
-def test_compiling_there_is_told_before_the_answer(place):
-    told = []
-    answers = "(f(2) for f in [__import__('numba').njit(lambda x: 2 * x)])"
-    assert list(place.run(partial(eval, answers), lambda: told.append(True))) == [4]
-    assert told
-    assert list(place.run(partial(iter, [4]), lambda: told.clear())) == [4] and told
-
-
-def test_the_page_says_that_kernels_are_compiled_first():
-    assert "once after an install" in words.busy_html(["motion"], True)
-    assert "once" not in words.busy_html(["motion"], False) and "ready" in words.busy_html([], True)
-
-
-def test_a_process_that_dies_costs_the_visitor_one_message(caplog):
-    place = Elsewhere()
-    worker, hurt, well = Worker("test", place), Recorder(), Recorder()
-    model = gc.MeshModel.of(omega=1.0, eps1=0.05)
-    worker.submit("a", "map", Job(partial(maps.sharpened, START), lambda _: place._process.kill(), hurt.end))
-    assert hurt.over.wait(60) and "went wrong" in hurt.message
-    worker.submit("a", "motion", Job(partial(dossier, model), well.shown.append, well.end))
-    assert well.over.wait(60) and well.message is None and well.shown[-1].verdict.label == "1T"
-    worker.stop()
-    place._process.wait(10)
-
-
-def test_a_process_ends_with_the_one_that_began_it(tmp_path):
-    code = "from gearchaos.app.elsewhere import Elsewhere; print(Elsewhere()._process.pid, flush=True); input()"
-    parent = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-    child = psutil.Process(int(parent.stdout.readline()))
-    parent.kill()
-    parent.wait()
-    for pipe in (parent.stdin, parent.stdout):
-        pipe.close()
-    gone, _ = psutil.wait_procs([child], timeout=20)
-    assert gone
-
-
-# --- what a visitor takes along ------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("key", ["2", "3c", "11"])
-def test_copied_python_builds_the_same_model(key):
-    view = presets()[key].view.with_value("zeta", 1 / 30)
-    head = export.as_python(view).split("verdict")[0]
-    names: dict = {}
-    exec(head, names)
-    assert names["model"] == view.point
-    compile(export.as_python(view), "copied", "exec")
-
-
-@pytest.mark.parametrize("stiffness", ["two-level", "harmonics"])
-def test_copied_toml_is_a_study_file_of_the_same_model(tmp_path, stiffness):
-    view = replace(presets()["3c"].view.with_stiffness(stiffness), start=(("z", 0.3), ("z_dot", -0.1)))
-    path = tmp_path / "study.toml"
-    path.write_text(export.as_toml(view), encoding="utf-8")
-    study = load_study(path)
-    assert study.model == view.point
-    assert study.settings_for("zones").axes == (view.x, view.y)
-    tomllib.loads(path.read_text(encoding="utf-8"))
-
-
-def test_pictures_and_data_of_a_map_half_done(small):
-    half = next(iter(maps.sharpened(small)))
-    for suffix, begins in (("png", b"\x89PNG"), ("svg", b"<?xml")):
-        content, _, name = next(export.exported("map", suffix, half.dataset, "motion", ""))
-        assert content.startswith(begins) and name == f"gearchaos-map.{suffix}"
-    content, _, _ = next(export.exported("map", "nc", half.dataset, "motion", ""))
-    again = xr.load_dataset(io.BytesIO(content), engine="h5netcdf")
-    assert again["label"].equals(half.dataset["label"]) and (again["label"] == 0).any()
-    assert again["label"].encoding["fletcher32"]
-
-
-def test_pictures_and_data_of_a_motion():
-    motion = list(dossier(START.point))[-1].motion
-    for suffix in ("png", "svg", "nc"):
-        content, media, _ = next(export.exported("motion", suffix, motion, "motion", "chaotic"))
-        assert len(content) > 10_000 and "/" in media
-
-
 # --- safety --------------------------------------------------------------------------------------------------------
 
 
-def test_only_pages_of_the_server_itself_may_connect():
-    assert origins("127.0.0.1", 5006) == ["127.0.0.1:5006", "localhost:5006"]
-    assert origins("10.0.0.1", 80) == ["10.0.0.1:80"]
+def test_only_names_of_the_server_itself_are_answered():
+    from gearchaos.app.guard import is_ours
+
+    assert all(is_ours(name, "127.0.0.1") for name in ("127.0.0.1:5006", "localhost", "LocalHost:80", "[::1]:5006"))
+    assert not any(is_ours(name, "127.0.0.1") for name in ("10.0.0.1", "evil.example", "", "[::1", "localhost.", "a b"))
+    for host in ("0.0.0.0", "10.0.0.1"):
+        assert all(is_ours(name, host) for name in ("10.0.0.1:80", "[fe80::1]:80", "localhost", socket.gethostname()))
+        assert not any(is_ours(name, host) for name in ("evil.example:80", "10.0.0.1.evil.example", "999.0.0.1"))
+    assert is_ours("gears.example:80", "gears.example")
     assert address("::1", 5006) == "http://[::1]:5006/"
 
 
@@ -492,8 +263,6 @@ def test_an_impossible_place_to_listen_is_refused(host, port):
 
 
 def test_a_port_in_use_is_refused():
-    import socket
-
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()

@@ -130,12 +130,18 @@ def test_simulate_writes_samples(tmp_path):
     assert gc.load(out).sizes["tau"] == 16
 
 
-def test_simulate_in_physical_units(tmp_path):
+@pytest.fixture
+def pair_file(tmp_path):
     path = tmp_path / "pair.toml"
     path.write_text(
         '[gearpair]\nn1 = 25\nn2 = 50\nR1 = "35 mm"\nR2 = "70 mm"\nI1 = 5e-4\nI2 = 8e-3\nc0 = "400 N/um"\n'
         'k = 530\nbacklash = "0.12 mm"\nM10 = "85 N*m"\nspeed = "14000 rpm"\n'
     )
+    return path
+
+
+def test_simulate_in_physical_units(pair_file):
+    path = pair_file
     plain = run_json("simulate", path, "--periods", 2)
     scaled = run_json("simulate", path, "--periods", 2, "--physical")
     assert scaled["units"]["z"] == "µm" and scaled["units"]["tau"] == "ms"
@@ -177,6 +183,136 @@ def test_regime_page():
     assert result.exit_code == 0
     for text in ("8T", "Lyapunov exponents", "Floquet multipliers", "dynamic factor"):
         assert text in result.stdout
+
+
+def test_regime_in_physical_units(pair_file):
+    from gearchaos.gearpair import GearPair
+    from gearchaos.studyfile import load_study
+
+    scales = load_study(pair_file).pair.scales
+    assert isinstance(load_study(pair_file).pair, GearPair)
+    plain, scaled = (run_json("regime", pair_file, *options) for options in ((), ("--physical",)))
+    assert plain.keys() | {"omega", "units"} == scaled.keys()
+    factors = {
+        "v_rms": scales.velocity * 1e3, "z_rms": 60, "z_peak_to_peak": 60, "z_dot_rms": scales.velocity * 1e3,
+        "z_dot_peak_to_peak": scales.velocity * 1e3, "mesh_force_peak": scales.force, "dynamic_factor": 1,
+        "contact_fraction": 1, "switches_per_period": 1, "trace_error": scales.rate,
+    }
+    for name, factor in factors.items():
+        assert scaled[name] == pytest.approx(factor * plain[name], rel=1e-12), name
+    assert scaled["lyapunov"] == pytest.approx([scales.rate * v for v in plain["lyapunov"]])
+    assert scaled["lyapunov_ci"][0] == pytest.approx([scales.rate * v for v in plain["lyapunov_ci"][0]])
+    assert scaled["section"]["x1"] == pytest.approx([60 * x for x in plain["section"]["x1"]])
+    assert scaled["omega"] == pytest.approx(25 * 14000 / 60)
+    assert {n: scaled["units"][n] for n in ("omega", "v_rms", "z_rms", "mesh_force_peak", "lyapunov")} == {
+        "omega": "Hz", "v_rms": "mm/s", "z_rms": "µm", "mesh_force_peak": "N", "lyapunov": "1/s",
+    }
+    assert scaled["units"]["section"]["x1_dot"] == "mm/s" and "label" not in scaled["units"]
+    assert scaled["multipliers"] == plain["multipliers"] and scaled["period"] == plain["period"]
+
+
+def test_regime_page_says_each_level_once_and_in_both_kinds_of_units(pair_file, tmp_path):
+    page = run("regime", pair_file).stdout
+    assert page.count("V_RMS") == 1 and re.search(r"V_RMS +│ [\d.e-]+ \([\d.]+ mm/s\)", page)
+    page = run("regime", pair_file, "--physical", "--plot", tmp_path / "p.png").stdout
+    assert page.count("V_RMS") == 1 and re.search(r"V_RMS +│ [\d.]+ mm/s", page)
+    assert re.search(r"peak mesh force +│ [\d.]+ N", page) and "5833.33 Hz" in page and "1/s" in page
+    assert (tmp_path / "p.png").stat().st_size > 10_000
+    assert "--physical needs a study file" in refused("regime", "--physical")
+
+
+def test_peak_mesh_force_is_the_dynamic_factor_times_the_static_one_and_is_there_without_load():
+    found = run_json("regime", "--set", "omega=1", "--set", "q0=0.1", "--set", "eps1=0.206")
+    assert found["mesh_force_peak"] == pytest.approx(0.1 * found["dynamic_factor"], rel=1e-14)  # static: q0
+    found = run_json("regime", "--set", "q0=0", "--set", "eps1=0.4", "--set", "omega=0.9", "--set", "x1=2")
+    assert found["dynamic_factor"] is None and found["mesh_force_peak"] > 0
+    import gearchaos as gc
+
+    model = gc.MeshModel.of(q0=0.1, omega=1.0, eps1=0.206)
+    motion = gc.steady(model, gc.regime(model))
+    peak = abs(motion.mesh_force).max().item()
+    assert run_json("regime", "--set", "eps1=0.206")["mesh_force_peak"] == pytest.approx(peak, rel=1e-2)
+
+
+# --- plot ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """A file of every kind of result."""
+    import gearchaos as gc
+
+    folder, single = tmp_path_factory.mktemp("saved"), gc.MeshModel.of(kind="single", omega=0.8, eps1=0.1)
+    results = {
+        "zones": gc.zones(gc.MeshModel(), "omega=0.9:1.1:3", "eps1=0:0.2:3", starts=2),
+        "bifurcation": gc.bifurcation(single, "eps1=0:0.2:3", points=8), "simulate": gc.simulate(single, 4, samples=8),
+        "exponents": gc.bifurcation(single, "eps1=0:0.2:3", points=0), "section": gc.simulate(single, 4),
+        "basins": gc.basins(single, "z=-2:2:3", "z_dot=-1:1:3"), "attractors": gc.attractors(single, 8),
+    }
+    for name, ds in results.items():
+        gc.save(ds, folder / f"{name}.nc")
+    return folder
+
+
+@pytest.mark.parametrize("name", ["zones", "bifurcation", "exponents", "simulate", "section", "basins", "attractors"])
+def test_plot_of_saved_data(saved, tmp_path, name):
+    import matplotlib.pyplot as plt
+
+    opened = plt.get_fignums()
+    shutil.copy(saved / f"{name}.nc", tmp_path)
+    result = run("plot", tmp_path / f"{name}.nc")
+    assert (result.exit_code, result.stdout, plt.get_fignums()) == (0, "", opened)
+    assert (tmp_path / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    assert sorted(p.name for p in tmp_path.iterdir()) == [f"{name}.nc", f"{name}.png"]
+
+
+def test_plot_of_a_map_in_any_colour(saved, tmp_path):
+    pictures = set()
+    for colour in ("motion", "contact", "dynamic_factor", "v_rms", "hysteresis", "attractors", "reason"):
+        out = tmp_path / f"{colour}.svg"
+        assert run("plot", saved / "zones.nc", "--colour", colour, "--out", out).exit_code == 0
+        pictures.add(out.read_bytes())
+    assert len(pictures) == 7
+    assert re.search("permanent|one-sided|two-sided", (tmp_path / "contact.svg").read_text())
+
+
+def test_plot_says_what_is_possible(saved, tmp_path):
+    text = refused("plot", saved / "zones.nc", "--colour", "contakt", "--out", tmp_path / "p.png")
+    assert "colour must be one of attractors, contact, contact_fraction" in text and "Did you mean 'contact'?" in text
+    assert "motion" in text
+    text = refused("plot", saved / "basins.nc", "--colour", "contact", "--out", tmp_path / "p.png")
+    assert "colour must be left out" in text and "It is of basins" in text
+    assert "--out must end in .png, .pdf, .svg" in refused("plot", saved / "zones.nc", "--out", tmp_path / "p.xyz")
+    assert "There is no such file" in refused("plot", tmp_path / "none.nc")
+    assert "must be a folder that gearchaos run made" in refused("plot", tmp_path)
+    (tmp_path / "words.nc").write_text("words")
+    assert "must be a NetCDF file" in refused("plot", tmp_path / "words.nc")
+    assert [p.name for p in tmp_path.iterdir()] == ["words.nc"]
+
+
+def test_plot_of_the_folder_one_is_in(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert "must be a folder that gearchaos run made" in refused("plot", ".")
+
+
+@pytest.mark.parametrize("kind", ["attractors", "simulate", "bifurcation", "zones", "basins"])
+def test_plot_of_a_store(tmp_path, kind):
+    settings = {
+        "attractors": "starts = 8", "simulate": "periods = 4\nsamples = 8",
+        "bifurcation": 'axis = "eps1=0:0.1:3"\npoints = 0',
+        "zones": 'x = "omega=0.9:1.1:2"\ny = "eps1=0:0.1:2"', "basins": 'x = "z=-2:2:3"\ny = "z_dot=-1:1:3"',
+    }
+    path = tmp_path / "study.toml"
+    path.write_text(f'[model]\nkind = "single"\n[study]\nkind = "{kind}"\n{settings[kind]}\n')
+    assert run("run", path, "--out", tmp_path / "s.zarr", "--threads", 1).exit_code == 0
+    assert run("plot", tmp_path / "s.zarr").exit_code == 0
+    plain = (tmp_path / "s.png").read_bytes()
+    assert plain.startswith(b"\x89PNG")
+    if kind == "zones":  # a colour has a picture of its own
+        assert run("plot", tmp_path / "s.zarr", "--colour", "v_rms").exit_code == 0
+        assert (tmp_path / "s_v_rms.png").read_bytes().startswith(b"\x89PNG")
+        assert (tmp_path / "s.png").read_bytes() == plain
+        refused("plot", tmp_path / "s.zarr", "--colour", "../v_rms")
 
 
 # --- maps ----------------------------------------------------------------------------------------------------------
@@ -311,7 +447,7 @@ BAD_AXES = [
     (("omega=0.9:1.1", "eps1=0:0.1:2"), "--axis must read name=start:stop:count; got 'omega=0.9:1.1'"),
     (("omga=0.9:1.1:2", "eps1=0:0.1:2"), "Did you mean 'omega'?"),
     (("kappa=0.5:1:2", "eps1=0:0.1:2"), "kappa1 must be a parameter of the torsional model"),
-    (("c1=0.1:0.2:2", "eps1=0:0.1:2"), "Did you mean 'chi1'?"),
+    (("c1=0.1:0.2:2", "eps1=0:0.1:2"), "c1 must be a parameter of a Fourier stiffness"),
 ]
 
 
@@ -320,6 +456,25 @@ def test_bad_axes(tmp_path, axes, message):
     arguments = [part for axis in axes for part in ("--axis", axis)]
     assert message in refused("zones", *arguments, "--out", tmp_path / "z.nc")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_fourier_stiffness_by_name(tmp_path):
+    """Where nothing is said of the stiffness; a file that says two-level keeps it."""
+    import gearchaos as gc
+
+    found = run_json("regime", "--set", "c1=0.2", "--set", "omega=0.6")
+    model = gc.MeshModel(omega=0.6, stiffness=gc.HarmonicStiffness((0.2,)))
+    assert found["v_rms"] == gc.regime(model).v_rms
+    out = tmp_path / "z.nc"
+    arguments = ("--axis", "c1=0.1:0.2:2", "--axis", "omega=0.5:0.6:2", "--out", out)
+    assert run("zones", "--set", "c1=0.1", *arguments).exit_code == 0
+    path = tmp_path / "study.toml"
+    path.write_text("[model]\nomega = 0.6\n")
+    assert run_json("regime", path, "--set", "c1=0.2")["v_rms"] == found["v_rms"]
+    path.write_text("[model.stiffness]\nchi1 = 0.2\n")
+    assert "kind = 'harmonics' in [model.stiffness]" in refused("regime", path, "--set", "c1=0.2")
+    assert "chi1 must be a parameter of a two-level" in refused("regime", "--set", "c1=0.2", "--set", "chi1=0.1")
+    assert "stiffness must be a TwoLevelStiffness" in refused("regime", "--set", "stiffness=0.2")
 
 
 def test_basins_need_initial_values(tmp_path):
@@ -447,9 +602,10 @@ def test_one_line_and_no_file(tmp_path, monkeypatch, error, code, message):
 def test_picture_that_fails_leaves_nothing_half_written(tmp_path, monkeypatch):
     plot = tmp_path / "z.png"
     plot.write_text("kept")
-    monkeypatch.setattr(Path, "write_bytes", raising(OSError(28, "No space left on device")))
+    write, full = Path.write_bytes, raising(OSError(28, "No space left on device"))
+    monkeypatch.setattr(Path, "write_bytes", lambda path, data: (full if data[:4] == b"\x89PNG" else write)(path, data))
     result = run(*MAP, "--out", tmp_path / "z.nc", "--plot", plot)
-    assert result.exit_code == 2 and "No space left" in result.stderr
+    assert result.exit_code == 2 and "No space left on device: '" in result.stderr
     assert plot.read_text() == "kept"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["z.nc", "z.png"]
 
@@ -489,3 +645,32 @@ def test_attractors_as_a_table_and_as_json(tmp_path):
     assert sum(a["fraction"] for a in found["attractors"]) == 1.0
     assert "3T" in run(*point, "--out", tmp_path / "found.nc").stdout
     assert (tmp_path / "found.nc").exists()
+
+
+def test_the_store_in_which_one_stands_is_drawn_beside_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = run("plot", ".")
+    assert result.exit_code == 2 and result.stderr.startswith("error: store must be a folder that gearchaos run made")
+    (tmp_path / "s.toml").write_text('[study]\nkind = "simulate"\nperiods = 3\n')
+    assert run("run", "s.toml", "--out", "m.zarr").exit_code == 0
+    monkeypatch.chdir(tmp_path / "m.zarr")
+    result = run("plot", ".")
+    assert (result.exit_code, (tmp_path / "m.png").is_file()) == (0, True)
+    assert run("plot", "/").exit_code == 2
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="closes a POSIX descriptor")
+@pytest.mark.parametrize(
+    "arguments", ["regime --json", "regime", "--version", "--help", f"{shlex.join(MAP)} --out z.nc"])
+def test_a_closed_stdout_is_refused_before_any_work(arguments, tmp_path):
+    done = subprocess.run(
+        ["sh", "-c", f"{shlex.join(COMMAND)} {arguments} >&-"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 2 and list(tmp_path.iterdir()) == []
+    assert done.stderr.splitlines() == ["error: stdout must be open; got 'closed'. Send it to a file, or to /dev/null."]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="closes a POSIX descriptor")
+def test_messages_do_not_go_to_stdout_where_stderr_is_closed():
+    done = subprocess.run(
+        ["sh", "-c", f"{shlex.join(COMMAND)} regime --set omega=-1 2>&-"], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (2, "")

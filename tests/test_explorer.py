@@ -1,161 +1,24 @@
 """The explorer as a visitor meets it: the real server, and Debian's chromium by Playwright."""
 
-import json
-import re
-import shutil
-import signal
 import subprocess
-import sys
 import tomllib
-from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
+from browser import COMMAND, MAP, NEEDED, SIZES, START, Visit, served
 from PIL import Image
 
 import gearchaos as gc
+from gearchaos.app.board import FILES
 from gearchaos.app.bounds import span
 from gearchaos.app.presets import presets
-from gearchaos.app.state import COLOURS, from_query
-from gearchaos.studies.warmup import warmup
+from gearchaos.app.state import COLOURS
+from gearchaos.studyfile import load_study
 
 sync_api = pytest.importorskip("playwright.sync_api")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-pytestmark = [
-    pytest.mark.skipif(CHROMIUM is None, reason="make test installs chromium"),
-    pytest.mark.xdist_group("browser"),
-]
-_MAIN = """
-import signal
-from gearchaos.cli import main
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits that it is ignored
-main()
-"""
-COMMAND = (sys.executable, "-c", _MAIN, "explore", "--no-open", "--port", "0")
-SIZES = {"laptop": (1366, 768), "desk": (1920, 1080), "phone": (390, 844)}
-MAP = "x=omega:0.2:3.0&y=eps1:0.0:0.3"
-START = presets()["2"].view
-WAIT = 20_000
+pytestmark = NEEDED
+PAIR = str(Path(__file__).parent.parent / "examples" / "physical_pair.toml")
 PLACE = "document.querySelector('main').offsetTop"
-
-
-@pytest.fixture(scope="module", autouse=True)
-def kernels():
-    """Those of the models that the pages show, else some page would wait for them."""
-    list(warmup((2, 4, 6)))
-
-
-@contextmanager
-def served(*arguments):
-    """The address of a server, and what it says on stderr."""
-    with subprocess.Popen((*COMMAND, *arguments), stderr=subprocess.PIPE, text=True) as process:
-        said = []
-        for line in process.stderr:
-            said.append(line)
-            if found := re.search(r"http://\S+", line):
-                break
-        assert said and found, said
-        try:
-            yield found[0], said
-        finally:
-            process.send_signal(signal.SIGINT)
-            try:
-                _, rest = process.communicate(timeout=60)
-            finally:
-                process.kill()
-            assert "Traceback" not in rest
-
-
-@pytest.fixture(scope="module")
-def server():
-    with served() as (url, _):
-        yield url
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield browser
-        browser.close()
-
-
-class Visit:
-    """A page, what went wrong on it, and what it asked for elsewhere."""
-
-    def __init__(self, chromium, url, size="laptop"):
-        width, height = SIZES[size]
-        self.context = chromium.new_context(viewport={"width": width, "height": height}, accept_downloads=True)
-        self.context.grant_permissions(["clipboard-read", "clipboard-write"])
-        self.page, self.errors, self.strangers = self.context.new_page(), [], []
-        self.page.set_default_timeout(WAIT)
-        self.page.on("pageerror", lambda e: self.errors.append(str(e)))
-        self.page.on("console", lambda m: self.errors.append(m.text) if m.type == "error" else None)
-        home = re.match(r"http://[^/]+", url)[0]
-        self.page.on("request", lambda r: self.strangers.append(r.url) if not _own(r.url, home) else None)
-        self.page.goto(url)
-        self.settled()
-
-    def settled(self):
-        """The final verdict of the point."""
-        return self.page.wait_for_selector(".verdict[data-final='1'][data-stage='complete']")
-
-    @property
-    def view(self):
-        """What the address bar says."""
-        return from_query(self.page.evaluate("location.search"), START)
-
-    def after(self, act):
-        """Act, and return the view that the address bar then shows."""
-        before = self.page.evaluate("location.search")
-        act()
-        self.page.wait_for_function("before => location.search !== before", arg=before)
-        return self.view
-
-    def label(self):
-        """The verdict on show, once it is that of the point in the address bar."""
-        model = self.view
-        words = ", ".join(f"= {v:g}" for v in model.at)
-        for part in words.split(", "):
-            self.page.wait_for_selector(f".verdict[data-final='1'] .label span:has-text('{part}')")
-        return self.settled().get_attribute("data-label")
-
-    def spot(self, across, up):
-        """A place on the screen by its shares of the map's frame."""
-        box = self.page.locator("#map-figure").bounding_box()
-        return (box["x"] + 70 + across * (box["width"] - 120), box["y"] + 10 + (1 - up) * (box["height"] - 65))
-
-    def type(self, name, text):
-        field = self.page.locator(f".field-{name} input[type=text]")
-        field.fill(text)
-        field.press("Enter")
-
-    def choose(self, name, label):
-        """Choose an option by its words."""
-        self.page.locator(f"select[name=select-{name}]").select_option(label=label)
-
-    def message(self):
-        return self.page.wait_for_selector(".error").inner_text()
-
-    def close(self):
-        assert self.errors == [] and self.strangers == []
-        self.context.close()
-
-
-def _own(address, home):
-    return address.startswith((home, home.replace("http", "ws"), "data:", "blob:"))
-
-
-@pytest.fixture
-def visit(chromium, server):
-    visits = []
-
-    def begin(query="", size="laptop"):
-        visits.append(Visit(chromium, server + query, size))
-        return visits[-1]
-
-    yield begin
-    for one in visits:
-        one.close()
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -163,9 +26,13 @@ def test_the_page_loads_at_every_size_and_nothing_is_wider_than_it(visit, size):
     page = visit(f"?{MAP}&at=1.0,0.206", size).page
     page.wait_for_selector("[data-stride]", state="attached")
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    if size == "phone":  # folded away, right after the map
+        assert page.locator("#map + #controls").bounding_box()["height"] < 60
+        page.click("#controls summary")
     for name in ("map", "dossier", "controls", "line", "basin"):
         box = page.locator(f"#{name}").bounding_box()
         assert box["width"] > 200 and box["height"] > 100
+    assert page.locator("header").bounding_box()["height"] < (100 if size == "phone" else 60)
     assert page.locator("canvas").count() >= 7
 
 
@@ -262,33 +129,56 @@ def test_absurd_numbers_in_every_field_are_messages_and_change_nothing(visit):
 
 def test_what_is_copied_is_what_is_shown(visit):
     one = visit(f"?{MAP}&at=1.0,0.206&zeta=0.03")
-    one.page.click("[data-copy=toml]")
-    one.page.wait_for_selector("[data-copy=toml]:has-text('copied')")
+    one.export("copy as TOML")
+    one.page.wait_for_selector("#note:has-text('TOML')")
     text = one.page.evaluate("navigator.clipboard.readText()")
     assert tomllib.loads(text)["model"]["zeta"] == 0.03
-    one.page.click("[data-copy=python]")
-    one.page.wait_for_selector("[data-copy=python]:has-text('copied')")
+    one.export("copy as Python")
+    one.page.wait_for_selector("#note:has-text('Python')")
+    assert not one.page.locator("nav").is_visible()
     names: dict = {}
     exec(one.page.evaluate("navigator.clipboard.readText()").split("verdict")[0], names)
     assert names["model"] == one.view.point
 
 
-def test_downloads(visit, tmp_path):
-    one = visit(f"?{MAP}&at=1.0,0.206")
+def taken(one, folder, files):
+    """What the menu saves under these words, in a folder."""
     one.page.wait_for_selector("[data-stride]", state="attached")
-    for kind, suffix in (("map", "PNG"), ("map", "SVG"), ("map", "data"), ("motion", "PNG"), ("motion", "data")):
+    found = {}
+    for words in files:
         with one.page.expect_download() as waiting:
-            one.page.click(f"button:has-text('{kind} {suffix}')")
-        path = tmp_path / waiting.value.suggested_filename
-        waiting.value.save_as(path)
-        if suffix == "PNG":
-            with Image.open(path) as picture:
-                assert min(picture.size) > 400
-        elif suffix == "SVG":
-            assert path.read_bytes().startswith(b"<?xml")
-        else:
-            dataset = gc.load(path)
-            assert dataset.attrs["study"] == {"map": "zones", "motion": "simulate"}[kind]
+            one.export(words)
+        found[words] = folder / waiting.value.suggested_filename
+        waiting.value.save_as(found[words])
+    assert one.page.locator(".error").count() == 0
+    return found
+
+
+def is_picture(path):
+    with Image.open(path) as picture:
+        return min(picture.size) > 400 and len(picture.convert("RGB").getcolors(10**7)) > 20
+
+
+def test_downloads(visit, tmp_path):
+    found = taken(visit(f"?{MAP}&at=1.0,0.206"), tmp_path, FILES.values())
+    for what, study in (("map", "zones"), ("motion", "simulate")):
+        assert is_picture(found[f"{what} PNG"]) and found[f"{what} SVG"].read_bytes().startswith(b"<?xml")
+        assert gc.load(found[f"{what} data"]).attrs["study"] == study
+
+
+def test_downloads_in_physical_units_are_of_the_same_motion(chromium, kernels, tmp_path):
+    with served(PAIR) as (url, _):
+        one = Visit(chromium, url)
+        plain = gc.load(taken(one, tmp_path, ["motion data"])["motion data"]).load()
+        one.after(lambda: one.page.click("button:has-text('physical units')"))
+        one.page.wait_for_selector(".verdict:has-text('mm/s')")
+        found = taken(one, tmp_path, ["motion PNG", "map PNG", "motion data", "map data"])
+        one.close()
+    motion, scales = gc.load(found["motion data"]), load_study(PAIR).pair.scales
+    assert is_picture(found["motion PNG"]) and is_picture(found["map PNG"])
+    assert motion["z"].values == pytest.approx(plain["z"].values * scales.length * 1e6, rel=1e-12)
+    assert motion["tau"].values == pytest.approx(plain["tau"].values * scales.time * 1e3, rel=1e-12)
+    assert motion["z"].attrs["units"] == "µm" and gc.load(found["map data"])["v_rms"].attrs["units"] == "mm/s"
 
 
 def test_other_motions_basins_and_the_diagram(visit):
@@ -303,6 +193,34 @@ def test_other_motions_basins_and_the_diagram(visit):
     box = one.page.locator("#line .plot").bounding_box()
     view = one.after(lambda: one.page.locator("#line .plot").click(position={"x": box["width"] / 2, "y": 100}))
     assert view.at[0] != 2.3 and view.at[1] == 0.05 and view.start == ()
+
+
+def test_the_preset_of_basins_computes_them_and_stays_chosen(visit):
+    one = visit()
+    one.after(lambda: one.choose("preset", presets()["3c"].name))
+    one.page.wait_for_selector("#basin-legend .entry")
+    chosen = one.page.locator("select[name=select-preset]")
+    sync_api.expect(chosen).to_have_value("3c")
+    one.after(lambda: one.page.mouse.click(*one.spot(0.6, 0.6)))
+    sync_api.expect(chosen).to_have_value("3c")
+    one.after(lambda: one.type("zeta", "0.06"))
+    sync_api.expect(chosen).to_have_value("")
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_numbers_can_be_read_whole_in_their_fields(visit, size):
+    one = visit(f"?{MAP}&at=0.9742702675,0.206&zeta=0.0249231594", size)
+    one.page.locator("#controls").evaluate("fold => { fold.open = true }")
+    assert one.page.locator(".field-omega input[type=text]").input_value() == "0.97427027"
+    clipped = "fields => fields.filter((f) => f.scrollWidth > f.clientWidth).map((f) => f.value)"
+    assert one.page.locator(".field input[type=text]").evaluate_all(clipped) == []
+
+
+def test_the_second_opinion_says_that_it_decides_nothing(visit):
+    one = visit("?" + presets()["13b"].view.query())
+    text = one.page.locator(".opinion").inner_text()
+    assert one.label() == "quasi-periodic" and "would say chaotic" in text
+    assert "the verdict rests on the Lyapunov exponents" in text
 
 
 def test_two_tabs_do_not_disturb_each_other(visit):
@@ -327,31 +245,23 @@ def test_no_click_gets_lost_however_soon_or_slow(visit):
     assert one.view.at[0] < 1.2
 
 
-def test_connections_from_other_origins_are_refused(server):
-    from http.client import HTTPConnection
-
-    home = server.removeprefix("http://").rstrip("/")
-    connection = HTTPConnection(home, timeout=20)
-    connection.request("GET", "/ws", headers={
-        "Upgrade": "websocket", "Connection": "Upgrade", "Origin": "http://example.org",
-        "Sec-WebSocket-Key": "Z2VhcmNoYW9zZ2VhcmNoYQ==", "Sec-WebSocket-Version": "13",
-        "Sec-WebSocket-Protocol": "bokeh, none",
-    })
-    assert connection.getresponse().status == 403
-    connection.close()
-
-
-def test_a_study_file_its_units_and_a_warning_for_open_hosts(chromium):
-    from pathlib import Path
-
-    study = Path(__file__).parent.parent / "examples" / "physical_pair.toml"
-    with served(str(study), "--host", "0.0.0.0") as (url, said):
+def test_a_study_file_its_units_and_a_warning_for_open_hosts(chromium, kernels, tmp_path):
+    with served(PAIR, "--host", "0.0.0.0") as (url, said):
         assert any(line.startswith("warning: ") for line in said)
         one = Visit(chromium, url.replace("0.0.0.0", "127.0.0.1"))
         assert "mm/s" not in one.page.locator(".verdict").inner_text()
         one.after(lambda: one.page.click("button:has-text('physical units')"))
         one.page.wait_for_selector(".verdict:has-text('mm/s')")
         assert one.view.physical
+        assert one.page.locator("[data-press=alike]").get_attribute("aria-pressed") == "false"  # J1 is not J2
+        one.export("copy as TOML")
+        one.page.wait_for_selector("#note:has-text('TOML')")
+        path = tmp_path / "pair.toml"
+        path.write_text(one.page.evaluate("navigator.clipboard.readText()"), encoding="utf-8")
+        assert load_study(path).pair is not None and load_study(path).model == one.view.point
+        preset = presets()["4"]
+        assert one.after(lambda: one.choose("preset", preset.name)) == preset.view  # which is dimensionless
+        sync_api.expect(one.page.locator("[data-press=units]")).to_have_attribute("aria-pressed", "false")
         one.close()
 
 
@@ -369,11 +279,3 @@ def test_bad_arguments_of_the_command_are_one_line():
         done = subprocess.run((*COMMAND[:-2], *arguments), capture_output=True, text=True, timeout=120)
         assert done.returncode == 2, done.stderr
         assert done.stderr.splitlines()[-1].startswith("error: ") and "Traceback" not in done.stderr
-
-
-def test_the_page_is_plain_json_free_of_paths(server):
-    """Nothing of this machine's folders is in what a visitor gets."""
-    from urllib.request import urlopen
-
-    page = urlopen(server).read().decode()
-    assert sys.prefix not in page and json.dumps(sys.prefix) not in page

@@ -1,7 +1,9 @@
 """A physical pair: its model against (2.1) itself, units at the boundary, bad values, results in physical units."""
 
+import itertools
 import json
 import math
+from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -136,6 +138,28 @@ def test_kind_follows_the_supports():
     assert elastic.to_model("torsional").kind == "torsional"
 
 
+def test_two_levels_have_the_mean_that_is_documented():
+    p = pair(chi1=0.3, chi2=0.2, contact_ratio=1.65)
+    m = p.to_model()
+    tau = (np.arange(10_000) + 0.5) / 10_000 * m.period
+    expected = p.c0 * (1 + (1.65 - 1) * 0.3 - (2 - 1.65) * 0.2)
+    assert p.c0 * mesh_stiffness(m, tau).mean() == pytest.approx(expected, rel=1e-4)
+    assert p.omega0 == pytest.approx(math.sqrt(p.c0 / p.mass)), "it refers to c0, not to the mean"
+
+
+def test_every_velocity_force_and_rate_of_a_result_is_scaled():
+    from gearchaos.studies import attractors, zones
+
+    p = pair()
+    ds = physical(zones(p.to_model(), "omega=0.9:1.1:2", "eps1=0:0.1:2", starts=2), p)
+    for name in ("v_rms", "v_rms_least", "v_rms_most", "v_rms_up", "v_rms_down", "z_dot_rms"):
+        assert ds[name].attrs["units"] == "mm/s", name
+    assert ds["trace_error"].attrs["units"] == "1/s"
+    found = physical(attractors(p.to_model(), 4), p)
+    assert found["start_x1"].attrs["units"] == "µm" and found["attractor_section_z"].attrs["units"] == "µm"
+    assert all("omega0" not in v.attrs.get("units", "") for d in (ds, found) for v in d.variables.values())
+
+
 def test_harmonic_stiffness_in_newtons_per_metre():
     m = pair(stiffness_amplitudes=["100 N/um", "20 N/um"], stiffness_phases=["0 deg", "90 deg"]).to_model()
     assert isinstance(m.stiffness, HarmonicStiffness)
@@ -255,3 +279,33 @@ def test_physical_units_are_applied_once(motion):
     p, dimensionless = motion
     with pytest.raises(InputError, match="already"):
         physical(physical(dimensionless, p), p)
+
+ODD_SIZES = [
+    ({"I1": 1e-150, "I2": 1e-150, "R1": 1e-150, "R2": 1e-150 * 1.6}, "I1 must lie between 1e-40 and 1e"),
+    ({"c0": 1e41}, "c0 must lie between"),
+    ({"error_amplitudes": ["1e60 m"]}, r"error_amplitudes\[0\] must lie between"),
+    ({"M10": 1e40}, "M20 must lie between"),
+    ({"n1": 10**400}, "n1 must be at most 1,000,000 teeth; got 1000"),
+    ({"n1": np.array([25])}, "n1 must be a whole number"),
+    ({"speed": 10**400}, "speed must lie between"),
+    ({**SUPPORTS, "c1": 10**5000}, "c1 must lie between .* got a number too long to show"),
+    ({"k": np.array([1, 2])}, "k must be a damping coefficient"),
+    ({"k": np.array([1.0])}, "k must be a damping coefficient"),
+    ({"k": 1 + 0j}, "k must be a damping coefficient"),
+    ({"k": np.complex128(1)}, "k must be a damping coefficient"),
+    ({"k": np.complex64(1)}, "k must be a damping coefficient"),
+    ({"k": np.datetime64("2000-01-01")}, "k must be a damping coefficient"),
+]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(("changes", "message"), ODD_SIZES)
+def test_sizes_that_no_pair_has_are_refused(changes, message):
+    with pytest.raises(InputError, match=message):
+        pair(**changes)
+
+
+def test_a_pair_at_the_ends_of_the_range_has_finite_scales():
+    for inertia, radius, stiffness in itertools.product((1e-40, 1e40), (1e-40, 1e39), (1e-40, 1e40)):
+        made = pair(I1=inertia, I2=inertia, R1=radius, R2=1.6 * radius, c0=stiffness, M10=1.0)
+        assert all(0 < scale < math.inf for scale in asdict(made.scales).values())

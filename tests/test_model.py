@@ -32,6 +32,41 @@ def test_short_names_set_both_of_a_pair_and_any_harmonic():
     assert model.error == TransmissionError((0.0, 0.0, 0.02), (0.0, 0.0, 0.5))
 
 
+def test_amplitudes_of_a_fourier_stiffness_make_it_one():
+    assert MeshModel.of(c1=0.2).stiffness == HarmonicStiffness((0.2,))
+    assert MeshModel.of(alpha2=0.5, c2=0.1, kind="full").stiffness == HarmonicStiffness((0.0, 0.1), (0.0, 0.5))
+    assert MeshModel.of(c1=0.2).with_values({"c1": 0.3, "omega": 2.0}).stiffness == HarmonicStiffness((0.3,))
+    assert MeshModel.of(omega=2.0).stiffness == TwoLevelStiffness()
+
+
+def test_short_names_take_whole_waveforms_and_starts():
+    two, series, error = TwoLevelStiffness(0.1, 0.2, 1.7), HarmonicStiffness((0.2, 0.1)), TransmissionError((0.1,))
+    assert MeshModel.of(stiffness=two).stiffness == two
+    model = MeshModel.of(stiffness=series, error=error, initial={"z": 0.5}, kind="single", c1=0.3)
+    assert model == MeshModel(
+        kind="single", stiffness=HarmonicStiffness((0.3, 0.1)), error=error, initial={"z": 0.5})
+    assert MeshModel().with_values({"stiffness": series}).stiffness == series
+    assert MeshModel.of(initial={"x1": 0.5}, x2=0.1).initial == {"x1": 0.5, "x2": 0.1}
+
+
+@pytest.mark.parametrize(("make", "message", "advice"), [
+    (lambda: MeshModel.of(c1=0.2, chi1=0.1), "chi1 must be a parameter of a two-level stiffness", "Fourier series"),
+    (lambda: MeshModel.of(stiffness=TwoLevelStiffness(), c1=0.2), "c1 must be a parameter of a Fourier", "two levels"),
+    (lambda: MeshModel().with_values({"c1": 0.2}), "c1 must be a parameter of a Fourier stiffness", "MeshModel.of"),
+    (lambda: vary(MeshModel(), {"alpha1": [0.1]}), "alpha1 must be a parameter of a Fourier", "HarmonicStiffness"),
+    (lambda: vary(MeshModel.of(c1=0.2), {"chi0": [0.1]}), "chi0 must be a parameter of a two-level", "Fourier series"),
+    (lambda: MeshModel(stiffness=0.3), "stiffness must be a TwoLevelStiffness or a HarmonicStiffness", "chi1"),
+    (lambda: MeshModel.of(stiffness="soft"), "stiffness must be a TwoLevelStiffness or a Harmonic", "c1"),
+    (lambda: MeshModel.of(error=0.1), "error must be a TransmissionError; got 0.1", "eps1"),
+    (lambda: MeshModel.of(initial=1.0), "initial must be a mapping of coordinates to values", "x1"),
+    (lambda: MeshModel(initial=None), "initial must be a mapping of coordinates to values", "x1"),
+])
+def test_waveforms_that_contradict_each_other_are_refused_with_what_to_do(make, message, advice):
+    with pytest.raises(InputError, match=f"^{message}") as error:
+        make()
+    assert advice in error.value.advice
+
+
 def test_the_kind_changes_bearing_friction_only_where_it_was_the_default():
     assert MeshModel().with_values({"kind": "single"}).beta1 == 0.0
     assert MeshModel(kind="single").with_values({"kind": "torsional"}).beta1 == 0.01

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 
 import matplotlib
 import numpy as np
@@ -19,6 +18,7 @@ from gearchaos.plot._basins import attractor_colours
 from gearchaos.plot._bifurcation import density
 from gearchaos.plot._portrait import distinct
 from gearchaos.plot._spectrum import amplitudes
+from gearchaos.studies.dataset import model_json
 
 FLAGS = {
     "flag_values": np.arange(1, 6, dtype=np.int8),
@@ -82,7 +82,7 @@ def motion(periods: int = 8, samples: int = 32) -> xr.Dataset:
     return xr.Dataset(
         {"z": ("tau", z), "z_dot": ("tau", z_dot), "section_z": ("period", z[::samples]),
          "section_z_dot": ("period", z_dot[::samples])},
-        {"tau": tau, "period": np.arange(1, periods + 1)}, {"model": json.dumps({"omega": OMEGA})},
+        {"tau": tau, "period": np.arange(1, periods + 1)}, {"model": model_json(MeshModel(omega=OMEGA))},
     )
 
 

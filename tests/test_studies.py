@@ -13,7 +13,7 @@ import xarray as xr
 import gearchaos as gc
 from gearchaos.errors import InputError
 from gearchaos.motion import Budget, Label
-from gearchaos.studies import boundary, tiles
+from gearchaos.studies import boundary, motions, tiles
 
 FIGURE_2 = gc.MeshModel.of(q0=0.1)
 
@@ -196,6 +196,17 @@ def test_attractors_come_with_shares_and_do_not_depend_on_threads_or_tiles(monke
     xr.testing.assert_identical(data, gc.attractors(model, 512))
     other = gc.attractors(model, 512, seed=1)
     assert np.all(np.abs(other.attractor_fraction - data.attractor_fraction) < 0.1)
+
+
+def test_kicks_out_of_and_into_chaos():
+    """Beside chaos kicked motions may all settle on orbits: none is then left to compare with the chaotic attractor."""
+    model = gc.MeshModel.of(omega=1.6, eps1=0.12)
+    quick = gc.Budget(exponent=100, extensions=0, patience=1280)
+    data = gc.attractors(model, 24, kicks=4, budget=quick)
+    assert set(motions(data.attractor_label, data.attractor_period)) == {"2T", "3T", "chaotic"}
+    known = data.attractor_kick[np.isfinite(data.attractor_kick)]
+    assert len(known) >= 2
+    assert np.all((known > 0) & (known <= 4))
 
 
 def test_sweeps_lead_to_attractors_and_kicks_lead_out_of_them():

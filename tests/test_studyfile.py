@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearchaos.axis import Axis
+from gearchaos.axis import Axis, parse_axis
 from gearchaos.errors import InputError
 from gearchaos.model import HarmonicStiffness, MeshModel, TransmissionError, TwoLevelStiffness
-from gearchaos.studyfile import Settings, load_study, parse_axis, parse_set
+from gearchaos.studyfile import Settings, load_study, parse_set
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 PAIR = """
@@ -280,3 +280,9 @@ def test_example_of_a_physical_pair():
     solid = [0.5 * found.pair.m1 * 0.0375**2, 0.5 * found.pair.m2 * 0.060**2]
     inertias = [found.pair.I1, found.pair.I2]
     assert inertias == pytest.approx(solid, rel=0.01)
+
+
+def test_a_number_of_thousands_of_digits_is_refused(tmp_path):
+    (tmp_path / "s.toml").write_text(f"[model]\nomega = {'9' * 5000}\n")
+    with pytest.raises(InputError, match="study file must be valid TOML"):
+        load_study(tmp_path / "s.toml")

@@ -1,0 +1,122 @@
+"""The explorer's server and a visitor's browser, for the tests that need them."""
+
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import pytest
+
+from gearchaos.app.presets import presets
+from gearchaos.app.state import from_query
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+NEEDED = [
+    pytest.mark.skipif(CHROMIUM is None, reason="make test installs chromium"),
+    pytest.mark.xdist_group("browser"),
+]
+_MAIN = """
+import signal
+from gearchaos.cli import main
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits that it is ignored
+main()
+"""
+COMMAND = (sys.executable, "-c", _MAIN, "explore", "--no-open", "--port", "0")
+SIZES = {"laptop": (1366, 768), "desk": (1920, 1080), "phone": (390, 844)}
+MAP = "x=omega:0.2:3.0&y=eps1:0.0:0.3"
+START = presets()["2"].view
+WAIT = 60_000
+
+
+@contextmanager
+def served(*arguments):
+    """The address of a server, and what it says on stderr."""
+    with subprocess.Popen((*COMMAND, *arguments), stderr=subprocess.PIPE, text=True) as process:
+        said = []
+        for line in process.stderr:
+            said.append(line)
+            if found := re.search(r"http://\S+", line):
+                break
+        assert said and found, said
+        try:
+            yield found[0], said
+        finally:
+            process.send_signal(signal.SIGINT)
+            try:
+                _, rest = process.communicate(timeout=60)
+            finally:
+                process.kill()
+            assert "Traceback" not in rest and sys.prefix not in rest, rest
+
+
+class Visit:
+    """A page, what went wrong on it, and what it asked for elsewhere."""
+
+    def __init__(self, chromium, url, size="laptop"):
+        width, height = SIZES[size]
+        self.context = chromium.new_context(viewport={"width": width, "height": height}, accept_downloads=True)
+        self.context.grant_permissions(["clipboard-read", "clipboard-write"])
+        self.page, self.errors, self.strangers = self.context.new_page(), [], []
+        self.page.set_default_timeout(WAIT)
+        self.page.on("pageerror", lambda e: self.errors.append(str(e)))
+        self.page.on("console", lambda m: self.errors.append(m.text) if m.type == "error" else None)
+        home = re.match(r"http://[^/]+", url)[0]
+        self.page.on("request", lambda r: self.strangers.append(r.url) if not _own(r.url, home) else None)
+        self.page.goto(url)
+        self.settled()
+
+    def settled(self):
+        """The final verdict of the point."""
+        return self.page.wait_for_selector(".verdict[data-final='1'][data-stage='complete']")
+
+    @property
+    def view(self):
+        """What the address bar says."""
+        return from_query(self.page.evaluate("location.search"), START)
+
+    def after(self, act):
+        """Act, and return the view that the address bar then shows."""
+        before = self.page.evaluate("location.search")
+        act()
+        self.page.wait_for_function("before => location.search !== before", arg=before)
+        return self.view
+
+    def label(self):
+        """The verdict on show, once it is that of the point in the address bar."""
+        model = self.view
+        words = ", ".join(f"= {v:g}" for v in model.at)
+        for part in words.split(", "):
+            self.page.wait_for_selector(f".verdict[data-final='1'] .label span:has-text('{part}')")
+        return self.settled().get_attribute("data-label")
+
+    def spot(self, across, up):
+        """A place on the screen by its shares of the map's frame."""
+        box = self.page.locator("#map-figure").bounding_box()
+        return (box["x"] + 70 + across * (box["width"] - 120), box["y"] + 36 + (1 - up) * (box["height"] - 91))
+
+    def type(self, name, text):
+        field = self.page.locator(f".field-{name} input[type=text]")
+        field.fill(text)
+        field.press("Enter")
+
+    def choose(self, name, label):
+        """Choose an option by its words."""
+        self.page.locator(f"select[name=select-{name}]").select_option(label=label)
+
+    def export(self, words):
+        """Choose an entry of the menu."""
+        self.page.click("#export summary")
+        self.page.click(f"#export button:has-text('{words}')")
+
+    def message(self):
+        return self.page.wait_for_selector(".error").inner_text()
+
+    def close(self):
+        assert self.errors == [] and self.strangers == []
+        self.context.close()
+
+
+def _own(address, home):
+    return address.startswith((home, home.replace("http", "ws"), "data:", "blob:"))

@@ -1,0 +1,135 @@
+"""What a visitor of the explorer takes along, and the units it is in."""
+
+import io
+import re
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import gearchaos as gc
+from gearchaos.app import export, maps
+from gearchaos.app.controls import are_alike, made_alike
+from gearchaos.app.dossier import dossier
+from gearchaos.app.figures.spectrum import SpectrumFigure
+from gearchaos.app.pair import pair_at
+from gearchaos.app.presets import preset_of, presets
+from gearchaos.app.state import first_view
+from gearchaos.studyfile import load_study
+
+START = presets()["2"].view
+
+
+@pytest.mark.parametrize("key", ["2", "3c", "11"])
+def test_copied_python_builds_the_same_model(key):
+    view = presets()[key].view.with_value("zeta", 1 / 30)
+    head = export.as_python(view).split("verdict")[0]
+    names: dict = {}
+    exec(head, names)
+    assert names["model"] == view.point
+    compile(export.as_python(view), "copied", "exec")
+
+
+@pytest.mark.parametrize("stiffness", ["two-level", "harmonics"])
+def test_copied_toml_is_a_study_file_of_the_same_model(tmp_path, stiffness):
+    view = replace(presets()["3c"].view.with_stiffness(stiffness), start=(("z", 0.3), ("z_dot", -0.1)))
+    path = tmp_path / "study.toml"
+    path.write_text(export.as_toml(view), encoding="utf-8")
+    study = load_study(path)
+    assert study.model == view.point
+    assert study.settings_for("zones").axes == (view.x, view.y)
+    tomllib.loads(path.read_text(encoding="utf-8"))
+
+
+PAIR = load_study(Path(__file__).parent.parent / "examples" / "physical_pair.toml")
+
+
+@pytest.mark.parametrize("change", [
+    lambda view: view, lambda view: view.moved(1.05, 0.21), lambda view: view.with_value("zeta", 0.06),
+    lambda view: view.with_value("eps2", 0.0), lambda view: view.with_value("theta1", 1.0),
+    lambda view: view.with_value("kappa1", 2.0), lambda view: view.with_value("mu2", 3.0),
+    lambda view: view.with_value("beta", 0.01), lambda view: view.with_value("chi1", 0.3),
+    lambda view: view.with_value("y1", 0.4), lambda view: view.with_stiffness("harmonics"),
+])
+def test_a_copied_study_file_keeps_the_pair_at_the_point(tmp_path, change):
+    view = change(first_view(PAIR.model, *PAIR.settings_for("zones").axes))
+    path = tmp_path / "pair.toml"
+    path.write_text(export.as_toml(view, PAIR.pair), encoding="utf-8")
+    study = load_study(path)
+    found, wanted = study.model.parameters(), view.point.parameters()
+    assert found == pytest.approx(wanted, rel=1e-13) and study.model.initial == view.point.initial
+    assert study.pair.scales == PAIR.pair.scales and study.model.kind == view.point.kind
+    assert study.settings_for("zones").axes == (view.x, view.y)
+
+
+def test_other_kinds_of_a_pair_keep_it_and_what_no_pair_has_is_a_model(tmp_path):
+    view, path = first_view(PAIR.model), tmp_path / "pair.toml"
+    for changed, kept in (
+        (view.with_kind("torsional"), True), (view.with_kind("single"), True), (view.with_value("J1", 3.0), False),
+    ):
+        path.write_text(export.as_toml(changed, PAIR.pair), encoding="utf-8")
+        study = load_study(path)
+        assert (study.pair is not None) == kept and study.model.kind == changed.model.kind
+        assert gc.regime(study.model).v_rms == pytest.approx(gc.regime(changed.point).v_rms, rel=1e-6)
+    rigid = replace(PAIR.pair, **dict.fromkeys(("c1", "c2", "m1", "m2")), k1=0.0, k2=0.0)
+    assert pair_at(rigid, view.point) is None
+
+
+def test_copied_python_scales_to_the_units_on_show():
+    view = first_view(PAIR.model)
+    names: dict = {}
+    exec("import gearchaos as gc\n" + re.search(r"^pair = .*$", export.as_python(view, PAIR.pair), re.M)[0], names)
+    assert names["pair"] == PAIR.pair and "physical" not in export.as_python(view)
+
+
+@pytest.mark.parametrize("key", presets())
+def test_a_preset_is_found_again_until_another_model_is_set(key):
+    view = presets()[key].view
+    assert presets()[preset_of(view)].view == view
+    assert preset_of(view.moved(1.2, view.at[1]), key) == key
+    assert preset_of(replace(view, colour="v_rms", line="y", physical=True), key) == key
+    assert preset_of(view.with_value("zeta", 0.071), key) == ""
+    assert not presets()[key].view.physical
+    assert presets()[key].basins == (key in ("3a", "3b", "3c"))
+
+
+def test_wheels_are_alike_only_if_all_their_values_are():
+    view = first_view(PAIR.model)
+    assert are_alike(START.base) and not are_alike(view.base)
+    assert are_alike(made_alike(view).base) and made_alike(view).base.J2 == view.base.J1
+    assert made_alike(START) == START
+
+
+def test_pictures_and_data_of_a_map_half_done(small):
+    half = next(iter(maps.sharpened(small)))
+    for suffix, begins in (("png", b"\x89PNG"), ("svg", b"<?xml")):
+        content, _, name = next(export.exported("map", suffix, half.dataset, "motion", ""))
+        assert content.startswith(begins) and name == f"gearchaos-map.{suffix}"
+    content, _, _ = next(export.exported("map", "nc", half.dataset, "motion", ""))
+    again = xr.load_dataset(io.BytesIO(content), engine="h5netcdf")
+    assert again["label"].equals(half.dataset["label"]) and (again["label"] == 0).any()
+    assert again["label"].encoding["fletcher32"]
+
+
+def test_pictures_and_data_of_a_motion():
+    motion = list(dossier(START.point))[-1].motion
+    for suffix in ("png", "svg", "nc"):
+        content, media, _ = next(export.exported("motion", suffix, motion, "motion", "chaotic"))
+        assert len(content) > 10_000 and "/" in media
+
+
+def test_the_spectrum_of_the_page_has_the_unit_of_the_velocity_and_the_same_orders():
+    put = {}
+    figure = SpectrumFigure(lambda model, **attributes: put.setdefault(model.id, {}).update(attributes))
+    motion = list(dossier(PAIR.model))[-1].motion
+    drawn = []
+    for velocity in (motion["z_dot"], gc.physical(motion, PAIR.pair)["z_dot"]):
+        figure.show(motion, velocity)
+        drawn.append((put[figure.source.id]["data"], put[figure.figure.yaxis[0].id]["axis_label"]))
+    (plain, words), (scaled, unit) = drawn
+    assert words == "amplitude of z′" and unit == "amplitude of z′ [mm/s]"
+    assert np.array_equal(plain["x"], scaled["x"])
+    assert scaled["y"] == pytest.approx(plain["y"] * PAIR.pair.scales.velocity * 1e3, rel=1e-5)

@@ -1,0 +1,209 @@
+"""The explorer's worker: whose turn it is, and the process that takes its steps."""
+
+import subprocess
+import sys
+import threading
+import time
+from functools import partial
+
+import psutil
+import pytest
+
+import gearchaos as gc
+from gearchaos.app import maps, words
+from gearchaos.app.dossier import dossier
+from gearchaos.app.elsewhere import Elsewhere
+from gearchaos.app.presets import presets
+from gearchaos.app.worker import Job, Worker
+from gearchaos.errors import InputError
+from gearchaos.flow.stop import StoppedError
+
+START = presets()["2"].view
+
+
+class Recorder:
+    """A job that counts, and what was shown of it."""
+
+    def __init__(self, steps=3, gate=None, fails=None):
+        self.shown, self.taken, self.message = [], 0, "not ended"
+        self.over = threading.Event()
+        self._steps, self._gate, self._fails = steps, gate, fails
+
+    def work(self):
+        for i in range(self._steps):
+            if self._gate:
+                assert self._gate.wait(10)
+            if self._fails:
+                raise self._fails
+            self.taken += 1
+            yield i
+
+    def end(self, message):
+        self.message = message
+        self.over.set()
+
+    def job(self, delay=0.0):
+        return Job(self.work, self.shown.append, self.end, delay)
+
+
+def test_a_job_is_shown_step_by_step_and_ends():
+    worker, one = Worker("test"), Recorder()
+    worker.submit("a", "map", one.job())
+    assert one.over.wait(10) and one.shown == [0, 1, 2] and one.message is None
+
+
+def test_the_newest_request_of_a_panel_wins_and_the_older_is_left_between_steps():
+    worker, gate = Worker("test"), threading.Event()
+    old, new = Recorder(1000, gate), Recorder(2)
+    worker.submit("a", "map", old.job())
+    worker.submit("a", "map", new.job())
+    gate.set()
+    assert new.over.wait(10) and new.shown == [0, 1]
+    assert old.taken <= 1 and old.shown == [] and not old.over.is_set()
+
+
+def test_sessions_take_turns():
+    worker, gate, order = Worker("test"), threading.Event(), []
+    jobs = {}
+    for name in ("a", "b"):
+        jobs[name] = Recorder(4, gate)
+        job = jobs[name].job()
+        job.show = lambda _, name=name: order.append(name)
+        worker.submit(name, "map", job)
+    gate.set()
+    assert all(j.over.wait(10) for j in jobs.values())
+    assert max(len(run) for run in "".join(order).replace("ab", "-").split("-")) <= 1
+
+
+def test_a_page_that_was_closed_is_forgotten():
+    worker, gate = Worker("test"), threading.Event()
+    gone, other = Recorder(1000, gate), Recorder(1)
+    worker.submit("a", "map", gone.job())
+    worker.submit("b", "map", other.job())
+    worker.drop("a")
+    gate.set()
+    assert other.over.wait(10)
+    assert gone.taken <= 1 and gone.shown == []
+
+
+@pytest.mark.parametrize(("error", "message"), [
+    (InputError("omega", "must be greater than 0", -1), "omega must be greater than 0"),
+    (RuntimeError("secret"), "went wrong"),
+])
+def test_what_goes_wrong_becomes_a_message_and_the_worker_goes_on(error, message, caplog):
+    worker, bad, good = Worker("test"), Recorder(fails=error), Recorder(1)
+    worker.submit("a", "map", bad.job())
+    assert bad.over.wait(10) and message in bad.message and "secret" not in bad.message
+    worker.submit("a", "map", good.job())
+    assert good.over.wait(10) and good.message is None
+
+
+def test_what_is_left_is_closed_by_the_thread_that_ran_it_and_errors_there_do_not_end_it():
+    closed = []
+
+    def work():
+        try:
+            yield 1
+            yield 2
+        finally:
+            closed.append(threading.current_thread().name)
+            raise RuntimeError("on the way out")
+
+    worker, begun, last = Worker("test"), threading.Event(), Recorder(1)
+    worker.submit("a", "map", Job(work, lambda _: (begun.set(), worker.drop("a", "map")), lambda _: None))
+    assert begun.wait(10)
+    worker.submit("a", "map", last.job())
+    assert last.over.wait(10) and closed == ["test"]
+
+
+def test_a_page_that_fails_does_not_end_the_thread(caplog):
+    worker, good = Worker("test"), Recorder(1)
+    worker.submit("a", "map", Job(Recorder().work, lambda _: 1 / 0, lambda _: None))
+    worker.submit("b", "map", good.job())
+    assert good.over.wait(10)
+
+
+# --- a process of its own ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def place():
+    place = Elsewhere(polite=True)
+    yield place
+    place.end()
+
+
+def test_another_process_finds_the_same(place):
+    model = gc.MeshModel.of(omega=1.0, eps1=0.05)
+    here, there = list(dossier(model)), list(place.run(partial(dossier, model)))
+    assert [d.verdict for d in here] == [d.verdict for d in there] and len(here) == len(there)
+    assert here[1].motion.identical(there[1].motion)
+
+
+def test_works_there_take_turns_and_the_one_closed_is_forgotten(place):
+    model = gc.MeshModel.of(omega=1.0, eps1=0.05)
+    first, second = place.run(partial(dossier, model)), place.run(partial(dossier, model))
+    assert next(first).motion is None and next(second).motion is None
+    first.close()
+    assert next(first, None) is None and next(second).motion is not None
+
+
+def test_a_step_under_way_there_is_left_at_once(place):
+    work = place.run(partial(maps.sharpened, START))
+    next(work)
+    threading.Timer(0.1, work.leave).start()
+    began = time.monotonic()
+    with pytest.raises(StoppedError):
+        for _ in work:
+            pass
+    assert time.monotonic() - began < 5  # all of it takes twenty seconds or more
+    work.close()
+
+
+def test_a_work_left_before_it_begins_does_nothing_there(place):
+    work = place.run(partial(maps.sharpened, START))
+    work.leave()
+    with pytest.raises(StoppedError):
+        next(work)
+
+
+def test_what_is_wrong_there_is_told_here(place):
+    with pytest.raises(InputError, match="omega"):
+        list(place.run(partial(gc.MeshModel.of, omega=-1.0)))
+
+
+def test_compiling_there_is_told_before_the_answer(place):
+    told = []
+    answers = "(f(2) for f in [__import__('numba').njit(lambda x: 2 * x)])"
+    assert list(place.run(partial(eval, answers), lambda: told.append(True))) == [4]
+    assert told
+    assert list(place.run(partial(iter, [4]), lambda: told.clear())) == [4] and told
+
+
+def test_the_page_says_that_kernels_are_compiled_first():
+    assert "once after an install" in words.busy_html(["motion"], True)
+    assert "once" not in words.busy_html(["motion"], False) and "ready" in words.busy_html([], True)
+
+
+def test_a_process_that_dies_costs_the_visitor_one_message(caplog):
+    place = Elsewhere()
+    worker, hurt, well = Worker("test", place), Recorder(), Recorder()
+    model = gc.MeshModel.of(omega=1.0, eps1=0.05)
+    worker.submit("a", "map", Job(partial(maps.sharpened, START), lambda _: place._process.kill(), hurt.end))
+    assert hurt.over.wait(60) and "went wrong" in hurt.message
+    worker.submit("a", "motion", Job(partial(dossier, model), well.shown.append, well.end))
+    assert well.over.wait(60) and well.message is None and well.shown[-1].verdict.label == "1T"
+    worker.stop()
+    place._process.wait(10)
+
+
+def test_a_process_ends_with_the_one_that_began_it(tmp_path):
+    code = "from gearchaos.app.elsewhere import Elsewhere; print(Elsewhere()._process.pid, flush=True); input()"
+    parent = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    child = psutil.Process(int(parent.stdout.readline()))
+    parent.kill()
+    parent.wait()
+    for pipe in (parent.stdin, parent.stdout):
+        pipe.close()
+    gone, _ = psutil.wait_procs([child], timeout=20)
+    assert gone

@@ -1,0 +1,131 @@
+"""Arguments of the studies in every form that is obvious, and in words what is not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import gearchaos as gc
+from gearchaos.errors import InputError
+
+PAIR = gc.GearPair(
+    n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1=0.03524, R2=0.05638, c0=4e8, k=530.0, backlash=1.2e-4, M10=85.0,
+    speed="14000 rpm", error_amplitudes=["6 um"],
+)
+MODEL = PAIR.to_model()
+QUICK = gc.Budget(looks=(80,), exponent=80, extensions=0, patience=0, measured=8)
+X, Y, START, RATE = "omega=0.9:1.1:2", "q0=0.1:0.2:2", "x1=-1:1:2", "x1_dot=-1:1:2"
+
+# study -> (arguments after the model, options)
+STUDIES = {
+    "simulate": ((4,), {}),
+    "regime": ((), {"budget": QUICK}),
+    "bifurcation": (("eps1=0:0.3:3",), {"points": 4, "budget": QUICK}),
+    "zones": ((X, Y), {"budget": QUICK}),
+    "basins": ((START, RATE), {"budget": QUICK}),
+    "attractors": ((4,), {"sweep": "omega=0.5:1.5:2", "budget": QUICK}),
+}
+
+
+def _axis(value):
+    if not isinstance(value, str):
+        return value
+    name, numbers = value.split("=")
+    start, stop, count = numbers.split(":")
+    return gc.Axis(name, float(start), float(stop), int(count))
+
+
+def _same(one, other) -> bool:
+    if isinstance(one, xr.Dataset):
+        return one.identical(other)
+    return one == other
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_pair_and_texts_do_for_a_model_and_axes(name):
+    arguments, options = STUDIES[name]
+    study = getattr(gc, name)
+    plain = study(MODEL, *map(_axis, arguments), **{n: _axis(v) for n, v in options.items()})
+    assert _same(study(PAIR, *arguments, **options), plain)
+
+
+def test_a_pair_does_for_the_model_of_a_steady_motion():
+    verdict = gc.regime(MODEL)
+    assert gc.steady(PAIR, verdict).identical(gc.steady(MODEL, verdict))
+
+
+@pytest.mark.parametrize("name", [*STUDIES, "steady"])
+@pytest.mark.parametrize("model", [None, 1.0, "paper", {"omega": 1.0}, gc.MeshModel, xr.Dataset()], ids=str)
+def test_what_is_no_model_is_refused_in_words(name, model):
+    arguments, options = STUDIES.get(name, ((None,), {}))
+    with pytest.raises(InputError, match=r"^model must be a MeshModel or a GearPair; got ") as error:
+        getattr(gc, name)(model, *arguments, **options)
+    assert "MeshModel.of" in error.value.advice and len(str(error.value)) < 300
+
+
+BAD_AXES = [
+    (None, "must be an Axis or a text"), (3, "must be an Axis or a text"),
+    (("eps1", 0, 0.3, 4), "must be an Axis or a text"), (np.linspace(0, 1, 5), "must be an Axis or a text"),
+    ("eps1", "must read name=start:stop:count"), ("eps1=0:0.3", "must read name=start:stop:count"),
+]
+
+
+@pytest.mark.parametrize(("name", "place", "field"), [
+    ("bifurcation", 0, "axis"), ("zones", 0, "x"), ("zones", 1, "y"), ("basins", 0, "x"), ("basins", 1, "y"),
+])
+@pytest.mark.parametrize(("axis", "message"), BAD_AXES, ids=str)
+def test_what_is_no_axis_is_refused_in_words(name, place, field, axis, message):
+    arguments = list(STUDIES[name][0])
+    arguments[place] = axis
+    with pytest.raises(InputError, match=f"^{field} {message}") as error:
+        getattr(gc, name)(MODEL, *arguments)
+    assert "eps1=0:0.3:400" in error.value.advice
+
+
+@pytest.mark.parametrize("sweep", [3, ("omega", 0, 1, 2), "omega=1"], ids=str)
+def test_what_is_no_sweep_is_refused_in_words(sweep):
+    with pytest.raises(InputError, match=r"^sweep must (be an Axis or a text|read name=start:stop:count)"):
+        gc.attractors(MODEL, 4, sweep=sweep)
+
+
+@pytest.mark.parametrize("name", [n for n in STUDIES if n != "simulate"])
+def test_what_is_no_budget_is_refused_in_words(name):
+    arguments, options = STUDIES[name]
+    with pytest.raises(InputError, match=r"^budget must be a Budget"):
+        getattr(gc, name)(MODEL, *arguments, **{**options, "budget": {"patience": 100}})
+
+
+def test_what_is_no_verdict_is_refused_in_words():
+    with pytest.raises(InputError, match=r"^verdict must be a Regime"):
+        gc.steady(MODEL, "1T")
+    with pytest.raises(InputError, match=r"^verdict must be of a motion that stays bounded"):
+        gc.steady(MODEL, gc.regime(gc.MeshModel.of(kind="single", zeta=0.0, q0=1e7, chi0=0.5)))
+
+
+def test_physical_says_what_to_pass():
+    ds = gc.simulate(MODEL, 2)
+    for arguments, field in (((PAIR, ds), "dataset"), ((ds, MODEL), "pair"), (("x.nc", PAIR), "dataset")):
+        with pytest.raises(InputError, match=f"^{field} must be"):
+            gc.physical(*arguments)
+
+
+# --- files ---------------------------------------------------------------------------------------------------------
+
+
+def test_save_refuses_names_of_other_formats(tmp_path):
+    ds = gc.simulate(MODEL, 2)
+    for name in ("x.csv", "x.zarr", "x.mat", "x.png"):
+        with pytest.raises(InputError, match=r"^path must end in \.nc, \.nc4, \.netcdf, \.h5, \.hdf5") as error:
+            gc.save(ds, tmp_path / name)
+        assert "to_csv" in error.value.advice
+    assert list(tmp_path.iterdir()) == []
+    for name in ("x.nc", "x.NC4", "x", "x.h5"):
+        gc.save(ds, tmp_path / name)
+        assert gc.load(tmp_path / name).identical(ds)
+
+
+def test_save_refuses_what_is_no_dataset(tmp_path):
+    for value in (tmp_path / "x.nc", MODEL, None):
+        with pytest.raises(InputError, match=r"^dataset must be an xarray.Dataset"):
+            gc.save(value, tmp_path / "x.nc")

@@ -1,0 +1,72 @@
+"""Every script in the documents runs, and prints or finds what the text beside it says."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import matplotlib as mpl
+import pytest
+from typer.testing import CliRunner
+
+from gearchaos.cli import app
+
+ROOT = Path(__file__).parent.parent
+PAGES = sorted(p for p in (ROOT, ROOT / "docs", ROOT / "examples", ROOT / "benchmarks") for p in p.glob("*.md"))
+_SCRIPT = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+_COUNT = re.compile(r"(gc\.Axis\([^)]*, )\d{3,}\)")
+_EXAMPLES = (ROOT / "docs" / "cli.md").read_text(encoding="utf-8").split("## Examples")[1]
+COMMANDS = re.findall(r"^gearchaos (.*)$", _EXAMPLES, re.MULTILINE)
+SCRIPTED = [page for page in PAGES if _SCRIPT.search(page.read_text(encoding="utf-8"))]
+
+
+def _run(page: Path) -> dict:
+    """What the scripts of a page leave behind, one after another; maps are computed with few cells."""
+    left: dict = {}
+    for script in _SCRIPT.findall(page.read_text(encoding="utf-8")):
+        exec(compile(_COUNT.sub(r"\g<1>12)", script), str(page), "exec"), left)
+    return left
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    """Files go to a folder of their own, figures to no screen."""
+    monkeypatch.chdir(tmp_path)
+    mpl.use("Agg")
+
+
+@pytest.mark.parametrize("page", SCRIPTED, ids=lambda page: page.name)
+def test_scripts_run(page):
+    _run(page)
+
+
+def test_example_commands_run(tmp_path):
+    """One after another in one folder: some read what others wrote."""
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    for line in COMMANDS:
+        result = CliRunner().invoke(app, shlex.split(line), catch_exceptions=False)
+        assert result.exit_code == 0, (line, result.stderr)
+        for name in re.findall(r"--(?:out|plot) (\S+)", line):
+            assert (tmp_path / name).exists(), line
+
+
+def test_the_first_script_says_what_the_readme_says(tmp_path):
+    left = _run(ROOT / "README.md")
+    assert left["verdict"].label == "8T"
+    assert left["verdict"].contact == "two-sided"
+    assert max(abs(complex(*m)) for m in left["verdict"].multipliers) < 1
+    assert (tmp_path / "zones.nc").stat().st_size > 0
+
+
+def test_the_checks_of_the_method_print_what_its_table_says(capsys):
+    """Rounding, and never nothing: a way compared with itself would print 0."""
+    _run(ROOT / "docs" / "method.md")
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert [row[0] for row in rows] == ["single", "torsional", "full", "single"]
+    for kind, zeta, median, largest, between in rows:
+        assert 0 < float(between) < 1e-13, kind
+        if float(zeta) < 1:
+            assert float(median) < 2e-15, kind
+            assert float(largest) < 1e-12, kind

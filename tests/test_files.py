@@ -1,0 +1,118 @@
+"""What is no file, and names that no file can have: refused before any work, never replaced and never waited for."""
+
+import os
+import stat
+
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import gearchaos as gc
+from gearchaos.cli import app
+from gearchaos.files import write_bytes
+from gearchaos.studyfile import LARGEST, load_study
+
+SMALL = xr.Dataset({"z": ("tau", [1.0, 2.0])})
+COMMANDS = {
+    "simulate": ("simulate", "--periods", 1, "--out"),
+    "zones": ("zones", "--axis", "omega=0.9:1.1:2", "--axis", "eps1=0:0.1:2", "--out"),
+    "regime": ("regime", "--plot"), "plot": ("plot", "missing.nc", "--out"), "export": ("export", "missing", "--out"),
+}
+
+
+def refused(*arguments):
+    """What a command says that is refused before it begins."""
+    result = CliRunner().invoke(app, [str(a) for a in arguments], catch_exceptions=False)
+    assert (result.exit_code, result.stdout, result.stderr.count("\n")) == (2, "", 1), result
+    return result.stderr
+
+
+@pytest.fixture(params=["pipe", "link to a pipe"])
+def pipe(request, tmp_path):
+    """A pipe with a name, or a link to one, which must still be there afterwards."""
+    os.mkfifo(tmp_path / "pipe")
+    path = tmp_path / "pipe"
+    if request.param != "pipe":
+        path = tmp_path / "link"
+        path.symlink_to(tmp_path / "pipe")
+    yield path
+    assert stat.S_ISFIFO(path.stat().st_mode)
+    assert path.is_symlink() == (request.param != "pipe")
+
+
+@pytest.fixture
+def no_work(monkeypatch):
+    """Nothing may be read or computed."""
+    def work(*_, **__):
+        raise AssertionError("work has begun")
+
+    for name in ("gearchaos.studyfile.load_study", "gearchaos.studies.load", "gearchaos.runs.store.read",
+                 "gearchaos.studies.dataset.netcdf"):
+        monkeypatch.setattr(name, work)
+
+
+# --- writing -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_what_is_no_file_is_never_replaced(name, pipe, no_work):
+    said = refused(*COMMANDS[name], pipe)
+    assert f"{COMMANDS[name][-1]} must be a file; got '{pipe}'" in said and "not a regular file" in said
+
+
+def test_data_are_not_saved_over_what_is_no_file(pipe, no_work):
+    with pytest.raises(gc.InputError, match=r"path must be a file; got .*not a regular file"):
+        gc.save(SMALL, pipe)
+
+
+def test_data_are_not_saved_over_a_folder(tmp_path, no_work):
+    with pytest.raises(gc.InputError, match=r"path must be a file; got .*folder"):
+        gc.save(SMALL, tmp_path)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_name_that_is_too_long_is_refused_before_any_work(name, tmp_path, no_work):
+    said = refused(*COMMANDS[name], tmp_path / ("n" * 256))
+    assert f"{COMMANDS[name][-1]} must be a path that can be written to" in said and "too long" in said
+
+
+@pytest.mark.parametrize(("bad", "why"), [("n" * 253 + ".nc", "too long"), ("\0", "null")])
+def test_data_are_not_saved_by_a_name_that_no_file_can_have(bad, why, tmp_path, no_work):
+    with pytest.raises(gc.InputError, match=rf"path must be a path that can be written to; got .*{why}"):
+        gc.save(SMALL, tmp_path / bad)
+
+
+def test_the_longest_name_can_be_written(tmp_path):
+    path = tmp_path / ("n" * 252 + ".nc")
+    gc.save(SMALL, path)
+    write_bytes(path, b"again")
+    assert path.read_bytes() == b"again" and list(tmp_path.iterdir()) == [path]
+
+
+# --- reading -------------------------------------------------------------------------------------------------------
+
+
+def test_a_study_file_that_is_none_is_refused(pipe, no_waiting):
+    with pytest.raises(gc.InputError, match=r"study file must be a readable file; got .* not a regular file"):
+        load_study(pipe)
+
+
+def test_what_is_no_file_is_no_saved_result(pipe, no_waiting):
+    with pytest.raises(gc.InputError, match=r"path must be a NetCDF file; got .* not a regular file"):
+        gc.load(pipe)
+    assert "not a regular file" in refused("plot", pipe, "--out", pipe.with_suffix(".png"))
+
+
+def test_a_study_file_has_a_largest_size(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_bytes(b"[model]\nomega = 1.5 #".ljust(LARGEST))
+    assert load_study(path).model.omega == 1.5
+    path.write_bytes(b"[model]\nomega = 1.5 #".ljust(LARGEST + 1))
+    with pytest.raises(gc.InputError, match=r"study file must be a readable file; got .*more than 1,000,000 bytes"):
+        load_study(path)
+
+
+def test_a_study_file_may_begin_with_a_byte_order_mark(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text("[model]\nomega = 1.5\n", encoding="utf-8-sig")
+    assert load_study(path).model.omega == 1.5

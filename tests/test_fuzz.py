@@ -1,0 +1,100 @@
+"""Whatever is typed, written into a study file or done to a store: a result or one message, soon, and no traceback.
+
+Cases are drawn from a seed (``GEARCHAOS_SEED``, 0 by default) by `trials.cases`, which can also make one of them again.
+"""
+
+import json
+import os
+import re
+import shutil
+
+import pytest
+from trials import cases
+from trials.parent import Trials, Tried
+
+SEED = int(os.environ.get("GEARCHAOS_SEED", "0"))
+FEW = {"command_line": 130, "operating_point": 20, "study_file": 70, "store": 50}
+MANY = {"command_line": 800, "operating_point": 500, "study_file": 500, "store": 400}
+"""How many cases of each kind are tried, in every run of the tests and in ``make slow``."""
+
+SECONDS = 20.0
+SAID = "this may take up to about"
+_BAD = re.compile(r"Traceback|\b\w*Warning\b|Exception ignored|HDF5-DIAG|Segmentation|core dumped")
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """A folder with the stores, and a child that tries commands."""
+    folder = tmp_path_factory.mktemp("fuzz")
+    with Trials(SECONDS, SAID) as trials:
+
+        def sound(command):
+            tried = trials.run(command, folder)
+            assert tried.code == 0, tried
+
+        cases.make_stores(folder, sound)
+        yield trials, folder
+
+
+def complaint(tried: Tried, folder) -> str | None:
+    """What is wrong with how a command ended."""
+    if tried.code == "said":
+        return None
+    if tried.code not in (0, 1, 2):
+        return "it must end by itself, with 0, 1 or 2"
+    if found := _BAD.search(tried.stderr + tried.stdout):
+        return f"{found[0]} is not for users"
+    errors = len(re.findall(r"^error: |^.{0,3}Error\b|^Usage: ", tried.stderr, re.MULTILINE))
+    if tried.code == 2 and not errors:
+        return "it must say what is wrong"
+    if tried.code == 1 and tried.command[0] not in ("run", "paper"):
+        return "1 is for tiles that failed and for claims that do not hold"
+    if tried.code == 0 and "--json" in tried.command and tried.command[-1] != "--help":
+        json.loads(tried.stdout)
+    drafts = [p.name for p in folder.rglob("*") if p.name.endswith(".partial") or p.name.startswith(".gearchaos-")]
+    return f"it leaves {drafts}" if drafts else None
+
+
+def tried(trials: Trials, folder, kind: str, numbers: range) -> list[str]:
+    """What is wrong with these cases, in words."""
+    wrong = []
+    for number in numbers:
+        here = folder / "case"
+        shutil.rmtree(here, ignore_errors=True)
+        here.mkdir()
+        result = trials.run(cases.make(kind, SEED, number, here), here)
+        if why := complaint(result, here):
+            wrong.append(f"{kind} {SEED} {number}: {why}\n{result}")
+    return wrong
+
+
+@pytest.mark.parametrize("kind", FEW)
+def test_nothing_ends_in_a_traceback(kind, place):
+    wrong = tried(*place, kind, range(FEW[kind]))
+    assert not wrong, "\n\n".join(wrong)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", MANY)
+def test_nothing_ends_in_a_traceback_in_thousands_of_cases(kind, place):
+    wrong = tried(*place, kind, range(MANY[kind]))
+    assert not wrong, f"{len(wrong)} of {MANY[kind]}\n" + "\n\n".join(wrong[:20])
+
+
+def test_thousands_are_at_least_two():
+    assert sum(MANY.values()) >= 2000
+
+
+@pytest.mark.parametrize(("command", "code", "why"), [
+    (["regime"], "ended: more than 20 seconds", "must end by itself"), (["regime"], 1, "1 is for tiles"),
+    (["regime"], 2, "must say what is wrong"), (["regime"], "died with -11", "must end by itself"),
+])
+def test_what_must_not_happen_is_noticed(command, code, why, tmp_path):
+    assert why in complaint(Tried(command, code, 0.1), tmp_path)
+
+
+def test_warnings_tracebacks_and_drafts_are_noticed(tmp_path):
+    for said in ("Traceback (most recent call last)", "x.py:1: RuntimeWarning: overflow", "Exception ignored in"):
+        assert "not for users" in complaint(Tried(["regime"], 0, 0.1, stderr=said), tmp_path)
+    (tmp_path / ".o.nc.1.partial").touch()
+    assert "it leaves" in complaint(Tried(["regime"], 0, 0.1), tmp_path)

@@ -1,0 +1,218 @@
+"""What cannot end, or not be kept, is refused before any work; what takes long says how long."""
+
+import time
+from unittest.mock import ANY
+
+import numpy as np
+import pytest
+from trials.cases import EXAMPLES
+from typer.testing import CliRunner
+
+import gearchaos as gc
+from gearchaos.cli import app
+from gearchaos.errors import MOST, whole_number
+from gearchaos.model import vary
+from gearchaos.motion import Budget
+from gearchaos.rules import LARGEST, SMALLEST
+from gearchaos.runs.resolved import Resolved
+from gearchaos.studies import effort as efforts
+from gearchaos.studies import tiles
+from gearchaos.studies.effort import LONG, MOST_STEPS, effort
+from gearchaos.studyfile import load_study
+from gearchaos.switched import switched
+
+PAIR = gc.MeshModel.of(eps1=0.1)
+SMALL = gc.Axis("eps1", 0.0, 0.2, 3)
+GIGABYTE = 1 << 30
+
+REFUSED = [
+    # (call, field, rule, value, advice)
+    (lambda: gc.MeshModel.of(omega=1e13), "omega", "at most 1e+12", 1e13, "units"),
+    (lambda: gc.MeshModel.of(q0=-1e13), "q1", "at most 1e+12", -1e13, "units"),
+    (lambda: gc.MeshModel.of(J=1e-31), "J1", "at least 1e-30", 1e-31, "units"),
+    (lambda: gc.MeshModel.of(beta=1e-31), "beta1", "at least 1e-30, if it is not 0", 1e-31, "units"),
+    (lambda: gc.MeshModel.of(eps1=10**400), "error.amplitudes", "at most 1e+12", 10**400, "units"),
+    (lambda: gc.MeshModel.of(x1=1e13), "initial.x1", "at most 1e+12", 1e13, "units"),
+    (lambda: vary(PAIR, {"zeta": [0.1, 1e300]}), "zeta", "at most 1e+12", 1e300, "units"),
+    (lambda: gc.Axis("mu", 1.0, 1e200, 3), "mu1", "at most 1e+12", 1e200, "units"),
+    (lambda: gc.regime(gc.MeshModel.of(omega=1e-6)), "steps of a mesh period", "at most 1,000,000", 1.6e7, "omega"),
+    (lambda: gc.regime(gc.MeshModel.of(zeta=1e6)), "steps of a mesh period", "at most 1,000,000", 2.79e7, "zeta"),
+    (lambda: gc.simulate(gc.MeshModel.of(J1=1e-9), 3), "steps of a mesh period", "at most 1,000,000", ANY, "J"),
+    (lambda: gc.zones(PAIR, gc.Axis("omega", 1e-7, 1, 3), SMALL), "steps of a mesh period", "at most", ANY, "omega"),
+    (lambda: gc.bifurcation(PAIR, gc.Axis("zeta", 0, 1e6, 3)), "steps of a mesh period", "at most", 2.79e7, "zeta"),
+    (lambda: gc.simulate(PAIR, 10**20), "periods", "at most", 10**20, ""),
+    (lambda: gc.simulate(PAIR, 10, transient=10**20), "transient", "at most", 10**20, ""),
+    (lambda: gc.simulate(PAIR, 10, transient=9 * 10**15), "the study", "end within 100 years", ANY, "followed"),
+    (lambda: gc.simulate(PAIR, 2 * 10**6), "periods", "by its memory", 2 * 10**6, ""),
+    (lambda: gc.simulate(PAIR, 3, samples=10**6), "periods times samples", "by its memory", 3 * 10**6, ""),
+    (
+        lambda: gc.bifurcation(PAIR, gc.Axis("q0", 0, 1, 10**4), points=10**4),
+        "columns times points", "by its memory", 10**8, "",
+    ),
+    (lambda: gc.bifurcation(PAIR, SMALL, points=10**7), "columns times points", "memory", 3 * 10**7, ""),
+    (lambda: gc.attractors(PAIR, 2, kicks=3000), "kicks", "by its memory", 3000, ""),
+    (lambda: gc.attractors(PAIR, 2, box={"x1": (0, 1, 2)}), "box x1", "two finite numbers", (0, 1, 2), "-3, 3"),
+    (lambda: gc.attractors(PAIR, 2, box={"x1": 3.0}), "box x1", "two finite numbers", 3.0, "-3, 3"),
+    (lambda: gc.attractors(PAIR, 2, box={"x1": ("a", 1)}), "box x1", "must be a number", "a", ""),
+    (lambda: gc.attractors(PAIR, 2, box=[("x1", 0, 1)]), "box", "a range for each", [("x1", 0, 1)], "-3, 3"),
+    (lambda: Budget(looks=80), "budget.looks", "a list of whole numbers", 80, "80, 80"),
+    (lambda: Budget(looks="80"), "budget.looks", "a list of whole numbers", "80", "80, 80"),
+    (lambda: Budget(looks=(80, 10**8)), "budget.looks", "at most 10,000,000", 10**8, ""),
+    (lambda: Budget(extensions=10**6), "budget.extensions", "at most 20", 10**6, ""),
+    (lambda: Budget(exponent=10**6, extensions=4), "budget.exponent", "all extensions", "1000000 x 2^4", "extensions"),
+    (lambda: Budget(measured=10**20), "budget.measured", "at most 10,000,000", 10**20, ""),
+    (lambda: Budget(longest=10**6), "budget.longest", "at most 100,000", 10**6, ""),
+]
+
+
+@pytest.mark.parametrize(("call", "field", "rule", "value", "advice"), REFUSED)
+def test_what_cannot_end_or_be_kept_is_refused_at_once(call, field, rule, value, advice, monkeypatch):
+    monkeypatch.setattr(tiles, "memory", lambda: GIGABYTE)
+    begin = time.perf_counter()
+    with pytest.raises(gc.InputError) as refused:
+        call()
+    error = refused.value
+    assert error.field == field and rule in error.rule and advice in error.advice
+    assert error.value == (pytest.approx(value, rel=0.02) if isinstance(value, float) else value)
+    assert time.perf_counter() - begin < 10.0
+
+
+@pytest.mark.parametrize("beta", [0.0, 1e-20, 1e-14, 1e-6])
+def test_weak_friction_and_light_wheels_are_taken(beta):
+    model = gc.MeshModel.of(beta1=beta, beta2=0.0, J1=0.01, J2=1e6, q0=1e-9)
+    assert gc.simulate(model, 2).attrs["status"] == "ok"
+
+
+def test_a_number_of_either_end_is_taken():
+    assert gc.MeshModel.of(omega=LARGEST, zeta=0.0, J1=SMALLEST).J1 == SMALLEST
+    assert whole_number("n", MOST, 0) == MOST and Budget(longest=100_000, looks=(10**7,), exponent=10**6, extensions=3)
+
+
+def test_long_values_are_shown_short():
+    for value in (10**3000, 10**5000, "a" * 10**5, [0.0] * 10**5):
+        assert len(str(gc.InputError("field", "rule", value))) < 300
+
+
+def system(**values):
+    return switched(vary(gc.MeshModel.of(**values), {}))
+
+
+POINTS = [{}, {"omega": 0.01}, {"zeta": 30.0}, {"kind": "full", "kappa": 400.0}, {"eps9": 0.1}]
+
+
+@pytest.mark.parametrize("values", POINTS)
+@pytest.mark.parametrize("samples", [0, 7, 500])
+def test_the_estimate_is_what_the_flow_does(values, samples):
+    from gearchaos.flow import ExactFlow
+
+    made = int(ExactFlow(system(**values), samples).node_count[0])
+    assert made / 1.4 <= effort(system(**values), 1, 1, samples=samples).steps <= made
+
+
+WAVES = [
+    {"eps4": 1e6}, {"eps8": 1e6}, {"c1": 0.2, "eps1": 1e6}, {"kind": "full", "eps64": 1e6}, {"eps64": 1e6, "c64": 0.2},
+]
+
+
+@pytest.mark.parametrize("values", WAVES)
+def test_the_estimate_covers_what_harmonics_cost(values):
+    from gearchaos.flow import ExactFlow
+
+    def per_estimate(**values):
+        """Seconds of a run of eight motions over those of the estimate, the least of three."""
+        eight = system(**values).take(np.zeros(8, int))
+        flow, work = ExactFlow(eight), effort(eight, 8, 1)
+        periods, start = 60_000 // work.steps, np.random.default_rng(0).normal(size=(eight.dimension, 8))
+        took = []
+        for _ in range(3):
+            begun = time.process_time()
+            flow.advance(start.copy(), periods)
+            took.append(time.process_time() - begun)
+        return min(took) / (periods * work.seconds(1))
+
+    kind = values.get("kind", "single")
+    plain = per_estimate(kind=kind, eps1=1e6)
+    assert per_estimate(**{"kind": kind, **values}) <= 1.3 * plain
+
+
+def test_harmonics_make_nothing_too_long_to_begin(monkeypatch):
+    plain, waves = system(kind="single"), system(kind="single", eps64=0.1)
+    assert effort(plain, 1, 10).cost == 1.0
+    found = effort(waves, 1, 10)
+    monkeypatch.setattr(efforts, "_NEVER", 1.001 * found.seconds() / found.cost)
+    assert effort(waves, 1, 10).seconds() == found.seconds()
+
+
+def test_time_grows_with_work_and_falls_with_threads():
+    one = effort(system(), 1, 1000)
+    assert effort(system(), 1, 2000).seconds() == pytest.approx(2 * one.seconds())
+    assert effort(system(), 8, 1000).seconds() == pytest.approx(one.seconds())  # eight share a vector
+    many = effort(system(), 2**16, 1000)
+    assert many.seconds(4) == pytest.approx(many.seconds(1) / 4)
+    assert effort(system(), 1, 1000, alone=1000).seconds(4) == pytest.approx(2 * one.seconds())
+
+
+@pytest.mark.parametrize(("seconds", "words"), [
+    (LONG - 0.01, None), (45, "45 seconds"), (300, "5 minutes"), (3 * 3600, "3 hours"), (400 * 86400, "400 days"),
+    (9e8, "29 years"),
+])
+def test_long_work_says_how_long(seconds, words, monkeypatch, capsys):
+    monkeypatch.setattr(efforts.Effort, "seconds", lambda *_: seconds)
+    effort(system(), 12345, 1000).tell()
+    said = capsys.readouterr().err
+    assert said == ((words and f"this may take up to about {words}. 12,345 motions are followed for at most 1,000 mesh "
+                    "periods of 16 steps.\n") or "")
+
+
+COMMANDS = [
+    ["regime"], ["simulate", "--periods", "2"], ["attractors", "--starts", "2"],
+    ["bifurcation", "--axis", "eps1=0:.1:2", "--out", "o.nc"],
+    ["zones", "--axis", "omega=1:2:2", "--axis", "eps1=0:.1:2", "--out", "o.nc"],
+    ["basins", "--axis", "x1=0:1:2", "--axis", "x1_dot=0:1:2", "--out", "o.nc"], ["run", "s.toml", "--out", "o.zarr"],
+]
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda c: c[0])
+def test_every_command_says_how_long(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "s.toml").write_text('[study]\nkind = "simulate"\nperiods = 2\n')
+    assert "may take" not in CliRunner().invoke(app, command).stderr
+    monkeypatch.setattr(efforts, "LONG", 0.0)
+    (tmp_path / "again").mkdir()
+    monkeypatch.chdir(tmp_path / "again")
+    result = CliRunner().invoke(app, [c.replace("s.toml", "../s.toml") for c in command])
+    assert result.exit_code == 0 and result.stderr.count("this may take up to about") == 1
+
+
+def test_step_matrices_of_many_points_take_a_part_of_the_memory(monkeypatch):
+    monkeypatch.setattr(efforts, "memory", lambda: GIGABYTE)
+    slow = effort(switched(vary(gc.MeshModel(stiffness=gc.HarmonicStiffness((0.2,)), omega=1e-3), {})), 10**6, 1)
+    assert slow.largest(1) * slow.table <= GIGABYTE // 4 and slow.largest(4) == slow.largest(1) // 4
+    assert effort(system(), 10**6, 1).largest(64) == tiles.TILE
+
+
+@pytest.mark.parametrize(("longest", "most"), [(64, tiles.TILE), (640, 1000), (50_000, 16)])
+def test_records_of_long_periods_make_tiles_small(longest, most, monkeypatch):
+    asked, split = [], tiles.split
+    monkeypatch.setattr(tiles, "split", lambda count, largest, threads: asked.append(largest) or split(count, largest))
+    budget = Budget(looks=(longest + 1,), longest=longest, exponent=longest + 1, patience=0, extensions=0)
+    gc.zones(PAIR, gc.Axis("omega", 2.0, 2.1, 2), SMALL, budget=budget)
+    assert most / 2 <= max(asked) <= most
+
+
+def test_tiles_of_any_size_give_the_same_map(monkeypatch):
+    model = gc.MeshModel(stiffness=gc.HarmonicStiffness((0.2,)))
+    axes, short = (gc.Axis("omega", 0.5, 1.0, 9), gc.Axis("eps1", 0, 0.2, 5)), Budget(patience=400, extensions=1)
+    whole = gc.zones(model, *axes, starts=2, budget=short)
+    monkeypatch.setattr(efforts.Effort, "largest", lambda *_: 8)
+    assert gc.zones(model, *axes, starts=2, budget=short).identical(whole)
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda p: p.stem)
+def test_no_example_is_refused(path):
+    study = load_study(path)
+    if study.settings.kind not in (None, "regime"):
+        options = study.settings.options()
+        planned = Resolved(study.settings.kind, study.model, study.settings.axes, options).plan()
+        assert planned.effort.seconds(2) < 7200 and planned.effort.steps < MOST_STEPS / 100
+    assert np.isfinite(effort(switched(vary(study.model, {})), 1, Budget().most).seconds())

@@ -1,0 +1,226 @@
+"""What a store says of its run, from marks made by hand; and how work is dealt out."""
+
+import inspect
+from concurrent.futures import Future
+
+import numpy as np
+import pytest
+
+import gearchaos as gc
+from gearchaos.errors import InputError
+from gearchaos.motion import Budget
+from gearchaos.runs import create, engines
+from gearchaos.runs import run as module
+from gearchaos.runs.grid import Grid, cut
+from gearchaos.runs.info import summary
+from gearchaos.runs.resolved import Resolved, differences
+from gearchaos.runs.store import Mark, read
+from gearchaos.runs.writers import Shard
+from gearchaos.studies import tiles
+from gearchaos.studies.plan import Plan
+
+SHORT = Budget(patience=800, extensions=1, measured=16)
+AXES = gc.Axis("omega", 0.5, 1.1, 8), gc.Axis("eps1", 0.05, 0.3, 6)
+MAP = Resolved("zones", gc.MeshModel.of(q0=0.1), AXES, {}, SHORT)
+
+
+def store_of(folder, tile=(2, 4)):
+    return create.create(folder / "map.zarr", MAP, Grid((6, 8), tile))
+
+
+def test_a_summary_counts_marks(tmp_path):
+    store = store_of(tmp_path)
+    assert summary(store)["tiles"] == 6 and summary(store)["pieces_per_second"] is None
+    for number, at in ((0, 100.0), (1, 102.0), (2, 106.0), (4, 108.0)):
+        store.mark(number, Mark(True, 1.5, f"box{number}:17", 1, None, at))
+    store.mark(3, Mark(False, 0.0, "box0:18", 3, "ValueError: no", 103.0))
+    found = summary(store)
+    size = sum(f.stat().st_size for f in store.path.rglob("*") if f.is_file())
+    assert found == {
+        "store": str(store.path), "study": "zones", "finished": False, "tiles": 6, "tiles_done": 4, "pieces": 48,
+        "pieces_done": 32, "failed": {"3": "ValueError: no"}, "seconds": 6.0, "pieces_per_second": 24 / 8,
+        "seconds_left": 16 / 3, "machines": ["box0", "box1", "box2", "box4"], "bytes": size,
+    }
+
+
+def test_the_rate_leaves_out_the_time_in_which_nothing_ran(tmp_path):
+    """Four tiles a second apart, and a night before the last two."""
+    store = store_of(tmp_path)
+    for number, at in enumerate((0.0, 1.0, 2.0, 3.0, 30_000.0, 30_001.0)):
+        store.mark(number, Mark(True, 1.0, "box:1", 1, None, at))
+    assert summary(store)["pieces_per_second"] == 4 * 8 / 4
+    assert summary(store)["seconds_left"] == 0
+
+
+@pytest.mark.parametrize(("pause", "counts"), [(19.9, True), (20.1, False)])
+def test_a_pause_is_twenty_times_the_usual_step(tmp_path, pause, counts):
+    store = store_of(tmp_path)
+    for number, at in enumerate(np.cumsum([0.0, 1.0, 1.0, 1.0, pause])):
+        store.mark(number, Mark(True, 1.0, "box:1", 1, None, float(at)))
+    expected = 4 * 8 / (3 + pause) if counts else 3 * 8 / 3
+    assert summary(store)["pieces_per_second"] == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_tile_that_fails_is_tried_three_times_and_costs_no_time(tmp_path, monkeypatch):
+    tries, true = [], module.compute_tile
+
+    def compute_tile(path, attempt, threads, number):
+        tries.append((number, attempt))
+        return "ValueError: no" if number == 1 else true(path, attempt, threads, number)
+
+    monkeypatch.setattr(module, "compute_tile", compute_tile)
+    outcome = module.run(MAP, tmp_path / "map.zarr", tile=16)
+    assert (outcome.done, outcome.failed, outcome.count) == (3, {1: "ValueError: no"}, 4)
+    assert sorted(tries) == [(0, 1), (1, 1), (1, 2), (1, 3), (2, 1), (3, 1)]
+    mark = read(tmp_path / "map.zarr").marks()[1]
+    assert (mark.done, mark.seconds, mark.attempt, mark.error) == (False, 0.0, 3, "ValueError: no")
+
+
+@pytest.mark.parametrize("good", [0, 4, 8])
+def test_a_store_is_made_if_the_first_the_middle_or_the_last_piece_can_be_computed(good):
+    def compute(numbers):
+        if numbers[0] != good:
+            raise ArithmeticError("no")
+        return {"label": numbers}
+
+    plan = Plan({"x": 9}, {"x": 1}, compute, None, None, labelled=True)
+    assert create._sample(plan, Grid((9,), (3,)))["label"].tolist() == [good]
+
+
+@pytest.mark.parametrize("engine", [engines.processes, engines.threads])
+def test_no_engine_has_no_width(engine):
+    with pytest.raises(InputError, match="must be a whole number of at least 1; got 0"):
+        engine(0)
+
+
+def test_a_study_of_one_tile_is_computed_with_its_store(tmp_path):
+    store = store_of(tmp_path, (6, 8))
+    (mark,) = store.marks().values()
+    assert mark.done and mark.attempt == 1 and mark.error is None and 0 < mark.seconds < 600
+    assert store.complete and not store.finished and store.damaged() == [] and store.broken() == []
+    again = read(store.path)
+    assert again.study == MAP and again.grid == store.grid and again.arrays == store.arrays
+
+
+def test_cells_of_each_tile_are_a_rectangle():
+    grid = Grid((5, 7), (2, 3))
+    assert (grid.tiles, grid.count) == ((3, 3), 9)
+    plane = np.arange(35).reshape(5, 7)
+    for number in range(9):
+        i, j = divmod(number, 3)
+        part = plane[2 * i : 2 * i + 2, 3 * j : 3 * j + 3]
+        np.testing.assert_array_equal(grid.pieces(number), part.ravel())
+        assert grid.size(number) == part.size
+        assert grid.place(number) == (i, j)
+
+
+@pytest.mark.parametrize(("shape", "block", "size", "tile"), [
+    ((100, 100), (1, 1), 64, (8, 8)), ((100, 100), (1, 1), 100, (8, 8)), ((100, 100), (1, 1), 128, (16, 8)),
+    ((4, 1000), (1, 1), 256, (4, 64)), ((10, 50), (1, 50), 20, (1, 50)), ((10, 50), (1, 50), 200, (4, 50)),
+])
+def test_tiles_are_as_square_as_may_be(shape, block, size, tile):
+    along = (dict(zip("yx", sizes, strict=True)) for sizes in (shape, block))
+    plan = Plan(*along, None, None, None, labelled=True)
+    assert cut(plan, size) == Grid(shape, tile)
+
+
+def test_shards_share_the_tiles_out():
+    parts = [list(Shard(n, 3).tiles(10)) for n in (1, 2, 3)]
+    assert parts == [[0, 3, 6, 9], [1, 4, 7], [2, 5, 8]]
+    assert Shard().name == "all" and Shard(2, 3).name == "2-of-3" and Shard.parse(" 2/3") == Shard(2, 3)
+
+
+def test_differences_name_the_field_and_both_values():
+    stored = {"kind": "zones", "model": {"zeta": 0.1, "J1": 2}, "axes": [1]}
+    asked = {"kind": "zones", "model": {"zeta": 0.2, "J1": 2}, "axes": [2], "new": 1}
+    assert differences(stored, asked) == [
+        "axes: [1] in the store, [2] asked for", "model.zeta: 0.1 in the store, 0.2 asked for",
+        "new: None in the store, 1 asked for",
+    ]
+    assert differences(stored, stored) == []
+
+
+def test_a_resolved_study_is_written_whole_and_read_back():
+    attractors = Resolved("attractors", gc.MeshModel.of(), (), {"sweep": gc.Axis("omega", 0.5, 2.0, 4), "starts": 9})
+    for study in (MAP, attractors, Resolved("simulate", gc.MeshModel.of(eps1=0.1), (), {"periods": 3})):
+        assert Resolved.from_dict(study.to_dict()) == study
+    assert attractors.options["seed"] == 0 and "budget" not in attractors.options and attractors.budget == Budget()
+    with pytest.raises(InputError, match="axes must be 1 for kind 'bifurcation'"):
+        Resolved("bifurcation", gc.MeshModel.of(), AXES).plan()
+
+
+@pytest.mark.parametrize("kind", ["simulate", "attractors", "bifurcation", "zones", "basins"])
+def test_a_study_in_a_store_has_the_defaults_of_its_function(kind):
+    function, resolved = inspect.signature(getattr(gc, kind)).parameters, Resolved(kind, gc.MeshModel.of())
+    assert resolved.options == {
+        n: p.default for n, p in function.items()
+        if p.default is not p.empty and n not in ("budget", "progress", "threads")
+    }
+
+
+def test_few_pieces_are_divided_evenly_among_threads():
+    assert [t.stop - t.start for t in tiles.split(1000, threads=2)] == [500, 500]
+    assert [t.stop - t.start for t in tiles.split(300, threads=2)] == [300]
+    assert [t.stop - t.start for t in tiles.split(10_240, threads=2)] == [5120, 5120]
+    assert [t.stop - t.start for t in tiles.split(1000, largest=100, threads=2)] == [100] * 10
+    assert len(tiles.split(10_241, threads=2)) > 2
+
+
+@pytest.mark.parametrize("threads", [2, 5])
+@pytest.mark.parametrize("count", [60_000, 100_000])
+def test_tiles_shrink_to_a_sixteenth_of_a_threads_share(count, threads):
+    sizes = [t.stop - t.start for t in tiles.split(count, threads=threads)]
+    least = count // (16 * threads)
+    assert sizes[0] == min(tiles.TILE, count // (2 * threads))
+    assert min(sizes[:-1]) == least and sizes[-1] <= least
+    assert sizes[:-1] == sorted(sizes[:-1], reverse=True)
+
+
+def test_cores_are_those_of_this_process(monkeypatch):
+    monkeypatch.setattr(tiles.os, "sched_getaffinity", lambda process: {0: {2, 5, 7}}[process])
+    assert tiles.cores() == 3
+    monkeypatch.delattr(tiles.os, "sched_getaffinity")
+    monkeypatch.setattr(tiles.os, "cpu_count", lambda: None)
+    assert tiles.cores() == 1
+
+
+def test_work_handed_out_but_not_begun_is_dropped_when_nobody_waits_for_it():
+    futures = []
+
+    class Pool:
+        def submit(self, work, item):
+            futures.append(Future())
+            if item == 0:
+                futures[0].set_result(work(item))
+            return futures[-1]
+
+    running = tiles.few_ahead(Pool(), lambda item: item + 5, range(10), lambda: 4)
+    item, future = next(running)
+    assert (item, future.result()) == (0, 5)
+    assert len(futures) == 4
+    running.close()
+    assert [f.cancelled() for f in futures] == [False, True, True, True]
+
+
+def test_a_bar_begins_where_the_work_does(monkeypatch):
+    from rich.progress import Progress
+
+    begun, true = [], Progress.add_task
+
+    def add_task(*arguments, **options):
+        begun.append((options["total"], options["completed"]))
+        return true(*arguments, **options)
+
+    monkeypatch.setattr(Progress, "add_task", add_task)
+    for done in ({}, {"done": 3}):
+        with tiles.bar("work", 10, **done) as advance:
+            advance(2)
+    assert begun == [(10, 0), (10, 3)]
+
+
+def test_what_does_not_fit_the_memory_is_refused_with_how_much_would():
+    memory = tiles.os.sysconf("SC_PAGE_SIZE") * tiles.os.sysconf("SC_PHYS_PAGES")
+    most = memory // 400
+    tiles.check_memory("cells", most)
+    with pytest.raises(InputError, match=f"cells must be at most {most:,} on this machine"):
+        tiles.check_memory("cells", most + 1)

@@ -1,0 +1,73 @@
+"""Levels of motions against closed forms and against what sampled motions show."""
+
+import numpy as np
+import pytest
+
+import gearchaos as gc
+from gearchaos.flow import layout as at
+from gearchaos.motion.reading import CONTACTS, read
+
+
+def test_levels_of_a_sinusoidal_motion():
+    """In permanent contact with constant stiffness z − 1 − q0 = Re A e^iωτ, with A = εω²/(1 − ω² + 2iζω)."""
+    omega, zeta, q0, eps = 1.7, 0.05, 0.5, 0.02
+    model = gc.MeshModel.of(kind="single", omega=omega, zeta=zeta, q0=q0, eps1=eps, chi0=0.0)
+    found = gc.regime(model)
+    amplitude = eps * omega**2 / abs(1 - omega**2 + 2j * zeta * omega)
+    force = amplitude * abs(1 + 2j * zeta * omega)
+    assert found.z_rms == pytest.approx(amplitude / np.sqrt(2), rel=1e-9)
+    assert found.z_peak_to_peak == pytest.approx(2 * amplitude, rel=1e-9)
+    assert found.z_dot_rms == pytest.approx(omega * amplitude / np.sqrt(2), rel=1e-9)
+    assert found.z_dot_peak_to_peak == pytest.approx(2 * omega * amplitude, rel=1e-9)
+    assert found.v_rms == pytest.approx(omega * amplitude / np.sqrt(2), rel=1e-9)
+    assert found.dynamic_factor == pytest.approx((q0 + force) / q0, rel=1e-9)
+    assert (found.contact, found.contact_fraction, found.switches_per_period) == ("permanent", 1, 0)
+
+
+MOTIONS = {
+    "permanent, front": ({"q0": 1.0, "omega": 2.5, "eps1": 0.02}, {1}),
+    "permanent, back": ({"q0": -1.0, "omega": 2.5, "eps1": 0.02, "x1": -1.0}, {-1}),
+    "one-sided, front": ({"q0": 0.1, "omega": 0.5, "eps1": 0.1}, {0, 1}),
+    "one-sided, back": ({"q0": -0.1, "omega": 0.5, "eps1": 0.1, "x1": -1.0}, {0, -1}),
+    "two-sided": ({"q0": 0.1, "omega": 1.0, "eps1": 0.206}, {-1, 0, 1}),
+    "none": ({"kind": "single", "q0": 0.0, "omega": 1.0, "eps1": 0.1, "z": 0.0}, {0}),
+}
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_the_contact_state_says_which_flanks_are_touched_and_left(name):
+    values, flanks = MOTIONS[name]
+    model = gc.MeshModel.of(**values)
+    verdict = gc.regime(model)
+    sampled = gc.steady(model, verdict)
+    contact = sampled.contact.values
+    assert set(np.unique(contact)) == flanks
+    assert verdict.contact == name.split(",")[0]
+    assert verdict.contact_fraction == pytest.approx(np.mean(contact != 0), abs=0.02)
+    switches = np.abs(np.diff(np.append(contact, contact[0]))).sum() / sampled.sizes["period"]
+    assert verdict.switches_per_period == pytest.approx(switches, abs=0.01)
+    assert verdict.z_peak_to_peak == pytest.approx(np.ptp(sampled.z.values), rel=0.01)
+    assert verdict.z_rms == pytest.approx(float(sampled.z.std()), rel=0.01)
+    if model.q1:
+        assert verdict.dynamic_factor == pytest.approx(float(abs(sampled.mesh_force).max()) / abs(model.q1), rel=0.01)
+
+
+def measured(front, back, duration):
+    measures = np.zeros((at.MEASURES, len(front)))
+    measures[at.FRONT_TIME], measures[at.BACK_TIME] = front, back
+    return read(measures, np.full(len(front), duration), np.ones(len(front)), np.ones(len(front)))
+
+
+def test_contact_lasts_if_no_time_is_free_but_for_rounding():
+    front, back = np.array([5.0, 5 - 1e-13, 4.999, 0, 2.0, 0, 2.5]), np.array([0, 0, 0, 5.0, 0.0, 0, 2.5])
+    found = measured(front, back, 5.0)
+    words = [CONTACTS[i] for i in found.contact]
+    assert words == ["permanent", "permanent", "one-sided", "permanent", "one-sided", "none", "two-sided"]
+    np.testing.assert_allclose(found.contact_fraction, [1, 1, 0.9998, 1, 0.4, 0, 1], rtol=1e-12)
+
+
+def test_there_is_no_dynamic_factor_without_load():
+    measures = np.zeros((at.MEASURES, 3))
+    measures[at.FORCE_MAX], measures[at.FORCE_MIN] = 0.2, -0.5
+    found = read(measures, np.ones(3), np.ones(3), np.array([0.1, -0.1, 0.0]))
+    np.testing.assert_allclose(found.dynamic_factor, [5, 5, np.nan])

@@ -1,0 +1,199 @@
+"""What results say of themselves: codes, units, intervals and flags; and what studies do without being asked."""
+
+import re
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import gearchaos as gc
+from gearchaos.errors import InputError
+from gearchaos.model import MeshModel, vary
+from gearchaos.motion import Budget, Label, Reason
+from gearchaos.motion.reading import CONTACTS
+from gearchaos.runs.writers import Shard
+from gearchaos.studies import warmup
+from gearchaos.studies.plan import Plan
+from gearchaos.studies.plane import shared_coordinates
+from gearchaos.switched import switched
+
+VERDICTS = (Path(__file__).parents[1] / "docs" / "verdicts.md").read_text()
+SHORT = Budget(patience=800, extensions=1, measured=16)
+FIGURE_2 = MeshModel.of(q0=0.1)
+
+
+@pytest.fixture(scope="module")
+def mixed():
+    """A map with orbits, chaos and chaos that ended."""
+    return gc.zones(FIGURE_2, gc.Axis("omega", 0.5, 1.5, 24), gc.Axis("eps1", 0.0, 0.3, 20), budget=SHORT)
+
+
+def test_codes_are_those_of_the_documentation():
+    """Stores and files keep them, so they never change."""
+    rows = [re.split(r"(?<!\\)\|", line) for line in VERDICTS.splitlines() if line.startswith("|")]
+    codes = {row[3].strip(): int(row[4]) for row in rows if len(row) == 7 and row[4].strip().isdigit()}
+    assert {r.name.lower(): int(r) for r in Reason} == codes | {"inferred": 9}
+    labels = {row[2].split(",")[0].strip(): int(row[1]) for row in rows if len(row) == 7 and row[1].strip().isdigit()}
+    assert {v.name.lower().replace("_", "-"): int(v) for v in Label} == labels
+    contacts = re.search(r"\| `contact` \| (.*?) \|", VERDICTS)[1]
+    assert tuple(re.findall(r"\d `([a-z-]+)`", contacts)) == CONTACTS
+
+
+def test_every_coordinate_has_its_unit():
+    data = gc.simulate(MeshModel.of(kind="full"), 1)
+    for name in ("x1", "x2", "y1", "y2", "z"):
+        assert data[f"section_{name}"].attrs["units"] == "delta"
+        assert data[f"section_{name}_dot"].attrs["units"] == "delta*omega0"
+        assert data[f"section_{name}"].attrs["long_name"].startswith("stroboscopic ")
+    assert data.section_x1.attrs["long_name"] == "stroboscopic x1"
+
+
+def test_intervals_hold_their_exponents_and_flags_are_true(mixed):
+    label, value = mixed.label.values, mixed.lyapunov.values
+    chaotic, periodic = label == Label.CHAOTIC, label == Label.PERIODIC
+    assert chaotic.sum() > 5 and periodic.sum() > 50
+    low, high = mixed.lyapunov_lo.values, mixed.lyapunov_hi.values
+    assert np.all((low < value)[chaotic] & (value < high)[chaotic])
+    np.testing.assert_array_equal(low[periodic], value[periodic])
+    np.testing.assert_array_equal(high[periodic], value[periodic])
+    assert not mixed.transient_chaos.values[~periodic].any()
+    quick = periodic & (mixed.periods_spent.values <= 1280)  # settled before anybody asked for exponents
+    assert quick.sum() > 50 and not mixed.transient_chaos.values[quick].any()
+    assert np.all(np.isfinite(mixed.v_rms.values[label != Label.DIVERGED]))
+
+
+def test_a_verdict_of_one_point_has_levels_and_exponents_as_told():
+    found = gc.regime(FIGURE_2.with_values({"eps1": 0.206}))
+    assert len(found.multipliers) == len(found.lyapunov) == 2 and found.period == 8
+    assert found.lyapunov_ci == [[v, v] for v in found.lyapunov]
+    chaos = gc.regime(FIGURE_2.with_values({"eps1": 0.26}), budget=SHORT)
+    assert chaos.label == "chaotic" and chaos.multipliers == [] and chaos.period is None and chaos.residual is None
+    assert all(low < value < high for (low, high), value in zip(chaos.lyapunov_ci, chaos.lyapunov, strict=True))
+    assert sum(chaos.lyapunov) == pytest.approx(-2 * 0.025 - 2 * 0.01 / 2, abs=1e-6)  # −2ζ(1/J1 + 1/J2) − 2β/J
+    assert {len(v) for v in chaos.section.values()} == {512}
+    assert (found.spectral_label, chaos.spectral_label) == ("8T", "chaotic")
+
+
+def test_a_motion_that_ran_away_has_neither_levels_nor_section():
+    found = gc.regime(MeshModel.of(kind="single", omega=2.0, z=30.0))
+    assert (found.label, found.section, found.period, found.spectral_label) == ("diverged", {}, None, None)
+    assert (found.contact, found.v_rms, found.dynamic_factor, found.residual) == (None, None, None, None)
+
+
+def test_a_torus_has_the_range_of_its_two_halves():
+    found = gc.regime(MeshModel.of(kind="full", omega=1.05, eps1=0.04))
+    assert found.label == "quasi-periodic"
+    for (low, high), value in zip(found.lyapunov_ci, found.lyapunov, strict=True):
+        assert low <= high and value == pytest.approx((low + high) / 2, rel=1e-12, abs=1e-15)
+
+
+def test_steady_motions_are_sampled_over_eight_rounds_or_512_periods():
+    orbit = FIGURE_2.with_values({"eps1": 0.231})
+    data = gc.steady(orbit, gc.regime(orbit))
+    assert data.sizes == {"period": 48, "tau": 48 * 64}
+    chaos = FIGURE_2.with_values({"eps1": 0.26})
+    assert gc.steady(chaos, gc.regime(chaos, budget=SHORT)).sizes["period"] == 512
+
+
+@pytest.mark.parametrize("study", [
+    lambda: gc.zones(FIGURE_2, gc.Axis("omega", 1.0, 1.2, 2), gc.Axis("eps1", 0.0, 0.1, 2)),
+    lambda: gc.zones(MeshModel.of(kind="single"), gc.Axis("omega", 2.0, 2.2, 2), gc.Axis("eps1", 0, 0.1, 2), starts=2),
+    lambda: gc.bifurcation(FIGURE_2, gc.Axis("omega", 1.0, 1.2, 2)),
+    lambda: gc.attractors(MeshModel.of(kind="single", omega=2.0), 4, kicks=2),
+    lambda: gc.basins(MeshModel.of(kind="single", omega=2.0), gc.Axis("z", 0, 1, 2), gc.Axis("z_dot", 0, 1, 2)),
+])
+def test_studies_are_silent_unless_asked(study, capfd):
+    study()
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(("count", "dtype"), [(300, np.int32), (2**31 - 1, np.int32), (2**31, np.int64)])
+def test_pieces_are_numbered_in_as_few_bytes_as_will_do(count, dtype, monkeypatch):
+    monkeypatch.setattr(np, "arange", lambda n, dtype: (n, dtype))
+    silent = SimpleNamespace(tell=lambda *_: None)
+    plan = Plan({"x": count}, {"x": 1}, lambda n, **_: {"numbers": n}, lambda found, **_: found, silent, labelled=True)
+    assert plan.run()["numbers"] == (count, dtype)
+
+
+def test_a_map_has_the_coordinates_that_its_corners_need():
+    few, more = ("z", "z_dot"), ("z", "z_dot", "x2_dot")
+    model = MeshModel.of(beta2=0.01)
+    assert shared_coordinates(model, gc.Axis("beta1", 0.005, 0.01, 2)) == more
+    assert shared_coordinates(model, gc.Axis("beta1", 0.01, 0.02, 2)) == more
+    assert shared_coordinates(model, gc.Axis("beta1", 0.01, 0.02, 1)) == few
+    assert shared_coordinates(model, gc.Axis("omega", 1.0, 2.0, 5)) == few
+    assert shared_coordinates(model, gc.Axis("omega", 1.0, 2.0, 1), gc.Axis("beta1", 0.01, 0.02, 3)) == more
+
+
+@pytest.mark.parametrize("dimension", warmup.MODELS)
+def test_the_kernels_warmed_are_of_every_dimension(dimension):
+    assert switched(vary(MeshModel.of(**warmup.MODELS[dimension]), {})).dimension == dimension
+
+
+def test_warming_up_says_how_long_it_took():
+    dimension, seconds = warmup._run(3)
+    assert dimension == 3 and 0 < seconds < 600
+
+
+def test_what_coexists_in_each_cell_is_counted_by_hand():
+    """Six starts and two sweeps a cell, each followed by itself."""
+    model, x = MeshModel.of(kind="single"), gc.Axis("omega", 2.0, 2.3, 3)
+    data = gc.zones(model, x, gc.Axis("eps1", 0.05, 0.1, 2), starts=6, budget=SHORT)
+    worst = {}
+    for row, eps1 in enumerate(data.eps1.values):
+        for column, omega in enumerate(x.values):
+            cell = data.isel(eps1=row, omega=column)
+            here = model.with_values({"omega": omega, "eps1": eps1})
+            found = gc.attractors(here, 64, budget=SHORT)
+            levels, contact = found.attractor_v_rms.values, found.attractor_contact.values
+            assert 1 <= int(cell.attractors) <= found.sizes["number"]
+            for name in ("v_rms_least", "v_rms_most", "v_rms_up", "v_rms_down"):
+                assert np.isclose(levels, float(cell[name]), rtol=1e-3).any(), name
+            assert int(cell.contact_worst) in contact
+            worst[row, column] = int(cell.contact_worst)
+    assert len(set(worst.values())) > 1
+
+
+def test_levels_of_coexisting_motions_are_those_of_the_judged_ones():
+    """On a budget so small that many motions stay undecided, with a start in x1 beside the others in z."""
+    hasty = Budget(looks=(20, 20), longest=4, exponent=21, extensions=0, patience=0)
+    model, axes = MeshModel.of(kind="single", x1=0.5), (gc.Axis("omega", 0.4, 2.3, 20), gc.Axis("eps1", 0.05, 0.3, 8))
+    data = gc.zones(model, *axes, starts=4, budget=hasty)
+    count, least, most = (data[n].values for n in ("attractors", "v_rms_least", "v_rms_most"))
+    assert 0 < np.mean(data.label == Label.UNDECIDED) < 1 and (count == 0).any() and (count > 1).any()
+    np.testing.assert_array_equal(np.isnan(least), count == 0)
+    np.testing.assert_array_equal(np.isnan(most), count == 0)
+    some = count > 0
+    assert np.all((least[some] > 0) & (least[some] <= most[some]) & np.isfinite(most[some]))
+    own = some & np.isin(data.label, (Label.PERIODIC, Label.CHAOTIC))
+    assert np.all((least <= data.v_rms.values)[own] & (data.v_rms.values <= most)[own])
+    assert np.all(data.contact_worst.values[~some] == 3)
+
+
+AXES = gc.Axis("omega", 1, 2, 3), gc.Axis("eps1", 0, 1, 2)
+BAD = [
+    (lambda: gc.zones(FIGURE_2, *AXES, threads=0), "threads must be"),
+    (lambda: gc.zones(FIGURE_2, *AXES, starts=2, refine=2), "refine must"),
+    (lambda: gc.zones(FIGURE_2, *AXES, refine=256), "at most 128"),
+    (lambda: gc.attractors(FIGURE_2, 4, sweep=gc.Axis("omega", 0.5, 1.0, 4)), "from below to above"),
+    (lambda: gc.attractors(FIGURE_2, 4, sweep=gc.Axis("omega", 1.0, 1.5, 4)), "from below to above"),
+    (lambda: gc.attractors(FIGURE_2.with_values({"q2": 0.2}), 4, sweep=gc.Axis("q0", 0, 1, 4)), "one value for both"),
+    (lambda: gc.attractors(FIGURE_2, 4, box={"x1": (0.0, float("inf"))}), "box x1 must be a finite number"),
+    (lambda: gc.attractors(FIGURE_2, 4, box={"x1": (float("-inf"), 0.0)}), "box x1 must be a finite number"),
+    (lambda: Shard(0, 3), "i from 1 to n"),
+    (lambda: Shard(4, 3), "i from 1 to n"),
+]
+
+
+@pytest.mark.parametrize(("call", "message"), BAD, ids=[f"{i}-{m}" for i, (_, m) in enumerate(BAD)])
+def test_bad_input_is_named(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
+
+
+def test_the_coarsest_refinement_is_half_a_part():
+    model, axes = MeshModel.of(kind="single"), (gc.Axis("omega", 2.0, 2.2, 3), gc.Axis("eps1", 0, 0.1, 3))
+    data = gc.zones(model, *axes, refine=128)
+    xr.testing.assert_equal(data.label, gc.zones(model, *axes).label)

@@ -1,0 +1,79 @@
+"""The paper's spectral opinion, and weighted averages, by series whose nature is known."""
+
+import numpy as np
+import pytest
+from scipy.signal.windows import blackmanharris
+
+from gearchaos.motion import torus
+from gearchaos.motion.spectrum import _blackman_harris, amplitudes, opinion
+
+
+@pytest.mark.parametrize("n", [64, 511, 512])
+def test_the_window_is_scipys(n):
+    np.testing.assert_allclose(_blackman_harris(n), blackmanharris(n), atol=1e-15)
+
+
+@pytest.mark.parametrize("period", [1, 2, 7, 64])
+def test_a_section_that_repeats_to_a_millionth_has_that_period(period):
+    rng = np.random.default_rng(period)
+    once = rng.normal(size=(period, 2))
+    series = np.tile(once, (-(-512 // period), 1))[-512:]
+    scatter = rng.uniform(-0.4, 0.4, series.shape)
+    assert opinion(series + 1e-6 * scatter) == (f"{period}T", period)
+    assert opinion(series + 1e-4 * scatter)[1] == 0
+    assert opinion(1e4 * (series + 1e-6 * scatter)) == (f"{period}T", period)
+
+
+def test_a_period_beyond_the_longest_is_none():
+    series = np.tile(np.random.default_rng(0).normal(size=(65, 1)), (8, 1))[:512]
+    assert opinion(series)[1] == 0
+    assert opinion(series, longest=65) == ("65T", 65)
+
+
+@pytest.mark.parametrize(("rest", "label"), [(1e-7, "quasi-periodic"), (1e-4, "chaotic")])
+def test_quasi_periodic_is_all_but_a_hundred_thousandth_of_the_power_in_a_sixth_of_the_lines(rest, label):
+    """White noise of this share of the power has five sixths of itself in the other lines."""
+    n = np.arange(512)[:, None]
+    noise = np.random.default_rng(3).normal(size=(512, 1)) * np.sqrt(rest / 2)
+    assert opinion(np.cos(n) + noise + 5.0) == (label, 0)
+
+
+def test_the_mean_has_no_weight_in_the_opinion():
+    rng = np.random.default_rng(4)
+    assert opinion(1e6 + rng.normal(size=(512, 2))) == ("chaotic", 0)
+
+
+def test_amplitudes_are_those_of_the_cosines():
+    t = np.arange(96) / 32
+    series = np.stack([0.7 + 0.2 * np.cos(2 * np.pi * 4 * t), np.sin(2 * np.pi * t / 3)], axis=1)
+    orders, found = amplitudes(series, 3)
+    np.testing.assert_allclose(orders, np.arange(49) / 3)
+    expected = np.zeros((49, 2))
+    expected[0, 0], expected[12, 0], expected[1, 1] = 0.7, 0.2, 1.0
+    np.testing.assert_allclose(found, expected, atol=1e-14)
+
+
+def test_weighted_averages_are_of_either_half():
+    """The weights exp(−1/t(1 − t)) are even about the middle, so a line has its mean there."""
+    n = np.arange(2001)[:, None] * np.array([[1.0, -2.0]])
+    first, second = torus.halves(n)
+    np.testing.assert_allclose(first, [500.5, -1001.0])
+    np.testing.assert_allclose(second, [1500.5, -3001.0])
+    t = np.arange(1, 1001) / 1001
+    weight = np.exp(-1 / (t * (1 - t)))
+    np.testing.assert_allclose(torus.halves(n**2)[0], weight @ n[1:1001] ** 2 / weight.sum())
+
+
+@pytest.mark.parametrize("rho", [0.0123, 0.25 - 1e-3, 0.4877])
+def test_a_frequency_is_found_with_either_phase(rho):
+    n = np.arange(1500)[:, None]
+    series = 3.0 + np.cos(2 * np.pi * rho * n + np.array([0.0, 1.0, 2.0]))
+    np.testing.assert_allclose(torus.rotation(series), rho, atol=1e-11)
+
+
+def test_digits_are_of_the_series_and_its_square_in_standard_deviations():
+    """A symmetric motion whose size grows has the mean of its square in doubt, not its own."""
+    n = np.arange(1000)[:, None]
+    steady, growing = np.cos(n), (1 + n / 1000) * np.cos(n)
+    assert torus.digits(steady)[0] > 6 and torus.digits(1e6 + 1e-3 * steady)[0] > 6
+    assert torus.digits(growing)[0] < 1

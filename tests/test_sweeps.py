@@ -1,0 +1,110 @@
+"""Slow sweeps against their definition: the motion simulated on and on, a value of the parameter after the other."""
+
+import numpy as np
+import pytest
+
+import gearchaos as gc
+from gearchaos.motion import Budget
+from gearchaos.studies.coexistence import _distinct
+from gearchaos.studies.sweep import carried
+
+CARRY = 400
+"""Mesh periods at every value, as docs/verdicts.md says."""
+
+BENT = gc.MeshModel.of(q0=0.1, eps1=0.02)
+AXIS = gc.Axis("omega", 0.6, 0.9, 7)
+SHORT = Budget(patience=800, extensions=1, measured=16)
+
+
+def state_after(model, periods):
+    """The state of a motion at its last section, the mean rotation turned back, which the mesh does not feel."""
+    data = gc.simulate(model, 1, transient=periods - 1)
+    state = {n.removeprefix("section_"): float(v[0]) for n, v in data.data_vars.items() if n.startswith("section_")}
+    names = ("x1", "x1_dot", "x2", "x2_dot", "y1", "y1_dot", "y2", "y2_dot") if model.kind == "full" else (
+        ("z", "z_dot") if model.kind == "single" else ("x1", "x1_dot", "x2", "x2_dot"))
+    return {n: state[n] for n in names}
+
+
+def arrivals(model, name, values):
+    """The model at each value as a sweep reaches it, in the order of the sweep."""
+    state, out = {}, []
+    for value in values:
+        here = model.with_values({name: value, **state})
+        out.append(here)
+        state = state_after(here, CARRY)
+    return out
+
+
+
+@pytest.mark.parametrize("model", [
+    BENT, BENT.with_values({"kind": "full", "kappa1": 0.6, "eps1": 0.1}), BENT.with_values({"kind": "single"}),
+], ids=lambda model: model.kind)
+@pytest.mark.parametrize("up", [True, False])
+def test_a_sweep_carries_the_state_from_value_to_value(model, up):
+    axis = gc.Axis("omega", 0.62, 0.74, 3)
+    values = axis.values if up else axis.values[::-1]
+    found = carried(model, axis, up)
+    for column, start in enumerate(arrivals(model, "omega", values)):
+        here = {n: v[0, column if up else -1 - column] for n, v in found.items()}
+        gap = start.initial.get("x1", 1.0) - start.initial.get("x2", 0.0)
+        if "z" in here:
+            assert here["z"] == pytest.approx(start.initial.get("z", 1.0 - model.error.amplitudes[0]), abs=1e-9)
+        else:
+            assert here["x1"] - here["x2"] == pytest.approx(gap, abs=1e-9)
+        for name in set(here) - {"x1", "x2", "z"}:
+            assert here[name] == pytest.approx(start.initial.get(name, 0.0), abs=1e-9)
+
+
+def test_softening_bends_the_resonance_and_sweeps_tell_which_way():
+    """Lost contact softens the mesh, so the resonance leans to low frequencies: where two motions are possible a sweep
+    downwards rides on the large one and a sweep upwards on the small one (A. Kahraman, R. Singh, *Non-linear dynamics
+    of a spur gear pair*, J. Sound Vib. 142 (1990) 49)."""
+    up, down = (gc.bifurcation(BENT, AXIS, points=1, mode=m, budget=SHORT) for m in ("up", "down"))
+    differ = np.abs(up.v_rms.values - down.v_rms.values) > 0.01
+    assert differ.any()
+    assert np.all(down.v_rms.values[differ] > up.v_rms.values[differ])
+    row = gc.zones(BENT, AXIS, gc.Axis("eps1", 0.02, 0.021, 2), starts=2, budget=SHORT).isel(eps1=0)
+    np.testing.assert_allclose(row.v_rms_up, up.v_rms, rtol=1e-6)
+    np.testing.assert_allclose(row.v_rms_down, down.v_rms, rtol=1e-6)
+    np.testing.assert_array_equal(row.hysteresis, differ)
+
+
+def test_sweeps_reach_their_attractors_whatever_the_own_start_leads_to():
+    """At both ends of the sweeps there is one motion only; between them two, of which they take one each, as above."""
+    model, sweep = BENT.with_values({"omega": 0.7}), gc.Axis("omega", 0.38, 0.8, 22)
+    found = gc.attractors(model, 32, budget=SHORT)
+    assert found.sizes["number"] == 2
+    large = int(np.argmax(found.attractor_v_rms.values))
+    for number in (0, 1):
+        lane = int(np.flatnonzero(found.attractor.values == number)[0])
+        own = {n: float(found[f"start_{n}"][lane]) for n in ("x1", "x1_dot")}
+        swept = gc.attractors(model.with_values(own), 32, sweep=sweep, budget=SHORT)
+        assert (int(swept.attractor_down), int(swept.attractor_up)) == (large, 1 - large)
+
+
+def test_motions_of_a_cell_are_one_if_their_mean_points_agree_to_a_millionth():
+    """Rows: one motion twice; two a hundred thousandth apart; one known and one not; another period; nothing known."""
+    centre = np.array([[0.2, 0.2 + 5e-7, 0.2], [0.2, 0.20001, 0.2], [0.2, 0.7, 0.2], [0.2, 0.2, 0.2], [0.1, 0.2, 0.3]])
+    label, period = np.ones((5, 3), dtype=int), np.full((5, 3), 2)
+    known = np.ones((5, 3), dtype=bool)
+    known[2, 1], known[4], period[3, 2] = False, False, 4
+    motions = {"label": label, "period": period, "centre_z": centre, "centre_z_dot": np.zeros((5, 3))}
+    assert _distinct(motions, known).tolist() == [1, 2, 1, 2, 0]
+    assert _distinct({**motions, "centre_z_dot": centre, "centre_z": 0 * centre}, known).tolist() == [1, 2, 1, 2, 0]
+
+
+def test_a_sweep_that_runs_away_starts_anew():
+    """Far beyond the backlash the varying stiffness drives the motion ever on, by parametric resonance."""
+    model = gc.MeshModel.of(kind="single", omega=2.0, z=30.0)
+    found = carried(model, gc.Axis("omega", 2.0, 2.1, 2), True)
+    assert np.all(np.isfinite(found["z"]))
+    np.testing.assert_array_equal(found["z"][0], [30.0, 30.0])
+
+
+def test_rows_of_a_sweep_do_not_mix():
+    values = np.array([0.01, 0.02, 0.03])
+    together = carried(BENT, gc.Axis("omega", 0.6, 0.8, 3), True, {"eps1": values})
+    for row, value in enumerate(values):
+        alone = carried(BENT.with_values({"eps1": value}), gc.Axis("omega", 0.6, 0.8, 3), True)
+        for name in together:
+            np.testing.assert_array_equal(together[name][row], alone[name][0])

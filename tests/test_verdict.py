@@ -1,0 +1,339 @@
+"""What a verdict may rest on: every condition of docs/verdicts.md by a motion that fails it alone."""
+
+import numpy as np
+import pytest
+
+from gearchaos.coordinates import start
+from gearchaos.flow import ExactFlow
+from gearchaos.model import MeshModel, vary
+from gearchaos.motion import Budget, Label, Reason, Sheet, classify, lyapunov, orbit, torus
+from gearchaos.motion.lyapunov import from_growth
+from gearchaos.motion.recurrence import candidates
+from gearchaos.studies.budgets import budget_for
+from gearchaos.switched import SwitchedAffine, switched
+
+HASTY = Budget(looks=(80,), longest=8, exponent=21, extensions=0, patience=0, measured=8)
+
+
+def flow_of(values=None, **model):
+    batch = vary(MeshModel.of(**model), values or {})
+    system = switched(batch)
+    return ExactFlow(system), start(batch, system).T.copy()
+
+
+def sheet_at(flow, w, periods=9):
+    """A sheet with one motion at w (d, 1), and its sections from there on."""
+    sections = flow.advance(w, periods, sections=periods).sections
+    return Sheet(flow, np.zeros(1, dtype=int), Budget(), sections[-1].copy()), sections
+
+
+def unstable_orbit():
+    """The 1T orbit beyond its period doubling."""
+    flow, w = flow_of(omega=1.9, q0=0.1, eps1=0.03)
+    doubled = classify(flow, w)
+    assert doubled.period[0] == 2
+    found = orbit.polish(flow, doubled.w, np.zeros(1, dtype=int), np.array([1]))
+    assert found.converged[0] and not found.stable[0]
+    return flow, found
+
+
+def test_a_motion_that_leaves_an_orbit_is_never_said_to_be_on_it(monkeypatch):
+    """Even where multipliers lie, and make all orbits stable."""
+    flow, found = unstable_orbit()
+    true = orbit._multipliers
+    monkeypatch.setattr(orbit, "_multipliers", lambda matrix: 0.9 * true(matrix) / np.abs(true(matrix)).max())
+    sheet, sections = sheet_at(flow, found.w + 1e-5, 3)
+    assert candidates(sections, 1, 1)[0, 0] == 1
+    assert orbit.polish(flow, sections[-1], sheet.points, np.array([1])).stable[0]
+    sheet.settle_returning(np.zeros(1, dtype=int), sections, 1)
+    assert sheet.label[0] == 0
+
+
+def test_newton_gives_up_three_twentieths_away_and_where_neighbours_part_tenfold(monkeypatch):
+    limits, true = [], orbit.polish
+
+    def polish(*arguments, **options):
+        limits.append(options)
+        return true(*arguments, **options)
+
+    monkeypatch.setattr(orbit, "polish", polish)
+    assert classify(*flow_of(omega=1.9, q0=0.1, eps1=0.03), levels=False).period[0] == 2
+    assert limits[0] == {"reach": pytest.approx(0.15), "expansion": 10.0}
+
+
+def test_a_motion_beside_a_stable_orbit_is_said_to_be_on_it():
+    flow, w = flow_of(omega=1.9, q0=0.1, eps1=0.03)
+    found = classify(flow, w)
+    sheet, sections = sheet_at(flow, found.w + 1e-4, 5)
+    sheet.settle_returning(np.zeros(1, dtype=int), sections, 2)
+    assert (sheet.label[0], sheet.period[0], sheet.reason[0]) == (Label.PERIODIC, 2, Reason.ORBIT)
+
+
+@pytest.mark.parametrize("away", [0.5, 0.3, 0.07])
+def test_a_motion_is_at_its_orbit_only_within_a_twentieth(away):
+    """A slow spiral in permanent contact: after n periods it is exp(−ζnT) as far from rest at z = 1 + q0 as before."""
+    zeta, q0 = 2e-4, 3.0
+    flow, w = flow_of(kind="single", omega=1.0, zeta=zeta, q0=q0, chi0=0.0, z=1 + q0 + away)
+    found = classify(flow, w, levels=False)
+    assert (found.label[0], found.period[0], found.reason[0]) == (Label.PERIODIC, 1, Reason.ORBIT)
+    np.testing.assert_allclose(found.w[:, 0], [1 + q0, 0], atol=1e-9)
+    distance = away * np.exp(-zeta * found.spent[0] * flow.system.period[0])
+    assert 0.02 < distance < 0.05 * (1 + zeta)
+
+
+def test_chaos_is_an_exponent_above_zero_by_its_interval():
+    """Runs so short that many intervals of positive exponents reach below zero: none of those is chaos."""
+    rng = np.random.default_rng(2)
+    values = {"omega": rng.uniform(0.4, 1.4, 400), "eps1": rng.uniform(0.15, 0.3, 400)}
+    found = classify(*flow_of(values, q0=0.1), budget=HASTY, levels=False)
+    unsure = (found.low[0] <= 0) & (found.exponent[0] > 1e-3)
+    assert unsure.sum() > 5
+    assert not np.any(found.label[unsure] == Label.CHAOTIC)
+    chaotic = found.label == Label.CHAOTIC
+    assert chaotic.sum() > 5
+    assert np.all(found.low[0, chaotic] > 0) and np.all(found.exponent[0, chaotic] > 1e-3)
+
+
+@pytest.mark.parametrize(("value", "low", "label"), [
+    (0.1, 0.05, Label.CHAOTIC), (0.1, -0.001, Label.UNDECIDED), (0.9e-3, 0.8e-3, Label.UNDECIDED),
+    (1.1e-3, 0.8e-3, Label.CHAOTIC),
+])
+def test_chaos_needs_an_exponent_of_a_thousandth_and_its_whole_interval(monkeypatch, value, low, label):
+    """The exponent is made up, on a motion that does not return."""
+    flow, w = flow_of(omega=1.0, q0=0.1, eps1=0.26)
+    assert classify(flow, w, budget=HASTY, levels=False).period[0] == 0
+
+    def from_growth(growth, period):
+        values = np.array([[value], [flow.system.trace[0] - value]])
+        return lyapunov.Exponents(values, np.full((2, 1), low), np.full((2, 1), 2 * value - low))
+
+    monkeypatch.setattr(lyapunov, "from_growth", from_growth)
+    assert classify(flow, w, budget=HASTY, levels=False).label[0] == label
+
+
+def test_exponents_have_the_mean_of_blocks_and_students_interval():
+    """Over 20 blocks: t = 2.860935 (0.995 quantile, 19 degrees of freedom) standard errors to either side."""
+    rng = np.random.default_rng(4)
+    growth, period = rng.normal(0.3, 1.0, (407, 2, 5)), np.linspace(1.0, 3.0, 5)
+    found = from_growth(growth, period)
+    blocks = growth[7:].reshape(20, 20, 2, 5).mean(axis=1) / period
+    half = 2.860935 * blocks.std(axis=0, ddof=1) / np.sqrt(20)
+    np.testing.assert_allclose(found.value, blocks.mean(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(found.high - found.value, half, rtol=1e-6)
+    np.testing.assert_allclose(found.value - found.low, half, rtol=1e-6)
+
+
+def orbits_with(moduli):
+    n = len(moduli)
+    return orbit.Orbits(np.zeros((2, n)), np.ones(n, dtype=int), np.zeros(n), np.zeros((n, 2, 2)),
+                        np.stack([moduli, np.zeros(n)], axis=1).astype(complex))
+
+
+def test_neutral_is_on_the_unit_circle_to_a_billionth_and_stable_inside_it():
+    """Inside by more than rounding."""
+    found = orbits_with(np.array([1.0, 1 + 5e-10, 1 - 5e-10, 1 + 2e-9, 1 - 2e-9, 0.5, 2.0, 1 - 4e-15]))
+    assert found.neutral.tolist() == [True, True, True, False, False, False, False, True]
+    assert found.stable.tolist() == [False, False, True, False, True, True, False, False]
+
+
+def test_an_undamped_motion_is_neutral_where_it_repeats():
+    """In permanent contact at ω = 1 every motion has the mesh period; the damped one beside it comes to rest.
+
+    Rounding alone decides whether a multiplier on the unit circle comes out below or above 1.
+    """
+    still = {"kind": "single", "omega": 1.0, "q0": 3.0, "chi0": 0.0, "z": 4.3}
+    free, damped = (classify(*flow_of(zeta=zeta, **still)) for zeta in (0.0, 0.02))
+    assert (free.label[0], free.reason[0]) == (Label.PERIODIC, Reason.NEUTRAL)
+    assert (damped.label[0], damped.reason[0]) == (Label.PERIODIC, Reason.ORBIT)
+    assert free.reading.z_peak_to_peak[0] == pytest.approx(0.6, rel=1e-9)
+    assert damped.reading.z_peak_to_peak[0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_minimal_period_is_the_first_return():
+    """The orbit of period 2 found as one of 4, 6 and 8."""
+    flow, w = flow_of(omega=1.9, q0=0.1, eps1=0.03)
+    found = classify(flow, w)
+    periods = np.array([2, 4, 6, 8])
+    same = np.repeat(found.w, 4, axis=1)
+    assert orbit.shortest_round(flow, same, np.zeros(4, dtype=int), periods).tolist() == [2, 2, 2, 2]
+
+
+@pytest.mark.parametrize(("last", "before", "size", "returns"), [
+    (0.9e-3, 0.0, 0.5, True), (1.1e-3, 0.0, 0.5, False), (0.9e-2, 0.0, 10.0, True), (1.1e-2, 0.0, 10.0, False),
+    (0.0, 0.9e-2, 0.5, True), (0.0, 1.1e-2, 0.5, False), (0.0, 0.9e-1, 10.0, True), (0.0, 1.1e-1, 10.0, False),
+])
+def test_a_near_return_is_within_a_thousandth_of_the_size_and_the_one_before_within_a_hundredth(
+    last, before, size, returns
+):
+    """Of three rounds of period 2 the newest state is off by ``last`` from the one a round before, that by ``before``
+    from the first; sizes below 1 count as 1."""
+    record = np.tile(np.array([[[0.0], [0.0]], [[size], [size]]]), (4, 1, 1))[:7]
+    record[4, 1] += before
+    record[6, 1] += before + last
+    assert (candidates(record, 2, 1)[0, 0] == 2) == returns
+
+
+class Fixed:
+    """A flow whose sections are given."""
+
+    def __init__(self, sections):
+        self.sections = np.asarray(sections, float)[:, None, None] * np.ones((1, 2, 1))
+
+    def advance(self, w, period, points, sections):
+        return self
+
+
+@pytest.mark.parametrize(("off", "shortest"), [(1e-5, 4), (5e-7, 2)])
+def test_an_orbit_returns_early_only_if_it_does_so_to_a_millionth(off, shortest):
+    found = orbit.shortest_round(Fixed([0.3, off, 0.3, 0.0]), np.zeros((2, 1)), np.zeros(1, dtype=int), np.array([4]))
+    assert found.tolist() == [shortest]
+
+
+@pytest.mark.parametrize(("off", "trusted"), [(2e-6, False), (5e-7, True)])
+def test_a_verdict_whose_exponents_miss_their_sum_by_a_millionth_is_not_trusted(monkeypatch, off, trusted):
+    """The trace is falsified, since the flow cannot be."""
+    trace = SwitchedAffine.trace.fget
+    monkeypatch.setattr(SwitchedAffine, "trace", property(lambda system: trace(system) + off))
+    found = classify(*flow_of(omega=1.9, q0=0.1, eps1=0.03), levels=False)
+    assert found.trace_error[0] == pytest.approx(off, rel=1e-3)
+    assert (found.reason[0] == Reason.INCONSISTENT) != trusted
+    assert found.period[0] == (2 if trusted else 0)
+
+
+@pytest.mark.parametrize(("exponents", "digits", "label"), [
+    ((4e-4, -4e-4), 4.1, Label.QUASI_PERIODIC), ((6e-4, 1e-4), 4.1, Label.UNDECIDED),
+    ((1e-4, -6e-4), 4.1, Label.UNDECIDED), ((1e-4, 1e-4), 3.9, Label.UNDECIDED),
+])
+def test_a_torus_has_both_halves_at_zero_and_four_digits(monkeypatch, exponents, digits, label):
+    """Exponents of the halves and digits are made up, on a torus."""
+    true = torus.halves
+
+    def halves(series):
+        if series.ndim == 2:
+            return true(series)
+        out = true(series)
+        for half, exponent in zip(out, exponents, strict=True):
+            change = exponent * 2 * np.pi / 1.05 - half[0]
+            half[0], half[-1] = half[0] + change, half[-1] - change  # their sum stays the trace
+        return out
+
+    flow, w = flow_of(kind="full", omega=1.05, eps1=0.04)
+    monkeypatch.setattr(torus, "halves", halves)
+    monkeypatch.setattr(torus, "digits", lambda series: np.full(series.shape[1], digits))
+    found = classify(flow, w, budget=Budget(extensions=0), levels=False)
+    assert found.label[0] == label
+    if label == Label.QUASI_PERIODIC:
+        ends = (found.low[0, 0], found.high[0, 0], found.exponent[0, 0])
+        np.testing.assert_allclose(ends, [-4e-4, 4e-4, 0.0], atol=1e-15)
+
+
+@pytest.mark.parametrize("period", [1, 2, 5])
+def test_a_return_shows_in_a_record_of_two_rounds_and_no_shorter_one(period):
+    once = np.random.default_rng(period).normal(size=(period, 2, 1))
+    record = np.tile(once, (9, 1, 1))
+    for longest in (period, 8):
+        assert candidates(record[: 2 * period + 1], longest, 1)[0, 0] == period
+        assert candidates(record[: 2 * period], longest, 1)[0, 0] == 0
+    assert candidates(record, period, 3)[:, 0].tolist() == [period, 0, 0]
+
+
+def test_half_runs_that_differ_are_no_torus():
+    """A series that drifts has other averages in its two halves; one on a circle has the same to many digits."""
+    n = np.arange(2000)[:, None]
+    circle = np.cos(0.7 * n)
+    assert torus.digits(circle)[0] > 8 > 1 > torus.digits(circle + n / 2000)[0]
+    first, second = torus.halves(n.astype(float))
+    assert (first[0], second[0]) == (pytest.approx(499.5), pytest.approx(1499.5))
+
+
+def test_exponents_of_a_long_orbit_are_those_of_any_later_round():
+    """122T: the vectors have turned to where they belong within the first round, in which they grow otherwise."""
+    flow, w = flow_of(kind="full", omega=1.05, eps1=0.03 + 0.02 * 46 / 60)
+    found = classify(flow, w, levels=False)
+    assert found.period[0] == 122
+    run = flow.advance(found.w, 3 * 122, tangent=lyapunov.frame(4, 1), growth=True)
+    later = run.growth[-122:, :, 0].sum(axis=0) / (122 * flow.system.period[0])
+    np.testing.assert_allclose(found.exponent[:, 0], later, atol=2e-6)
+
+
+def test_the_first_twentieth_of_a_run_is_dropped(monkeypatch):
+    lengths, true = [], lyapunov.from_growth
+
+    def from_growth(growth, period):
+        lengths.append(len(growth))
+        return true(growth, period)
+
+    monkeypatch.setattr(lyapunov, "from_growth", from_growth)
+    flow, w = flow_of(omega=1.0, q0=0.1, eps1=0.26)
+    classify(flow, w, budget=Budget(exponent=400, patience=0), levels=False)
+    assert lengths[0] == 380
+
+
+def test_chaos_is_looked_at_every_2560_periods():
+    starts = {"x1": np.linspace(1.0, 1.001, 24)}
+    found = classify(*flow_of(starts, omega=1.0, q0=0.1, eps1=0.206), levels=False)
+    later = found.transient_chaos & (found.spent > 2560) & (found.spent < 9000)
+    assert later.sum() > 2
+    assert np.all(found.spent[later] % 2560 == 0)
+
+
+@pytest.mark.parametrize(("modulus", "period", "most", "followed"), [
+    (0.5, 1, 640, 1), (0.9, 3, 640, 21), (0.9999, 2, 640, 640), (0.9999, 2, 1, 2), (0.9999, 3, 640, 639),
+    (0.01, 5, 640, 5),
+])
+def test_an_orbit_is_followed_until_its_distance_should_halve(modulus, period, most, followed):
+    """0.9^7 < 1/2 < 0.9^6; not for more than so many periods, but for a round at least."""
+    asked = []
+
+    class Still:
+        def advance(self, w, periods, points):
+            asked.extend(periods)
+            return self
+
+        w = np.zeros((2, 1))
+
+    found = orbits_with(np.array([modulus]))
+    found.period[:] = period
+    assert orbit.approaching(Still(), np.ones((2, 1)), np.zeros(1, dtype=int), found, most)[0]
+    assert asked == [followed]
+
+
+@pytest.mark.parametrize(("left", "approaches"), [(0.74, True), (0.76, False), (1.0, False)])
+def test_a_distance_must_fall_by_half_of_what_the_multipliers_predict(left, approaches):
+    """In a round it should halve; a quarter less is enough."""
+
+    class Falling:
+        w = np.full((2, 1), left)
+
+        def advance(self, w, periods, points):
+            return self
+
+    found = orbits_with(np.array([0.5]))
+    assert orbit.approaching(Falling(), np.ones((2, 1)), np.zeros(1, dtype=int), found, 640)[0] == approaches
+
+
+def test_budgets_are_those_of_the_documentation():
+    """docs/verdicts.md, Budgets."""
+    common = {"looks": (80, 80, 160, 320, 640), "longest": 64}
+    assert Budget() == Budget(exponent=250, extensions=4, patience=10_000, measured=96, **common)
+    assert budget_for("bifurcation", {}) == Budget(exponent=1000, extensions=2, patience=10_000, measured=96, **common)
+    assert budget_for("regime", {}) == Budget(exponent=2000, extensions=2, patience=20_000, measured=1000, **common)
+    assert budget_for("zones", {"looks": [90], "patience": 5}) == Budget(looks=(90,), patience=5)
+
+
+def test_a_verdict_reads_levels_unless_told_not_to():
+    flow, w = flow_of(omega=1.9, q0=0.1, eps1=0.03)
+    assert np.isfinite(classify(flow, w).reading.v_rms[0])
+    assert np.isnan(classify(flow, w, levels=False).reading.v_rms[0])
+
+
+@pytest.mark.parametrize("friction", [1e-14, 1e-6])
+def test_a_rotation_hardly_braked_makes_no_torus(friction):
+    """Torques that differ speed it up all the while: its exponent near zero says nothing of the relative motion."""
+    model = MeshModel.of(omega=1.0, eps1=0.206, q1=0.1, q2=0.11, beta1=friction, beta2=0.0)
+    batch = vary(model, {})
+    system = switched(batch)
+    budget = Budget(looks=(80, 160), exponent=1000, extensions=0)
+    found = classify(ExactFlow(system), start(batch, system).T.copy(), budget=budget, levels=False)
+    assert abs(found.exponent[0, 0]) < 5e-4
+    assert Label(int(found.label[0])) == Label.UNDECIDED
