@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 OUT ?= report
 QUALITY ?= paper
 
-.PHONY: paper test lint bench clean
+.PHONY: paper test lint bench mutation clean
 
 $(VENV)/.installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -34,6 +34,10 @@ chromium:
 test: lint chromium
 	$(BIN)/python -m pytest -n 2 --dist loadgroup
 
+.PHONY: slow
+slow: $(VENV)/.installed-test
+	$(BIN)/python -m pytest -m slow -n 2
+
 $(VENV)/.installed-bench: $(VENV)/.installed
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable ".[bench]"
 	touch $@
@@ -42,6 +46,16 @@ bench: $(VENV)/.installed-bench
 	$(BIN)/python benchmarks/throughput.py --json bench.json --plot bench.png
 	$(BIN)/python benchmarks/limit.py
 	$(BIN)/python benchmarks/exactness.py
+
+$(VENV)/.installed-mutation: $(VENV)/.installed-test
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable ".[mutation]"
+	touch $@
+
+# Goes on where it was stopped; the results are in build/mutation.
+MUTANTS ?= 320
+SEED ?= 1
+mutation: $(VENV)/.installed-mutation
+	$(BIN)/python -m tests.mutation --count $(MUTANTS) --seed $(SEED)
 
 clean:
 	rm -rf $(VENV) $(OUT)

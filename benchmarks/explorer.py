@@ -95,7 +95,7 @@ def opened(chromium, url: str, errors: list[str] | None = None) -> Page:
 def inside(page: Page) -> dict[str, float]:
     """The map's frame on the screen: a little inside the figure."""
     box = page.locator("#map-figure").bounding_box()
-    return {"left": box["x"] + 75, "top": box["y"] + 15, "width": box["width"] - 125, "height": box["height"] - 75}
+    return {"left": box["x"] + 75, "top": box["y"] + 45, "width": box["width"] - 125, "height": box["height"] - 105}
 
 
 def _rest(page: Page, rest: bool) -> None:
