@@ -1,6 +1,7 @@
 """The command line: arguments in; files, one JSON document or a readable page out."""
 
-from gearchaos.cli import explore, point, runs  # noqa: F401 - their commands join the app
-from gearchaos.cli.commands import app, main
+# Commands join the application as they are imported: --help lists them in this order.
+from gearchaos.cli import warmup, paper, point, maps, explore, runs  # noqa: F401, I001
+from gearchaos.cli.options import app, main
 
 __all__ = ["app", "main"]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearchaos.cli.commands import AxisTexts, Sets, StudyPath, app, load
 from gearchaos.cli.errors import say
+from gearchaos.cli.options import AxisTexts, Sets, StudyPath, app, load
 from gearchaos.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,7 +28,8 @@ def explore(
     no_open: Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")] = False,
 ) -> None:
     """A map of motions in the browser, and wherever one points, the motion behind it."""
-    from gearchaos.app.serve import LOCAL, address, check_installed, check_port, server
+    from gearchaos.app.bounds import LOCAL
+    from gearchaos.app.serve import address, check_installed, check_port, server
 
     check_installed()
     loaded = load(study, sets)

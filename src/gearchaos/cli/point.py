@@ -1,17 +1,75 @@
-"""The command that judges one operating point."""
+"""The commands for one operating point: its motion, its verdict, all its motions."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from gearchaos.cli.commands import Json, Physical, Plot, Sets, StudyPath, app, in_units, load, options_of
+import typer
+
 from gearchaos.cli.errors import say
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw_dossier, print_json
+from gearchaos.cli.options import Json, OutIfWanted, Physical, Plot, Sets, StudyPath, app, in_units, load, options_of
+from gearchaos.cli.output import (
+    PLOT_SUFFIXES,
+    attractor_list,
+    check_output,
+    draw_dossier,
+    print_json,
+    save,
+    section,
+    section_units,
+)
+from gearchaos.errors import InputError
+from gearchaos.files import DATA_SUFFIXES
 
 if TYPE_CHECKING:
     from gearchaos.studies import Regime
-    from gearchaos.studyfile import Study
+    from gearchaos.studyfile import Settings, Study
+
+
+@app.command()
+def simulate(
+    study: StudyPath = None,
+    sets: Sets = None,
+    periods: Annotated[int | None, typer.Option(min=1, help="Mesh periods to record.")] = None,
+    transient: Annotated[int | None, typer.Option(min=0, help="Mesh periods to let pass before.")] = None,
+    samples: Annotated[int | None, typer.Option(min=1, help="Instants per period, for --out.")] = None,
+    json_out: Json = False,
+    out: OutIfWanted = None,
+    physical: Physical = False,
+) -> None:
+    """Follow one motion and show it once per mesh period."""
+    if samples is not None and out is None:
+        raise InputError("--samples", "needs --out", samples, "Stdout shows the stroboscopic section alone.")
+    check_output("--out", out, DATA_SUFFIXES)
+    loaded = load(study, sets, physical)
+    length = _length(loaded.settings_for("simulate"), periods, transient, samples)
+    if out is None:
+        length["samples"] = None
+    from gearchaos.studies import simulate as run
+
+    dataset = in_units(run(loaded.model, **length, progress=True), loaded, physical)
+    save(dataset, out)
+    if json_out:
+        print_json({**section(dataset), **({"units": section_units(dataset)} if physical else {})})
+    else:
+        from gearchaos.cli.pages import print_section
+
+        print_section(dataset)
+
+
+def _length(
+    settings: Settings, periods: int | None, transient: int | None, samples: int | None
+) -> dict[str, Any]:
+    """How long to simulate and how finely: the command line first, then the study file."""
+    periods = settings.periods if periods is None else periods
+    if periods is None:
+        raise InputError("--periods", "must be given", None, "E.g. --periods 100.")
+    return {
+        "periods": periods,
+        "transient": settings.transient or 0 if transient is None else transient,
+        "samples": settings.samples if samples is None else samples,
+    }
 
 
 @app.command()
@@ -53,3 +111,38 @@ def _draw_steady(loaded: Study, verdict: Regime, path: Path, physical: bool) -> 
 
     motion = in_units(steady(loaded.model, verdict), loaded, physical)
     draw_dossier(motion, f"{verdict.label}: {verdict.reason}", path)
+
+
+@app.command()
+def attractors(
+    study: StudyPath = None,
+    sets: Sets = None,
+    starts: Annotated[
+        int | None, typer.Option(help="Starts, 256 by default, spread over ±3 half backlashes and ±2 in velocity.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Another seed gives other starts.")] = None,
+    sweep: Annotated[
+        str | None, typer.Option(metavar="NAME=LOW:HIGH:COUNT", help="Also sweep this from both ends to its value.")
+    ] = None,
+    kicks: Annotated[
+        int | None, typer.Option(help="Directions in which to look for the smallest kick out of a basin.")
+    ] = None,
+    out: OutIfWanted = None,
+    json_out: Json = False,
+) -> None:
+    """Find all motions of one operating point, with the shares of the starts that lead to them."""
+    check_output("--out", out, DATA_SUFFIXES)
+    loaded = load(study, sets)
+    from gearchaos.axis import parse_axis
+    from gearchaos.studies import attractors as run
+
+    path = parse_axis(sweep, "--sweep") if sweep else None
+    options = options_of(loaded, "attractors", starts=starts, seed=seed, sweep=path, kicks=kicks)
+    found = run(loaded.model, **options, progress=True)
+    save(found, out)
+    if json_out:
+        print_json(attractor_list(found))
+    else:
+        from gearchaos.cli.pages import print_attractors
+
+        print_attractors(found)

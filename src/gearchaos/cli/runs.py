@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearchaos.cli.commands import Json, Sets, StudyPath, app, load
 from gearchaos.cli.errors import say
+from gearchaos.cli.options import Json, Sets, StudyPath, app, load
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save
 from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES

@@ -1,0 +1,101 @@
+"""The application, and the options and inputs that its commands share.
+
+Only typer and rich load with this module; a command imports the heavy rooms when it runs.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gearchaos.cli.errors import Commands, tell_of_compiling
+from gearchaos.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gearchaos.studyfile import Study
+
+app = typer.Typer(
+    cls=Commands,
+    help="What will this gear mesh do? Exact flow, verdicts and maps for gear pairs with backlash.",
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
+
+# readable=False: what a file must allow is checked, and said, in the words of the project
+StudyPath = Annotated[Path | None, typer.Argument(metavar="STUDY", help="Study file, TOML.", readable=False)]
+Sets = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="Set a value over the study file; may be repeated."),
+]
+AxisTexts = Annotated[
+    list[str] | None,
+    typer.Option("--axis", metavar="NAME=START:STOP:COUNT", help="E.g. eps1=0:0.3:400; first x, then y."),
+]
+Out = Annotated[Path, typer.Option("--out", metavar="FILE", help="NetCDF file to write.", readable=False)]
+OutIfWanted = Annotated[
+    Path | None, typer.Option("--out", metavar="FILE", help="NetCDF file to write.", readable=False)
+]
+Plot = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Picture as well: .png, .pdf or .svg.", readable=False)
+]
+Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")]
+Physical = Annotated[bool, typer.Option("--physical", help="µm, mm/s, N, Hz; for a physical pair.")]
+
+
+def main() -> None:
+    """Entry point of the ``gearchaos`` command."""
+    app(prog_name="gearchaos")
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        print(f"gearchaos {version('gearchaos')}")
+        raise typer.Exit()
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Options before the command."""
+
+
+def load(study: Path | None, sets: list[str] | None, physical: bool = False) -> Study:
+    """The study of a file with the values set over it, checked; say so if kernels have to be compiled."""
+    from gearchaos.studyfile import load_study, parse_set
+
+    loaded = load_study(study, parse_set(sets or []))
+    tell_of_compiling()
+    if physical and loaded.pair is None:
+        file = None if study is None else str(study)
+        raise InputError("--physical", "needs a study file with a [gearpair] table", file)
+    return loaded
+
+
+def options_of(loaded: Study, kind: str, **given: Any) -> dict[str, Any]:
+    """Arguments of a study by name: the command line first, then the study file; what neither says is left out."""
+    said = {n: v for n, v in given.items() if v is not None}
+    budget = {}
+    if loaded.budget:
+        from gearchaos.studies.budgets import budget_for
+
+        budget = {"budget": budget_for(kind, loaded.budget)}
+    return {**loaded.settings_for(kind).options(), **budget, **said}
+
+
+def in_units(dataset: xr.Dataset, loaded: Study, physical: bool) -> xr.Dataset:
+    """A result in the units of the pair, if it is to be in physical ones."""
+    if not physical or loaded.pair is None:
+        return dataset
+    from gearchaos.gearpair import physical as scaled
+
+    return scaled(dataset, loaded.pair)
