@@ -149,7 +149,7 @@ def test_time_grows_with_work_and_falls_with_threads():
     assert effort(system(), 8, 1000).seconds() == pytest.approx(one.seconds())  # eight share a vector
     many = effort(system(), 2**16, 1000)
     assert many.seconds(4) == pytest.approx(many.seconds(1) / 4)
-    assert effort(system(), 1, 1000, alone=1000).seconds(4) == pytest.approx(2 * one.seconds())
+    assert effort(system(), 1, 1000, sequential=1000).seconds(4) == pytest.approx(2 * one.seconds())
 
 
 @pytest.mark.parametrize(("seconds", "words"), [
@@ -158,7 +158,7 @@ def test_time_grows_with_work_and_falls_with_threads():
 ])
 def test_long_work_says_how_long(seconds, words, monkeypatch, capsys):
     monkeypatch.setattr(efforts.Effort, "seconds", lambda *_: seconds)
-    effort(system(), 12345, 1000).tell()
+    effort(system(), 12345, 1000).announce()
     said = capsys.readouterr().err
     assert said == ((words and f"this may take up to about {words}. 12,345 motions are followed for at most 1,000 mesh "
                     "periods of 16 steps.\n") or "")

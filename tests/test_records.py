@@ -112,7 +112,7 @@ def test_studies_are_silent_unless_asked(study, capfd):
 @pytest.mark.parametrize(("count", "dtype"), [(300, np.int32), (2**31 - 1, np.int32), (2**31, np.int64)])
 def test_pieces_are_numbered_in_as_few_bytes_as_will_do(count, dtype, monkeypatch):
     monkeypatch.setattr(np, "arange", lambda n, dtype: (n, dtype))
-    silent = SimpleNamespace(tell=lambda *_: None)
+    silent = SimpleNamespace(announce=lambda *_: None)
     plan = Plan({"x": count}, {"x": 1}, lambda n, **_: {"numbers": n}, lambda found, **_: found, silent, labelled=True)
     assert plan.run()["numbers"] == (count, dtype)
 

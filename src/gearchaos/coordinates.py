@@ -3,7 +3,7 @@
 The mean rotation and, between alike supports, the mean lateral motion move by themselves. They need no integration:
 their closed forms of (2.12) give all of x and y back from w, at any time. Where the bearings differ, the rotation
 follows from a first integral of (2.12) divided by the bearing friction, unless x2 is integrated along the motion, as it
-must be where the friction is too weak to divide by (`weakly_braked`).
+must be where the friction is too weak to divide by (`weakly_damped`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import hyp1f1
 
 from gearchaos.model import COORDINATES, Batch
-from gearchaos.switched import SwitchedAffine, brake, same
+from gearchaos.switched import SwitchedAffine, rotation_decay, same
 
 _WEAK = 2e-3
 """Rate of bearing friction below which the first integral leaves x2 with an error above 1e-11."""
@@ -62,12 +62,12 @@ def bearings_differ(batch: Batch, names: tuple[str, ...]) -> np.ndarray:
     return np.broadcast_to(~np.asarray(same(batch, "beta", "J")) & ("x2_dot" in names), batch.size)
 
 
-def weakly_braked(batch: Batch) -> np.ndarray:
+def weakly_damped(batch: Batch) -> np.ndarray:
     """Where the bearings brake too weakly for the first integral to give x2 to 1e-11, (P,)."""
-    return brake(batch) < _WEAK
+    return rotation_decay(batch) < _WEAK
 
 
-def twist(names: tuple[str, ...], w: np.ndarray, error: np.ndarray, suffix: str = "") -> np.ndarray:
+def relative_rotation(names: tuple[str, ...], w: np.ndarray, error: np.ndarray, suffix: str = "") -> np.ndarray:
     """x1 − x2 (...) of dynamic states w (..., d), ``error`` being ε there; with "_dot" the same of their velocities."""
     at = {name: w[..., i] for i, name in enumerate(names)}
     lateral = at[f"y{suffix}"] if "y" in at else at.get(f"y1{suffix}", 0.0) - at.get(f"y2{suffix}", 0.0)
@@ -77,7 +77,7 @@ def twist(names: tuple[str, ...], w: np.ndarray, error: np.ndarray, suffix: str 
 def drifts(batch: Batch, names: tuple[str, ...]) -> np.ndarray:
     """Where the mean rotation grows without end, or is not to be had from the state to all digits, (P,)."""
     unequal = np.asarray(batch["q1"]) != np.asarray(batch["q2"])
-    return (unequal | (bearings_differ(batch, names) & weakly_braked(batch))) & (batch.model.kind != "single")
+    return (unequal | (bearings_differ(batch, names) & weakly_damped(batch))) & (batch.model.kind != "single")
 
 
 def without_drift(
@@ -88,7 +88,7 @@ def without_drift(
     Contact does not see that rotation, and where both bearings brake alike it does not see its velocity either.
     """
     x, share = initial_values(batch), _share(batch, "J")[:, 0]
-    gap, gap_dot = twist(names, w, error), twist(names, w, error_dot, "_dot")
+    gap, gap_dot = relative_rotation(names, w, error), relative_rotation(names, w, error_dot, "_dot")
     mean, mean_dot = (share * x[f"x1{k}"] + (1 - share) * x[f"x2{k}"] for k in ("", "_dot"))
     x2, x2_dot = mean - share * gap, mean_dot - share * gap_dot
     if "x2_dot" in names:
@@ -168,8 +168,8 @@ def _braked(
     x1, v1, x2, v2 = (_column(batch, x[n]) for n in COORDINATES["torsional"])
     held = J1 * v1 + J2 * v2 + 2 * b1 * x1 + 2 * b2 * x2 + (q1 - q2) * tau
     rest = held - J1 * (gap_dot + x2_dot) - J2 * x2_dot - 2 * b1 * gap
-    brake = np.broadcast_to(2 * (b1 + b2), rest.shape)
-    return np.divide(rest, brake, out=np.zeros(rest.shape), where=brake > 0)
+    friction = np.broadcast_to(2 * (b1 + b2), rest.shape)
+    return np.divide(rest, friction, out=np.zeros(rest.shape), where=friction > 0)
 
 
 def _lateral(batch: Batch, at: dict[str, np.ndarray], tau: np.ndarray) -> dict[str, np.ndarray]:

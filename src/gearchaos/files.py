@@ -13,7 +13,6 @@ from gearchaos.errors import InputError
 DATA_SUFFIXES = (".nc", ".nc4", ".netcdf", ".h5", ".hdf5")
 """How files of data are called; they are NetCDF, which is HDF5."""
 
-
 NO_FILE = "not a regular file but a device, a pipe or a socket"
 
 

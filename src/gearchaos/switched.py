@@ -49,7 +49,7 @@ class SwitchedAffine:
         ``velocity_sin`` (P, H) added.
     mean_velocity : (P,)
         Mean of that velocity over any steady motion; 0 where no bearing brakes.
-    brake : (P,)
+    rotation_decay : (P,)
         Rate at which the bearings bring the mean rotation to that velocity, where it is part of the state; else 0.
     damping : (P,)
         2ζ, the factor of z' in the mesh force.
@@ -74,7 +74,7 @@ class SwitchedAffine:
     velocity_cos: np.ndarray
     velocity_sin: np.ndarray
     mean_velocity: np.ndarray
-    brake: np.ndarray
+    rotation_decay: np.ndarray
     damping: np.ndarray
     static_force: np.ndarray
 
@@ -124,7 +124,7 @@ def same(batch: Batch, over: str, under: str) -> np.ndarray:
     return np.abs(left - right) <= 4e-16 * np.abs(left)
 
 
-def brake(batch: Batch) -> np.ndarray:
+def rotation_decay(batch: Batch) -> np.ndarray:
     """Rate 2(β1 + β2)/(J1 + J2) at which the bearings brake the mean rotation, (P,)."""
     friction, inertia = (np.asarray(batch[f"{n}1"]) + np.asarray(batch[f"{n}2"]) for n in ("beta", "J"))
     return np.broadcast_to(2 * friction / inertia, batch.size)
@@ -259,7 +259,7 @@ def _velocity(rows: _Rows) -> dict[str, np.ndarray]:
         row[:, 1] = 1.0
         flat = np.zeros_like(rows.e_cos)
         return {"velocity": row, "velocity0": zero, "velocity_cos": flat, "velocity_sin": flat,
-                "mean_velocity": zero, "brake": zero}
+                "mean_velocity": zero, "rotation_decay": zero}
     J1, J2, friction = rows["J1"], rows["J2"], rows["beta1"] + rows["beta2"]
     slip = rows["q1"] - rows["q2"]
     mean = np.divide(slip, 2 * friction, out=np.zeros(n), where=friction > 0)
@@ -273,7 +273,7 @@ def _velocity(rows: _Rows) -> dict[str, np.ndarray]:
     c, s = rows.error_harmonics(1)
     return {"velocity": row, "velocity0": zero if in_state else mean, "velocity_cos": share[:, None] * c,
             "velocity_sin": share[:, None] * s, "mean_velocity": mean,
-            "brake": brake(rows.batch) if in_state else zero}
+            "rotation_decay": rotation_decay(rows.batch) if in_state else zero}
 
 
 def _static_force(rows: _Rows) -> np.ndarray:

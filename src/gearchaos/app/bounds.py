@@ -30,6 +30,10 @@ PORTRAIT = 4000
 """Most stroboscopic points of a portrait, in mesh periods."""
 
 HARMONICS = 8
+
+LOCAL = ("127.0.0.1", "localhost", "::1")
+"""Hosts that are reached from this machine alone."""
+
 SORRY = "something went wrong here; the server's log says what"
 """What a visitor is told of an error of ours."""
 

@@ -24,7 +24,7 @@ from bokeh.server.views.ws import WSHandler
 from tornado.httputil import HTTPServerRequest
 from tornado.web import ErrorHandler
 
-from gearchaos.app.serve import LOCAL
+from gearchaos.app.bounds import LOCAL
 
 MESSAGE = 2**20
 """Most bytes of a message; the largest that a page sends has a few thousand."""
@@ -41,7 +41,7 @@ _NOT_OURS = "not a message of this page"
 log = logging.getLogger(__name__)
 
 
-def is_ours(header: str, host: str) -> bool:
+def own_host(header: str, host: str) -> bool:
     """Whether a ``Host`` header names a server that listens at ``host``, at whatever port a tunnel ends.
 
     Beyond this machine an address is as good as another one, since only a name can be made to point elsewhere.
@@ -69,7 +69,7 @@ def refusal(request: HTTPServerRequest, target: Any, host: str) -> int | None:
     A connection must say that it comes from the page that this server served: its origin is the host it asks for.
     """
     asked, origin = (request.headers.get(name, "").lower() for name in ("Host", "Origin"))
-    if not is_ours(asked, host):
+    if not own_host(asked, host):
         return 403
     if target is Socket and origin not in (f"http://{asked}", f"https://{asked}"):
         return 403

@@ -7,7 +7,8 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any
 
-from gearchaos.app.serve import LOCAL, address, check_installed, check_port, server
+from gearchaos.app.bounds import LOCAL
+from gearchaos.app.serve import address, check_installed, check_port, server
 from gearchaos.axis import Axis
 from gearchaos.gearpair import GearPair
 from gearchaos.model import MeshModel

@@ -10,6 +10,7 @@ from importlib.resources import files
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
+from gearchaos.app.bounds import LOCAL
 from gearchaos.app.elsewhere import Elsewhere
 from gearchaos.app.worker import Job, Worker
 from gearchaos.errors import InputError
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from gearchaos.app.state import View
     from gearchaos.gearpair import GearPair
 
-LOCAL = ("127.0.0.1", "localhost", "::1")
 PORT = 5006
 _SWITCH = 0.001
 """Seconds after which a thread lets another have its turn, so that what a process found is soon shown."""

@@ -100,7 +100,7 @@ def with_mean_velocity(flow: ExactFlow, w: np.ndarray, points: np.ndarray, perio
     """
     system = flow.system
     duration = period * system.period[points]
-    loss = system.brake[points] * duration
+    loss = system.rotation_decay[points] * duration
     barely = np.flatnonzero((loss > 0) & (loss < _BARELY_BRAKED))
     if len(barely):
         out = flow.advance(w[:, barely], period[barely], points=points[barely], measured=True)

@@ -199,7 +199,7 @@ def _planar(sheet: Sheet, lanes: np.ndarray) -> np.ndarray:
 
     A mean rotation that the bearings hardly brake is a third coordinate with an exponent of zero of its own.
     """
-    apart = sheet.flow.system.brake[sheet.points[lanes]] < _ZERO
+    apart = sheet.flow.system.rotation_decay[sheet.points[lanes]] < _ZERO
     return apart & (sheet.flow.dimension <= 3)
 
 

@@ -83,7 +83,7 @@ def _opened(study: Resolved, path: Path, tile: int | None, say: Callable[[str], 
     if not path.exists():
         try:
             plan = study.plan()
-            plan.effort.tell(progress)
+            plan.effort.announce(progress)
             return create(path, study, cut(plan, tile))
         except OSError:
             if not path.exists():  # else another shard was faster
@@ -93,7 +93,7 @@ def _opened(study: Resolved, path: Path, tile: int | None, say: Callable[[str], 
     if unlike:
         raise InputError("store", "must hold the same study", str(path), "; ".join(unlike) + ".")
     done = sum(m.done for m in store.marks().values())
-    store.plan.effort.tell(progress and not store.complete)
+    store.plan.effort.announce(progress and not store.complete)
     say(f"{path.name}: {done} of {store.grid.count} tiles are done already")
     for line in differences(store.versions, versions(study)):
         say(f"warning: the store was begun with other versions, {line}; results may differ in the last digits")

@@ -41,11 +41,11 @@ def _number_type(text: str) -> str:
     raise ValueError("must be a kind of number")
 
 
-class _Words(BaseModel):
+class _Schema(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
-class MarkWords(_Words):
+class MarkSchema(_Schema):
     """``run/tiles/<number>.json``; see `store.Mark`."""
 
     done: bool
@@ -56,7 +56,7 @@ class MarkWords(_Words):
     at: _Seconds
 
 
-class _Grid(_Words):
+class _Grid(_Schema):
     shape: _Shape
     tile: _Shape
 
@@ -67,19 +67,19 @@ class _Grid(_Words):
         return self
 
 
-class _Layout(_Words):
+class _Layout(_Schema):
     dtype: Annotated[str, AfterValidator(_number_type)]
     shape: tuple[_Whole, ...]
 
 
-class _Axis(_Words):
+class _Axis(_Schema):
     name: str
     start: FiniteFloat
     stop: FiniteFloat
     count: _Positive
 
 
-class _Budget(_Words):
+class _Budget(_Schema):
     looks: tuple[int, ...]
     longest: int
     exponent: int
@@ -88,7 +88,7 @@ class _Budget(_Words):
     measured: int
 
 
-class _Study(_Words):
+class _Study(_Schema):
     kind: str
     model: dict[str, Any]
     axes: tuple[_Axis, ...]
@@ -96,13 +96,13 @@ class _Study(_Words):
     budget: _Budget | None
 
 
-class FormatWords(BaseModel):
+class FormatSchema(BaseModel):
     """Of ``run/study.json`` of any version what says which it is."""
 
     format: StrictInt
 
 
-class StudyWords(_Words):
+class StudySchema(_Schema):
     """``run/study.json``; the study itself is checked as any other when its plan is made."""
 
     format: int

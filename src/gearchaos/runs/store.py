@@ -28,7 +28,7 @@ from gearchaos.runs.chunks import chunk_file, write_chunk
 from gearchaos.runs.grid import Grid
 from gearchaos.runs.layout import FORMAT, PIECES, Layout, put
 from gearchaos.runs.resolved import Resolved
-from gearchaos.runs.schema import FormatWords, MarkWords, StudyWords, Sums, parsed, read_as
+from gearchaos.runs.schema import FormatSchema, MarkSchema, StudySchema, Sums, parsed, read_as
 from gearchaos.runs.sums import differing, sums
 from gearchaos.studies.plan import Plan
 
@@ -117,7 +117,7 @@ class Store:
     def marks(self) -> dict[int, Mark]:
         """The marks there are, by the number of the tile; a damaged one, or one of no tile, counts as none."""
         files = (p for p in (self.path / "run" / "tiles").glob("*.json") if _TILE.fullmatch(p.stem))
-        found = {int(p.stem): read_as(MarkWords, p) for p in files}
+        found = {int(p.stem): read_as(MarkSchema, p) for p in files}
         return {n: Mark(**dict(m)) for n, m in found.items() if m is not None and n < self.grid.count}
 
     def unmark(self, number: int) -> None:
@@ -207,15 +207,15 @@ def read(path: Path) -> Store:
         said = f"{file} cannot be read: {getattr(error, 'strerror', error)}."
         raise InputError("store", "must be a folder that gearchaos run made", str(path), said) from None
     try:
-        made = parsed(FormatWords, content).format
+        made = parsed(FormatSchema, content).format
         if made == FORMAT:
-            return _store(path, parsed(StudyWords, content))
+            return _store(path, parsed(StudySchema, content))
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise _damaged(path, str(error)) from None
     raise InputError("store", f"must have format {FORMAT}", made, "It was made by another version of gearchaos.")
 
 
-def _store(path: Path, words: StudyWords) -> Store:
+def _store(path: Path, words: StudySchema) -> Store:
     grid = Grid(words.grid.shape, words.grid.tile)
     arrays = {n: Layout(a.dtype, a.shape) for n, a in words.arrays.items()}
     return Store(path, Resolved.from_dict(words.study.model_dump()), grid, arrays, words.versions)

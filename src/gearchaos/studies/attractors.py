@@ -126,8 +126,8 @@ def _cost(system: SwitchedAffine, starts: int, sweep: Axis | None, kicks: int, b
     """What all starts, sweeps and kicks take at most; raises where memory or time do not suffice."""
     tiles.check_memory("starts", starts)
     tiles.check_memory("kicks", kicks, EACH)
-    alone = 2 * sweep.count * CARRY if sweep else 0
-    return effort(system, starts + kicks * TRIED, (budget or Budget()).most, alone)
+    sequential = 2 * sweep.count * CARRY if sweep else 0
+    return effort(system, starts + kicks * TRIED, (budget or Budget()).most, sequential)
 
 
 def _check_sweep(model: MeshModel, sweep: Axis) -> float:

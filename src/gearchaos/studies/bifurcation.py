@@ -79,8 +79,8 @@ def plan(
     vary(model, {axis.name: axis.values})  # checked before any work
     names = shared_coordinates(model, axis)
     tiles.check_memory("columns times points", axis.count * points, _POINT * (2 + len(COORDINATES[model.kind])))
-    alone = axis.count * CARRY if mode != "fixed" else 0
-    cost = effort(switched(corners(model, axis), names), axis.count, (budget or PER_COLUMN).most, alone)
+    sequential = axis.count * CARRY if mode != "fixed" else 0
+    cost = effort(switched(corners(model, axis), names), axis.count, (budget or PER_COLUMN).most, sequential)
 
     def compute(
         columns: np.ndarray, *, progress: bool = False, threads: int | None = None

@@ -44,7 +44,7 @@ class Effort:
     ----------
     motions, periods : int
         So many motions, side by side, are followed for so many mesh periods.
-    alone : int
+    sequential : int
         Mesh periods of one motion for which all others wait, as in a sweep.
     steps : int
         Steps in a mesh period, on the average of the points.
@@ -58,7 +58,7 @@ class Effort:
 
     motions: int
     periods: int
-    alone: int
+    sequential: int
     steps: int
     table: int
     dimension: int
@@ -66,10 +66,10 @@ class Effort:
 
     def seconds(self, threads: int | None = None) -> float:
         """How long it takes at most, in so many threads, by default one per core."""
-        followed = -(-self.motions // WIDTH) * self.periods / side_by_side(self.motions, threads) + self.alone
+        followed = -(-self.motions // WIDTH) * self.periods / side_by_side(self.motions, threads) + self.sequential
         return followed * self.steps * (self.dimension + 1) * self.cost / _SPEED
 
-    def words(self, threads: int | None = None) -> str | None:
+    def warning(self, threads: int | None = None) -> str | None:
         """How long it may take, in words; None if that is not long."""
         seconds = self.seconds(threads)
         if seconds <= LONG:
@@ -80,27 +80,27 @@ class Effort:
     def size(self) -> str:
         """How much it is, in words."""
         many = f"{self.motions:,} motions are" if self.motions > 1 else "One motion is"
-        return f"{many} followed for at most {self.periods + self.alone:,} mesh periods of {self.steps:,} steps."
+        return f"{many} followed for at most {self.periods + self.sequential:,} mesh periods of {self.steps:,} steps."
 
     def largest(self, threads: int | None = None) -> int:
         """Most parameter points whose step matrices one of so many threads may hold at once."""
         return int(min(TILE, max(WIDTH, memory() // _SHARE // (threads or cores()) // self.table)))
 
-    def tell(self, wanted: bool = True, threads: int | None = None) -> None:
+    def announce(self, wanted: bool = True, threads: int | None = None) -> None:
         """Say on stderr how long it may take, if that is long, and if it is wanted."""
-        words = self.words(threads) if wanted else None
-        if words:
-            print(words, file=sys.stderr, flush=True)
+        warning = self.warning(threads) if wanted else None
+        if warning:
+            print(warning, file=sys.stderr, flush=True)
 
 
-def effort(system: SwitchedAffine, motions: int, periods: int, alone: int = 0, samples: int = 0) -> Effort:
+def effort(system: SwitchedAffine, motions: int, periods: int, sequential: int = 0, samples: int = 0) -> Effort:
     """What a study takes at most.
 
     Parameters
     ----------
     system : SwitchedAffine
         At the parameter points that need most: the corners of a map.
-    motions, periods, alone
+    motions, periods, sequential
         As in `Effort`.
     samples : int
         Instants of a mesh period that steps must begin at.
@@ -113,7 +113,7 @@ def effort(system: SwitchedAffine, motions: int, periods: int, alone: int = 0, s
     steps, d = _steps(system), system.dimension
     steps = samples * np.ceil(steps / samples) if samples else steps
     table = (2 if shared(system) and not samples else int(steps.max())) * _STATES * (d * d + d) * 8
-    found = Effort(motions, periods, alone, int(np.ceil(steps.mean())), table, d, _cost(system))
+    found = Effort(motions, periods, sequential, int(np.ceil(steps.mean())), table, d, _cost(system))
     if found.seconds() > _NEVER * found.cost:  # harmonics make it longer, but never too long
         raise InputError("the study", f"must end within {_span(_NEVER)}", _span(found.seconds()), found.size)
     return found

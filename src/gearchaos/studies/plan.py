@@ -64,6 +64,6 @@ class Plan:
 
     def run(self, *, progress: bool = False, **options: Any) -> xr.Dataset:
         """The Dataset of the whole study; options as of `Compute`."""
-        self.effort.tell(progress, options.get("threads"))
+        self.effort.announce(progress, options.get("threads"))
         numbers = np.arange(self.count, dtype=np.int32 if self.count < 2**31 else np.int64)
         return self.finish(self.compute(numbers, progress=progress, **options), progress=progress, **options)

@@ -79,7 +79,7 @@ def regime(model: MeshModel | GearPair, *, budget: Budget = PATIENT, progress: b
     model, budget = as_model(model), as_budget(budget) or PATIENT
     batch = vary(model, {})
     system = switched(batch)
-    effort(system, 1, budget.most).tell(progress)
+    effort(system, 1, budget.most).announce(progress)
     flow = ExactFlow(system)
     begin, point = start(batch, system).T.copy(), np.zeros(1, dtype=int)
     found = classify(flow, begin, budget=budget)

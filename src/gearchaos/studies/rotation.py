@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import hyp1f1
 
-from gearchaos.coordinates import error_at_start, initial_values, twist
+from gearchaos.coordinates import error_at_start, initial_values, relative_rotation
 from gearchaos.flow import ExactFlow, layout
 from gearchaos.model import Batch
-from gearchaos.switched import brake, switched
+from gearchaos.switched import rotation_decay, switched
 
 
 def at_sections(
@@ -42,11 +42,11 @@ def at_sections(
     first = before.w if orbit is None else orbit
     x1 = initial_values(batch)["x1"] + before.measures[layout.VELOCITY]
     J1, J2 = np.asarray(batch["J1"]), np.asarray(batch["J2"])
-    x1 = x1 + J2 / (J1 + J2) * (twist(names, first.T, error) - twist(names, before.w.T, error))
+    x1 = x1 + J2 / (J1 + J2) * (relative_rotation(names, first.T, error) - relative_rotation(names, before.w.T, error))
     states = np.concatenate([first[None], sections])
     gained = np.concatenate([x1[None], _gained(flow, points, states[:-1])]).cumsum(axis=0).T
     slowing = _slowing(batch, flow, points, before.w - first, len(sections))
-    return gained + slowing - twist(names, np.moveaxis(states, 1, 2), error).T
+    return gained + slowing - relative_rotation(names, np.moveaxis(states, 1, 2), error).T
 
 
 def _slowing(batch: Batch, flow: ExactFlow, points: np.ndarray, ahead: np.ndarray, count: int) -> np.ndarray:
@@ -54,9 +54,9 @@ def _slowing(batch: Batch, flow: ExactFlow, points: np.ndarray, ahead: np.ndarra
     ``ahead`` (d, L) of the orbit: its part of velocity v e^(−rτ) grows to v τ (1 − e^(−rτ))/rτ."""
     names = flow.system.names
     J1, J2 = np.asarray(batch["J1"]), np.asarray(batch["J2"])
-    velocity = ahead[names.index("x2_dot")] + J1 / (J1 + J2) * twist(names, ahead.T, np.zeros(1), "_dot")
+    velocity = ahead[names.index("x2_dot")] + J1 / (J1 + J2) * relative_rotation(names, ahead.T, np.zeros(1), "_dot")
     tau = np.arange(count + 1) * flow.system.period[points, None]
-    return velocity[:, None] * tau * hyp1f1(1, 2, -brake(batch)[:, None] * tau)
+    return velocity[:, None] * tau * hyp1f1(1, 2, -rotation_decay(batch)[:, None] * tau)
 
 
 def _gained(flow: ExactFlow, points: np.ndarray, w: np.ndarray) -> np.ndarray:

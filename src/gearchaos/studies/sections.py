@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.coordinates import bearings_differ, error_at_start, to_physical, weakly_braked
+from gearchaos.coordinates import bearings_differ, error_at_start, to_physical, weakly_damped
 from gearchaos.flow import ExactFlow
 from gearchaos.model import Batch
 from gearchaos.motion import Verdicts
@@ -34,7 +34,7 @@ def _rotation(
 ) -> np.ndarray:
     """x2 (L, S) at the sections (S, d, L), NaN where it follows from them: on a trajectory of well braked wheels."""
     x2 = np.full((len(points), len(sections)), np.nan)
-    mine = np.flatnonzero(bearings_differ(batch, flow.system.names) & ((verdicts.period > 0) | weakly_braked(batch)))
+    mine = np.flatnonzero(bearings_differ(batch, flow.system.names) & ((verdicts.period > 0) | weakly_damped(batch)))
     if len(mine):
         x2[mine] = rotation.at_sections(
             batch.take(mine), flow, points[mine], begin[:, mine], verdicts.spent[mine], sections[:, :, mine],

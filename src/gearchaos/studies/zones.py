@@ -106,10 +106,10 @@ def plan(
 
 def _cost(model: MeshModel, x: Axis, y: Axis, starts: int, budget: Budget | None) -> Effort:
     """What all cells take at most; with several starts their rows are also swept both ways, side by side."""
-    motions, alone = x.count * y.count, 0
+    motions, sequential = x.count * y.count, 0
     if starts > 1:
-        motions, alone = motions * (starts + 2), 2 * x.count * CARRY * -(-y.count // WIDTH)
-    return effort(switched(corners(model, x, y)), motions, (budget or Budget()).most, alone)
+        motions, sequential = motions * (starts + 2), 2 * x.count * CARRY * -(-y.count // WIDTH)
+    return effort(switched(corners(model, x, y)), motions, (budget or Budget()).most, sequential)
 
 
 def launch(model: MeshModel, x: Axis, y: Axis) -> Launch:
