@@ -15,10 +15,10 @@ from math import isqrt
 
 import xarray as xr
 
-from gearchaos.axis import Axis
-from gearchaos.motion import Budget
+from gearchaos.dynamics import Classification
 from gearchaos.paper.settings import all_figures
 from gearchaos.studies import zones
+from gearchaos.studies.axis import Axis
 
 STUDY = all_figures()[2].studies["a"]
 _ENOUGH = 100_000
@@ -27,7 +27,8 @@ _ENOUGH = 100_000
 def mapped(cells: int, refine: int, patience: int, threads: int | None) -> xr.Dataset:
     side = isqrt(cells)
     x, y = (Axis(name, r.start, r.stop, side) for name, r in STUDY.axes.items())
-    return zones(STUDY.mesh_model, x, y, refine=refine, budget=Budget(patience=patience), threads=threads)
+    return zones(STUDY.mesh_model, x, y, refine=refine, settings=Classification(longest_transient=patience),
+                 threads=threads)
 
 
 def cost(cells: int, chosen: argparse.Namespace) -> tuple[float, float, xr.Dataset]:

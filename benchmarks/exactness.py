@@ -14,7 +14,7 @@ from peers.heyoka_peer import Heyoka
 from gearchaos.flow import ExactFlow
 from gearchaos.flow.layout import Z_MAX
 from gearchaos.model import MeshModel, vary
-from gearchaos.switched import SwitchedAffine, switched
+from gearchaos.model.switched import SwitchedAffine, switched
 
 KINDS = {
     "d2": ({"kind": "torsional"}, 0.5), "d4": ({"kind": "full"}, 0.3),

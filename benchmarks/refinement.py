@@ -18,8 +18,8 @@ import numpy as np
 import xarray as xr
 from runs import store, study, timed
 
-from gearchaos.runs import engines
-from gearchaos.runs.resolved import Resolved
+from gearchaos.execute import engines
+from gearchaos.store.resolved import Resolved
 
 
 def mapped(chosen: Resolved, threads: int) -> tuple[xr.Dataset, np.ndarray]:

@@ -19,12 +19,12 @@ from pathlib import Path
 
 import numpy as np
 
-from gearchaos.axis import Axis
+from gearchaos.dynamics import Classification
+from gearchaos.execute import engines
 from gearchaos.model import MeshModel
-from gearchaos.motion import Budget
-from gearchaos.runs import engines
-from gearchaos.runs.resolved import Resolved
-from gearchaos.runs.run import run
+from gearchaos.store.resolved import Resolved
+from gearchaos.store.run import run
+from gearchaos.studies.axis import Axis
 
 
 def timed(work: Callable[[], object]) -> tuple[float, float]:
@@ -42,7 +42,7 @@ def _cpu() -> float:
 def study(cells: int, patience: int) -> Resolved:
     side = isqrt(cells)
     axes = Axis("omega", 0.2, 3.0, side), Axis("eps1", 0.0, 0.3, side)
-    return Resolved("zones", MeshModel.of(q0=0.1), axes, {}, Budget(patience=patience))
+    return Resolved("zones", MeshModel.of(q0=0.1), axes, {}, Classification(longest_transient=patience))
 
 
 def store(chosen: Resolved, path: Path, engine: engines.Engine) -> None:

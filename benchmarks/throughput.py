@@ -21,11 +21,11 @@ from typing import Any
 import numba
 import numpy as np
 
-from gearchaos.coordinates import start
 from gearchaos.flow import ExactFlow
 from gearchaos.flow import layout as at
 from gearchaos.model import MeshModel, vary
-from gearchaos.switched import switched
+from gearchaos.model.coordinates import start
+from gearchaos.model.switched import switched
 
 KINDS: dict[str, dict[str, Any]] = {
     "d2": {"kind": "torsional"},

@@ -1,6 +1,6 @@
 """What it saves to end a cell of a map as soon as its verdict is proved, against a fixed budget for every cell.
 
-Both run figure 2a on the same kernel, tiles and threads. The fixed budget is what a cell may spend here too: patience
+Both run figure 2a on the same kernel, tiles and threads. The fixed settings is what a cell may spend here too: patience
 many periods, then 250 with a tangent vector for the exponent, then 96 for the levels. Prints both CPU times and their
 ratio, and how many cells differ: the fixed budget calls a cell by its last sections and its exponent, unpolished.
 """
@@ -14,16 +14,17 @@ from functools import partial
 
 import numpy as np
 
-from gearchaos.axis import Axis
-from gearchaos.coordinates import start
+from gearchaos.dynamics import Classification, Label
+from gearchaos.dynamics.lyapunov import from_growth
+from gearchaos.execute import tiles
 from gearchaos.flow import ExactFlow
 from gearchaos.model import vary
-from gearchaos.motion import Budget, Label
-from gearchaos.motion.lyapunov import from_growth
+from gearchaos.model.coordinates import start
+from gearchaos.model.switched import switched
 from gearchaos.paper.settings import all_figures
-from gearchaos.studies import tiles, zones
+from gearchaos.studies import zones
+from gearchaos.studies.axis import Axis
 from gearchaos.studies.plane import at_cells
-from gearchaos.switched import switched
 
 STUDY = all_figures()[2].studies["a"]
 _SECTIONS = 257
@@ -32,7 +33,7 @@ _POSITIVE = 1e-3
 
 
 def fixed(axes: list[Axis], patience: int) -> np.ndarray:
-    """The period of every cell, -1 for chaos, 0 for neither, after a fixed budget."""
+    """The period of every cell, -1 for chaos, 0 for neither, after a fixed settings."""
     found = np.zeros(axes[0].count * axes[1].count, dtype=int)
     order = np.arange(len(found)).reshape(axes[1].count, axes[0].count).T.ravel()
 
@@ -62,7 +63,7 @@ def _period(sections: np.ndarray) -> np.ndarray:
 
 def adaptive(axes: list[Axis], patience: int) -> np.ndarray:
     """The same by `zones`."""
-    found = zones(STUDY.mesh_model, *axes, budget=Budget(patience=patience))
+    found = zones(STUDY.mesh_model, *axes, settings=Classification(longest_transient=patience))
     return np.where(found.label == Label.CHAOTIC, -1, found.period).ravel()
 
 
@@ -78,7 +79,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--columns", type=int, default=400)
     parser.add_argument("--rows", type=int, default=300)
-    parser.add_argument("--patience", type=int, default=Budget().patience)
+    parser.add_argument("--patience", type=int, default=Classification().longest_transient)
     given = parser.parse_args()
     axes, few = (
         [Axis(n, r.start, r.stop, c) for (n, r), c in zip(STUDY.axes.items(), counts, strict=True)]

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.app import bounds, lines, maps, state, words
-from gearchaos.app.dossier import dossier, followed
-from gearchaos.app.figures.style import plain
-from gearchaos.app.presets import presets
-from gearchaos.app.serve import address, check_port
-from gearchaos.app.state import View, axis_names, first_view, from_query, standard, stiffness_name
+from gearchaos.dynamics import Label
 from gearchaos.errors import InputError
+from gearchaos.explorer import bounds, lines, maps, state, words
+from gearchaos.explorer.dossier import dossier, followed
+from gearchaos.explorer.figures.style import plain
+from gearchaos.explorer.presets import presets
+from gearchaos.explorer.serve import address, check_port
+from gearchaos.explorer.state import View, axis_names, first_view, from_query, standard, stiffness_name
 from gearchaos.model import COORDINATES, KINDS
-from gearchaos.motion import Label
 from gearchaos.paper.settings import all_figures
 
 START = presets()["2"].view
@@ -190,7 +190,7 @@ def test_chaos_shows_before_it_is_outlasted_and_every_cell_is_judged_in_the_end(
     assert np.all(waiting.labels().values.ravel()[waiting.wild] == Label.CHAOTIC)
     assert np.isfinite(waiting.level("v_rms").values).all()  # each shows that of the nearest cell that has one
     assert not found[-1].wild.any() and np.all(found[-1].dataset["label"] != 0)
-    whole = gc.zones(view.model, view.x, view.y, budget=maps.STEADY)
+    whole = gc.zones(view.model, view.x, view.y, settings=maps.STEADY)
     assert found[-1].dataset["label"].identical(whole["label"])
     assert found[-1].level("v_rms").values == pytest.approx(whole["v_rms"].values, rel=1e-8, nan_ok=True)
 
@@ -245,7 +245,7 @@ def test_the_motions_of_a_point_come_with_a_start_that_leads_to_each():
 
 
 def test_only_names_of_the_server_itself_are_answered():
-    from gearchaos.app.guard import own_host
+    from gearchaos.explorer.guard import own_host
 
     assert all(own_host(name, "127.0.0.1") for name in ("127.0.0.1:5006", "localhost", "LocalHost:80", "[::1]:5006"))
     foreign = ("10.0.0.1", "evil.example", "", "[::1", "localhost.", "a b")
@@ -272,7 +272,7 @@ def test_a_port_in_use_is_refused():
 
 
 def test_without_its_libraries_the_explorer_says_what_to_install(monkeypatch):
-    from gearchaos.app import serve
+    from gearchaos.explorer import serve
 
     monkeypatch.setattr(serve, "find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"pip install gearchaos\[app\]"):
@@ -280,7 +280,7 @@ def test_without_its_libraries_the_explorer_says_what_to_install(monkeypatch):
 
 
 def test_a_server_that_cannot_start_is_an_error_and_not_a_wait(monkeypatch):
-    from gearchaos.app import notebook
+    from gearchaos.explorer import notebook
 
     def broken(*_, **__):
         raise OSError("no more sockets")

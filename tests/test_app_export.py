@@ -11,13 +11,13 @@ import pytest
 import xarray as xr
 
 import gearchaos as gc
-from gearchaos.app import export, maps
-from gearchaos.app.controls import are_alike, made_alike
-from gearchaos.app.dossier import dossier
-from gearchaos.app.figures.spectrum import SpectrumFigure
-from gearchaos.app.pair import pair_at
-from gearchaos.app.presets import preset_of, presets
-from gearchaos.app.state import first_view
+from gearchaos.explorer import export, maps
+from gearchaos.explorer.controls import are_alike, made_alike
+from gearchaos.explorer.dossier import dossier
+from gearchaos.explorer.figures.spectrum import SpectrumFigure
+from gearchaos.explorer.pair import pair_at
+from gearchaos.explorer.presets import preset_of, presets
+from gearchaos.explorer.state import first_view
 from gearchaos.studyfile import load_study
 
 START = presets()["2"].view

@@ -10,12 +10,12 @@ import psutil
 import pytest
 
 import gearchaos as gc
-from gearchaos.app import maps, words
-from gearchaos.app.dossier import dossier
-from gearchaos.app.elsewhere import Elsewhere
-from gearchaos.app.presets import presets
-from gearchaos.app.worker import Job, Worker
 from gearchaos.errors import InputError
+from gearchaos.explorer import maps, words
+from gearchaos.explorer.dossier import dossier
+from gearchaos.explorer.elsewhere import Elsewhere
+from gearchaos.explorer.presets import presets
+from gearchaos.explorer.worker import Job, Worker
 from gearchaos.flow.stop import StoppedError
 
 START = presets()["2"].view
@@ -198,7 +198,7 @@ def test_a_process_that_dies_costs_the_visitor_one_message(caplog):
 
 
 def test_a_process_ends_with_the_one_that_began_it(tmp_path):
-    code = "from gearchaos.app.elsewhere import Elsewhere; print(Elsewhere()._process.pid, flush=True); input()"
+    code = "from gearchaos.explorer.elsewhere import Elsewhere; print(Elsewhere()._process.pid, flush=True); input()"
     parent = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     child = psutil.Process(int(parent.stdout.readline()))
     parent.kill()

@@ -14,17 +14,18 @@ PAIR = gc.GearPair(
     speed="14000 rpm", error_amplitudes=["6 um"],
 )
 MODEL = PAIR.to_model()
-QUICK = gc.Budget(looks=(80,), exponent=80, extensions=0, patience=0, measured=8)
+QUICK = gc.Classification(transient_lengths=(80,), exponent_run=80, doublings=0, longest_transient=0,
+                          averaging_periods=8)
 X, Y, START, RATE = "omega=0.9:1.1:2", "q0=0.1:0.2:2", "x1=-1:1:2", "x1_dot=-1:1:2"
 
 # study -> (arguments after the model, options)
 STUDIES = {
     "simulate": ((4,), {}),
-    "regime": ((), {"budget": QUICK}),
-    "bifurcation": (("eps1=0:0.3:3",), {"points": 4, "budget": QUICK}),
-    "zones": ((X, Y), {"budget": QUICK}),
-    "basins": ((START, RATE), {"budget": QUICK}),
-    "attractors": ((4,), {"sweep": "omega=0.5:1.5:2", "budget": QUICK}),
+    "regime": ((), {"settings": QUICK}),
+    "bifurcation": (("eps1=0:0.3:3",), {"points": 4, "settings": QUICK}),
+    "zones": ((X, Y), {"settings": QUICK}),
+    "basins": ((START, RATE), {"settings": QUICK}),
+    "attractors": ((4,), {"sweep": "omega=0.5:1.5:2", "settings": QUICK}),
 }
 
 
@@ -92,8 +93,8 @@ def test_what_is_no_sweep_is_refused_in_words(sweep):
 @pytest.mark.parametrize("name", [n for n in STUDIES if n != "simulate"])
 def test_what_is_no_budget_is_refused_in_words(name):
     arguments, options = STUDIES[name]
-    with pytest.raises(InputError, match=r"^budget must be a Budget"):
-        getattr(gc, name)(MODEL, *arguments, **{**options, "budget": {"patience": 100}})
+    with pytest.raises(InputError, match=r"^settings must be a Classification"):
+        getattr(gc, name)(MODEL, *arguments, **{**options, "settings": {"longest_transient": 100}})
 
 
 def test_what_is_no_verdict_is_refused_in_words():

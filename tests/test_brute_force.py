@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from oracles import brute_force
 
-from gearchaos.motion import Label, classify, motion_name
+from gearchaos.dynamics import Label, classify, motion_name
 
 ROWS = brute_force.read()
 

@@ -12,7 +12,7 @@ from numba import typeof
 
 from gearchaos.flow import ExactFlow, batch, jit
 from gearchaos.model import MeshModel, vary
-from gearchaos.switched import switched
+from gearchaos.model.switched import switched
 
 PROGRAM = """
 import sys, time

@@ -6,12 +6,12 @@ from scipy.special import betaincinv
 from scipy.stats import sem
 
 import gearchaos as gc
+from gearchaos.dynamics import Label, Reason
 from gearchaos.flow import ExactFlow
 from gearchaos.model import vary
-from gearchaos.motion import Label, Reason
-from gearchaos.studies.catalogue import Attractor, Catalogue, _statistics
-from gearchaos.studies.starts import default_box, spread
-from gearchaos.switched import switched
+from gearchaos.model.switched import switched
+from gearchaos.studies.attractor_set import Attractor, AttractorSet, _statistics
+from gearchaos.studies.initial_conditions import default_box, spread
 
 SINGLE = gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05)
 
@@ -26,7 +26,7 @@ def attractor(section, period=0, neutral=False):
 
 
 def found(label, period, w, neutral=False):
-    """What `endings` finds of motions at w (L, d), as far as they are told apart by it."""
+    """What `final_states` finds of motions at w (L, d), as far as they are told apart by it."""
     count = len(w)
     facts = dict.fromkeys((
         "reason", "lyapunov", "lyapunov_lo", "lyapunov_hi", "trace_error", "residual", "multiplier", "rotation",
@@ -44,19 +44,19 @@ def test_orbits_are_one_if_they_share_a_point_to_a_millionth():
 
 def test_orbits_a_thousandth_apart_are_two_attractors():
     w = np.array([[0.5, 0.0], [0.501, 0.0], [0.5, 1e-9], [0.501, 1e-9], [0.5, 0.05]])
-    catalogue = Catalogue(flow_of(SINGLE))
-    assert catalogue.place(found(Label.PERIODIC, 1, w)).tolist() == [0, 1, 0, 1, 2]
-    assert catalogue.place(found(Label.PERIODIC, 2, w[:1])).tolist() == [3]
-    assert catalogue.place(found(Label.PERIODIC, 1, w[::-1])).tolist() == [2, 1, 0, 1, 0]
-    assert catalogue.place(found(Label.DIVERGED, 0, w[:2])).tolist() == [-1, -1]
-    assert catalogue.place(found(Label.UNDECIDED, 0, w[:2])).tolist() == [-1, -1]
+    catalogue = AttractorSet(flow_of(SINGLE))
+    assert catalogue.match(found(Label.PERIODIC, 1, w)).tolist() == [0, 1, 0, 1, 2]
+    assert catalogue.match(found(Label.PERIODIC, 2, w[:1])).tolist() == [3]
+    assert catalogue.match(found(Label.PERIODIC, 1, w[::-1])).tolist() == [2, 1, 0, 1, 0]
+    assert catalogue.match(found(Label.DIVERGED, 0, w[:2])).tolist() == [-1, -1]
+    assert catalogue.match(found(Label.UNDECIDED, 0, w[:2])).tolist() == [-1, -1]
 
 
 def test_neutral_motions_of_a_period_are_one_and_no_other():
-    catalogue = Catalogue(flow_of(SINGLE))
+    catalogue = AttractorSet(flow_of(SINGLE))
     w = np.array([[0.1, 0.0], [0.7, 0.0]])
-    assert catalogue.place(found(Label.PERIODIC, 1, w, neutral=True)).tolist() == [0, 0]
-    assert catalogue.place(found(Label.PERIODIC, 1, w[:1])).tolist() == [1]
+    assert catalogue.match(found(Label.PERIODIC, 1, w, neutral=True)).tolist() == [0, 0]
+    assert catalogue.match(found(Label.PERIODIC, 1, w[:1])).tolist() == [1]
 
 
 def test_motions_without_a_period_are_one_if_means_and_spreads_agree():
@@ -81,9 +81,9 @@ def test_standard_errors_are_those_of_eight_blocks():
 
 
 def test_attractors_are_listed_by_kind_period_and_share():
-    catalogue = Catalogue(flow_of(SINGLE))
+    catalogue = AttractorSet(flow_of(SINGLE))
     orbits = ((3, 0.1, 1), (1, 0.2, 1), (1, 0.3, 4), (2, 0.4, 2))  # period, z, how many starts lead there
-    index = np.concatenate([catalogue.place(found(Label.PERIODIC, p, [[z, 0.0]] * n)) for p, z, n in orbits])
+    index = np.concatenate([catalogue.match(found(Label.PERIODIC, p, [[z, 0.0]] * n)) for p, z, n in orbits])
     catalogue.tally(index)
     assert [a.count for a in catalogue.known] == [1, 1, 4, 2]
     assert catalogue.order() == [2, 1, 3, 0]
@@ -137,7 +137,7 @@ def test_undamped_motions_are_one_neutral_attractor():
 
 def test_the_smallest_kick_is_the_smallest_to_a_few_per_cent():
     """No kick of 0.95 of its length leaves, in 180 directions from every section point of three attractors."""
-    data, catalogue = gc.attractors(SINGLE, 32, kicks=12), Catalogue(flow_of(SINGLE))
+    data, catalogue = gc.attractors(SINGLE, 32, kicks=12), AttractorSet(flow_of(SINGLE))
     turn = np.linspace(0, 2 * np.pi, 180, endpoint=False)
     for number in range(3):
         size, period = float(data.attractor_kick[number]), int(data.attractor_period[number])

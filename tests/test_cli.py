@@ -187,7 +187,7 @@ def test_regime_page():
 
 
 def test_regime_in_physical_units(pair_file):
-    from gearchaos.gearpair import GearPair
+    from gearchaos.gears.pair import GearPair
     from gearchaos.studyfile import load_study
 
     scales = load_study(pair_file).pair.scales

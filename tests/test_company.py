@@ -7,15 +7,15 @@ import pytest
 import xarray as xr
 
 import gearchaos as gc
-from gearchaos.coordinates import start
+from gearchaos.dynamics import Classification, classify
+from gearchaos.execute import tiles
 from gearchaos.flow import ExactFlow
 from gearchaos.model import vary
-from gearchaos.motion import Budget, classify
-from gearchaos.studies import tiles
+from gearchaos.model.coordinates import start
+from gearchaos.model.switched import switched
 from gearchaos.studies.refine import refined
-from gearchaos.switched import switched
 
-SHORT = Budget(patience=800, extensions=1, measured=16)
+SHORT = Classification(longest_transient=800, doublings=1, averaging_periods=16)
 LANES_LAST = ("w", "exponent", "low", "high")
 
 KINDS = {
@@ -36,10 +36,10 @@ def verdicts(kind, values, chosen):
     """Everything `classify` says of the chosen points, arrays (L, ...) by name."""
     batch = vary(gc.MeshModel.of(kind=kind), {n: v[chosen] for n, v in values.items()})
     system = switched(batch)
-    found = classify(ExactFlow(system), start(batch, system).T.copy(), budget=SHORT)
+    found = classify(ExactFlow(system), start(batch, system).T.copy(), settings=SHORT)
     out = {f.name: getattr(found, f.name) for f in fields(found) if f.name != "reading"}
     out = {n: np.moveaxis(v, -1, 0) if n in LANES_LAST else v for n, v in out.items()}
-    return out | {f.name: getattr(found.reading, f.name) for f in fields(found.reading)}
+    return out | {f.name: getattr(found.response, f.name) for f in fields(found.response)}
 
 
 @pytest.mark.parametrize("case", KINDS)
@@ -77,25 +77,25 @@ def test_a_run_does_not_depend_on_whose_seats_it_shares(case):
 
 def test_a_map_does_not_depend_on_its_tiles_threads_and_neighbours(monkeypatch):
     model, x, y = gc.MeshModel.of(q0=0.1), gc.Axis("omega", 0.4, 1.2, 24), gc.Axis("eps1", 0.0, 0.3, 10)
-    whole = gc.zones(model, x, y, budget=SHORT)
+    whole = gc.zones(model, x, y, settings=SHORT)
     split = tiles.split
     for size, threads in ((7, 1), (50, 2)):
         monkeypatch.setattr(tiles, "split", lambda count, largest=0, threads=0, size=size: split(count, size))
-        xr.testing.assert_identical(gc.zones(model, x, y, budget=SHORT, threads=threads), whole)
-    turned = gc.zones(model, y, x, budget=SHORT).transpose("eps1", "omega")
+        xr.testing.assert_identical(gc.zones(model, x, y, settings=SHORT, threads=threads), whole)
+    turned = gc.zones(model, y, x, settings=SHORT).transpose("eps1", "omega")
     xr.testing.assert_equal(turned, whole)
 
 
 def test_a_diagram_does_not_depend_on_threads():
     model, axis = gc.MeshModel.of(q0=0.1, eps1=0.1), gc.Axis("omega", 0.8, 1.1, 31)
-    one, three = (gc.bifurcation(model, axis, points=16, budget=SHORT, threads=n) for n in (1, 3))
+    one, three = (gc.bifurcation(model, axis, points=16, settings=SHORT, threads=n) for n in (1, 3))
     xr.testing.assert_identical(one, three)
 
 
 def test_refining_spends_cells_on_boundaries_alone_and_says_what_it_inferred():
     model, x, y = gc.MeshModel.of(q0=0.1), gc.Axis("omega", 0.4, 1.2, 70), gc.Axis("eps1", 0.0, 0.2, 50)
-    whole = gc.zones(model, x, y, budget=SHORT)
-    coarse = gc.zones(model, x, y, budget=SHORT, refine=8)
+    whole = gc.zones(model, x, y, settings=SHORT)
+    coarse = gc.zones(model, x, y, settings=SHORT, refine=8)
     inferred = coarse["inferred"].values == 1
     assert 0.1 < inferred.mean() < 0.9
     for name in whole.data_vars:

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.coordinates import error_at_start, start, without_drift
+from gearchaos.dynamics import classify
 from gearchaos.flow import ExactFlow, layout
 from gearchaos.model import COORDINATES, vary
-from gearchaos.motion import classify
+from gearchaos.model.coordinates import error_at_start, start, without_drift
+from gearchaos.model.switched import switched
 from gearchaos.studies.sweep import carried
-from gearchaos.switched import switched
 
 FRICTIONS = (0.0, 1e-30, 1e-14, 1e-10, 1e-8, 1e-6, 1e-4, 1.9e-3, 2.1e-3, 0.01, 0.05)
 

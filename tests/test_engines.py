@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.runs import engines
-from gearchaos.runs.run import _ahead, _error
+from gearchaos.execute import engines
+from gearchaos.store.run import _ahead, _error
 
 
 def ended(result=None, error=None):

@@ -9,10 +9,10 @@ from browser import COMMAND, MAP, NEEDED, SIZES, START, Visit, served
 from PIL import Image
 
 import gearchaos as gc
-from gearchaos.app.board import FILES
-from gearchaos.app.bounds import span
-from gearchaos.app.presets import presets
-from gearchaos.app.state import COLOURS
+from gearchaos.explorer.board import FILES
+from gearchaos.explorer.bounds import span
+from gearchaos.explorer.presets import presets
+from gearchaos.explorer.state import COLOURS
 from gearchaos.studyfile import load_study
 
 sync_api = pytest.importorskip("playwright.sync_api")

@@ -46,8 +46,8 @@ def no_work(monkeypatch):
     def work(*_, **__):
         raise AssertionError("work has begun")
 
-    for name in ("gearchaos.studyfile.load_study", "gearchaos.studies.load", "gearchaos.runs.store.read",
-                 "gearchaos.studies.dataset.netcdf"):
+    for name in ("gearchaos.studyfile.load_study", "gearchaos.studies.load", "gearchaos.store.store.read",
+                 "gearchaos.datasets.netcdf"):
         monkeypatch.setattr(name, work)
 
 

@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from gearchaos.coordinates import start
 from gearchaos.flow import DIVERGED, OK, ExactFlow
 from gearchaos.flow import layout as at
 from gearchaos.model import HarmonicStiffness, MeshModel, vary
-from gearchaos.switched import coordinates, switched
+from gearchaos.model.coordinates import start
+from gearchaos.model.switched import coordinates, switched
 
 KINDS = ("single", "torsional", "full")
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gearpair import GearPair, physical
+from gearchaos.gears.pair import GearPair, physical
 from gearchaos.model import HarmonicStiffness, backlash, mesh_stiffness, transmission_error
 
 SI = {

@@ -10,16 +10,16 @@ from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos.cli import app
+from gearchaos.dynamics import Classification
 from gearchaos.errors import MOST, whole_number
+from gearchaos.execute import tiles
 from gearchaos.model import vary
-from gearchaos.motion import Budget
-from gearchaos.rules import LARGEST, SMALLEST
-from gearchaos.runs.resolved import Resolved
-from gearchaos.studies import effort as efforts
-from gearchaos.studies import tiles
-from gearchaos.studies.effort import LONG, MOST_STEPS, effort
+from gearchaos.model.rules import LARGEST, SMALLEST
+from gearchaos.model.switched import switched
+from gearchaos.store.resolved import Resolved
+from gearchaos.studies import cost as efforts
+from gearchaos.studies.cost import LONG, MOST_STEPS, effort
 from gearchaos.studyfile import load_study
-from gearchaos.switched import switched
 
 PAIR = gc.MeshModel.of(eps1=0.1)
 SMALL = gc.Axis("eps1", 0.0, 0.2, 3)
@@ -55,13 +55,18 @@ REFUSED = [
     (lambda: gc.attractors(PAIR, 2, box={"x1": 3.0}), "box x1", "two finite numbers", 3.0, "-3, 3"),
     (lambda: gc.attractors(PAIR, 2, box={"x1": ("a", 1)}), "box x1", "must be a number", "a", ""),
     (lambda: gc.attractors(PAIR, 2, box=[("x1", 0, 1)]), "box", "a range for each", [("x1", 0, 1)], "-3, 3"),
-    (lambda: Budget(looks=80), "budget.looks", "a list of whole numbers", 80, "80, 80"),
-    (lambda: Budget(looks="80"), "budget.looks", "a list of whole numbers", "80", "80, 80"),
-    (lambda: Budget(looks=(80, 10**8)), "budget.looks", "at most 10,000,000", 10**8, ""),
-    (lambda: Budget(extensions=10**6), "budget.extensions", "at most 20", 10**6, ""),
-    (lambda: Budget(exponent=10**6, extensions=4), "budget.exponent", "all extensions", "1000000 x 2^4", "extensions"),
-    (lambda: Budget(measured=10**20), "budget.measured", "at most 10,000,000", 10**20, ""),
-    (lambda: Budget(longest=10**6), "budget.longest", "at most 100,000", 10**6, ""),
+    (lambda: Classification(transient_lengths=80), "classification.transient_lengths", "a list of whole numbers", 80,
+     "80, 80"),
+    (lambda: Classification(transient_lengths="80"), "classification.transient_lengths", "a list of whole numbers",
+     "80", "80, 80"),
+    (lambda: Classification(transient_lengths=(80, 10**8)), "classification.transient_lengths", "at most 10,000,000",
+     10**8, ""),
+    (lambda: Classification(doublings=10**6), "classification.doublings", "at most 20", 10**6, ""),
+    (lambda: Classification(exponent_run=10**6, doublings=4), "classification.exponent_run", "all doublings",
+     "1000000 x 2^4", "doublings"),
+    (lambda: Classification(averaging_periods=10**20), "classification.averaging_periods", "at most 10,000,000",
+     10**20, ""),
+    (lambda: Classification(longest_period=10**6), "classification.longest_period", "at most 100,000", 10**6, ""),
 ]
 
 
@@ -85,7 +90,8 @@ def test_weak_friction_and_light_wheels_are_taken(beta):
 
 def test_a_number_of_either_end_is_taken():
     assert gc.MeshModel.of(omega=LARGEST, zeta=0.0, J1=SMALLEST).J1 == SMALLEST
-    assert whole_number("n", MOST, 0) == MOST and Budget(longest=100_000, looks=(10**7,), exponent=10**6, extensions=3)
+    assert whole_number("n", MOST, 0) == MOST and Classification(longest_period=100_000, transient_lengths=(10**7,),
+        exponent_run=10**6, doublings=3)
 
 
 def test_long_values_are_shown_short():
@@ -195,17 +201,19 @@ def test_step_matrices_of_many_points_take_a_part_of_the_memory(monkeypatch):
 def test_records_of_long_periods_make_tiles_small(longest, most, monkeypatch):
     asked, split = [], tiles.split
     monkeypatch.setattr(tiles, "split", lambda count, largest, threads: asked.append(largest) or split(count, largest))
-    budget = Budget(looks=(longest + 1,), longest=longest, exponent=longest + 1, patience=0, extensions=0)
-    gc.zones(PAIR, gc.Axis("omega", 2.0, 2.1, 2), SMALL, budget=budget)
+    settings = Classification(transient_lengths=(longest + 1,), longest_period=longest, exponent_run=longest + 1,
+                              longest_transient=0, doublings=0)
+    gc.zones(PAIR, gc.Axis("omega", 2.0, 2.1, 2), SMALL, settings=settings)
     assert most / 2 <= max(asked) <= most
 
 
 def test_tiles_of_any_size_give_the_same_map(monkeypatch):
     model = gc.MeshModel(stiffness=gc.HarmonicStiffness((0.2,)))
-    axes, short = (gc.Axis("omega", 0.5, 1.0, 9), gc.Axis("eps1", 0, 0.2, 5)), Budget(patience=400, extensions=1)
-    whole = gc.zones(model, *axes, starts=2, budget=short)
+    axes, short = (gc.Axis("omega", 0.5, 1.0, 9), gc.Axis("eps1", 0, 0.2, 5)), Classification(longest_transient=400,
+        doublings=1)
+    whole = gc.zones(model, *axes, starts=2, settings=short)
     monkeypatch.setattr(efforts.Effort, "largest", lambda *_: 8)
-    assert gc.zones(model, *axes, starts=2, budget=short).identical(whole)
+    assert gc.zones(model, *axes, starts=2, settings=short).identical(whole)
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda p: p.stem)
@@ -215,4 +223,4 @@ def test_no_example_is_refused(path):
         options = study.settings.options()
         planned = Resolved(study.settings.kind, study.model, study.settings.axes, options).plan()
         assert planned.effort.seconds(2) < 7200 and planned.effort.steps < MOST_STEPS / 100
-    assert np.isfinite(effort(switched(vary(study.model, {})), 1, Budget().most).seconds())
+    assert np.isfinite(effort(switched(vary(study.model, {})), 1, Classification().most).seconds())

@@ -3,21 +3,22 @@
 import numpy as np
 import pytest
 
-from gearchaos.coordinates import start
+from gearchaos.dynamics import Classification, Label, Reason, classify, torus
+from gearchaos.dynamics import orbits as orbit
+from gearchaos.dynamics.lyapunov import from_growth
+from gearchaos.dynamics.spectrum import amplitudes, spectral_class
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow, near_returns, newton
 from gearchaos.model import MeshModel, vary
-from gearchaos.motion import Budget, Label, Reason, classify, orbit, torus
-from gearchaos.motion.lyapunov import from_growth
-from gearchaos.motion.spectrum import amplitudes, opinion
-from gearchaos.switched import SwitchedAffine, switched
+from gearchaos.model.coordinates import start
+from gearchaos.model.switched import SwitchedAffine, switched
 
 
-def verdict(budget=None, values=None, **model):
+def verdict(settings=None, values=None, **model):
     batch = vary(MeshModel.of(**model), values or {})
     system = switched(batch)
     flow = ExactFlow(system)
-    return flow, classify(flow, start(batch, system).T.copy(), budget=budget)
+    return flow, classify(flow, start(batch, system).T.copy(), settings=settings)
 
 
 def test_a_linear_motion_has_its_closed_form_multipliers():
@@ -72,7 +73,8 @@ def test_a_run_whose_exponents_do_not_sum_to_the_trace_is_not_trusted(monkeypatc
     """The trace is falsified, since the flow cannot be."""
     trace = SwitchedAffine.trace.fget
     monkeypatch.setattr(SwitchedAffine, "trace", property(lambda system: trace(system) + 1e-4))
-    _, found = verdict(kind="full", omega=1.05, values={"eps1": [0.03, 0.04, 0.048]}, budget=Budget(patience=0))
+    _, found = verdict(kind="full", omega=1.05, values={"eps1": [0.03, 0.04, 0.048]},
+                       settings=Classification(longest_transient=0))
     assert set(found.label) == {Label.UNDECIDED}
     assert set(found.reason) == {Reason.INCONSISTENT}
     assert set(found.period) == {0}
@@ -104,12 +106,14 @@ def test_newton_that_fails_is_data():
     assert not wild.stable[0]
 
 
-@pytest.mark.parametrize("values", [{"longest": 0}, {"looks": (64,)}, {"looks": (200.5,)}, {"exponent": 10},
-                                    {"looks": (20,), "longest": 4, "exponent": 10}, {"looks": (2,), "longest": 1},
-                                    {"measured": 0}, {"extensions": -1}])
+@pytest.mark.parametrize("values", [{"longest_period": 0}, {"transient_lengths": (64,)},
+                                    {"transient_lengths": (200.5,)}, {"exponent_run": 10},
+                                    {"transient_lengths": (20,), "longest_period": 4, "exponent_run": 10},
+                                    {"transient_lengths": (2,), "longest_period": 1},
+                                    {"averaging_periods": 0}, {"doublings": -1}])
 def test_budgets_that_cannot_decide_are_refused(values):
-    with pytest.raises(InputError, match=r"budget.* must"):
-        Budget(**values)
+    with pytest.raises(InputError, match=r"classification.* must"):
+        Classification(**values)
 
 
 def test_rest_without_load_is_neutral():
@@ -118,15 +122,16 @@ def test_rest_without_load_is_neutral():
 
 
 def test_a_short_budget_yields_undecided_not_a_guess():
-    hasty = Budget(looks=(40,), longest=32, exponent=40, extensions=0, measured=10)
-    _, calm = verdict(budget=hasty, kind="full", omega=1.05, eps1=0.04)
+    hasty = Classification(transient_lengths=(40,), longest_period=32, exponent_run=40, doublings=0,
+                           averaging_periods=10)
+    _, calm = verdict(settings=hasty, kind="full", omega=1.05, eps1=0.04)
     assert calm.label[0] == Label.UNDECIDED
 
 
 def test_running_away_is_a_label():
     _, found = verdict(kind="single", omega=2.0, z=30.0)
     assert (found.label[0], found.reason[0]) == (Label.DIVERGED, Reason.OUT_OF_RANGE)
-    assert np.isnan(found.reading.v_rms[0])
+    assert np.isnan(found.response.v_rms[0])
 
 
 def test_intervals_cover_the_mean_of_noise():
@@ -171,7 +176,7 @@ def test_chaos_that_ends_is_outlasted_and_flagged():
     _, found = verdict(omega=1.0, q0=0.1, eps1=0.206, values=starts)
     assert set(found.period[found.label == Label.PERIODIC]) == {8}
     assert found.transient_chaos.any()
-    _, hasty = verdict(omega=1.0, q0=0.1, eps1=0.206, values=starts, budget=Budget(patience=0))
+    _, hasty = verdict(omega=1.0, q0=0.1, eps1=0.206, values=starts, settings=Classification(longest_transient=0))
     assert np.sum(hasty.label == Label.CHAOTIC) > np.sum(found.label == Label.CHAOTIC)
 
 
@@ -191,10 +196,10 @@ def test_a_motion_that_leaves_a_stable_orbit_is_not_taken_for_it():
 
 def test_the_spectral_opinion():
     n = np.arange(512)[:, None]
-    assert opinion(np.cos(2 * np.pi * n / 5)) == ("5T", 5)
-    assert opinion(np.cos(n) + 0.2 * np.cos(2 * n)) == ("quasi-periodic", 0)
+    assert spectral_class(np.cos(2 * np.pi * n / 5)) == ("5T", 5)
+    assert spectral_class(np.cos(n) + 0.2 * np.cos(2 * n)) == ("quasi-periodic", 0)
     rng = np.random.default_rng(1)
-    assert opinion(rng.normal(size=(512, 1))) == ("chaotic", 0)
+    assert spectral_class(rng.normal(size=(512, 1))) == ("chaotic", 0)
 
 
 def test_amplitudes_of_whole_periods_have_no_leakage():

@@ -9,10 +9,10 @@ import pytest
 from scipy.optimize import brentq
 
 import gearchaos as gc
-from gearchaos.coordinates import start
 from gearchaos.flow import OK, ExactFlow
 from gearchaos.model import HarmonicStiffness, MeshModel, TransmissionError, TwoLevelStiffness, vary
-from gearchaos.switched import switched
+from gearchaos.model.coordinates import start
+from gearchaos.model.switched import switched
 
 heyoka_oracle = pytest.importorskip("oracles.heyoka_oracle", reason="heyoka is not installed", exc_type=ImportError)
 scipy_oracle = pytest.importorskip("oracles.scipy_oracle")

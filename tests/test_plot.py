@@ -12,13 +12,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from gearchaos import plot
+from gearchaos.datasets import model_json
 from gearchaos.model import HarmonicStiffness, MeshModel
 from gearchaos.plot._axes import axis_label, cell_extent, symbol
 from gearchaos.plot._basins import attractor_colours
 from gearchaos.plot._bifurcation import density
 from gearchaos.plot._portrait import distinct
 from gearchaos.plot._spectrum import amplitudes
-from gearchaos.studies.dataset import model_json
 
 FLAGS = {
     "flag_values": np.arange(1, 6, dtype=np.int8),

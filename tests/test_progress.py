@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
+from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
-from gearchaos.motion import Budget
-from gearchaos.runs import create, engines
-from gearchaos.runs import run as module
-from gearchaos.runs.grid import Grid, cut
-from gearchaos.runs.info import summary
-from gearchaos.runs.resolved import Resolved, differences
-from gearchaos.runs.store import Mark, read
-from gearchaos.runs.writers import Shard
-from gearchaos.studies import tiles
+from gearchaos.execute import engines, tiles
+from gearchaos.store import create
+from gearchaos.store import run as module
+from gearchaos.store.info import summary
+from gearchaos.store.resolved import Resolved, differences
+from gearchaos.store.store import Mark, read
+from gearchaos.store.tiles import Grid, cut
+from gearchaos.store.writers import Shard
 from gearchaos.studies.plan import Plan
 
-SHORT = Budget(patience=800, extensions=1, measured=16)
+SHORT = Classification(longest_transient=800, doublings=1, averaging_periods=16)
 AXES = gc.Axis("omega", 0.5, 1.1, 8), gc.Axis("eps1", 0.05, 0.3, 6)
 MAP = Resolved("zones", gc.MeshModel.of(q0=0.1), AXES, {}, SHORT)
 
@@ -144,7 +144,8 @@ def test_a_resolved_study_is_written_whole_and_read_back():
     attractors = Resolved("attractors", gc.MeshModel.of(), (), {"sweep": gc.Axis("omega", 0.5, 2.0, 4), "starts": 9})
     for study in (MAP, attractors, Resolved("simulate", gc.MeshModel.of(eps1=0.1), (), {"periods": 3})):
         assert Resolved.from_dict(study.to_dict()) == study
-    assert attractors.options["seed"] == 0 and "budget" not in attractors.options and attractors.budget == Budget()
+    assert attractors.options["seed"] == 0 and "settings" not in attractors.options
+    assert attractors.settings == Classification()
     with pytest.raises(InputError, match="axes must be 1 for kind 'bifurcation'"):
         Resolved("bifurcation", gc.MeshModel.of(), AXES).plan()
 
@@ -154,7 +155,7 @@ def test_a_study_in_a_store_has_the_defaults_of_its_function(kind):
     function, resolved = inspect.signature(getattr(gc, kind)).parameters, Resolved(kind, gc.MeshModel.of())
     assert resolved.options == {
         n: p.default for n, p in function.items()
-        if p.default is not p.empty and n not in ("budget", "progress", "threads")
+        if p.default is not p.empty and n not in ("settings", "progress", "threads")
     }
 
 

@@ -9,25 +9,25 @@ import pytest
 import xarray as xr
 
 import gearchaos as gc
+from gearchaos.dynamics import Classification, Label, Reason
+from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, vary
-from gearchaos.motion import Budget, Label, Reason
-from gearchaos.motion.reading import CONTACTS
-from gearchaos.runs.writers import Shard
+from gearchaos.model.switched import switched
+from gearchaos.store.writers import Shard
 from gearchaos.studies import warmup
 from gearchaos.studies.plan import Plan
 from gearchaos.studies.plane import shared_coordinates
-from gearchaos.switched import switched
 
 VERDICTS = (Path(__file__).parents[1] / "docs" / "verdicts.md").read_text()
-SHORT = Budget(patience=800, extensions=1, measured=16)
+SHORT = Classification(longest_transient=800, doublings=1, averaging_periods=16)
 FIGURE_2 = MeshModel.of(q0=0.1)
 
 
 @pytest.fixture(scope="module")
 def mixed():
     """A map with orbits, chaos and chaos that ended."""
-    return gc.zones(FIGURE_2, gc.Axis("omega", 0.5, 1.5, 24), gc.Axis("eps1", 0.0, 0.3, 20), budget=SHORT)
+    return gc.zones(FIGURE_2, gc.Axis("omega", 0.5, 1.5, 24), gc.Axis("eps1", 0.0, 0.3, 20), settings=SHORT)
 
 
 def test_codes_are_those_of_the_documentation():
@@ -68,7 +68,7 @@ def test_a_verdict_of_one_point_has_levels_and_exponents_as_told():
     found = gc.regime(FIGURE_2.with_values({"eps1": 0.206}))
     assert len(found.multipliers) == len(found.lyapunov) == 2 and found.period == 8
     assert found.lyapunov_ci == [[v, v] for v in found.lyapunov]
-    chaos = gc.regime(FIGURE_2.with_values({"eps1": 0.26}), budget=SHORT)
+    chaos = gc.regime(FIGURE_2.with_values({"eps1": 0.26}), settings=SHORT)
     assert chaos.label == "chaotic" and chaos.multipliers == [] and chaos.period is None and chaos.residual is None
     assert all(low < value < high for (low, high), value in zip(chaos.lyapunov_ci, chaos.lyapunov, strict=True))
     assert sum(chaos.lyapunov) == pytest.approx(-2 * 0.025 - 2 * 0.01 / 2, abs=1e-6)  # −2ζ(1/J1 + 1/J2) − 2β/J
@@ -94,7 +94,7 @@ def test_steady_motions_are_sampled_over_eight_rounds_or_512_periods():
     data = gc.steady(orbit, gc.regime(orbit))
     assert data.sizes == {"period": 48, "tau": 48 * 64}
     chaos = FIGURE_2.with_values({"eps1": 0.26})
-    assert gc.steady(chaos, gc.regime(chaos, budget=SHORT)).sizes["period"] == 512
+    assert gc.steady(chaos, gc.regime(chaos, settings=SHORT)).sizes["period"] == 512
 
 
 @pytest.mark.parametrize("study", [
@@ -140,13 +140,13 @@ def test_warming_up_says_how_long_it_took():
 def test_what_coexists_in_each_cell_is_counted_by_hand():
     """Six starts and two sweeps a cell, each followed by itself."""
     model, x = MeshModel.of(kind="single"), gc.Axis("omega", 2.0, 2.3, 3)
-    data = gc.zones(model, x, gc.Axis("eps1", 0.05, 0.1, 2), starts=6, budget=SHORT)
+    data = gc.zones(model, x, gc.Axis("eps1", 0.05, 0.1, 2), starts=6, settings=SHORT)
     worst = {}
     for row, eps1 in enumerate(data.eps1.values):
         for column, omega in enumerate(x.values):
             cell = data.isel(eps1=row, omega=column)
             here = model.with_values({"omega": omega, "eps1": eps1})
-            found = gc.attractors(here, 64, budget=SHORT)
+            found = gc.attractors(here, 64, settings=SHORT)
             levels, contact = found.attractor_v_rms.values, found.attractor_contact.values
             assert 1 <= int(cell.attractors) <= found.sizes["number"]
             for name in ("v_rms_least", "v_rms_most", "v_rms_up", "v_rms_down"):
@@ -158,9 +158,10 @@ def test_what_coexists_in_each_cell_is_counted_by_hand():
 
 def test_levels_of_coexisting_motions_are_those_of_the_judged_ones():
     """On a budget so small that many motions stay undecided, with a start in x1 beside the others in z."""
-    hasty = Budget(looks=(20, 20), longest=4, exponent=21, extensions=0, patience=0)
+    hasty = Classification(transient_lengths=(20, 20), longest_period=4, exponent_run=21, doublings=0,
+                           longest_transient=0)
     model, axes = MeshModel.of(kind="single", x1=0.5), (gc.Axis("omega", 0.4, 2.3, 20), gc.Axis("eps1", 0.05, 0.3, 8))
-    data = gc.zones(model, *axes, starts=4, budget=hasty)
+    data = gc.zones(model, *axes, starts=4, settings=hasty)
     count, least, most = (data[n].values for n in ("attractors", "v_rms_least", "v_rms_most"))
     assert 0 < np.mean(data.label == Label.UNDECIDED) < 1 and (count == 0).any() and (count > 1).any()
     np.testing.assert_array_equal(np.isnan(least), count == 0)

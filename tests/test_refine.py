@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
-from gearchaos.motion import Reason
+from gearchaos.dynamics import Reason
 from gearchaos.studies.refine import SIDE, refined
 
 ROW, COLUMN = np.mgrid[:200, :240]

@@ -18,18 +18,18 @@ import xarray as xr
 import zarr
 
 import gearchaos as gc
-from gearchaos.motion import Budget
-from gearchaos.runs import engines
-from gearchaos.runs.chunks import CODECS, write_chunk
-from gearchaos.runs.grid import Grid, cut
-from gearchaos.runs.info import summary
-from gearchaos.runs.resolved import Resolved, differences
-from gearchaos.runs.run import _store as remembered
-from gearchaos.runs.run import run
-from gearchaos.runs.store import read
-from gearchaos.runs.writers import Shard, writing
+from gearchaos.dynamics import Classification
+from gearchaos.execute import engines
+from gearchaos.store.chunks import CODECS, write_chunk
+from gearchaos.store.info import summary
+from gearchaos.store.resolved import Resolved, differences
+from gearchaos.store.run import _store as remembered
+from gearchaos.store.run import run
+from gearchaos.store.store import read
+from gearchaos.store.tiles import Grid, cut
+from gearchaos.store.writers import Shard, writing
 
-SHORT = Budget(patience=800, extensions=1, measured=16)
+SHORT = Classification(longest_transient=800, doublings=1, averaging_periods=16)
 SINGLE = gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05, q0=0.1)
 COMMAND = [sys.executable, "-c", "from gearchaos.cli import main; main()"]
 

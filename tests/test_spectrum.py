@@ -1,11 +1,11 @@
-"""The paper's spectral opinion, and weighted averages, by series whose nature is known."""
+"""The paper's spectral spectral_class, and weighted averages, by series whose nature is known."""
 
 import numpy as np
 import pytest
 from scipy.signal.windows import blackmanharris
 
-from gearchaos.motion import torus
-from gearchaos.motion.spectrum import _blackman_harris, amplitudes, opinion
+from gearchaos.dynamics import torus
+from gearchaos.dynamics.spectrum import _blackman_harris, amplitudes, spectral_class
 
 
 @pytest.mark.parametrize("n", [64, 511, 512])
@@ -19,15 +19,15 @@ def test_a_section_that_repeats_to_a_millionth_has_that_period(period):
     once = rng.normal(size=(period, 2))
     series = np.tile(once, (-(-512 // period), 1))[-512:]
     scatter = rng.uniform(-0.4, 0.4, series.shape)
-    assert opinion(series + 1e-6 * scatter) == (f"{period}T", period)
-    assert opinion(series + 1e-4 * scatter)[1] == 0
-    assert opinion(1e4 * (series + 1e-6 * scatter)) == (f"{period}T", period)
+    assert spectral_class(series + 1e-6 * scatter) == (f"{period}T", period)
+    assert spectral_class(series + 1e-4 * scatter)[1] == 0
+    assert spectral_class(1e4 * (series + 1e-6 * scatter)) == (f"{period}T", period)
 
 
 def test_a_period_beyond_the_longest_is_none():
     series = np.tile(np.random.default_rng(0).normal(size=(65, 1)), (8, 1))[:512]
-    assert opinion(series)[1] == 0
-    assert opinion(series, longest=65) == ("65T", 65)
+    assert spectral_class(series)[1] == 0
+    assert spectral_class(series, longest=65) == ("65T", 65)
 
 
 @pytest.mark.parametrize(("rest", "label"), [(1e-7, "quasi-periodic"), (1e-4, "chaotic")])
@@ -35,12 +35,12 @@ def test_quasi_periodic_is_all_but_a_hundred_thousandth_of_the_power_in_a_sixth_
     """White noise of this share of the power has five sixths of itself in the other lines."""
     n = np.arange(512)[:, None]
     noise = np.random.default_rng(3).normal(size=(512, 1)) * np.sqrt(rest / 2)
-    assert opinion(np.cos(n) + noise + 5.0) == (label, 0)
+    assert spectral_class(np.cos(n) + noise + 5.0) == (label, 0)
 
 
 def test_the_mean_has_no_weight_in_the_opinion():
     rng = np.random.default_rng(4)
-    assert opinion(1e6 + rng.normal(size=(512, 2))) == ("chaotic", 0)
+    assert spectral_class(1e6 + rng.normal(size=(512, 2))) == ("chaotic", 0)
 
 
 def test_amplitudes_are_those_of_the_cosines():

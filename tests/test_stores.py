@@ -8,16 +8,17 @@ import pytest
 import xarray as xr
 
 import gearchaos as gc
-from gearchaos.motion import Budget
-from gearchaos.runs.info import summary
-from gearchaos.runs.resolved import Resolved
-from gearchaos.runs.run import run
-from gearchaos.runs.store import read
+from gearchaos.dynamics import Classification
+from gearchaos.store.info import summary
+from gearchaos.store.resolved import Resolved
+from gearchaos.store.run import run
+from gearchaos.store.store import read
 
 
 def small_map():
     axes = gc.Axis("omega", 0.5, 1.1, 16), gc.Axis("eps1", 0.05, 0.3, 12)
-    return Resolved("zones", gc.MeshModel.of(q0=0.1), axes, {}, Budget(patience=800, extensions=1, measured=16))
+    return Resolved("zones", gc.MeshModel.of(q0=0.1), axes, {}, Classification(longest_transient=800, doublings=1,
+        averaging_periods=16))
 
 
 @pytest.fixture(scope="module")

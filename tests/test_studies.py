@@ -11,9 +11,10 @@ import pytest
 import xarray as xr
 
 import gearchaos as gc
+from gearchaos.dynamics import Classification, Label
 from gearchaos.errors import InputError
-from gearchaos.motion import Budget, Label
-from gearchaos.studies import boundary, motions, tiles
+from gearchaos.execute import tiles
+from gearchaos.studies import boundary, motions
 
 FIGURE_2 = gc.MeshModel.of(q0=0.1)
 
@@ -201,8 +202,8 @@ def test_attractors_come_with_shares_and_do_not_depend_on_threads_or_tiles(monke
 def test_kicks_out_of_and_into_chaos():
     """Beside chaos kicked motions may all settle on orbits: none is then left to compare with the chaotic attractor."""
     model = gc.MeshModel.of(omega=1.6, eps1=0.12)
-    quick = gc.Budget(exponent=100, extensions=0, patience=1280)
-    data = gc.attractors(model, 24, kicks=4, budget=quick)
+    quick = gc.Classification(exponent_run=100, doublings=0, longest_transient=1280)
+    data = gc.attractors(model, 24, kicks=4, settings=quick)
     assert set(motions(data.attractor_label, data.attractor_period)) == {"2T", "3T", "chaotic"}
     known = data.attractor_kick[np.isfinite(data.attractor_kick)]
     assert len(known) >= 2
@@ -225,7 +226,8 @@ def test_sweeps_lead_to_attractors_and_kicks_lead_out_of_them():
 
 
 def test_kicks_work_in_all_coordinates():
-    data = gc.attractors(gc.MeshModel.of(kind="full", omega=1.9, eps1=0.03), 16, kicks=4, budget=Budget(patience=0))
+    data = gc.attractors(gc.MeshModel.of(kind="full", omega=1.9, eps1=0.03), 16, kicks=4,
+                         settings=Classification(longest_transient=0))
     assert data.attractor_kick_change.shape == (data.sizes["number"], 4)
     assert list(data.coordinate.values) == ["z", "z_dot", "y", "y_dot"]
 
@@ -356,15 +358,16 @@ def test_a_map_has_one_set_of_coordinates_whatever_coincides_in_part_of_it():
     """β1 = β2 at one end, so that a tile there alone could do with fewer coordinates than the others."""
     data = gc.bifurcation(gc.MeshModel.of(omega=1.2), gc.Axis("beta1", 0.005, 0.01, 65), points=0)
     assert set(data.label.values) == {Label.PERIODIC}
-    model, ends, hasty = gc.MeshModel.of(omega=1.0, eps1=0.22), gc.Axis("beta1", 0.01, 0.3, 2), Budget(patience=3000)
-    mixed = gc.bifurcation(model, ends, points=0, budget=hasty)
+    model, ends, hasty = gc.MeshModel.of(omega=1.0, eps1=0.22), gc.Axis("beta1", 0.01, 0.3, 2),
+    Classification(longest_transient=3000)
+    mixed = gc.bifurcation(model, ends, points=0, settings=hasty)
     assert mixed.label.values[0] == Label.CHAOTIC
     cells = gc.zones(gc.MeshModel.of(), gc.Axis("eps1", 0, 0.05, 100), gc.Axis("beta1", 0.01, 0.02, 2), starts=2)
     assert cells.label.shape == (2, 100)
 
 
 def test_an_attractor_is_described_as_it_was_found():
-    data = gc.attractors(gc.MeshModel.of(omega=1.0, eps1=0.206), 16, budget=Budget(patience=0))
+    data = gc.attractors(gc.MeshModel.of(omega=1.0, eps1=0.206), 16, settings=Classification(longest_transient=0))
     chaos = data.attractor_label == Label.CHAOTIC
     assert np.all(data.attractor_lyapunov_lo[chaos] > 0)
     assert np.all(data.attractor_trace_error < 1e-9)

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearchaos.axis import Axis, parse_axis
 from gearchaos.errors import InputError
 from gearchaos.model import HarmonicStiffness, MeshModel, TransmissionError, TwoLevelStiffness
+from gearchaos.studies.axis import Axis, parse_axis
 from gearchaos.studyfile import Settings, load_study, parse_set
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

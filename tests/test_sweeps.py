@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.motion import Budget
+from gearchaos.dynamics import Classification
 from gearchaos.studies.coexistence import _distinct
 from gearchaos.studies.sweep import carried
 
@@ -13,7 +13,7 @@ CARRY = 400
 
 BENT = gc.MeshModel.of(q0=0.1, eps1=0.02)
 AXIS = gc.Axis("omega", 0.6, 0.9, 7)
-SHORT = Budget(patience=800, extensions=1, measured=16)
+SHORT = Classification(longest_transient=800, doublings=1, averaging_periods=16)
 
 
 def state_after(model, periods):
@@ -59,11 +59,11 @@ def test_softening_bends_the_resonance_and_sweeps_tell_which_way():
     """Lost contact softens the mesh, so the resonance leans to low frequencies: where two motions are possible a sweep
     downwards rides on the large one and a sweep upwards on the small one (A. Kahraman, R. Singh, *Non-linear dynamics
     of a spur gear pair*, J. Sound Vib. 142 (1990) 49)."""
-    up, down = (gc.bifurcation(BENT, AXIS, points=1, mode=m, budget=SHORT) for m in ("up", "down"))
+    up, down = (gc.bifurcation(BENT, AXIS, points=1, mode=m, settings=SHORT) for m in ("up", "down"))
     differ = np.abs(up.v_rms.values - down.v_rms.values) > 0.01
     assert differ.any()
     assert np.all(down.v_rms.values[differ] > up.v_rms.values[differ])
-    row = gc.zones(BENT, AXIS, gc.Axis("eps1", 0.02, 0.021, 2), starts=2, budget=SHORT).isel(eps1=0)
+    row = gc.zones(BENT, AXIS, gc.Axis("eps1", 0.02, 0.021, 2), starts=2, settings=SHORT).isel(eps1=0)
     np.testing.assert_allclose(row.v_rms_up, up.v_rms, rtol=1e-6)
     np.testing.assert_allclose(row.v_rms_down, down.v_rms, rtol=1e-6)
     np.testing.assert_array_equal(row.hysteresis, differ)
@@ -72,13 +72,13 @@ def test_softening_bends_the_resonance_and_sweeps_tell_which_way():
 def test_sweeps_reach_their_attractors_whatever_the_own_start_leads_to():
     """At both ends of the sweeps there is one motion only; between them two, of which they take one each, as above."""
     model, sweep = BENT.with_values({"omega": 0.7}), gc.Axis("omega", 0.38, 0.8, 22)
-    found = gc.attractors(model, 32, budget=SHORT)
+    found = gc.attractors(model, 32, settings=SHORT)
     assert found.sizes["number"] == 2
     large = int(np.argmax(found.attractor_v_rms.values))
     for number in (0, 1):
         lane = int(np.flatnonzero(found.attractor.values == number)[0])
         own = {n: float(found[f"start_{n}"][lane]) for n in ("x1", "x1_dot")}
-        swept = gc.attractors(model.with_values(own), 32, sweep=sweep, budget=SHORT)
+        swept = gc.attractors(model.with_values(own), 32, sweep=sweep, settings=SHORT)
         assert (int(swept.attractor_down), int(swept.attractor_up)) == (large, 1 - large)
 
 

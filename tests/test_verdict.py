@@ -3,16 +3,18 @@
 import numpy as np
 import pytest
 
-from gearchaos.coordinates import start
+from gearchaos.dynamics import Classification, ClassificationState, Label, Reason, classify, lyapunov, torus
+from gearchaos.dynamics import orbits as orbit
+from gearchaos.dynamics.lyapunov import from_growth
+from gearchaos.dynamics.recurrence import candidates
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
-from gearchaos.motion import Budget, Label, Reason, Sheet, classify, lyapunov, orbit, torus
-from gearchaos.motion.lyapunov import from_growth
-from gearchaos.motion.recurrence import candidates
-from gearchaos.studies.budgets import budget_for
-from gearchaos.switched import SwitchedAffine, switched
+from gearchaos.model.coordinates import start
+from gearchaos.model.switched import SwitchedAffine, switched
+from gearchaos.studies.defaults import settings_for_kind
 
-HASTY = Budget(looks=(80,), longest=8, exponent=21, extensions=0, patience=0, measured=8)
+HASTY = Classification(transient_lengths=(80,), longest_period=8, exponent_run=21, doublings=0, longest_transient=0,
+                       averaging_periods=8)
 
 
 def flow_of(values=None, **model):
@@ -22,9 +24,9 @@ def flow_of(values=None, **model):
 
 
 def sheet_at(flow, w, periods=9):
-    """A sheet with one motion at w (d, 1), and its sections from there on."""
+    """A state with one motion at w (d, 1), and its sections from there on."""
     sections = flow.advance(w, periods, sections=periods).sections
-    return Sheet(flow, np.zeros(1, dtype=int), Budget(), sections[-1].copy()), sections
+    return ClassificationState(flow, np.zeros(1, dtype=int), Classification(), sections[-1].copy()), sections
 
 
 def unstable_orbit():
@@ -42,11 +44,11 @@ def test_a_motion_that_leaves_an_orbit_is_never_said_to_be_on_it(monkeypatch):
     flow, found = unstable_orbit()
     true = orbit._multipliers
     monkeypatch.setattr(orbit, "_multipliers", lambda matrix: 0.9 * true(matrix) / np.abs(true(matrix)).max())
-    sheet, sections = sheet_at(flow, found.w + 1e-5, 3)
+    state, sections = sheet_at(flow, found.w + 1e-5, 3)
     assert candidates(sections, 1, 1)[0, 0] == 1
-    assert orbit.polish(flow, sections[-1], sheet.points, np.array([1])).stable[0]
-    sheet.settle_returning(np.zeros(1, dtype=int), sections, 1)
-    assert sheet.label[0] == 0
+    assert orbit.polish(flow, sections[-1], state.points, np.array([1])).stable[0]
+    state.settle_returning(np.zeros(1, dtype=int), sections, 1)
+    assert state.label[0] == 0
 
 
 def test_newton_gives_up_three_twentieths_away_and_where_neighbours_part_tenfold(monkeypatch):
@@ -64,9 +66,9 @@ def test_newton_gives_up_three_twentieths_away_and_where_neighbours_part_tenfold
 def test_a_motion_beside_a_stable_orbit_is_said_to_be_on_it():
     flow, w = flow_of(omega=1.9, q0=0.1, eps1=0.03)
     found = classify(flow, w)
-    sheet, sections = sheet_at(flow, found.w + 1e-4, 5)
-    sheet.settle_returning(np.zeros(1, dtype=int), sections, 2)
-    assert (sheet.label[0], sheet.period[0], sheet.reason[0]) == (Label.PERIODIC, 2, Reason.ORBIT)
+    state, sections = sheet_at(flow, found.w + 1e-4, 5)
+    state.settle_returning(np.zeros(1, dtype=int), sections, 2)
+    assert (state.label[0], state.period[0], state.reason[0]) == (Label.PERIODIC, 2, Reason.ORBIT)
 
 
 @pytest.mark.parametrize("away", [0.5, 0.3, 0.07])
@@ -77,7 +79,7 @@ def test_a_motion_is_at_its_orbit_only_within_a_twentieth(away):
     found = classify(flow, w, levels=False)
     assert (found.label[0], found.period[0], found.reason[0]) == (Label.PERIODIC, 1, Reason.ORBIT)
     np.testing.assert_allclose(found.w[:, 0], [1 + q0, 0], atol=1e-9)
-    distance = away * np.exp(-zeta * found.spent[0] * flow.system.period[0])
+    distance = away * np.exp(-zeta * found.periods_run[0] * flow.system.period[0])
     assert 0.02 < distance < 0.05 * (1 + zeta)
 
 
@@ -85,7 +87,7 @@ def test_chaos_is_an_exponent_above_zero_by_its_interval():
     """Runs so short that many intervals of positive exponents reach below zero: none of those is chaos."""
     rng = np.random.default_rng(2)
     values = {"omega": rng.uniform(0.4, 1.4, 400), "eps1": rng.uniform(0.15, 0.3, 400)}
-    found = classify(*flow_of(values, q0=0.1), budget=HASTY, levels=False)
+    found = classify(*flow_of(values, q0=0.1), settings=HASTY, levels=False)
     unsure = (found.low[0] <= 0) & (found.exponent[0] > 1e-3)
     assert unsure.sum() > 5
     assert not np.any(found.label[unsure] == Label.CHAOTIC)
@@ -101,14 +103,14 @@ def test_chaos_is_an_exponent_above_zero_by_its_interval():
 def test_chaos_needs_an_exponent_of_a_thousandth_and_its_whole_interval(monkeypatch, value, low, label):
     """The exponent is made up, on a motion that does not return."""
     flow, w = flow_of(omega=1.0, q0=0.1, eps1=0.26)
-    assert classify(flow, w, budget=HASTY, levels=False).period[0] == 0
+    assert classify(flow, w, settings=HASTY, levels=False).period[0] == 0
 
     def from_growth(growth, period):
         values = np.array([[value], [flow.system.trace[0] - value]])
         return lyapunov.Exponents(values, np.full((2, 1), low), np.full((2, 1), 2 * value - low))
 
     monkeypatch.setattr(lyapunov, "from_growth", from_growth)
-    assert classify(flow, w, budget=HASTY, levels=False).label[0] == label
+    assert classify(flow, w, settings=HASTY, levels=False).label[0] == label
 
 
 def test_exponents_have_the_mean_of_blocks_and_students_interval():
@@ -145,8 +147,8 @@ def test_an_undamped_motion_is_neutral_where_it_repeats():
     free, damped = (classify(*flow_of(zeta=zeta, **still)) for zeta in (0.0, 0.02))
     assert (free.label[0], free.reason[0]) == (Label.PERIODIC, Reason.NEUTRAL)
     assert (damped.label[0], damped.reason[0]) == (Label.PERIODIC, Reason.ORBIT)
-    assert free.reading.z_peak_to_peak[0] == pytest.approx(0.6, rel=1e-9)
-    assert damped.reading.z_peak_to_peak[0] == pytest.approx(0.0, abs=1e-9)
+    assert free.response.z_peak_to_peak[0] == pytest.approx(0.6, rel=1e-9)
+    assert damped.response.z_peak_to_peak[0] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_the_minimal_period_is_the_first_return():
@@ -220,7 +222,7 @@ def test_a_torus_has_both_halves_at_zero_and_four_digits(monkeypatch, exponents,
     flow, w = flow_of(kind="full", omega=1.05, eps1=0.04)
     monkeypatch.setattr(torus, "halves", halves)
     monkeypatch.setattr(torus, "digits", lambda series: np.full(series.shape[1], digits))
-    found = classify(flow, w, budget=Budget(extensions=0), levels=False)
+    found = classify(flow, w, settings=Classification(doublings=0), levels=False)
     assert found.label[0] == label
     if label == Label.QUASI_PERIODIC:
         ends = (found.low[0, 0], found.high[0, 0], found.exponent[0, 0])
@@ -265,16 +267,16 @@ def test_the_first_twentieth_of_a_run_is_dropped(monkeypatch):
 
     monkeypatch.setattr(lyapunov, "from_growth", from_growth)
     flow, w = flow_of(omega=1.0, q0=0.1, eps1=0.26)
-    classify(flow, w, budget=Budget(exponent=400, patience=0), levels=False)
+    classify(flow, w, settings=Classification(exponent_run=400, longest_transient=0), levels=False)
     assert lengths[0] == 380
 
 
 def test_chaos_is_looked_at_every_2560_periods():
     starts = {"x1": np.linspace(1.0, 1.001, 24)}
     found = classify(*flow_of(starts, omega=1.0, q0=0.1, eps1=0.206), levels=False)
-    later = found.transient_chaos & (found.spent > 2560) & (found.spent < 9000)
+    later = found.transient_chaos & (found.periods_run > 2560) & (found.periods_run < 9000)
     assert later.sum() > 2
-    assert np.all(found.spent[later] % 2560 == 0)
+    assert np.all(found.periods_run[later] % 2560 == 0)
 
 
 @pytest.mark.parametrize(("modulus", "period", "most", "followed"), [
@@ -314,17 +316,22 @@ def test_a_distance_must_fall_by_half_of_what_the_multipliers_predict(left, appr
 
 def test_budgets_are_those_of_the_documentation():
     """docs/verdicts.md, Budgets."""
-    common = {"looks": (80, 80, 160, 320, 640), "longest": 64}
-    assert Budget() == Budget(exponent=250, extensions=4, patience=10_000, measured=96, **common)
-    assert budget_for("bifurcation", {}) == Budget(exponent=1000, extensions=2, patience=10_000, measured=96, **common)
-    assert budget_for("regime", {}) == Budget(exponent=2000, extensions=2, patience=20_000, measured=1000, **common)
-    assert budget_for("zones", {"looks": [90], "patience": 5}) == Budget(looks=(90,), patience=5)
+    common = {"transient_lengths": (80, 80, 160, 320, 640), "longest_period": 64}
+    assert Classification() == Classification(exponent_run=250, doublings=4, longest_transient=10_000,
+                                              averaging_periods=96, **common)
+    assert settings_for_kind("bifurcation", {}) == Classification(exponent_run=1000, doublings=2,
+        longest_transient=10_000, averaging_periods=96, **common)
+    assert settings_for_kind("regime", {}) == Classification(exponent_run=2000, doublings=2, longest_transient=20_000,
+        averaging_periods=1000, **common)
+    assert settings_for_kind("zones", {"transient_lengths": [90],
+                                       "longest_transient": 5}) == Classification(transient_lengths=(90,),
+        longest_transient=5)
 
 
 def test_a_verdict_reads_levels_unless_told_not_to():
     flow, w = flow_of(omega=1.9, q0=0.1, eps1=0.03)
-    assert np.isfinite(classify(flow, w).reading.v_rms[0])
-    assert np.isnan(classify(flow, w, levels=False).reading.v_rms[0])
+    assert np.isfinite(classify(flow, w).response.v_rms[0])
+    assert np.isnan(classify(flow, w, levels=False).response.v_rms[0])
 
 
 @pytest.mark.parametrize("friction", [1e-14, 1e-6])
@@ -333,7 +340,7 @@ def test_a_rotation_hardly_braked_makes_no_torus(friction):
     model = MeshModel.of(omega=1.0, eps1=0.206, q1=0.1, q2=0.11, beta1=friction, beta2=0.0)
     batch = vary(model, {})
     system = switched(batch)
-    budget = Budget(looks=(80, 160), exponent=1000, extensions=0)
-    found = classify(ExactFlow(system), start(batch, system).T.copy(), budget=budget, levels=False)
+    settings = Classification(transient_lengths=(80, 160), exponent_run=1000, doublings=0)
+    found = classify(ExactFlow(system), start(batch, system).T.copy(), settings=settings, levels=False)
     assert abs(found.exponent[0, 0]) < 5e-4
     assert Label(int(found.label[0])) == Label.UNDECIDED

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gearchaos.switched import SwitchedAffine
+from gearchaos.model.switched import SwitchedAffine
 
 _POINTER = ctypes.POINTER(ctypes.c_double)
 

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from gearchaos.switched import SwitchedAffine
+from gearchaos.model.switched import SwitchedAffine
 
 jax.config.update("jax_enable_x64", True)
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearchaos.switched import SwitchedAffine
+from gearchaos.model.switched import SwitchedAffine
 
 
 class Equations(NamedTuple):

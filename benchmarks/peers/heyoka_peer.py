@@ -10,7 +10,7 @@ from __future__ import annotations
 import heyoka as hy
 import numpy as np
 
-from gearchaos.switched import SwitchedAffine
+from gearchaos.model.switched import SwitchedAffine
 
 hy.set_logger_level_error()
 

@@ -9,7 +9,7 @@ import numpy as np
 import symengine
 from jitcode import jitcode, t, y
 
-from gearchaos.switched import SwitchedAffine
+from gearchaos.model.switched import SwitchedAffine
 from peers.equations import equations, halves
 
 

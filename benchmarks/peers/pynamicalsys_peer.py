@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from pynamicalsys import ContinuousDynamicalSystem
 
-from gearchaos.switched import SwitchedAffine
+from gearchaos.model.switched import SwitchedAffine
 from peers.equations import equations, halves
 
 

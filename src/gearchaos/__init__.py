@@ -11,16 +11,16 @@ from importlib import import_module
 from typing import Any
 
 _HOMES = {
-    "GearPair": "gearpair", "HarmonicStiffness": "model", "InputError": "errors", "MeshModel": "model",
-    "TransmissionError": "model", "TwoLevelStiffness": "model", "physical": "gearpair",
-    "explore": "app.notebook",
-    "Axis": "axis", "Budget": "motion.budget", "Regime": "studies.regime",
+    "GearPair": "gears.pair", "HarmonicStiffness": "model", "InputError": "errors", "MeshModel": "model",
+    "TransmissionError": "model", "TwoLevelStiffness": "model", "physical": "gears.pair",
+    "explore": "explorer.notebook",
+    "Axis": "studies.axis", "Classification": "dynamics.settings", "Regime": "studies.regime",
     "attractors": "studies.attractors", "basins": "studies.basins",
-    "bifurcation": "studies.bifurcation", "load": "studies.dataset", "regime": "studies.regime",
-    "save": "studies.dataset", "simulate": "studies.simulate", "steady": "studies.steady",
+    "bifurcation": "studies.bifurcation", "load": "datasets", "regime": "studies.regime",
+    "save": "datasets", "simulate": "studies.simulate", "steady": "studies.steady",
     "zones": "studies.zones",
 }
-_ROOMS = ("flow", "motion", "plot", "studies")
+_ROOMS = ("dynamics", "flow", "plot", "studies")
 
 __all__ = [*_HOMES, *_ROOMS, "__version__"]
 

@@ -1,7 +1,7 @@
 """Study files: TOML in, a model and the settings of a study out, with values set by name over them.
 
 A file has ``[model]`` (with ``[model.error]`` and ``[model.stiffness]``) or ``[gearpair]``, ``[initial]`` and
-``[study]`` with ``[budget]``; every table is optional. ``StudyFile.model_json_schema()`` describes the layout.
+``[study]`` with ``[classification]``; every table is optional. ``StudyFile.model_json_schema()`` describes the layout.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
-from gearchaos.axis import Axis, parse_axis
+from gearchaos.dynamics.settings import FORMER_NAMES
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.files import read_bytes
-from gearchaos.gearpair import GearPair
+from gearchaos.gears.pair import GearPair
 from gearchaos.model import (
     PAIRS,
     SCALARS,
@@ -31,6 +31,7 @@ from gearchaos.model import (
     check_state_name,
     default_stiffness,
 )
+from gearchaos.studies.axis import Axis, parse_axis
 
 StudyKind = Literal["simulate", "regime", "attractors", "bifurcation", "zones", "basins"]
 AXIS_KEYS: dict[str, tuple[str, ...]] = {"bifurcation": ("axis",), "zones": ("x", "y"), "basins": ("x", "y")}
@@ -79,7 +80,18 @@ class _StudyTable(_Table):
     kicks: int | None = Field(None, ge=0)
 
 
-class _BudgetTable(_Table):
+class _ClassificationTable(_Table):
+    transient_lengths: list[int] | None = None
+    longest_period: int | None = None
+    exponent_run: int | None = None
+    doublings: int | None = None
+    longest_transient: int | None = None
+    averaging_periods: int | None = None
+
+
+class _FormerClassificationTable(_Table):
+    """``[budget]`` of version 0.1; see `FORMER_NAMES`."""
+
     looks: list[int] | None = None
     longest: int | None = None
     exponent: int | None = None
@@ -112,7 +124,8 @@ class StudyFile(_Table):
     gearpair: _GearPairTable | None = None  # type: ignore[valid-type]
     initial: dict[str, float] = {}
     study: _StudyTable | None = None
-    budget: _BudgetTable | None = None
+    classification: _ClassificationTable | None = None
+    budget: _FormerClassificationTable | None = None
 
 
 @dataclass(frozen=True)
@@ -150,14 +163,14 @@ class Study:
         The physical pair it came from.
     settings : Settings
         Of the study that the file describes.
-    budget : dict
-        How long to wait and how hard to look: what the file says of a `Budget`, by field.
+    classification : dict
+        The fields of `Classification` that the file sets.
     """
 
     model: MeshModel
     pair: GearPair | None = None
     settings: Settings = Settings()
-    budget: Mapping[str, Any] = field(default_factory=dict)
+    classification: Mapping[str, Any] = field(default_factory=dict)
 
     def settings_for(self, kind: str) -> Settings:
         """The settings if the file describes a study of this kind, else none."""
@@ -188,8 +201,17 @@ def load_study(path: str | os.PathLike[str] | None = None, values: Mapping[str, 
     for name in tables.initial:
         check_state_name(model.kind, name)
     model = model.with_values(tables.initial).with_values(on_model)
-    budget = {} if tables.budget is None else tables.budget.model_dump(exclude_none=True)
-    return Study(model, pair, _settings(tables.study), budget)
+    return Study(model, pair, _settings(tables.study), _classification(tables))
+
+
+def _classification(tables: StudyFile) -> dict[str, Any]:
+    """What ``[classification]`` sets, or ``[budget]`` of an older file, by field of `Classification`."""
+    if tables.budget is None:
+        return {} if tables.classification is None else tables.classification.model_dump(exclude_none=True)
+    if tables.classification is not None:
+        raise InputError("[budget]", "must be left out beside [classification]", sorted(tables.budget.model_fields_set),
+                         "It is the older name of the same table.")
+    return {FORMER_NAMES[name]: value for name, value in tables.budget.model_dump(exclude_none=True).items()}
 
 
 def _pair_and_model(

@@ -21,11 +21,11 @@ from tests.mutation.trial import PLAIN, Outcome, attempt, in_process
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "src" / "gearchaos"
 FLOORS = {
-    "model.py": ("model", "waveforms", "switched"), "rules.py": ("limits", "model"), "gearpair.py": ("gearpair",),
-    "scaling.py": ("gearpair", "plot_units"), "switched.py": ("switched",),
-    "coordinates.py": ("switched", "coordinates"), "motion": ("verdict", "reading", "spectrum", "motion"),
+    "model/mesh.py": ("model", "waveforms", "switched"), "model/rules.py": ("limits", "model"),
+    "model/switched.py": ("switched",), "model/coordinates.py": ("switched", "coordinates"),
+    "gears": ("gearpair", "plot_units"), "dynamics": ("verdict", "reading", "spectrum", "motion"),
     "studies": ("refine", "sweeps", "catalogue", "boundary", "coordinates", "records", "limits", "studies"),
-    "runs": ("progress", "engines", "stores", "runs"),
+    "store": ("progress", "engines", "stores", "runs"),
 }
 """What is mutated, and the tests that are tried first, since most of its mutants die of them."""
 

@@ -16,12 +16,12 @@ from pathlib import Path
 
 import numpy as np
 
-from gearchaos.coordinates import start
+from gearchaos.dynamics.lyapunov import from_growth
 from gearchaos.flow import OK, ExactFlow
 from gearchaos.model import vary
-from gearchaos.motion.lyapunov import from_growth
+from gearchaos.model.coordinates import start
+from gearchaos.model.switched import switched
 from gearchaos.paper import settings
-from gearchaos.switched import switched
 
 TABLE = Path(__file__).parent.parent / "data" / "brute_force.csv"
 FIGURES = (2, 5, 10, 11)

@@ -120,7 +120,7 @@ def _map_inputs(
 
 def _axes(kind: str, from_file: tuple[Axis, ...], texts: list[str]) -> tuple[Axis, ...]:
     """The axes of the command line; fewer than needed replace those of the study file by name."""
-    from gearchaos.axis import parse_axis
+    from gearchaos.studies.axis import parse_axis
     from gearchaos.studyfile import AXIS_KEYS
 
     given = tuple(parse_axis(text, "--axis") for text in texts)

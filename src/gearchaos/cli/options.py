@@ -84,18 +84,18 @@ def load(study: Path | None, sets: list[str] | None, physical: bool = False) -> 
 def options_of(loaded: Study, kind: str, **given: Any) -> dict[str, Any]:
     """Arguments of a study by name: the command line first, then the study file; what neither says is left out."""
     said = {n: v for n, v in given.items() if v is not None}
-    budget = {}
-    if loaded.budget:
-        from gearchaos.studies.budgets import budget_for
+    settings = {}
+    if loaded.classification:
+        from gearchaos.studies.defaults import settings_for_kind
 
-        budget = {"budget": budget_for(kind, loaded.budget)}
-    return {**loaded.settings_for(kind).options(), **budget, **said}
+        settings = {"settings": settings_for_kind(kind, loaded.classification)}
+    return {**loaded.settings_for(kind).options(), **settings, **said}
 
 
 def in_units(dataset: xr.Dataset, loaded: Study, physical: bool) -> xr.Dataset:
     """A result in the units of the pair, if it is to be in physical ones."""
     if not physical or loaded.pair is None:
         return dataset
-    from gearchaos.gearpair import physical as scaled
+    from gearchaos.gears.pair import physical as scaled
 
     return scaled(dataset, loaded.pair)

@@ -21,7 +21,7 @@ PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 
 
 def check_output(option: str, path: Path | None, suffixes: tuple[str, ...]) -> None:
-    """Raise `InputError` unless a file can be written at ``path``, with one of these endings or none."""
+    """Raise `InputError` unless a file can be written at ``path``, with one of these suffixes or none."""
     if path is None:
         return
     if path.suffix and path.suffix.lower() not in suffixes:
@@ -98,7 +98,7 @@ def _finite(value: Any) -> Any:
 
 def attractor_list(dataset: xr.Dataset) -> dict[str, Any]:
     """The attractors of one operating point, the shares of the starts with their intervals, and what is left over."""
-    from gearchaos.motion.reading import CONTACTS
+    from gearchaos.dynamics.response import CONTACTS
     from gearchaos.studies import motions
 
     rows = []

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from gearchaos.cli.output import attractor_list, section, section_units
-from gearchaos.scaling import Scales, unit_of
+from gearchaos.gears.scales import Scales, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -96,7 +96,7 @@ def _regime_document(verdict: Regime, loaded: Study, physical: bool) -> dict[str
     """The verdict with all its evidence; in physical units also the mesh frequency, and the units by name."""
     if not physical or loaded.pair is None:
         return verdict.to_dict()
-    from gearchaos.scaling import scaled_numbers
+    from gearchaos.gears.scales import scaled_numbers
 
     values, units = scaled_numbers({**verdict.to_dict(), "omega": loaded.model.omega}, loaded.pair.scales)
     return {**values, "units": units}
@@ -133,8 +133,8 @@ def attractors(
     """Find all motions of one operating point, with the shares of the starts that lead to them."""
     check_output("--out", out, DATA_SUFFIXES)
     loaded = load(study, sets)
-    from gearchaos.axis import parse_axis
     from gearchaos.studies import attractors as run
+    from gearchaos.studies.axis import parse_axis
 
     path = parse_axis(sweep, "--sweep") if sweep else None
     options = options_of(loaded, "attractors", starts=starts, seed=seed, sweep=path, kicks=kicks)

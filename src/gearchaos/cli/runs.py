@@ -19,8 +19,8 @@ from gearchaos.files import DATA_SUFFIXES
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearchaos.runs.engines import Engine
-    from gearchaos.runs.resolved import Resolved
+    from gearchaos.execute.engines import Engine
+    from gearchaos.store.resolved import Resolved
 
 StorePath = Annotated[Path, typer.Argument(metavar="DIR.zarr", help="A store that gearchaos run made.", readable=False)]
 FAILED = 1
@@ -49,8 +49,8 @@ def run(
     places = {"--threads": threads, "--processes": processes, "--scheduler": scheduler, "--cluster": cluster}
     engine = _engine(places, jobs)
     resolved = _resolved(study, sets, refine)
-    from gearchaos.runs.run import run as compute
-    from gearchaos.runs.writers import Shard
+    from gearchaos.store.run import run as compute
+    from gearchaos.store.writers import Shard
 
     part = None if shard is None else Shard.parse(shard)
     outcome = compute(resolved, out, tile=tile, engine=engine, shard=part, say=say, progress=True)
@@ -68,8 +68,8 @@ def _resolved(path: Path | None, sets: list[str] | None, refine: bool) -> Resolv
     kind = loaded.settings.kind
     if kind is None:
         raise InputError("study.kind", "must be given", None, "Write [study] with a kind in the study file.")
-    from gearchaos.runs.resolved import Resolved
-    from gearchaos.studies.budgets import budget_for
+    from gearchaos.store.resolved import Resolved
+    from gearchaos.studies.defaults import settings_for_kind
     from gearchaos.studyfile import AXIS_KEYS
 
     keys = AXIS_KEYS.get(kind, ())
@@ -80,13 +80,13 @@ def _resolved(path: Path | None, sets: list[str] | None, refine: bool) -> Resolv
         raise InputError("--refine", "must be left out for a study that is no map of zones", kind)
     if refine and options.get("refine", 1) == 1:
         options["refine"] = COARSE
-    budget = budget_for(kind, loaded.budget) if loaded.budget else None
-    return Resolved(kind, loaded.model, loaded.settings.axes, options, budget)
+    settings = settings_for_kind(kind, loaded.classification) if loaded.classification else None
+    return Resolved(kind, loaded.model, loaded.settings.axes, options, settings)
 
 
 def _engine(asked: dict[str, Any], jobs: int | None) -> Engine:
     """Where to compute; at most one of the options may be given."""
-    from gearchaos.runs import engines
+    from gearchaos.execute import engines
 
     if jobs is not None and asked["--cluster"] is None:
         raise InputError("--jobs", "must be left out without --cluster", jobs)
@@ -107,8 +107,8 @@ def _engine(asked: dict[str, Any], jobs: int | None) -> Engine:
 @app.command()
 def info(store: StorePath, json_out: Json = False) -> None:
     """Say how far a run is: tiles done, rate, failures."""
-    from gearchaos.runs.info import summary
-    from gearchaos.runs.store import read
+    from gearchaos.store.info import summary
+    from gearchaos.store.store import read
 
     found = summary(read(store))
     if json_out:
@@ -144,8 +144,8 @@ def _from_file(path: Path) -> xr.Dataset:
 
 def _from_store(path: Path) -> tuple[xr.Dataset, str]:
     """What a store holds, and how much of it is computed, if not all."""
-    from gearchaos.runs.info import summary
-    from gearchaos.runs.store import read
+    from gearchaos.store.info import summary
+    from gearchaos.store.store import read
 
     found = read(path)
     state = summary(found)
@@ -172,7 +172,7 @@ def export(
 ) -> None:
     """Write what a store holds as NetCDF."""
     check_output("--out", out, DATA_SUFFIXES)
-    from gearchaos.runs.store import read
+    from gearchaos.store.store import read
 
     found = read(store)
     if not found.finished:

@@ -10,7 +10,7 @@ from gearchaos.flow import layout, measure, stop
 from gearchaos.flow.course import lay_out
 from gearchaos.flow.layout import SEATS, WIDTH, Call
 from gearchaos.flow.period import advance_block
-from gearchaos.switched import SwitchedAffine
+from gearchaos.model.switched import SwitchedAffine
 
 _MOST_SLOTS = 2
 """So many pieces of the period keep their matrices at hand for all lanes: the two levels of the stiffness."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from gearchaos.flow.layout import LENGTH, LEVEL, STEP_ANGLE, WAVES, Courses, Nodes, Points
 from gearchaos.flow.tables import kept, parameter_array, rate, shared, tabulate
-from gearchaos.switched import SwitchedAffine
+from gearchaos.model.switched import SwitchedAffine
 
 _SHARES = 8
 """Where the contact ratio differs from point to point, shares of the period are rounded up to eighths."""

@@ -9,7 +9,7 @@ from gearchaos.flow.layout import ORDER, STEP_ANGLE, WIDTH, Nodes, chunk, parame
 from gearchaos.flow.simd import load, splat
 from gearchaos.flow.taylor import add_wave, drive, expand, finish, set_gains
 from gearchaos.flow.workspace import fill_point, fill_step
-from gearchaos.switched import SwitchedAffine
+from gearchaos.model.switched import SwitchedAffine
 
 _MOST_SHARED_HARMONICS = 4
 """With more harmonics it is cheaper to tabulate the forcing at every node than to sum its waves in every step."""

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from gearchaos.dynamics import Classification
 from gearchaos.model import MeshModel
-from gearchaos.motion import Budget
 from gearchaos.paper.settings import Figure, Quality, Study, all_figures
 from gearchaos.studies import Axis, Regime, basins, bifurcation, regime, simulate, zones
 from gearchaos.studies.regime import PATIENT
@@ -48,9 +48,9 @@ class Bench:
         self._heard = _Heard()
 
     @property
-    def budget(self) -> Budget:
+    def settings(self) -> Classification:
         """How long to wait in maps."""
-        return Budget(patience=self.quality.patience)
+        return Classification(longest_transient=self.quality.patience)
 
     def figure(self, figure: Figure) -> dict[str, xr.Dataset]:
         """The Datasets of one figure, by the names of its studies."""
@@ -102,14 +102,14 @@ class Bench:
         """A fine scan along one axis for the verdicts; ``patient`` outlasts long chaotic transients."""
         return self.once(
             f"{_range(axis)} at {_words(values)}{', waited for longer' if patient else ''}",
-            lambda: bifurcation(MeshModel.of(**values), axis, points=0, budget=PATIENT if patient else None),
+            lambda: bifurcation(MeshModel.of(**values), axis, points=0, settings=PATIENT if patient else None),
         )
 
     def map(self, model: MeshModel, x: Axis, y: Axis) -> xr.Dataset:
         """A map of verdicts over two axes."""
         return self.once(
             f"map over {_range(x)} and {_range(y)} of {model}",
-            lambda: zones(model, x, y, budget=self.budget),
+            lambda: zones(model, x, y, settings=self.settings),
         )
 
 
@@ -130,7 +130,7 @@ def _axes(study: Study, counts: tuple[int, ...]) -> list[Axis]:
 
 def _zones(bench: Bench, study: Study) -> xr.Dataset:
     return zones(
-        study.mesh_model, *_axes(study, bench.quality.zones), budget=bench.budget, progress=bench.progress
+        study.mesh_model, *_axes(study, bench.quality.zones), settings=bench.settings, progress=bench.progress
     )
 
 

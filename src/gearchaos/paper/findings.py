@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from scipy.ndimage import binary_dilation
 
-from gearchaos.motion.spectrum import opinion
+from gearchaos.dynamics.spectrum import spectral_class
 from gearchaos.paper.bench import Bench
 from gearchaos.paper.settings import Figure, Study
 from gearchaos.paper.words import percent, symbol
@@ -104,7 +104,7 @@ def second_opinion(ds: xr.Dataset, axis: str) -> str:
     names, differing = motions(ds["label"], ds["period"]), []
     for i in columns:
         points = np.stack([ds[f"section_{n}"].values[i] for n in ("z", "z_dot")], axis=1)
-        found = opinion(points, longest=len(points) // 2)[0]
+        found = spectral_class(points, longest=len(points) // 2)[0]
         if found != names[i]:
             differing.append(f"{float(ds[axis][i]):.4g} ({found}, not {names[i]})")
     if not differing:

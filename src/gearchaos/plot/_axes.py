@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from gearchaos.datasets import model_from_json
 from gearchaos.errors import InputError
-from gearchaos.gearpair import unit_in
-from gearchaos.studies.dataset import model_from_json
+from gearchaos.gears.pair import unit_in
 
 _SYMBOLS = {
     "omega": r"\omega", "zeta": r"\zeta", "q0": "q_0", "kappa": r"\kappa", "beta": r"\beta", "mu": r"\mu", "J": "J",

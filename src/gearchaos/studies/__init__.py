@@ -1,10 +1,10 @@
 """Studies: models and axes in, labelled Datasets out."""
 
-from gearchaos.axis import Axis
+from gearchaos.datasets import load, motions, save
 from gearchaos.studies.attractors import attractors
+from gearchaos.studies.axis import Axis
 from gearchaos.studies.basins import basins
 from gearchaos.studies.bifurcation import bifurcation
-from gearchaos.studies.dataset import load, motions, save
 from gearchaos.studies.regime import Regime, regime
 from gearchaos.studies.simulate import simulate
 from gearchaos.studies.steady import steady

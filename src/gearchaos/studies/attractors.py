@@ -9,30 +9,30 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gearchaos.axis import Axis, as_axis
-from gearchaos.coordinates import start
+from gearchaos.datasets import provenance, variable
+from gearchaos.dynamics import Classification
+from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, whole_number
+from gearchaos.execute import tiles
 from gearchaos.flow import ExactFlow
-from gearchaos.gearpair import GearPair, as_model
+from gearchaos.gears.pair import GearPair, as_model
 from gearchaos.model import MeshModel, expand, state_names, vary
-from gearchaos.motion import Budget
-from gearchaos.motion.budget import as_budget
-from gearchaos.studies import tiles
-from gearchaos.studies.catalogue import Catalogue, described, endings
-from gearchaos.studies.dataset import provenance, variable
-from gearchaos.studies.effort import Effort, effort
-from gearchaos.studies.kicks import EACH, TRIED, smallest_kick
+from gearchaos.model.coordinates import start
+from gearchaos.model.switched import SwitchedAffine, switched
+from gearchaos.studies.attractor_set import AttractorSet, described, final_states
+from gearchaos.studies.axis import Axis, as_axis
+from gearchaos.studies.cost import Effort, effort
+from gearchaos.studies.initial_conditions import checked_box, default_box, spread
+from gearchaos.studies.perturbation import EACH, TRIED, smallest_kick
 from gearchaos.studies.plan import Plan
-from gearchaos.studies.starts import checked_box, default_box, spread
 from gearchaos.studies.sweep import CARRY, carried
-from gearchaos.switched import SwitchedAffine, switched
 
 _CONFIDENCE = 0.95
 
 
 def attractors(
     model: MeshModel | GearPair, starts: int = 256, *, box: Mapping[str, tuple[float, float]] | None = None,
-    seed: int = 0, sweep: Axis | str | None = None, kicks: int = 0, budget: Budget | None = None,
+    seed: int = 0, sweep: Axis | str | None = None, kicks: int = 0, settings: Classification | None = None,
     progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
     """All motions that many starts lead to at one operating point.
@@ -53,7 +53,7 @@ def attractors(
         downwards from its last, ``count`` values each way.
     kicks : int
         Directions in which to look for the smallest kick that leaves each attractor; none by default.
-    budget, progress, threads
+    settings, progress, threads
         As in `zones`.
 
     Returns
@@ -72,23 +72,23 @@ def attractors(
     InputError
         If a number or a range is out of bounds; before any work.
     """
-    settings: dict[str, Any] = {"box": box, "seed": seed, "sweep": sweep, "kicks": kicks, "budget": budget}
-    return plan(model, starts, **settings).run(progress=progress, threads=threads)
+    options: dict[str, Any] = {"box": box, "seed": seed, "sweep": sweep, "kicks": kicks, "settings": settings}
+    return plan(model, starts, **options).run(progress=progress, threads=threads)
 
 
 def plan(
     model: MeshModel | GearPair, starts: int = 256, *, box: Mapping[str, tuple[float, float]] | None = None,
-    seed: int = 0, sweep: Axis | str | None = None, kicks: int = 0, budget: Budget | None = None,
+    seed: int = 0, sweep: Axis | str | None = None, kicks: int = 0, settings: Classification | None = None,
 ) -> Plan:
     """The starts of `attractors`, checked and ready to be followed; sweeps and kicks come after."""
-    model, budget = as_model(model), as_budget(budget)
+    model, settings = as_model(model), as_settings(settings)
     sweep = None if sweep is None else as_axis(sweep, "sweep")
     starts, seed, kicks = (
         whole_number(*v) for v in (("starts", starts, 1), ("seed", seed, 0), ("kicks", kicks, 0))
     )
     box = checked_box(box) if box else default_box(model)
     system = switched(vary(model, {}))
-    cost = _cost(system, starts, sweep, kicks, budget)
+    cost = _cost(system, starts, sweep, kicks, settings)
     values, flow = spread(box, starts, seed), ExactFlow(system)
     w = start(vary(model, values), flow.system).T
     if sweep:
@@ -98,22 +98,23 @@ def plan(
         numbers: np.ndarray, *, progress: bool = False, threads: int | None = None
     ) -> dict[str, np.ndarray]:
         name = "attractors" if progress else None
-        return endings(flow, w[:, numbers], budget=budget, progress=name, threads=threads)
+        return final_states(flow, w[:, numbers], settings=settings, progress=name, threads=threads)
 
     def finish(
         found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
     ) -> xr.Dataset:
-        catalogue = Catalogue(flow)
-        index = catalogue.place(found)
+        catalogue = AttractorSet(flow)
+        index = catalogue.match(found)
         catalogue.tally(index)
-        ends = catalogue.find(_swept(model, sweep), budget=budget, threads=threads) if sweep else np.empty(0, dtype=int)
+        ends = catalogue.find(_swept(model, sweep), settings=settings, threads=threads) if sweep else np.empty(0,
+            dtype=int)
         rank = catalogue.ranks()
         swept = zip(("up", "down"), ends, strict=False)
         data = {
             "attractor": variable("attractor", ("start",), rank[index]),
             **{f"attractor_{n}": variable("attractor", (), rank[i]) for n, i in swept},
-            **described(catalogue, budget), **_shares(catalogue, starts),
-            **(_kicks(catalogue, kicks, progress, budget=budget, threads=threads) if kicks else {}),
+            **described(catalogue, settings), **_shares(catalogue, starts),
+            **(_kicks(catalogue, kicks, progress, settings=settings, threads=threads) if kicks else {}),
             **{f"start_{n}": variable(n, ("start",), v) for n, v in values.items()},
         }
         said = {"starts": starts, "seed": seed, "box": box, "sweep": sweep and asdict(sweep), "kicks": kicks}
@@ -122,12 +123,13 @@ def plan(
     return Plan({"start": starts}, {"start": 1}, compute, finish, cost, labelled=False)
 
 
-def _cost(system: SwitchedAffine, starts: int, sweep: Axis | None, kicks: int, budget: Budget | None) -> Effort:
+def _cost(system: SwitchedAffine, starts: int, sweep: Axis | None, kicks: int,
+          settings: Classification | None) -> Effort:
     """What all starts, sweeps and kicks take at most; raises where memory or time do not suffice."""
     tiles.check_memory("starts", starts)
     tiles.check_memory("kicks", kicks, EACH)
     sequential = 2 * sweep.count * CARRY if sweep else 0
-    return effort(system, starts + kicks * TRIED, (budget or Budget()).most, sequential)
+    return effort(system, starts + kicks * TRIED, (settings or Classification()).most, sequential)
 
 
 def _check_sweep(model: MeshModel, sweep: Axis) -> float:
@@ -155,7 +157,7 @@ def _swept(model: MeshModel, sweep: Axis) -> np.ndarray:
     return start(vary(replace(model, initial={}), ends), switched(vary(model, {}))).T
 
 
-def _kicks(catalogue: Catalogue, directions: int, progress: bool, **options: Any) -> dict[str, xr.Variable]:
+def _kicks(catalogue: AttractorSet, directions: int, progress: bool, **options: Any) -> dict[str, xr.Variable]:
     """The smallest kick found for every attractor, in the catalogue's order."""
     names = catalogue.flow.system.names
     found = [
@@ -173,7 +175,7 @@ def _kicks(catalogue: Catalogue, directions: int, progress: bool, **options: Any
     return out | {"coordinate": xr.Variable("coordinate", list(names))}
 
 
-def _shares(catalogue: Catalogue, starts: int) -> dict[str, xr.Variable]:
+def _shares(catalogue: AttractorSet, starts: int) -> dict[str, xr.Variable]:
     """The share of the starts that each attractor takes, with its interval."""
     from scipy.stats import binomtest  # here, since scipy.stats takes a second to load
 

@@ -7,27 +7,27 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gearchaos.axis import Axis, as_axis
-from gearchaos.coordinates import start
+from gearchaos.datasets import provenance, variable
+from gearchaos.dynamics import Classification
+from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
-from gearchaos.gearpair import GearPair, as_model
+from gearchaos.gears.pair import GearPair, as_model
 from gearchaos.model import MeshModel, state_names, vary
-from gearchaos.motion import Budget
-from gearchaos.motion.budget import as_budget
+from gearchaos.model.coordinates import start
+from gearchaos.model.switched import switched
+from gearchaos.studies.attractor_set import AttractorSet, described, final_states
+from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.boundary import entropy, smallest_kicks, uncertainty_exponent
-from gearchaos.studies.catalogue import Catalogue, described, endings
-from gearchaos.studies.dataset import provenance, variable
-from gearchaos.studies.effort import effort
+from gearchaos.studies.cost import effort
 from gearchaos.studies.plan import Plan
 from gearchaos.studies.plane import at_cells, check_plane
-from gearchaos.switched import switched
 
 NOT_YET = -2
 
 
 def basins(
-    model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, budget: Budget | None = None,
+    model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, settings: Classification | None = None,
     progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
     """Basins of attraction on a plane of initial values.
@@ -38,7 +38,7 @@ def basins(
         The operating point; initial values off the plane are the model's.
     x, y : Axis or str
         Two coordinates: z and z_dot of the single model, x1, x1_dot, ... of the others.
-    budget, progress, threads
+    settings, progress, threads
         As in `zones`.
 
     Returns
@@ -52,41 +52,41 @@ def basins(
         the plane is the whole state (all of a model with two coordinates) ``attractor_kick`` is the smallest change
         of the state that leaves a basin.
     """
-    return plan(model, x, y, budget=budget).run(progress=progress, threads=threads)
+    return plan(model, x, y, settings=settings).run(progress=progress, threads=threads)
 
 
 def plan(
-    model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, budget: Budget | None = None
+    model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, settings: Classification | None = None
 ) -> Plan:
     """The starts of `basins`, checked and ready to be followed."""
-    model, x, y, budget = as_model(model), as_axis(x, "x"), as_axis(y, "y"), as_budget(budget)
+    model, x, y, settings = as_model(model), as_axis(x, "x"), as_axis(y, "y"), as_settings(settings)
     for axis in (x, y):
         if axis.name not in state_names(model.kind):
             raise InputError(f"axis {axis.name}", "must be an initial value of the model", axis.name,
                              f"Choose from {', '.join(state_names(model.kind))}.")
     check_plane(model, x, y)
     system = switched(vary(model, {}))
-    cost = effort(system, x.count * y.count, (budget or Budget()).most)
+    cost = effort(system, x.count * y.count, (settings or Classification()).most)
     flow = ExactFlow(system)
 
     def compute(
         cells: np.ndarray, *, progress: bool = False, threads: int | None = None
     ) -> dict[str, np.ndarray]:
         w = start(vary(model, at_cells(x, y, cells)), flow.system).T
-        return endings(flow, w, budget=budget, progress="basins" if progress else None, threads=threads)
+        return final_states(flow, w, settings=settings, progress="basins" if progress else None, threads=threads)
 
     def finish(found: dict[str, np.ndarray], **_: Any) -> xr.Dataset:
-        catalogue = Catalogue(flow)
-        index = catalogue.place(found)
+        catalogue = AttractorSet(flow)
+        index = catalogue.match(found)
         catalogue.tally(index)
         rank = np.where(found["label"] == 0, NOT_YET, catalogue.ranks()[index])
-        return _dataset(model, x, y, rank.reshape(y.count, x.count), catalogue, budget)
+        return _dataset(model, x, y, rank.reshape(y.count, x.count), catalogue, settings)
 
     return Plan({y.name: y.count, x.name: x.count}, {y.name: 1, x.name: 1}, compute, finish, cost, labelled=False)
 
 
 def _dataset(
-    model: MeshModel, x: Axis, y: Axis, index: np.ndarray, catalogue: Catalogue, budget: Budget | None
+    model: MeshModel, x: Axis, y: Axis, index: np.ndarray, catalogue: AttractorSet, settings: Classification | None
 ) -> xr.Dataset:
     known = [catalogue.known[i] for i in catalogue.order()]
     shares = np.array([a.count for a in known]) / max(1, np.sum(index != NOT_YET))
@@ -95,7 +95,7 @@ def _dataset(
         tangled = dict(zip(tangled, (*entropy(index), uncertainty_exponent(index)), strict=True))
     data = {
         "attractor": variable("attractor", (y.name, x.name), index),
-        **described(catalogue, budget),
+        **described(catalogue, settings),
         "attractor_fraction": variable("attractor_fraction", ("number",), shares),
         "attractor_kick": variable("attractor_kick", ("number",), _kicks(model, x, y, index, catalogue)),
         **{n: variable(n, (), np.array(v)) for n, v in tangled.items()},
@@ -104,7 +104,7 @@ def _dataset(
     return xr.Dataset(data, coords, provenance("basins", model))
 
 
-def _kicks(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, catalogue: Catalogue) -> np.ndarray:
+def _kicks(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, catalogue: AttractorSet) -> np.ndarray:
     """Smallest kicks where the plane is the whole state; elsewhere attractors do not lie in the plane."""
     known = [catalogue.known[i] for i in catalogue.order()]
     system = catalogue.flow.system

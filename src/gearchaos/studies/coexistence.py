@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from gearchaos.axis import Axis
-from gearchaos.coordinates import start
+from gearchaos.dynamics import Classification, Label, Verdicts
+from gearchaos.execute import tiles
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
-from gearchaos.motion import Budget, Label, Verdicts
-from gearchaos.studies import tiles
+from gearchaos.model.coordinates import start
+from gearchaos.model.switched import switched
+from gearchaos.studies.axis import Axis
+from gearchaos.studies.classification import InitialStates, classify_batch
+from gearchaos.studies.initial_conditions import default_box, spread
 from gearchaos.studies.plane import at_cells, shared_coordinates
-from gearchaos.studies.starts import default_box, spread
-from gearchaos.studies.survey import Launch, survey
 from gearchaos.studies.sweep import carried
-from gearchaos.switched import switched
 
 _APART = 1e-6
 _KNOWN = (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC)
@@ -35,8 +35,8 @@ def identity(flow: ExactFlow, points: np.ndarray, found: Verdicts) -> dict[str, 
         mine = np.flatnonzero(found.period == n)
         centre[:, mine] = sections[most - n :, :2, mine].mean(axis=0)
     return {
-        "label": found.label, "period": found.period, "v_rms": found.reading.v_rms,
-        "contact": np.nan_to_num(found.reading.contact, nan=3).astype(np.int8),
+        "label": found.label, "period": found.period, "v_rms": found.response.v_rms,
+        "contact": np.nan_to_num(found.response.contact, nan=3).astype(np.int8),
         "centre_z": centre[0], "centre_z_dot": centre[1],
     }
 
@@ -52,13 +52,13 @@ def coexisting(
     cells : (N,)
         Numbers of the cells, whole rows of constant y one after another.
     order : (N,)
-        Their places in an order that suits `survey`.
+        Their places in an order that suits `classify_batch`.
     own : dict of str to (N,)
         `identity` of the motions from the model's own starts.
     starts : int
         How many more in each cell.
     **options
-        ``budget``, ``progress``, ``threads`` and ``largest`` of `survey`.
+        ``settings``, ``progress``, ``threads`` and ``largest`` of `classify_batch`.
 
     Returns
     -------
@@ -90,7 +90,7 @@ def _from_starts(
     bare = replace(model, initial={}) if model.kind == "single" else model  # whose start is z or x1, never both
     names = shared_coordinates(model, x, y)
 
-    def launch(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
+    def initial_states(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
         place, at = np.divmod(number, starts)
         places, points = np.unique(place, return_inverse=True)
         flow = ExactFlow(switched(vary(model, at_cells(x, y, cells[places])), names))
@@ -98,7 +98,7 @@ def _from_starts(
         return flow, start(begin, flow.system).T.copy(), points
 
     every = (order[:, None].astype(np.int64) * starts + np.arange(starts)).ravel()
-    found = _surveyed(launch, every, "more starts", **options)
+    found = _classified(initial_states, every, "more starts", **options)
     return {n: v.reshape(-1, starts) for n, v in found.items()}
 
 
@@ -110,19 +110,20 @@ def _from_sweeps(
     arrived = [_swept(model, x, across, up, **options) for up in (True, False)]
     bare, count, names = replace(model, initial={}), len(cells), shared_coordinates(model, x, y)
 
-    def launch(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
+    def initial_states(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
         way, place = np.divmod(number, count)
         begin = {n: np.where(way == 0, up[place], arrived[1][n][place]) for n, up in arrived[0].items()}
         batch = vary(bare, at_cells(x, y, cells[place]) | begin)
         system = switched(batch, names)
         return ExactFlow(system), start(batch, system).T.copy(), np.arange(len(number))
 
-    found = _surveyed(launch, np.concatenate([order, order.astype(np.int64) + count]), "swept", **options)
+    found = _classified(initial_states, np.concatenate([order, order.astype(np.int64) + count]), "swept", **options)
     return {n: v.reshape(2, -1).T for n, v in found.items()}
 
 
 def _swept(
-    model: MeshModel, x: Axis, across: dict[str, np.ndarray], up: bool, *, budget: Budget | None, progress: bool,
+    model: MeshModel, x: Axis, across: dict[str, np.ndarray], up: bool, *, settings: Classification | None,
+    progress: bool,
     threads: int | None, largest: int,
 ) -> dict[str, np.ndarray]:
     """Initial values (N,) of the cells by name, as sweeps along x reach them, one for each value across it."""
@@ -137,12 +138,14 @@ def _swept(
     return {n: v.ravel() for n, v in out.items()}
 
 
-def _surveyed(
-    launch: Launch, order: np.ndarray, name: str, *, budget: Budget | None, progress: bool, threads: int | None,
+def _classified(
+    initial_states: InitialStates, order: np.ndarray, name: str, *, settings: Classification | None, progress: bool,
+    threads: int | None,
     largest: int,
 ) -> dict[str, np.ndarray]:
-    return survey(
-        launch, lambda _, *judged: identity(*judged), order, budget=budget, progress=name if progress else None,
+    return classify_batch(
+        initial_states, lambda _, *judged: identity(*judged), order, settings=settings,
+        progress=name if progress else None,
         threads=threads, largest=largest,
     )
 

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 import xarray as xr
 
-from gearchaos.studies.effort import Effort
+from gearchaos.studies.cost import Effort
 
 
 class Compute(Protocol):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.axis import Axis
 from gearchaos.errors import InputError
+from gearchaos.execute import tiles
 from gearchaos.model import Batch, MeshModel, expand, vary
-from gearchaos.studies import tiles
-from gearchaos.switched import coordinates
+from gearchaos.model.switched import coordinates
+from gearchaos.studies.axis import Axis
 
 
 def check_plane(model: MeshModel, x: Axis, y: Axis) -> None:

@@ -12,8 +12,8 @@ from collections.abc import Callable, Generator
 import numpy as np
 from scipy.ndimage import binary_dilation, maximum_filter, minimum_filter
 
-from gearchaos.motion import Reason
-from gearchaos.studies.evidence import blank
+from gearchaos.dynamics import Reason
+from gearchaos.studies.verdict_variables import blank
 
 SIDE = 256
 """Rows and columns of a part that is refined by itself, so that its result does not depend on what is beside it."""

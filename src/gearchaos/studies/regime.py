@@ -7,19 +7,19 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from gearchaos.coordinates import start
+from gearchaos.dynamics import REASONS, Classification, Label, Reason, Verdicts, classify, motion_name
+from gearchaos.dynamics.response import CONTACTS
+from gearchaos.dynamics.settings import as_settings
+from gearchaos.dynamics.spectrum import spectral_class
 from gearchaos.flow import ExactFlow
-from gearchaos.gearpair import GearPair, as_model
+from gearchaos.gears.pair import GearPair, as_model
 from gearchaos.model import MeshModel, vary
-from gearchaos.motion import REASONS, Budget, Label, Reason, Verdicts, classify, motion_name
-from gearchaos.motion.budget import as_budget
-from gearchaos.motion.reading import CONTACTS
-from gearchaos.motion.spectrum import opinion
-from gearchaos.studies.effort import effort
+from gearchaos.model.coordinates import start
+from gearchaos.model.switched import switched
+from gearchaos.studies.cost import effort
 from gearchaos.studies.sections import steady_sections
-from gearchaos.switched import switched
 
-PATIENT = Budget(exponent=2000, extensions=2, patience=20_000, measured=1000)
+PATIENT = Classification(exponent_run=2000, doublings=2, longest_transient=20_000, averaging_periods=1000)
 """One point is worth a longer look than a cell of a map: chaotic transients of twenty thousand periods pass."""
 
 _SHOWN = 512
@@ -56,14 +56,14 @@ class Regime:
         return asdict(self)
 
 
-def regime(model: MeshModel | GearPair, *, budget: Budget = PATIENT, progress: bool = False) -> Regime:
+def regime(model: MeshModel | GearPair, *, settings: Classification = PATIENT, progress: bool = False) -> Regime:
     """What will this gear mesh do?
 
     Parameters
     ----------
     model : MeshModel or GearPair
         The operating point, with its initial values.
-    budget : Budget
+    settings : Classification
         How long to wait and how hard to look.
     progress : bool
         Say on stderr how long it may take, if that is long.
@@ -76,13 +76,13 @@ def regime(model: MeshModel | GearPair, *, budget: Budget = PATIENT, progress: b
         intervals, exact for an orbit; the levels; and the stroboscopic ``section``: the n points of a periodic motion,
         512 of any other.
     """
-    model, budget = as_model(model), as_budget(budget) or PATIENT
+    model, settings = as_model(model), as_settings(settings) or PATIENT
     batch = vary(model, {})
     system = switched(batch)
-    effort(system, 1, budget.most).announce(progress)
+    effort(system, 1, settings.most).announce(progress)
     flow = ExactFlow(system)
     begin, point = start(batch, system).T.copy(), np.zeros(1, dtype=int)
-    found = classify(flow, begin, budget=budget)
+    found = classify(flow, begin, settings=settings)
     label = Label(int(found.label[0]))
     sections = {} if label == Label.DIVERGED else steady_sections(batch, flow, point, begin, found, _SHOWN)
     shown = int(found.period[0]) or _SHOWN
@@ -90,7 +90,8 @@ def regime(model: MeshModel | GearPair, *, budget: Budget = PATIENT, progress: b
         label=motion_name(label, int(found.period[0])), period=int(found.period[0]) or None,
         reason=REASONS[Reason(int(found.reason[0]))], **_dynamics(found), **_levels(found, label),
         section={k: v[0, -shown:].tolist() for k, v in sections.items()},
-        spectral_label=opinion(np.stack([sections["z"][0], sections["z_dot"][0]], axis=1))[0] if sections else None,
+        spectral_label=spectral_class(np.stack([sections["z"][0], sections["z_dot"][0]],
+                                               axis=1))[0] if sections else None,
     )
 
 
@@ -104,12 +105,12 @@ def _dynamics(found: Verdicts) -> dict:
         "lyapunov_ci": pairs[known].tolist(),
         "residual": float(found.residual[0]) if has_orbit else None,
         "trace_error": _number(found.trace_error[0]),
-        "periods_spent": int(found.spent[0]),
+        "periods_spent": int(found.periods_run[0]),
     }
 
 
 def _levels(found: Verdicts, label: Label) -> dict:
-    r = found.reading
+    r = found.response
     values = {n: _number(getattr(r, n)[0]) for n in (
         "v_rms", "contact_fraction", "dynamic_factor", "z_rms", "z_peak_to_peak", "z_dot_rms", "z_dot_peak_to_peak",
         "mesh_force_peak",

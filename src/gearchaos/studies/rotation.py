@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import hyp1f1
 
-from gearchaos.coordinates import error_at_start, initial_values, relative_rotation
 from gearchaos.flow import ExactFlow, layout
 from gearchaos.model import Batch
-from gearchaos.switched import rotation_decay, switched
+from gearchaos.model.coordinates import error_at_start, initial_values, relative_rotation
+from gearchaos.model.switched import rotation_decay, switched
 
 
 def at_sections(

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.coordinates import bearings_differ, error_at_start, to_physical, weakly_damped
+from gearchaos.dynamics import Verdicts
 from gearchaos.flow import ExactFlow
 from gearchaos.model import Batch
-from gearchaos.motion import Verdicts
+from gearchaos.model.coordinates import bearings_differ, error_at_start, to_physical, weakly_damped
 from gearchaos.studies import rotation
 
 
@@ -21,7 +21,7 @@ def steady_sections(
     flow each runs, and ``begin`` (d, L) where each began.
     """
     out = flow.advance(verdicts.w, count, points=points, sections=count).sections
-    number = verdicts.spent[:, None] + np.arange(1, count + 1)
+    number = verdicts.periods_run[:, None] + np.arange(1, count + 1)
     error, error_dot = error_at_start(batch)
     return to_physical(
         batch, flow.system.names, np.moveaxis(out, (0, 1, 2), (1, 2, 0)), number * flow.system.period[points, None],
@@ -37,7 +37,7 @@ def _rotation(
     mine = np.flatnonzero(bearings_differ(batch, flow.system.names) & ((verdicts.period > 0) | weakly_damped(batch)))
     if len(mine):
         x2[mine] = rotation.at_sections(
-            batch.take(mine), flow, points[mine], begin[:, mine], verdicts.spent[mine], sections[:, :, mine],
+            batch.take(mine), flow, points[mine], begin[:, mine], verdicts.periods_run[mine], sections[:, :, mine],
             verdicts.w[:, mine],
         )[:, 1:]
     return x2

@@ -7,17 +7,18 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gearchaos.coordinates import error_at_start, start, to_physical
+from gearchaos.datasets import provenance, variable
 from gearchaos.errors import whole_number
+from gearchaos.execute import tiles
 from gearchaos.flow import CHATTER, DIVERGED, OK, ExactFlow
 from gearchaos.flow.layout import DIVERGED_AT
-from gearchaos.gearpair import GearPair, as_model
+from gearchaos.gears.pair import GearPair, as_model
 from gearchaos.model import Batch, MeshModel, backlash, mesh_stiffness, transmission_error, vary
-from gearchaos.studies import rotation, tiles
-from gearchaos.studies.dataset import provenance, variable
-from gearchaos.studies.effort import effort
+from gearchaos.model.coordinates import error_at_start, start, to_physical
+from gearchaos.model.switched import switched
+from gearchaos.studies import rotation
+from gearchaos.studies.cost import effort
 from gearchaos.studies.plan import Plan
-from gearchaos.switched import switched
 
 
 def simulate(

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from gearchaos.coordinates import drifts, error_at_start, without_drift
 from gearchaos.errors import InputError
-from gearchaos.gearpair import GearPair, as_model
+from gearchaos.gears.pair import GearPair, as_model
 from gearchaos.model import COORDINATES, MeshModel, vary
+from gearchaos.model.coordinates import drifts, error_at_start, without_drift
+from gearchaos.model.switched import coordinates
 from gearchaos.studies.regime import Regime
 from gearchaos.studies.simulate import simulate
-from gearchaos.switched import coordinates
 
 _SAMPLES = 64
 _PERIODS = 512

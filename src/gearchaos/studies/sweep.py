@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from gearchaos.axis import Axis
-from gearchaos.coordinates import drifts, error_at_start, start, to_physical, without_drift
 from gearchaos.flow import OK, ExactFlow
 from gearchaos.model import COORDINATES, Batch, MeshModel, vary
-from gearchaos.switched import switched
+from gearchaos.model.coordinates import drifts, error_at_start, start, to_physical, without_drift
+from gearchaos.model.switched import switched
+from gearchaos.studies.axis import Axis
 
 CARRY = 400
 """Mesh periods at every value."""

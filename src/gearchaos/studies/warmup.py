@@ -8,12 +8,12 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 from typing import Any
 
-from gearchaos.coordinates import start
+from gearchaos.dynamics import classify
+from gearchaos.execute.tiles import cores
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
-from gearchaos.motion import classify
-from gearchaos.studies.tiles import cores
-from gearchaos.switched import switched
+from gearchaos.model.coordinates import start
+from gearchaos.model.switched import switched
 
 MODELS: dict[int, dict[str, Any]] = {
     2: {"kind": "torsional"},

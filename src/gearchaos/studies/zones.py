@@ -7,26 +7,26 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gearchaos.axis import Axis, as_axis
-from gearchaos.coordinates import start
+from gearchaos.datasets import provenance, variable
+from gearchaos.dynamics import Classification, Verdicts
+from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, whole_number
+from gearchaos.execute import tiles
 from gearchaos.flow import ExactFlow
 from gearchaos.flow.layout import WIDTH
-from gearchaos.gearpair import GearPair, as_model
+from gearchaos.gears.pair import GearPair, as_model
 from gearchaos.model import MeshModel, state_names, vary
-from gearchaos.motion import Budget, Verdicts
-from gearchaos.motion.budget import as_budget
-from gearchaos.studies import tiles
+from gearchaos.model.coordinates import start
+from gearchaos.model.switched import switched
+from gearchaos.studies.axis import Axis, as_axis
+from gearchaos.studies.classification import InitialStates, classify_batch
 from gearchaos.studies.coexistence import coexisting, identity
-from gearchaos.studies.dataset import provenance, variable
-from gearchaos.studies.effort import Effort, effort
-from gearchaos.studies.evidence import evidence
+from gearchaos.studies.cost import Effort, effort
 from gearchaos.studies.plan import Plan
 from gearchaos.studies.plane import at_cells, check_plane, corners, shared_coordinates
 from gearchaos.studies.refine import SIDE, refined
-from gearchaos.studies.survey import Launch, survey
 from gearchaos.studies.sweep import CARRY
-from gearchaos.switched import switched
+from gearchaos.studies.verdict_variables import verdict_variables
 
 _REFINED = 1 / 8
 """About this share of a refined map's cells is computed."""
@@ -34,7 +34,7 @@ _REFINED = 1 / 8
 
 def zones(
     model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, starts: int = 1, refine: int = 1,
-    budget: Budget | None = None, progress: bool = False, threads: int | None = None,
+    settings: Classification | None = None, progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
     """A map of motions over two parameters, every cell from the model's initial values.
 
@@ -50,7 +50,7 @@ def zones(
     refine : int
         Compute every so many-th row and column first, a power of two, and the cells between only where neighbours
         differ; the others are inferred from them, and say so in ``inferred`` and ``reason``. 1 computes every cell.
-    budget : Budget, optional
+    settings : Classification, optional
         How long to wait and how hard to look in each cell.
     progress : bool
         Show a progress bar on stderr.
@@ -65,28 +65,28 @@ def zones(
         ``attractors`` found in each cell, ``v_rms_least`` and ``v_rms_most`` among them, ``contact_worst``,
         ``v_rms_up`` and ``v_rms_down`` after the sweeps, and ``hysteresis``: 1 where these end in different motions.
     """
-    return plan(model, x, y, starts=starts, refine=refine, budget=budget).run(progress=progress, threads=threads)
+    return plan(model, x, y, starts=starts, refine=refine, settings=settings).run(progress=progress, threads=threads)
 
 
 def plan(
     model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, starts: int = 1, refine: int = 1,
-    budget: Budget | None = None,
+    settings: Classification | None = None,
 ) -> Plan:
     """The cells of `zones`, checked and ready to be computed."""
-    model, x, y, budget = as_model(model), as_axis(x, "x"), as_axis(y, "y"), as_budget(budget)
+    model, x, y, settings = as_model(model), as_axis(x, "x"), as_axis(y, "y"), as_settings(settings)
     starts = whole_number("starts", starts, 1)
     check_plane(model, x, y)
     tiles.check_memory("cells times starts", x.count * y.count * starts)
     if starts > 1 and {x.name, y.name} & set(state_names(model.kind)):
         raise InputError("starts", "must be 1 where an axis is an initial value", starts)
     refine = _checked_refine(refine, starts)
-    cost = _cost(model, x, y, starts, budget)
+    cost = _cost(model, x, y, starts, settings)
 
     def compute(
         cells: np.ndarray, *, progress: bool = False, threads: int | None = None
     ) -> dict[str, np.ndarray]:
         options: dict[str, Any] = {
-            "budget": budget, "progress": progress, "threads": threads, "largest": cost.largest(threads),
+            "settings": settings, "progress": progress, "threads": threads, "largest": cost.largest(threads),
         }
         if refine == 1:
             return _cells(model, x, y, cells, starts, **options)
@@ -104,15 +104,15 @@ def plan(
     return Plan({y.name: y.count, x.name: x.count}, block, compute, finish, cost, labelled=True, motions=motions)
 
 
-def _cost(model: MeshModel, x: Axis, y: Axis, starts: int, budget: Budget | None) -> Effort:
+def _cost(model: MeshModel, x: Axis, y: Axis, starts: int, settings: Classification | None) -> Effort:
     """What all cells take at most; with several starts their rows are also swept both ways, side by side."""
     motions, sequential = x.count * y.count, 0
     if starts > 1:
         motions, sequential = motions * (starts + 2), 2 * x.count * CARRY * -(-y.count // WIDTH)
-    return effort(switched(corners(model, x, y)), motions, (budget or Budget()).most, sequential)
+    return effort(switched(corners(model, x, y)), motions, (settings or Classification()).most, sequential)
 
 
-def launch(model: MeshModel, x: Axis, y: Axis) -> Launch:
+def initial_states(model: MeshModel, x: Axis, y: Axis) -> InitialStates:
     """Begins the motions of a map's cells by their numbers."""
     names = shared_coordinates(model, x, y)
 
@@ -134,24 +134,25 @@ def _checked_refine(refine: int, starts: int) -> int:
 
 
 def _cells(
-    model: MeshModel, x: Axis, y: Axis, cells: np.ndarray, starts: int, *, budget: Budget | None, progress: bool,
+    model: MeshModel, x: Axis, y: Axis, cells: np.ndarray, starts: int, *, settings: Classification | None,
+    progress: bool,
     threads: int | None, largest: int,
 ) -> dict[str, np.ndarray]:
     """What is found of some cells (N,), whole rows of them where there is more than one start."""
-    begin = launch(model, x, y)
+    begin = initial_states(model, x, y)
     order = np.arange(len(cells), dtype=cells.dtype)
     if x.name == "omega":  # neighbours in a tile then share node counts
         order = np.argsort(cells % x.count, kind="stable").astype(cells.dtype)
 
     def keep(_: np.ndarray, flow: ExactFlow, points: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
-        return evidence(found) | (identity(flow, points, found) if starts > 1 else {})
+        return verdict_variables(found) | (identity(flow, points, found) if starts > 1 else {})
 
-    out = survey(
-        lambda tile: begin(cells[tile]), keep, order, budget=budget, progress="zones" if progress else None,
+    out = classify_batch(
+        lambda tile: begin(cells[tile]), keep, order, settings=settings, progress="zones" if progress else None,
         threads=threads, largest=largest,
     )
     if starts > 1:
-        options: dict[str, Any] = {"budget": budget, "progress": progress, "threads": threads, "largest": largest}
+        options: dict[str, Any] = {"settings": settings, "progress": progress, "threads": threads, "largest": largest}
         out |= coexisting(model, x, y, cells, order, out, starts - 1, **options)
         del out["centre_z"], out["centre_z_dot"]
     return out

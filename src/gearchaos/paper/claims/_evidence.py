@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gearchaos.motion import Label
+from gearchaos.dynamics import Label
 from gearchaos.paper.bench import Bench
 from gearchaos.studies import Regime, motions
 

@@ -1,4 +1,4 @@
-"""Reading verdicts: kinds, shares, and how much two maps or two portraits are alike."""
+"""Response verdicts: kinds, shares, and how much two maps or two portraits are alike."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gearchaos.motion import Label
+from gearchaos.dynamics import Label
 from gearchaos.plot import motion_class
 
 LOCKED_FROM = 9

@@ -1,0 +1,91 @@
+"""Settings of the classification: how many mesh periods are spent on a motion, and how they are used."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from gearchaos.errors import InputError, whole_number
+
+
+@dataclass(frozen=True)
+class Classification:
+    """Lengths of the runs by which a motion is classified, in mesh periods.
+
+    Attributes
+    ----------
+    transient_lengths : tuple of int
+        Lengths of consecutive runs through the transient. After each one, every trajectory that nearly returns is
+        tested for a periodic orbit. Each length exceeds ``longest_period``.
+    longest_period : int
+        Longest period searched for during the transient. In the exponent runs periods up to four times as long are
+        searched for.
+    exponent_run : int
+        Length of the first run for the Lyapunov exponents of a trajectory that has not returned.
+    doublings : int
+        How often that run is repeated with twice the length while the class of the motion is unresolved.
+    longest_transient : int
+        A motion that looks chaotic is followed for this many periods before it is called chaotic, since chaos may be
+        transient: of 2000 random cells of the paper's maps one in 50 settles on an orbit only after more than 1280
+        periods, one in 500 after more than 10 000.
+    averaging_periods : int
+        Periods over which the response measures of a motion without a period are averaged.
+    """
+
+    transient_lengths: tuple[int, ...] = (80, 80, 160, 320, 640)
+    longest_period: int = 64
+    exponent_run: int = 250
+    doublings: int = 4
+    longest_transient: int = 10_000
+    averaging_periods: int = 96
+
+    def __post_init__(self) -> None:
+        lengths = self.transient_lengths
+        if isinstance(lengths, str) or not isinstance(lengths, Iterable):
+            raise InputError(_field("transient_lengths"), "must be a list of whole numbers", lengths,
+                             "E.g. (80, 80, 160).")
+        lengths = tuple(whole_number(_field("transient_lengths"), n, 3, _MOST) for n in lengths)
+        object.__setattr__(self, "transient_lengths", lengths)
+        for name, (least, most) in _RANGES.items():
+            whole_number(_field(name), getattr(self, name), least, most)
+        for length in (*lengths, self.exponent_run):
+            if length <= self.longest_period:
+                raise InputError("classification", f"must have runs longer than longest_period = {self.longest_period}",
+                                 length, "A return after n periods shows only in more than n sections.")
+        if self.exponent_run << self.doublings > _MOST:
+            raise InputError(_field("exponent_run"), f"must be at most {_MOST:,} periods after all doublings",
+                             f"{self.exponent_run} x 2^{self.doublings}", "Lower classification.doublings.")
+
+    @property
+    def most(self) -> int:
+        """Upper bound of the mesh periods computed for one motion: transients, the exponent runs before and after
+        the longest transient, and the averages."""
+        runs = self.exponent_run * (2 ** (self.doublings + 1) - 1)
+        return sum(self.transient_lengths) + 2 * runs + self.longest_transient + self.averaging_periods
+
+
+FORMER_NAMES = {
+    "looks": "transient_lengths", "longest": "longest_period", "exponent": "exponent_run", "extensions": "doublings",
+    "patience": "longest_transient", "measured": "averaging_periods",
+}
+"""The fields by their names in ``[budget]`` of study files of version 0.1 and in the records of stores."""
+
+_MOST = 10_000_000
+_RANGES = {
+    "longest_period": (1, 100_000), "exponent_run": (21, _MOST), "doublings": (0, 20), "longest_transient": (0, _MOST),
+    "averaging_periods": (1, _MOST),
+}
+"""Smallest and largest values. An exponent needs 20 blocks after a twentieth of its run is dropped."""
+
+
+def _field(name: str) -> str:
+    return f"classification.{name}"
+
+
+def as_settings(settings: Any) -> Classification | None:
+    """The settings unchanged, or None for the defaults of the study; raises `InputError` for anything else."""
+    if settings is None or isinstance(settings, Classification):
+        return settings
+    raise InputError("settings", "must be a Classification", settings,
+                     "E.g. gearchaos.Classification(longest_transient=20_000).")

@@ -1,0 +1,1 @@
+"""Work items into results: in threads, in processes, on a cluster; knows no study."""

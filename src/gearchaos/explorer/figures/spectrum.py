@@ -1,0 +1,38 @@
+"""The spectrum of the velocity in orders of the mesh frequency."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from bokeh.models import ColumnDataSource, FixedTicker, Line, Range1d
+
+from gearchaos.explorer.figures.style import INK, Put, bare, label
+from gearchaos.plot._spectrum import amplitudes
+
+_ORDERS = 6
+_FLOOR = 1e-7
+
+
+class SpectrumFigure:
+    """Amplitudes on a logarithmic scale; lines of periodic motions do not leak."""
+
+    def __init__(self, put: Put) -> None:
+        self._put = put
+        self.figure = bare("Spectrum", y_axis_type="log", x_range=Range1d(0, _ORDERS),
+                           x_axis_label="order of the mesh frequency", y_axis_label="amplitude of z′")
+        self.figure.xaxis.ticker = FixedTicker(ticks=list(range(_ORDERS + 1)))
+        self.source = ColumnDataSource({"x": [], "y": []})
+        self.figure.add_glyph(self.source, Line(x="x", y="y", line_color=INK, line_width=1))
+
+    def show(self, motion: xr.Dataset, velocity: xr.DataArray) -> None:
+        """Draw the spectrum of a velocity, in whatever unit, along a dimensionless motion."""
+        order, amplitude = amplitudes(motion.assign(z_dot=(velocity.dims, velocity.values)), "z_dot")
+        inside = order <= _ORDERS
+        least = max(float(amplitude[inside].max()) * _FLOOR, 1e-37)
+        values = (order[inside], np.maximum(amplitude[inside], least))
+        self._put(self.source, data={n: v.astype(np.float32) for n, v in zip("xy", values, strict=True)})
+        self._put(self.figure.yaxis[0], axis_label=label(velocity, "z_dot").replace("velocity", "amplitude of", 1))
+
+    def clear(self) -> None:
+        """Show nothing."""
+        self._put(self.source, data={"x": [], "y": []})

@@ -1,0 +1,214 @@
+"""Between physical coordinates x, y and the dynamic state w, which lacks what contact does not see.
+
+The mean rotation and, between alike supports, the mean lateral motion move by themselves. They need no integration:
+their closed forms of (2.12) give all of x and y back from w, at any time. Where the bearings differ, the rotation
+follows from a first integral of (2.12) divided by the bearing friction, unless x2 is integrated along the motion, as it
+must be where the friction is too weak to divide by (`weakly_damped`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import hyp1f1
+
+from gearchaos.model.mesh import COORDINATES, Batch
+from gearchaos.model.switched import SwitchedAffine, rotation_decay, same
+
+_WEAK = 2e-3
+"""Rate of bearing friction below which the first integral leaves x2 with an error above 1e-11."""
+
+
+def start(batch: Batch, system: SwitchedAffine) -> np.ndarray:
+    """Initial coordinates w at τ = 0, (P, d), from the model's initial values (paper: x1 = 1, the rest 0)."""
+    w = from_physical(system.names, initial_values(batch), *error_at_start(batch))
+    given = {**batch.model.initial, **batch.values}
+    for i, name in enumerate(("z", "z_dot")):
+        if batch.model.kind == "single" and given.keys() & {"z", "z_dot"}:
+            w[:, i] = given.get(name, 0.0)
+    return w
+
+
+def initial_values(batch: Batch) -> dict[str, np.ndarray]:
+    """Every physical coordinate at τ = 0 by name, each (P,)."""
+    given = {**batch.model.initial, **batch.values}
+    return {
+        n: np.broadcast_to(np.asarray(given.get(n, 1.0 if n == "x1" else 0.0), float), batch.size)
+        for n in COORDINATES["full"]
+    }
+
+
+def error_at_start(batch: Batch) -> tuple[np.ndarray, np.ndarray]:
+    """ε and ε' at τ = 0 (and at every whole period), each (P,)."""
+    a, p = batch.harmonics("eps", "theta")
+    order = np.arange(1, len(a) + 1)[:, None]
+    return (a * np.cos(p)).sum(axis=0), (order * np.asarray(batch["omega"]) * a * np.sin(p)).sum(axis=0)
+
+
+def from_physical(
+    names: tuple[str, ...], x: dict[str, np.ndarray], error: np.ndarray, error_dot: np.ndarray
+) -> np.ndarray:
+    """The dynamic state w (P, d) of physical values (each (P,)); ``error`` and ``error_dot`` are ε and ε' there."""
+    known = {
+        "y": x["y1"] - x["y2"],
+        "y_dot": x["y1_dot"] - x["y2_dot"],
+        "z": x["x1"] - x["x2"] + x["y1"] - x["y2"] - error,
+        "z_dot": x["x1_dot"] - x["x2_dot"] + x["y1_dot"] - x["y2_dot"] - error_dot,
+    }
+    return np.stack([known[n] if n in known else x[n] for n in names], axis=1).astype(float)
+
+
+def bearings_differ(batch: Batch, names: tuple[str, ...]) -> np.ndarray:
+    """Where the mean rotation depends on the relative motion, so that no closed form gives it, (P,)."""
+    return np.broadcast_to(~np.asarray(same(batch, "beta", "J")) & ("x2_dot" in names), batch.size)
+
+
+def weakly_damped(batch: Batch) -> np.ndarray:
+    """Where the bearings brake too weakly for the first integral to give x2 to 1e-11, (P,)."""
+    return rotation_decay(batch) < _WEAK
+
+
+def relative_rotation(names: tuple[str, ...], w: np.ndarray, error: np.ndarray, suffix: str = "") -> np.ndarray:
+    """x1 − x2 (...) of dynamic states w (..., d), ``error`` being ε there; with "_dot" the same of their velocities."""
+    at = {name: w[..., i] for i, name in enumerate(names)}
+    lateral = at[f"y{suffix}"] if "y" in at else at.get(f"y1{suffix}", 0.0) - at.get(f"y2{suffix}", 0.0)
+    return at[f"z{suffix}"] + error - lateral
+
+
+def drifts(batch: Batch, names: tuple[str, ...]) -> np.ndarray:
+    """Where the mean rotation grows without end, or is not to be had from the state to all digits, (P,)."""
+    unequal = np.asarray(batch["q1"]) != np.asarray(batch["q2"])
+    return (unequal | (bearings_differ(batch, names) & weakly_damped(batch))) & (batch.model.kind != "single")
+
+
+def without_drift(
+    batch: Batch, names: tuple[str, ...], w: np.ndarray, error: np.ndarray, error_dot: np.ndarray
+) -> dict[str, np.ndarray]:
+    """x1 and x2 with their velocities, each (P,), of states w (P, d) with the mean rotation where it was at the start.
+
+    Contact does not see that rotation, and where both bearings brake alike it does not see its velocity either.
+    """
+    x, share = initial_values(batch), _share(batch, "J")[:, 0]
+    gap, gap_dot = relative_rotation(names, w, error), relative_rotation(names, w, error_dot, "_dot")
+    mean, mean_dot = (share * x[f"x1{k}"] + (1 - share) * x[f"x2{k}"] for k in ("", "_dot"))
+    x2, x2_dot = mean - share * gap, mean_dot - share * gap_dot
+    if "x2_dot" in names:
+        x2_dot = w[:, names.index("x2_dot")]
+    return {"x1": x2 + gap, "x1_dot": x2_dot + gap_dot, "x2": x2, "x2_dot": x2_dot}
+
+
+def to_physical(
+    batch: Batch, names: tuple[str, ...], w: np.ndarray, tau: np.ndarray, error: np.ndarray, error_dot: np.ndarray,
+    x2: np.ndarray | None = None,
+) -> dict[str, np.ndarray]:
+    """Physical values of dynamic states: all of x and y that the model has, and z, z_dot always.
+
+    Parameters
+    ----------
+    batch : Batch
+        P points, with the initial values that the mean motions start from.
+    names : tuple of str
+        The d coordinates of the dynamic state.
+    w : (P, S, d)
+        States on the motion from those initial values, or on one that differs from it in the relative motion only.
+    tau : (P, S)
+        Times since the start.
+    error, error_dot : broadcastable to (P, S)
+        ε and ε' at those times.
+    x2 : (P, S), optional
+        Rotation of wheel 2, integrated along the motion; NaN where it is to follow from the state.
+
+    Returns
+    -------
+    dict of str to (P, S)
+    """
+    at = {name: w[..., i] for i, name in enumerate(names)}
+    relative = {"z": at["z"], "z_dot": at["z_dot"]}
+    if batch.model.kind == "single":
+        return relative
+    y = _lateral(batch, at, tau) if batch.model.kind == "full" else {}
+    gap = at["z"] + error - y.get("y1", 0.0) + y.get("y2", 0.0)
+    gap_dot = at["z_dot"] + error_dot - y.get("y1_dot", 0.0) + y.get("y2_dot", 0.0)
+    return {**_rotation(batch, at, tau, gap, gap_dot, x2), **y, **relative}
+
+
+def _rotation(
+    batch: Batch, at: dict[str, np.ndarray], tau: np.ndarray, gap: np.ndarray, gap_dot: np.ndarray,
+    known: np.ndarray | None,
+) -> dict[str, np.ndarray]:
+    """x1 and x2 with their velocities, from x1 − x2 = ``gap`` and x2 where it is ``known``, else the first two rows of
+    (2.12) added up."""
+    mean, mean_dot = _free_rotation(batch, tau)
+    share = _share(batch, "J")
+    x2, x2_dot = mean - share * gap, mean_dot - share * gap_dot
+    if "x2_dot" in at:
+        x2_dot = at["x2_dot"]
+        x2 = np.where(_column(batch, same(batch, "beta", "J")), x2, _braked(batch, tau, gap, gap_dot, x2_dot))
+    if known is not None:
+        x2 = np.where(np.isnan(known), x2, known)
+    return {"x1": x2 + gap, "x1_dot": x2_dot + gap_dot, "x2": x2, "x2_dot": x2_dot}
+
+
+def _free_rotation(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(J1 x1 + J2 x2)/(J1 + J2) and its velocity where both wheels have the same β/J: m'' = a − r m'."""
+    x, share = initial_values(batch), _share(batch, "J")[:, 0]
+    inertia = _column(batch, batch["J1"]) + _column(batch, batch["J2"])
+    a = (_column(batch, batch["q1"]) - _column(batch, batch["q2"])) / inertia
+    r = 2 * (_column(batch, batch["beta1"]) + _column(batch, batch["beta2"])) / inertia
+    m, m_dot = (_column(batch, share * x[f"x1{k}"] + (1 - share) * x[f"x2{k}"]) for k in ("", "_dot"))
+    once, twice = hyp1f1(1, 2, -r * tau), hyp1f1(1, 3, -r * tau) / 2  # (1 − e^−s)/s, (s − 1 + e^−s)/s² at s = rτ
+    return m + tau * (m_dot * once + a * tau * twice), m_dot * np.exp(-r * tau) + a * tau * once
+
+
+def _braked(
+    batch: Batch, tau: np.ndarray, gap: np.ndarray, gap_dot: np.ndarray, x2_dot: np.ndarray
+) -> np.ndarray:
+    """x2 where β/J differs: J1 x1' + J2 x2' + 2β1 x1 + 2β2 x2 grows by (q1 − q2) τ, whatever contact does."""
+    x = initial_values(batch)
+    J1, J2, b1, b2, q1, q2 = (_column(batch, batch[n]) for n in ("J1", "J2", "beta1", "beta2", "q1", "q2"))
+    x1, v1, x2, v2 = (_column(batch, x[n]) for n in COORDINATES["torsional"])
+    held = J1 * v1 + J2 * v2 + 2 * b1 * x1 + 2 * b2 * x2 + (q1 - q2) * tau
+    rest = held - J1 * (gap_dot + x2_dot) - J2 * x2_dot - 2 * b1 * gap
+    friction = np.broadcast_to(2 * (b1 + b2), rest.shape)
+    return np.divide(rest, friction, out=np.zeros(rest.shape), where=friction > 0)
+
+
+def _lateral(batch: Batch, at: dict[str, np.ndarray], tau: np.ndarray) -> dict[str, np.ndarray]:
+    """y1 and y2 with their velocities: as they are in the state, or y1 − y2 about the mean motion of alike supports."""
+    if "y" not in at:
+        return {n: at[n] for n in COORDINATES["full"][4:]}
+    share, out = _share(batch, "mu"), {}
+    for suffix, mean in zip(("", "_dot"), _free_support(batch, tau), strict=True):
+        out[f"y1{suffix}"] = mean + (1 - share) * at[f"y{suffix}"]
+        out[f"y2{suffix}"] = mean - share * at[f"y{suffix}"]
+    return {n: out[n] for n in COORDINATES["full"][4:]}
+
+
+def _free_support(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(μ1 y1 + μ2 y2)/(μ1 + μ2) and its velocity: m'' = −2ζ1 m' − (κ1/μ1) m, an oscillator left alone."""
+    x, share = initial_values(batch), _share(batch, "mu")[:, 0]
+    m, m_dot = (_column(batch, share * x[f"y1{k}"] + (1 - share) * x[f"y2{k}"]) for k in ("", "_dot"))
+    damping = _column(batch, batch["zeta_support1"])
+    square = _column(batch, batch["kappa1"]) / _column(batch, batch["mu1"])
+    root = np.sqrt(damping**2 - square + 0j)
+    decay, spread = np.exp((root - damping) * tau), _divided(root, tau)
+    cosine, sine = (decay * (1 + np.exp(-2 * root * tau)) / 2).real, (decay * spread).real
+    return m * (cosine + damping * sine) + m_dot * sine, m_dot * (cosine - damping * sine) - square * m * sine
+
+
+def _divided(root: np.ndarray, tau: np.ndarray) -> np.ndarray:
+    """(1 − e^−2ρτ)/2ρ, which is τ at ρ = 0."""
+    s = 2 * root * tau
+    small = np.abs(s) < 1e-6
+    return tau * np.where(small, 1 - s / 2, -np.expm1(-s) / np.where(small, 1, s))
+
+
+def _share(batch: Batch, inertia: str) -> np.ndarray:
+    first, second = (_column(batch, batch[f"{inertia}{n}"]) for n in (1, 2))
+    return first / (first + second)
+
+
+def _column(batch: Batch, value: np.ndarray | float) -> np.ndarray:
+    """A value of the points as (P, 1), beside times."""
+    column = np.empty((batch.size, 1))
+    column[:, 0] = value
+    return column

@@ -1,0 +1,284 @@
+"""A gear mesh as a switched affine system: the last room that knows about gears.
+
+Every model is written in coordinates w whose first two are z and z', the relative displacement along the line
+of action and its velocity, so that the contact state follows from w[0] alone:
+
+    w' = A w + f(τ) − b χ(τ) (w[0] − σ) [σ ≠ 0],    σ = 0 free, +1 front flank (z > 1), −1 back flank (z < −1)
+
+with f(τ) = f0, to whose second row, that of z'', the transmission error adds Σ_j (f_cos[j] cos jωτ + f_sin[j] sin jωτ).
+The mesh damping 2ζz' acts in every state, as in (2.12).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gearchaos.model.mesh import COORDINATES, Batch, TwoLevelStiffness
+
+
+@dataclass(frozen=True)
+class SwitchedAffine:
+    """A batch of switched affine systems; P points, d coordinates, H forcing and K stiffness harmonics.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The coordinates, ("z", "z_dot", ...).
+    omega : (P,)
+        Mesh frequency; the period is 2π/omega.
+    A : (P, d, d)
+        Motion in free flight, with damping and supports.
+    b : (P, d)
+        Direction of the mesh spring force; ``b[:, 0] = 0`` and ``b[:, 1] > 0``.
+    f0 : (P, d)
+        Constant forcing.
+    f_cos, f_sin : (P, H)
+        Harmonic forcing of z''.
+    split : (P,)
+        Share of the period with the first stiffness level, α − 1 of (2.16).
+    one_split : bool
+        Whether that share is one and the same at all points.
+    levels : (P, 2)
+        Stiffness χ, without its harmonics, in the first share of the period and in the rest.
+    chi_cos, chi_sin : (P, K)
+        Harmonics of the stiffness about its level, (2.7).
+    velocity : (P, d)
+        Row that gives x1' (z' in the single model) from w, with ``velocity0`` (P,) and ``velocity_cos``,
+        ``velocity_sin`` (P, H) added.
+    mean_velocity : (P,)
+        Mean of that velocity over any steady motion; 0 where no bearing brakes.
+    rotation_decay : (P,)
+        Rate at which the bearings bring the mean rotation to that velocity, where it is part of the state; else 0.
+    damping : (P,)
+        2ζ, the factor of z' in the mesh force.
+    static_force : (P,)
+        The mean mesh force 2ζz' + χ f(z) of a steady motion.
+    """
+
+    names: tuple[str, ...]
+    omega: np.ndarray
+    A: np.ndarray
+    b: np.ndarray
+    f0: np.ndarray
+    f_cos: np.ndarray
+    f_sin: np.ndarray
+    split: np.ndarray
+    one_split: bool
+    levels: np.ndarray
+    chi_cos: np.ndarray
+    chi_sin: np.ndarray
+    velocity: np.ndarray
+    velocity0: np.ndarray
+    velocity_cos: np.ndarray
+    velocity_sin: np.ndarray
+    mean_velocity: np.ndarray
+    rotation_decay: np.ndarray
+    damping: np.ndarray
+    static_force: np.ndarray
+
+    @property
+    def points(self) -> int:
+        return len(self.omega)
+
+    @property
+    def dimension(self) -> int:
+        return len(self.names)
+
+    @property
+    def period(self) -> np.ndarray:
+        """The mesh period, shape (P,), in units of τ."""
+        return 2 * np.pi / self.omega
+
+    @property
+    def trace(self) -> np.ndarray:
+        """Trace of the linear part, (P,): the sum of the Lyapunov exponents, whatever the motion."""
+        return np.trace(self.A, axis1=1, axis2=2)
+
+    def take(self, index: np.ndarray) -> SwitchedAffine:
+        """The system of the chosen points, in that order."""
+        return replace(self, **{k: v[index] for k, v in self.__dict__.items() if isinstance(v, np.ndarray)})
+
+
+def coordinates(batch: Batch) -> tuple[str, ...]:
+    """Names of the coordinates of the dynamic state.
+
+    Where both wheels have the same β/J their mean rotation leaves z alone, and where both supports are alike so
+    does the mean lateral motion: d = 2 to 4 instead of 3 to 7.
+    """
+    names = ["z", "z_dot"]
+    if batch.model.kind == "single":
+        return tuple(names)
+    if not np.all(same(batch, "beta", "J")):
+        names.append("x2_dot")
+    if batch.model.kind == "full":
+        alike = np.all(same(batch, "kappa", "mu")) and np.all(batch["zeta_support1"] == batch["zeta_support2"])
+        names += ["y", "y_dot"] if alike else list(COORDINATES["full"][4:])
+    return tuple(names)
+
+
+def same(batch: Batch, over: str, under: str) -> np.ndarray:
+    """Whether over1/under1 = over2/under2, to rounding; of any shape that broadcasts to the points (P,)."""
+    left, right = (np.asarray(batch[f"{over}{n}"]) / np.asarray(batch[f"{under}{n}"]) for n in (1, 2))
+    return np.abs(left - right) <= 4e-16 * np.abs(left)
+
+
+def rotation_decay(batch: Batch) -> np.ndarray:
+    """Rate 2(β1 + β2)/(J1 + J2) at which the bearings brake the mean rotation, (P,)."""
+    friction, inertia = (np.asarray(batch[f"{n}1"]) + np.asarray(batch[f"{n}2"]) for n in ("beta", "J"))
+    return np.broadcast_to(2 * friction / inertia, batch.size)
+
+
+def switched(batch: Batch, names: tuple[str, ...] | None = None) -> SwitchedAffine:
+    """The switched affine system of a batch, in the coordinates ``names`` or the fewest that will do.
+
+    A last coordinate "x2" beside "x2_dot" is integrated with the others and acts on none of them.
+    """
+    names = names or coordinates(batch)
+    rows = _Rows(batch, names)
+    _torsion(rows)
+    _supports(rows)
+    return SwitchedAffine(
+        names=names, omega=rows.omega, A=rows.A, b=rows.b, f0=rows.f0, f_cos=rows.f_cos, f_sin=rows.f_sin,
+        damping=2 * rows["zeta"], static_force=_static_force(rows), one_split="contact_ratio" not in batch.values,
+        **_stiffness(batch), **_velocity(rows),
+    )
+
+
+class _Rows:
+    """The arrays under construction, with parameters broadcast to (P,) and columns found by coordinate name."""
+
+    def __init__(self, batch: Batch, names: tuple[str, ...]) -> None:
+        self.batch, self.names, self.kind = batch, names, batch.model.kind
+        self.omega = self["omega"]
+        a, p = batch.harmonics("eps", "theta")
+        self.order = np.arange(1, len(a) + 1)
+        self.e_cos, self.e_sin = (a * np.cos(p)).T, (a * np.sin(p)).T
+        n, d, h = batch.size, len(names), len(a)
+        self.A, self.b, self.f0 = np.zeros((n, d, d)), np.zeros((n, d)), np.zeros((n, d))
+        self.f_cos, self.f_sin = np.zeros((n, h)), np.zeros((n, h))
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        values = np.empty(self.batch.size)
+        values[:] = self.batch[name]
+        return values
+
+    def at(self, name: str) -> int:
+        return self.names.index(name)
+
+    def has(self, name: str) -> bool:
+        return name in self.names
+
+    def error_harmonics(self, derivative: int) -> tuple[np.ndarray, np.ndarray]:
+        """Cosine and sine coefficients (P, H) of ε or its first or second derivative."""
+        w = self.order * self.omega[:, None]
+        c, s = self.e_cos, self.e_sin
+        return [(c, s), (w * s, -w * c), (-(w**2) * c, -(w**2) * s)][derivative]
+
+    def add_error(self, derivative: int, factor: np.ndarray | float) -> None:
+        """A derivative of ε with the given factor on the right side of z'' = ..., the only row it enters."""
+        c, s = self.error_harmonics(derivative)
+        factor = np.broadcast_to(factor, self.batch.size)[:, None]
+        self.f_cos += factor * c
+        self.f_sin += factor * s
+
+    def add_force(self, row: int, factor: np.ndarray | float) -> None:
+        """The mesh force S = 2ζz' + χ f(z), (2.5), with the given factor on the right side of one row."""
+        self.A[:, row, 1] += 2 * self["zeta"] * factor
+        self.b[:, row] -= factor
+
+
+def _torsion(rows: _Rows) -> None:
+    """z'' = (x1 − x2)'' + (y1 − y2)'' − ε'' with the torsional part of (2.12); the lateral part follows."""
+    J1, J2 = rows["J1"], rows["J2"]
+    b1, b2 = rows["beta1"] / J1, rows["beta2"] / J2
+    rows.A[:, 0, 1] = 1.0
+    rows.f0[:, 1] = rows["q1"] / J1 + rows["q2"] / J2
+    rows.add_force(1, -(1 / J1 + 1 / J2))
+    rows.add_error(2, -1.0)
+    _add_rotation(rows, -2 * b1)
+    if rows.has("x2"):
+        rows.A[:, rows.at("x2"), rows.at("x2_dot")] = 1.0
+    if rows.has("x2_dot"):
+        v = rows.at("x2_dot")
+        rows.A[:, 1, v] = -2 * (b1 - b2)
+        rows.A[:, v, v] = -2 * b2
+        rows.f0[:, v] = -rows["q2"] / J2
+        rows.add_force(v, 1 / J2)
+
+
+def _lateral(rows: _Rows) -> list[tuple[str, float]]:
+    """The coordinates whose sum with these signs is y1 − y2."""
+    if rows.has("y"):
+        return [("y", 1.0)]
+    return [("y1", 1.0), ("y2", -1.0)] if rows.has("y1") else []
+
+
+def _add_rotation(rows: _Rows, factor: np.ndarray) -> None:
+    """Add factor (x1' − x2') = factor (z' + ε' − (y1 − y2)') to z''."""
+    rows.A[:, 1, 1] += factor
+    rows.add_error(1, factor)
+    for name, sign in _lateral(rows):
+        rows.A[:, 1, rows.at(name) + 1] -= sign * factor
+
+
+def _supports(rows: _Rows) -> None:
+    """The last two rows of (2.12), or their difference where both supports are alike."""
+    for name, sign in _lateral(rows):
+        n = "1" if name in ("y", "y1") else "2"
+        y, mu = rows.at(name), rows[f"mu{n}"]
+        share = 1 / mu if name != "y" else 1 / rows["mu1"] + 1 / rows["mu2"]
+        rows.A[:, y, y + 1] = 1.0
+        for row, factor in ((y + 1, 1.0), (1, sign)):
+            rows.A[:, row, y] -= factor * rows[f"kappa{n}"] / mu
+            rows.A[:, row, y + 1] -= factor * 2 * rows[f"zeta_support{n}"]
+        rows.add_force(y + 1, -sign * share)
+        rows.add_force(1, -share)
+
+
+def _stiffness(batch: Batch) -> dict[str, np.ndarray]:
+    a, p = batch.harmonics("c", "alpha")
+    n = batch.size
+    levels, split = np.ones((n, 2)), np.full(n, 0.5)
+    if isinstance(batch.model.stiffness, TwoLevelStiffness):
+        levels = np.stack([np.broadcast_to(1 + np.asarray(batch["chi1"]), n),
+                           np.broadcast_to(1 - np.asarray(batch["chi2"]), n)], axis=1)
+        split = np.broadcast_to(np.asarray(batch["contact_ratio"]) - 1, n).copy()
+    return {"levels": levels, "split": split, "chi_cos": (a * np.cos(p)).T, "chi_sin": (a * np.sin(p)).T}
+
+
+def _velocity(rows: _Rows) -> dict[str, np.ndarray]:
+    """x1' as a row on w; the mean rotation, where w lacks it, at its steady speed.
+
+    Without bearing friction unequal torques have no steady speed; the mean rotation is then left out.
+    """
+    n, d = rows.b.shape
+    row, zero = np.zeros((n, d)), np.zeros(n)
+    if rows.kind == "single":
+        row[:, 1] = 1.0
+        flat = np.zeros_like(rows.e_cos)
+        return {"velocity": row, "velocity0": zero, "velocity_cos": flat, "velocity_sin": flat,
+                "mean_velocity": zero, "rotation_decay": zero}
+    J1, J2, friction = rows["J1"], rows["J2"], rows["beta1"] + rows["beta2"]
+    slip = rows["q1"] - rows["q2"]
+    mean = np.divide(slip, 2 * friction, out=np.zeros(n), where=friction > 0)
+    share = np.ones(n) if rows.has("x2_dot") else J2 / (J1 + J2)
+    row[:, 1] = share
+    for name, sign in _lateral(rows):
+        row[:, rows.at(name) + 1] = -sign * share
+    if rows.has("x2_dot"):
+        row[:, rows.at("x2_dot")] = 1.0
+    in_state = rows.has("x2_dot")
+    c, s = rows.error_harmonics(1)
+    return {"velocity": row, "velocity0": zero if in_state else mean, "velocity_cos": share[:, None] * c,
+            "velocity_sin": share[:, None] * s, "mean_velocity": mean,
+            "rotation_decay": rotation_decay(rows.batch) if in_state else zero}
+
+
+def _static_force(rows: _Rows) -> np.ndarray:
+    """Mean mesh force of a steady motion: torque balance with friction, acceleration balance without."""
+    b1, b2, J1, J2 = rows["beta1"], rows["beta2"], rows["J1"], rows["J2"]
+    with_friction = b1 + b2 > 0
+    left, right = np.where(with_friction, b2, J2), np.where(with_friction, b1, J1)
+    return (rows["q1"] * left + rows["q2"] * right) / (left + right)

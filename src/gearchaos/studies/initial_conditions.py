@@ -1,0 +1,48 @@
+"""Where to start from: ranges of initial values and points spread evenly over them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from gearchaos.errors import InputError
+from gearchaos.model import MeshModel, vary
+from gearchaos.model.rules import number_of
+from gearchaos.model.switched import coordinates
+
+_HALF_WIDTH = {"": 3.0, "_dot": 2.0}
+
+
+def default_box(model: MeshModel) -> dict[str, tuple[float, float]]:
+    """Ranges of the initial values that matter for the relative motion."""
+    names = {"z": "x1", "z_dot": "x1_dot", "y": "y1", "y_dot": "y1_dot"} if model.kind != "single" else {}
+    chosen = [names.get(n, n) for n in coordinates(vary(model, {}))]
+    widths = {n: _HALF_WIDTH["_dot" if n.endswith("_dot") else ""] for n in chosen}
+    return {n: (-w, w) for n, w in widths.items()}
+
+
+def checked_box(box: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
+    """Ranges of initial values as they are given, as floats; the names are checked with the model."""
+    if not isinstance(box, Mapping):
+        raise InputError("box", "must give a range for each initial value", box, "E.g. {'x1': (-3, 3)}.")
+    return {str(name): _checked_range(f"box {name}", ends) for name, ends in box.items()}
+
+
+def _checked_range(field: str, ends: Any) -> tuple[float, float]:
+    rule, advice = "must be two finite numbers, the smaller one first", "E.g. {'x1': (-3, 3)}."
+    if isinstance(ends, (str, bytes)) or not isinstance(ends, Iterable) or len(pair := tuple(ends)) != 2:
+        raise InputError(field, rule, ends, advice)
+    low, high = (number_of(field, end) for end in pair)
+    if low >= high:
+        raise InputError(field, rule, (low, high), advice)
+    return low, high
+
+
+def spread(box: Mapping[str, tuple[float, float]], starts: int, seed: int) -> dict[str, np.ndarray]:
+    """``starts`` values (starts,) of each initial value in the box, from a scrambled Sobol sequence."""
+    from scipy.stats import qmc  # here, since scipy.stats takes a second to load
+
+    unit = qmc.Sobol(len(box), seed=np.random.default_rng(seed)).random_base2(int(np.ceil(np.log2(starts))))[:starts]
+    return {n: low + (high - low) * u for (n, (low, high)), u in zip(box.items(), unit.T, strict=True)}
