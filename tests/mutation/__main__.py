@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+
 from tests.mutation.covering import Covering, Measuring
 from tests.mutation.mutants import Mutant, sample
 from tests.mutation.trial import PLAIN, Outcome, attempt, in_process

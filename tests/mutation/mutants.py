@@ -13,6 +13,7 @@ from pathlib import Path
 from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.operators.operator import Operator
+
 from tests.mutation.operators import FAMILIES
 
 _UNPACKING = ("parameters", "dictorsetmaker", "atom", "trailer", "arglist", "testlist_star_expr", "lambdef")

@@ -5,7 +5,6 @@ from unittest.mock import ANY
 
 import numpy as np
 import pytest
-from trials.cases import EXAMPLES
 from typer.testing import CliRunner
 
 import gearchaos as gc
@@ -20,6 +19,7 @@ from gearchaos.store.resolved import Resolved
 from gearchaos.studies import cost as efforts
 from gearchaos.studies.cost import LONG, MOST_STEPS, effort
 from gearchaos.studyfile import load_study
+from tests.slow.fuzzing.cases import EXAMPLES
 
 PAIR = gc.MeshModel.of(eps1=0.1)
 SMALL = gc.Axis("eps1", 0.0, 0.2, 3)

@@ -10,7 +10,7 @@ from gearchaos.model import HarmonicStiffness, MeshModel, TransmissionError, Two
 from gearchaos.studies.axis import Axis, parse_axis
 from gearchaos.studyfile import Settings, load_study, parse_set
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 PAIR = """
 [gearpair]
 n1 = 25
