@@ -24,19 +24,28 @@ lint: $(VENV)/.installed-test
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-# The browser of the tests; --dist loadgroup keeps all that use it in one process.
+# The browser of the explorer's tests.
 SUDO := $(if $(filter 0,$(shell id -u)),,sudo)
 .PHONY: chromium
 chromium:
 	command -v chromium || command -v chromium-browser \
 		|| ($(SUDO) apt-get update -q && $(SUDO) apt-get install -y -q --no-install-recommends chromium)
 
-test: lint chromium
+# Compiled before the tests, each dimension in one process: every worker of pytest would compile all of them.
+.PHONY: kernels
+kernels: $(VENV)/.installed-test
+	$(BIN)/gearchaos warmup
+
+# --dist loadgroup keeps all tests that use the browser in one process.
+test: lint chromium kernels
 	$(BIN)/python -m pytest -n 2 --dist loadgroup
 
-.PHONY: slow
+.PHONY: quick slow
+quick: $(VENV)/.installed-test
+	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadgroup
+
 slow: $(VENV)/.installed-test
-	$(BIN)/python -m pytest -m slow -n 2
+	$(BIN)/python -m pytest -m exhaustive -n 2
 
 $(VENV)/.installed-bench: $(VENV)/.installed
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable ".[bench]"

@@ -1,56 +1,13 @@
-"""What several files of tests share: one server of the explorer, one browser, and no endless waiting."""
+"""Fixtures that several folders share."""
 
 import signal
 
 import pytest
 
 
-@pytest.fixture(scope="session")
-def kernels():
-    """Those of the models that the pages show, else some page would wait for them."""
-    from gearchaos.studies.warmup import warmup
-
-    list(warmup((2, 4, 6)))
-
-
-@pytest.fixture(scope="session")
-def server(kernels):
-    from browser import served
-
-    with served() as (url, _):
-        yield url
-
-
-@pytest.fixture(scope="session")
-def chromium():
-    from browser import CHROMIUM
-
-    sync_api = pytest.importorskip("playwright.sync_api")
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield browser
-        browser.close()
-
-
-@pytest.fixture
-def visit(chromium, server):
-    """Opens pages with a query and of a size; whatever goes wrong on them fails the test."""
-    from browser import Visit
-
-    visits = []
-
-    def begin(query="", size="laptop"):
-        visits.append(Visit(chromium, server + query, size))
-        return visits[-1]
-
-    yield begin
-    for one in visits:
-        one.close()
-
-
 @pytest.fixture
 def small(monkeypatch):
-    """A view of few cells, all of them 1T."""
+    """A view of the explorer with few cells, all of them 1T."""
     from dataclasses import replace
 
     import gearchaos as gc
@@ -64,7 +21,7 @@ def small(monkeypatch):
 
 @pytest.fixture
 def no_waiting():
-    """Ends what waits for a pipe that nobody writes to."""
+    """A time limit of 20 seconds, for tests whose subject would wait without end if it were wrong."""
     def end(*_):
         raise AssertionError("it waits")
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-_HOMES = {
+_MODULES = {
     "GearPair": "gears.pair", "HarmonicStiffness": "model", "InputError": "errors", "MeshModel": "model",
     "TransmissionError": "model", "TwoLevelStiffness": "model", "physical": "gears.pair",
     "explore": "explorer.notebook",
@@ -22,21 +22,23 @@ _HOMES = {
     "Attractors": "studies.attractors", "Basins": "studies.basins", "Bifurcation": "studies.bifurcation",
     "Simulate": "studies.simulate", "Zones": "studies.zones",
 }
-_ROOMS = ("dynamics", "flow", "plot", "studies")
+"""The submodule that defines each public name. ``__init__.pyi`` says the same to type checkers and editors."""
 
-__all__ = [*_HOMES, *_ROOMS, "__version__"]
+_SUBPACKAGES = ("dynamics", "flow", "plot", "studies")
+
+__all__ = [*_MODULES, *_SUBPACKAGES, "__version__"]
 
 
 def __getattr__(name: str) -> Any:
-    """Import on first use, so that `import gearchaos` and `gearchaos --help` load nothing heavy."""
+    """Import a public name on first use, so that `import gearchaos` and `gearchaos --help` load nothing heavy."""
     if name == "__version__":
         from importlib.metadata import version
 
         return version("gearchaos")
-    if name in _ROOMS:
+    if name in _SUBPACKAGES:
         return import_module(f"gearchaos.{name}")
-    if name in _HOMES:
-        return getattr(import_module(f"gearchaos.{_HOMES[name]}"), name)
+    if name in _MODULES:
+        return getattr(import_module(f"gearchaos.{_MODULES[name]}"), name)
     raise AttributeError(f"module 'gearchaos' has no attribute {name!r}")
 
 

@@ -1,4 +1,4 @@
-"""``python -m tests.mutation``: try a random sample of mutants, or go on with it, and say how many were found."""
+"""``python -m tests.mutation``: test a random sample of mutants, or resume that, and report how many were killed."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from tests.mutation.covering import Covering, Measuring
+
+from tests.mutation.coverage_map import CoverageMap, Measuring
 from tests.mutation.mutants import Mutant, sample
 from tests.mutation.trial import PLAIN, Outcome, attempt, in_process
 
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "src" / "gearchaos"
-FLOORS = {
-    "model/mesh.py": ("model", "waveforms", "switched"), "model/rules.py": ("limits", "model"),
-    "model/switched.py": ("switched",), "model/coordinates.py": ("switched", "coordinates"),
-    "gears": ("gearpair", "plot_units"), "dynamics": ("verdict", "reading", "spectrum", "motion"),
+FIRST_TESTS = {
+    "model": ("model", "waveforms", "limits", "switched", "coordinates"), "gears": ("gearpair", "plot_units"),
+    "dynamics": ("verdict", "reading", "spectrum", "motion"),
     "studies": ("refine", "sweeps", "catalogue", "boundary", "coordinates", "records", "limits", "studies"),
     "store": ("progress", "engines", "stores", "runs"),
 }
-"""What is mutated, and the tests that are tried first, since most of its mutants die of them."""
+"""The mutated packages, each with the test files that are run first because they kill most of its mutants."""
 
-_LEFT_OUT = ("app", "explorer", "paper", "cache", "docs", "fuzz", "full_disk")
-"""Beginnings of the names of tests that are too slow, or of other floors."""
+_EXCLUDED = ("app", "explorer", "paper", "cache", "docs", "fuzz", "full_disk", "exports", "doctests", "dependencies")
+"""Test files whose names begin so are not used: they are too slow, or test other packages."""
 
-_WARM = (
+_PRELOADED = (
     "numba", "scipy.stats", "scipy.signal", "scipy.ndimage", "xarray", "zarr", "h5netcdf", "matplotlib.pyplot", "pint",
     "psutil", "typer", "rich.progress",
 )
-"""Imported once, before processes are forked."""
+"""Packages imported once, before processes are forked."""
 
 
 def main(
@@ -44,18 +44,18 @@ def main(
     seed: Annotated[int, typer.Option(help="Another seed gives other mutants.")] = 0,
     only: Annotated[str, typer.Option(help="Only files whose path has this in it.")] = "",
     out: Annotated[Path, typer.Option(help="Folder of the results.")] = ROOT / "build" / "mutation",
-    seconds: Annotated[float, typer.Option(help="Of tests to run against a mutant: the quickest first.")] = 20.0,
-    again: Annotated[bool, typer.Option(help="Try those again that survived.")] = False,
+    seconds: Annotated[float, typer.Option(help="Time for the tests of one mutant, quickest first.")] = 20.0,
+    again: Annotated[bool, typer.Option(help="Test the survivors again.")] = False,
 ) -> None:
-    """Try mutants and write a line of JSON for each; those tried before with the same sources are not tried again."""
+    """Test mutants and write a line of JSON for each; those already tested with the same sources are skipped."""
     out.mkdir(parents=True, exist_ok=True)
-    covering, mutants = _covering(out), sample(_files(only), count, seed)
+    coverage_map, mutants = _measured(out), sample(_files(only), count, seed)
     record, known = out / "mutants.jsonl", _known(out / "mutants.jsonl", again)
-    _warm_up()
-    _control(covering, out, seconds)
+    _preload()
+    _check_without_mutant(coverage_map, out, seconds)
     with record.open("a") as lines:
         for mutant in (m for m in mutants if m.key not in known):
-            known[mutant.key] = _tried(mutant, covering, out, seconds)
+            known[mutant.key] = _tested(mutant, coverage_map, out, seconds)
             lines.write(json.dumps(known[mutant.key]) + "\n")
             lines.flush()
             typer.echo("{end:9}{seconds:6.1f} s  {path}:{line}  {kind}".format(**known[mutant.key]))
@@ -63,33 +63,33 @@ def main(
 
 
 def _files(only: str) -> list[Path]:
-    every = [f for floor in FLOORS for f in sorted((SOURCES / floor).glob("*.py")) or [SOURCES / floor]]
+    every = [f for package in FIRST_TESTS for f in sorted((SOURCES / package).glob("*.py"))]
     return [f for f in every if only in str(f)]
 
 
-def _enough(tests: list[str], covering: Covering, limit: float) -> list[str]:
-    """The first of these tests, as far as the time goes."""
-    ends = accumulate(covering.seconds[test] for test in tests)
+def _within(tests: list[str], coverage_map: CoverageMap, limit: float) -> list[str]:
+    """The first of these tests whose durations add up to less than ``limit`` seconds."""
+    ends = accumulate(coverage_map.seconds[test] for test in tests)
     return [test for test, end in zip(tests, ends, strict=True) if end < limit]
 
 
 def _known(record: Path, again: bool) -> dict[str, dict[str, Any]]:
-    """Earlier results by the mutants' keys."""
+    """Earlier results by the mutants' keys, without survivors if they are to be tested again."""
     lines = [json.loads(line) for line in record.read_text().splitlines()] if record.is_file() else []
     return {r["key"]: r for r in lines if not (again and r["end"] == "survived")}
 
 
-def _covering(out: Path) -> Covering:
-    """Which tests run which lines: measured anew for a file of tests if it, or any source, has changed."""
-    found, sources = Covering(), b"".join(f.read_bytes() for f in sorted(SOURCES.rglob("*.py")))
-    for tests in sorted((ROOT / "tests").glob("test_*.py")):
+def _measured(out: Path) -> CoverageMap:
+    """Which tests execute which lines, measured again for a test file if it or any source has changed."""
+    found, sources = CoverageMap(), b"".join(f.read_bytes() for f in sorted(SOURCES.rglob("*.py")))
+    for tests in sorted((ROOT / "tests").rglob("test_*.py")):
         path = out / f"{tests.stem}-{sha256(sources + tests.read_bytes()).hexdigest()[:16]}.json"
-        if tests.stem[5:].startswith(_LEFT_OUT):
+        if tests.stem[5:].startswith(_EXCLUDED):
             continue
         if not path.is_file():
             typer.echo(f"measuring which lines {tests.name} runs")
             in_process(partial(_measure, tests, path))
-        found.add(Covering.read(path))
+        found.add(CoverageMap.read(path))
     return found
 
 
@@ -97,25 +97,25 @@ def _measure(tests: Path, path: Path) -> None:
     Measuring(SOURCES).run([*PLAIN, str(tests)]).write(path)
 
 
-def _warm_up() -> None:
-    for name in _WARM:
+def _preload() -> None:
+    for name in _PRELOADED:
         import_module(name)
 
 
-def _control(covering: Covering, out: Path, seconds: float) -> None:
-    """Without a fault all tests must pass here, too."""
-    sound = Mutant(SOURCES / "model.py", 1, "", "", (SOURCES / "model.py").read_text())
-    outcome = attempt(sound, _enough(list(covering.seconds), covering, seconds), covering.seconds, out)
+def _check_without_mutant(coverage_map: CoverageMap, out: Path, seconds: float) -> None:
+    """Exit unless the tests pass in a process of their own when nothing is mutated."""
+    unchanged = Mutant(SOURCES / "errors.py", 1, "", "", (SOURCES / "errors.py").read_text())
+    outcome = attempt(unchanged, _within(list(coverage_map.seconds), coverage_map, seconds), coverage_map.seconds, out)
     if outcome.end != "survived":
-        raise SystemExit(f"without a fault {outcome.by} fails in a process of its own")
+        raise SystemExit(f"without a mutant {outcome.by} fails in a process of its own")
 
 
-def _tried(mutant: Mutant, covering: Covering, out: Path, seconds: float) -> dict[str, Any]:
-    """A line of the record."""
+def _tested(mutant: Mutant, coverage_map: CoverageMap, out: Path, seconds: float) -> dict[str, Any]:
+    """Run the tests that execute the line of a mutant; return a line of the record."""
     begin, count, outcome = time.perf_counter(), 0, Outcome("survived", "", 0)
-    for tests in _in_turn(mutant, covering):
+    for tests in _first_and_others(mutant, coverage_map):
         if outcome.end == "survived":
-            outcome = _attempted(mutant, _enough(tests, covering, seconds), covering.seconds, out)
+            outcome = _attempted(mutant, _within(tests, coverage_map, seconds), coverage_map.seconds, out)
             count += outcome.tests
     return {
         "key": mutant.key, "path": str(mutant.path.relative_to(SOURCES)), "line": mutant.line, "kind": mutant.kind,
@@ -124,15 +124,15 @@ def _tried(mutant: Mutant, covering: Covering, out: Path, seconds: float) -> dic
     }
 
 
-def _in_turn(mutant: Mutant, covering: Covering) -> tuple[list[str], list[str]]:
-    """The tests that may find a mutant: those of its own floor, then the others."""
-    tests, own = covering.tests(mutant.path, mutant.line), FLOORS[mutant.path.relative_to(SOURCES).parts[0]]
+def _first_and_others(mutant: Mutant, coverage_map: CoverageMap) -> tuple[list[str], list[str]]:
+    """The tests that execute the line of a mutant: those of `FIRST_TESTS`, and the others."""
+    tests, own = coverage_map.tests(mutant.path, mutant.line), FIRST_TESTS[mutant.path.relative_to(SOURCES).parts[0]]
     first = [t for t in tests if Path(t.split("::")[0]).stem[5:] in own]
     return first, [t for t in tests if t not in first]
 
 
 def _attempted(mutant: Mutant, tests: list[str], seconds: dict[str, float], out: Path) -> Outcome:
-    """A hang counts if it happens twice: a busy machine may have been to blame."""
+    """Run tests against a mutant; a timeout is repeated once, because a busy machine may have caused it."""
     outcome = attempt(mutant, tests, seconds, out)
     return attempt(mutant, tests, seconds, out) if outcome.end == "timeout" else outcome
 

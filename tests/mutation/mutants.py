@@ -1,4 +1,4 @@
-"""The mutants of some modules, and a random sample of them."""
+"""A random sample of the mutants of some modules."""
 
 from __future__ import annotations
 
@@ -13,18 +13,19 @@ from pathlib import Path
 from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.operators.operator import Operator
+
 from tests.mutation.operators import FAMILIES
 
 _UNPACKING = ("parameters", "dictorsetmaker", "atom", "trailer", "arglist", "testlist_star_expr", "lambdef")
-"""Where a * or ** is no product."""
+"""Parent nodes in which * or ** unpacks arguments and is not arithmetic."""
 
 Change = tuple[type[Operator], int]
-"""An operator and the occurrence at which it acts."""
+"""A mutation operator and the number of the occurrence that it changes."""
 
 
 @dataclass(frozen=True)
 class Mutant:
-    """A file with one fault: the line it is in, what kind it is, what it changes, and the whole source."""
+    """A source file with one change: path, line, name of the mutation operator, diff, and the changed source."""
 
     path: Path
     line: int
@@ -34,12 +35,12 @@ class Mutant:
 
     @property
     def key(self) -> str:
-        """The same for the same fault in the same source."""
+        """A digest of the file name and the changed source."""
         return sha256(f"{self.path.name} {self.source}".encode()).hexdigest()[:16]
 
 
 def sample(files: list[Path], count: int, seed: int) -> list[Mutant]:
-    """Mutants of these files at ``count`` random places; every file has a share of them by its number of places."""
+    """Mutants of these files at ``count`` random places, distributed over the files in proportion to their places."""
     rng = random.Random(seed)
     places = {path: _places(path.read_text()) for path in files}
     shares = _shares({path: len(found) for path, found in places.items()}, count, rng)
@@ -47,7 +48,7 @@ def sample(files: list[Path], count: int, seed: int) -> list[Mutant]:
 
 
 def _shares(sizes: dict[Path, int], count: int, rng: random.Random) -> dict[Path, int]:
-    """How many of ``count`` fall to each file: in proportion to its size, fractions by lot."""
+    """How many of ``count`` mutants each file gets: proportional to its size, rounded at random."""
     each, at, out = count / sum(sizes.values()), rng.random(), {}
     for path, size in sizes.items():
         out[path], at = int(at + each * size) - int(at), at + each * size
@@ -55,7 +56,7 @@ def _shares(sizes: dict[Path, int], count: int, rng: random.Random) -> dict[Path
 
 
 def _places(source: str) -> list[list[Change]]:
-    """What can be done at every place where anything can."""
+    """The possible changes at every place of a source."""
     found: dict[tuple[str, tuple[int, int]], list[Change]] = {}
     nodes = list(ast_nodes(get_ast(source)))
     for family, operators in FAMILIES.items():
@@ -68,14 +69,14 @@ def _places(source: str) -> list[list[Change]]:
 
 
 def _some(path: Path, places: list[list[Change]], count: int, rng: random.Random) -> Iterator[Mutant]:
-    """One mutant at each of ``count`` places, if there are so many that make one."""
+    """One mutant at each of ``count`` random places, or at fewer if fewer places give a mutant."""
     source = path.read_text()
     for place in rng.sample(places, len(places)):
         if count == 0:
             return
         operator, occurrence = rng.choice(place)
         changed = mutate_code(source, operator(), occurrence)
-        if changed and _essence(changed) not in (None, _essence(source)):
+        if changed and _behaviour(changed) not in (None, _behaviour(source)):
             count -= 1
             yield _mutant(path, operator.__name__, source, changed)
 
@@ -87,16 +88,18 @@ def _mutant(path: Path, kind: str, source: str, changed: str) -> Mutant:
     return Mutant(path, line, kind, "\n".join(lines[1:]), changed)
 
 
-def _essence(source: str) -> str | None:
-    """What a source does, less annotations, words for people and what is frozen; None if it is no source."""
+def _behaviour(source: str) -> str | None:
+    """The syntax tree without what does not change behaviour; None if the source does not compile."""
     try:
         compile(source, "mutant", "exec", dont_inherit=True)
-        return ast.dump(_Essence().visit(ast.parse(source)))
+        return ast.dump(_Behaviour().visit(ast.parse(source)))
     except SyntaxError:
         return None
 
 
-class _Essence(ast.NodeTransformer):
+class _Behaviour(ast.NodeTransformer):
+    """Removes annotations, docstrings, arguments of errors and ``frozen`` of dataclasses."""
+
     def visit_arg(self, node: ast.arg) -> ast.AST:
         node.annotation = None
         return node

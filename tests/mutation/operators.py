@@ -1,4 +1,4 @@
-"""What a mutant is: cosmic-ray's operators that fit this code, and two that it lacks."""
+"""Mutation operators: those of cosmic-ray that suit this code, and two more."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ _TWINS = (
 )
 _TEXT = ("name", "string", "fstring_string")
 _NAMED_ELSEWHERE = ("import_from", "import_as_name", "import_as_names", "funcdef", "param", "tfpdef", "classdef")
-"""Where a name cannot be another without an error at once."""
+"""Parent nodes in which another name would be an error on import."""
 
 
 class ScaleFloat(operator.Operator):
-    """A float a hundred times as large or as small: to add or subtract 1, as cosmic-ray does, is much for 1e-9."""
+    """Multiplies a float by 100 or 0.01; cosmic-ray adds or subtracts 1, which is too coarse for 1e-9."""
 
     def mutation_positions(self, node: Any) -> Iterator[Any]:
         if node.type == "number" and isinstance(literal_eval(node.value), float):
@@ -51,7 +51,7 @@ class ScaleFloat(operator.Operator):
 
 
 class SwapTwins(operator.Operator):
-    """One of two names of a kind for the other: wheel 1 for wheel 2, low for high, rows for columns."""
+    """Replaces a name by its counterpart: wheel 1 for wheel 2, low for high, rows for columns."""
 
     def mutation_positions(self, node: Any) -> Iterator[Any]:
         if node.type in _TEXT and node.parent.type not in _NAMED_ELSEWHERE and _is_there(_twin(node.value), node):
@@ -67,7 +67,7 @@ class SwapTwins(operator.Operator):
 
 
 def _is_there(twin: str, node: Any) -> bool:
-    """Whether the other name is one that the same file has, too."""
+    """Whether the counterpart is another name that also occurs in the file."""
     return twin != node.value and twin in _words(node.get_root_node())
 
 
@@ -114,5 +114,4 @@ FAMILIES: dict[str, list[Any]] = {
     "number": [number_replacer.NumberReplacer, ScaleFloat],
     "twin": [SwapTwins],
 }
-"""Operators by what they act on. Replacements that hardly ever run, as a shift of floats, are left out: any test finds
-them."""
+"""Operators by what they change. Replacements that fail at once, such as a bit shift of floats, are left out."""

@@ -1,4 +1,4 @@
-"""Trying a mutant: the tests that run its line, in a process of its own, until one fails."""
+"""Run the tests of a mutant in a process of its own until one fails."""
 
 from __future__ import annotations
 
@@ -17,21 +17,22 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
 from tests.mutation.mutants import Mutant
 
 PLAIN = ["-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist", "-W", "ignore::pytest.PytestAssertRewriteWarning"]
-"""Modules loaded before pytest cannot be rewritten; none of them is a test."""
+"""Assertions of modules loaded before pytest are not rewritten; none of these modules is a test."""
 
 _MEMORY = 8 << 30
 _SLACK, _FACTOR = 15.0, 10.0
-"""A test has hung if it takes so many seconds more than so many times what it took before."""
+"""A test hangs if it takes longer than _SLACK seconds plus _FACTOR times its duration without a mutant."""
 
 _FORK = multiprocessing.get_context("fork")
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a mutant: "killed", "timeout" or "survived"; by which test, and how many were run."""
+    """The end of a mutant ("killed", "timeout" or "survived"), the test that caused it, and how many tests were run."""
 
     end: str
     by: str
@@ -39,7 +40,7 @@ class Outcome:
 
 
 class _Mutated(SourceFileLoader):
-    """Loads the mutant in place of the file."""
+    """Loads the source of the mutant instead of the file."""
 
     mutant: Mutant
 
@@ -62,7 +63,7 @@ class _Finder(MetaPathFinder):
 
 
 class _Chosen:
-    """A plugin that runs these tests alone, in this order, and says which has begun and which failed."""
+    """A pytest plugin that runs only these tests, in this order, and reports which one begins and which one fails."""
 
     def __init__(self, tests: list[str], said: Connection) -> None:
         self.place, self.said = {test: i for i, test in enumerate(tests)}, said
@@ -83,7 +84,7 @@ class _Chosen:
 
 
 def attempt(mutant: Mutant, tests: list[str], seconds: dict[str, float], folder: Path) -> Outcome:
-    """Run the tests against a mutant."""
+    """Run the tests against a mutant; ``seconds`` are their durations without one."""
     if not tests:
         return Outcome("survived", "", 0)
     listening, said = _FORK.Pipe(duplex=False)
@@ -97,7 +98,7 @@ def attempt(mutant: Mutant, tests: list[str], seconds: dict[str, float], folder:
 
 
 def _listen(listening: Connection, seconds: dict[str, float]) -> Outcome:
-    """What the process says, until it ends or hangs."""
+    """Read the reports of the process until it ends or hangs."""
     test, count = "import", 0
     while listening.poll(_SLACK + _FACTOR * seconds.get(test, 3.0)):
         try:
@@ -119,7 +120,7 @@ def _end(process: Any) -> None:
 
 
 def _child(mutant: Mutant, tests: list[str], folder: Path, said: Connection) -> None:
-    _alone(folder / "last.txt")
+    _isolate(folder / "last.txt")
     sys.meta_path.insert(0, _Finder(mutant))
     said.send(("ended", int(pytest.main(_arguments(tests, folder), plugins=[_Chosen(tests, said)]))))
 
@@ -128,17 +129,17 @@ def _arguments(tests: list[str], folder: Path) -> list[str]:
     return [*PLAIN, f"--basetemp={folder / 'tmp'}", *dict.fromkeys(test.split("::")[0] for test in tests)]
 
 
-def _alone(words: Path) -> None:
-    """Lead a session of its own, with little memory, and talk into a file."""
+def _isolate(log: Path) -> None:
+    """Start a new process group with a memory limit, and redirect the output to a file."""
     os.setsid()
     resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
-    with words.open("w") as file:
+    with log.open("w") as file:
         for stream in (1, 2):
             os.dup2(file.fileno(), stream)
 
 
 def in_process(work: Callable[[], None]) -> None:
-    """Work in a process of its own, so that what it loads is not kept here."""
+    """Call ``work`` in a forked process, so that modules it imports are not kept in this one."""
     process = _FORK.Process(target=work)
     process.start()
     process.join()

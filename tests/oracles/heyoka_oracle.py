@@ -16,7 +16,7 @@ import heyoka as hy
 import numpy as np
 
 from gearchaos.model import HarmonicStiffness, MeshModel
-from oracles.march import NAMES, march, named, stops_of_section, stops_of_taus
+from tests.oracles.march import NAMES, march, named, stops_of_section, stops_of_taus
 
 TOLERANCE = 1e-18
 """Per-step error asked for; below the rounding unit, so that truncation never counts."""

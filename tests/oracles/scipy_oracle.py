@@ -16,7 +16,7 @@ from numpy.polynomial import chebyshev
 from scipy.integrate import DOP853
 
 from gearchaos.model import HarmonicStiffness, MeshModel
-from oracles.march import march, named, stops_of_section, stops_of_taus
+from tests.oracles.march import march, named, stops_of_section, stops_of_taus
 
 TOLERANCE = 1e-13
 _DEGREE = 14

@@ -5,7 +5,6 @@ from unittest.mock import ANY
 
 import numpy as np
 import pytest
-from trials.cases import EXAMPLES
 from typer.testing import CliRunner
 
 import gearchaos as gc
@@ -19,6 +18,7 @@ from gearchaos.model.switched import switched
 from gearchaos.studies import cost as costs
 from gearchaos.studies.cost import LONG, MOST_STEPS, estimate
 from gearchaos.studyfile import load_study
+from tests.slow.fuzzing.cases import EXAMPLES
 
 PAIR = gc.MeshModel.of(eps1=0.1)
 SMALL = gc.Axis("eps1", 0.0, 0.2, 3)

@@ -1,4 +1,4 @@
-"""Values at the edges of what a number, a word or a file can be, and how a text or a document is spoiled with them."""
+"""Extreme values of numbers, words and documents, and functions that corrupt a text or a file with them."""
 
 import json
 import random
@@ -24,8 +24,8 @@ VALUES: tuple[Any, ...] = (
 _TOKEN = re.compile(r"[\w.+-]+|\s+|.", re.DOTALL)
 
 
-def spoiled_text(text: str, rng: random.Random) -> str:
-    """The text with some of its tokens replaced, doubled, swapped or left out."""
+def corrupted_text(text: str, rng: random.Random) -> str:
+    """A text with one to four of its tokens replaced, duplicated, swapped or deleted."""
     tokens = _TOKEN.findall(text)
     for _ in range(rng.choice((1, 1, 1, 2, 4))):
         if not tokens:
@@ -46,15 +46,15 @@ def spoiled_text(text: str, rng: random.Random) -> str:
     return "".join(tokens)
 
 
-def spoiled_bytes(content: bytes, rng: random.Random) -> bytes:
-    """The bytes cut short, with one of them changed, or others altogether."""
+def corrupted_bytes(content: bytes, rng: random.Random) -> bytes:
+    """Bytes truncated, partly overwritten with noise, replaced by noise, emptied or given a wrong encoding mark."""
     at = rng.randrange(len(content) + 1)
     noise = bytes(rng.randrange(256) for _ in range(rng.randrange(40)))
     return rng.choice((content[:at], content[:at] + noise + content[at + 1 :], noise, b"", b"\xff\xfe" + content))
 
 
-def spoiled_json(text: str, rng: random.Random) -> str:
-    """A JSON document with some value of it replaced, renamed or left out."""
+def corrupted_json(text: str, rng: random.Random) -> str:
+    """A JSON document with one value replaced, renamed or deleted."""
     document = json.loads(text)
     places = list(_places(document))
     if not places:
@@ -71,7 +71,7 @@ def spoiled_json(text: str, rng: random.Random) -> str:
 
 
 def _places(document: Any) -> Any:
-    """Every place in a document, as what holds it and its key there."""
+    """Every value of a document, as its container and its key or index there."""
     keys = {dict: list, list: lambda entries: range(len(entries))}.get(type(document), lambda _: ())(document)
     for key, value in [(key, document[key]) for key in keys]:
         yield document, key

@@ -44,7 +44,7 @@ def test_copied_toml_is_a_study_file_of_the_same_model(tmp_path, stiffness):
     tomllib.loads(path.read_text(encoding="utf-8"))
 
 
-PAIR = load_study(Path(__file__).parent.parent / "examples" / "physical_pair.toml")
+PAIR = load_study(Path(__file__).parents[2] / "examples" / "physical_pair.toml")
 
 
 @pytest.mark.parametrize("change", [

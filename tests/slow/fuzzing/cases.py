@@ -1,7 +1,7 @@
-"""Commands with bad, odd and extreme arguments, study files and stores, drawn from a seed.
+"""Commands with invalid, unusual and extreme arguments, study files and stores, drawn from a seed.
 
-Each of `KINDS` makes the case with a number of a seed in a folder and returns the command. To have one again:
-``python tests/trials/cases.py KIND SEED NUMBER FOLDER``; then run what it prints in that folder.
+A case is named by its kind (a key of `KINDS`), a seed and a number. To reproduce one, run
+``python -m tests.slow.fuzzing.cases KIND SEED NUMBER FOLDER``, then the command it prints in that folder.
 """
 
 import random
@@ -12,13 +12,11 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+from tests.slow.fuzzing import values
 
-from trials import edges
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 STORES = ("zones", "attractors", "simulate", "half done")
-"""Stores that have to lie beside the folder of a case about stores, ending .zarr."""
+"""Names of the stores that `make_stores` writes; `store` copies them, from ``NAME.zarr`` in the parent folder."""
 
 _NAMES = (
     "omega", "zeta", "J1", "J2", "q1", "q2", "beta1", "beta2", "mu1", "mu2", "kappa1", "kappa2", "zeta_support1",
@@ -67,13 +65,13 @@ _NO_FIGURES = ("0", "16", "-1", "x", "1,,2", "", "1.5", "nan", "9" * 5000, "½",
 
 
 def command_line(rng: random.Random, folder: Path) -> list[str]:
-    """A sound command with some arguments spoiled, or with parameters that are odd."""
+    """A valid command with some arguments corrupted, or with parameters of unusual size."""
     shutil.copy(EXAMPLES / "physical_pair.toml", folder / "pair.toml")
-    if rng.random() < 0.02:  # never a sound one, which would take long
+    if rng.random() < 0.02:  # an invalid list of figures: a valid one would take long
         return ["paper", "--out", "r", "--quality", "draft", "--figures", rng.choice(_NO_FIGURES)]
     command = shlex.split(rng.choice(_COMMANDS))
     for _ in range(rng.choice((0, 1, 1, 2, 3))):
-        command += ["--set", f"{rng.choice(_NAMES)}={rng.choice(edges.WORDS) if rng.random() < 0.4 else _odd(rng)}"]
+        command += ["--set", f"{rng.choice(_NAMES)}={rng.choice(values.WORDS) if rng.random() < 0.4 else _odd(rng)}"]
     for _ in range(rng.choice((0, 0, 0, 1, 2))):
         i = rng.randrange(len(command) > 1, len(command))
         match rng.randrange(6):
@@ -82,14 +80,14 @@ def command_line(rng: random.Random, folder: Path) -> list[str]:
             case 1:
                 command.insert(i, rng.choice(command))
             case 2:
-                command[i] = rng.choice(edges.WORDS)
+                command[i] = rng.choice(values.WORDS)
             case _:
-                command[i] = edges.spoiled_text(command[i], rng)
+                command[i] = values.corrupted_text(command[i], rng)
     return command
 
 
 def _odd(rng: random.Random) -> str:
-    """A number that may be meant, of any size."""
+    """A finite number of any size."""
     return f"{rng.choice((1, 1, 1, -1)) * 10 ** rng.uniform(*rng.choice(((-2, 2), (-7, 7), (-30, 12)))):.3g}"
 
 
@@ -106,7 +104,7 @@ _STUDIES = (
 
 
 def operating_point(rng: random.Random, folder: Path) -> list[str]:
-    """A sound command at an operating point that nobody has thought of."""
+    """A valid command at a random operating point."""
     kind = rng.choice(tuple(_OWN))
     command = [*shlex.split(rng.choice(_STUDIES)), "--set", f"kind={kind}"]
     for name in rng.sample(_SHARED + _OWN[kind], rng.choice((1, 2, 3, 5))):
@@ -119,15 +117,15 @@ _BUDGET = "\n[budget]\npatience = 400\nextensions = 1\nmeasured = 16\n"
 
 
 def study_file(rng: random.Random, folder: Path) -> list[str]:
-    """An example with few cells, spoiled, and a command that reads it."""
+    """A corrupted study file, made from an example with few cells, and a command that reads it."""
     text = rng.choice(sorted(EXAMPLES.glob("*.toml"))).read_text()
     kind = (re.search(r'kind = "(simulate|bifurcation|zones|basins|attractors)"', text) or ["", "regime"])[1]
     text = re.sub(r':(\d+)"', ':3"', text)
     if kind != "simulate" and rng.random() < 0.5:
         text += _BUDGET
-    content = edges.spoiled_text(text, rng).encode(errors="surrogateescape")
+    content = values.corrupted_text(text, rng).encode(errors="surrogateescape")
     if rng.random() < 0.1:
-        content = edges.spoiled_bytes(content, rng)
+        content = values.corrupted_bytes(content, rng)
     if rng.random() < 0.02:
         content += b"a = " + b"[" * 3000 + b"]" * 3000
     (folder / "s.toml").write_bytes(content)
@@ -140,11 +138,11 @@ _NO_MARKS = ("77777", "-1", "01", "1e3", "9" * 30, "words")
 
 
 def store(rng: random.Random, folder: Path) -> list[str]:
-    """A copy of a store with some file spoiled, and a command that reads it."""
+    """A copy of a store with one or two files corrupted, and a command that reads it."""
     name = rng.choice(STORES)
     shutil.copytree(folder.parent / f"{name}.zarr", folder / "m.zarr")
     for _ in range(rng.choice((1, 1, 1, 2))):
-        _spoil_file(rng, folder / "m.zarr")
+        _corrupt_file(rng, folder / "m.zarr")
     study = str(folder.parent / f"{name}.toml")
     return rng.choice((
         ["info", "m.zarr"], ["info", "m.zarr", "--json"], ["info", "m.zarr", "--json"], ["plot", "m.zarr"],
@@ -153,29 +151,29 @@ def store(rng: random.Random, folder: Path) -> list[str]:
     ))
 
 
-def _spoil_file(rng: random.Random, path: Path) -> None:
+def _corrupt_file(rng: random.Random, path: Path) -> None:
     files = sorted(p for p in path.rglob("*") if p.is_file())
     documents = [p for p in files if p.suffix == ".json"]
     state = [p for p in documents if "run" in p.parts] or documents
     file = rng.choice(state if rng.random() < 0.6 else documents if rng.random() < 0.6 else files)
     match rng.randrange(10):
         case 0:
-            file.write_bytes(edges.spoiled_bytes(file.read_bytes(), rng))
+            file.write_bytes(values.corrupted_bytes(file.read_bytes(), rng))
         case 1:
             file.unlink()
             rng.choice((file.mkdir, lambda: file.symlink_to("nowhere"), lambda: None))()
         case 2:
             (path / "run" / "tiles" / f"{rng.choice(_NO_MARKS)}.json").write_bytes(file.read_bytes())
         case 3 if file.suffix == ".json":
-            file.write_text(edges.spoiled_text(file.read_text(), rng), errors="surrogateescape")
+            file.write_text(values.corrupted_text(file.read_text(), rng), errors="surrogateescape")
         case _ if file.suffix == ".json":
-            file.write_text(_spoiled_document(file.read_text(), rng))
+            file.write_text(_corrupted_document(file.read_text(), rng))
 
 
-def _spoiled_document(text: str, rng: random.Random) -> str:
+def _corrupted_document(text: str, rng: random.Random) -> str:
     try:
-        return edges.spoiled_json(text, rng)
-    except ValueError:  # spoiled already
+        return values.corrupted_json(text, rng)
+    except ValueError:  # no longer JSON, since it was corrupted before
         return text
 
 
@@ -185,12 +183,12 @@ KINDS: dict[str, Callable[[random.Random, Path], list[str]]] = {
 
 
 def make(kind: str, seed: int, number: int, folder: Path) -> list[str]:
-    """The command of a case; its files are written to the folder."""
+    """Write the files of a case to a folder and return its command."""
     return KINDS[kind](random.Random(f"{kind} {seed} {number}"), folder)
 
 
 def make_stores(folder: Path, run: Callable[[list[str]], None]) -> None:
-    """The stores that cases about stores copy, with their study files, by a function that runs a command."""
+    """Write `STORES` and their study files to a folder; ``run`` executes a gearchaos command there."""
     axes = '[study]\nkind = "zones"\nx = "omega=0.5:1:4"\ny = "eps1=0:0.2:4"\n'
     studies = {
         "zones": axes, "half done": axes, "simulate": '[study]\nkind = "simulate"\nperiods = 3\nsamples = 4\n',

@@ -5,12 +5,12 @@ import io
 import numpy as np
 import pytest
 from bokeh.palettes import Viridis256
-from browser import NEEDED
 from PIL import Image
 
 import gearchaos as gc
 from gearchaos.explorer.state import COLOURS
 from gearchaos.plot._classes import MOTION_CLASSES
+from tests.slow.browser import NEEDED
 
 pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from oracles import scipy_oracle
-from oracles.march import NAMES
 
 import gearchaos as gc
 from gearchaos.model import HarmonicStiffness, MeshModel, mesh_stiffness, transmission_error, vary
 from gearchaos.model.coordinates import from_physical
 from gearchaos.model.switched import coordinates, same, switched
+from tests.oracles import scipy_oracle
+from tests.oracles.march import NAMES
 
 UNEQUAL = {"J1": 1.7, "J2": 3.1, "q1": 0.3, "q2": 0.2, "zeta": 0.03, "eps1": 0.07, "theta1": 0.4, "eps2": 0.02}
 SUPPORTS = {"mu1": 3.0, "mu2": 5.0, "kappa1": 0.7, "kappa2": 1.9, "zeta_support1": 0.02, "zeta_support2": 0.05}

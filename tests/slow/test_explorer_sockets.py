@@ -11,7 +11,8 @@ from contextlib import suppress
 from urllib.request import urlopen
 
 import pytest
-from browser import served
+
+from tests.slow.browser import served
 
 pytest.importorskip("bokeh")
 pytestmark = pytest.mark.xdist_group("browser")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from oracles import brute_force
 
 from gearchaos.dynamics import Label, classify, motion_name
+from tests.pinned import brute_force
 
 ROWS = brute_force.read()
 

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from gearchaos.cli import app
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 PAGES = sorted(p for p in (ROOT, ROOT / "docs", ROOT / "examples", ROOT / "benchmarks") for p in p.glob("*.md"))
 _SCRIPT = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 _COUNT = re.compile(r"(gc\.Axis\([^)]*, )\d{3,}\)")

@@ -6,9 +6,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from trials.parent import Trials
 
 import gearchaos as gc
+from tests.slow.fuzzing.runner import CommandRunner
 
 MAP = ["--axis", "omega=0.5:1:12", "--axis", "eps1=0:0.2:10"]
 STUDY = """
@@ -42,7 +42,7 @@ def disk(tmp_path_factory):
     """A folder with a study file and a finished store."""
     folder = tmp_path_factory.mktemp("disk")
     (folder / "study.toml").write_text(STUDY)
-    with Trials(120) as trials:
+    with CommandRunner(120) as trials:
         assert trials.run(["run", "study.toml", "--out", "map.zarr"], folder).code == 0
         yield trials, folder
 

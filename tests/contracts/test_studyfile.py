@@ -12,7 +12,7 @@ from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studyfile import load_study, parse_set
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 PAIR = """
 [gearpair]
 n1 = 25

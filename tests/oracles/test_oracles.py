@@ -14,8 +14,10 @@ from gearchaos.model import HarmonicStiffness, MeshModel, TransmissionError, Two
 from gearchaos.model.coordinates import start
 from gearchaos.model.switched import switched
 
-heyoka_oracle = pytest.importorskip("oracles.heyoka_oracle", reason="heyoka is not installed", exc_type=ImportError)
-scipy_oracle = pytest.importorskip("oracles.scipy_oracle")
+heyoka_oracle = pytest.importorskip(
+    "tests.oracles.heyoka_oracle", reason="heyoka is not installed", exc_type=ImportError
+)
+scipy_oracle = pytest.importorskip("tests.oracles.scipy_oracle")
 
 POINTS = 24
 STIFFNESSES = {

@@ -5,7 +5,6 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from browser import COMMAND, MAP, NEEDED, SIZES, START, Visit, served
 from PIL import Image
 
 import gearchaos as gc
@@ -14,10 +13,11 @@ from gearchaos.explorer.bounds import span
 from gearchaos.explorer.presets import presets
 from gearchaos.explorer.state import COLOURS
 from gearchaos.studyfile import load_study
+from tests.slow.browser import COMMAND, MAP, NEEDED, SIZES, START, Visit, served
 
 sync_api = pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
-PAIR = str(Path(__file__).parent.parent / "examples" / "physical_pair.toml")
+PAIR = str(Path(__file__).parents[2] / "examples" / "physical_pair.toml")
 PLACE = "document.querySelector('main').offsetTop"
 
 

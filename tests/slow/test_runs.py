@@ -161,20 +161,21 @@ def calm(tmp_path_factory):
     return folder / "s.zarr"
 
 
-def test_twenty_deaths_lose_nothing(calm, tmp_path):
+@pytest.mark.parametrize("deaths", [5, pytest.param(20, marks=pytest.mark.exhaustive)])
+def test_a_run_killed_many_times_loses_nothing(calm, tmp_path, deaths):
     study, path, rng = write_study(tmp_path), tmp_path / "s.zarr", random.Random(1)
     kills, kept = 0, {}
-    while kills < 20:
+    while kills < deaths:
         with start(study, path) as process:
             wait_for_tiles(process, path, 1)
-            assert process.poll() is None, "the study is too short to be killed twenty times"
+            assert process.poll() is None, "the study is too short to be killed so often"
             time.sleep(rng.uniform(0, 0.1))
             kept |= {n: m for n, m in read(path).statuses().items() if m.done and n not in kept}
             process.kill()
             kills += 1
     assert "are done already" in finish(start(study, path))
     # with their times: none was computed again
-    assert len(kept) >= 20 and kept.items() <= read(path).statuses().items()
+    assert len(kept) >= deaths and kept.items() <= read(path).statuses().items()
     assert files(path) == files(calm)
 
 

@@ -26,7 +26,7 @@ def _pair(kind: str, friction: float, **values: float) -> gc.MeshModel:
 @pytest.mark.parametrize("friction", FRICTIONS)
 @pytest.mark.parametrize("kind", ["torsional", "full"])
 def test_the_rotation_is_right_to_twelve_digits_at_any_friction(kind, friction):
-    oracle = pytest.importorskip("oracles.heyoka_oracle", reason="heyoka is not installed", exc_type=ImportError)
+    oracle = pytest.importorskip("tests.oracles.heyoka_oracle", reason="heyoka is not installed", exc_type=ImportError)
     model = _pair(kind, friction, x2_dot=0.3, q1=0.21)
     found, wanted = gc.simulate(model, 12, 5), oracle.section(model, 12, 5)
     for name in COORDINATES[kind]:
@@ -36,7 +36,7 @@ def test_the_rotation_is_right_to_twelve_digits_at_any_friction(kind, friction):
 
 @pytest.mark.parametrize("friction", [1e-14, 1e-6, 0.01])
 def test_the_rotation_is_right_between_the_sections(friction):
-    oracle = pytest.importorskip("oracles.heyoka_oracle", reason="heyoka is not installed", exc_type=ImportError)
+    oracle = pytest.importorskip("tests.oracles.heyoka_oracle", reason="heyoka is not installed", exc_type=ImportError)
     model = _pair("torsional", friction)
     found = gc.simulate(model, 4, 3, samples=7)
     wanted = oracle.trajectory(model, found.tau.values)

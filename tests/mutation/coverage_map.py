@@ -1,4 +1,4 @@
-"""Which tests run a line, and how long each takes: one run of all tests under coverage."""
+"""Which tests execute a line, and how long each takes, measured by a run of the tests under coverage."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ _TIERS = (0.2, 1.0, 4.0)
 
 
 @dataclass
-class Covering:
-    """The tests that run each line of each file, and the seconds that each test takes."""
+class CoverageMap:
+    """The tests that execute each line of each file, and the duration of each test in seconds."""
 
     lines: dict[str, dict[str, list[str]]] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
 
     @classmethod
-    def read(cls, path: Path) -> Covering:
+    def read(cls, path: Path) -> CoverageMap:
         return cls(**json.loads(path.read_text()))
 
     def write(self, path: Path) -> None:
         path.write_text(json.dumps(asdict(self)))
 
-    def add(self, other: Covering) -> None:
-        """Take in what was measured of other tests."""
+    def add(self, other: CoverageMap) -> None:
+        """Merge the measurements of other tests into this one."""
         self.seconds |= other.seconds
         for path, lines in other.lines.items():
             mine = self.lines.setdefault(path, {})
@@ -40,10 +40,10 @@ class Covering:
                 mine[line] = mine.get(line, []) + tests
 
     def tests(self, path: Path, line: int) -> list[str]:
-        """The tests that may find a fault in this line, quick ones first.
+        """The tests that may detect a change of this line, quick ones first.
 
-        What stands outside of functions, as a constant does, runs when its file is imported: the tests of all functions
-        that name it are taken, whatever their file, and those that name it themselves.
+        Code outside functions, such as a constant, is executed on import. For it these are the tests of all functions
+        that mention its name, in any file, and the tests that mention the name themselves.
         """
         statement = _statement(path, line)
         inside = _function_around(path, statement)
@@ -52,14 +52,14 @@ class Covering:
         names = _names(statement) | _class_around(path, statement)
         users = {test for other in self.lines for f in _functions(Path(other)) if _mentions(f, names)
                  for test in self._running(Path(other), _lines(f))}
-        return self._sorted(users | {test for test in self.seconds if _names_it(test, frozenset(names))})
+        return self._sorted(users | {test for test in self.seconds if _test_mentions(test, frozenset(names))})
 
     def _running(self, path: Path, lines: Iterable[int]) -> set[str]:
         by_line = self.lines.get(str(path), {})
         return {test for line in lines for test in by_line.get(str(line), ())}
 
     def _sorted(self, tests: Iterable[str]) -> list[str]:
-        """By how long they take, though those about as quick keep their order, to share the fixtures of their file."""
+        """Tests by classes of duration; within a class they keep their order, so that they share module fixtures."""
         order = {test: i for i, test in enumerate(self.seconds)}
         return sorted(set(tests), key=lambda t: (sum(self.seconds[t] > limit for limit in _TIERS), order[t]))
 
@@ -75,7 +75,7 @@ def _functions(path: Path) -> list[ast.FunctionDef]:
 
 
 def _lines(node: ast.stmt) -> range:
-    """The lines of a statement; of one with a body those before it, of a function those after its head."""
+    """The lines of a statement; for a compound statement its header, for a function its body."""
     last = node.end_lineno or node.lineno
     body = getattr(node, "body", None)
     if isinstance(node, ast.FunctionDef):
@@ -84,7 +84,7 @@ def _lines(node: ast.stmt) -> range:
 
 
 def _statement(path: Path, line: int) -> ast.stmt:
-    """The innermost statement that holds a line."""
+    """The innermost statement that contains a line."""
     around = [n for n in ast.walk(_tree(path)) if isinstance(n, ast.stmt) and _begin(n) <= line <= (n.end_lineno or 0)]
     return min(around, key=lambda n: (n.end_lineno or 0) - _begin(n))
 
@@ -94,17 +94,17 @@ def _begin(node: ast.stmt) -> int:
 
 
 def _function_around(path: Path, statement: ast.stmt) -> bool:
-    """Whether a statement is in a function's body."""
+    """Whether a statement is in the body of a function."""
     return any(statement is not f and f.lineno <= statement.lineno <= (f.end_lineno or 0) for f in _functions(path))
 
 
 def _class_around(path: Path, statement: ast.stmt) -> set[str]:
-    """The name of the class that a statement is in, if any: its fields are seldom named."""
+    """The name of the class whose body contains a statement, if any: fields are mentioned less often than classes."""
     return {node.name for node in ast.walk(_tree(path)) if isinstance(node, ast.ClassDef) and statement in node.body}
 
 
 def _names(statement: ast.stmt) -> set[str]:
-    """What a statement outside of functions gives a name to."""
+    """The names that a statement outside functions binds."""
     if isinstance(statement, ast.FunctionDef | ast.ClassDef):
         return {statement.name}
     stored = (n for n in ast.walk(statement) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store))
@@ -118,19 +118,19 @@ def _mentions(function: ast.FunctionDef, names: set[str]) -> bool:
 
 
 @cache
-def _names_it(test: str, names: frozenset[str]) -> bool:
-    """Whether a test itself names one of these, as a list of codes does."""
+def _test_mentions(test: str, names: frozenset[str]) -> bool:
+    """Whether the source of a test mentions one of these names."""
     path, _, function = test.partition("::")
     return any(f.name == function.split("[")[0] and _mentions(f, set(names)) for f in _functions(Path(path)))
 
 
 class Measuring:
-    """A plugin that tells coverage which test runs; what a shared fixture runs counts for all tests that use it."""
+    """A pytest plugin that tells coverage which test runs; lines executed by a fixture count for all its users."""
 
     def __init__(self, sources: Path) -> None:
         self.coverage = Coverage(source=[str(sources)], data_file=None, messages=False)
         self.users: dict[str, list[str]] = {}
-        self.found = Covering()
+        self.found = CoverageMap()
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: Any) -> Generator[None, Any, Any]:
@@ -151,19 +151,19 @@ class Measuring:
         finally:
             self.coverage.switch_context(test)
 
-    def run(self, arguments: list[str]) -> Covering:
+    def run(self, arguments: list[str]) -> CoverageMap:
         self.coverage.start()
         try:
             code = pytest.main(arguments, plugins=[self])
         finally:
             self.coverage.stop()
         if code != pytest.ExitCode.OK:
-            raise SystemExit("mutants are tried only where all tests pass")
+            raise SystemExit("mutation testing needs tests that all pass")
         data = self.coverage.get_data()
         self.found.lines = {f: self._tests(data.contexts_by_lineno(f)) for f in data.measured_files()}
         return self.found
 
     def _tests(self, contexts: dict[int, list[str]]) -> dict[str, list[str]]:
-        """The tests by line, fixtures replaced by their users."""
+        """The tests by line; a fixture is replaced by the tests that use it."""
         return {str(line): sorted({t for c in said for t in self.users.get(c.removeprefix("fixture "), [c])} - {""})
                 for line, said in contexts.items()}

@@ -1,7 +1,7 @@
-"""The process that tries commands: one JSON line in for each, one out with its exit code and the seconds it took.
+"""The worker process of `runner`: reads one JSON request per command, answers with its exit code and duration in JSON.
 
-It runs them as a shell would, one after another, so that packages load once. After each, a zero byte ends what it wrote
-to stdout and to stderr.
+It runs the commands one after another as a shell would, so that packages load once. After each command it writes a
+zero byte to stdout and to stderr to mark the end of the output.
 """
 
 import json
@@ -24,14 +24,14 @@ def main(answers: int) -> None:
 
 
 def _run(request: dict) -> int | str:
-    """The exit code of a command in its folder, with files no larger than it may write."""
+    """Run a command in its folder under its limit of file size; return the exit code."""
     from gearchaos.cli import app
 
     home, limits = os.getcwd(), resource.getrlimit(resource.RLIMIT_FSIZE)
     _warn_each_time()
     os.chdir(request["folder"])
     try:
-        if request["largest"] is not None:  # what writes more gets an error, as on a full disk
+        if request["largest"] is not None:  # writing more fails as it does on a full disk
             resource.setrlimit(resource.RLIMIT_FSIZE, (request["largest"], limits[1]))
         app(request["command"], prog_name="gearchaos")
     except SystemExit as end:
@@ -41,14 +41,14 @@ def _run(request: dict) -> int | str:
         return 1
     finally:
         if "matplotlib.pyplot" in sys.modules:
-            sys.modules["matplotlib.pyplot"].close("all")  # the end of a process does that, too
+            sys.modules["matplotlib.pyplot"].close("all")  # as the end of a process would
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
         os.chdir(home)
     return 0
 
 
 def _warn_each_time() -> None:
-    """As a process of its own would, for which every warning is the first."""
+    """Show every warning each time, as in a new process."""
     warnings.resetwarnings()
     warnings.simplefilter("always")
     for quiet in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):

@@ -4,7 +4,7 @@ No orbit is polished and nothing is ended early: a motion is periodic if it has 
 its largest exponent is positive over a long run, quasi-periodic if that exponent is zero. What is none of these by
 then, or might be a spiral that takes long, is run for ten times as long. Every cell is run from seven starts that
 differ by up to 3e-9: where chaos is a transient, rounding decides when it ends and on which motion, so brute force
-itself may give several labels. ``python -m oracles.brute_force`` in tests/ writes the table anew (a few
+itself may give several labels. ``python -m tests.pinned.brute_force`` writes the table anew (a few
 minutes on two cores).
 """
 
@@ -23,7 +23,7 @@ from gearchaos.model.coordinates import start
 from gearchaos.model.switched import switched
 from gearchaos.paper import settings
 
-TABLE = Path(__file__).parent.parent / "data" / "brute_force.csv"
+TABLE = Path(__file__).with_name("brute_force.csv")
 FIGURES = (2, 5, 10, 11)
 CELLS = 500
 PERIODS = 20_000

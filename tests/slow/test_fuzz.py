@@ -1,6 +1,6 @@
 """Whatever is typed, written into a study file or done to a store: a result or one message, soon, and no traceback.
 
-Cases are drawn from a seed (``GEARCHAOS_SEED``, 0 by default) by `trials.cases`, which can also make one of them again.
+Cases are drawn from a seed (``GEARCHAOS_SEED``, 0 by default) by `fuzzing.cases`, which can also reproduce one.
 """
 
 import json
@@ -9,8 +9,9 @@ import re
 import shutil
 
 import pytest
-from trials import cases
-from trials.parent import Trials, Tried
+
+from tests.slow.fuzzing import cases
+from tests.slow.fuzzing.runner import CommandResult, CommandRunner
 
 SEED = int(os.environ.get("GEARCHAOS_SEED", "0"))
 FEW = {"command_line": 130, "operating_point": 20, "study_file": 70, "store": 50}
@@ -24,9 +25,9 @@ _BAD = re.compile(r"Traceback|\b\w*Warning\b|Exception ignored|HDF5-DIAG|Segment
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory):
-    """A folder with the stores, and a child that tries commands."""
+    """A folder with the stores, and a process that runs commands."""
     folder = tmp_path_factory.mktemp("fuzz")
-    with Trials(SECONDS, SAID) as trials:
+    with CommandRunner(SECONDS, SAID) as trials:
 
         def sound(command):
             tried = trials.run(command, folder)
@@ -36,9 +37,9 @@ def place(tmp_path_factory):
         yield trials, folder
 
 
-def complaint(tried: Tried, folder) -> str | None:
+def complaint(tried: CommandResult, folder) -> str | None:
     """What is wrong with how a command ended."""
-    if tried.code == "said":
+    if tried.code == "stopped":
         return None
     if tried.code not in (0, 1, 2):
         return "it must end by itself, with 0, 1 or 2"
@@ -55,7 +56,7 @@ def complaint(tried: Tried, folder) -> str | None:
     return f"it leaves {drafts}" if drafts else None
 
 
-def tried(trials: Trials, folder, kind: str, numbers: range) -> list[str]:
+def tried(trials: CommandRunner, folder, kind: str, numbers: range) -> list[str]:
     """What is wrong with these cases, in words."""
     wrong = []
     for number in numbers:
@@ -74,7 +75,7 @@ def test_nothing_ends_in_a_traceback(kind, place):
     assert not wrong, "\n\n".join(wrong)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("kind", MANY)
 def test_nothing_ends_in_a_traceback_in_thousands_of_cases(kind, place):
     wrong = tried(*place, kind, range(MANY[kind]))
@@ -90,11 +91,11 @@ def test_thousands_are_at_least_two():
     (["regime"], 2, "must say what is wrong"), (["regime"], "died with -11", "must end by itself"),
 ])
 def test_what_must_not_happen_is_noticed(command, code, why, tmp_path):
-    assert why in complaint(Tried(command, code, 0.1), tmp_path)
+    assert why in complaint(CommandResult(command, code, 0.1), tmp_path)
 
 
 def test_warnings_tracebacks_and_drafts_are_noticed(tmp_path):
     for said in ("Traceback (most recent call last)", "x.py:1: RuntimeWarning: overflow", "Exception ignored in"):
-        assert "not for users" in complaint(Tried(["regime"], 0, 0.1, stderr=said), tmp_path)
+        assert "not for users" in complaint(CommandResult(["regime"], 0, 0.1, stderr=said), tmp_path)
     (tmp_path / ".o.nc.1.partial").touch()
-    assert "it leaves" in complaint(Tried(["regime"], 0, 0.1), tmp_path)
+    assert "it leaves" in complaint(CommandResult(["regime"], 0, 0.1), tmp_path)

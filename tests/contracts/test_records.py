@@ -19,7 +19,7 @@ from gearchaos.studies import warmup
 from gearchaos.studies.plane import shared_coordinates
 from gearchaos.studies.study import Study
 
-VERDICTS = (Path(__file__).parents[1] / "docs" / "verdicts.md").read_text()
+VERDICTS = (Path(__file__).parents[2] / "docs" / "verdicts.md").read_text()
 SHORT = Classification(longest_transient=800, doublings=1, averaging_periods=16)
 FIGURE_2 = MeshModel.of(q0=0.1)
 

@@ -1,0 +1,28 @@
+"""The public names for type checkers and editors; at run time ``__init__.py`` imports them on first use."""
+
+from gearchaos import dynamics as dynamics
+from gearchaos import flow as flow
+from gearchaos import plot as plot
+from gearchaos import studies as studies
+from gearchaos.datasets import load as load
+from gearchaos.datasets import save as save
+from gearchaos.dynamics.settings import Classification as Classification
+from gearchaos.errors import InputError as InputError
+from gearchaos.explorer.notebook import explore as explore
+from gearchaos.gears.pair import GearPair as GearPair
+from gearchaos.gears.pair import physical as physical
+from gearchaos.model import HarmonicStiffness as HarmonicStiffness
+from gearchaos.model import MeshModel as MeshModel
+from gearchaos.model import TransmissionError as TransmissionError
+from gearchaos.model import TwoLevelStiffness as TwoLevelStiffness
+from gearchaos.studies.attractors import attractors as attractors
+from gearchaos.studies.axis import Axis as Axis
+from gearchaos.studies.basins import basins as basins
+from gearchaos.studies.bifurcation import bifurcation as bifurcation
+from gearchaos.studies.regime import Regime as Regime
+from gearchaos.studies.regime import regime as regime
+from gearchaos.studies.simulate import simulate as simulate
+from gearchaos.studies.steady import steady as steady
+from gearchaos.studies.zones import zones as zones
+
+__version__: str

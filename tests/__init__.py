@@ -1,0 +1,1 @@
+"""Tests, in a folder for each kind; CONTRIBUTING.md says which kind goes where."""

@@ -1,0 +1,1 @@
+"""Results compared with exact solutions, with invariants and with the definitions of the quantities."""

@@ -1,0 +1,1 @@
+"""What the public interface promises: arguments, errors, files, names, units and pictures."""

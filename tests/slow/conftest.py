@@ -1,0 +1,58 @@
+"""The ``slow`` marker for every test of this folder, and the explorer's server and browser that they share."""
+
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).parent
+
+
+def pytest_collection_modifyitems(items):
+    for item in items:
+        if FOLDER in item.path.parents:
+            item.add_marker(pytest.mark.slow)
+
+
+@pytest.fixture(scope="session")
+def kernels():
+    """Compiled kernels for the models of the explorer's presets, so that no page has to wait for the compiler."""
+    from gearchaos.studies.warmup import warmup
+
+    list(warmup((2, 4, 6)))
+
+
+@pytest.fixture(scope="session")
+def server(kernels):
+    """The address of a running explorer."""
+    from tests.slow.browser import served
+
+    with served() as (url, _):
+        yield url
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    """A headless browser."""
+    from tests.slow.browser import CHROMIUM
+
+    sync_api = pytest.importorskip("playwright.sync_api")
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def visit(chromium, server):
+    """A function that opens a page with a query and of a size; an error on a page it opened fails the test."""
+    from tests.slow.browser import Visit
+
+    visits = []
+
+    def begin(query="", size="laptop"):
+        visits.append(Visit(chromium, server + query, size))
+        return visits[-1]
+
+    yield begin
+    for one in visits:
+        one.close()
