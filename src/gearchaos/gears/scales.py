@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from gearchaos.errors import InputError
+from gearchaos.quantities import find
 
 
 @dataclass(frozen=True)
@@ -45,35 +45,15 @@ class Scales:
     torque2: float
 
 
-# name of a variable or axis -> (scale of `Scales`, factor to the unit shown, the unit)
-_Unit = tuple[str, float, str]
-_LENGTH: _Unit = ("length", 1e6, "µm")
-_VELOCITY: _Unit = ("velocity", 1e3, "mm/s")
-_UNITS: tuple[tuple[str, _Unit], ...] = (
-    (r"(z|[xy][12])_dot|z_dot_(rms|peak_to_peak)|v_rms(_least|_most|_up|_down)?", _VELOCITY),
-    (r"z|[xy][12]|z_(rms|peak_to_peak)|eps\d+", _LENGTH),
-    (r"mesh_force(_peak)?", ("force", 1.0, "N")),
-    (r"tau(_section)?", ("time", 1e3, "ms")),
-    (r"omega", ("frequency", 1.0, "Hz")),
-    (r"lyapunov(_lo|_hi|_ci)?|trace_error", ("rate", 1.0, "1/s")),
-    (r"kappa[12]?", ("stiffness", 1.0, "N/m")),
-    (r"q[01]", ("torque1", 1.0, "N*m")),
-    (r"q2", ("torque2", 1.0, "N*m")),
-)
-_PREFIX = re.compile(r"^(attractor_)?(section_)?|^start_")
-_MEANING = {
-    "omega": "mesh frequency", "q0": "driving torque", "q1": "driving torque", "q2": "resisting torque",
-}
-
-
 def unit_of(name: str, scales: Scales) -> tuple[float, str] | None:
-    """What 1 is, of a dimensionless variable or axis, in its physical unit, and that unit; None for a plain number."""
-    plain = _PREFIX.sub("", name)
-    found = next((unit for pattern, unit in _UNITS if re.fullmatch(pattern, plain)), None)
-    if found is None:
+    """What one unit of a dimensionless quantity is in its physical unit, and that unit.
+
+    None if the quantity has no physical unit, or there is none of this name.
+    """
+    found = find(name)
+    if found is None or found.physical is None:
         return None
-    scale, factor, symbol = found
-    return getattr(scales, scale) * factor, symbol
+    return getattr(scales, found.physical.scale) * found.physical.factor, found.physical.unit
 
 
 def scaled(variables: Mapping[Any, Any], scales: Scales) -> dict[str, tuple[Any, Any, dict[str, Any]]]:
@@ -103,6 +83,7 @@ def _scaled(name: str, variable: Any, factor: float, symbol: str) -> tuple[Any, 
     if variable.dtype.kind not in "biuf":
         raise InputError("dataset", f"must hold real numbers in {name}", f"type {variable.dtype}", "Compute it again.")
     attrs = {**variable.attrs, "units": symbol}
-    if name in _MEANING:
-        attrs["long_name"] = _MEANING[name]
+    found = find(name)
+    if found is not None and found.physical is not None and found.physical.long_name:
+        attrs["long_name"] = found.physical.long_name
     return variable.dims, variable.values * factor, attrs

@@ -81,7 +81,7 @@ class Quantity:
     words : str
         Short words for an axis of a picture, before the symbol; empty for ``long_name``.
     title : str
-        Words for a row of a page or a field of the explorer; may be empty.
+        Words for a field of the explorer or a row of the page of a verdict; empty for what has neither.
     unit : str
         Dimensionless unit, ``units`` in files: a product of delta (half the backlash), omega0, c0 and T (mesh period).
     physical : Physical or None

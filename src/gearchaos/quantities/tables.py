@@ -161,8 +161,8 @@ RESPONSES: tuple[Quantity, ...] = (
     _velocity("v_rms", "rms velocity", symbol="V_RMS", tex=r"V_\mathrm{RMS}", title="rms velocity V_RMS"),
     _length("z_rms", "rms of z about its mean", title="rms of z"),
     _length("z_peak_to_peak", "peak to peak of z", title="peak to peak of z"),
-    _velocity("z_dot_rms", "rms of z'", title="rms of z'"),
-    _velocity("z_dot_peak_to_peak", "peak to peak of z'", title="peak to peak of z'"),
+    _velocity("z_dot_rms", "rms of z'"),
+    _velocity("z_dot_peak_to_peak", "peak to peak of z'"),
     Quantity("contact", long_name="contact state", title="contact"),
     Quantity("contact_fraction", long_name="share of the time in contact", title="share of the time in contact"),
     Quantity("mesh_force_peak", long_name="peak mesh force", title="peak mesh force", unit="c0*delta", physical=_FORCE),
@@ -170,26 +170,26 @@ RESPONSES: tuple[Quantity, ...] = (
     Quantity("switches", long_name="contact switches per mesh period", unit="1/T"),
     Quantity("switches_per_period", long_name="contact switches per mesh period", unit="1/T"),
 )
-"""Response measures of a motion."""
+"""Response measures of a motion. The page of a verdict shows those with a title, in this order."""
 
 VERDICTS: tuple[Quantity, ...] = (
-    Quantity("label", long_name="kind of motion", title="motion"),
+    Quantity("label", long_name="kind of motion"),
     Quantity("period", long_name="period", unit="T"),
     Quantity("reason", long_name="reason of the verdict"),
     _rate("lyapunov", "largest Lyapunov exponent", symbol="λ₁", tex=r"\lambda_1", words="largest exponent"),
     _rate("lyapunov_lo", "lower end of its 99 % interval"),
     _rate("lyapunov_hi", "upper end of its 99 % interval"),
     _rate("lyapunov_ci", "99 % intervals of the Lyapunov exponents"),
-    _rate("trace_error", "distance of the exponents' sum from the trace", title="exponents' sum against the trace"),
     Quantity("residual", long_name="change of the polished orbit over one round", title="residual of the orbit"),
+    _rate("trace_error", "distance of the exponents' sum from the trace", title="exponents' sum against the trace"),
     Quantity("multiplier", long_name="largest modulus of the Floquet multipliers"),
-    Quantity("multipliers", long_name="Floquet multipliers", title="Floquet multipliers"),
+    Quantity("multipliers", long_name="Floquet multipliers"),
     Quantity("rotation", long_name="rotation number, or a multiple of it", unit="1/T"),
     Quantity("transient_chaos", long_name="whether chaos came before the motion settled"),
     Quantity("periods_spent", long_name="transient and exponent run", title="mesh periods computed", unit="T"),
     Quantity("spectral_label", long_name="kind of motion by the spectrum alone", title="second opinion (spectrum)"),
 )
-"""The kind of motion and its evidence."""
+"""The kind of motion and its evidence. The page of a verdict shows what has a title, after the responses."""
 
 RESULTS: tuple[Quantity, ...] = (
     Quantity("tau", "τ", r"\tau", long_name="time", unit="1/omega0", physical=_TIME),
