@@ -13,11 +13,11 @@ from matplotlib.image import AxesImage
 
 from gearchaos.errors import InputError
 from gearchaos.gears.pair import unit_in
-from gearchaos.model.rules import number_of
 from gearchaos.plot._axes import axis_label, cell_extent, new_axes, plane, spread_out, trim, wrapped
 from gearchaos.plot._checks import check, check_name
 from gearchaos.plot._classes import named_classes
 from gearchaos.plot._zones import class_legend, draw_classes
+from gearchaos.validation import number_of
 
 _NO_VALUE = "0.75"
 

@@ -13,9 +13,18 @@ ranges from there. To add a quantity, write its row; the value itself is compute
 from gearchaos.quantities.lookup import PAIRS, find, harmonic, quantity
 from gearchaos.quantities.names import PREFIXES, Name, parse
 from gearchaos.quantities.quantity import NOT_NEGATIVE, POSITIVE, Physical, Quantity, Range, Rule
-from gearchaos.quantities.tables import COORDINATES, HARMONICS, PARAMETERS, RESPONSES, RESULTS, VERDICTS
+from gearchaos.quantities.tables import (
+    COORDINATES,
+    HARMONICS,
+    PARAMETERS,
+    RESPONSES,
+    RESULTS,
+    STIFFNESS_LEVELS,
+    VERDICTS,
+)
 
 __all__ = [
     "COORDINATES", "HARMONICS", "NOT_NEGATIVE", "PAIRS", "PARAMETERS", "POSITIVE", "PREFIXES", "RESPONSES", "RESULTS",
-    "VERDICTS", "Name", "Physical", "Quantity", "Range", "Rule", "find", "harmonic", "parse", "quantity",
+    "STIFFNESS_LEVELS", "VERDICTS", "Name", "Physical", "Quantity", "Range", "Rule", "find", "harmonic", "parse",
+    "quantity",
 ]

@@ -7,12 +7,22 @@ from functools import lru_cache
 from gearchaos.errors import unknown_name
 from gearchaos.quantities.names import Name, parse
 from gearchaos.quantities.quantity import Quantity
-from gearchaos.quantities.tables import COORDINATES, HARMONICS, PARAMETERS, RESPONSES, RESULTS, VERDICTS, numbered
+from gearchaos.quantities.tables import (
+    COORDINATES,
+    HARMONICS,
+    PARAMETERS,
+    RESPONSES,
+    RESULTS,
+    STIFFNESS_LEVELS,
+    VERDICTS,
+    numbered,
+)
 
-PAIRS: dict[str, tuple[str, str]] = {q.name: q.members for q in PARAMETERS if q.members}
+PAIRS: dict[str, tuple[str, str]] = {q.name: q.members for q in (*PARAMETERS, *STIFFNESS_LEVELS) if q.members}
 """Names that set two parameters at once, and those two."""
 
-_BY_NAME = {q.name: q for table in (PARAMETERS, COORDINATES, RESPONSES, VERDICTS, RESULTS) for q in table}
+_TABLES = (PARAMETERS, STIFFNESS_LEVELS, COORDINATES, RESPONSES, VERDICTS, RESULTS)
+_BY_NAME = {q.name: q for table in _TABLES for q in table}
 
 
 def find(name: str) -> Quantity | None:

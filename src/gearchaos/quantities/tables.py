@@ -81,14 +81,14 @@ PARAMETERS: tuple[Quantity, ...] = (
     ),
     Quantity("zeta", "ζ", r"\zeta", title="mesh damping", rule=_DAMPING, range=Range(0.0, 0.2, 0.0, 10.0)),
     *_wheels(
-        Quantity("q0", "q₀", "q_0", words="static load", title="torque", physical=_torque(1, "driving torque"),
-                 range=Range(0.0, 0.3, -100.0, 100.0), members=("q1", "q2")),
-        "q", "q", second={"physical": _torque(2, "resisting torque")},
-    ),
-    *_wheels(
         Quantity("J", "J", "J", title="inertia", rule=POSITIVE, divisor=True, range=Range(0.5, 10.0, 0.05, 1000.0),
                  members=("J1", "J2")),
         "J", "J",
+    ),
+    *_wheels(
+        Quantity("q0", "q₀", "q_0", words="static load", title="torque", physical=_torque(1, "driving torque"),
+                 range=Range(0.0, 0.3, -100.0, 100.0), members=("q1", "q2")),
+        "q", "q", second={"physical": _torque(2, "resisting torque")},
     ),
     *_wheels(
         Quantity("beta", "β", r"\beta", title="bearing friction", rule=_DAMPING, divisor=True,
@@ -112,6 +112,11 @@ PARAMETERS: tuple[Quantity, ...] = (
                  range=Range(0.0, 0.1, 0.0, 10.0), members=("zeta_support1", "zeta_support2")),
         "ζ", r"\zeta",
     ),
+)
+"""Parameters that are numbers of a model, (2.11), in the order of its fields, and before two of them their pair: a name
+that sets the values of both wheels."""
+
+STIFFNESS_LEVELS: tuple[Quantity, ...] = (
     *_wheels(
         Quantity("chi0", "χ₀", r"\chi_0", title="stiffness step", range=Range(-0.5, 0.75, -0.95, 0.95),
                  members=("chi1", "chi2"), home="[model.stiffness]"),
@@ -122,7 +127,7 @@ PARAMETERS: tuple[Quantity, ...] = (
         home="[model.stiffness]",
     ),
 )
-"""Parameters of a model, (2.11), and pairs: one name that sets the values of both wheels, or both stiffness levels."""
+"""Parameters of a two-level stiffness, (2.16), with the pair that sets both levels."""
 
 HARMONICS: dict[str, Quantity] = {q.name: q for q in (
     Quantity(
