@@ -22,8 +22,7 @@ ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "src" / "gearchaos"
 FLOORS = {
     "quantities": ("quantities", "model"), "validation.py": ("limits", "model"),
-    "model/switched.py": ("switched",), "model/coordinates.py": ("switched", "coordinates"),
-    "model": ("model", "waveforms", "switched"),
+    "model": ("model", "waveforms", "switched", "coordinates"),
     "gears": ("gearpair", "plot_units"), "dynamics": ("verdict", "reading", "spectrum", "motion"),
     "studies": ("refine", "sweeps", "catalogue", "boundary", "coordinates", "records", "limits", "studies"),
     "store": ("progress", "engines", "stores", "runs"),

@@ -1,4 +1,4 @@
-"""What one unit of each dimensionless quantity is in the units of a pair, (2.8)-(2.11), and variables scaled by it."""
+"""Scales between dimensionless quantities and the units of a gear pair, (2.8)-(2.11)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gearchaos.quantities import find
 
 @dataclass(frozen=True)
 class Scales:
-    """What one unit of each dimensionless quantity is in SI, (2.8)-(2.11).
+    """SI value of one unit of each dimensionless quantity, (2.8)-(2.11).
 
     Attributes
     ----------
@@ -46,9 +46,9 @@ class Scales:
 
 
 def unit_of(name: str, scales: Scales) -> tuple[float, str] | None:
-    """What one unit of a dimensionless quantity is in its physical unit, and that unit.
+    """The value of one dimensionless unit of a quantity in its physical unit, and that unit.
 
-    None if the quantity has no physical unit, or there is none of this name.
+    None for a name without quantity, or a quantity without physical unit.
     """
     found = find(name)
     if found is None or found.physical is None:
@@ -57,13 +57,16 @@ def unit_of(name: str, scales: Scales) -> tuple[float, str] | None:
 
 
 def scaled(variables: Mapping[Any, Any], scales: Scales) -> dict[str, tuple[Any, Any, dict[str, Any]]]:
-    """Dims, values and attrs of those variables that have a physical unit, in that unit."""
+    """Dims, scaled values and attributes of the variables that have a physical unit, by name."""
     units = {str(name): unit_of(str(name), scales) for name in variables}
     return {name: _scaled(name, variables[name], *unit) for name, unit in units.items() if unit}
 
 
 def scaled_numbers(values: Mapping[str, Any], scales: Scales) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Numbers by name, and lists and tables of them, in physical units where they have one; and those units by name."""
+    """Numbers, lists of numbers and nested mappings by name, in physical units; and the units by name.
+
+    Values without physical unit stay as they are, and have no entry among the units.
+    """
     out, units = dict(values), dict[str, Any]()
     for name, value in values.items():
         if isinstance(value, Mapping):

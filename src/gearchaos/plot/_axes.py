@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 from gearchaos.datasets import model_from_json
 from gearchaos.errors import InputError
-from gearchaos.gears.pair import unit_in
+from gearchaos.gears.results import unit_in
 from gearchaos.quantities import Quantity, find, parse
 
 _SCALES = {"1", "delta", "omega0", "c0", "T"}
