@@ -10,19 +10,25 @@ from gearchaos.dynamics.settings import Classification as Classification
 from gearchaos.errors import InputError as InputError
 from gearchaos.explorer.notebook import explore as explore
 from gearchaos.gears.pair import GearPair as GearPair
-from gearchaos.gears.pair import physical as physical
+from gearchaos.gears.results import physical as physical
 from gearchaos.model import HarmonicStiffness as HarmonicStiffness
 from gearchaos.model import MeshModel as MeshModel
 from gearchaos.model import TransmissionError as TransmissionError
 from gearchaos.model import TwoLevelStiffness as TwoLevelStiffness
+from gearchaos.store.run import run as run
+from gearchaos.studies.attractors import Attractors as Attractors
 from gearchaos.studies.attractors import attractors as attractors
 from gearchaos.studies.axis import Axis as Axis
+from gearchaos.studies.basins import Basins as Basins
 from gearchaos.studies.basins import basins as basins
+from gearchaos.studies.bifurcation import Bifurcation as Bifurcation
 from gearchaos.studies.bifurcation import bifurcation as bifurcation
 from gearchaos.studies.regime import Regime as Regime
 from gearchaos.studies.regime import regime as regime
+from gearchaos.studies.simulate import Simulate as Simulate
 from gearchaos.studies.simulate import simulate as simulate
 from gearchaos.studies.steady import steady as steady
+from gearchaos.studies.zones import Zones as Zones
 from gearchaos.studies.zones import zones as zones
 
 __version__: str

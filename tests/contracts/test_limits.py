@@ -13,11 +13,11 @@ from gearchaos.dynamics import Classification
 from gearchaos.errors import MOST, whole_number
 from gearchaos.execute import machine, tiles
 from gearchaos.model import vary
-from gearchaos.model.rules import LARGEST, SMALLEST
 from gearchaos.model.switched import switched
 from gearchaos.studies import cost as costs
 from gearchaos.studies.cost import LONG, MOST_STEPS, estimate
 from gearchaos.studyfile import load_study
+from gearchaos.validation import LARGEST, SMALLEST
 from tests.slow.fuzzing.cases import EXAMPLES
 
 PAIR = gc.MeshModel.of(eps1=0.1)

@@ -22,8 +22,9 @@ from tests.mutation.trial import PLAIN, Outcome, attempt, in_process
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "src" / "gearchaos"
 FIRST_TESTS = {
-    "model": ("model", "waveforms", "limits", "switched", "coordinates"), "gears": ("gearpair", "plot_units"),
-    "dynamics": ("verdict", "reading", "spectrum", "motion"),
+    "quantities": ("quantities", "model"), "validation.py": ("limits", "model"),
+    "model": ("model", "waveforms", "switched", "coordinates"),
+    "gears": ("gearpair", "plot_units"), "dynamics": ("verdict", "reading", "spectrum", "motion"),
     "studies": ("refine", "sweeps", "catalogue", "boundary", "coordinates", "records", "limits", "studies"),
     "store": ("progress", "engines", "stores", "runs"),
 }

@@ -21,7 +21,8 @@ from gearchaos.explorer.figures.style import label, plain
 from gearchaos.explorer.maps import COARSE, Map, sharpened
 from gearchaos.explorer.state import View
 from gearchaos.explorer.worker import Job, Worker
-from gearchaos.gears.pair import GearPair, physical
+from gearchaos.gears.pair import GearPair
+from gearchaos.gears.results import physical
 from gearchaos.plot._axes import symbol
 from gearchaos.studies.axis import Axis
 

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 import xarray as xr
 
-from gearchaos.gears.pair import GearPair, physical
+from gearchaos.gears.pair import GearPair
+from gearchaos.gears.results import physical
 
 _SIGNS = {"delta": "Δ", "omega0": "ω₀", "1/omega0": "1/ω₀", "c0": "c₀", "1": ""}
 
