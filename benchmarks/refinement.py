@@ -16,17 +16,17 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from gearchaos.store.resolved import Resolved
 from runs import store, study, timed
 
-from gearchaos.execute import engines
+from gearchaos.execute import pools
+from gearchaos.studies.zones import Zones
 
 
-def mapped(chosen: Resolved, threads: int) -> tuple[xr.Dataset, np.ndarray]:
+def mapped(chosen: Zones, threads: int) -> tuple[xr.Dataset, np.ndarray]:
     """The map, and the wall and CPU seconds that it took."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "s.zarr"
-        times = timed(lambda: store(chosen, path, engines.threads(threads)))
+        times = timed(lambda: store(chosen, path, pools.thread_pool(threads)))
         return xr.open_zarr(path).load(), np.array(times)
 
 
@@ -67,8 +67,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     chosen = parser.parse_args()
     every = study(chosen.side**2, chosen.patience)
-    study(100, chosen.patience).plan().run()  # compiled, or loaded from the cache
-    refined, times = mapped(replace(every, options={"refine": chosen.step}), chosen.threads)
+    study(100, chosen.patience).run()  # compiled, or loaded from the cache
+    refined, times = mapped(replace(every, refine=chosen.step), chosen.threads)
     print(f"refined {times[0]:8.1f} s wall {times[1]:8.1f} s CPU", flush=True)
     whole, all_times = mapped(every, chosen.threads)
     print(f"whole   {all_times[0]:8.1f} s wall {all_times[1]:8.1f} s CPU", flush=True)

@@ -18,13 +18,13 @@ from math import isqrt
 from pathlib import Path
 
 import numpy as np
-from gearchaos.store.resolved import Resolved
 
 from gearchaos.dynamics import Classification
-from gearchaos.execute import engines
+from gearchaos.execute import pools
 from gearchaos.model import MeshModel
-from gearchaos.store.run import run
+from gearchaos.store.run import run_into_store
 from gearchaos.studies.axis import Axis
+from gearchaos.studies.zones import Zones
 
 
 def timed(work: Callable[[], object]) -> tuple[float, float]:
@@ -39,22 +39,22 @@ def _cpu() -> float:
     return sum(u.ru_utime + u.ru_stime for u in used)
 
 
-def study(cells: int, patience: int) -> Resolved:
+def study(cells: int, patience: int) -> Zones:
     side = isqrt(cells)
     axes = Axis("omega", 0.2, 3.0, side), Axis("eps1", 0.0, 0.3, side)
-    return Resolved("zones", MeshModel.of(q0=0.1), axes, {}, Classification(longest_transient=patience))
+    return Zones(MeshModel.of(q0=0.1), *axes, settings=Classification(longest_transient=patience))
 
 
-def store(chosen: Resolved, path: Path, engine: engines.Engine) -> None:
+def store(chosen: Zones, path: Path, pool: pools.PoolMaker) -> None:
     """Compute a whole study into a store."""
-    outcome = run(chosen, path, engine=engine)
+    outcome = run_into_store(chosen, path, pool=pool)
     assert outcome.done == outcome.count, outcome.failed
 
 
-def into_store(chosen: Resolved, engine: engines.Engine) -> Callable[[], object]:
+def into_store(chosen: Zones, pool: pools.PoolMaker) -> Callable[[], object]:
     def work() -> None:
         with tempfile.TemporaryDirectory() as folder:
-            store(chosen, Path(folder) / "s.zarr", engine)
+            store(chosen, Path(folder) / "s.zarr", pool)
 
     return work
 
@@ -67,7 +67,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3)
     given = parser.parse_args()
     chosen = study(given.cells, given.patience)
-    study(100, given.patience).plan().run()  # compiled, or loaded from the cache
+    study(100, given.patience).run()  # compiled, or loaded from the cache
     with ExitStack() as stack:
         ways = {name: _way(name, chosen, stack) for name in given.ways.split(",")}
         times = dict[str, list[tuple[float, float]]]((name, []) for name in ways)
@@ -81,16 +81,16 @@ def main() -> None:
         print(f"{name:10} {wall:8.1f} s wall {cpu:8.1f} s CPU, medians: {ratios}")
 
 
-def _way(way: str, chosen: Resolved, stack: ExitStack) -> Callable[[], object]:
+def _way(way: str, chosen: Zones, stack: ExitStack) -> Callable[[], object]:
     if way == "memory":
-        return lambda: chosen.plan().run(threads=2)
+        return lambda: chosen.run(threads=2)
     if way == "dask":
         from distributed import LocalCluster
 
         local = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
         cluster = stack.enter_context(LocalCluster(**local))
-        return into_store(chosen, engines.scheduler(cluster.scheduler_address))
-    return into_store(chosen, engines.threads(2) if way == "threads" else engines.processes(2))
+        return into_store(chosen, pools.dask_workers(cluster.scheduler_address))
+    return into_store(chosen, pools.thread_pool(2) if way == "threads" else pools.process_pool(2))
 
 
 if __name__ == "__main__":

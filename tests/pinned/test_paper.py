@@ -21,7 +21,7 @@ from gearchaos.files import write_bytes
 from gearchaos.flow import stop
 from gearchaos.model import MeshModel, TwoLevelStiffness, mesh_stiffness
 from gearchaos.paper import build, claims, settings
-from gearchaos.paper.bench import Bench
+from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.claims import _motions, _read
 from gearchaos.paper.claims._judge import records
 from gearchaos.paper.claims._maps import first_harmonic
@@ -84,7 +84,7 @@ def test_package_data_is_installed_with_the_package():
 
 @pytest.fixture(scope="module")
 def tiny_bench():
-    return Bench(TINY)
+    return ComputationCache(TINY)
 
 
 @pytest.mark.parametrize("number", range(1, 16))
@@ -133,7 +133,7 @@ def test_claims_of_a_figure_are_those_of_its_records():
 
 @pytest.fixture(scope="module")
 def draft_bench():
-    return Bench(settings.quality("draft"))
+    return ComputationCache(settings.quality("draft"))
 
 
 @pytest.mark.parametrize(("name", "verdict"), [
@@ -150,7 +150,7 @@ def test_verdicts_on_the_statements_of_the_paper(draft_bench, name, verdict):
 
 
 def test_what_two_threads_ask_for_is_computed_once_and_each_hears_its_own():
-    bench, computed, together = Bench(TINY), [], threading.Barrier(2)
+    cache, computed, together = ComputationCache(TINY), [], threading.Barrier(2)
 
     def inner():
         computed.append("inner")
@@ -159,12 +159,12 @@ def test_what_two_threads_ask_for_is_computed_once_and_each_hears_its_own():
     def outer():
         computed.append("outer")
         time.sleep(0.1)  # the other thread asks meanwhile
-        return bench.once("inner", inner) + 1
+        return cache.cached("inner", inner) + 1
 
     def ask(key):
-        with bench.heard() as asked:
+        with cache.requested_keys() as asked:
             together.wait()
-            found = [bench.once("outer", outer), bench.once(key, lambda: key)]
+            found = [cache.cached("outer", outer), cache.cached(key, lambda: key)]
         return found, asked
 
     with ThreadPoolExecutor(2) as pool:
@@ -347,7 +347,7 @@ def test_page_shows_figures_corrections_verdicts_and_run(page):
 
 
 def test_a_contradicted_statement_makes_the_exit_code_one(tmp_path, monkeypatch):
-    monkeypatch.setitem(JUDGES, "9a", lambda bench: Outcome("contradicted", "nothing", {"label": "1T"}))
+    monkeypatch.setitem(JUDGES, "9a", lambda cache: Outcome("contradicted", "nothing", {"label": "1T"}))
     monkeypatch.setattr(claims, "claims_of", lambda figures: ["9a"])
     assert build(tmp_path, [1], "draft", progress=False) == 1
     assert "Not confirmed: 9a" in (tmp_path / "index.html").read_text()
@@ -366,7 +366,7 @@ def test_a_failure_leaves_no_half_written_file(tmp_path, monkeypatch):
 def test_a_failed_drawing_is_raised_and_stops_what_is_judged(tmp_path, monkeypatch):
     left = []
 
-    def endless(bench, names):
+    def endless(cache, names):
         try:
             for _ in range(2000):
                 stop.check()

@@ -65,6 +65,10 @@ class Pool:
         """Have one work item computed."""
         return self.executor.submit(work, *arguments)
 
+    def cancel(self) -> None:
+        """Drop all work items that have not begun, without waiting for those under way."""
+        self.executor.shutdown(wait=False, cancel_futures=True)
+
     def results(
         self, work: Callable[[Item], Any], items: Iterable[Item], ahead: Callable[[], int] | None = None
     ) -> Iterator[tuple[Item, Future[Any]]]:

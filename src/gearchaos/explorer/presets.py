@@ -8,7 +8,7 @@ from functools import cache
 from gearchaos.explorer.bounds import CELLS
 from gearchaos.explorer.state import View, standard
 from gearchaos.model import MeshModel, expand, state_names
-from gearchaos.paper.settings import Figure, Study, all_figures
+from gearchaos.paper.settings import Figure, FigureStudy, all_figures
 from gearchaos.studies.axis import Axis
 
 
@@ -60,7 +60,7 @@ def plane_of(number: int) -> tuple[Axis, Axis]:
     return x, y
 
 
-def _title(figure: Figure, study: Study, parts: int) -> str:
+def _title(figure: Figure, study: FigureStudy, parts: int) -> str:
     """The figure's title, with the values that tell its parts apart."""
     if parts == 1:
         return figure.title
@@ -69,7 +69,7 @@ def _title(figure: Figure, study: Study, parts: int) -> str:
     return f"{figure.title}, {', '.join(f'{n} = {study.model[n]:g}' for n in own)}"
 
 
-def _view(study: Study) -> View:
+def _view(study: FigureStudy) -> View:
     """A map as it is; a diagram as the vertical line through a map of it over frequency; a point in figure 2's map."""
     model = study.mesh_model
     scanned = {n: r for n, r in study.axes.items() if n not in state_names(model.kind)}

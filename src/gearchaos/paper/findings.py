@@ -9,14 +9,14 @@ import xarray as xr
 from scipy.ndimage import binary_dilation
 
 from gearchaos.dynamics.spectrum import spectral_class
-from gearchaos.paper.bench import Bench
-from gearchaos.paper.settings import Figure, Study
+from gearchaos.paper.cache import ComputationCache
+from gearchaos.paper.settings import Figure, FigureStudy
 from gearchaos.paper.words import percent, symbol
 from gearchaos.plot import MOTION_CLASSES, attractor_names, motion_class
 from gearchaos.studies import motions
 
 
-def findings(bench: Bench, figure: Figure, data: Mapping[str, xr.Dataset]) -> list[str]:
+def findings(cache: ComputationCache, figure: Figure, data: Mapping[str, xr.Dataset]) -> list[str]:
     """One sentence or two for every panel whose study has something to count."""
     if figure.layout == "coexisting":
         return [_coexisting(data)]
@@ -24,7 +24,7 @@ def findings(bench: Bench, figure: Figure, data: Mapping[str, xr.Dataset]) -> li
     panels = [(name, study) for name, study in figure.studies.items() if study.kind in _SPEAKERS]
     for name, study in panels:
         lead = f"({name[0]}) " if len(panels) > 1 else ""
-        out.append(lead + _SPEAKERS[study.kind](bench, study, data[name]))
+        out.append(lead + _SPEAKERS[study.kind](cache, study, data[name]))
     return out
 
 
@@ -35,7 +35,7 @@ def shares(ds: xr.Dataset) -> str:
     return ", ".join(f"{MOTION_CLASSES[i].name} {percent(counts[i] / counts.sum())}" for i in order)
 
 
-def _zones(bench: Bench, study: Study, ds: xr.Dataset) -> str:
+def _zones(cache: ComputationCache, study: FigureStudy, ds: xr.Dataset) -> str:
     level = ds["v_rms"].values
     y, x = (int(i) for i in np.unravel_index(np.nanargmax(level), level.shape))
     (x_name, y_name) = study.axes
@@ -62,14 +62,14 @@ def _locked(ds: xr.Dataset) -> str:
     return f" Of the {beside.sum()} cells beside quasi-periodic ones {share} are locked at a higher order{orbits}."
 
 
-def _basins(bench: Bench, study: Study, ds: xr.Dataset) -> str:
+def _basins(cache: ComputationCache, study: FigureStudy, ds: xr.Dataset) -> str:
     parts = [
         f"{n} {percent(float(s))}" for n, s in zip(attractor_names(ds), ds["attractor_fraction"].values, strict=True)
     ]
     return f"{ds['attractor'].size} starts end on {len(parts)} attractors: {', '.join(parts)}."
 
 
-def _bifurcation(bench: Bench, study: Study, ds: xr.Dataset) -> str:
+def _bifurcation(cache: ComputationCache, study: FigureStudy, ds: xr.Dataset) -> str:
     (axis,) = study.axes
     values = ds[axis].values[motion_class(ds["label"], ds["period"]) == _CHAOTIC]
     text = f"Shares of the {ds.sizes[axis]} columns: {shares(ds)}."
@@ -121,8 +121,8 @@ _CHAOTIC, _TORUS, _HIGHER = (
 )
 
 
-def _point(bench: Bench, study: Study, ds: xr.Dataset) -> str:
-    found = bench.regime(**study.model)
+def _point(cache: ComputationCache, study: FigureStudy, ds: xr.Dataset) -> str:
+    found = cache.regime(**study.model)
     (low, high), value = found.lyapunov_ci[0], found.lyapunov[0]
     interval = f" (99 % interval {low:.4f} to {high:.4f})" if high > low else ""
     return f"{found.label}, largest exponent {value:.4f}{interval}, V_RMS {found.v_rms:.4f}."
@@ -137,7 +137,7 @@ def _coexisting(data: Mapping[str, xr.Dataset]) -> str:
     return f"{len(parts)} of the motions shown were found among the starts: {', '.join(parts)}."
 
 
-_SPEAKERS: dict[str, Callable[[Bench, Study, xr.Dataset], str]] = {
+_SPEAKERS: dict[str, Callable[[ComputationCache, FigureStudy, xr.Dataset], str]] = {
     "zones": _zones,
     "basins": _basins,
     "bifurcation": _bifurcation,

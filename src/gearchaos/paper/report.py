@@ -6,22 +6,21 @@ import json
 import os
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_EXCEPTION, Executor, Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
-from contextvars import Context, copy_context
+from collections.abc import Iterable, Iterator
+from concurrent.futures import FIRST_EXCEPTION, Future, wait
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
+from gearchaos.execute.pools import Pool, thread_pool
 from gearchaos.files import write_bytes
 from gearchaos.flow import stop
 from gearchaos.paper import claims as claims_
 from gearchaos.paper import settings
-from gearchaos.paper.bench import Bench
+from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.figures import draw
 from gearchaos.paper.findings import findings
 from gearchaos.paper.log import Log
@@ -58,7 +57,7 @@ def build(
     chosen, level = settings.chosen_figures(figures), settings.quality(quality)
     folder = writable_folder(out_dir)
     start, log = time.perf_counter(), Log(progress)
-    done = _figures(Bench(level, progress=progress), log, folder, chosen.values())
+    done = _figures(ComputationCache(level, progress=progress), log, folder, chosen.values())
     judged = [claim for one in done for claim in one.judged.result().claims]
     judged_in = sum(one.judged.result().seconds for one in done)
     write_bytes(folder / "claims.json", _json([c.to_dict() for c in judged]))
@@ -78,14 +77,14 @@ class _Computed:
     seconds: float
 
 
-def _computed(bench: Bench, log: Log, figures: Iterable[settings.Figure]) -> Iterator[_Computed]:
+def _computed(cache: ComputationCache, log: Log, figures: Iterable[settings.Figure]) -> Iterator[_Computed]:
     """Compute the figures one after another."""
     for figure in figures:
         log.figure(figure)
         start = time.perf_counter()
-        data = bench.figure(figure)
-        found = findings(bench, figure, data)
-        yield _Computed(figure, data, found, bench.quality.dpi, time.perf_counter() - start)
+        data = cache.figure(figure)
+        found = findings(cache, figure, data)
+        yield _Computed(figure, data, found, cache.quality.dpi, time.perf_counter() - start)
 
 
 @dataclass(frozen=True)
@@ -116,18 +115,19 @@ class _UnderWay:
         )
 
 
-def _figures(bench: Bench, log: Log, folder: Path, figures: Iterable[settings.Figure]) -> list[_UnderWay]:
+def _figures(cache: ComputationCache, log: Log, folder: Path, figures: Iterable[settings.Figure]) -> list[_UnderWay]:
     """Every figure computed, and drawn, saved and judged while others are computed.
 
     Raises what went wrong with one of them before the next, not only at the end.
     """
     under_way = list[_UnderWay]()
-    with _helpers(3) as (pen, clerk, judge):
-        for done in _computed(bench, log, figures):
+    with _single_threads(3) as (drawing, saving, judging):
+        for done in _computed(cache, log, figures):
             for part in (part for before in under_way for part in before.parts if part.done()):
                 part.result()
             under_way.append(_UnderWay(
-                done, pen(_draw, folder, done), clerk(_save, folder, done), judge(_judge, bench, done.setting.number)
+                done, drawing.submit(_draw, folder, done), saving.submit(_save, folder, done),
+                judging.submit(_judge, cache, done.setting.number),
             ))
         log.finishing()
         parts = [part for one in under_way for part in one.parts]
@@ -137,26 +137,21 @@ def _figures(bench: Bench, log: Log, folder: Path, figures: Iterable[settings.Fi
 
 
 @contextmanager
-def _helpers(count: int) -> Iterator[list[Callable[..., Future[Any]]]]:
-    """Functions that hand work to a thread each, which does one thing after the other; once something goes wrong here,
-    all leave what they are at."""
-    helpers = [ThreadPoolExecutor(1) for _ in range(count)]
-    here, stopping = copy_context(), threading.Event()
-    here.run(stop.asked.set, stopping)
-    try:
-        yield [partial(_submit, helper, here) for helper in helpers]
-    except BaseException:
-        stopping.set()
-        for helper in helpers:
-            helper.shutdown(wait=False, cancel_futures=True)
-        raise
-    finally:
-        for helper in helpers:
-            helper.shutdown()
-
-
-def _submit(helper: Executor, here: Context, work: Callable[..., Any], *given: Any) -> Future[Any]:
-    return helper.submit(here.copy().run, work, *given)
+def _single_threads(count: int) -> Iterator[list[Pool]]:
+    """Pools of one thread each, which work through their items in order; an error in the context cancels all."""
+    cancelled = threading.Event()
+    with ExitStack() as stack:
+        pools = [stack.enter_context(thread_pool(1)()) for _ in range(count)]
+        token = stop.asked.set(cancelled)
+        try:
+            yield pools
+        except BaseException:
+            cancelled.set()
+            for pool in pools:
+                pool.cancel()
+            raise
+        finally:
+            stop.asked.reset(token)
 
 
 def _draw(folder: Path, done: _Computed) -> tuple[bytes, float]:
@@ -176,10 +171,10 @@ def _save(folder: Path, done: _Computed) -> list[str]:
     return files
 
 
-def _judge(bench: Bench, number: int) -> _Judged:
+def _judge(cache: ComputationCache, number: int) -> _Judged:
     """Judge the statements about one figure."""
     start = time.perf_counter()
-    judged = claims_.judge_all(bench, claims_.claims_of([number]))
+    judged = claims_.judge_all(cache, claims_.claims_of([number]))
     return _Judged(judged, time.perf_counter() - start)
 
 

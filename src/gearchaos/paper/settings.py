@@ -24,7 +24,7 @@ class Range:
 
 
 @dataclass(frozen=True)
-class Study:
+class FigureStudy:
     """One computation behind a figure.
 
     Attributes
@@ -60,7 +60,7 @@ class Figure:
     title: str
     caption: str
     shows: str
-    studies: Mapping[str, Study]
+    studies: Mapping[str, FigureStudy]
 
 
 @dataclass(frozen=True)
@@ -94,10 +94,10 @@ def _figure(number: int, table: Mapping[str, Any]) -> Figure:
     return Figure(number=number, studies=studies, **text)
 
 
-def _study(entry: Mapping[str, Any]) -> Study:
+def _study(entry: Mapping[str, Any]) -> FigureStudy:
     axes = {name: Range(**values) for name, values in entry.get("axes", {}).items()}
     rest = {key: value for key, value in entry.items() if key not in ("axes", "periods")}
-    return Study(axes=axes, periods=tuple(entry.get("periods", ())), **rest)
+    return FigureStudy(axes=axes, periods=tuple(entry.get("periods", ())), **rest)
 
 
 def chosen_figures(numbers: Any = None) -> dict[int, Figure]:

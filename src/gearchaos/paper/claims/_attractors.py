@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from gearchaos.paper.bench import Bench
+from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.claims._outcome import CONTRADICTED, HOLDS, MISPRINT, Outcome, graded, judge
 from gearchaos.plot import attractor_names
 
@@ -18,8 +18,8 @@ def _shares(ds: xr.Dataset) -> dict[str, float]:
 
 
 @judge("3a", "3b")
-def two_kinds(bench: Bench, name: str) -> Outcome:
-    ds = bench.study(3, name[1])
+def two_kinds(cache: ComputationCache, name: str) -> Outcome:
+    ds = cache.study(3, name[1])
     kinds: dict[str, float] = {}
     for attractor, share in _shares(ds).items():
         kinds[attractor.rstrip("′")] = kinds.get(attractor.rstrip("′"), 0.0) + share
@@ -32,36 +32,36 @@ def two_kinds(bench: Bench, name: str) -> Outcome:
 
 
 @judge("3c")
-def many_at_high_frequency(bench: Bench) -> Outcome:
-    counts = {panel: len(_shares(bench.study(3, panel))) for panel in "abc"}
-    evidence = {"attractors": counts, "share_by_attractor_3c": _shares(bench.study(3, "c"))}
+def many_at_high_frequency(cache: ComputationCache) -> Outcome:
+    counts = {panel: len(_shares(cache.study(3, panel))) for panel in "abc"}
+    evidence = {"attractors": counts, "share_by_attractor_3c": _shares(cache.study(3, "c"))}
     return Outcome(graded(counts["c"] > max(counts["a"], counts["b"])), _COMPUTED, evidence)
 
 
 @judge("4a", "4b", "4c", "4e")
-def exists(bench: Bench, name: str) -> Outcome:
+def exists(cache: ComputationCache, name: str) -> Outcome:
     period = {"4a": 1, "4b": 3, "4c": 4, "4e": 5}[name]
-    ds, places = _of_period(bench, period)
+    ds, places = _of_period(cache, period)
     return Outcome(graded(len(places) > 0), _COMPUTED, _orbits(ds, places))
 
 
 @judge("4d")
-def second_of_four(bench: Bench) -> Outcome:
-    ds, places = _of_period(bench, 4)
+def second_of_four(cache: ComputationCache) -> Outcome:
+    ds, places = _of_period(cache, 4)
     return Outcome(graded(len(places) > 1), _COMPUTED, _orbits(ds, places))
 
 
 @judge("4b-caption")
-def no_second_period(bench: Bench) -> Outcome:
-    ds, twice = _of_period(bench, 2)
-    _, thrice = _of_period(bench, 3)
+def no_second_period(cache: ComputationCache) -> Outcome:
+    ds, twice = _of_period(cache, 2)
+    _, thrice = _of_period(cache, 3)
     verdict = HOLDS if len(twice) else MISPRINT if len(thrice) else CONTRADICTED
     return Outcome(verdict, _COMPUTED, {"2T": _orbits(ds, twice), "3T": _orbits(ds, thrice)},
                    "" if len(twice) else "3T, as the text says")
 
 
-def _of_period(bench: Bench, period: int) -> tuple[xr.Dataset, np.ndarray]:
-    ds = bench.study(3, "c")
+def _of_period(cache: ComputationCache, period: int) -> tuple[xr.Dataset, np.ndarray]:
+    ds = cache.study(3, "c")
     return ds, np.flatnonzero(ds["attractor_period"].values == period)
 
 

@@ -9,13 +9,13 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.dynamics import Label
-from gearchaos.paper.bench import Bench
+from gearchaos.paper.cache import ComputationCache
 from gearchaos.studies import Regime, motions
 
 
-def cited(bench: Bench, keys: Iterable[str]) -> dict[str, Any]:
+def cited(cache: ComputationCache, keys: Iterable[str]) -> dict[str, Any]:
     """What each of these results says of its motions, by name of the result; results without verdicts are left out."""
-    found = {key: _cite(bench.known(key)) for key in dict.fromkeys(keys)}
+    found = {key: _cite(cache.known(key)) for key in dict.fromkeys(keys)}
     return {key: value for key, value in found.items() if value}
 
 

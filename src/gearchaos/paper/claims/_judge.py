@@ -9,7 +9,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from gearchaos.paper.bench import Bench
+from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.claims import _attractors, _maps, _motions, _windows  # noqa: F401 - they register their judges
 from gearchaos.paper.claims._evidence import cited
 from gearchaos.paper.claims._outcome import CONTRADICTED, JUDGES, MISPRINT
@@ -52,15 +52,15 @@ def claims_of(figures: Iterable[int]) -> list[str]:
     return [name for name, record in records().items() if record["figure"] in wanted]
 
 
-def judge_all(bench: Bench, names: Iterable[str]) -> list[Claim]:
+def judge_all(cache: ComputationCache, names: Iterable[str]) -> list[Claim]:
     """Judge the statements with these ids."""
-    return [_judged(bench, name) for name in names]
+    return [_judged(cache, name) for name in names]
 
 
-def _judged(bench: Bench, name: str) -> Claim:
-    with bench.heard() as asked:
-        outcome = asdict(JUDGES[name](bench))
-    outcome["evidence"] |= {"verdicts": cited(bench, asked)}
+def _judged(cache: ComputationCache, name: str) -> Claim:
+    with cache.requested_keys() as asked:
+        outcome = asdict(JUDGES[name](cache))
+    outcome["evidence"] |= {"verdicts": cited(cache, asked)}
     return Claim(id=name, **records()[name], **outcome)
 
 

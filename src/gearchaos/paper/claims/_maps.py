@@ -12,7 +12,7 @@ from scipy.signal import find_peaks, peak_widths
 from scipy.stats import spearmanr
 
 from gearchaos.model import HarmonicStiffness, MeshModel, TwoLevelStiffness
-from gearchaos.paper.bench import Bench
+from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.claims._outcome import Outcome, graded, judge
 from gearchaos.paper.claims._read import (
     is_chaotic,
@@ -28,13 +28,13 @@ _COMPARED = "Two maps of 60 × 40 cells over (ω, ε1), compared cell by cell."
 _PLAIN: dict[str, Any] = {"q0": 0.1}
 
 
-def _plain_map(bench: Bench) -> xr.Dataset:
-    return bench.map(MeshModel.of(**_PLAIN), _OMEGA, _EPS1)
+def _plain_map(cache: ComputationCache) -> xr.Dataset:
+    return cache.map(MeshModel.of(**_PLAIN), _OMEGA, _EPS1)
 
 
 @judge("2a")
-def resonances(bench: Bench) -> Outcome:
-    ds = bench.scan(Axis("omega", 0.2, 3.0, 401), q0=0.1, eps1=0.005)
+def resonances(cache: ComputationCache) -> Outcome:
+    ds = cache.scan(Axis("omega", 0.2, 3.0, 401), q0=0.1, eps1=0.005)
     omega, level = ds["omega"].values, ds["v_rms"].values
     peaks, _ = find_peaks(level, prominence=0.02 * level.max())
     left, right = (np.interp(edge, np.arange(len(omega)), omega) for edge in peak_widths(level, peaks, 0.5)[2:])
@@ -46,8 +46,8 @@ def resonances(bench: Bench) -> Outcome:
 
 
 @judge("2b")
-def level_in_chaos(bench: Bench) -> Outcome:
-    ds = bench.study(2, "a")
+def level_in_chaos(cache: ComputationCache) -> Outcome:
+    ds = cache.study(2, "a")
     low = ds.sel(omega=slice(None, 2.0))
     chaos, level = is_chaotic(low), low["v_rms"].values
     inside, outside = float(np.median(level[chaos])), float(np.median(level[~chaos]))
@@ -58,19 +58,19 @@ def level_in_chaos(bench: Bench) -> Outcome:
 
 
 @judge("beta")
-def bearing_friction(bench: Bench) -> Outcome:
-    other = bench.map(MeshModel.of(**_PLAIN, beta=0.0), _OMEGA, _EPS1)
-    fine = {str(q0): bench.regime(omega=1.0, eps1=0.1, beta=0.0, q0=q0).label for q0 in (0.0164, 0.01645, 0.0165)}
+def bearing_friction(cache: ComputationCache) -> Outcome:
+    other = cache.map(MeshModel.of(**_PLAIN, beta=0.0), _OMEGA, _EPS1)
+    fine = {str(q0): cache.regime(omega=1.0, eps1=0.1, beta=0.0, q0=q0).label for q0 in (0.0164, 0.01645, 0.0165)}
     remark = f"fine windows do move: the three values of 6b then give {', '.join(fine.values())}"
-    return _compared(bench, other, {"labels_of_6b_with_beta_0": fine}, remark)
+    return _compared(cache, other, {"labels_of_6b_with_beta_0": fine}, remark)
 
 
 @judge("chi")
-def sine_stiffness(bench: Bench) -> Outcome:
+def sine_stiffness(cache: ComputationCache) -> Outcome:
     square = TwoLevelStiffness()
     sine = first_harmonic(square)
     model = replace(MeshModel.of(**_PLAIN), stiffness=sine)
-    return _compared(bench, bench.map(model, _OMEGA, _EPS1), {"amplitude": round(sine.amplitudes[0], 6)})
+    return _compared(cache, cache.map(model, _OMEGA, _EPS1), {"amplitude": round(sine.amplitudes[0], 6)})
 
 
 def first_harmonic(wave: TwoLevelStiffness) -> HarmonicStiffness:
@@ -80,18 +80,18 @@ def first_harmonic(wave: TwoLevelStiffness) -> HarmonicStiffness:
     return HarmonicStiffness((float(amplitude),), (float(np.pi * share),))
 
 
-def _compared(bench: Bench, other: xr.Dataset, extra: dict, remark: str = "") -> Outcome:
+def _compared(cache: ComputationCache, other: xr.Dataset, extra: dict, remark: str = "") -> Outcome:
     """Likeness to the plain map, beside that of the same model from other starts."""
-    plain = _plain_map(bench)
-    found, scale = likeness(plain, other), _restarted(bench)
+    plain = _plain_map(cache)
+    found, scale = likeness(plain, other), _restarted(cache)
     evidence = {**found, **extra, "chaotic_share": [_share(plain), _share(other)],
                 "same_model_from_x1_0.5": scale}
     return Outcome(graded(_alike(found, scale, plain.label.size)), _COMPARED, evidence, remark)
 
 
-def _restarted(bench: Bench) -> dict[str, float]:
+def _restarted(cache: ComputationCache) -> dict[str, float]:
     """What coexisting motions alone make of a map: the plain model from another start."""
-    return likeness(_plain_map(bench), bench.map(MeshModel.of(**_PLAIN, x1=0.5), _OMEGA, _EPS1))
+    return likeness(_plain_map(cache), cache.map(MeshModel.of(**_PLAIN, x1=0.5), _OMEGA, _EPS1))
 
 
 def _alike(found: dict[str, float], scale: dict[str, float], cells: int) -> bool:
@@ -104,21 +104,21 @@ def _share(ds: xr.Dataset) -> float:
 
 
 @judge("rho")
-def stiff_supports(bench: Bench) -> Outcome:
+def stiff_supports(cache: ComputationCache) -> Outcome:
     """In the setting of Fig. 10; the same comparison over all amplitudes is told beside it."""
     omega, held = Axis("omega", 0.2, 3.0, 281), {"eps1": 0.05, **_PLAIN}
-    rigid = bench.scan(omega, **held)
-    scale = likeness(rigid, bench.scan(omega, **held, x1=0.5))
-    found = {kappa: likeness(rigid, bench.scan(omega, kind="full", kappa=kappa, **held)) for kappa in _STIFFNESSES}
+    rigid = cache.scan(omega, **held)
+    scale = likeness(rigid, cache.scan(omega, **held, x1=0.5))
+    found = {kappa: likeness(rigid, cache.scan(omega, kind="full", kappa=kappa, **held)) for kappa in _STIFFNESSES}
     alike = {kappa: _alike(f, scale, omega.count) for kappa, f in found.items()}
-    plane = likeness(_plain_map(bench), bench.map(MeshModel.of(kind="full", kappa=20.0, **_PLAIN), _OMEGA, _EPS1))
+    plane = likeness(_plain_map(cache), cache.map(MeshModel.of(kind="full", kappa=20.0, **_PLAIN), _OMEGA, _EPS1))
     evidence = {"by_kappa": {f"{k:g}": v for k, v in found.items()}, "same_model_from_x1_0.5": scale,
-                "whole_plane_of_fig_2_at_kappa_20": plane, "there_same_model_from_x1_0.5": _restarted(bench)}
+                "whole_plane_of_fig_2_at_kappa_20": plane, "there_same_model_from_x1_0.5": _restarted(cache)}
     return Outcome(
         graded(all(alike[k] for k in _STIFFNESSES if k >= 20) and not alike[_STIFFNESSES[0]]),
         "Verdicts on 281 frequencies for every κ, compared with the torsional model.", evidence,
         f"over amplitudes up to 0.3 differences remain at κ = 20: {plane['same_class']:.0%} of the cells keep their "
-        f"class, {_restarted(bench)['same_class']:.0%} would if only the start differed",
+        f"class, {_restarted(cache)['same_class']:.0%} would if only the start differed",
     )
 
 
@@ -126,8 +126,8 @@ _STIFFNESSES = (10.0, 20.0, 30.0, 50.0)
 
 
 @judge("5a")
-def chaos_at_small_load(bench: Bench) -> Outcome:
-    ds = bench.study(5, "a")
+def chaos_at_small_load(cache: ComputationCache) -> Outcome:
+    ds = cache.study(5, "a")
     chaos, q0 = is_chaotic(ds), ds["q0"].values
     below = {limit: float(chaos[q0 < limit].sum() / chaos.sum()) for limit in (0.15, 0.155)}
     last = float(q0[chaos.mean(axis=1) >= 0.02].max())
@@ -139,8 +139,8 @@ def chaos_at_small_load(bench: Bench) -> Outcome:
 
 
 @judge("5b")
-def calm_at_high_frequency(bench: Bench) -> Outcome:
-    ds = bench.study(5, "a")
+def calm_at_high_frequency(cache: ComputationCache) -> Outcome:
+    ds = cache.study(5, "a")
     level, high = ds["v_rms"].values, ds["omega"].values > 2
     tenths = np.array_split(np.arange(len(level)), 10)
     pairs = [(float(np.nanmedian(level[t][:, high])), float(np.nanmedian(level[t][:, ~high]))) for t in tenths]
@@ -149,8 +149,8 @@ def calm_at_high_frequency(bench: Bench) -> Outcome:
 
 
 @judge("10a")
-def chaos_moves_up(bench: Bench) -> Outcome:
-    ds = bench.study(10, "a")
+def chaos_moves_up(cache: ComputationCache) -> Outcome:
+    ds = cache.study(10, "a")
     chaos = is_chaotic(ds)
     bands, count = ndimage.label(ndimage.binary_dilation(chaos, np.ones((3, 3))))
     large = [k for k in range(1, count + 1) if (chaos & (bands == k)).sum() >= 0.05 * chaos.sum()]
@@ -171,26 +171,26 @@ def _band(ds: xr.Dataset, cells: np.ndarray) -> dict[str, float]:
 
 
 @judge("10b")
-def new_kind(bench: Bench) -> Outcome:
-    share = float(is_quasi_periodic(bench.study(10, "a")).mean())
+def new_kind(cache: ComputationCache) -> Outcome:
+    share = float(is_quasi_periodic(cache.study(10, "a")).mean())
     return Outcome(graded(share >= 0.01), "The cells of Fig. 10.", {"share_of_quasi_periodic_cells": round(share, 4)})
 
 
 @judge("11a")
-def rimmed_chaos(bench: Bench) -> Outcome:
-    ds = bench.study(11, "a").sel(omega=slice(0.9, 1.2), eps1=slice(0.0, 0.1))
+def rimmed_chaos(cache: ComputationCache) -> Outcome:
+    ds = cache.study(11, "a").sel(omega=slice(0.9, 1.2), eps1=slice(0.0, 0.1))
     chaos = is_chaotic(ds)
     beside = _grown(chaos) & ~chaos
     rim = is_quasi_periodic(ds) | (is_periodic(ds) & (ds["period"].values > 4))
     on_rim = float(rim[beside].mean()) if beside.any() else 0.0
     evidence = {"share_of_chaotic_cells": round(float(chaos.mean()), 4), "cells_beside_chaos": int(beside.sum()),
                 "share_of_them_quasi_periodic_or_high_order": round(on_rim, 4),
-                "share_over_the_whole_plane": round(float(_rim_share(bench)), 4)}
+                "share_over_the_whole_plane": round(float(_rim_share(cache)), 4)}
     return Outcome(graded(chaos.mean() >= 0.01 and on_rim >= 0.1), "The cells of Fig. 11 around ω = 1.", evidence)
 
 
-def _rim_share(bench: Bench) -> float:
-    classes = map_classes(bench.study(11, "a"))
+def _rim_share(cache: ComputationCache) -> float:
+    classes = map_classes(cache.study(11, "a"))
     return float(np.isin(classes, (4, 5)).mean())
 
 

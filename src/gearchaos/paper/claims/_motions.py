@@ -9,7 +9,7 @@ import xarray as xr
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from gearchaos.paper.bench import Bench
+from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.claims._outcome import Outcome, graded, judge
 from gearchaos.paper.claims._read import summary
 from gearchaos.paper.words import symbol
@@ -30,52 +30,52 @@ _VERDICT = "The verdict at this point from the paper's start, with the largest L
 
 
 @judge(*_CHAOTIC)
-def chaotic(bench: Bench, name: str) -> Outcome:
-    found = bench.regime(**_CHAOTIC[name])
+def chaotic(cache: ComputationCache, name: str) -> Outcome:
+    found = cache.regime(**_CHAOTIC[name])
     return Outcome(graded(found.label == "chaotic"), _VERDICT, summary(found))
 
 
 @judge("15b")
-def quasi_periodic(bench: Bench) -> Outcome:
-    found = bench.regime(kind="full", kappa=0.5, omega=0.9, eps1=0.1, q0=0.135)
+def quasi_periodic(cache: ComputationCache) -> Outcome:
+    found = cache.regime(kind="full", kappa=0.5, omega=0.9, eps1=0.1, q0=0.135)
     return Outcome(graded(found.label == "quasi-periodic"), _VERDICT, summary(found))
 
 
 @judge("9b")
-def sub_harmonic(bench: Bench) -> Outcome:
-    found = bench.regime(**_AMPLITUDE, eps1=0.231)
+def sub_harmonic(cache: ComputationCache) -> Outcome:
+    found = cache.regime(**_AMPLITUDE, eps1=0.231)
     return Outcome(graded((found.period or 0) > 1), _VERDICT, summary(found))
 
 
 @judge("6b")
-def doublings_over_load(bench: Bench) -> Outcome:
-    return _exact_labels(bench, "q0", {0.0164: "4T", 0.01645: "8T", 0.0165: "12T"}, _LOAD)
+def doublings_over_load(cache: ComputationCache) -> Outcome:
+    return _exact_labels(cache, "q0", {0.0164: "4T", 0.01645: "8T", 0.0165: "12T"}, _LOAD)
 
 
 @judge("8a")
-def doublings_over_amplitude(bench: Bench) -> Outcome:
-    return _exact_labels(bench, "eps1", {0.206: "8T", 0.208: "16T", 0.209: "32T"}, _AMPLITUDE)
+def doublings_over_amplitude(cache: ComputationCache) -> Outcome:
+    return _exact_labels(cache, "eps1", {0.206: "8T", 0.208: "16T", 0.209: "32T"}, _AMPLITUDE)
 
 
-def _exact_labels(bench: Bench, name: str, wanted: dict[float, str], held: dict[str, Any]) -> Outcome:
-    found = {value: bench.regime(**held, **{name: value}) for value in wanted}
+def _exact_labels(cache: ComputationCache, name: str, wanted: dict[float, str], held: dict[str, Any]) -> Outcome:
+    found = {value: cache.regime(**held, **{name: value}) for value in wanted}
     same = all(found[value].label == label for value, label in wanted.items())
     evidence = {f"{symbol(name)} = {v}": summary(r) for v, r in found.items()}
     return Outcome(graded(same), "The verdict at each value.", evidence)
 
 
 @judge("8b")
-def chaos_after_the_cascade(bench: Bench) -> Outcome:
-    found = {value: bench.regime(**_AMPLITUDE, eps1=value) for value in (0.2095, 0.21)}
+def chaos_after_the_cascade(cache: ComputationCache) -> Outcome:
+    found = {value: cache.regime(**_AMPLITUDE, eps1=value) for value in (0.2095, 0.21)}
     chaos = any(r.label == "chaotic" for r in found.values())
     return Outcome(graded(chaos), "The verdict at two values.", {f"ε1 = {v}": summary(r) for v, r in found.items()})
 
 
 @judge("13a", "13b")
-def closed_curves(bench: Bench, name: str) -> Outcome:
+def closed_curves(cache: ComputationCache, name: str) -> Outcome:
     eps1, wanted = {"13a": (0.04, 1), "13b": (0.205, 2)}[name]
-    found = bench.regime(**_SOFT, eps1=eps1)
-    pieces, dimension = curves(bench.study(13, f"{name[2]}_section"))
+    found = cache.regime(**_SOFT, eps1=eps1)
+    pieces, dimension = curves(cache.study(13, f"{name[2]}_section"))
     holds = found.label == "quasi-periodic" and pieces == wanted and abs(dimension - 1) < 0.15
     evidence = {**summary(found), "closed_curves": pieces, "correlation_dimension": round(dimension, 3)}
     return Outcome(graded(holds), "The verdict, the pieces of the portrait and its correlation dimension.", evidence)
@@ -103,12 +103,12 @@ _BEYOND = np.round(np.linspace(0.068, 0.079, 12), 4)
 
 
 @judge("7e")
-def similar_fractals(bench: Bench) -> Outcome:
-    found = {float(q0): bench.regime(**_LOAD, q0=float(q0)) for q0 in _BEYOND}
+def similar_fractals(cache: ComputationCache) -> Outcome:
+    found = {float(q0): cache.regime(**_LOAD, q0=float(q0)) for q0 in _BEYOND}
     chaos = [q0 for q0, regime in found.items() if regime.label == "chaotic"]
-    panels = {panel: bench.study(7, panel) for panel in "abcd"}
+    panels = {panel: cache.study(7, panel) for panel in "abcd"}
     distances = {
-        q0: {f"7{p}": distance(bench.points(_POINTS, **_LOAD, q0=q0), ds, panels["d"]) for p, ds in panels.items()}
+        q0: {f"7{p}": distance(cache.points(_POINTS, **_LOAD, q0=q0), ds, panels["d"]) for p, ds in panels.items()}
         for q0 in chaos[::2]
     }
     nearest = {str(q0): min(d, key=lambda p: d[p]) for q0, d in distances.items()}

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gearchaos.paper.bench import Bench
+    from gearchaos.paper.cache import ComputationCache
 
 HOLDS = "holds"
 DIGITS = "holds within the printed digits"
@@ -35,7 +35,7 @@ class Outcome:
     instead: str = ""
 
 
-Judge = Callable[["Bench"], Outcome]
+Judge = Callable[["ComputationCache"], Outcome]
 JUDGES: dict[str, Judge] = {}
 """Judges by the id of the statement in `records.toml`."""
 
@@ -52,7 +52,7 @@ def judge(*names: str) -> Callable[[Callable[..., Outcome]], Callable[..., Outco
 
 
 def _for(function: Callable[..., Outcome], name: str) -> Judge:
-    return lambda bench: function(bench, name)
+    return lambda cache: function(cache, name)
 
 
 def graded(exact: bool, rounded: bool = False) -> str:

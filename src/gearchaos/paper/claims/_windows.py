@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gearchaos.paper.bench import Bench
+from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.claims._outcome import (
     CONTRADICTED,
     HOLDS,
@@ -32,12 +32,12 @@ _SCAN = "Verdicts on a fine scan of the range, each from the paper's start."
 
 
 @judge("6a")
-def end_of_chaos(bench: Bench) -> Outcome:
+def end_of_chaos(cache: ComputationCache) -> Outcome:
     """Where the last chaotic column before the 2T range stands, and how much of the range below it is chaotic."""
-    fine = bench.scan(Axis("q0", 0.0495, 0.052, 51), patient=True, **_LOAD)
+    fine = cache.scan(Axis("q0", 0.0495, 0.052, 51), patient=True, **_LOAD)
     q0 = fine["q0"].values
     end = float(q0[is_chaotic(fine)].max())
-    whole = bench.study(6, "a")
+    whole = cache.study(6, "a")
     below = whole["q0"].values < end
     share = float(is_chaotic(whole)[below].mean())
     evidence = {"last_chaotic": round(end, 6), "after_it": _labels(fine)[int(np.searchsorted(q0, end)) + 1],
@@ -51,18 +51,18 @@ def end_of_chaos(bench: Bench) -> Outcome:
 
 
 @judge("6c")
-def third_window(bench: Bench) -> Outcome:
-    inside = _labels(bench.scan(Axis("q0", 0.02486, 0.02499, 14), patient=True, **_LOAD))
-    around = bench.scan(Axis("q0", 0.0247, 0.0252, 101), patient=True, **_LOAD)
+def third_window(cache: ComputationCache) -> Outcome:
+    inside = _labels(cache.scan(Axis("q0", 0.02486, 0.02499, 14), patient=True, **_LOAD))
+    around = cache.scan(Axis("q0", 0.0247, 0.0252, 101), patient=True, **_LOAD)
     window = runs(around["q0"].values, around["period"].values == 3)
     evidence = {"inside": dict(Counter(inside)), "windows_of_3T": [[round(a, 6), round(b, 6)] for a, b in window]}
     return Outcome(graded(set(inside) == {"3T"}), _SCAN, evidence)
 
 
 @judge("6d")
-def sixth_after_third(bench: Bench) -> Outcome:
-    printed = bench.regime(**_LOAD, q0=0.0255)
-    around = bench.scan(Axis("q0", 0.02505, 0.0256, 111), patient=True, **_LOAD)
+def sixth_after_third(cache: ComputationCache) -> Outcome:
+    printed = cache.regime(**_LOAD, q0=0.0255)
+    around = cache.scan(Axis("q0", 0.02505, 0.0256, 111), patient=True, **_LOAD)
     window = runs(around["q0"].values, around["period"].values == 6)
     evidence = {"at_0.0255": summary(printed), "windows_of_6T": [[round(a, 6), round(b, 6)] for a, b in window]}
     if printed.label == "6T":
@@ -72,9 +72,9 @@ def sixth_after_third(bench: Bench) -> Outcome:
 
 
 @judge("6e")
-def sixth_alone(bench: Bench) -> Outcome:
-    printed = bench.regime(**_LOAD, q0=0.047)
-    around = bench.scan(Axis("q0", 0.04695, 0.04705, 101), patient=True, **_LOAD)
+def sixth_alone(cache: ComputationCache) -> Outcome:
+    printed = cache.regime(**_LOAD, q0=0.047)
+    around = cache.scan(Axis("q0", 0.04695, 0.04705, 101), patient=True, **_LOAD)
     window = runs(around["q0"].values, around["period"].values == 6)
     rounds = [(a, b) for a, b in window if b > 0.04695 and a < 0.04705]
     evidence = {"at_0.047": summary(printed), "windows_of_6T": [[round(a, 6), round(b, 6)] for a, b in window]}
@@ -86,13 +86,13 @@ _SOFT: dict[str, Any] = {"kind": "full", "kappa": 0.5, "omega": 1.05, "q0": 0.1}
 
 
 @judge("12a")
-def first_torus(bench: Bench) -> Outcome:
-    return _torus(bench.scan(Axis("eps1", 0.030, 0.050, 61), **_SOFT), "eps1", 0.033, 0.048, 0.0025)
+def first_torus(cache: ComputationCache) -> Outcome:
+    return _torus(cache.scan(Axis("eps1", 0.030, 0.050, 61), **_SOFT), "eps1", 0.033, 0.048, 0.0025)
 
 
 @judge("12b")
-def second_torus(bench: Bench) -> Outcome:
-    ds = bench.scan(Axis("eps1", 0.19, 0.22, 61), **_SOFT)
+def second_torus(cache: ComputationCache) -> Outcome:
+    ds = cache.scan(Axis("eps1", 0.19, 0.22, 61), **_SOFT)
     eps1, names = ds["eps1"].values, np.array(_labels(ds))
     begin = next((a for a, b in runs(eps1, on_torus(ds)) if a <= 0.205 <= b), np.nan)
     from_doubled = set(names[eps1 < begin]) == {"2T"}
@@ -103,14 +103,14 @@ def second_torus(bench: Bench) -> Outcome:
 
 
 @judge("14a")
-def torus_over_load(bench: Bench) -> Outcome:
-    ds = bench.scan(Axis("q0", 0.125, 0.175, 101), kind="full", kappa=0.5, omega=0.9, eps1=0.1)
+def torus_over_load(cache: ComputationCache) -> Outcome:
+    ds = cache.scan(Axis("q0", 0.125, 0.175, 101), kind="full", kappa=0.5, omega=0.9, eps1=0.1)
     return _torus(ds, "q0", 0.13, 0.17, 0.005)
 
 
 @judge("14b")
-def locked_torus(bench: Bench) -> Outcome:
-    ds = bench.scan(Axis("q0", 0.155, 0.185, 61), kind="full", kappa=1.0, omega=1.0, eps1=0.1)
+def locked_torus(cache: ComputationCache) -> Outcome:
+    ds = cache.scan(Axis("q0", 0.155, 0.185, 61), kind="full", kappa=1.0, omega=1.0, eps1=0.1)
     return _torus(ds, "q0", 0.16, 0.18, 0.005)
 
 
@@ -131,10 +131,10 @@ def _torus(ds: xr.Dataset, axis: str, low: float, high: float, tolerance: float)
 
 
 @judge("14c")
-def wider_chaos(bench: Bench) -> Outcome:
+def wider_chaos(cache: ComputationCache) -> Outcome:
     ends = {}
     for name, number, panel in (("6", 6, "a"), ("14a", 14, "a"), ("14b", 14, "b")):
-        ds = bench.study(number, panel)
+        ds = cache.study(number, panel)
         ends[name] = round(float(ds["q0"].values[is_chaotic(ds)].max()), 5)
     return Outcome(graded(min(ends["14a"], ends["14b"]) > ends["6"]), "The last chaotic column of each diagram.",
                    {"chaos_reaches_q0": ends})

@@ -1,4 +1,4 @@
-"""The figures of the paper: one function per layout; the Datasets come from the bench, the settings from the table."""
+"""The figures of the paper: one function per layout; the Datasets come from the cache, the settings from the table."""
 
 from gearchaos.paper.figures._draw import LAYOUTS, draw
 

@@ -1,4 +1,4 @@
-"""The bench: every computation behind figures and claims, done once and shared, also by threads."""
+"""The computations behind figures and claims: each is done once, and its result shared by all threads."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import xarray as xr
 
 from gearchaos.dynamics import Classification
 from gearchaos.model import MeshModel
-from gearchaos.paper.settings import Figure, Quality, Study, all_figures
+from gearchaos.paper.settings import Figure, FigureStudy, Quality, all_figures
 from gearchaos.studies import Axis, Regime, basins, bifurcation, regime, simulate, zones
 from gearchaos.studies.regime import PATIENT
 
@@ -23,15 +23,15 @@ SAMPLES = 64
 """Samples per mesh period of a trajectory."""
 
 
-class _Heard(threading.local):
-    """The keys asked for, of each thread."""
+class _Requests(threading.local):
+    """Keys of the results that each thread has asked for."""
 
     def __init__(self) -> None:
         self.keys: list[str] = []
 
 
-class Bench:
-    """Computes the studies of the figures, and what the claims ask for, at one quality; remembers all of it.
+class ComputationCache:
+    """Results of the studies of the figures, and of further computations for the claims, at one quality.
 
     Parameters
     ----------
@@ -45,11 +45,11 @@ class Bench:
         self.quality, self.progress = quality, progress
         self._known: dict[str, Any] = {}
         self._locks: dict[str, threading.RLock] = {}
-        self._heard = _Heard()
+        self._requests = _Requests()
 
     @property
     def settings(self) -> Classification:
-        """How long to wait in maps."""
+        """Classification settings of maps."""
         return Classification(longest_transient=self.quality.patience)
 
     def figure(self, figure: Figure) -> dict[str, xr.Dataset]:
@@ -60,28 +60,28 @@ class Bench:
             data.update({name: found} if isinstance(found, xr.Dataset) else found)
         return data
 
-    def study(self, number: int, name: str, study: Study | None = None) -> Any:
+    def study(self, number: int, name: str, study: FigureStudy | None = None) -> Any:
         """One study of a figure: a Dataset, or for ``attractors`` a Dataset for each motion."""
         study = study or all_figures()[number].studies[name]
-        return self.once(f"figure {number}{name}", lambda: _KINDS[study.kind](self, study))
+        return self.cached(f"figure {number}{name}", lambda: _KINDS[study.kind](self, study))
 
-    def once(self, key: str, compute: Callable[[], Any]) -> Any:
-        """The remembered result of ``compute``, which runs at the first call with this key."""
-        self._heard.keys.append(key)
+    def cached(self, key: str, compute: Callable[[], Any]) -> Any:
+        """The result of ``compute()``, which is called only the first time with this key."""
+        self._requests.keys.append(key)
         with self._locks.setdefault(key, threading.RLock()):
             if key not in self._known:
-                with self.heard():  # what this result rests on was not asked for by whoever asks for it
+                with self.requested_keys():  # keys that it asks for itself are not counted as the caller's
                     self._known[key] = compute()
         return self._known[key]
 
     @contextmanager
-    def heard(self) -> Iterator[list[str]]:
-        """The keys that this thread asks for, in order, while the context lasts."""
-        before, self._heard.keys = self._heard.keys, []
+    def requested_keys(self) -> Iterator[list[str]]:
+        """The keys that this thread asks for within the context, in order."""
+        before, self._requests.keys = self._requests.keys, []
         try:
-            yield self._heard.keys
+            yield self._requests.keys
         finally:
-            self._heard.keys = before
+            self._requests.keys = before
 
     def known(self, key: str) -> Any:
         """A result by its key, None if there is none yet."""
@@ -89,25 +89,25 @@ class Bench:
 
     def regime(self, **values: Any) -> Regime:
         """The verdict at one operating point, given by short names."""
-        return self.once(f"the verdict at {_words(values)}", lambda: regime(MeshModel.of(**values)))
+        return self.cached(f"the verdict at {_words(values)}", lambda: regime(MeshModel.of(**values)))
 
     def points(self, count: int, **values: Any) -> xr.Dataset:
         """A stroboscopic portrait of so many points at one operating point."""
-        return self.once(
+        return self.cached(
             f"{count} stroboscopic points at {_words(values)}",
             lambda: simulate(MeshModel.of(**values), count, transient=TRANSIENT),
         )
 
     def scan(self, axis: Axis, *, patient: bool = False, **values: Any) -> xr.Dataset:
         """A fine scan along one axis for the verdicts; ``patient`` outlasts long chaotic transients."""
-        return self.once(
+        return self.cached(
             f"{_range(axis)} at {_words(values)}{', waited for longer' if patient else ''}",
             lambda: bifurcation(MeshModel.of(**values), axis, points=0, settings=PATIENT if patient else None),
         )
 
     def map(self, model: MeshModel, x: Axis, y: Axis) -> xr.Dataset:
         """A map of verdicts over two axes."""
-        return self.once(
+        return self.cached(
             f"map over {_range(x)} and {_range(y)} of {model}",
             lambda: zones(model, x, y, settings=self.settings),
         )
@@ -121,40 +121,40 @@ def _range(axis: Axis) -> str:
     return f"{axis.count} values of {axis.name} from {axis.start:g} to {axis.stop:g}"
 
 
-def _axes(study: Study, counts: tuple[int, ...]) -> list[Axis]:
+def _axes(study: FigureStudy, counts: tuple[int, ...]) -> list[Axis]:
     return [
         Axis(name, r.start, r.stop, count)
         for (name, r), count in zip(study.axes.items(), counts, strict=True)
     ]
 
 
-def _zones(bench: Bench, study: Study) -> xr.Dataset:
+def _zones(cache: ComputationCache, study: FigureStudy) -> xr.Dataset:
     return zones(
-        study.mesh_model, *_axes(study, bench.quality.zones), settings=bench.settings, progress=bench.progress
+        study.mesh_model, *_axes(study, cache.quality.zones), settings=cache.settings, progress=cache.progress
     )
 
 
-def _basins(bench: Bench, study: Study) -> xr.Dataset:
-    return basins(study.mesh_model, *_axes(study, bench.quality.basins), progress=bench.progress)
+def _basins(cache: ComputationCache, study: FigureStudy) -> xr.Dataset:
+    return basins(study.mesh_model, *_axes(study, cache.quality.basins), progress=cache.progress)
 
 
-def _bifurcation(bench: Bench, study: Study) -> xr.Dataset:
-    columns, points = bench.quality.bifurcation
+def _bifurcation(cache: ComputationCache, study: FigureStudy) -> xr.Dataset:
+    columns, points = cache.quality.bifurcation
     (axis,) = _axes(study, (columns,))
-    return bifurcation(study.mesh_model, axis, points=points, progress=bench.progress)
+    return bifurcation(study.mesh_model, axis, points=points, progress=cache.progress)
 
 
-def _portrait(bench: Bench, study: Study) -> xr.Dataset:
-    return simulate(study.mesh_model, bench.quality.portrait, transient=TRANSIENT)
+def _portrait(cache: ComputationCache, study: FigureStudy) -> xr.Dataset:
+    return simulate(study.mesh_model, cache.quality.portrait, transient=TRANSIENT)
 
 
-def _trajectory(bench: Bench, study: Study) -> xr.Dataset:
-    return simulate(study.mesh_model, bench.quality.trajectory, transient=TRANSIENT, samples=SAMPLES)
+def _trajectory(cache: ComputationCache, study: FigureStudy) -> xr.Dataset:
+    return simulate(study.mesh_model, cache.quality.trajectory, transient=TRANSIENT, samples=SAMPLES)
 
 
-def _attractors(bench: Bench, study: Study) -> dict[str, xr.Dataset]:
+def _attractors(cache: ComputationCache, study: FigureStudy) -> dict[str, xr.Dataset]:
     """One closed orbit for every wanted period that the starts ended on, each on an attractor of its own."""
-    found = bench.study(int(study.starts[:-1]), study.starts[-1])
+    found = cache.study(int(study.starts[:-1]), study.starts[-1])
     periods = found["attractor_period"].values
     out: dict[str, xr.Dataset] = {}
     for n in sorted(set(study.periods)):
@@ -173,7 +173,7 @@ def _orbit(model: MeshModel, found: xr.Dataset, index: int) -> xr.Dataset:
     return ds.assign_attrs(orbit_period=period, share_of_starts=float(found["attractor_fraction"][index]))
 
 
-_KINDS: dict[str, Callable[[Bench, Study], Any]] = {
+_KINDS: dict[str, Callable[[ComputationCache, FigureStudy], Any]] = {
     "zones": _zones,
     "basins": _basins,
     "bifurcation": _bifurcation,
