@@ -16,7 +16,7 @@ from gearchaos.app.elsewhere import Elsewhere
 from gearchaos.app.presets import presets
 from gearchaos.app.worker import Job, Worker
 from gearchaos.errors import InputError
-from gearchaos.flow.stop import StoppedError
+from gearchaos.flow import StoppedError
 
 START = presets()["2"].view
 

@@ -18,7 +18,7 @@ from typing import Any
 from gearchaos.app.bounds import SORRY
 from gearchaos.app.elsewhere import Elsewhere, Steps, Work
 from gearchaos.errors import InputError
-from gearchaos.flow.stop import StoppedError
+from gearchaos.flow import StoppedError
 
 log = logging.getLogger(__name__)
 

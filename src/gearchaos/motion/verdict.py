@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from gearchaos.flow import ExactFlow, measure
+from gearchaos.flow import ExactFlow, empty_measures
 from gearchaos.motion import lyapunov, torus
 from gearchaos.motion.budget import Budget
 from gearchaos.motion.label import Label, Reason
@@ -218,7 +218,7 @@ def _levels(sheet: Sheet) -> Reading:
     n = len(sheet.label)
     length = np.where(sheet.period > 0, sheet.period, sheet.budget.measured)
     bounded = sheet.label != Label.DIVERGED
-    lanes, measures = np.flatnonzero(bounded), measure.empty(n)
+    lanes, measures = np.flatnonzero(bounded), empty_measures(n)
     out = sheet.flow.advance(sheet.w[:, lanes], length[lanes], points=sheet.points[lanes], measured=True)
     measures[:, lanes] = out.measures
     reading = read(measures, length * sheet.flow.system.period[sheet.points], length,

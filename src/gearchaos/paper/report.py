@@ -18,7 +18,7 @@ from typing import Any
 import xarray as xr
 
 from gearchaos.files import write_bytes
-from gearchaos.flow import stop
+from gearchaos.flow import cancel_event
 from gearchaos.paper import claims as claims_
 from gearchaos.paper import settings
 from gearchaos.paper.bench import Bench
@@ -142,7 +142,7 @@ def _helpers(count: int) -> Iterator[list[Callable[..., Future[Any]]]]:
     all leave what they are at."""
     helpers = [ThreadPoolExecutor(1) for _ in range(count)]
     here, stopping = copy_context(), threading.Event()
-    here.run(stop.asked.set, stopping)
+    here.run(cancel_event.set, stopping)
     try:
         yield [partial(_submit, helper, here) for helper in helpers]
     except BaseException:

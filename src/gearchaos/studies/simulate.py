@@ -9,8 +9,7 @@ import xarray as xr
 
 from gearchaos.coordinates import error_at_start, start, to_physical
 from gearchaos.errors import whole_number
-from gearchaos.flow import CHATTER, DIVERGED, OK, ExactFlow
-from gearchaos.flow.layout import DIVERGED_AT
+from gearchaos.flow import CHATTER, DIVERGED, DIVERGED_AT, OK, ExactFlow
 from gearchaos.gearpair import GearPair, as_model
 from gearchaos.model import Batch, MeshModel, backlash, mesh_stiffness, transmission_error, vary
 from gearchaos.studies import rotation, tiles

@@ -8,8 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from gearchaos.flow import ExactFlow
-from gearchaos.flow.layout import WIDTH
+from gearchaos.flow import WIDTH, ExactFlow
 from gearchaos.motion import STAGES, Budget, Sheet, Verdicts, conclude
 from gearchaos.studies import tiles
 

@@ -10,8 +10,7 @@ import xarray as xr
 from gearchaos.axis import Axis, as_axis
 from gearchaos.coordinates import start
 from gearchaos.errors import InputError, whole_number
-from gearchaos.flow import ExactFlow
-from gearchaos.flow.layout import WIDTH
+from gearchaos.flow import WIDTH, ExactFlow
 from gearchaos.gearpair import GearPair, as_model
 from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.motion import Budget, Verdicts
