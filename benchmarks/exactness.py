@@ -11,8 +11,7 @@ import argparse
 import numpy as np
 from peers.heyoka_peer import Heyoka
 
-from gearchaos.flow import ExactFlow
-from gearchaos.flow.layout import Z_MAX
+from gearchaos.flow import ExactFlow, Measure
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import SwitchedAffine, switched
 
@@ -40,9 +39,9 @@ def grazing(flow: ExactFlow, w: np.ndarray, points: np.ndarray, rng: np.random.G
     low, high = np.full(w.shape[1], -3.0), np.full(w.shape[1], 3.0)
     for _ in range(_BISECTIONS):
         w[1] = (low + high) / 2
-        above = flow.advance(w, 1, points=points, measured=True).measures[Z_MAX] > target
+        above = flow.advance(w, 1, points=points, measured=True).measures[Measure.Z_MAX] > target
         low, high = np.where(above, low, w[1]), np.where(above, w[1], high)
-    reached = flow.advance(w, 1, points=points, measured=True).measures[Z_MAX]
+    reached = flow.advance(w, 1, points=points, measured=True).measures[Measure.Z_MAX]
     return w[:, np.abs(reached - target) < 1e-10], np.flatnonzero(np.abs(reached - target) < 1e-10)
 
 

@@ -13,11 +13,11 @@ import numpy as np
 from peers.c_rk4 import compiled
 from throughput import LANES, ROUNDS, Bench, timed
 
-from gearchaos.flow.layout import ORDER
+from gearchaos.flow.kernels.constants import ORDER
 
 _WIDE = 4
 _DOUBLE = 8
-_COLUMNS = {"steps": 1, "switches": 2, "affine": 0, "pieces": 0, "bytes": 0}
+_COLUMNS = {"steps": 1, "switches": 2, "affine": 0, "segments": 0, "bytes": 0}
 
 
 def rates() -> tuple[float, float, float]:
@@ -47,12 +47,12 @@ def _best(call, amount: float) -> float:
 
 def needs(bench: Bench) -> dict[str, float]:
     """What a period needs on the average, in multiply-adds and bytes; see docs/limit.md."""
-    d, n = bench.system.dimension, float(bench.flow.node_count.mean())
+    d, n = bench.system.dimension, float(bench.flow.step_count.mean())
     wave, series = 3 * (ORDER + 1), ORDER * (1 + (d - 1) * (d + 2))
     exits, finish = ORDER - 2 + 2 * 3 * ORDER, ORDER * d
     return {
         "steps": n, "switches": bench.switches,
-        "affine": n * d * (d + 3), "pieces": 2 * bench.switches * (wave + series + exits + finish),
+        "affine": n * d * (d + 3), "segments": 2 * bench.switches * (wave + series + exits + finish),
         "bytes": n * _DOUBLE * (d * (d + 3) + 2 * d + d + 5),
     }
 
@@ -71,7 +71,7 @@ def main() -> None:
         need = needs(bench)
         advance = bench.running["gearchaos"]["advance"]
         ours = float(np.median([timed(advance, bench.w, 50) for _ in range(ROUNDS)]))
-        arithmetic = (need["affine"] + need["pieces"]) / fused
+        arithmetic = (need["affine"] + need["segments"]) / fused
         loads = need["bytes"] / (first if kind == "d2" else second)
         counts = " | ".join(f"{need[n]:.{digits}f}" for n, digits in _COLUMNS.items())
         share = (arithmetic + loads) / ours

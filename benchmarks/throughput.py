@@ -21,8 +21,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from gearchaos.flow import ExactFlow
-from gearchaos.flow import layout as at
+from gearchaos.flow import ExactFlow, Measure
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.coordinates import start
 from gearchaos.model.switched import switched
@@ -81,7 +80,7 @@ class Bench:
         self.flow = ExactFlow(self.system)
         self.w = self.flow.advance(start(batch, self.system).T.copy(), 200).w
         counted = self.flow.advance(self.w, 20, measured=True)
-        self.switches = float(counted.measures[at.SWITCHES].mean() / 20)
+        self.switches = float(counted.measures[Measure.SWITCHES].mean() / 20)
         self.reference = self.flow.advance(self.w, 1).w
         self.rows: dict[str, dict[str, Any] | str] = {
             "gearchaos": self._row(lambda w, n: self.flow.advance(w, n).w, np.arange(LANES), 50)

@@ -55,12 +55,12 @@ def test_a_verdict_does_not_depend_on_the_lanes_beside_it(case):
 
 
 @pytest.mark.parametrize("case", KINDS)
-def test_a_run_does_not_depend_on_whose_seats_it_shares(case):
-    """More lanes than there are seats for, of many step counts, that leave one after the other."""
+def test_a_run_does_not_depend_on_whose_slots_it_shares(case):
+    """More lanes than there are slots for, of many step counts, that leave one after the other."""
     kind, ranges = KINDS[case]
     batch = vary(gc.MeshModel.of(kind=kind), random_points(150, ranges))
     flow, rng = ExactFlow(system := switched(batch)), np.random.default_rng(7)
-    assert len(np.unique(flow.node_count)) > 10
+    assert len(np.unique(flow.step_count)) > 10
     points, periods = rng.integers(0, 150, 500), rng.integers(0, 12, 500)
     w = start(batch, system).T[:, points] + rng.normal(0.0, 0.3, (system.dimension, 500))
     frame = np.repeat(np.eye(system.dimension)[:, :, None], 500, axis=2)

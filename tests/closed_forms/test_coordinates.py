@@ -7,7 +7,7 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.dynamics import classify
-from gearchaos.flow import ExactFlow, layout
+from gearchaos.flow import ExactFlow, Measure
 from gearchaos.model import COORDINATES, vary
 from gearchaos.model.coordinates import error_at_start, start, without_drift
 from gearchaos.model.switched import switched
@@ -76,7 +76,7 @@ def test_an_orbit_turns_with_the_mean_velocity_that_friction_allows(friction):
     found = classify(flow, start(batch, system).T.copy())
     assert found.period[0] == 1
     out = flow.advance(found.w, 1, measured=True)
-    assert abs(out.measures[layout.VELOCITY][0]) < 1e-13
+    assert abs(out.measures[Measure.VELOCITY][0]) < 1e-13
     assert np.abs(out.w - found.w).max() < 1e-13
 
 

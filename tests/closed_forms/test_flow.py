@@ -11,8 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from gearchaos.flow import DIVERGED, OK, ExactFlow
-from gearchaos.flow import layout as at
+from gearchaos.flow import DIVERGED, OK, ExactFlow, Measure
 from gearchaos.model import HarmonicStiffness, MeshModel, vary
 from gearchaos.model.coordinates import start
 from gearchaos.model.switched import coordinates, switched
@@ -95,12 +94,12 @@ def test_permanent_contact_with_constant_stiffness():
     answer = eps * omega**2 * np.exp(-0.4j) / (1 - omega**2 + 2j * zeta * omega)
     np.testing.assert_allclose(out.w[:, 0], [1 + q0 + answer.real, (1j * omega * answer).real], atol=1e-14)
     measures, period = out.measures[:, 0], model.period
-    assert measures[at.FRONT_TIME] == pytest.approx(period, rel=1e-14)
-    assert measures[at.SWITCHES] == 0
-    assert measures[at.Z] / period == pytest.approx(1 + q0, rel=1e-13)
-    assert measures[at.Z_DOT_SQUARE] / period == pytest.approx((omega * abs(answer)) ** 2 / 2, rel=1e-12)
-    assert measures[at.Z_MAX] == pytest.approx(1 + q0 + abs(answer), rel=1e-13)
-    assert measures[at.Z_MIN] == pytest.approx(1 + q0 - abs(answer), rel=1e-13)
+    assert measures[Measure.FRONT_TIME] == pytest.approx(period, rel=1e-14)
+    assert measures[Measure.SWITCHES] == 0
+    assert measures[Measure.Z] / period == pytest.approx(1 + q0, rel=1e-13)
+    assert measures[Measure.Z_DOT_SQUARE] / period == pytest.approx((omega * abs(answer)) ** 2 / 2, rel=1e-12)
+    assert measures[Measure.Z_MAX] == pytest.approx(1 + q0 + abs(answer), rel=1e-13)
+    assert measures[Measure.Z_MIN] == pytest.approx(1 + q0 - abs(answer), rel=1e-13)
 
 
 @pytest.mark.parametrize("omega", [0.35, 0.9, 1.9, 2.0, 3.0])
@@ -109,7 +108,7 @@ def test_meissner_multipliers(omega):
     model = MeshModel.of(kind="single", omega=omega, q0=3.0, chi1=0.4, chi2=0.2, contact_ratio=1.6, z=4.0)
     flow, w = flow_of(model)
     out = flow.advance(w, 1, tangent=np.eye(2)[:, :, None].copy(), measured=True)
-    assert out.measures[at.SWITCHES, 0] == 0
+    assert out.measures[Measure.SWITCHES, 0] == 0
 
     def stretch(chi, share):
         return expm(np.array([[0.0, 1.0], [-chi, -2 * model.zeta]]) * share * model.period)
@@ -193,7 +192,7 @@ def test_measuring_and_sampling_do_not_change_the_motion():
     z, contact = sampled.samples[:, :, 0, 0], sampled.samples[:, :, -1, 0]
     np.testing.assert_array_equal(contact, np.where(z > 1, 1, np.where(z < -1, -1, 0)))
     share = contact.ravel().mean()
-    assert measured.measures[at.FRONT_TIME, 0] / (5 * system.period[0]) == pytest.approx(share, abs=0.03)
+    assert measured.measures[Measure.FRONT_TIME, 0] / (5 * system.period[0]) == pytest.approx(share, abs=0.03)
 
 
 @pytest.mark.parametrize("values", [{"kind": "torsional"}, {"kind": "full", "kappa1": 0.5, "kappa2": 0.8}])
@@ -206,15 +205,15 @@ def test_measures_are_those_of_a_densely_sampled_motion(values):
     found = ExactFlow(system).advance(w, periods, measured=True).measures
     sampled = ExactFlow(system, samples=samples).advance(w, periods, sample=True)
     out = sampled.samples
-    assert found[at.SWITCHES].max() > 20
-    for highest, i in ((at.Z_MAX, 0), (at.Z_DOT_MAX, 1)):
+    assert found[Measure.SWITCHES].max() > 20
+    for highest, i in ((Measure.Z_MAX, 0), (Measure.Z_DOT_MAX, 1)):
         series = np.vstack([out[:, :, i].reshape(-1, 20), sampled.w[i]])
         missed = np.abs(np.diff(series, 2, axis=0)).max(axis=0)
         above, below = found[highest] - series.max(axis=0), series.min(axis=0) - found[highest + 1]
         assert np.all(above > -1e-12) and np.all(below > -1e-12)
         assert np.all(above < missed) and np.all(below < missed)
     seconds = system.period * periods
-    for integral, i, power in ((at.Z, 0, 1), (at.Z_SQUARE, 0, 2), (at.Z_DOT_SQUARE, 1, 2)):
+    for integral, i, power in ((Measure.Z, 0, 1), (Measure.Z_SQUARE, 0, 2), (Measure.Z_DOT_SQUARE, 1, 2)):
         series = np.vstack([out[:, :, i].reshape(-1, 20), sampled.w[i]]) ** power
         mean = (series[1:] + series[:-1]).mean(axis=0) / 2
         assert found[integral] / seconds == pytest.approx(mean, rel=1e-4, abs=1e-6)

@@ -8,7 +8,7 @@ from gearchaos.dynamics import orbits as orbit
 from gearchaos.dynamics.lyapunov import from_growth
 from gearchaos.dynamics.spectrum import amplitudes, spectral_class
 from gearchaos.errors import InputError
-from gearchaos.flow import ExactFlow, near_returns, newton
+from gearchaos.flow import ExactFlow, near_returns, newton_search, next_round
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.coordinates import start
 from gearchaos.model.switched import SwitchedAffine, switched
@@ -230,12 +230,12 @@ def test_near_returns_are_those_of_their_definition():
 
 def newton_round(matrix, at, end, *, reach=10.0, expansion=np.inf, residual=None):
     """A search (its second round, with a residual given) after a round of lanes that end there, and who goes on."""
-    search, busy = newton.begin(at), np.arange(at.shape[1])
+    search, busy = newton_search(at), np.arange(at.shape[1])
     if residual is not None:
         search.residual[:] = residual
     status = np.zeros(len(busy), dtype=np.int64)
-    count = newton.next_round(search, busy, end, np.ascontiguousarray(matrix.transpose(2, 1, 0)), status, reach,
-                              expansion)
+    tangent = np.ascontiguousarray(matrix.transpose(2, 1, 0))
+    count = next_round(search, busy, end, tangent, status, reach, expansion)
     return search, busy[:count]
 
 

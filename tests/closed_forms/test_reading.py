@@ -5,7 +5,7 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.dynamics.response import CONTACTS, response
-from gearchaos.flow import layout as at
+from gearchaos.flow import Measure
 
 
 def test_levels_of_a_sinusoidal_motion():
@@ -53,8 +53,8 @@ def test_the_contact_state_says_which_flanks_are_touched_and_left(name):
 
 
 def measured(front, back, duration):
-    measures = np.zeros((at.MEASURES, len(front)))
-    measures[at.FRONT_TIME], measures[at.BACK_TIME] = front, back
+    measures = np.zeros((len(Measure), len(front)))
+    measures[Measure.FRONT_TIME], measures[Measure.BACK_TIME] = front, back
     return response(measures, np.full(len(front), duration), np.ones(len(front)), np.ones(len(front)))
 
 
@@ -67,7 +67,7 @@ def test_contact_lasts_if_no_time_is_free_but_for_rounding():
 
 
 def test_there_is_no_dynamic_factor_without_load():
-    measures = np.zeros((at.MEASURES, 3))
-    measures[at.FORCE_MAX], measures[at.FORCE_MIN] = 0.2, -0.5
+    measures = np.zeros((len(Measure), 3))
+    measures[Measure.FORCE_MAX], measures[Measure.FORCE_MIN] = 0.2, -0.5
     found = response(measures, np.ones(3), np.ones(3), np.array([0.1, -0.1, 0.0]))
     np.testing.assert_allclose(found.dynamic_factor, [5, 5, np.nan])

@@ -16,7 +16,7 @@ from gearchaos.explorer.dossier import dossier
 from gearchaos.explorer.elsewhere import Elsewhere
 from gearchaos.explorer.presets import presets
 from gearchaos.explorer.worker import Job, Worker
-from gearchaos.flow.stop import StoppedError
+from gearchaos.flow import StoppedError
 
 START = presets()["2"].view
 

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from numba import typeof
 
-from gearchaos.flow import ExactFlow, batch, jit
+from gearchaos.flow import ExactFlow, exact
+from gearchaos.flow.kernels import compilation
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched
 
@@ -18,7 +19,7 @@ PROGRAM = """
 import sys, time
 from pathlib import Path
 import numpy as np
-from gearchaos.flow.jit import kernel
+from gearchaos.flow.kernels.compilation import kernel
 
 @kernel
 def twice(x):
@@ -54,12 +55,12 @@ def test_processes_that_compile_at_once_do_not_spoil_the_cache(tmp_path):
 
 
 def test_the_cache_is_another_one_after_any_edit_of_a_kernel(tmp_path):
-    source = Path(jit.__file__).parent
-    for name in ("jit.py", "contact.py"):
+    source = Path(compilation.__file__).parent
+    for name in ("compilation.py", "contact.py"):
         (tmp_path / name).write_bytes((source / name).read_bytes())
 
     def directory():
-        spec = importlib.util.spec_from_file_location("copied_jit", tmp_path / "jit.py")
+        spec = importlib.util.spec_from_file_location("copied", tmp_path / "compilation.py")
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
         return module.cache_directory()
@@ -74,8 +75,8 @@ def test_the_cache_is_another_one_after_any_edit_of_a_kernel(tmp_path):
 def test_compiling_is_announced_and_loading_is_not(tmp_path):
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     program = (
-        "from gearchaos.flow import jit, layout; jit.on_compile(lambda: print('compiles'));"
-        "layout.parameters(2, 1, 0)"
+        "import numpy as np; from gearchaos.flow import near_returns, on_compile;"
+        "on_compile(lambda: print('compiles')); near_returns(np.ones((5, 1, 1)), 2, 0.1, 0.1, 1)"
     )
     command = [sys.executable, "-c", program]
     runs = [subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300) for _ in range(2)]
@@ -85,10 +86,11 @@ def test_compiling_is_announced_and_loading_is_not(tmp_path):
 def test_a_cache_that_cannot_be_written_is_done_without():
     environment = {**os.environ, "NUMBA_CACHE_DIR": "/proc/nowhere"}
     program = (
-        "from gearchaos.flow import jit, layout; columns = layout.parameters(2, 1, 0); print(columns.b, jit.cold())"
+        "import numpy as np; from gearchaos.flow import cache_is_empty, near_returns;"
+        "print(near_returns(np.ones((5, 1, 1)), 2, 0.1, 0.1, 1), cache_is_empty())"
     )
     run = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, timeout=300)
-    assert run.stdout == "4 False\n", run.stderr
+    assert run.stdout == "[[1]] False\n", run.stderr
 
 
 @pytest.mark.parametrize("lanes", [1, 2, 9])
@@ -96,7 +98,7 @@ def test_a_cache_that_cannot_be_written_is_done_without():
 def test_one_compiled_kernel_serves_every_call(lanes, options, monkeypatch):
     """What `gearchaos warmup` compiles, from one lane, must be what a map runs."""
     seen = set()
-    monkeypatch.setattr(batch, "advance_block", lambda *given: seen.add(tuple(map(typeof, given))))
+    monkeypatch.setattr(exact, "advance_packs", lambda *given: seen.add(tuple(map(typeof, given))))
     flow = ExactFlow(switched(vary(MeshModel.of(kind="torsional"), {})))
     flow.advance(np.zeros((2, 1)), 1)
     tangent = np.zeros((2, 2, lanes)) if options.get("tangent") else None

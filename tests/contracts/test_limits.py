@@ -110,7 +110,7 @@ POINTS = [{}, {"omega": 0.01}, {"zeta": 30.0}, {"kind": "full", "kappa": 400.0},
 def test_the_estimate_is_what_the_flow_does(values, samples):
     from gearchaos.flow import ExactFlow
 
-    made = int(ExactFlow(system(**values), samples).node_count[0])
+    made = int(ExactFlow(system(**values), samples).step_count[0])
     assert made / 1.4 <= estimate(system(**values), 1, 1, samples=samples).steps <= made
 
 

@@ -18,7 +18,8 @@ import xarray as xr
 import gearchaos as gc
 from gearchaos.errors import InputError
 from gearchaos.files import write_bytes
-from gearchaos.flow import stop
+from gearchaos.flow import StoppedError
+from gearchaos.flow.kernels.cancellation import raise_if_cancelled
 from gearchaos.model import MeshModel, TwoLevelStiffness, mesh_stiffness
 from gearchaos.paper import build, claims, settings
 from gearchaos.paper.cache import ComputationCache
@@ -369,9 +370,9 @@ def test_a_failed_drawing_is_raised_and_stops_what_is_judged(tmp_path, monkeypat
     def endless(cache, names):
         try:
             for _ in range(2000):
-                stop.check()
+                raise_if_cancelled()
                 time.sleep(0.01)
-        except stop.StoppedError:
+        except StoppedError:
             left.append(True)
             raise
 

@@ -64,7 +64,7 @@ def say(message: str) -> None:
 
 def tell_of_compiling() -> None:
     """Say so if kernels have to be compiled, since nothing else happens meanwhile."""
-    from gearchaos.flow.jit import on_compile
+    from gearchaos.flow import on_compile
 
     told: list[bool] = []
 

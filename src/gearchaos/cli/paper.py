@@ -30,10 +30,10 @@ def paper(
 
 def _compile_for_paper() -> None:
     """On a cold cache, compile for both of the paper's models at once: one core each."""
-    from gearchaos.flow.jit import cold
+    from gearchaos.flow import cache_is_empty
     from gearchaos.studies.warmup import warmup as run
 
-    if cold():
+    if cache_is_empty():
         say("compiling the kernels, once after an install or an update")
         list(run((2, 4)))
 

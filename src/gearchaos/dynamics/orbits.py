@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.flow import ExactFlow, layout, newton
+from gearchaos.flow import RESIDUAL, ExactFlow, Measure, newton_search, next_round
 
 AT_ORBIT = 1e-8
 """A motion this close to an orbit is on it."""
@@ -58,7 +58,7 @@ class Orbits:
 
     @property
     def converged(self) -> np.ndarray:
-        return self.residual <= newton.RESIDUAL
+        return self.residual <= RESIDUAL
 
     @property
     def stable(self) -> np.ndarray:
@@ -80,14 +80,14 @@ def polish(
     Each goes on until it converges, halts twice, is farther than ``reach`` from its guess in some coordinate, or has a
     multiplier of ``expansion`` or more.
     """
-    search, busy = newton.begin(w), np.arange(w.shape[1])
+    search, busy = newton_search(w), np.arange(w.shape[1])
     unit = np.repeat(np.eye(flow.dimension)[:, :, None], len(busy), axis=2)  # they become the monodromy matrices
     for _ in range(_ROUNDS):
         if len(busy) == 0:
             break
         run = flow.advance(search.at[:, busy], period[busy], points=points[busy], tangent=unit[:, :, : len(busy)])
-        busy = busy[: newton.next_round(search, busy, run.w, run.tangent, run.status, reach, expansion)]
-    multipliers, good = np.zeros((len(period), flow.dimension), complex), search.residual <= newton.RESIDUAL
+        busy = busy[: next_round(search, busy, run.w, run.tangent, run.status, reach, expansion)]
+    multipliers, good = np.zeros((len(period), flow.dimension), complex), search.residual <= RESIDUAL
     multipliers[good] = _multipliers(search.monodromy[good])
     return Orbits(search.w, period.copy(), search.residual, search.monodromy, multipliers)
 
@@ -104,7 +104,7 @@ def with_mean_velocity(flow: ExactFlow, w: np.ndarray, points: np.ndarray, perio
     barely = np.flatnonzero((loss > 0) & (loss < _BARELY_BRAKED))
     if len(barely):
         out = flow.advance(w[:, barely], period[barely], points=points[barely], measured=True)
-        excess = out.measures[layout.VELOCITY] / duration[barely] - system.mean_velocity[points[barely]]
+        excess = out.measures[Measure.VELOCITY] / duration[barely] - system.mean_velocity[points[barely]]
         w = w.copy()
         w[system.names.index("x2_dot"), barely] -= excess
     return w

@@ -13,7 +13,7 @@ from gearchaos.dynamics.response import Response, response
 from gearchaos.dynamics.series import total
 from gearchaos.dynamics.settings import Classification
 from gearchaos.dynamics.state import ClassificationState
-from gearchaos.flow import ExactFlow, measure
+from gearchaos.flow import ExactFlow, empty_measures
 
 _STRETCH = 2560
 """A motion that seems chaotic is looked at after every so many periods."""
@@ -219,7 +219,7 @@ def _levels(state: ClassificationState) -> Response:
     n = len(state.label)
     length = np.where(state.period > 0, state.period, state.settings.averaging_periods)
     bounded = state.label != Label.DIVERGED
-    lanes, measures = np.flatnonzero(bounded), measure.empty(n)
+    lanes, measures = np.flatnonzero(bounded), empty_measures(n)
     out = state.flow.advance(state.w[:, lanes], length[lanes], points=state.points[lanes], measured=True)
     measures[:, lanes] = out.measures
     found = response(measures, length * state.flow.system.period[state.points], length,

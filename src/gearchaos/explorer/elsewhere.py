@@ -20,8 +20,7 @@ from functools import partial
 from itertools import count
 from typing import Any, BinaryIO
 
-from gearchaos.flow import stop
-from gearchaos.flow.jit import on_compile
+from gearchaos.flow import cancel_event, on_compile
 
 _POLITE = 15
 _LOW = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0)
@@ -213,7 +212,7 @@ class _Server:
         """The next result of a work, in a tuple; None after its last one."""
         if what == "begin":
             context = copy_context()
-            context.run(stop.asked.set, self._asked[number])
+            context.run(cancel_event.set, self._asked[number])
             self._running[number] = steps(), context
         if number not in self._running:
             return None

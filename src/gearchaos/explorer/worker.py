@@ -18,7 +18,7 @@ from typing import Any
 from gearchaos.errors import InputError
 from gearchaos.explorer.bounds import SORRY
 from gearchaos.explorer.elsewhere import Elsewhere, Steps, Work
-from gearchaos.flow.stop import StoppedError
+from gearchaos.flow import StoppedError
 
 log = logging.getLogger(__name__)
 

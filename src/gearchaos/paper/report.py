@@ -17,7 +17,7 @@ import xarray as xr
 
 from gearchaos.execute.pools import Pool, thread_pool
 from gearchaos.files import write_bytes
-from gearchaos.flow import stop
+from gearchaos.flow import cancel_event
 from gearchaos.paper import claims as claims_
 from gearchaos.paper import settings
 from gearchaos.paper.cache import ComputationCache
@@ -142,7 +142,7 @@ def _single_threads(count: int) -> Iterator[list[Pool]]:
     cancelled = threading.Event()
     with ExitStack() as stack:
         pools = [stack.enter_context(thread_pool(1)()) for _ in range(count)]
-        token = stop.asked.set(cancelled)
+        token = cancel_event.set(cancelled)
         try:
             yield pools
         except BaseException:
@@ -151,7 +151,7 @@ def _single_threads(count: int) -> Iterator[list[Pool]]:
                 pool.cancel()
             raise
         finally:
-            stop.asked.reset(token)
+            cancel_event.reset(token)
 
 
 def _draw(folder: Path, done: _Computed) -> tuple[bytes, float]:

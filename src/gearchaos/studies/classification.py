@@ -10,8 +10,7 @@ import numpy as np
 
 from gearchaos.dynamics import STAGES, Classification, ClassificationState, Verdicts, conclude
 from gearchaos.execute import tiles
-from gearchaos.flow import ExactFlow
-from gearchaos.flow.layout import WIDTH
+from gearchaos.flow import WIDTH, ExactFlow
 
 InitialStates = Callable[[np.ndarray], tuple[ExactFlow, np.ndarray, np.ndarray]]
 """From the numbers of L motions their flow, their starts (d, L) and their parameter points (L,)."""

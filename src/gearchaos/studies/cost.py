@@ -10,8 +10,7 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import cores, memory
 from gearchaos.execute.tiles import TILE, side_by_side
-from gearchaos.flow.layout import STEP_ANGLE, WIDTH
-from gearchaos.flow.tables import rate, shared
+from gearchaos.flow import WIDTH, least_steps, rate, shared
 from gearchaos.model.switched import SwitchedAffine
 
 MOST_STEPS = 1_000_000
@@ -128,14 +127,14 @@ def _cost(system: SwitchedAffine) -> float:
 
 def _steps(system: SwitchedAffine) -> np.ndarray:
     """Steps in a mesh period at all points (P,); raises if they are too many."""
-    fastest = rate(system)
-    needed = 2 * np.pi / system.omega * fastest / STEP_ANGLE
+    needed = least_steps(system)
     worst = int(np.argmax(needed))
     if needed[worst] <= MOST_STEPS:
         return np.ceil(needed)
     raise InputError(
         "steps of a mesh period", f"must be at most {MOST_STEPS:,}", float(f"{needed[worst]:.3g}"),
-        f"The fastest rate of the motion is {fastest[worst]:.3g}, the mesh frequency omega {system.omega[worst]:.3g}: "
+        f"The fastest rate of the motion is {rate(system)[worst]:.3g}, "
+        f"the mesh frequency omega {system.omega[worst]:.3g}: "
         "raise omega or J, or lower zeta, zeta_support or kappa/mu.",
     )
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import hyp1f1
 
-from gearchaos.flow import ExactFlow, layout
+from gearchaos.flow import ExactFlow, Measure
 from gearchaos.model import Batch
 from gearchaos.model.coordinates import error_at_start, initial_values, relative_rotation
 from gearchaos.model.switched import rotation_decay, switched
@@ -40,7 +40,7 @@ def at_sections(
     names, error = flow.system.names, error_at_start(batch)[0]
     before = flow.advance(begin, spent, points=points, measured=True)
     first = before.w if orbit is None else orbit
-    x1 = initial_values(batch)["x1"] + before.measures[layout.VELOCITY]
+    x1 = initial_values(batch)["x1"] + before.measures[Measure.VELOCITY]
     J1, J2 = np.asarray(batch["J1"]), np.asarray(batch["J2"])
     x1 = x1 + J2 / (J1 + J2) * (relative_rotation(names, first.T, error) - relative_rotation(names, before.w.T, error))
     states = np.concatenate([first[None], sections])
@@ -65,7 +65,7 @@ def _gained(flow: ExactFlow, points: np.ndarray, w: np.ndarray) -> np.ndarray:
     flat = np.moveaxis(w, 1, 0).reshape(d, count * lanes)
     bounded = np.all(np.isfinite(flat), axis=0)
     out = flow.advance(np.where(bounded, flat, 0.0), 1, points=np.tile(points, count), measured=True)
-    return np.where(bounded, out.measures[layout.VELOCITY], np.nan).reshape(count, lanes)
+    return np.where(bounded, out.measures[Measure.VELOCITY], np.nan).reshape(count, lanes)
 
 
 def within_periods(batch: Batch, names: tuple[str, ...], samples: np.ndarray) -> np.ndarray:

@@ -12,8 +12,7 @@ import xarray as xr
 from gearchaos.datasets import provenance, variable
 from gearchaos.errors import whole_number
 from gearchaos.execute.machine import check_memory
-from gearchaos.flow import CHATTER, DIVERGED, OK, ExactFlow
-from gearchaos.flow.layout import DIVERGED_AT
+from gearchaos.flow import CHATTER, DIVERGED, DIVERGED_AT, OK, ExactFlow
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import Batch, MeshModel, backlash, mesh_stiffness, transmission_error, vary
 from gearchaos.model.coordinates import error_at_start, start, to_physical

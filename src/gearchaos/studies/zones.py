@@ -13,8 +13,7 @@ from gearchaos.datasets import provenance, variable
 from gearchaos.dynamics import Classification, Verdicts
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
-from gearchaos.flow import ExactFlow
-from gearchaos.flow.layout import WIDTH
+from gearchaos.flow import WIDTH, ExactFlow
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel, state_names
 from gearchaos.model.switched import switched

@@ -1,10 +1,12 @@
 """How kernels are compiled: without the GIL, cached on disk under a hash of all kernel sources.
 
-Numba notices edits in the file of a cached function but not in the files of the functions it calls, so the cache
-directory carries a hash of this whole folder. Nor does it keep processes apart that write to the cache at once: two
-may choose the same file for different code, and a third would run the wrong one. Hence the lock. Contraction is never
-left to the compiler: `fma` says where a product and a sum round once, so a lane's result does not depend on vector
-width, block size or neighbours.
+Numba notices an edit of the file of a cached function but not of the files of the functions it calls, so the name of
+the cache directory contains a hash of this whole folder. Nor does Numba synchronise processes that write to the cache
+at the same time: two may choose the same file name for different code, and a third would then run the wrong one.
+Therefore a lock is held while a kernel is written.
+
+The compiler never contracts a product and a sum into one operation by itself: `fma` and `simd.vfma` say where they are
+rounded once. So the result of a lane depends neither on the vector width of the machine nor on the other lanes.
 """
 
 from __future__ import annotations
@@ -25,12 +27,18 @@ from numba.core import event
 from numba.core.caching import FunctionCache
 from numba.extending import intrinsic
 
+_OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False}
+"""Kernels release the GIL, divide by zero as NumPy does, and allocate no arrays."""
+
+_kernels: list[Any] = []
+"""All that `kernel` has decorated."""
+
 
 @cache
 def cache_directory() -> Path:
-    """The disk cache of compiled kernels, one folder per state of the kernel sources.
+    """The disk cache of compiled kernels: one folder for each state of the kernel sources.
 
-    It stands in NUMBA_CACHE_DIR where that is set, else in the user's cache directory.
+    It lies in NUMBA_CACHE_DIR if that is set, else in the user's cache directory.
     """
     digest = hashlib.sha256(numba.__version__.encode())
     for source in sorted(Path(__file__).parent.glob("*.py")):
@@ -49,7 +57,7 @@ class _SharedCache(FunctionCache):
 
 @cache
 def _writable() -> bool:
-    """Whether there can be a cache on disk; without one every process compiles for itself."""
+    """Whether the disk cache can be written; without it every process compiles for itself."""
     folder = cache_directory()
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -58,14 +66,14 @@ def _writable() -> bool:
     return os.access(folder, os.W_OK)
 
 
-def cold() -> bool:
-    """Whether nothing has been compiled yet that the disk cache would have kept."""
+def cache_is_empty() -> bool:
+    """Whether the disk cache can be written but holds no kernel yet."""
     return _writable() and not any(cache_directory().rglob("*.nbi"))
 
 
 @contextmanager
 def _own_cache():
-    """Our cache directory for the functions decorated inside, and nobody else's."""
+    """Have Numba use `cache_directory` for the functions decorated inside."""
     before = config.CACHE_DIR
     config.CACHE_DIR = str(cache_directory())
     try:
@@ -75,30 +83,37 @@ def _own_cache():
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """Compile a module-level function of floats and arrays."""
-    compiled = njit(nogil=True, error_model="numpy", _nrt=False)(function)
+    """Decorator: compile a function that Python calls, of numbers, arrays and tuples of them; it is kept on disk."""
+    compiled = njit(**_OPTIONS, no_cfunc_wrapper=True)(function)
     if not config.DISABLE_JIT and _writable():
         with _own_cache():
             compiled._cache = _SharedCache(function)
+    _kernels.append(compiled)
     return compiled
 
 
-def on_compile(call: Callable[[], None]) -> None:
-    """Call this whenever a kernel is about to be compiled, rather than loaded from the cache."""
-
-    class Listener(event.Listener):
-        def on_start(self, _: event.Event) -> None:
-            call()
-
-        def on_end(self, _: event.Event) -> None:
-            pass
-
-    event.register("numba:compile", Listener())
+def subroutine(function: Callable[..., Any]) -> Any:
+    """Decorator: compile a function that only kernels call, as part of each of them."""
+    return njit(**_OPTIONS, no_cfunc_wrapper=True, no_cpython_wrapper=True)(function)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
-    """A kernel that its callers take in whole: for the few with long lists of arrays, which cost much to pass."""
-    return njit(inline="always", nogil=True, error_model="numpy", _nrt=False)(function)
+    """Decorator: a subroutine whose code is copied into every caller, since passing its many arrays would cost time."""
+    return njit(**_OPTIONS, inline="always")(function)
+
+
+def on_compile(call: Callable[[], None]) -> None:
+    """Have ``call`` called whenever a kernel is about to be compiled; not when one is loaded from the cache."""
+
+    class Listener(event.Listener):
+        def on_start(self, event: event.Event) -> None:
+            if any(event.data["dispatcher"] is known for known in _kernels):
+                call()
+
+        def on_end(self, event: event.Event) -> None:
+            pass
+
+    event.register("numba:compile", Listener())
 
 
 @intrinsic

@@ -1,8 +1,8 @@
-"""Vectors of `WIDTH` floats as a Numba type, so that kernels on a chunk of lanes read like scalar code.
+"""Vectors of `WIDTH` floats as a Numba type, so that kernels on a pack of lanes read like scalar code.
 
-The compiler unrolls short loops over lanes before it looks for vectors in them; here the vectors are stated. Every
-operation is the IEEE one, lane by lane, so results do not depend on the machine's vector length. With the compiler
-off the same functions work on NumPy arrays.
+Written as loops over lanes, kernels would not become vector code: LLVM unrolls short loops before it looks for vectors
+in them. Every operation is that of IEEE 754 on each element, so results do not depend on the vector length of the
+machine. With the compiler off (NUMBA_DISABLE_JIT) the same functions work on NumPy arrays.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ import numpy as np
 from llvmlite import ir
 from numba import config, types
 from numba.core import cgutils
-from numba.extending import intrinsic, models, overload, register_model
+from numba.core.typing import signature
+from numba.core.typing.templates import ConcreteTemplate, infer_global
+from numba.extending import intrinsic, lower_builtin, models, register_model
 
-from gearchaos.flow.jit import inlined
-
-WIDTH = 8
-"""Lanes of a vector: one register with 512 bits, two with 256."""
+from gearchaos.flow.kernels.compilation import inlined
+from gearchaos.flow.kernels.constants import WIDTH
 
 _DOUBLES = ir.VectorType(ir.DoubleType(), WIDTH)
 _BITS = ir.VectorType(ir.IntType(1), WIDTH)
@@ -69,7 +69,7 @@ def _address(context, builder, array_type, array, row):
 
 @intrinsic
 def load(typingctx, array, row):
-    """Row ``row`` of a contiguous array of rows * WIDTH floats, flat or not, as a vector."""
+    """Row ``row`` of a contiguous array of rows * WIDTH floats, of any shape, as a vector."""
 
     def codegen(context, builder, signature, args):
         return builder.load(_address(context, builder, signature.args[0], *args), align=8)
@@ -79,7 +79,7 @@ def load(typingctx, array, row):
 
 @intrinsic
 def store(typingctx, array, row, value):
-    """Write a vector to row ``row`` of a contiguous array of rows * WIDTH floats, flat or not."""
+    """Write a vector to row ``row`` of a contiguous array of rows * WIDTH floats, of any shape."""
 
     def codegen(context, builder, signature, args):
         pointer = _address(context, builder, signature.args[0], *args[:2])
@@ -90,8 +90,11 @@ def store(typingctx, array, row, value):
 
 
 @intrinsic
-def peek(typingctx, array, index):
-    """One number of a contiguous array, flat or not. An index is never from the end: that would cost a test."""
+def load_scalar(typingctx, array, index):
+    """Element ``index`` of a contiguous array, counted in its memory.
+
+    The index must not be negative: indexing by brackets, which counts negative ones from the end, costs a test.
+    """
 
     def codegen(context, builder, signature, args):
         data = context.make_array(signature.args[0])(context, builder, args[0]).data
@@ -101,8 +104,8 @@ def peek(typingctx, array, index):
 
 
 @intrinsic
-def poke(typingctx, array, index, value):
-    """Write one number of a contiguous array, flat or not, with an index that is never from the end."""
+def store_scalar(typingctx, array, index, value):
+    """Write element ``index`` of a contiguous array, counted in its memory; the index must not be negative."""
 
     def codegen(context, builder, signature, args):
         data = context.make_array(signature.args[0])(context, builder, args[0]).data
@@ -113,8 +116,8 @@ def poke(typingctx, array, index, value):
 
 
 @intrinsic
-def splat(typingctx, value):
-    """The same float in every lane."""
+def broadcast(typingctx, value):
+    """The vector with this float in every element."""
 
     def codegen(context, builder, signature, args):
         first = builder.insert_element(ir.Constant(_DOUBLES, ir.Undefined), args[0], ir.Constant(ir.IntType(32), 0))
@@ -125,8 +128,8 @@ def splat(typingctx, value):
 
 
 @intrinsic
-def any_lane(typingctx, value):
-    """Whether the mask is true in any lane."""
+def any_true(typingctx, value):
+    """Whether any element of the mask is true."""
 
     def codegen(context, builder, signature, args):
         bits = builder.bitcast(args[0], ir.IntType(WIDTH))
@@ -137,7 +140,7 @@ def any_lane(typingctx, value):
 
 @intrinsic
 def bits(typingctx, value):
-    """The mask as an integer, the first lane in its lowest bit."""
+    """The mask as an integer, its first element in the lowest bit."""
 
     def codegen(context, builder, signature, args):
         return builder.zext(builder.bitcast(args[0], ir.IntType(WIDTH)), ir.IntType(64))
@@ -147,7 +150,7 @@ def bits(typingctx, value):
 
 @intrinsic
 def select(typingctx, condition, yes, no):
-    """``yes`` where the mask is true, else ``no``."""
+    """The elements of ``yes`` where the mask is true, else those of ``no``."""
 
     def codegen(context, builder, signature, args):
         return builder.select(*args)
@@ -179,27 +182,16 @@ def _elementwise(name, arity):
 vfma, vsqrt, vabs = _elementwise("fma", 3), _elementwise("sqrt", 1), _elementwise("fabs", 1)
 
 
-def _operator(method, result):
-    """A Numba intrinsic for an LLVM instruction on two vectors."""
-
-    @intrinsic
-    def function(typingctx, a, b):
-        def codegen(context, builder, signature, args):
-            return method(builder, *args)
-
-        return result(a, b), codegen
-
-    return function
-
-
 def _overload_operator(python, operand, method, result):
-    compiled = _operator(method, result)
+    """Give a Python operator on two operands of one type its LLVM instruction."""
 
-    @overload(python, inline="always")
-    def implement(a, b):
-        if a == operand and b == operand:
-            return lambda a, b: compiled(a, b)
-        return None
+    @infer_global(python)
+    class Template(ConcreteTemplate):
+        cases = (signature(result, operand, operand),)
+
+    @lower_builtin(python, operand, operand)
+    def implement(context, builder, signature, args):
+        return method(builder, *args)
 
 
 _overload_operator(operator.add, vector, ir.IRBuilder.fadd, vector)
@@ -222,16 +214,16 @@ def _numpy_store(array, row, value):
     array.reshape(-1)[row * WIDTH : (row + 1) * WIDTH] = value
 
 
-def _numpy_poke(array, index, value):
+def _numpy_store_scalar(array, index, value):
     array.reshape(-1)[index] = value
 
 
 if config.DISABLE_JIT:
-    load, store, select, any_lane = _numpy_load, _numpy_store, np.where, np.any
-    peek, poke = (lambda array, index: array.reshape(-1)[index]), _numpy_poke
+    load, store, select, any_true = _numpy_load, _numpy_store, np.where, np.any
+    load_scalar, store_scalar = (lambda array, index: array.reshape(-1)[index]), _numpy_store_scalar
     vfma, vsqrt, vabs = (lambda a, b, c: a * b + c), np.sqrt, np.abs
 
-    def splat(value):
+    def broadcast(value):
         return np.full(WIDTH, float(value))
 
     def bits(value):
@@ -239,12 +231,12 @@ if config.DISABLE_JIT:
 
 
 @inlined
-def least(a, b):
-    """The lesser of two vectors, lane by lane."""
+def smaller(a, b):
+    """The smaller of two vectors, element by element."""
     return select(a < b, a, b)
 
 
 @inlined
-def most(a, b):
-    """The greater of two vectors, lane by lane."""
+def larger(a, b):
+    """The larger of two vectors, element by element."""
     return select(a < b, b, a)

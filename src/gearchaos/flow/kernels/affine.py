@@ -1,0 +1,167 @@
+"""One affine step of the pack in a slot, and the lanes for which it may be wrong.
+
+Positions without an active lane are computed too, and their results ignored.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearchaos.flow.kernels.arrays import WAVES, position_of, slot_of
+from gearchaos.flow.kernels.compilation import inlined, subroutine
+from gearchaos.flow.kernels.constants import WIDTH
+from gearchaos.flow.kernels.simd import (
+    bits,
+    broadcast,
+    load,
+    load_scalar,
+    select,
+    smaller,
+    store,
+    store_scalar,
+    vabs,
+    vfma,
+)
+
+_TWO_PI = 6.283185307179586
+
+_POSITIONS = np.array([[i for i in range(WIDTH) if mask >> i & 1] + [0] * (WIDTH - mask.bit_count())
+                       for mask in range(1 << WIDTH)], dtype=np.int8)
+"""Positions of the set bits of a mask (256, WIDTH), filled up with zeros."""
+
+_COUNTS = np.array([mask.bit_count() for mask in range(1 << WIDTH)], dtype=np.int8)
+"""Number of set bits of a mask (256,)."""
+
+
+@inlined
+def append_lanes(mask, slot, listed, count):
+    """Append the lanes of a slot whose bits are set to the ``count`` listed ones; returns the new count.
+
+    `WIDTH` numbers are written always, so that the list must have room for so many more.
+    """
+    for i in range(WIDTH):
+        store_scalar(listed, count + i, slot * WIDTH + _POSITIONS[mask, i])
+    return count + _COUNTS[mask]
+
+
+@inlined
+def _load_matrices(dims, tabulated, matrices, vectors, first):
+    """Copy the step matrices of one lane (rows,) to every `WIDTH`-th float of the vectors from index ``first`` on."""
+    d = len(dims)
+    if tabulated == 1:  # one harmonic, the usual forcing: the compiler knows how many there are, and writes no loop
+        for i in range(d * d + 3 * d):
+            store_scalar(vectors, first + i * WIDTH, matrices[i])
+    else:
+        for i in range(len(matrices)):
+            store_scalar(vectors, first + i * WIDTH, matrices[i])
+
+
+@inlined
+def update_matrices(dims, points, lanes, slots, listed, count, tick):
+    """Load the step matrices of the listed lanes whose contact state is no longer that of their matrices."""
+    for m in range(count):
+        lane = load_scalar(listed, m)
+        slot, sigma = slot_of(lane), load_scalar(lanes.sigma, lane)
+        own = load_scalar(slots.matrix_set, slot) * len(lanes.trajectory) + lane
+        if load_scalar(lanes.matrix_sigma, own) != sigma:
+            store_scalar(lanes.matrix_sigma, own, sigma)
+            step = load_scalar(lanes.first_step, lane) + load_scalar(slots.ahead, slot) + tick
+            entry = load_scalar(points.steps.entry, step)
+            first = (load_scalar(slots.matrices, slot) + len(dims)) * WIDTH + position_of(lane)
+            matrices = points.table[load_scalar(lanes.first_entry, lane) + entry, int(sigma) + 1]
+            _load_matrices(dims, points.tabulated, matrices, lanes.vectors, first)
+
+
+@subroutine
+def load_bounds(dims, values, columns, length, vectors, first):
+    """Write the bounds of one lane that recognise a harmless step, times h² / 8, to every `WIDTH`-th float of the
+    vectors from index ``first`` on: of |z''| and |z'''|, then the factors of |w_i|, i >= 2.
+
+    ``values`` (total,) are the parameters of its point, in these ``columns``; ``length`` is that of the step as a share
+    of the period.
+    """
+    h = _TWO_PI * length / values[columns.omega]
+    for i in range(2):
+        vectors[first + i * WIDTH] = h * h * 0.125 * values[columns.bound0 + i]
+    for i in range(2, len(dims)):
+        vectors[first + i * WIDTH] = h * h * 0.125 * values[columns.bound + i]
+
+
+@inlined
+def _affine_one_harmonic(dims, cos, sin, vectors, matrices, before, after):
+    """after = E before + g where the forcing has one harmonic."""
+    d = len(dims)
+    cos, sin = broadcast(cos), broadcast(sin)
+    for i in range(d):
+        total = vfma(load(vectors, matrices + d * d + d + i), cos, load(vectors, matrices + d * d + i))
+        total = vfma(load(vectors, matrices + d * d + 2 * d + i), sin, total)
+        for j in range(d):
+            total = vfma(load(vectors, matrices + i * d + j), load(vectors, before + j), total)
+        store(vectors, after + i, total)
+
+
+@inlined
+def affine_step(dims, tabulated, values, step, vectors, matrices, before, after):
+    """after = E before + g for all lanes of a slot, in the order of the step tables.
+
+    E and g begin at vector ``matrices``, the states at vectors ``before`` and ``after``. cos jωτ and sin jωτ are in row
+    ``step`` of ``values``, `Steps.values`; ``tabulated`` is `Points.tabulated`.
+    """
+    if tabulated == 1:
+        cos, sin = values[step, WAVES], values[step, WAVES + 1]
+        _affine_one_harmonic(dims, cos, sin, vectors, matrices, before, after)
+        return
+    d = len(dims)
+    for i in range(d):
+        total = load(vectors, matrices + d * d + i)
+        for j in range(tabulated):
+            cos = matrices + d * d + d + j * d + i
+            total = vfma(load(vectors, cos), broadcast(values[step, WAVES + 2 * j]), total)
+            total = vfma(load(vectors, cos + tabulated * d), broadcast(values[step, WAVES + 2 * j + 1]), total)
+        for j in range(d):
+            total = vfma(load(vectors, matrices + i * d + j), load(vectors, before + j), total)
+        store(vectors, after + i, total)
+
+
+@inlined
+def linear_step(dims, vectors, matrices, tangents, before, after):
+    """after = E before for one tangent vector of all lanes of a slot; E begins at vector ``matrices``."""
+    d = len(dims)
+    for i in range(d):
+        total = load(vectors, matrices + i * d) * load(tangents, before)
+        for j in range(1, d):
+            total = vfma(load(vectors, matrices + i * d + j), load(tangents, before + j), total)
+        store(tangents, after + i, total)
+
+
+@inlined
+def find_suspects(dims, sigma, slot, vectors, bounds, before, after):
+    """The lanes of a slot, as bits, whose contact state changed in the step, or may have changed and changed back.
+
+    On a step of duration h, z stays within h² max|z''| / 8 of its chord and z' within h² max|z'''| / 8 of its own. A
+    lane has crossed nothing unseen if its gap is wider than the first at both ends, or if its speed has one sign and is
+    larger than the second at both. ``bounds`` is the first vector that `load_bounds` wrote, ``sigma`` is `Lanes.sigma`.
+    """
+    zero, one, slack = broadcast(0.0), broadcast(1.0), broadcast(0.0)
+    for i in range(2, len(dims)):
+        slack = vfma(load(vectors, bounds + i), vabs(load(vectors, before + i)), slack)
+    z0, z1 = load(vectors, before), load(vectors, after)
+    v0, v1 = load(vectors, before + 1), load(vectors, after + 1)
+    state = load(sigma, slot)
+    free = state == zero
+    gap0 = select(free, one - vabs(z0), vfma(state, z0, broadcast(-1.0)))
+    gap1 = select(free, one - vabs(z1), vfma(state, z1, broadcast(-1.0)))
+    near = smaller(gap0, gap1) < load(vectors, bounds) + slack
+    slow = smaller(vabs(v0), vabs(v1)) < load(vectors, bounds + 1) + slack
+    turning = v0 * v1 <= zero
+    return bits((gap1 < zero) | (near & (turning | slow)))
+
+
+@inlined
+def list_suspects(suspects, slots, listed):
+    """List the active lanes whose bits are set in ``suspects`` (SLOTS,); returns how many there are."""
+    count = 0
+    for slot in range(slots.counters[0]):
+        active = (1 << load_scalar(slots.active, slot)) - 1
+        count = append_lanes(load_scalar(suspects, slot) & active, slot, listed, count)
+    return count

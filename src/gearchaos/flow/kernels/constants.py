@@ -1,0 +1,55 @@
+"""Constants that the kernels share with the functions around them."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+WIDTH = 8
+"""Lanes in a pack, and floats in a vector: one register with 512 bits, two with 256."""
+
+ORDER = 14
+"""Degree of the Taylor polynomials on a step."""
+
+SLOTS = 32
+"""Packs that one kernel call advances side by side; for d = 2 their step matrices fit the first-level cache."""
+
+MAX_SWITCHES = 64
+"""Contact switches within one step after which a lane gets the status `CHATTER`."""
+
+DIVERGED_AT = 1e8
+"""A trajectory has diverged when |z| or |z'| reaches this value, in half backlashes (per unit of τ)."""
+
+OK, DIVERGED, CHATTER = 0, 1, 2
+"""Status of a trajectory."""
+
+
+class Measure(IntEnum):
+    """Rows of the array of measures (`len(Measure)`, L), each accumulated along the motion.
+
+    Times are in units of τ; z in half backlashes; the mesh force 2ζz' + χ f(z) as in (2.5) of the paper.
+    """
+
+    FRONT_TIME = 0
+    """Time in contact with the front flank, z > 1."""
+    BACK_TIME = 1
+    """Time in contact with the back flank, z < -1."""
+    Z = 2
+    """Integral of z."""
+    Z_SQUARE = 3
+    """Integral of z²."""
+    Z_DOT_SQUARE = 4
+    """Integral of z'²."""
+    VELOCITY = 5
+    """Integral of x1' (of z' in the single model)."""
+    VELOCITY_SQUARE = 6
+    """Integral of its square."""
+    Z_MAX = 7
+    """Largest z; the other extremes likewise."""
+    Z_MIN = 8
+    Z_DOT_MAX = 9
+    Z_DOT_MIN = 10
+    FORCE_MAX = 11
+    """Largest mesh force."""
+    FORCE_MIN = 12
+    SWITCHES = 13
+    """Number of contact switches."""

@@ -1,0 +1,224 @@
+"""Measures of a motion, integrated on the Taylor polynomials of its segments: exact to rounding."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearchaos.flow.kernels.arrays import measure_index, rows_per_slot
+from gearchaos.flow.kernels.compilation import inlined, subroutine
+from gearchaos.flow.kernels.constants import ORDER, WIDTH, Measure
+from gearchaos.flow.kernels.offsets import rows
+from gearchaos.flow.kernels.simd import (
+    any_true,
+    broadcast,
+    larger,
+    load,
+    load_scalar,
+    select,
+    smaller,
+    store,
+    store_scalar,
+    vabs,
+    vfma,
+)
+from gearchaos.flow.kernels.taylor import (
+    add_wave,
+    excitation_series,
+    horner,
+    horner3,
+    spring_extension,
+    state_series,
+    stiffness_variation,
+)
+from gearchaos.flow.kernels.workspace import fill_point, fill_step, restore_point_rows, save_point_rows
+
+_COUNT = len(Measure)
+_GAUSS = 6
+"""Nodes of the Gauss–Legendre rule on a segment."""
+_LEGENDRE = np.polynomial.legendre.leggauss(_GAUSS)
+_NODES = tuple(float(x) for x in (_LEGENDRE[0] + 1) / 2)
+_WEIGHTS = tuple(float(x) for x in _LEGENDRE[1] / 2)
+
+_MARGIN = 0.05
+"""An extreme among the samples of a segment is refined if it is this close to the record, in units of their range."""
+
+
+@subroutine
+def output_series(dims, harmonics, ws):
+    """Polynomials of the velocity x1' and of the mesh force 2ζz' + χ f(z), from those of the coordinates."""
+    d = len(dims)
+    at, row, sigma = rows(dims), harmonics.rows, load(ws, rows(dims).sigma)
+    damping, first, constant = load(ws, row.damping), load(ws, row.velocity), load(ws, row.velocity0)
+    for m in range(ORDER + 1):
+        velocity = first * load(ws, at.state + m * d)
+        for i in range(1, d):
+            velocity = vfma(load(ws, row.velocity + i), load(ws, at.state + m * d + i), velocity)
+        store(ws, at.velocity + m, velocity + constant if m == 0 else velocity)
+        spring = load(ws, at.stiffness) * spring_extension(ws, at, d, m, sigma)
+        if harmonics.stiffness > 0:
+            spring = spring + stiffness_variation(ws, at, d, m, sigma)
+        store(ws, at.force + m, vfma(damping, load(ws, at.state + m * d + 1), spring))
+    for j in range(harmonics.forcing):
+        cos, sin = load(ws, row.velocity_cos + j), load(ws, row.velocity_sin + j)
+        angle = load(ws, at.duration) * load(ws, at.omega) * broadcast(j + 1.0)
+        add_wave(ws, at.velocity, cos, sin, row.waves + 2 * j, angle, False)
+
+
+@subroutine
+def _refined(ws, first, stride, s, end):
+    """The extreme value near s, a vector: two Newton steps on the derivative, kept within 0 and ``end``."""
+    zero = broadcast(0.0)
+    for _ in range(2):
+        slope, second = zero, zero
+        for k in range(ORDER, 0, -1):
+            second = vfma(second, s, slope)
+            slope = vfma(slope, s, broadcast(float(k)) * load(ws, first + k * stride))
+        s = s - select(second == zero, zero, slope / select(second == zero, broadcast(1.0), second))
+        s = select(s < zero, zero, select(s > end, end, s))
+    return horner(ws, first, stride, s)
+
+
+@subroutine
+def _chord_deviation_bound(ws, first, stride):
+    """Upper bound of the distance of a polynomial from its chord on any part of the segment.
+
+    u − u^k is at most 1/4, 0.385 and 0.473 for k = 2, 3 and 4, and less than 1 for all k; the terms beyond degree 6 are
+    smaller than the tenth added to the first three.
+    """
+    total = broadcast(0.0)
+    for k in range(6, 1, -1):
+        share = 0.275 if k == 2 else (0.43 if k == 3 else (0.52 if k == 4 else 1.0))
+        total = vfma(broadcast(share), vabs(load(ws, first + k * stride)), total)
+    return total
+
+
+@subroutine
+def _update_extremes(ws, first, stride, end, moving, measures, row):
+    """Raise the maximum in ``row`` of the measures, and lower the minimum in the next row, to those of a polynomial.
+
+    On most segments the bound on its distance from the chord shows that it sets no record. On the others samples find
+    the extremes to a few per cent of its range; only where that comes near the record are they refined, and only in the
+    ``moving`` lanes (a mask): the extremes of a lane do not depend on the other lanes.
+    """
+    begin, last, deviation = load(ws, first), horner(ws, first, stride, end), _chord_deviation_bound(ws, first, stride)
+    top, bottom = load(measures, row), load(measures, row + 1)
+    rising = moving & (top < larger(begin, last) + deviation)
+    falling = moving & (smaller(begin, last) - deviation < bottom)
+    if not any_true(rising | falling):
+        return
+    high = low = begin
+    s_high = s_low = broadcast(0.0)
+    samples = (end * broadcast(0.25), end * broadcast(0.5), end * broadcast(0.75), end)
+    values = (*horner3(ws, first, stride, samples[0], samples[1], samples[2]), last)
+    for g in range(4):
+        above, below = values[g] > high, values[g] < low
+        high, s_high = select(above, values[g], high), select(above, samples[g], s_high)
+        low, s_low = select(below, values[g], low), select(below, samples[g], s_low)
+    margin = broadcast(_MARGIN) * (high - low)
+    rising, falling = rising & (high + margin > top), falling & (low - margin < bottom)
+    if any_true(rising):
+        peak = _refined(ws, first, stride, s_high, end)
+        peak = select(peak > high, peak, high)
+        store(measures, row, select(rising & (peak > top), peak, top))
+    if any_true(falling):
+        trough = _refined(ws, first, stride, s_low, end)
+        trough = select(trough < low, trough, low)
+        store(measures, row + 1, select(falling & (trough < bottom), trough, bottom))
+
+
+@subroutine
+def _add(measures, row, value):
+    """Add a vector to a row of the measures."""
+    store(measures, row, load(measures, row) + value)
+
+
+@subroutine
+def _add_integrals(dims, ws, duration, end, measures, first):
+    """Add the integrals of z, z², z'², x1' and x1'² over the segment, by the Gauss–Legendre rule."""
+    d = len(dims)
+    at = rows(dims)
+    z = zz = ss = v = vv = broadcast(0.0)
+    for g in range(0, _GAUSS, 3):
+        nodes = (end * broadcast(_NODES[g]), end * broadcast(_NODES[g + 1]), end * broadcast(_NODES[g + 2]))
+        a = horner3(ws, at.state, d, nodes[0], nodes[1], nodes[2])
+        b = horner3(ws, at.state + 1, d, nodes[0], nodes[1], nodes[2])
+        c = horner3(ws, at.velocity, 1, nodes[0], nodes[1], nodes[2])
+        for i in range(3):
+            weight = duration * broadcast(_WEIGHTS[g + i])
+            z, zz, ss = vfma(weight, a[i], z), vfma(weight, a[i] * a[i], zz), vfma(weight, b[i] * b[i], ss)
+            v, vv = vfma(weight, c[i], v), vfma(weight, c[i] * c[i], vv)
+    _add(measures, first + Measure.Z, z)
+    _add(measures, first + Measure.Z_SQUARE, zz)
+    _add(measures, first + Measure.Z_DOT_SQUARE, ss)
+    _add(measures, first + Measure.VELOCITY, v)
+    _add(measures, first + Measure.VELOCITY_SQUARE, vv)
+
+
+@subroutine
+def measure_segment(dims, ws, measures, first):
+    """Add a segment, up to its contact switch, to the measures in rows ``first`` to ``first + len(Measure) - 1``."""
+    d = len(dims)
+    at = rows(dims)
+    end, sigma = load(ws, at.share), load(ws, at.sigma)
+    duration, zero = load(ws, at.duration) * end, broadcast(0.0)
+    moving = zero < duration
+    _add(measures, first + Measure.FRONT_TIME, select(sigma > zero, duration, zero))
+    _add(measures, first + Measure.BACK_TIME, select(sigma < zero, duration, zero))
+    _add(measures, first + Measure.SWITCHES, select(load(ws, at.next_sigma) == sigma, zero, broadcast(1.0)))
+    _add_integrals(dims, ws, duration, end, measures, first)
+    _update_extremes(ws, at.state, d, end, moving, measures, first + Measure.Z_MAX)
+    _update_extremes(ws, at.state + 1, d, end, moving, measures, first + Measure.Z_DOT_MAX)
+    _update_extremes(ws, at.force, 1, end, moving, measures, first + Measure.FORCE_MAX)
+
+
+@subroutine
+def gather_measures(measures, source, lane, position):
+    """Copy the measures of a lane from ``source``, `Lanes.measures`, to a position of the pack's ``measures``."""
+    for row in range(_COUNT):
+        store_scalar(measures, row * WIDTH + position, load_scalar(source, measure_index(lane, row)))
+
+
+@subroutine
+def scatter_measures(measures, target, lane, position):
+    """Copy the measures at a position of the pack back to those of a lane in ``target``, `Lanes.measures`."""
+    for row in range(_COUNT):
+        store_scalar(target, measure_index(lane, row), load_scalar(measures, row * WIDTH + position))
+
+
+@inlined
+def prepare_measures(dims, points, lanes, slot, work):
+    """Save for a slot what the measures need of the points of its new lanes."""
+    for l in range(WIDTH):
+        work.points[l] = lanes.point[slot * WIDTH + l]
+    fill_point(dims, points.parameters, points.harmonics, work.points, True, work.rows)
+    save_point_rows(dims, points.harmonics, work.rows, lanes.point_rows, slot)
+
+
+@inlined
+def _measure_slot(dims, points, slots, lanes, slot, work, tick):
+    """Add the step to the measures of those lanes of a slot that are not suspects."""
+    ws, at, d = work.rows, rows(dims), len(dims)
+    active, first = load_scalar(slots.active, slot), slot * WIDTH
+    steady = ~load_scalar(work.suspects, slot) & ((1 << active) - 1)
+    restore_point_rows(dims, points.harmonics, lanes.point_rows, slot, ws)
+    for l in range(WIDTH):
+        lane = first + (l if l < active else 0)
+        work.steps[l] = load_scalar(lanes.first_step, lane) + load_scalar(slots.ahead, slot) + tick
+        store_scalar(ws, at.share * WIDTH + l, float(steady >> l & 1))
+    fill_step(dims, points.harmonics, points.steps.values, work.steps, ws)
+    for i in range(d):
+        store(ws, at.start + i, load(lanes.vectors, slot * rows_per_slot(lanes) + (tick & 1) * d + i))
+    sigma = load(lanes.sigma, slot)
+    store(ws, at.sigma, sigma)
+    store(ws, at.next_sigma, sigma)
+    excitation_series(dims, points.harmonics, ws)
+    state_series(dims, ws, True, points.harmonics.stiffness > 0)
+    output_series(dims, points.harmonics, ws)
+    measure_segment(dims, ws, lanes.measures, slot * _COUNT)
+
+
+@inlined
+def measure_step(dims, points, slots, lanes, work, tick):
+    """Add a step to the measures of all lanes except the suspects, which are measured as they are resolved."""
+    for slot in range(slots.counters[0]):
+        _measure_slot(dims, points, slots, lanes, slot, work, tick)

@@ -1,0 +1,126 @@
+"""Where each quantity begins in the two packed arrays of the kernels: the parameter array and the workspace.
+
+Both are described by lists of (name, size). Offsets are the running sums of the sizes, so that a new quantity is one
+line here. Offsets that depend on the number of coordinates d alone are constants for the compiler; those that depend on
+the numbers of harmonics H and K come to the kernels in `Harmonics`.
+"""
+
+from __future__ import annotations
+
+from collections import namedtuple
+from functools import cache
+from itertools import accumulate
+from typing import Any, NamedTuple
+
+from numba import config, types
+from numba.extending import intrinsic
+
+from gearchaos.flow.kernels.constants import ORDER
+
+_TERMS = ORDER + 1
+"""Coefficients of a Taylor polynomial."""
+
+
+def _parameters(d: int, h: int, k: int) -> dict[str, int]:
+    """Columns of the parameter array (P, total): an array of the system, flattened, or a bound of `rates.bounds`."""
+    return {
+        "A": d * d, "b": d, "f0": d, "levels": 2, "omega": 1, "bound0": 2, "bound": d, "damping": 1, "velocity": d,
+        "velocity0": 1, "f_cos": h, "f_sin": h, "chi_cos": k, "chi_sin": k, "velocity_cos": h, "velocity_sin": h,
+    }
+
+
+def _fixed_rows(d: int) -> dict[str, int]:
+    """Rows of the workspace whose number depends on d alone; a polynomial has `ORDER` + 1 coefficients."""
+    return {
+        "A": d * d,
+        "minus_b": d,
+        "f0": d,
+        "levels": 2,  # stiffness in both parts of the period, without its harmonics
+        "omega": 1,  # mesh frequency
+        "state": _TERMS * d,  # polynomials of the coordinates: coefficient k of coordinate i in row k * d + i
+        "forcing": _TERMS,  # polynomial of the harmonic forcing of z''
+        "stiffness": _TERMS,  # polynomial of the stiffness; zero in free flight
+        "velocity": _TERMS,  # polynomial of x1', for the measures
+        "force": _TERMS,  # polynomial of the mesh force, for the measures
+        "start": d,  # state or tangent vector at the start of the segment
+        "end": d,  # and at its end
+        "stiffness_column": d,  # factor of z - σ: first column of A, less b times the stiffness at the start
+        "constant": d,  # constant forcing, with A[:, 0] σ
+        "duration": 1,  # of the segment, in units of τ
+        "level": 1,  # stiffness on the step, without its harmonics
+        "sigma": 1,  # contact state
+        "next_sigma": 1,  # contact state after the segment
+        "share": 1,  # share of the segment up to the contact switch, or 1
+        "gain": 2,  # factors of a cosine and a sine, for the step tables
+    }
+
+
+def _harmonic_rows(d: int, h: int, k: int) -> dict[str, int]:
+    """Rows of the workspace after the fixed ones, whose number depends on the harmonics."""
+    return {
+        "waves": 2 * max(h, k),  # cos jωτ and sin jωτ at the start of the segment, j = 1, 2, ...
+        "forcing_gains": 2 * h,  # their factors in the forcing of z''
+        "stiffness_gains": 2 * k,  # their factors in the stiffness
+        "damping": 1,  # from here on for the measures: 2ζ
+        "velocity": d,  # factors of the coordinates in x1'
+        "velocity0": 1,  # constant in x1'
+        "velocity_cos": h,  # factors of the cosines and sines in x1'
+        "velocity_sin": h,
+    }
+
+
+def _offsets(sizes: dict[str, int], first: int = 0) -> list[int]:
+    """Where each of these quantities begins, and where the last one ends."""
+    return list(accumulate(sizes.values(), initial=first))
+
+
+def _record(name: str, sizes: dict[str, int]) -> Any:
+    """A named tuple of offsets, with one field for each quantity and ``total`` for the end of the last one."""
+    return namedtuple(name, [*sizes, "total"])
+
+
+Columns = _record("Columns", _parameters(1, 1, 1))
+Rows = _record("Rows", _fixed_rows(1))
+HarmonicRows = _record("HarmonicRows", _harmonic_rows(1, 1, 1))
+
+
+class Harmonics(NamedTuple):
+    """How many harmonics a system has, and the offsets that depend on it."""
+
+    forcing: int  # H
+    stiffness: int  # K
+    columns: Any  # `Columns` of the parameter array, see `_parameters`
+    rows: Any  # `HarmonicRows` of the workspace, see `_harmonic_rows`
+    point_rows: int  # rows that depend on a point alone: those before ``state``, and from ``forcing_gains`` on
+
+
+def harmonics(d: int, h: int, k: int) -> Harmonics:
+    """The offsets for d coordinates, h harmonics of the forcing and k of the stiffness."""
+    fixed = row_offsets(d)
+    rows = HarmonicRows(*_offsets(_harmonic_rows(d, h, k), fixed.total))
+    point_rows = fixed.state + rows.total - rows.forcing_gains
+    return Harmonics(h, k, Columns(*_offsets(_parameters(d, h, k))), rows, point_rows)
+
+
+@cache
+def row_offsets(d: int) -> Any:
+    """`Rows` of the workspace for d coordinates."""
+    return Rows(*_offsets(_fixed_rows(d)))
+
+
+@intrinsic
+def _constant_rows(typingctx, dims):
+    kind, value = types.NamedUniTuple(types.intp, len(Rows._fields), Rows), row_offsets(len(dims))
+
+    def codegen(context, builder, signature, args):
+        return context.get_constant_generic(builder, kind, value)
+
+    return kind(dims), codegen
+
+
+def _plain_rows(dims) -> Any:
+    return row_offsets(len(dims))
+
+
+rows: Any = _plain_rows if config.DISABLE_JIT else _constant_rows
+"""``rows(dims)`` in kernels: the same, as constants of the compiler."""

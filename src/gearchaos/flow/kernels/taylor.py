@@ -1,0 +1,164 @@
+"""Taylor polynomials of the linear motion on one segment between contact switches, for the lanes of a pack.
+
+With s in [0, 1] the share of the segment, w(s) = Σ_k c_k s^k solves
+
+    dw/ds = h (A w + f(τ) − b χ(τ) (w[0] − σ)),
+
+with h the duration of the segment. Coefficient k of coordinate i is row ``at.state + k * d + i`` of the workspace;
+``at`` stands for ``rows(dims)``.
+"""
+
+from __future__ import annotations
+
+from gearchaos.flow.kernels.compilation import subroutine
+from gearchaos.flow.kernels.constants import ORDER, WIDTH
+from gearchaos.flow.kernels.offsets import rows
+from gearchaos.flow.kernels.simd import broadcast, load, store, vfma
+
+
+@subroutine
+def horner(ws, first, stride, s):
+    """The polynomial Σ_k c_k s^k, whose coefficient k is row ``first + k * stride``, at a vector s."""
+    total = load(ws, first + ORDER * stride)
+    for k in range(ORDER - 1, -1, -1):
+        total = vfma(total, s, load(ws, first + k * stride))
+    return total
+
+
+@subroutine
+def horner3(ws, first, stride, s, t, u):
+    """The same polynomial at three vectors, in little more time than at one."""
+    x = y = z = load(ws, first + ORDER * stride)
+    for k in range(ORDER - 1, -1, -1):
+        c = load(ws, first + k * stride)
+        x, y, z = vfma(x, s, c), vfma(y, t, c), vfma(z, u, c)
+    return x, y, z
+
+
+@subroutine
+def set_gains(parameters, points, cos, sin, sign, ws, row):
+    """Write two columns of the parameters (P, total) to rows ``row`` and ``row + 1``, the second times ``sign``.
+
+    ``points`` (WIDTH,) says which point each lane has.
+    """
+    for l in range(WIDTH):
+        ws[row * WIDTH + l] = parameters[points[l], cos]
+        ws[(row + 1) * WIDTH + l] = sign * parameters[points[l], sin]
+
+
+@subroutine
+def add_wave(ws, first, a, b, phase, angle, fresh):
+    """Add the Taylor polynomial of a cos(φ + angle s) + b sin(φ + angle s) to the one in rows ``first`` to
+    ``first + ORDER``, or write it there if ``fresh``. cos φ and sin φ are rows ``phase`` and ``phase + 1``; a, b and
+    ``angle`` are vectors.
+    """
+    cos, sin = load(ws, phase), load(ws, phase + 1)
+    value, quarter = vfma(a, cos, b * sin), vfma(b, cos, broadcast(-1.0) * a * sin)  # and a quarter turn later
+    for k in range(ORDER + 1):
+        store(ws, first + k, value if fresh else load(ws, first + k) + value)
+        step = angle * broadcast(1.0 / (k + 1))
+        value, quarter = step * quarter, broadcast(-1.0) * step * value
+
+
+@subroutine
+def excitation_series(dims, harmonics, ws):
+    """Polynomials of the forcing and, for lanes in contact, of the stiffness on the segment; and the columns with which
+    both enter the equations.
+
+    The stiffness at the start of the segment is joined with A, as the factor of z − σ; its variation is left to
+    `state_series`.
+    """
+    at, waves, row = rows(dims), harmonics.rows.waves, harmonics.rows
+    angle = load(ws, at.duration) * load(ws, at.omega)
+    contact = load(ws, at.sigma) * load(ws, at.sigma)  # 1 in contact, else 0
+    if harmonics.forcing == 0:
+        for m in range(ORDER + 1):
+            store(ws, at.forcing + m, broadcast(0.0))
+    for j in range(harmonics.forcing):
+        a, b = load(ws, row.forcing_gains + 2 * j), load(ws, row.forcing_gains + 2 * j + 1)
+        add_wave(ws, at.forcing, a, b, waves + 2 * j, angle * broadcast(j + 1.0), j == 0)
+    store(ws, at.stiffness, contact * load(ws, at.level))
+    if harmonics.stiffness > 0:
+        for m in range(1, ORDER + 1):
+            store(ws, at.stiffness + m, broadcast(0.0))
+    for j in range(harmonics.stiffness):
+        a, b = contact * load(ws, row.stiffness_gains + 2 * j), contact * load(ws, row.stiffness_gains + 2 * j + 1)
+        add_wave(ws, at.stiffness, a, b, waves + 2 * j, angle * broadcast(j + 1.0), False)
+    chi, sigma = load(ws, at.stiffness), load(ws, at.sigma)
+    for i in range(1, len(dims)):
+        own = load(ws, at.A + i * len(dims))
+        store(ws, at.stiffness_column + i, vfma(load(ws, at.minus_b + i), chi, own))
+        store(ws, at.constant + i, vfma(own, sigma, load(ws, at.f0 + i)))
+
+
+@subroutine
+def advance_phases(dims, harmonics, ws):
+    """Advance cos jωτ and sin jωτ from the start of the segment by its share; the angle is that of a step at most."""
+    at, waves = rows(dims), harmonics.rows.waves
+    done = load(ws, at.duration) * load(ws, at.omega) * load(ws, at.share)
+    for j in range(max(harmonics.forcing, harmonics.stiffness)):
+        angle = done * broadcast(j + 1.0)
+        square = broadcast(-1.0) * angle * angle
+        c = s = broadcast(1.0)
+        for m in range(ORDER, 0, -2):
+            c = vfma(square * broadcast(1.0 / (m * (m - 1))), c, broadcast(1.0))
+            s = vfma(square * broadcast(1.0 / (m * (m + 1))), s, broadcast(1.0))
+        s = s * angle
+        cos, sin = load(ws, waves + 2 * j), load(ws, waves + 2 * j + 1)
+        store(ws, waves + 2 * j, vfma(cos, c, broadcast(-1.0) * sin * s))
+        store(ws, waves + 2 * j + 1, vfma(sin, c, cos * s))
+
+
+@subroutine
+def spring_extension(ws, at, d, k, sigma):
+    """Coefficient k of z − σ."""
+    z = load(ws, at.state + k * d)
+    return z - sigma if k == 0 else z
+
+
+@subroutine
+def stiffness_variation(ws, at, d, k, sigma):
+    """Coefficient k of (χ(τ) − χ at the start of the segment) (z − σ), by the product rule."""
+    total = broadcast(0.0)
+    for i in range(1, k + 1):
+        total = vfma(load(ws, at.stiffness + i), spring_extension(ws, at, d, k - i, sigma), total)
+    return total
+
+
+@subroutine
+def state_series(dims, ws, forced, varying):
+    """Polynomials of the coordinates from the start rows; without ``forced`` those of a tangent vector.
+
+    ``varying`` says that the stiffness has harmonics. The first coordinate is z, the second its derivative. The spring
+    acts on z − σ, formed before the product with the stiffness, so that nothing cancels where contact begins.
+    """
+    d = len(dims)
+    at = rows(dims)
+    h = load(ws, at.duration)
+    sigma = load(ws, at.sigma) * broadcast(1.0 if forced else 0.0)
+    for i in range(d):
+        store(ws, at.state + i, load(ws, at.start + i))
+    for k in range(ORDER):
+        scale = h * broadcast(1.0 / (k + 1))
+        store(ws, at.state + (k + 1) * d, load(ws, at.state + k * d + 1) * scale)
+        z = spring_extension(ws, at, d, k, sigma)
+        for i in range(1, d):
+            total = load(ws, at.forcing + k) if forced and i == 1 else broadcast(0.0)
+            if forced and k == 0:
+                total = total + load(ws, at.constant + i)
+            total = vfma(load(ws, at.stiffness_column + i), z, total)
+            if varying:
+                total = vfma(load(ws, at.minus_b + i), stiffness_variation(ws, at, d, k, sigma), total)
+            for j in range(1, d):
+                total = vfma(load(ws, at.A + i * d + j), load(ws, at.state + k * d + j), total)
+            store(ws, at.state + (k + 1) * d + i, total * scale)
+
+
+@subroutine
+def end_state(dims, ws):
+    """Evaluate the coordinates at the share of the segment, into the end rows."""
+    d = len(dims)
+    at = rows(dims)
+    s = load(ws, at.share)
+    for i in range(d):
+        store(ws, at.end + i, horner(ws, at.state + i, d, s))

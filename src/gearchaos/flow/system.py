@@ -1,0 +1,95 @@
+"""What the flow needs to know of a system: arrays, and nothing of their meaning for gears."""
+
+from __future__ import annotations
+
+from typing import Protocol, Self
+
+import numpy as np
+
+
+class SwitchedSystem(Protocol):
+    """A batch of switched affine systems: P parameter points, d coordinates, H harmonics of the forcing, K of the
+    stiffness.
+
+    The first two coordinates are z and z', the displacement in half backlashes and its velocity, so that the contact
+    state σ follows from w[0] alone:
+
+        w' = A w + f(τ) − b χ(τ) (w[0] − σ) [σ ≠ 0],    σ = 0 if |z| <= 1, 1 if z > 1, −1 if z < −1
+
+    with f(τ) = f0, to whose second element Σ_j (f_cos[j] cos jωτ + f_sin[j] sin jωτ), j = 1, ..., H, is added, and
+    χ(τ) = level + Σ_j (chi_cos[j] cos jωτ + chi_sin[j] sin jωτ), j = 1, ..., K. Any object with these arrays will do.
+
+    Attributes
+    ----------
+    omega : (P,)
+        Frequency ω; the period of the system is 2π/ω.
+    A : (P, d, d)
+        Linear part in free flight; its first row is (0, 1, 0, ...).
+    b : (P, d)
+        Direction of the spring force; b[:, 0] = 0 and b[:, 1] > 0.
+    f0 : (P, d)
+        Constant forcing; f0[:, 0] = 0.
+    f_cos, f_sin : (P, H)
+        Harmonic forcing of z''.
+    split : (P,)
+        Share of the period with the first stiffness level.
+    one_split : bool
+        Whether that share is the same at all points.
+    levels : (P, 2)
+        Stiffness level in the first share of the period and in the rest.
+    chi_cos, chi_sin : (P, K)
+        Harmonics of the stiffness about its level.
+    damping : (P,)
+        Factor of z' in the force that is measured, damping z' + χ (z − σ).
+    velocity, velocity0, velocity_cos, velocity_sin : (P, d), (P,), (P, H), (P, H)
+        The velocity that is measured: velocity · w + velocity0, plus harmonics like those of the forcing.
+    trace : (P,)
+        Trace of A.
+    period : (P,)
+        2π/ω.
+    """
+
+    @property
+    def omega(self) -> np.ndarray: ...
+    @property
+    def A(self) -> np.ndarray: ...
+    @property
+    def b(self) -> np.ndarray: ...
+    @property
+    def f0(self) -> np.ndarray: ...
+    @property
+    def f_cos(self) -> np.ndarray: ...
+    @property
+    def f_sin(self) -> np.ndarray: ...
+    @property
+    def split(self) -> np.ndarray: ...
+    @property
+    def one_split(self) -> bool: ...
+    @property
+    def levels(self) -> np.ndarray: ...
+    @property
+    def chi_cos(self) -> np.ndarray: ...
+    @property
+    def chi_sin(self) -> np.ndarray: ...
+    @property
+    def damping(self) -> np.ndarray: ...
+    @property
+    def velocity(self) -> np.ndarray: ...
+    @property
+    def velocity0(self) -> np.ndarray: ...
+    @property
+    def velocity_cos(self) -> np.ndarray: ...
+    @property
+    def velocity_sin(self) -> np.ndarray: ...
+    @property
+    def trace(self) -> np.ndarray: ...
+    @property
+    def period(self) -> np.ndarray: ...
+    @property
+    def points(self) -> int: ...
+    @property
+    def dimension(self) -> int: ...
+
+    def take(self, index: np.ndarray) -> Self:
+        """The system of the points with these numbers, in that order."""
+        ...
