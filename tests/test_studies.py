@@ -342,9 +342,9 @@ def test_the_smallest_kick_is_the_distance_to_the_boundary():
     plane = np.zeros((41, 81), dtype=int)
     plane[:, 60:] = 1
     x, y = np.linspace(-2, 2, 81), np.linspace(-1, 1, 41)
-    kicks = boundary.smallest_kicks(plane, x, y, [np.array([[0.0, 0.0], [0.5, 0.2]]), np.array([[1.5, 0.0]])])
+    kicks = boundary.smallest_perturbations(plane, x, y, [np.array([[0.0, 0.0], [0.5, 0.2]]), np.array([[1.5, 0.0]])])
     np.testing.assert_allclose(kicks, [0.5, 0.55], atol=1e-9)
-    assert np.isnan(boundary.smallest_kicks(np.zeros((41, 81), dtype=int), x, y, [np.array([[0.0, 0.0]])])[0])
+    assert np.isnan(boundary.smallest_perturbations(np.zeros((41, 81), dtype=int), x, y, [np.array([[0.0, 0.0]])])[0])
 
 
 def test_the_steady_motion_behind_a_verdict_starts_on_it():

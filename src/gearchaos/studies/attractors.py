@@ -19,11 +19,11 @@ from gearchaos.gears.pair import GearPair, as_model
 from gearchaos.model import MeshModel, expand, state_names, vary
 from gearchaos.model.coordinates import start
 from gearchaos.model.switched import SwitchedAffine, switched
-from gearchaos.studies.attractor_set import AttractorSet, described, final_states
+from gearchaos.studies.attractor_set import AttractorSet, attractor_variables, final_states
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.cost import Effort, effort
 from gearchaos.studies.initial_conditions import checked_box, default_box, spread
-from gearchaos.studies.perturbation import EACH, TRIED, smallest_kick
+from gearchaos.studies.perturbation import BYTES_PER_DIRECTION, MOTIONS_PER_DIRECTION, smallest_perturbation
 from gearchaos.studies.plan import Plan
 from gearchaos.studies.sweep import CARRY, carried
 
@@ -105,7 +105,7 @@ def plan(
     ) -> xr.Dataset:
         catalogue = AttractorSet(flow)
         index = catalogue.match(found)
-        catalogue.tally(index)
+        catalogue.count_members(index)
         ends = catalogue.find(_swept(model, sweep), settings=settings, threads=threads) if sweep else np.empty(0,
             dtype=int)
         rank = catalogue.ranks()
@@ -113,7 +113,7 @@ def plan(
         data = {
             "attractor": variable("attractor", ("start",), rank[index]),
             **{f"attractor_{n}": variable("attractor", (), rank[i]) for n, i in swept},
-            **described(catalogue, settings), **_shares(catalogue, starts),
+            **attractor_variables(catalogue, settings), **_shares(catalogue, starts),
             **(_kicks(catalogue, kicks, progress, settings=settings, threads=threads) if kicks else {}),
             **{f"start_{n}": variable(n, ("start",), v) for n, v in values.items()},
         }
@@ -127,9 +127,9 @@ def _cost(system: SwitchedAffine, starts: int, sweep: Axis | None, kicks: int,
           settings: Classification | None) -> Effort:
     """What all starts, sweeps and kicks take at most; raises where memory or time do not suffice."""
     tiles.check_memory("starts", starts)
-    tiles.check_memory("kicks", kicks, EACH)
+    tiles.check_memory("kicks", kicks, BYTES_PER_DIRECTION)
     sequential = 2 * sweep.count * CARRY if sweep else 0
-    return effort(system, starts + kicks * TRIED, (settings or Classification()).most, sequential)
+    return effort(system, starts + kicks * MOTIONS_PER_DIRECTION, (settings or Classification()).most, sequential)
 
 
 def _check_sweep(model: MeshModel, sweep: Axis) -> float:
@@ -161,8 +161,8 @@ def _kicks(catalogue: AttractorSet, directions: int, progress: bool, **options: 
     """The smallest kick found for every attractor, in the catalogue's order."""
     names = catalogue.flow.system.names
     found = [
-        smallest_kick(
-            catalogue.flow, catalogue.known[i], directions, progress=f"kicks {n}" if progress else None, **options
+        smallest_perturbation(
+            catalogue.flow, catalogue.attractors[i], directions, progress=f"kicks {n}" if progress else None, **options
         ) for n, i in enumerate(catalogue.order(), start=1)
     ]
     none = np.full(len(names), np.nan)
@@ -179,7 +179,7 @@ def _shares(catalogue: AttractorSet, starts: int) -> dict[str, xr.Variable]:
     """The share of the starts that each attractor takes, with its interval."""
     from scipy.stats import binomtest  # here, since scipy.stats takes a second to load
 
-    counts = [catalogue.known[i].count for i in catalogue.order()]
+    counts = [catalogue.attractors[i].count for i in catalogue.order()]
     intervals = [binomtest(c, starts).proportion_ci(_CONFIDENCE) for c in counts]
     values = {
         "fraction": [c / starts for c in counts], "fraction_lo": [i.low for i in intervals],

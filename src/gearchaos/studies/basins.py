@@ -16,9 +16,9 @@ from gearchaos.gears.pair import GearPair, as_model
 from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.model.coordinates import start
 from gearchaos.model.switched import switched
-from gearchaos.studies.attractor_set import AttractorSet, described, final_states
+from gearchaos.studies.attractor_set import AttractorSet, attractor_variables, final_states
 from gearchaos.studies.axis import Axis, as_axis
-from gearchaos.studies.boundary import entropy, smallest_kicks, uncertainty_exponent
+from gearchaos.studies.boundary import entropy, smallest_perturbations, uncertainty_exponent
 from gearchaos.studies.cost import effort
 from gearchaos.studies.plan import Plan
 from gearchaos.studies.plane import at_cells, check_plane
@@ -78,7 +78,7 @@ def plan(
     def finish(found: dict[str, np.ndarray], **_: Any) -> xr.Dataset:
         catalogue = AttractorSet(flow)
         index = catalogue.match(found)
-        catalogue.tally(index)
+        catalogue.count_members(index)
         rank = np.where(found["label"] == 0, NOT_YET, catalogue.ranks()[index])
         return _dataset(model, x, y, rank.reshape(y.count, x.count), catalogue, settings)
 
@@ -88,14 +88,14 @@ def plan(
 def _dataset(
     model: MeshModel, x: Axis, y: Axis, index: np.ndarray, catalogue: AttractorSet, settings: Classification | None
 ) -> xr.Dataset:
-    known = [catalogue.known[i] for i in catalogue.order()]
+    known = [catalogue.attractors[i] for i in catalogue.order()]
     shares = np.array([a.count for a in known]) / max(1, np.sum(index != NOT_YET))
     tangled = dict.fromkeys(("basin_entropy", "boundary_basin_entropy", "uncertainty_exponent"), np.nan)
     if not np.any(index == NOT_YET):
         tangled = dict(zip(tangled, (*entropy(index), uncertainty_exponent(index)), strict=True))
     data = {
         "attractor": variable("attractor", (y.name, x.name), index),
-        **described(catalogue, settings),
+        **attractor_variables(catalogue, settings),
         "attractor_fraction": variable("attractor_fraction", ("number",), shares),
         "attractor_kick": variable("attractor_kick", ("number",), _kicks(model, x, y, index, catalogue)),
         **{n: variable(n, (), np.array(v)) for n, v in tangled.items()},
@@ -106,11 +106,11 @@ def _dataset(
 
 def _kicks(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, catalogue: AttractorSet) -> np.ndarray:
     """Smallest kicks where the plane is the whole state; elsewhere attractors do not lie in the plane."""
-    known = [catalogue.known[i] for i in catalogue.order()]
+    known = [catalogue.attractors[i] for i in catalogue.order()]
     system = catalogue.flow.system
     corners = start(vary(model, {x.name: [0.0, 1.0, 0.0], y.name: [0.0, 0.0, 1.0]}), system)
     across = (corners[1:] - corners[0]).T  # from the plane's coordinates to the state
     whole_state = system.dimension == 2 and np.allclose(across @ across.T, np.eye(2))
     if not whole_state or np.any(index == NOT_YET) or min(x.count, y.count) < 2:
         return np.full(len(known), np.nan)
-    return smallest_kicks(index, x.values, y.values, [(a.section - corners[0]) @ across for a in known])
+    return smallest_perturbations(index, x.values, y.values, [(a.section - corners[0]) @ across for a in known])

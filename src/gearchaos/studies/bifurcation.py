@@ -19,13 +19,12 @@ from gearchaos.model import COORDINATES, MeshModel, state_names, vary
 from gearchaos.model.coordinates import start
 from gearchaos.model.switched import switched
 from gearchaos.studies.axis import Axis, as_axis
-from gearchaos.studies.classification import classify_batch
+from gearchaos.studies.batch_classification import classify_batch
 from gearchaos.studies.cost import Effort, effort
 from gearchaos.studies.plan import Plan
 from gearchaos.studies.plane import corners, shared_coordinates
 from gearchaos.studies.sections import steady_sections
 from gearchaos.studies.sweep import CARRY, carried
-from gearchaos.studies.verdict_variables import verdict_variables
 
 MODES = ("fixed", "up", "down")
 _KEPT = 4_000_000
@@ -116,7 +115,7 @@ def _columns(
         part = vary(model, {k: v[tile] for k, v in values.items()})
         begin = start(part, flow.system).T.copy()
         places = steady_sections(part, flow, at, begin, found, points) if points else {}
-        return verdict_variables(found) | {f"section_{name}": value for name, value in places.items()}
+        return found.variables() | {f"section_{name}": value for name, value in places.items()}
 
     (count,) = {len(v) for v in values.values()}
     return classify_batch(

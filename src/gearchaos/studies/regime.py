@@ -98,7 +98,7 @@ def regime(model: MeshModel | GearPair, *, settings: Classification = PATIENT, p
 def _dynamics(found: Verdicts) -> dict:
     has_orbit = found.period[0] > 0
     known = np.isfinite(found.exponent[:, 0])
-    pairs = np.stack([found.low[:, 0], found.high[:, 0]], axis=1)
+    pairs = np.stack([found.exponent_low[:, 0], found.exponent_high[:, 0]], axis=1)
     return {
         "multipliers": [[m.real, m.imag] for m in found.multipliers[0].tolist()] if has_orbit else [],
         "lyapunov": found.exponent[known, 0].tolist(),
@@ -116,7 +116,7 @@ def _levels(found: Verdicts, label: Label) -> dict:
         "mesh_force_peak",
     )}
     contact = None if label == Label.DIVERGED else CONTACTS[int(r.contact[0])]
-    return {**values, "contact": contact, "switches_per_period": _number(r.switches[0])}
+    return {**values, "contact": contact, "switches_per_period": _number(r.switches_per_period[0])}
 
 
 def _number(value: float) -> float | None:

@@ -19,14 +19,13 @@ from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.model.coordinates import start
 from gearchaos.model.switched import switched
 from gearchaos.studies.axis import Axis, as_axis
-from gearchaos.studies.classification import InitialStates, classify_batch
-from gearchaos.studies.coexistence import coexisting, identity
+from gearchaos.studies.batch_classification import InitialStates, classify_batch
+from gearchaos.studies.coexistence import coexisting, signature
 from gearchaos.studies.cost import Effort, effort
 from gearchaos.studies.plan import Plan
 from gearchaos.studies.plane import at_cells, check_plane, corners, shared_coordinates
 from gearchaos.studies.refine import SIDE, refined
 from gearchaos.studies.sweep import CARRY
-from gearchaos.studies.verdict_variables import verdict_variables
 
 _REFINED = 1 / 8
 """About this share of a refined map's cells is computed."""
@@ -145,7 +144,7 @@ def _cells(
         order = np.argsort(cells % x.count, kind="stable").astype(cells.dtype)
 
     def keep(_: np.ndarray, flow: ExactFlow, points: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
-        return verdict_variables(found) | (identity(flow, points, found) if starts > 1 else {})
+        return found.variables() | (signature(flow, points, found) if starts > 1 else {})
 
     out = classify_batch(
         lambda tile: begin(cells[tile]), keep, order, settings=settings, progress="zones" if progress else None,
