@@ -106,11 +106,15 @@ class Columns:
             else:
                 getattr(self, name).put(motions, getattr(other, name))
 
-    def variables(self) -> dict[str, np.ndarray]:
-        """The variables (L,) that results contain, by the names and with the types that they have there."""
+    def variables(self, *, double: bool = False) -> dict[str, np.ndarray]:
+        """The variables (L,) that results contain, by the names and with the types that they have there.
+
+        With ``double``, those that results store in single precision are in double precision.
+        """
         out: dict[str, np.ndarray] = {}
         for name, column in self.declared().items():
             if column.variable is not None:
                 values = self[name] if column.reduce is None else column.reduce(self[name])
-                out[column.variable] = values.astype(column.stored or column.dtype, copy=False)
+                kind = column.stored or column.dtype
+                out[column.variable] = values.astype(float if double and kind is np.float32 else kind, copy=False)
         return out

@@ -8,9 +8,9 @@ from typing import Any
 
 from gearchaos.dynamics import Classification
 from gearchaos.studies.bifurcation import PER_COLUMN
-from gearchaos.studies.regime import PATIENT
+from gearchaos.studies.regime import REGIME_SETTINGS
 
-_DEFAULTS = {"bifurcation": PER_COLUMN, "regime": PATIENT}
+_DEFAULTS = {"bifurcation": PER_COLUMN, "regime": REGIME_SETTINGS}
 
 
 def settings_for_kind(kind: str, given: Mapping[str, Any]) -> Classification:
