@@ -84,8 +84,8 @@ def test_attractors_are_listed_by_kind_period_and_share():
     attractor_set = AttractorSet(flow_of(SINGLE))
     orbits = ((3, 0.1, 1), (1, 0.2, 1), (1, 0.3, 4), (2, 0.4, 2))  # period, z, how many starts lead there
     index = np.concatenate([attractor_set.match(found(Label.PERIODIC, p, [[z, 0.0]] * n)) for p, z, n in orbits])
-    attractor_set.count_members(index)
-    assert [a.count for a in attractor_set.attractors] == [1, 1, 4, 2]
+    attractor_set.count_starts(index)
+    assert [a.count for a in attractor_set.members] == [1, 1, 4, 2]
     assert attractor_set.order() == [2, 1, 3, 0]
     assert attractor_set.ranks().tolist() == [3, 1, 0, 2, -1]
 

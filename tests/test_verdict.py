@@ -10,7 +10,11 @@ from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.coordinates import start
 from gearchaos.model.switched import SwitchedAffine, switched
-from gearchaos.studies.defaults import settings_for_kind
+from gearchaos.studies.attractors import Attractors
+from gearchaos.studies.basins import Basins
+from gearchaos.studies.bifurcation import Bifurcation
+from gearchaos.studies.regime import REGIME_SETTINGS
+from gearchaos.studies.zones import Zones
 
 HASTY = Classification(transient_lengths=(80,), longest_period=8, exponent_run=21, doublings=0, longest_transient=0,
                        averaging_periods=8)
@@ -319,13 +323,11 @@ def test_settings_are_those_of_the_documentation():
     common = {"transient_lengths": (80, 80, 160, 320, 640), "longest_period": 64}
     assert Classification() == Classification(exponent_run=250, doublings=4, longest_transient=10_000,
                                               averaging_periods=96, **common)
-    assert settings_for_kind("bifurcation", {}) == Classification(exponent_run=1000, doublings=2,
-        longest_transient=10_000, averaging_periods=96, **common)
-    assert settings_for_kind("regime", {}) == Classification(exponent_run=2000, doublings=2, longest_transient=20_000,
-        averaging_periods=1000, **common)
-    assert settings_for_kind("zones", {"transient_lengths": [90],
-                                       "longest_transient": 5}) == Classification(transient_lengths=(90,),
-        longest_transient=5)
+    assert all(study.default_settings == Classification() for study in (Zones, Basins, Attractors))
+    assert Bifurcation.default_settings == Classification(exponent_run=1000, doublings=2, longest_transient=10_000,
+                                                          averaging_periods=96, **common)
+    assert Classification(exponent_run=2000, doublings=2, longest_transient=20_000,
+                                             averaging_periods=1000, **common) == REGIME_SETTINGS
 
 
 def test_the_response_is_computed_unless_it_is_not_wanted():

@@ -97,7 +97,7 @@ class AttractorSet:
 
     flow: ExactFlow
     point: int = 0
-    attractors: list[Attractor] = field(default_factory=list)
+    members: list[Attractor] = field(default_factory=list)
 
     def find(self, w: np.ndarray, **options: Any) -> np.ndarray:
         """The number (L,) of the attractor that each initial state w (d, L) leads to, −1 for none.
@@ -106,9 +106,9 @@ class AttractorSet:
         """
         return self.match(final_states(self.flow, w, self.point, **options))
 
-    def count_members(self, index: np.ndarray) -> None:
+    def count_starts(self, index: np.ndarray) -> None:
         """Set the count of each attractor to the number of its entries in ``index`` (L,)."""
-        for number, attractor in enumerate(self.attractors):
+        for number, attractor in enumerate(self.members):
             attractor.count = int(np.sum(index == number))
 
     def match(self, final: dict[str, np.ndarray]) -> np.ndarray:
@@ -135,17 +135,17 @@ class AttractorSet:
         label, period, neutral = int(final["label"][0]), int(final["period"][0]), bool(final["neutral"][0])
         w, index = final["w"].T, np.full(len(final["label"]), -1, dtype=np.int32)
         sections = self._sections(w, period)
-        for number, attractor in enumerate(self.attractors):
+        for number, attractor in enumerate(self.members):
             if (attractor.label, attractor.period, attractor.neutral) == (label, period, neutral):
                 index[(index < 0) & attractor.contains(w, sections)] = number
         while np.any(index < 0):
             first = int(np.flatnonzero(index < 0)[0])
             section = self._orbit_points(w[:, first], period) if period else sections[:, :, first]
             evidence = {n: float(final[n][first]) for n in _EVIDENCE}
-            self.attractors.append(Attractor(label, period, neutral, section, evidence))
-            same = (index < 0) & self.attractors[-1].contains(w, sections)
+            self.members.append(Attractor(label, period, neutral, section, evidence))
+            same = (index < 0) & self.members[-1].contains(w, sections)
             same[first] = True
-            index[same] = len(self.attractors) - 1
+            index[same] = len(self.members) - 1
         return index
 
     def contains(self, attractor: Attractor, w: np.ndarray) -> np.ndarray:
@@ -166,9 +166,9 @@ class AttractorSet:
         return orbits.sections(self.flow, w[:, None], np.array([self.point]), np.array([period]))[0]
 
     def order(self) -> list[int]:
-        """Numbers of the attractors sorted by label, period and decreasing count, as Datasets list them."""
-        return sorted(range(len(self.attractors)), key=lambda i: (
-            self.attractors[i].label, self.attractors[i].period, -self.attractors[i].count
+        """Numbers of the members sorted by label, period and decreasing count, as Datasets list them."""
+        return sorted(range(len(self.members)), key=lambda i: (
+            self.members[i].label, self.members[i].period, -self.members[i].count
         ))
 
     def ranks(self) -> np.ndarray:
@@ -180,11 +180,11 @@ class AttractorSet:
 
     def response(self, settings: Classification | None) -> dict[str, np.ndarray]:
         """The response measures (attractors,) by name."""
-        w = np.stack([a.section[-1] for a in self.attractors], axis=1)
-        points = np.full(len(self.attractors), self.point)
+        w = np.stack([a.section[-1] for a in self.members], axis=1)
+        points = np.full(len(self.members), self.point)
         state = ClassificationState(self.flow, points, settings or Classification(), w, all_exponents=False)
-        state.verdicts.label[:] = [a.label for a in self.attractors]
-        state.verdicts.period[:] = [a.period for a in self.attractors]
+        state.verdicts.label[:] = [a.label for a in self.members]
+        state.verdicts.period[:] = [a.period for a in self.members]
         response = conclude(state).variables()
         return {n: response[n] for n in _RESPONSE}
 
@@ -223,7 +223,7 @@ def attractor_variables(attractor_set: AttractorSet, settings: Classification | 
     with NaN.
     """
     order = attractor_set.order()
-    ordered = [attractor_set.attractors[i] for i in order]
+    ordered = [attractor_set.members[i] for i in order]
     out: dict[str, np.ndarray] = {
         "label": np.array([a.label for a in ordered], np.int8),
         "period": np.array([a.period for a in ordered], np.int32),

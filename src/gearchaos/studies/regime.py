@@ -17,7 +17,7 @@ from gearchaos.gears.pair import GearPair, as_model
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.coordinates import start
 from gearchaos.model.switched import switched
-from gearchaos.studies.cost import effort
+from gearchaos.studies.cost import estimate
 from gearchaos.studies.sections import steady_sections
 
 if TYPE_CHECKING:
@@ -205,7 +205,7 @@ def regime(
     model, settings = as_model(model), as_settings(settings) or REGIME_SETTINGS
     batch = vary(model, {})
     system = switched(batch)
-    effort(system, 1, settings.most).announce(progress)
+    estimate(system, 1, settings.most).announce(progress)
     flow = ExactFlow(system)
     w, point = start(batch, system).T.copy(), np.zeros(1, dtype=int)
     verdicts = classify(flow, w, settings=settings)
