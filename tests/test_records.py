@@ -1,7 +1,10 @@
 """What results say of themselves: codes, units, intervals and flags; and what studies do without being asked."""
 
+import json
 import pickle
 import re
+import subprocess
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -105,6 +108,16 @@ def test_a_verdict_has_complex_multipliers_that_become_pairs_in_json():
     assert all(isinstance(m, complex) for m in found.multipliers)
     assert found.multipliers[0].imag == -found.multipliers[1].imag != 0
     assert found.to_dict()["multipliers"] == [[m.real, m.imag] for m in found.multipliers]
+
+
+def test_the_regime_command_loads_neither_pandas_nor_scipy_special():
+    """They take half a second, and the verdict none of it."""
+    command = ["gearchaos", "regime", "--set", "eps1=0.206", "--json"]
+    code = (f"import sys; sys.argv = {command}\nfrom gearchaos.cli import main\ntry: main()\nexcept SystemExit: pass\n"
+            "print([m for m in ('pandas', 'xarray', 'scipy.special') if m in sys.modules])")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    document, loaded = done.stdout.splitlines()
+    assert json.loads(document)["label"] == "8T" and loaded == "[]"
 
 
 def test_verdicts_are_compared_copied_and_shown_by_their_values():

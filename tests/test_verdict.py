@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.special import stdtrit
 
 from gearchaos.dynamics import Classification, ClassificationState, Label, Reason, classify, lyapunov, orbits, torus
 from gearchaos.dynamics.lyapunov import from_growth
@@ -127,6 +128,10 @@ def test_exponents_have_the_mean_of_blocks_and_students_interval():
     np.testing.assert_allclose(found.value, blocks.mean(axis=0), rtol=1e-12)
     np.testing.assert_allclose(found.high - found.value, half, rtol=1e-6)
     np.testing.assert_allclose(found.value - found.low, half, rtol=1e-6)
+
+
+def test_the_quantile_of_the_interval_is_scipys_bit_for_bit():
+    assert stdtrit(lyapunov.BLOCKS - 1, 0.5 + 0.99 / 2) == lyapunov._QUANTILE
 
 
 def orbits_with(moduli):

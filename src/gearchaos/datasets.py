@@ -6,19 +6,22 @@ import dataclasses
 import io
 import json
 import os
+from collections.abc import Mapping
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from gearchaos.dynamics import REASONS, Label, Reason, motion_name
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES, NO_FILE, check_target, write_bytes
 from gearchaos.model import HarmonicStiffness, MeshModel, Stiffness, TransmissionError, TwoLevelStiffness
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _LENGTH, _TIME = "delta", "1/omega0"
 _NAMES: dict[str, tuple[str, str]] = {
@@ -104,9 +107,24 @@ _CODES = {
 
 def variable(name: str, dims: tuple[str, ...], values: np.ndarray, coded: bool = True) -> xr.Variable:
     """A variable with its name, units and codes."""
+    import xarray as xr
+
     base = name.removeprefix("attractor_")
     codes = _CODES.get(base, {}) if coded else {}
     return xr.Variable(dims, values, {**describe(name), **codes})
+
+
+def new_dataset(
+    data: Mapping[str, Any], coords: Mapping[str, Any] | None = None, attrs: Mapping[str, Any] | None = None
+) -> xr.Dataset:
+    """A Dataset of some variables.
+
+    Here and in `variable` xarray is imported when it is first used: with pandas it takes half a second, which what
+    needs no Dataset, as a verdict on the command line, does not wait for.
+    """
+    import xarray as xr
+
+    return xr.Dataset(data, coords, attrs)
 
 
 def motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:
@@ -175,6 +193,8 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
 
 
 def _check_savable(dataset: Any, target: Path) -> None:
+    import xarray as xr
+
     if not isinstance(dataset, xr.Dataset):
         raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}", "save(dataset, path).")
     if target.suffix and target.suffix.lower() not in DATA_SUFFIXES:
@@ -206,6 +226,8 @@ def _checked(dataset: xr.Dataset) -> xr.Dataset:
 
 def load(path: str | os.PathLike[str]) -> xr.Dataset:
     """Read a Dataset that `save` wrote; raises `InputError` if the file is another, or damaged."""
+    import xarray as xr
+
     if not Path(path).is_file():
         raise InputError("path", "must be a NetCDF file", str(path), _instead(Path(path)))
     try:

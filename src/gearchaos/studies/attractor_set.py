@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from gearchaos.datasets import variable
 from gearchaos.dynamics import Classification, ClassificationState, Label, Reason, Verdicts, conclude, orbits
 from gearchaos.flow import ExactFlow
 from gearchaos.studies.batch_classification import classify_batch
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _RESPONSE = ("v_rms", "contact_fraction", "contact", "dynamic_factor")
 _EVIDENCE = (

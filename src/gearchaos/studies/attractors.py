@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-import xarray as xr
 
-from gearchaos.datasets import provenance, variable
+from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
@@ -27,6 +26,9 @@ from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.perturbation import BYTES_PER_DIRECTION, MOTIONS_PER_DIRECTION, smallest_perturbation
 from gearchaos.studies.study import ClassifyingStudy, option
 from gearchaos.studies.sweep import CARRY, carried
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _CONFIDENCE = 0.95
 
@@ -163,7 +165,7 @@ class Attractors(ClassifyingStudy):
         }
         said = {"starts": self.starts, "seed": self.seed, "box": dict(self._box),
                 "sweep": self.sweep and asdict(self.sweep), "kicks": self.kicks}
-        return xr.Dataset(data, attrs=provenance("attractors", self.model, **said))
+        return new_dataset(data, attrs=provenance("attractors", self.model, **said))
 
 
 def _check_sweep(model: MeshModel, sweep: Axis) -> float:
@@ -191,7 +193,7 @@ def _swept(model: MeshModel, sweep: Axis) -> np.ndarray:
     return start(vary(replace(model, initial={}), ends), switched(vary(model, {}))).T
 
 
-def _kicks(attractors: AttractorSet, directions: int, progress: bool, **options: Any) -> dict[str, xr.Variable]:
+def _kicks(attractors: AttractorSet, directions: int, progress: bool, **options: Any) -> dict[str, Any]:
     """The smallest perturbation found that leaves each attractor, in the order of the set."""
     names = attractors.flow.system.names
     found = [
@@ -206,7 +208,7 @@ def _kicks(attractors: AttractorSet, directions: int, progress: bool, **options:
         "attractor_kick_point": np.array([p.point if p else none for p in found]).reshape(-1, len(names)),
     }
     out = {n: variable(n, ("number", "coordinate")[: v.ndim], v) for n, v in rows.items()}
-    return out | {"coordinate": xr.Variable("coordinate", list(names))}
+    return {**out, "coordinate": ("coordinate", list(names))}
 
 
 def _shares(attractors: AttractorSet, starts: int) -> dict[str, xr.Variable]:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-import xarray as xr
 
-from gearchaos.datasets import provenance, variable
+from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
@@ -24,6 +23,9 @@ from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.plane import at_cells, check_plane
 from gearchaos.studies.study import ClassifyingStudy
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 NOT_YET = -2
 
@@ -126,7 +128,7 @@ def _dataset(
         **{n: variable(n, (), np.array(v)) for n, v in tangled.items()},
     }
     coords = {a.name: variable(a.name, (a.name,), a.values) for a in (x, y)}
-    return xr.Dataset(data, coords, provenance("basins", model))
+    return new_dataset(data, coords, provenance("basins", model))
 
 
 def _kicks(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, attractors: AttractorSet) -> np.ndarray:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
-import xarray as xr
 
-from gearchaos.datasets import provenance, variable
+from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics import Classification, Verdicts
 from gearchaos.errors import InputError, unknown_name, whole_number
 from gearchaos.execute.machine import check_memory
@@ -27,6 +26,9 @@ from gearchaos.studies.plane import corners, shared_coordinates
 from gearchaos.studies.sections import steady_sections
 from gearchaos.studies.study import ClassifyingStudy, option
 from gearchaos.studies.sweep import CARRY, carried
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MODES = ("fixed", "up", "down")
 _KEPT = 4_000_000
@@ -126,7 +128,7 @@ class Bifurcation(ClassifyingStudy):
         axis = self.axis
         data = {n: variable(n, (axis.name, "point")[: v.ndim], v) for n, v in found.items()}
         coords = {axis.name: variable(axis.name, (axis.name,), axis.values)}
-        return xr.Dataset(data, coords, provenance("bifurcation", self.model, points=self.points, mode=self.mode))
+        return new_dataset(data, coords, provenance("bifurcation", self.model, points=self.points, mode=self.mode))
 
     def _columns(
         self, values: dict[str, np.ndarray], progress: bool, threads: int | None

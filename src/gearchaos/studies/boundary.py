@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
 
 _BOX = 5
 _DISTANCES = (1, 2, 4, 8, 16)
@@ -88,6 +87,8 @@ def smallest_perturbations(
         Smallest distance of a stroboscopic point from a cell that leads elsewhere, to the accuracy of a cell. NaN where
         no point lies on a cell of the attractor's own basin, or no cell leads elsewhere.
     """
+    from scipy.ndimage import distance_transform_edt  # here, since it takes a tenth of a second to load
+
     out = np.full(len(sections), np.nan)
     if np.all(index == index[0, 0]):
         return out

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics import REASONS, Classification, Label, Reason, Verdicts, classify, motion_name
 from gearchaos.dynamics.response import CONTACTS, Response
 from gearchaos.dynamics.settings import as_settings
@@ -158,10 +159,6 @@ class Regime:
             ``multipliers_real`` and ``multipliers_imag`` over the dim "exponent"; and ``section_<coordinate>`` over the
             dim "point". The attributes say the model, the ``motion`` and the ``spectral_label``.
         """
-        import xarray as xr  # here, so that a verdict alone does not wait for it
-
-        from gearchaos.datasets import provenance, variable
-
         v = self.verdicts
         scalars = {n: values[0] for n, values in v.variables(double=True).items()}
         scalars |= {n: v[n][0] for n, column in Response.declared().items() if column.variable is None}
@@ -174,7 +171,7 @@ class Regime:
         data |= {n: variable(n, ("exponent",), values) for n, values in spectrum.items()}
         data |= {f"section_{n}": variable(f"section_{n}", ("point",), np.array(x)) for n, x in self.section.items()}
         said = {"motion": self.label, "spectral_label": self.spectral_label or "none"}
-        return xr.Dataset(data, attrs={**provenance("regime", self.model), **said})
+        return new_dataset(data, attrs={**provenance("regime", self.model), **said})
 
 
 def regime(

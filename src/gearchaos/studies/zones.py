@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-import xarray as xr
 
-from gearchaos.datasets import provenance, variable
+from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics import Classification, Verdicts
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
@@ -27,6 +26,9 @@ from gearchaos.studies.plane import at_cells, check_plane, corners, shared_coord
 from gearchaos.studies.refine import SIDE, refined
 from gearchaos.studies.study import ClassifyingStudy, option
 from gearchaos.studies.sweep import CARRY
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _REFINED = 1 / 8
 """About this share of a refined map's cells is computed."""
@@ -130,7 +132,7 @@ class Zones(ClassifyingStudy):
         dims, shape = tuple(self.grid), tuple(self.grid.values())
         data = {n: variable(n, dims, v.reshape(shape)) for n, v in found.items()}
         coords = {a.name: variable(a.name, (a.name,), a.values) for a in (self.x, self.y)}
-        return xr.Dataset(data, coords, provenance("zones", self.model, starts=self.starts, refine=self.refine))
+        return new_dataset(data, coords, provenance("zones", self.model, starts=self.starts, refine=self.refine))
 
     @cached_property
     def initial_states(self) -> InitialStates:
