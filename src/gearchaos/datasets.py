@@ -6,13 +6,13 @@ import dataclasses
 import io
 import json
 import os
+from collections.abc import Mapping
 from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from gearchaos.dynamics import REASONS, Label, Reason, motion_name
 from gearchaos.dynamics.response import CONTACTS
@@ -20,6 +20,9 @@ from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES, NO_FILE, check_target, write_bytes
 from gearchaos.model import HarmonicStiffness, MeshModel, Stiffness, TransmissionError, TwoLevelStiffness
 from gearchaos.quantities import parse, quantity
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def describe(name: str) -> dict[str, str]:
@@ -48,8 +51,23 @@ _CODES = {
 
 def variable(name: str, dims: tuple[str, ...], values: np.ndarray, coded: bool = True) -> xr.Variable:
     """A variable described by its name: ``long_name``, ``units`` and, if ``coded``, the meanings of its codes."""
+    import xarray as xr
+
     codes = _CODES.get(parse(name).base, {}) if coded else {}
     return xr.Variable(dims, values, {**describe(name), **codes})
+
+
+def new_dataset(
+    data: Mapping[str, Any], coords: Mapping[str, Any] | None = None, attrs: Mapping[str, Any] | None = None
+) -> xr.Dataset:
+    """A Dataset of some variables.
+
+    Here and in `variable` xarray is imported when it is first used: with pandas it takes half a second, which what
+    needs no Dataset, as a verdict on the command line, does not wait for.
+    """
+    import xarray as xr
+
+    return xr.Dataset(data, coords, attrs)
 
 
 def motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:
@@ -152,6 +170,8 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
 
 
 def _check_savable(dataset: Any, target: Path) -> None:
+    import xarray as xr
+
     if not isinstance(dataset, xr.Dataset):
         raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}", "save(dataset, path).")
     if target.suffix and target.suffix.lower() not in DATA_SUFFIXES:
@@ -190,6 +210,8 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     InputError
         For a path without file, a file that is not NetCDF, or a damaged one.
     """
+    import xarray as xr
+
     if not Path(path).is_file():
         raise InputError("path", "must be a NetCDF file", str(path), _instead(Path(path)))
     try:

@@ -1,4 +1,4 @@
-"""Basin entropy, uncertainty and kicks of planes whose values can be counted by hand."""
+"""Basin entropy, uncertainty exponent and smallest perturbations of planes whose values can be counted by hand."""
 
 import numpy as np
 import pytest
@@ -62,10 +62,10 @@ def test_kicks_are_measured_in_the_planes_own_units():
     points = {0.5: [1.0, -1.0], 0.3: [0.0, 0.5], 0.8: [0.2, 0.0]}
     for size, point in points.items():
         others = [np.array([[1.75, -0.5]]), np.array([[1.0, 0.9]])]
-        found = boundary.smallest_kicks(plane, x, y, [np.array([point]), *others])
+        found = boundary.smallest_perturbations(plane, x, y, [np.array([point]), *others])
         np.testing.assert_allclose(found, [size, 0.3, 0.2], atol=1e-9)
     corners = [np.array([corner]) for corner in ((0.0, -1.0), (2.0, -1.0), (2.0, 1.0))]
-    np.testing.assert_allclose(boundary.smallest_kicks(plane, x, y, corners), [1.5, 0.55, 0.3], atol=1e-9)
+    np.testing.assert_allclose(boundary.smallest_perturbations(plane, x, y, corners), [1.5, 0.55, 0.3], atol=1e-9)
 
 
 def test_kicks_need_a_point_on_the_plane_in_its_own_basin():
@@ -73,9 +73,9 @@ def test_kicks_need_a_point_on_the_plane_in_its_own_basin():
     plane[:, 10:] = 1
     x = y = np.linspace(0.0, 1.9, 20)
     away, strange = np.array([[-0.5, 0.5], [0.5, 2.6]]), np.array([[0.2, 0.5]])
-    found = boundary.smallest_kicks(plane, x, y, [away, strange])
+    found = boundary.smallest_perturbations(plane, x, y, [away, strange])
     assert np.isnan(found).all()
-    found = boundary.smallest_kicks(plane, x, y, [np.array([[-0.5, 0.5], [0.7, 0.5]]), strange])
+    found = boundary.smallest_perturbations(plane, x, y, [np.array([[-0.5, 0.5], [0.7, 0.5]]), strange])
     assert found[0] == pytest.approx(0.3)
 
 

@@ -39,24 +39,24 @@ def found(label, period, w, neutral=False):
 def test_orbits_are_one_if_they_share_a_point_to_a_millionth():
     orbit = attractor([[0.0, 1.0], [2.0, -1.0]], period=2)
     points = np.array([[0.0, 1.0], [2.0, -1.0], [2.0, -1 + 5e-7], [2e-6, 1.0], [0.0, 1.01], [0.0, -1.0], [1.0, 0.0]])
-    assert orbit.holds(points.T, np.empty((0, 2, 7))).tolist() == [True, True, True, False, False, False, False]
+    assert orbit.contains(points.T, np.empty((0, 2, 7))).tolist() == [True, True, True, False, False, False, False]
 
 
 def test_orbits_a_thousandth_apart_are_two_attractors():
     w = np.array([[0.5, 0.0], [0.501, 0.0], [0.5, 1e-9], [0.501, 1e-9], [0.5, 0.05]])
-    catalogue = AttractorSet(flow_of(SINGLE))
-    assert catalogue.match(found(Label.PERIODIC, 1, w)).tolist() == [0, 1, 0, 1, 2]
-    assert catalogue.match(found(Label.PERIODIC, 2, w[:1])).tolist() == [3]
-    assert catalogue.match(found(Label.PERIODIC, 1, w[::-1])).tolist() == [2, 1, 0, 1, 0]
-    assert catalogue.match(found(Label.DIVERGED, 0, w[:2])).tolist() == [-1, -1]
-    assert catalogue.match(found(Label.UNDECIDED, 0, w[:2])).tolist() == [-1, -1]
+    attractor_set = AttractorSet(flow_of(SINGLE))
+    assert attractor_set.match(found(Label.PERIODIC, 1, w)).tolist() == [0, 1, 0, 1, 2]
+    assert attractor_set.match(found(Label.PERIODIC, 2, w[:1])).tolist() == [3]
+    assert attractor_set.match(found(Label.PERIODIC, 1, w[::-1])).tolist() == [2, 1, 0, 1, 0]
+    assert attractor_set.match(found(Label.DIVERGED, 0, w[:2])).tolist() == [-1, -1]
+    assert attractor_set.match(found(Label.UNDECIDED, 0, w[:2])).tolist() == [-1, -1]
 
 
 def test_neutral_motions_of_a_period_are_one_and_no_other():
-    catalogue = AttractorSet(flow_of(SINGLE))
+    attractor_set = AttractorSet(flow_of(SINGLE))
     w = np.array([[0.1, 0.0], [0.7, 0.0]])
-    assert catalogue.match(found(Label.PERIODIC, 1, w, neutral=True)).tolist() == [0, 0]
-    assert catalogue.match(found(Label.PERIODIC, 1, w[:1])).tolist() == [1]
+    assert attractor_set.match(found(Label.PERIODIC, 1, w, neutral=True)).tolist() == [0, 0]
+    assert attractor_set.match(found(Label.PERIODIC, 1, w[:1])).tolist() == [1]
 
 
 def test_motions_without_a_period_are_one_if_means_and_spreads_agree():
@@ -68,7 +68,7 @@ def test_motions_without_a_period_are_one_if_means_and_spreads_agree():
     others[:, 0, 2] *= 2.0  # another spread
     others[:, :, 3] += 0.05  # within a tenth
     others[:, 0, 4] -= 0.6
-    assert attractor(noise).holds(np.zeros((2, 5)), others).tolist() == [True, False, False, True, False]
+    assert attractor(noise).contains(np.zeros((2, 5)), others).tolist() == [True, False, False, True, False]
 
 
 def test_standard_errors_are_those_of_eight_blocks():
@@ -81,13 +81,13 @@ def test_standard_errors_are_those_of_eight_blocks():
 
 
 def test_attractors_are_listed_by_kind_period_and_share():
-    catalogue = AttractorSet(flow_of(SINGLE))
+    attractor_set = AttractorSet(flow_of(SINGLE))
     orbits = ((3, 0.1, 1), (1, 0.2, 1), (1, 0.3, 4), (2, 0.4, 2))  # period, z, how many starts lead there
-    index = np.concatenate([catalogue.match(found(Label.PERIODIC, p, [[z, 0.0]] * n)) for p, z, n in orbits])
-    catalogue.tally(index)
-    assert [a.count for a in catalogue.known] == [1, 1, 4, 2]
-    assert catalogue.order() == [2, 1, 3, 0]
-    assert catalogue.ranks().tolist() == [3, 1, 0, 2, -1]
+    index = np.concatenate([attractor_set.match(found(Label.PERIODIC, p, [[z, 0.0]] * n)) for p, z, n in orbits])
+    attractor_set.count_starts(index)
+    assert [a.count for a in attractor_set.members] == [1, 1, 4, 2]
+    assert attractor_set.order() == [2, 1, 3, 0]
+    assert attractor_set.ranks().tolist() == [3, 1, 0, 2, -1]
 
 
 def test_shares_have_the_interval_of_clopper_and_pearson():
@@ -137,7 +137,7 @@ def test_undamped_motions_are_one_neutral_attractor():
 
 def test_the_smallest_kick_is_the_smallest_to_a_few_per_cent():
     """No kick of 0.95 of its length leaves, in 180 directions from every section point of three attractors."""
-    data, catalogue = gc.attractors(SINGLE, 32, kicks=12), AttractorSet(flow_of(SINGLE))
+    data, attractor_set = gc.attractors(SINGLE, 32, kicks=12), AttractorSet(flow_of(SINGLE))
     turn = np.linspace(0, 2 * np.pi, 180, endpoint=False)
     for number in range(3):
         size, period = float(data.attractor_kick[number]), int(data.attractor_period[number])
@@ -145,5 +145,5 @@ def test_the_smallest_kick_is_the_smallest_to_a_few_per_cent():
         ring = np.stack([np.cos(turn), np.sin(turn)])
         lengths = size * np.array([0.5, 0.7, 0.8, 0.9, 0.95])
         starts = section[:, :, None, None] + lengths[:, None] * ring[:, None, None, :]
-        ends = catalogue.find(np.concatenate([section, starts.reshape(2, -1)], axis=1))
+        ends = attractor_set.find(np.concatenate([section, starts.reshape(2, -1)], axis=1))
         assert np.mean(ends == ends[0]) > 0.995

@@ -8,6 +8,7 @@ import xarray as xr
 
 import gearchaos as gc
 from gearchaos.dynamics import Classification, classify
+from gearchaos.dynamics.columns import MOTION
 from gearchaos.execute import tiles
 from gearchaos.flow import ExactFlow
 from gearchaos.model import vary
@@ -16,7 +17,6 @@ from gearchaos.model.switched import switched
 from gearchaos.studies.refine import refined
 
 SHORT = Classification(longest_transient=800, doublings=1, averaging_periods=16)
-LANES_LAST = ("w", "exponent", "low", "high")
 
 KINDS = {
     "torsional": ("torsional", {}),
@@ -37,9 +37,7 @@ def verdicts(kind, values, chosen):
     batch = vary(gc.MeshModel.of(kind=kind), {n: v[chosen] for n, v in values.items()})
     system = switched(batch)
     found = classify(ExactFlow(system), start(batch, system).T.copy(), settings=SHORT)
-    out = {f.name: getattr(found, f.name) for f in fields(found) if f.name != "reading"}
-    out = {n: np.moveaxis(v, -1, 0) if n in LANES_LAST else v for n, v in out.items()}
-    return out | {f.name: getattr(found.response, f.name) for f in fields(found.response)}
+    return {n: np.moveaxis(found[n], c.dims.index(MOTION), 0) for n, c in found.declared().items()}
 
 
 @pytest.mark.parametrize("case", KINDS)

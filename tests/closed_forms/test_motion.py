@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from gearchaos.dynamics import Classification, Label, Reason, classify, torus
-from gearchaos.dynamics import orbits as orbit
+from gearchaos.dynamics import Classification, Label, Reason, classify, orbits, torus
 from gearchaos.dynamics.lyapunov import from_growth
 from gearchaos.dynamics.spectrum import amplitudes, spectral_class
 from gearchaos.errors import InputError
@@ -37,7 +36,7 @@ def test_orbits_are_minimal_converged_and_stable(eps1, period):
     assert found.period[0] == period
     assert found.residual[0] <= 1e-10
     assert np.abs(found.multipliers[0]).max() < 1
-    points = orbit.sections(flow, found.w, np.zeros(1, dtype=int), found.period)[0]
+    points = orbits.sections(flow, found.w, np.zeros(1, dtype=int), found.period)[0]
     gaps = np.abs(points[:, None] - points[None]).max(axis=2) + np.eye(period)
     assert gaps.min() > 1e-6
 
@@ -93,7 +92,7 @@ def test_newton_finds_an_unstable_orbit_too_and_no_verdict_rests_on_it():
     """Beyond the period doubling the 1T orbit lives on, unstable; the motion is the 2T one."""
     flow, found = verdict(omega=1.9, q0=0.1, eps1=0.03)
     assert found.period[0] == 2
-    one = orbit.polish(flow, found.w, np.zeros(1, dtype=int), np.array([1]))
+    one = orbits.polish(flow, found.w, np.zeros(1, dtype=int), np.array([1]))
     assert one.converged[0]
     assert not one.stable[0]
     assert np.abs(one.multipliers[0]).max() > 1
@@ -101,7 +100,7 @@ def test_newton_finds_an_unstable_orbit_too_and_no_verdict_rests_on_it():
 
 def test_newton_that_fails_is_data():
     flow, _ = verdict(omega=1.0, eps1=0.1, q0=0.02)
-    wild = orbit.polish(flow, np.array([[0.3], [0.1]]), np.zeros(1, dtype=int), np.array([61]))
+    wild = orbits.polish(flow, np.array([[0.3], [0.1]]), np.zeros(1, dtype=int), np.array([61]))
     assert not wild.converged[0]
     assert not wild.stable[0]
 
@@ -111,7 +110,7 @@ def test_newton_that_fails_is_data():
                                     {"transient_lengths": (20,), "longest_period": 4, "exponent_run": 10},
                                     {"transient_lengths": (2,), "longest_period": 1},
                                     {"averaging_periods": 0}, {"doublings": -1}])
-def test_budgets_that_cannot_decide_are_refused(values):
+def test_settings_that_cannot_decide_are_refused(values):
     with pytest.raises(InputError, match=r"classification.* must"):
         Classification(**values)
 
@@ -149,15 +148,15 @@ def test_birkhoff_digits_tell_a_curve_from_a_fractal():
     logistic[0] = 0.3
     for i in range(999):
         logistic[i + 1] = 3.9 * logistic[i] * (1 - logistic[i])
-    assert np.all(torus.digits(smooth) > 6)
-    assert np.all(torus.digits(logistic) < 3)
+    assert np.all(torus.agreeing_digits(smooth) > 6)
+    assert np.all(torus.agreeing_digits(logistic) < 3)
 
 
 def test_a_rotation_number_is_found_far_beyond_the_resolution_of_the_spectrum():
     n = np.arange(2000)[:, None]
     rho = np.array([0.1234567, (np.sqrt(5) - 1) / 4])
     series = np.cos(2 * np.pi * rho * n) + 0.2 * np.cos(2 * np.pi * 2 * rho * n + 1.0)
-    np.testing.assert_allclose(torus.rotation(series), rho, atol=1e-10)
+    np.testing.assert_allclose(torus.dominant_frequency(series), rho, atol=1e-10)
 
 
 def test_a_torus_has_zero_exponent_and_a_rotation_number():
@@ -167,7 +166,7 @@ def test_a_torus_has_zero_exponent_and_a_rotation_number():
     assert abs(found.exponent[0, 0]) < 1e-4
     assert 0 < found.rotation[0] < 0.5
     later = flow.advance(found.w, 4000, sections=4000).sections[:, 0]
-    assert found.rotation[0] == pytest.approx(torus.rotation(later)[0], abs=1e-7)
+    assert found.rotation[0] == pytest.approx(torus.dominant_frequency(later)[0], abs=1e-7)
 
 
 def test_chaos_that_ends_is_outlasted_and_flagged():
@@ -184,14 +183,14 @@ def test_a_motion_that_leaves_a_stable_orbit_is_not_taken_for_it():
     """Near the unstable 1T orbit, whose multipliers are given as stable: what the trajectory does decides."""
     flow, found = verdict(omega=1.9, q0=0.1, eps1=0.03)
     points = np.zeros(1, dtype=int)
-    stable = orbit.polish(flow, found.w, points, np.array([2]))
-    assert orbit.approaching(flow, stable.w + 1e-4, points, stable, 640)[0]
-    unstable = orbit.polish(flow, found.w, points, np.array([1]))
-    stretched = orbit.Orbits(
+    stable = orbits.polish(flow, found.w, points, np.array([2]))
+    assert orbits.approaching(flow, stable.w + 1e-4, points, stable, 640)[0]
+    unstable = orbits.polish(flow, found.w, points, np.array([1]))
+    stretched = orbits.Orbits(
         unstable.w, unstable.period, unstable.residual, unstable.monodromy, 0.9 * unstable.multipliers /
         np.abs(unstable.multipliers).max()
     )
-    assert not orbit.approaching(flow, unstable.w + 1e-4, points, stretched, 640)[0]
+    assert not orbits.approaching(flow, unstable.w + 1e-4, points, stretched, 640)[0]
 
 
 def test_the_spectral_opinion():

@@ -1,14 +1,14 @@
-"""Levels of motions against closed forms and against what sampled motions show."""
+"""Response measures of motions against closed forms and against what sampled motions show."""
 
 import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.dynamics.response import CONTACTS, response
+from gearchaos.dynamics.response import CONTACTS, compute_response
 from gearchaos.flow import Measure
 
 
-def test_levels_of_a_sinusoidal_motion():
+def test_the_response_of_a_sinusoidal_motion():
     """In permanent contact with constant stiffness z − 1 − q0 = Re A e^iωτ, with A = εω²/(1 − ω² + 2iζω)."""
     omega, zeta, q0, eps = 1.7, 0.05, 0.5, 0.02
     model = gc.MeshModel.of(kind="single", omega=omega, zeta=zeta, q0=q0, eps1=eps, chi0=0.0)
@@ -55,7 +55,7 @@ def test_the_contact_state_says_which_flanks_are_touched_and_left(name):
 def measured(front, back, duration):
     measures = np.zeros((len(Measure), len(front)))
     measures[Measure.FRONT_TIME], measures[Measure.BACK_TIME] = front, back
-    return response(measures, np.full(len(front), duration), np.ones(len(front)), np.ones(len(front)))
+    return compute_response(measures, np.full(len(front), duration), np.ones(len(front)), np.ones(len(front)))
 
 
 def test_contact_lasts_if_no_time_is_free_but_for_rounding():
@@ -69,5 +69,5 @@ def test_contact_lasts_if_no_time_is_free_but_for_rounding():
 def test_there_is_no_dynamic_factor_without_load():
     measures = np.zeros((len(Measure), 3))
     measures[Measure.FORCE_MAX], measures[Measure.FORCE_MIN] = 0.2, -0.5
-    found = response(measures, np.ones(3), np.ones(3), np.array([0.1, -0.1, 0.0]))
+    found = compute_response(measures, np.ones(3), np.ones(3), np.array([0.1, -0.1, 0.0]))
     np.testing.assert_allclose(found.dynamic_factor, [5, 5, np.nan])

@@ -1,4 +1,4 @@
-"""The paper's spectral spectral_class, and weighted averages, by series whose nature is known."""
+"""The spectral class of the paper and weighted Birkhoff averages, on series of known class."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def test_quasi_periodic_is_all_but_a_hundred_thousandth_of_the_power_in_a_sixth_
     assert spectral_class(np.cos(n) + noise + 5.0) == (label, 0)
 
 
-def test_the_mean_has_no_weight_in_the_opinion():
+def test_the_mean_has_no_weight_in_the_spectral_class():
     rng = np.random.default_rng(4)
     assert spectral_class(1e6 + rng.normal(size=(512, 2))) == ("chaotic", 0)
 
@@ -56,24 +56,24 @@ def test_amplitudes_are_those_of_the_cosines():
 def test_weighted_averages_are_of_either_half():
     """The weights exp(−1/t(1 − t)) are even about the middle, so a line has its mean there."""
     n = np.arange(2001)[:, None] * np.array([[1.0, -2.0]])
-    first, second = torus.halves(n)
+    first, second = torus.half_averages(n)
     np.testing.assert_allclose(first, [500.5, -1001.0])
     np.testing.assert_allclose(second, [1500.5, -3001.0])
     t = np.arange(1, 1001) / 1001
     weight = np.exp(-1 / (t * (1 - t)))
-    np.testing.assert_allclose(torus.halves(n**2)[0], weight @ n[1:1001] ** 2 / weight.sum())
+    np.testing.assert_allclose(torus.half_averages(n**2)[0], weight @ n[1:1001] ** 2 / weight.sum())
 
 
 @pytest.mark.parametrize("rho", [0.0123, 0.25 - 1e-3, 0.4877])
 def test_a_frequency_is_found_with_either_phase(rho):
     n = np.arange(1500)[:, None]
     series = 3.0 + np.cos(2 * np.pi * rho * n + np.array([0.0, 1.0, 2.0]))
-    np.testing.assert_allclose(torus.rotation(series), rho, atol=1e-11)
+    np.testing.assert_allclose(torus.dominant_frequency(series), rho, atol=1e-11)
 
 
 def test_digits_are_of_the_series_and_its_square_in_standard_deviations():
     """A symmetric motion whose size grows has the mean of its square in doubt, not its own."""
     n = np.arange(1000)[:, None]
     steady, growing = np.cos(n), (1 + n / 1000) * np.cos(n)
-    assert torus.digits(steady)[0] > 6 and torus.digits(1e6 + 1e-3 * steady)[0] > 6
-    assert torus.digits(growing)[0] < 1
+    assert torus.agreeing_digits(steady)[0] > 6 and torus.agreeing_digits(1e6 + 1e-3 * steady)[0] > 6
+    assert torus.agreeing_digits(growing)[0] < 1

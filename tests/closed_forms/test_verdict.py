@@ -2,16 +2,20 @@
 
 import numpy as np
 import pytest
-from gearchaos.studies.defaults import settings_for_kind
+from scipy.special import stdtrit
 
-from gearchaos.dynamics import Classification, ClassificationState, Label, Reason, classify, lyapunov, torus
-from gearchaos.dynamics import orbits as orbit
+from gearchaos.dynamics import Classification, ClassificationState, Label, Reason, classify, lyapunov, orbits, torus
 from gearchaos.dynamics.lyapunov import from_growth
 from gearchaos.dynamics.recurrence import candidates
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.coordinates import start
 from gearchaos.model.switched import SwitchedAffine, switched
+from gearchaos.studies.attractors import Attractors
+from gearchaos.studies.basins import Basins
+from gearchaos.studies.bifurcation import Bifurcation
+from gearchaos.studies.regime import REGIME_SETTINGS
+from gearchaos.studies.zones import Zones
 
 HASTY = Classification(transient_lengths=(80,), longest_period=8, exponent_run=21, doublings=0, longest_transient=0,
                        averaging_periods=8)
@@ -23,7 +27,7 @@ def flow_of(values=None, **model):
     return ExactFlow(system), start(batch, system).T.copy()
 
 
-def sheet_at(flow, w, periods=9):
+def state_at(flow, w, periods=9):
     """A state with one motion at w (d, 1), and its sections from there on."""
     sections = flow.advance(w, periods, sections=periods).sections
     return ClassificationState(flow, np.zeros(1, dtype=int), Classification(), sections[-1].copy()), sections
@@ -34,7 +38,7 @@ def unstable_orbit():
     flow, w = flow_of(omega=1.9, q0=0.1, eps1=0.03)
     doubled = classify(flow, w)
     assert doubled.period[0] == 2
-    found = orbit.polish(flow, doubled.w, np.zeros(1, dtype=int), np.array([1]))
+    found = orbits.polish(flow, doubled.w, np.zeros(1, dtype=int), np.array([1]))
     assert found.converged[0] and not found.stable[0]
     return flow, found
 
@@ -42,33 +46,34 @@ def unstable_orbit():
 def test_a_motion_that_leaves_an_orbit_is_never_said_to_be_on_it(monkeypatch):
     """Even where multipliers lie, and make all orbits stable."""
     flow, found = unstable_orbit()
-    true = orbit._multipliers
-    monkeypatch.setattr(orbit, "_multipliers", lambda matrix: 0.9 * true(matrix) / np.abs(true(matrix)).max())
-    state, sections = sheet_at(flow, found.w + 1e-5, 3)
+    true = orbits._multipliers
+    monkeypatch.setattr(orbits, "_multipliers", lambda matrix: 0.9 * true(matrix) / np.abs(true(matrix)).max())
+    state, sections = state_at(flow, found.w + 1e-5, 3)
     assert candidates(sections, 1, 1)[0, 0] == 1
-    assert orbit.polish(flow, sections[-1], state.points, np.array([1])).stable[0]
-    state.settle_returning(np.zeros(1, dtype=int), sections, 1)
-    assert state.label[0] == 0
+    assert orbits.polish(flow, sections[-1], state.points, np.array([1])).stable[0]
+    state.classify_returning(np.zeros(1, dtype=int), sections, 1)
+    assert state.verdicts.label[0] == 0
 
 
 def test_newton_gives_up_three_twentieths_away_and_where_neighbours_part_tenfold(monkeypatch):
-    limits, true = [], orbit.polish
+    limits, true = [], orbits.polish
 
     def polish(*arguments, **options):
         limits.append(options)
         return true(*arguments, **options)
 
-    monkeypatch.setattr(orbit, "polish", polish)
-    assert classify(*flow_of(omega=1.9, q0=0.1, eps1=0.03), levels=False).period[0] == 2
+    monkeypatch.setattr(orbits, "polish", polish)
+    assert classify(*flow_of(omega=1.9, q0=0.1, eps1=0.03), response=False).period[0] == 2
     assert limits[0] == {"reach": pytest.approx(0.15), "expansion": 10.0}
 
 
 def test_a_motion_beside_a_stable_orbit_is_said_to_be_on_it():
     flow, w = flow_of(omega=1.9, q0=0.1, eps1=0.03)
     found = classify(flow, w)
-    state, sections = sheet_at(flow, found.w + 1e-4, 5)
-    state.settle_returning(np.zeros(1, dtype=int), sections, 2)
-    assert (state.label[0], state.period[0], state.reason[0]) == (Label.PERIODIC, 2, Reason.ORBIT)
+    state, sections = state_at(flow, found.w + 1e-4, 5)
+    state.classify_returning(np.zeros(1, dtype=int), sections, 2)
+    found = state.verdicts
+    assert (found.label[0], found.period[0], found.reason[0]) == (Label.PERIODIC, 2, Reason.ORBIT)
 
 
 @pytest.mark.parametrize("away", [0.5, 0.3, 0.07])
@@ -76,7 +81,7 @@ def test_a_motion_is_at_its_orbit_only_within_a_twentieth(away):
     """A slow spiral in permanent contact: after n periods it is exp(−ζnT) as far from rest at z = 1 + q0 as before."""
     zeta, q0 = 2e-4, 3.0
     flow, w = flow_of(kind="single", omega=1.0, zeta=zeta, q0=q0, chi0=0.0, z=1 + q0 + away)
-    found = classify(flow, w, levels=False)
+    found = classify(flow, w, response=False)
     assert (found.label[0], found.period[0], found.reason[0]) == (Label.PERIODIC, 1, Reason.ORBIT)
     np.testing.assert_allclose(found.w[:, 0], [1 + q0, 0], atol=1e-9)
     distance = away * np.exp(-zeta * found.periods_run[0] * flow.system.period[0])
@@ -87,13 +92,13 @@ def test_chaos_is_an_exponent_above_zero_by_its_interval():
     """Runs so short that many intervals of positive exponents reach below zero: none of those is chaos."""
     rng = np.random.default_rng(2)
     values = {"omega": rng.uniform(0.4, 1.4, 400), "eps1": rng.uniform(0.15, 0.3, 400)}
-    found = classify(*flow_of(values, q0=0.1), settings=HASTY, levels=False)
-    unsure = (found.low[0] <= 0) & (found.exponent[0] > 1e-3)
+    found = classify(*flow_of(values, q0=0.1), settings=HASTY, response=False)
+    unsure = (found.exponent_low[0] <= 0) & (found.exponent[0] > 1e-3)
     assert unsure.sum() > 5
     assert not np.any(found.label[unsure] == Label.CHAOTIC)
     chaotic = found.label == Label.CHAOTIC
     assert chaotic.sum() > 5
-    assert np.all(found.low[0, chaotic] > 0) and np.all(found.exponent[0, chaotic] > 1e-3)
+    assert np.all(found.exponent_low[0, chaotic] > 0) and np.all(found.exponent[0, chaotic] > 1e-3)
 
 
 @pytest.mark.parametrize(("value", "low", "label"), [
@@ -103,14 +108,14 @@ def test_chaos_is_an_exponent_above_zero_by_its_interval():
 def test_chaos_needs_an_exponent_of_a_thousandth_and_its_whole_interval(monkeypatch, value, low, label):
     """The exponent is made up, on a motion that does not return."""
     flow, w = flow_of(omega=1.0, q0=0.1, eps1=0.26)
-    assert classify(flow, w, settings=HASTY, levels=False).period[0] == 0
+    assert classify(flow, w, settings=HASTY, response=False).period[0] == 0
 
     def from_growth(growth, period):
         values = np.array([[value], [flow.system.trace[0] - value]])
         return lyapunov.Exponents(values, np.full((2, 1), low), np.full((2, 1), 2 * value - low))
 
     monkeypatch.setattr(lyapunov, "from_growth", from_growth)
-    assert classify(flow, w, settings=HASTY, levels=False).label[0] == label
+    assert classify(flow, w, settings=HASTY, response=False).label[0] == label
 
 
 def test_exponents_have_the_mean_of_blocks_and_students_interval():
@@ -125,9 +130,13 @@ def test_exponents_have_the_mean_of_blocks_and_students_interval():
     np.testing.assert_allclose(found.value - found.low, half, rtol=1e-6)
 
 
+def test_the_quantile_of_the_interval_is_scipys_bit_for_bit():
+    assert stdtrit(lyapunov.BLOCKS - 1, 0.5 + 0.99 / 2) == lyapunov._QUANTILE
+
+
 def orbits_with(moduli):
     n = len(moduli)
-    return orbit.Orbits(np.zeros((2, n)), np.ones(n, dtype=int), np.zeros(n), np.zeros((n, 2, 2)),
+    return orbits.Orbits(np.zeros((2, n)), np.ones(n, dtype=int), np.zeros(n), np.zeros((n, 2, 2)),
                         np.stack([moduli, np.zeros(n)], axis=1).astype(complex))
 
 
@@ -157,7 +166,7 @@ def test_the_minimal_period_is_the_first_return():
     found = classify(flow, w)
     periods = np.array([2, 4, 6, 8])
     same = np.repeat(found.w, 4, axis=1)
-    assert orbit.shortest_round(flow, same, np.zeros(4, dtype=int), periods).tolist() == [2, 2, 2, 2]
+    assert orbits.minimal_period(flow, same, np.zeros(4, dtype=int), periods).tolist() == [2, 2, 2, 2]
 
 
 @pytest.mark.parametrize(("last", "before", "size", "returns"), [
@@ -187,7 +196,7 @@ class Fixed:
 
 @pytest.mark.parametrize(("off", "shortest"), [(1e-5, 4), (5e-7, 2)])
 def test_an_orbit_returns_early_only_if_it_does_so_to_a_millionth(off, shortest):
-    found = orbit.shortest_round(Fixed([0.3, off, 0.3, 0.0]), np.zeros((2, 1)), np.zeros(1, dtype=int), np.array([4]))
+    found = orbits.minimal_period(Fixed([0.3, off, 0.3, 0.0]), np.zeros((2, 1)), np.zeros(1, dtype=int), np.array([4]))
     assert found.tolist() == [shortest]
 
 
@@ -196,7 +205,7 @@ def test_a_verdict_whose_exponents_miss_their_sum_by_a_millionth_is_not_trusted(
     """The trace is falsified, since the flow cannot be."""
     trace = SwitchedAffine.trace.fget
     monkeypatch.setattr(SwitchedAffine, "trace", property(lambda system: trace(system) + off))
-    found = classify(*flow_of(omega=1.9, q0=0.1, eps1=0.03), levels=False)
+    found = classify(*flow_of(omega=1.9, q0=0.1, eps1=0.03), response=False)
     assert found.trace_error[0] == pytest.approx(off, rel=1e-3)
     assert (found.reason[0] == Reason.INCONSISTENT) != trusted
     assert found.period[0] == (2 if trusted else 0)
@@ -208,7 +217,7 @@ def test_a_verdict_whose_exponents_miss_their_sum_by_a_millionth_is_not_trusted(
 ])
 def test_a_torus_has_both_halves_at_zero_and_four_digits(monkeypatch, exponents, digits, label):
     """Exponents of the halves and digits are made up, on a torus."""
-    true = torus.halves
+    true = torus.half_averages
 
     def halves(series):
         if series.ndim == 2:
@@ -220,12 +229,12 @@ def test_a_torus_has_both_halves_at_zero_and_four_digits(monkeypatch, exponents,
         return out
 
     flow, w = flow_of(kind="full", omega=1.05, eps1=0.04)
-    monkeypatch.setattr(torus, "halves", halves)
-    monkeypatch.setattr(torus, "digits", lambda series: np.full(series.shape[1], digits))
-    found = classify(flow, w, settings=Classification(doublings=0), levels=False)
+    monkeypatch.setattr(torus, "half_averages", halves)
+    monkeypatch.setattr(torus, "agreeing_digits", lambda series: np.full(series.shape[1], digits))
+    found = classify(flow, w, settings=Classification(doublings=0), response=False)
     assert found.label[0] == label
     if label == Label.QUASI_PERIODIC:
-        ends = (found.low[0, 0], found.high[0, 0], found.exponent[0, 0])
+        ends = (found.exponent_low[0, 0], found.exponent_high[0, 0], found.exponent[0, 0])
         np.testing.assert_allclose(ends, [-4e-4, 4e-4, 0.0], atol=1e-15)
 
 
@@ -243,17 +252,17 @@ def test_half_runs_that_differ_are_no_torus():
     """A series that drifts has other averages in its two halves; one on a circle has the same to many digits."""
     n = np.arange(2000)[:, None]
     circle = np.cos(0.7 * n)
-    assert torus.digits(circle)[0] > 8 > 1 > torus.digits(circle + n / 2000)[0]
-    first, second = torus.halves(n.astype(float))
+    assert torus.agreeing_digits(circle)[0] > 8 > 1 > torus.agreeing_digits(circle + n / 2000)[0]
+    first, second = torus.half_averages(n.astype(float))
     assert (first[0], second[0]) == (pytest.approx(499.5), pytest.approx(1499.5))
 
 
 def test_exponents_of_a_long_orbit_are_those_of_any_later_round():
     """122T: the vectors have turned to where they belong within the first round, in which they grow otherwise."""
     flow, w = flow_of(kind="full", omega=1.05, eps1=0.03 + 0.02 * 46 / 60)
-    found = classify(flow, w, levels=False)
+    found = classify(flow, w, response=False)
     assert found.period[0] == 122
-    run = flow.advance(found.w, 3 * 122, tangent=lyapunov.frame(4, 1), growth=True)
+    run = flow.advance(found.w, 3 * 122, tangent=lyapunov.tangent_frame(4, 1), growth=True)
     later = run.growth[-122:, :, 0].sum(axis=0) / (122 * flow.system.period[0])
     np.testing.assert_allclose(found.exponent[:, 0], later, atol=2e-6)
 
@@ -267,13 +276,13 @@ def test_the_first_twentieth_of_a_run_is_dropped(monkeypatch):
 
     monkeypatch.setattr(lyapunov, "from_growth", from_growth)
     flow, w = flow_of(omega=1.0, q0=0.1, eps1=0.26)
-    classify(flow, w, settings=Classification(exponent_run=400, longest_transient=0), levels=False)
+    classify(flow, w, settings=Classification(exponent_run=400, longest_transient=0), response=False)
     assert lengths[0] == 380
 
 
 def test_chaos_is_looked_at_every_2560_periods():
     starts = {"x1": np.linspace(1.0, 1.001, 24)}
-    found = classify(*flow_of(starts, omega=1.0, q0=0.1, eps1=0.206), levels=False)
+    found = classify(*flow_of(starts, omega=1.0, q0=0.1, eps1=0.206), response=False)
     later = found.transient_chaos & (found.periods_run > 2560) & (found.periods_run < 9000)
     assert later.sum() > 2
     assert np.all(found.periods_run[later] % 2560 == 0)
@@ -296,7 +305,7 @@ def test_an_orbit_is_followed_until_its_distance_should_halve(modulus, period, m
 
     found = orbits_with(np.array([modulus]))
     found.period[:] = period
-    assert orbit.approaching(Still(), np.ones((2, 1)), np.zeros(1, dtype=int), found, most)[0]
+    assert orbits.approaching(Still(), np.ones((2, 1)), np.zeros(1, dtype=int), found, most)[0]
     assert asked == [followed]
 
 
@@ -311,27 +320,25 @@ def test_a_distance_must_fall_by_half_of_what_the_multipliers_predict(left, appr
             return self
 
     found = orbits_with(np.array([0.5]))
-    assert orbit.approaching(Falling(), np.ones((2, 1)), np.zeros(1, dtype=int), found, 640)[0] == approaches
+    assert orbits.approaching(Falling(), np.ones((2, 1)), np.zeros(1, dtype=int), found, 640)[0] == approaches
 
 
-def test_budgets_are_those_of_the_documentation():
-    """docs/verdicts.md, Budgets."""
+def test_settings_are_those_of_the_documentation():
+    """docs/verdicts.md, Settings."""
     common = {"transient_lengths": (80, 80, 160, 320, 640), "longest_period": 64}
     assert Classification() == Classification(exponent_run=250, doublings=4, longest_transient=10_000,
                                               averaging_periods=96, **common)
-    assert settings_for_kind("bifurcation", {}) == Classification(exponent_run=1000, doublings=2,
-        longest_transient=10_000, averaging_periods=96, **common)
-    assert settings_for_kind("regime", {}) == Classification(exponent_run=2000, doublings=2, longest_transient=20_000,
-        averaging_periods=1000, **common)
-    assert settings_for_kind("zones", {"transient_lengths": [90],
-                                       "longest_transient": 5}) == Classification(transient_lengths=(90,),
-        longest_transient=5)
+    assert all(study.default_settings == Classification() for study in (Zones, Basins, Attractors))
+    assert Bifurcation.default_settings == Classification(exponent_run=1000, doublings=2, longest_transient=10_000,
+                                                          averaging_periods=96, **common)
+    assert Classification(exponent_run=2000, doublings=2, longest_transient=20_000,
+                                             averaging_periods=1000, **common) == REGIME_SETTINGS
 
 
-def test_a_verdict_reads_levels_unless_told_not_to():
+def test_the_response_is_computed_unless_it_is_not_wanted():
     flow, w = flow_of(omega=1.9, q0=0.1, eps1=0.03)
     assert np.isfinite(classify(flow, w).response.v_rms[0])
-    assert np.isnan(classify(flow, w, levels=False).response.v_rms[0])
+    assert np.isnan(classify(flow, w, response=False).response.v_rms[0])
 
 
 @pytest.mark.parametrize("friction", [1e-14, 1e-6])
@@ -341,6 +348,6 @@ def test_a_rotation_hardly_braked_makes_no_torus(friction):
     batch = vary(model, {})
     system = switched(batch)
     settings = Classification(transient_lengths=(80, 160), exponent_run=1000, doublings=0)
-    found = classify(ExactFlow(system), start(batch, system).T.copy(), settings=settings, levels=False)
+    found = classify(ExactFlow(system), start(batch, system).T.copy(), settings=settings, response=False)
     assert abs(found.exponent[0, 0]) < 5e-4
     assert Label(int(found.label[0])) == Label.UNDECIDED

@@ -1,6 +1,10 @@
 """What results say of themselves: codes, units, intervals and flags; and what studies do without being asked."""
 
+import json
+import pickle
 import re
+import subprocess
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -9,7 +13,7 @@ import pytest
 import xarray as xr
 
 import gearchaos as gc
-from gearchaos.dynamics import Classification, Label, Reason
+from gearchaos.dynamics import Classification, Label, Reason, Verdicts
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, vary
@@ -74,6 +78,68 @@ def test_a_verdict_of_one_point_has_levels_and_exponents_as_told():
     assert sum(chaos.lyapunov) == pytest.approx(-2 * 0.025 - 2 * 0.01 / 2, abs=1e-6)  # −2ζ(1/J1 + 1/J2) − 2β/J
     assert {len(v) for v in chaos.section.values()} == {512}
     assert (found.spectral_label, chaos.spectral_label) == ("8T", "chaotic")
+
+
+@pytest.mark.parametrize(("values", "settings"), [
+    ({"eps1": 0.206}, None), ({"eps1": 0.26}, SHORT), ({"kind": "single", "omega": 2.0, "z": 30.0}, None),
+])
+def test_a_verdict_as_a_dataset_is_saved_and_loaded_whole(tmp_path, values, settings):
+    found = gc.regime(MeshModel.of(**{"q0": 0.1, **values}), settings=settings)
+    data = found.to_dataset()
+    gc.save(data, tmp_path / "verdict.nc")
+    xr.testing.assert_identical(gc.load(tmp_path / "verdict.nc"), data)
+    assert all(v.attrs["long_name"] and v.attrs["units"] for v in data.variables.values())
+    assert (data.attrs["motion"], data.attrs["study"]) == (found.label, "regime")
+    assert int(data.period) == (found.period or 0) and int(data.periods_spent) == found.periods_spent
+    for name, measure in {"v_rms": found.v_rms, "z_rms": found.z_rms, "mesh_force_peak": found.mesh_force_peak,
+                          "switches": found.switches_per_period, "residual": found.residual}.items():
+        np.testing.assert_array_equal(float(data[name]), np.nan if measure is None else measure, err_msg=name)
+    if found.label != "diverged":
+        assert data.lyapunov_spectrum.values.tolist() == found.lyapunov
+        ends = np.stack([data.lyapunov_spectrum_lo, data.lyapunov_spectrum_hi], axis=1)
+        assert ends.tolist() == found.lyapunov_ci
+    multipliers = data.multipliers_real.values + 1j * data.multipliers_imag.values
+    assert multipliers[np.isfinite(multipliers)].tolist() == found.multipliers
+    assert {n.removeprefix("section_"): data[n].values.tolist() for n in data if "section" in n} == found.section
+
+
+def test_a_verdict_has_complex_multipliers_that_become_pairs_in_json():
+    found = gc.regime(MeshModel.of(kind="single", omega=1.7, zeta=0.05, q0=0.5, eps1=0.02, chi0=0.0))
+    assert all(isinstance(m, complex) for m in found.multipliers)
+    assert found.multipliers[0].imag == -found.multipliers[1].imag != 0
+    assert found.to_dict()["multipliers"] == [[m.real, m.imag] for m in found.multipliers]
+
+
+def test_the_regime_command_loads_neither_pandas_nor_scipy_special():
+    """They take half a second, and the verdict none of it."""
+    command = ["gearchaos", "regime", "--set", "eps1=0.206", "--json"]
+    code = (f"import sys; sys.argv = {command}\nfrom gearchaos.cli import main\ntry: main()\nexcept SystemExit: pass\n"
+            "print([m for m in ('pandas', 'xarray', 'scipy.special') if m in sys.modules])")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    document, loaded = done.stdout.splitlines()
+    assert json.loads(document)["label"] == "8T" and loaded == "[]"
+
+
+def test_verdicts_are_compared_copied_and_shown_by_their_values():
+    model = FIGURE_2.with_values({"eps1": 0.206})
+    found, again, other = gc.regime(model), gc.regime(model), gc.regime(FIGURE_2)
+    assert found == again == pickle.loads(pickle.dumps(found)) and found != other
+    assert repr(found).startswith("Regime(label='8T', period=8, reason='a stable periodic orbit")
+    assert {"v_rms", "switches_per_period", "label"} <= set(dir(found))
+    with pytest.raises(AttributeError, match="no attribute 'v_rsm'"):
+        _ = found.v_rsm
+
+
+def test_columns_are_taken_and_overwritten_with_those_of_nested_tables():
+    verdicts = Verdicts.unresolved(np.arange(12.0).reshape(2, 6))
+    verdicts.response.v_rms[:], verdicts.multipliers[:, 0] = np.arange(6), np.arange(6) * 1j
+    some = verdicts.take(np.array([4, 1]))
+    assert (some["v_rms"].tolist(), some["w"].tolist()) == ([4, 1], [[4, 1], [10, 7]])
+    assert some["multipliers"][:, 0].tolist() == [4j, 1j] and some["contact"].tolist() == [3, 3]
+    verdicts.put(np.array([0, 5]), some)
+    assert verdicts["v_rms"].tolist() == [4, 1, 2, 3, 4, 1] and verdicts["w"][1].tolist() == [10, 7, 8, 9, 10, 7]
+    with pytest.raises(KeyError, match="v_rsm"):
+        verdicts["v_rsm"]
 
 
 def test_a_motion_that_ran_away_has_neither_levels_nor_section():

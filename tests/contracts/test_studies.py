@@ -342,9 +342,9 @@ def test_the_smallest_kick_is_the_distance_to_the_boundary():
     plane = np.zeros((41, 81), dtype=int)
     plane[:, 60:] = 1
     x, y = np.linspace(-2, 2, 81), np.linspace(-1, 1, 41)
-    kicks = boundary.smallest_kicks(plane, x, y, [np.array([[0.0, 0.0], [0.5, 0.2]]), np.array([[1.5, 0.0]])])
+    kicks = boundary.smallest_perturbations(plane, x, y, [np.array([[0.0, 0.0], [0.5, 0.2]]), np.array([[1.5, 0.0]])])
     np.testing.assert_allclose(kicks, [0.5, 0.55], atol=1e-9)
-    assert np.isnan(boundary.smallest_kicks(np.zeros((41, 81), dtype=int), x, y, [np.array([[0.0, 0.0]])])[0])
+    assert np.isnan(boundary.smallest_perturbations(np.zeros((41, 81), dtype=int), x, y, [np.array([[0.0, 0.0]])])[0])
 
 
 def test_the_steady_motion_behind_a_verdict_starts_on_it():
@@ -358,8 +358,8 @@ def test_a_map_has_one_set_of_coordinates_whatever_coincides_in_part_of_it():
     """β1 = β2 at one end, so that a tile there alone could do with fewer coordinates than the others."""
     data = gc.bifurcation(gc.MeshModel.of(omega=1.2), gc.Axis("beta1", 0.005, 0.01, 65), points=0)
     assert set(data.label.values) == {Label.PERIODIC}
-    model, ends, hasty = gc.MeshModel.of(omega=1.0, eps1=0.22), gc.Axis("beta1", 0.01, 0.3, 2),
-    Classification(longest_transient=3000)
+    model, ends = gc.MeshModel.of(omega=1.0, eps1=0.22), gc.Axis("beta1", 0.01, 0.3, 2)
+    hasty = Classification(longest_transient=3000)
     mixed = gc.bifurcation(model, ends, points=0, settings=hasty)
     assert mixed.label.values[0] == Label.CHAOTIC
     cells = gc.zones(gc.MeshModel.of(), gc.Axis("eps1", 0, 0.05, 100), gc.Axis("beta1", 0.01, 0.02, 2), starts=2)

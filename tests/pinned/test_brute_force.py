@@ -17,7 +17,7 @@ def labels():
     out = []
     for figure in brute_force.FIGURES:
         rows = [row for row in ROWS if int(row["figure"]) == figure]
-        found = classify(*brute_force.flow_of(figure, brute_force.cells(figure)[2]), levels=False)
+        found = classify(*brute_force.flow_of(figure, brute_force.cells(figure)[2]), response=False)
         pairs = zip(found.label, found.period, strict=True)
         given = [motion_name(Label(int(label)), int(period)) for label, period in pairs]
         out += list(zip([row["labels"].split("|") for row in rows], given, rows, strict=True))

@@ -64,10 +64,10 @@ def regime(
     """Say what the mesh does at one operating point, with the evidence."""
     check_output("--plot", plot, PLOT_SUFFIXES)
     loaded = load(study, sets, physical)
-    from gearchaos.studies.regime import PATIENT
+    from gearchaos.studies.regime import REGIME_SETTINGS
     from gearchaos.studies.regime import regime as run
 
-    verdict = run(loaded.model, settings=loaded.settings(PATIENT), progress=True)
+    verdict = run(loaded.model, settings=loaded.settings(REGIME_SETTINGS), progress=True)
     if json_out:
         print_json(_regime_document(verdict, loaded, physical))
     else:

@@ -1,19 +1,20 @@
-"""What motion is it: recurrence, orbit polishing, Floquet multipliers, Lyapunov exponents, spectrum, verdict."""
+"""What motion is it: recurrence, periodic orbits, Floquet multipliers, Lyapunov exponents, spectra, the verdict."""
 
 from gearchaos.dynamics.labels import REASONS, Label, Reason, motion_name
 from gearchaos.dynamics.settings import Classification
+from gearchaos.dynamics.stages import STAGES, classify, conclude
 from gearchaos.dynamics.state import ClassificationState
-from gearchaos.dynamics.verdict import STAGES, Verdicts, classify, conclude
+from gearchaos.dynamics.verdicts import Verdicts
 
 __all__ = [
-           "REASONS",
-           "STAGES",
-           "Classification",
-           "ClassificationState",
-           "Label",
-           "Reason",
-           "Verdicts",
-           "classify",
-           "conclude",
-           "motion_name",
+    "REASONS",
+    "STAGES",
+    "Classification",
+    "ClassificationState",
+    "Label",
+    "Reason",
+    "Verdicts",
+    "classify",
+    "conclude",
+    "motion_name",
 ]

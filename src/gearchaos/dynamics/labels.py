@@ -1,4 +1,4 @@
-"""The kinds of motion and why a verdict stands."""
+"""Codes and texts of a verdict: the kind of motion, and the reason for the verdict."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import IntEnum
 
 
 class Label(IntEnum):
-    """Kinds of motion."""
+    """Kind of motion. 0 stands for a motion that is not classified yet."""
 
     PERIODIC = 1
     QUASI_PERIODIC = 2
@@ -16,7 +16,7 @@ class Label(IntEnum):
 
 
 class Reason(IntEnum):
-    """Why a verdict stands."""
+    """Reason for a verdict; `REASONS` has the texts."""
 
     ORBIT = 1
     POSITIVE_EXPONENT = 2
@@ -30,7 +30,7 @@ class Reason(IntEnum):
 
 
 def motion_name(label: Label, period: int) -> str:
-    """A label as text: the period of a periodic motion, "3T", else the kind, "quasi-periodic"."""
+    """The name of a motion: "3T" for a period of three mesh periods, "quasi-periodic" for a kind without a period."""
     return f"{period}T" if label == Label.PERIODIC else label.name.lower().replace("_", "-")
 
 
@@ -38,7 +38,7 @@ REASONS = {
     Reason.ORBIT: "a stable periodic orbit converged and the trajectory approaches it",
     Reason.POSITIVE_EXPONENT: "the largest Lyapunov exponent is positive by its 99 % confidence interval",
     Reason.SMOOTH_CURVE: "the largest exponent is zero and weighted Birkhoff averages converge as on a smooth curve",
-    Reason.BUDGET: "no return within the settings, and the largest exponent is not clearly positive",
+    Reason.BUDGET: "no return within the budget, and the largest exponent is not clearly positive",
     Reason.OUT_OF_RANGE: "|z| or |z'| passed 1e8 half backlashes",
     Reason.NEUTRAL: "the motion repeats exactly, and its neighbours neither approach nor leave it",
     Reason.INCONSISTENT: "the exponents do not sum to the trace of the linear part, so the run is not to be trusted",

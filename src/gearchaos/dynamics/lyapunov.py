@@ -5,23 +5,28 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import stdtrit
 
 from gearchaos.dynamics.orbits import Orbits
-from gearchaos.dynamics.series import by_lane, total
+from gearchaos.dynamics.series import time_last, time_sum
 from gearchaos.flow import ExactFlow
 
 BLOCKS = 20
-"""Stretches of the motion whose means tell how sure the exponent is."""
+"""Number of consecutive blocks of a run; the scatter of their means gives the confidence interval."""
 
-_CONFIDENCE = 0.99
-_RESOLVED = 1e-6
-_CLEAR = 1e-6
+_QUANTILE = 2.8609346064649794
+"""Quantile 0.995 of Student's t with BLOCKS − 1 = 19 degrees of freedom: the half width of a 99 % interval in standard
+errors. It is written out because importing scipy.special takes a tenth of a second."""
+
+_MAX_TRACE_DEFECT = 1e-6
+"""Largest |Σ ln|μ| − tr A · nT| at which all multipliers of an orbit are taken as resolved."""
+
+_SMALLEST_RESOLVED = 1e-6
+"""Smallest multiplier that is then still trusted, relative to the norm of the monodromy matrix."""
 
 
 @dataclass(frozen=True)
 class Exponents:
-    """Lyapunov exponents per unit τ, (K, L), with the ends of their confidence intervals."""
+    """Lyapunov exponents ``value`` (K, L) per unit τ, and the ends ``low`` and ``high`` of their intervals."""
 
     value: np.ndarray
     low: np.ndarray
@@ -29,55 +34,68 @@ class Exponents:
 
 
 def from_growth(growth: np.ndarray, period: np.ndarray) -> Exponents:
-    """Exponents from the logarithms of growth per mesh period (N, K, L); ``period`` (L,) is T.
+    """Lyapunov exponents of a run.
 
-    The interval is Student's for the means of `BLOCKS` consecutive blocks, at 99 %: neighbouring periods are
-    correlated, blocks hardly.
+    Parameters
+    ----------
+    growth : (N, K, L)
+        Logarithm of the growth of K orthogonal tangent vectors in each mesh period.
+    period : (L,)
+        Mesh period T in units of τ.
+
+    Returns
+    -------
+    Exponents
+        With 99 % intervals by Student's t for the means of `BLOCKS` consecutive blocks: successive periods are
+        correlated, blocks hardly. The first periods that do not fill a block are dropped.
     """
     length = len(growth) // BLOCKS
-    series = by_lane(growth[-length * BLOCKS :])
+    series = time_last(growth[-length * BLOCKS :])
     blocks = np.moveaxis(series.reshape(*series.shape[:-1], BLOCKS, length).mean(axis=-1), -1, 0) / period
     value = blocks.mean(axis=0)
-    half = stdtrit(BLOCKS - 1, 0.5 + _CONFIDENCE / 2) * blocks.std(axis=0, ddof=1) / np.sqrt(BLOCKS)
+    half = _QUANTILE * blocks.std(axis=0, ddof=1) / np.sqrt(BLOCKS)
     return Exponents(value, value - half, value + half)
 
 
-def of_orbits(flow: ExactFlow, points: np.ndarray, found: Orbits) -> np.ndarray:
-    """Exponents (d, L) of periodic orbits, ln|μ| over the duration nT: exact, no interval.
+def of_orbits(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> np.ndarray:
+    """Lyapunov exponents (d, L) of periodic orbits, ln|μ|/(nT), exact.
 
-    Multipliers far below the norm of the monodromy matrix drown in its rounding. Where their product shows it they are
-    had from the growth of tangent vectors instead, orthonormalised on the way, in the second round of the orbit: the
-    sum of their growths is exact, and the smallest exponent is what it leaves.
+    The multipliers must multiply to exp(tr A · nT). Where they do not, the smallest are below the rounding errors of
+    the monodromy matrix. Then all that are small against its norm are replaced by the growth of orthonormalised tangent
+    vectors, and the last exponent is what remains of the trace.
     """
-    duration = found.period * flow.system.period[points]
-    modulus = np.abs(found.multipliers)
+    duration = orbits.period * flow.system.period[points]
+    modulus = np.abs(orbits.multipliers)
     with np.errstate(divide="ignore"):
-        out = np.log(modulus).T / duration
-    off = np.abs(out.sum(axis=0) - flow.system.trace[points]) * duration
-    drowned = np.flatnonzero(~(off < _RESOLVED))
-    if len(drowned) == 0:
-        return out
-    norm = np.linalg.norm(found.monodromy[drowned], axis=(1, 2))
-    grown = _second_round(flow, points[drowned], found.take(drowned)) / duration[drowned]
-    out[:, drowned] = np.where(_CLEAR * norm < modulus[drowned].T, out[:, drowned], grown)
-    out[-1, drowned] = grown.sum(axis=0) - out[:-1, drowned].sum(axis=0)
-    return out
+        exponents = np.log(modulus).T / duration
+    defect = np.abs(exponents.sum(axis=0) - flow.system.trace[points]) * duration
+    lost = np.flatnonzero(~(defect < _MAX_TRACE_DEFECT))
+    if len(lost) == 0:
+        return exponents
+    norm = np.linalg.norm(orbits.monodromy[lost], axis=(1, 2))
+    grown = _aligned_growth(flow, points[lost], orbits.take(lost)) / duration[lost]
+    exponents[:, lost] = np.where(_SMALLEST_RESOLVED * norm < modulus[lost].T, exponents[:, lost], grown)
+    exponents[-1, lost] = grown.sum(axis=0) - exponents[:-1, lost].sum(axis=0)
+    return exponents
 
 
-def _second_round(flow: ExactFlow, points: np.ndarray, found: Orbits) -> np.ndarray:
-    """Logarithms (d, L) of the growth of orthonormal tangent vectors over one round, once they are aligned."""
-    w, tangent = found.w, frame(flow.dimension, len(points))
+def _aligned_growth(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> np.ndarray:
+    """Logarithms (d, L) of the growth of orthonormal tangent vectors over one period of each orbit.
+
+    The growth is taken in the second period, after the first has aligned the vectors.
+    """
+    w, tangent = orbits.w, tangent_frame(flow.dimension, len(points))
     for _ in range(2):
-        run = flow.advance(w, found.period, points=points, tangent=tangent, growth=True)
+        run = flow.advance(w, orbits.period, points=points, tangent=tangent, growth=True)
         tangent = run.tangent
     out = np.zeros((flow.dimension, len(points)))
-    for n in np.unique(found.period):
-        mine = np.flatnonzero(found.period == n)
-        out[:, mine] = total(run.growth[:n, :, mine])
+    for n in np.unique(orbits.period):
+        same = np.flatnonzero(orbits.period == n)
+        out[:, same] = time_sum(run.growth[:n, :, same])
     return out
 
 
-def frame(d: int, lanes: int) -> np.ndarray:
-    """Orthonormal tangent vectors (d, d, lanes) in general position."""
+def tangent_frame(d: int, lanes: int) -> np.ndarray:
+    """Orthonormal tangent vectors in general position, (d vectors, d coordinates, lanes)."""
     vectors = np.linalg.qr(np.ones((d, d)) + np.diag(np.arange(1.0, d + 1)))[0].T
     return np.repeat(vectors[:, :, None], lanes, axis=2)

@@ -1,4 +1,4 @@
-"""After how many mesh periods does a motion come back? A first guess, for `orbit` to prove or refute."""
+"""Near returns: candidates for the period of a motion, which Newton's method then confirms or rejects."""
 
 from __future__ import annotations
 
@@ -6,21 +6,33 @@ import numpy as np
 
 from gearchaos.flow import near_returns
 
-_NEAR = 1e-3
-"""Distance, over the size of the motion, at which a return is worth a closer look."""
+_TOLERANCE = 1e-3
+"""Largest distance of a near return, relative to the size of the motion."""
 
-_BEFORE = 0.01
+_PREVIOUS_TOLERANCE = 0.01
+"""The same for the return one period earlier."""
 
 
 def candidates(sections: np.ndarray, longest: int, count: int) -> np.ndarray:
-    """The ``count`` shortest periods (count, L) at which each motion nearly returns; 0 where there is none.
+    """The shortest periods at which motions nearly return.
 
     Parameters
     ----------
     sections : (S, d, L)
-        Stroboscopic sections, newest last.
+        Consecutive stroboscopic states, newest last.
+    longest : int
+        Longest period considered, in mesh periods. At most (S − 1)/2 is searched, since two periods must be recorded.
+    count : int
+        Number of periods returned for each motion.
 
-    The return before must have been a near one too: a chaotic motion passes close to where it was now and then, but
-    seldom twice running. So the record must hold two rounds of a period.
+    Returns
+    -------
+    (count, L) of int
+        Periods in mesh periods, shortest first; 0 where there are fewer.
+
+    Notes
+    -----
+    The return one period earlier must be a near return too: a chaotic motion passes close to its present state now and
+    then, but seldom twice in a row.
     """
-    return near_returns(sections, min(longest, (len(sections) - 1) // 2), _NEAR, _BEFORE, count)
+    return near_returns(sections, min(longest, (len(sections) - 1) // 2), _TOLERANCE, _PREVIOUS_TOLERANCE, count)

@@ -1,46 +1,61 @@
-"""What a motion means to an engineer: contact, loads and levels, from the flow's measures."""
+"""Response measures of motions: velocities, loads and contact, from integrals and extrema along the motion."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
+from gearchaos.dynamics.columns import Column, Columns
 from gearchaos.flow import Measure
 
 CONTACTS = ("permanent", "one-sided", "two-sided", "none")
-"""Contact states of a motion: never lost; lost, but the back flank not reached; both flanks; no contact at all."""
+"""Contact states of a motion: never lost; lost, but the back flank not reached; both flanks reached; no contact."""
 
 
-@dataclass(frozen=True)
-class Response:
-    """Levels of L motions, each (L,), dimensionless as in (2.10)-(2.12).
+@dataclass
+class Response(Columns):
+    """Response measures of L motions, each (L,), dimensionless as in (2.10)-(2.12).
 
-    Attributes
-    ----------
-    v_rms : root mean square of x1' (z' in the single model), the paper's quality index.
-    contact_fraction : share of the time with |z| > 1.
-    contact : index into `CONTACTS`.
-    dynamic_factor : peak of |mesh force| over the static mesh force; NaN without static load.
-    z_rms, z_peak_to_peak, z_dot_rms, z_dot_peak_to_peak : of z about its mean, and of z'.
-    switches : contact switches per mesh period.
-    mesh_force_peak : peak of |mesh force|, with or without static load.
+    Averages and extrema are over one period of an orbit, or over `Classification.averaging_periods` of another motion.
+    A new measure is declared here, computed in `compute_response`, and described in the table of quantities.
     """
 
-    v_rms: np.ndarray
-    contact_fraction: np.ndarray
-    contact: np.ndarray
-    dynamic_factor: np.ndarray
-    z_rms: np.ndarray
-    z_peak_to_peak: np.ndarray
-    z_dot_rms: np.ndarray
-    z_dot_peak_to_peak: np.ndarray
-    switches: np.ndarray
-    mesh_force_peak: np.ndarray
+    v_rms: Annotated[np.ndarray, Column(
+        "root mean square of x1' (of z' in the single model), the paper's quality index", variable="v_rms")]
+    contact_fraction: Annotated[np.ndarray, Column("share of the time with |z| > 1", variable="contact_fraction")]
+    contact: Annotated[np.ndarray, Column(
+        "index into `CONTACTS`", np.int8, missing=CONTACTS.index("none"), variable="contact")]
+    dynamic_factor: Annotated[np.ndarray, Column(
+        "peak of |mesh force| over the static mesh force; NaN without static load", variable="dynamic_factor")]
+    z_rms: Annotated[np.ndarray, Column(
+        "root mean square of z about its mean", variable="z_rms", stored=np.float32)]
+    z_peak_to_peak: Annotated[np.ndarray, Column("range of z", variable="z_peak_to_peak", stored=np.float32)]
+    z_dot_rms: Annotated[np.ndarray, Column("root mean square of z'", variable="z_dot_rms", stored=np.float32)]
+    z_dot_peak_to_peak: Annotated[np.ndarray, Column(
+        "range of z'", variable="z_dot_peak_to_peak", stored=np.float32)]
+    switches_per_period: Annotated[np.ndarray, Column(
+        "contact switches per mesh period", variable="switches", stored=np.float32)]
+    mesh_force_peak: Annotated[np.ndarray, Column("peak of |mesh force|, with or without static load")]
 
 
-def response(measures: np.ndarray, duration: np.ndarray, periods: np.ndarray, static_force: np.ndarray) -> Response:
-    """Levels from measures (MEASURES, L) over a duration (L,) in τ, which is so many mesh periods (L,)."""
+def compute_response(
+    measures: np.ndarray, duration: np.ndarray, periods: np.ndarray, static_force: np.ndarray
+) -> Response:
+    """Response measures of L motions.
+
+    Parameters
+    ----------
+    measures : (MEASURES, L)
+        Integrals and extrema over the duration, with rows as numbered in `flow.layout`.
+    duration : (L,)
+        In units of τ.
+    periods : (L,)
+        The same in mesh periods.
+    static_force : (L,)
+        Mesh force of the static load.
+    """
     m = measures
     mean = m[Measure.Z] / duration
     fraction = np.clip((m[Measure.FRONT_TIME] + m[Measure.BACK_TIME]) / duration, 0.0, 1.0)
@@ -55,13 +70,13 @@ def response(measures: np.ndarray, duration: np.ndarray, periods: np.ndarray, st
         z_peak_to_peak=m[Measure.Z_MAX] - m[Measure.Z_MIN],
         z_dot_rms=np.sqrt(m[Measure.Z_DOT_SQUARE] / duration),
         z_dot_peak_to_peak=m[Measure.Z_DOT_MAX] - m[Measure.Z_DOT_MIN],
-        switches=m[Measure.SWITCHES] / periods,
+        switches_per_period=m[Measure.SWITCHES] / periods,
         mesh_force_peak=peak,
     )
 
 
 def _contact(m: np.ndarray, fraction: np.ndarray) -> np.ndarray:
-    """Whether contact lasts, and whether the far flank is reached; which flank carries the load does not matter."""
+    """Indices into `CONTACTS`. Which of the flanks carries the load does not matter."""
     front, back = m[Measure.FRONT_TIME] > 0, m[Measure.BACK_TIME] > 0
-    kept = fraction > 1 - 1e-12
-    return np.select([front & back, kept, front | back], [2, 0, 1], default=3).astype(np.int8)
+    permanent = fraction > 1 - 1e-12
+    return np.select([front & back, permanent, front | back], [2, 0, 1], default=3).astype(np.int8)

@@ -1,6 +1,7 @@
-"""Sums over time that do not depend on company: a lane's result is the same bit for bit whatever lanes are beside it.
+"""Sums over time that do not depend on the batch: bit for bit the same whichever other trajectories it contains.
 
-NumPy sums a contiguous series pairwise, and others in the order they come; so a series is made contiguous first.
+NumPy sums a contiguous axis pairwise and any other axis in sequence, which rounds differently. Therefore the time axis
+is made contiguous before it is summed.
 """
 
 from __future__ import annotations
@@ -8,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 
 
-def by_lane(series: np.ndarray) -> np.ndarray:
-    """A series (N, ..., L) as (..., L, N), the numbers of each lane side by side."""
+def time_last(series: np.ndarray) -> np.ndarray:
+    """A time series (N, ..., L) as a contiguous array (..., L, N)."""
     return np.ascontiguousarray(np.moveaxis(series, 0, -1))
 
 
-def total(series: np.ndarray) -> np.ndarray:
-    """The sum over time of a series (N, ..., L), (..., L)."""
-    return by_lane(series).sum(axis=-1)
+def time_sum(series: np.ndarray) -> np.ndarray:
+    """The sum (..., L) of a time series (N, ..., L) over time."""
+    return time_last(series).sum(axis=-1)

@@ -1,4 +1,4 @@
-"""Settings of the classification: how many mesh periods are spent on a motion, and how they are used."""
+"""Settings of the classification: the lengths of its runs."""
 
 from __future__ import annotations
 
@@ -16,21 +16,26 @@ class Classification:
     Attributes
     ----------
     transient_lengths : tuple of int
-        Lengths of consecutive runs through the transient. After each one, every trajectory that nearly returns is
-        tested for a periodic orbit. Each length exceeds ``longest_period``.
+        Lengths of consecutive runs through the transient. After each one, every motion that nearly returns is tested
+        for a periodic orbit. Each length exceeds ``longest_period``.
     longest_period : int
         Longest period searched for during the transient. In the exponent runs periods up to four times as long are
         searched for.
     exponent_run : int
-        Length of the first run for the Lyapunov exponents of a trajectory that has not returned.
+        Length of the first run for the Lyapunov exponents of a motion that has not returned.
     doublings : int
-        How often that run is repeated with twice the length while the class of the motion is unresolved.
+        How often that run is repeated with twice the length while the motion is unresolved.
     longest_transient : int
-        A motion that looks chaotic is followed for this many periods before it is called chaotic, since chaos may be
+        A motion with a positive exponent is followed for this long before it is called chaotic, since chaos may be
         transient: of 2000 random cells of the paper's maps one in 50 settles on an orbit only after more than 1280
         periods, one in 500 after more than 10 000.
     averaging_periods : int
         Periods over which the response measures of a motion without a period are averaged.
+
+    Raises
+    ------
+    InputError
+        If a length is out of range, or a run is too short for ``longest_period``.
     """
 
     transient_lengths: tuple[int, ...] = (80, 80, 160, 320, 640)
@@ -59,8 +64,8 @@ class Classification:
 
     @property
     def most(self) -> int:
-        """Upper bound of the mesh periods computed for one motion: transients, the exponent runs before and after
-        the longest transient, and the averages."""
+        """Upper bound of the mesh periods computed for one motion: transients, the exponent runs before and after the
+        longest transient, and the averages."""
         runs = self.exponent_run * (2 ** (self.doublings + 1) - 1)
         return sum(self.transient_lengths) + 2 * runs + self.longest_transient + self.averaging_periods
 
@@ -69,7 +74,7 @@ FORMER_NAMES = {
     "looks": "transient_lengths", "longest": "longest_period", "exponent": "exponent_run", "extensions": "doublings",
     "patience": "longest_transient", "measured": "averaging_periods",
 }
-"""The fields by their names in ``[budget]`` of study files of version 0.1 and in the records of stores."""
+"""The fields by the names that they have in ``[budget]`` of study files of version 0.1 and in the records of stores."""
 
 _MOST = 10_000_000
 _RANGES = {
@@ -84,7 +89,7 @@ def _field(name: str) -> str:
 
 
 def as_settings(settings: Any) -> Classification | None:
-    """The settings unchanged, or None for the defaults of the study; raises `InputError` for anything else."""
+    """The settings unchanged, or None for the defaults of a study; raises `InputError` for anything else."""
     if settings is None or isinstance(settings, Classification):
         return settings
     raise InputError("settings", "must be a Classification", settings,

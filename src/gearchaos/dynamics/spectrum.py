@@ -1,16 +1,34 @@
-"""The paper's own way: the spectrum over whole mesh periods, lines without leakage."""
+"""Amplitude spectra over whole mesh periods, which have no leakage, and the class of motion they suggest."""
 
 from __future__ import annotations
 
 import numpy as np
 
-_LINE = 1e-6
-_CARRIED = 1 - 1e-5
-_FEW = 1 / 6
+_REPEAT_TOLERANCE = 1e-6
+"""Largest range of the stroboscopic points that count as one, relative to the largest coordinate (at least 1)."""
+
+_LINE_POWER = 1 - 1e-5
+_LINE_SHARE = 1 / 6
+"""A quasi-periodic motion has this share of its power in this share of the spectral lines."""
 
 
 def amplitudes(series: np.ndarray, periods: int) -> tuple[np.ndarray, np.ndarray]:
-    """Orders of the mesh frequency and amplitudes of a series sampled evenly over whole mesh periods (N, ...)."""
+    """Amplitude spectrum of a series over whole mesh periods.
+
+    Parameters
+    ----------
+    series : (N, ...)
+        Evenly spaced samples.
+    periods : int
+        Number of mesh periods that the samples cover.
+
+    Returns
+    -------
+    orders : (N // 2 + 1,)
+        Frequencies in units of the mesh frequency.
+    amplitudes : (N // 2 + 1, ...)
+        In units of the series; the first is the absolute mean.
+    """
     n = len(series)
     spectrum = np.abs(np.fft.rfft(series, axis=0)) / n
     spectrum[1:] *= 2
@@ -18,27 +36,41 @@ def amplitudes(series: np.ndarray, periods: int) -> tuple[np.ndarray, np.ndarray
 
 
 def spectral_class(sections: np.ndarray, longest: int = 64) -> tuple[str, int]:
-    """Label and period that the spectrum of the stroboscopic section (N, ...) suggests.
+    """The class of motion that the spectrum of stroboscopic points suggests, as the paper reads it from its spectra.
 
-    A motion is nT-periodic if the smallest n carries the whole power of the section in lines at multiples of 1/n of
-    the mesh frequency; quasi-periodic if few lines elsewhere do; else chaotic. The period is 0 where there is none.
+    Parameters
+    ----------
+    sections : (N, ...)
+        Consecutive stroboscopic points.
+    longest : int
+        Longest period considered, in mesh periods.
+
+    Returns
+    -------
+    label : str
+        "nT" for the smallest n at which the points repeat; otherwise "quasi-periodic" if a few spectral lines contain
+        nearly the whole power, else "chaotic".
+    period : int
+        n, or 0.
     """
     for n in range(1, longest + 1):
         if len(sections) // n < 2:
             break
         whole = sections[-(len(sections) // n) * n :]
         folded = whole.reshape(-1, n, *whole.shape[1:])
-        if np.all(np.ptp(folded, axis=0) <= _LINE * np.maximum(np.abs(whole).max(), 1.0)):
+        if np.all(np.ptp(folded, axis=0) <= _REPEAT_TOLERANCE * np.maximum(np.abs(whole).max(), 1.0)):
             return f"{n}T", n
     window = _blackman_harris(len(sections))[:, None]
     centred = sections.reshape(len(sections), -1) - sections.reshape(len(sections), -1).mean(axis=0)
     power = (np.abs(np.fft.rfft(window * centred, axis=0)) ** 2).sum(axis=1)
-    strongest = np.sort(power)[::-1]
-    few = int(_FEW * len(power))
-    return ("quasi-periodic", 0) if strongest[:few].sum() >= _CARRIED * power.sum() else ("chaotic", 0)
+    strongest = np.sort(power)[::-1][: int(_LINE_SHARE * len(power))]
+    return ("quasi-periodic", 0) if strongest.sum() >= _LINE_POWER * power.sum() else ("chaotic", 0)
 
 
 def _blackman_harris(n: int) -> np.ndarray:
-    """The four-term Blackman-Harris window (F. J. Harris, Proc. IEEE 66 (1978) 51); SciPy's takes a second to load."""
+    """The four-term Blackman-Harris window (F. J. Harris, Proc. IEEE 66 (1978) 51).
+
+    Written out because importing SciPy's takes a second.
+    """
     angle = 2 * np.pi * np.arange(n) / (n - 1)
     return 0.35875 - 0.48829 * np.cos(angle) + 0.14128 * np.cos(2 * angle) - 0.01168 * np.cos(3 * angle)

@@ -1,148 +1,193 @@
-"""Verdicts being filled in: where each trajectory is, and how motions that return are settled."""
+"""The state of a classification: where each motion is, its verdict so far, and the test of near returns."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field
 
 import numpy as np
 
-from gearchaos.dynamics import lyapunov
-from gearchaos.dynamics import orbits as orbit
+from gearchaos.dynamics import lyapunov, orbits
 from gearchaos.dynamics.labels import Label, Reason
 from gearchaos.dynamics.recurrence import candidates
 from gearchaos.dynamics.settings import Classification
+from gearchaos.dynamics.verdicts import Verdicts
 from gearchaos.flow import DIVERGED, OK, ExactFlow
 
-_TRIES = 3
-_CLOSE = 0.05
-_REACH = 3 * _CLOSE
-"""A motion is at its orbit if within _CLOSE of it; Newton may overshoot on the way."""
+_CANDIDATES = 3
+"""Number of near returns tried for each motion, shortest period first."""
 
-_EXPANSION = 10.0
-"""Beside a stable orbit neighbours do not part that far in a round, or no longer do when the motion is closer to it."""
+_MAX_DISTANCE = 0.05
+"""A motion can only be on its orbit if it is within this distance of it in every coordinate."""
 
-_FOLLOWED = 640
-_BY_LANE = ("label", "reason", "period", "residual", "rotation", "trace_error", "periods_run", "chaotic_so_far",
-            "multipliers")
+_NEWTON_REACH = 3 * _MAX_DISTANCE
+"""Newton's method may go farther than that on its way."""
+
+_NEWTON_EXPANSION = 10.0
+"""Newton's method gives up where a multiplier is that large: the orbit is far from stable, or the motion not yet close
+enough to a stable one."""
+
+_APPROACH_PERIODS = 640
+"""Mesh periods for which a motion is followed at most, to see whether it approaches its orbit."""
 
 
 @dataclass
 class ClassificationState:
-    """Verdicts on L trajectories of a d-dimensional system; see `Verdicts` for most of the columns.
+    """The classification of L motions of a d-dimensional system, in progress.
 
-    With ``spectrum`` every run for exponents finds all d of them, else the largest,
-    which decides. ``chaotic_so_far`` (L,)
-    marks motions whose exponent was found positive, be it for good or for a while.
+    Parameters
+    ----------
+    w : (d, L)
+        Initial states at phase 0.
+
+    Attributes
+    ----------
+    flow : ExactFlow
+    points : (L,)
+        Parameter point of each motion.
+    settings : Classification
+    all_exponents : bool
+        Whether exponent runs compute all d Lyapunov exponents, or only the largest, which decides.
+    verdicts : Verdicts
+        What is known so far; ``verdicts.w`` is the state that each motion has reached.
+    chaotic_so_far : (L,) of bool
+        Whether the largest Lyapunov exponent of a run was positive.
     """
 
     flow: ExactFlow
     points: np.ndarray
     settings: Classification
-    w: np.ndarray
-    spectrum: bool = True
-    label: np.ndarray = field(init=False)
+    w: InitVar[np.ndarray]
+    all_exponents: bool = True
+    verdicts: Verdicts = field(init=False)
+    chaotic_so_far: np.ndarray = field(init=False)
 
-    def __post_init__(self) -> None:
-        d, n = self.w.shape
-        self.w = self.w.copy()
-        self.label, self.reason, self.period = (np.zeros(n, dtype=np.int64) for _ in range(3))
-        self.residual, self.rotation, self.trace_error = (np.full(n, np.nan) for _ in range(3))
-        self.periods_run, self.chaotic_so_far = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=bool)
-        self.multipliers = np.full((n, d), np.nan, dtype=complex)
-        self.exponent, self.low, self.high = (np.full((d, n), np.nan) for _ in range(3))
+    def __post_init__(self, w: np.ndarray) -> None:
+        self.verdicts = Verdicts.unresolved(w)
+        self.chaotic_so_far = np.zeros(w.shape[1], dtype=bool)
 
     def take(self, lanes: np.ndarray) -> ClassificationState:
-        """The verdicts of the chosen lanes, as far as they are."""
-        part = ClassificationState(self.flow, self.points[lanes], self.settings, self.w[:, lanes], self.spectrum)
-        for name in _BY_LANE:
-            setattr(part, name, getattr(self, name)[lanes])
-        for name in ("exponent", "low", "high"):
-            setattr(part, name, getattr(self, name)[:, lanes])
+        """The state of some motions."""
+        verdicts = self.verdicts.take(lanes)
+        part = ClassificationState(self.flow, self.points[lanes], self.settings, verdicts.w, self.all_exponents)
+        part.verdicts, part.chaotic_so_far = verdicts, self.chaotic_so_far[lanes]
         return part
+
+    def progress(self, lanes: np.ndarray) -> dict[str, np.ndarray]:
+        """What the next stage must know of some unresolved motions, arrays (..., lanes) by name; see `resume`."""
+        return {
+            "w": self.verdicts.w[:, lanes], "periods_run": self.verdicts.periods_run[lanes],
+            "chaotic_so_far": self.chaotic_so_far[lanes],
+        }
+
+    def resume(self, progress: dict[str, np.ndarray]) -> None:
+        """Continue all motions from where `progress` says they are; empty at the start."""
+        if progress:
+            self.verdicts.w[:], self.verdicts.periods_run[:] = progress["w"], progress["periods_run"]
+            self.chaotic_so_far[:] = progress["chaotic_so_far"]
+
+    @property
+    def resolved(self) -> np.ndarray:
+        """Whether a motion is classified, (L,) of bool."""
+        return self.verdicts.label != 0
 
     @property
     def unresolved(self) -> np.ndarray:
-        return np.flatnonzero(self.label == 0)
+        """Numbers of the motions that are not classified yet."""
+        return np.flatnonzero(~self.resolved)
 
     def period_length(self, lanes: np.ndarray) -> np.ndarray:
+        """The mesh period T of some motions, (lanes,), in units of τ."""
         return self.flow.system.period[self.points[lanes]]
 
-    def move(self, lanes: np.ndarray, w: np.ndarray, status: np.ndarray, periods: int) -> None:
-        """Put trajectories where they are after so many more periods."""
-        self.w[:, lanes] = w
-        self.periods_run[lanes] += periods
-        self.judge(lanes[status == DIVERGED], Label.DIVERGED, Reason.OUT_OF_RANGE)
-        self.judge(lanes[(status != OK) & (status != DIVERGED)], Label.UNDECIDED, Reason.CHATTER)
+    def record_run(self, lanes: np.ndarray, w: np.ndarray, status: np.ndarray, periods: int) -> None:
+        """Record the state (d, lanes) and the status (lanes,) of motions after a run of some mesh periods."""
+        self.verdicts.w[:, lanes] = w
+        self.verdicts.periods_run[lanes] += periods
+        self.assign(lanes[status == DIVERGED], Label.DIVERGED, Reason.OUT_OF_RANGE)
+        self.assign(lanes[(status != OK) & (status != DIVERGED)], Label.UNDECIDED, Reason.CHATTER)
 
-    def judge(self, lanes: np.ndarray, label: Label, reason: Reason) -> None:
-        self.label[lanes], self.reason[lanes] = label, reason
+    def assign(self, lanes: np.ndarray, label: Label, reason: Reason) -> None:
+        """Classify some motions."""
+        self.verdicts.label[lanes], self.verdicts.reason[lanes] = label, reason
 
-    def distrust(self, lanes: np.ndarray) -> None:
-        """Take back what was said of motions whose exponents do not sum to the trace."""
-        self.judge(lanes, Label.UNDECIDED, Reason.INCONSISTENT)
-        self.period[lanes], self.residual[lanes], self.multipliers[lanes] = 0, np.nan, np.nan
+    def mark_inconsistent(self, lanes: np.ndarray) -> None:
+        """Withdraw the verdicts on motions whose exponents do not sum to the trace."""
+        self.assign(lanes, Label.UNDECIDED, Reason.INCONSISTENT)
+        self.verdicts.period[lanes] = 0
+        self.verdicts.residual[lanes], self.verdicts.multipliers[lanes] = np.nan, np.nan
 
-    def wait(self, lanes: np.ndarray, periods: int) -> None:
-        """Follow trajectories for so many periods; settle those that by then return to a stable orbit."""
+    def run_transient(self, lanes: np.ndarray, periods: int) -> None:
+        """Follow motions for some mesh periods, and classify those that have then returned to a stable orbit."""
         if len(lanes) == 0:
             return
         longest = self.settings.longest_period
-        out = self.flow.advance(self.w[:, lanes], periods, points=self.points[lanes], sections=2 * longest + 1)
-        self.move(lanes, out.w, out.status, periods)
-        self.settle_returning(lanes, out.sections, longest)
+        out = self.flow.advance(self.verdicts.w[:, lanes], periods, points=self.points[lanes], sections=2 * longest + 1)
+        self.record_run(lanes, out.w, out.status, periods)
+        self.classify_returning(lanes, out.sections, longest)
 
-    def settle_returning(self, lanes: np.ndarray, sections: np.ndarray, longest: int) -> None:
-        """Try the few shortest near returns of each open lane until one is its orbit; sections (S, d, lanes)."""
-        for period in candidates(sections, longest, _TRIES):
-            mine = np.flatnonzero((self.label[lanes] == 0) & (period > 0))
-            if len(mine) == 0:
+    def classify_returning(self, lanes: np.ndarray, sections: np.ndarray, longest: int) -> None:
+        """Classify the motions that are on a periodic orbit.
+
+        Parameters
+        ----------
+        lanes : (L,)
+        sections : (S, d, L)
+            Their last stroboscopic states.
+        longest : int
+            Longest period considered, in mesh periods.
+        """
+        for period in candidates(sections, longest, _CANDIDATES):
+            tried = np.flatnonzero(~self.resolved[lanes] & (period > 0))
+            if len(tried) == 0:
                 continue
-            last = sections[-1][:, mine]
-            guess = orbit.polish(
-                self.flow, last, self.points[lanes[mine]], period[mine], reach=_REACH, expansion=_EXPANSION
+            last = sections[-1][:, tried]
+            guess = orbits.polish(
+                self.flow, last, self.points[lanes[tried]], period[tried], reach=_NEWTON_REACH,
+                expansion=_NEWTON_EXPANSION,
             )
-            found = self._minimal(guess, lanes[mine])
+            found = self._with_minimal_periods(guess, lanes[tried])
             distance = np.abs(last - found.w).max(axis=0)
-            owned = found.stable & (distance < _CLOSE)
-            owned[owned] = self._approaching(last[:, owned], lanes[mine[owned]], found.take(owned))
-            self._settle(lanes[mine[owned]], found, owned, Reason.ORBIT)
-            owned = found.neutral & ~found.stable & (distance < orbit.AT_ORBIT)
-            self._settle(lanes[mine[owned]], found, owned, Reason.NEUTRAL)
+            owned = found.stable & (distance < _MAX_DISTANCE)
+            owned[owned] = self._approaching(last[:, owned], lanes[tried[owned]], found.take(owned))
+            self._assign_orbits(lanes[tried[owned]], found.take(owned), Reason.ORBIT)
+            owned = found.neutral & ~found.stable & (distance < orbits.ON_ORBIT)
+            self._assign_orbits(lanes[tried[owned]], found.take(owned), Reason.NEUTRAL)
 
-    def _minimal(self, found: orbit.Orbits, lanes: np.ndarray) -> orbit.Orbits:
-        """The same orbits with minimal periods and the multipliers of one round."""
-        good = np.flatnonzero(found.converged)
-        shortest = orbit.shortest_round(self.flow, found.w[:, good], self.points[lanes[good]], found.period[good])
-        again = good[shortest < found.period[good]]
+    def _with_minimal_periods(self, found: orbits.Orbits, lanes: np.ndarray) -> orbits.Orbits:
+        """The same orbits with minimal periods, and their multipliers over these."""
+        converged = np.flatnonzero(found.converged)
+        points, period = self.points[lanes[converged]], found.period[converged]
+        minimal = orbits.minimal_period(self.flow, found.w[:, converged], points, period)
+        shorter = minimal < period
+        again = converged[shorter]
         if len(again):
-            new = orbit.polish(self.flow, found.w[:, again], self.points[lanes[again]],
-                               shortest[shortest < found.period[good]])
-            found.put(again, new)
+            found.put(again, orbits.polish(self.flow, found.w[:, again], points[shorter], minimal[shorter]))
         return found
 
-    def _approaching(self, w: np.ndarray, lanes: np.ndarray, found: orbit.Orbits) -> np.ndarray:
-        return orbit.approaching(self.flow, w, self.points[lanes], found, _FOLLOWED)
+    def _approaching(self, w: np.ndarray, lanes: np.ndarray, found: orbits.Orbits) -> np.ndarray:
+        return orbits.approaching(self.flow, w, self.points[lanes], found, _APPROACH_PERIODS)
 
-    def _settle(self, lanes: np.ndarray, found: orbit.Orbits, which: np.ndarray, reason: Reason) -> None:
+    def _assign_orbits(self, lanes: np.ndarray, found: orbits.Orbits, reason: Reason) -> None:
+        """Classify motions as periodic on their orbits, and record the evidence."""
         if len(lanes) == 0:
             return
-        self.judge(lanes, Label.PERIODIC, reason)
-        self.period[lanes] = found.period[which]
-        self.w[:, lanes] = orbit.with_mean_velocity(
-            self.flow, found.w[:, which], self.points[lanes], self.period[lanes]
-        )
-        self.residual[lanes], self.multipliers[lanes] = found.residual[which], found.multipliers[which]
-        exact = lyapunov.of_orbits(self.flow, self.points[lanes], found.take(which))
+        verdicts, points = self.verdicts, self.points[lanes]
+        self.assign(lanes, Label.PERIODIC, reason)
+        verdicts.period[lanes], verdicts.residual[lanes] = found.period, found.residual
+        verdicts.multipliers[lanes] = found.multipliers
+        verdicts.w[:, lanes] = orbits.with_mean_velocity(self.flow, found.w, points, found.period)
+        exact = lyapunov.of_orbits(self.flow, points, found)
         self.set_exponents(lanes, exact, exact, exact)
 
     def set_exponents(self, lanes: np.ndarray, value: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
-        """The first exponents (k, lanes), or all d, with the ends of their intervals."""
+        """Record Lyapunov exponents (k, lanes), the largest or all d, and the ends of their intervals."""
         k = len(value)
-        self.exponent[:k, lanes], self.low[:k, lanes], self.high[:k, lanes] = value, low, high
+        verdicts = self.verdicts
+        verdicts.exponent[:k, lanes] = value
+        verdicts.exponent_low[:k, lanes], verdicts.exponent_high[:k, lanes] = low, high
         if k == self.flow.dimension:
-            self.check_sum(lanes, value.sum(axis=0))
+            self.set_trace_error(lanes, value.sum(axis=0))
 
-    def check_sum(self, lanes: np.ndarray, total: np.ndarray) -> None:
-        """Note by how much the sum of all exponents (lanes,) misses the trace of the linear part."""
-        self.trace_error[lanes] = np.abs(total - self.flow.system.trace[self.points[lanes]])
-
+    def set_trace_error(self, lanes: np.ndarray, exponent_sum: np.ndarray) -> None:
+        """Record by how much the sum (lanes,) of all exponents differs from the trace of the linear part."""
+        self.verdicts.trace_error[lanes] = np.abs(exponent_sum - self.flow.system.trace[self.points[lanes]])

@@ -1,65 +1,67 @@
-"""Does a motion fill a smooth curve or a fractal? Weighted Birkhoff averages settle fast only on the curve.
+"""Weighted Birkhoff averages: do the stroboscopic points of a motion fill a smooth curve?
 
-S. Das, C. B. Dock, Y. Saiki, M. Salgado-Flores, E. Sander, J. Wu, J. A. Yorke, *Measuring quasiperiodicity*, EPL 114
-(2016) 40005.
+The averages converge fast on a smooth curve (an invariant torus) and slowly on a fractal set. S. Das, C. B. Dock,
+Y. Saiki, M. Salgado-Flores, E. Sander, J. Wu, J. A. Yorke, *Measuring quasiperiodicity*, EPL 114 (2016) 40005.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.dynamics.series import by_lane
+from gearchaos.dynamics.series import time_last
 
-_NEWTON = 8
-_SETTLED = 1e-15
-"""A step of the frequency, in cycles per mesh period, that is no more than rounding."""
+_NEWTON_STEPS = 8
+_FREQUENCY_ROUNDING = 1e-15
+"""A Newton step of the frequency (cycles per mesh period) that is not larger than rounding."""
 
 
 def _weights(n: int) -> np.ndarray:
+    """Weights (n,) of a Birkhoff average: exp(−1/(t(1 − t))) at t = k/(n + 1), normalised to the sum 1."""
     t = np.arange(1, n + 1) / (n + 1)
     bump = np.exp(-1 / (t * (1 - t)))
     return bump / bump.sum()
 
 
-def halves(series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def half_averages(series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Weighted Birkhoff averages (...) of the first and of the second half of a series (N, ...)."""
     n = len(series) // 2
-    series, weight = by_lane(series), _weights(n)
+    series, weight = time_last(series), _weights(n)
     first, second = ((weight * part).sum(axis=-1) for part in (series[..., -2 * n : -n], series[..., -n:]))
     return first, second
 
 
-def digits(series: np.ndarray) -> np.ndarray:
-    """Decimal digits (L,) to which the weighted averages of both halves of a series (N, L) agree.
+def agreeing_digits(series: np.ndarray) -> np.ndarray:
+    """Decimal digits (L,) to which the weighted Birkhoff averages of both halves of a series (N, L) agree.
 
-    Measured in units of the series' standard deviation; the least over the series itself and its square, so that a
-    symmetric motion is not taken for a smooth one. Quasi-periodic motions reach many, chaotic ones one or two.
+    The difference is measured in standard deviations of the series. The result is the smaller of the digits for the
+    series and for its square: the mean of a symmetric motion is zero whether the motion is smooth or not.
+    Quasi-periodic motions reach many digits, chaotic ones one or two.
     """
-    lanes = by_lane(series)
+    lanes = time_last(series)
     centred = (series - lanes.mean(axis=-1)) / np.maximum(lanes.std(axis=-1), 1e-300)
-    gaps = [np.abs(np.subtract(*halves(f))) for f in (centred, centred**2)]
-    return -np.log10(np.maximum(np.maximum(*gaps), 1e-16))
+    differences = [np.abs(np.subtract(*half_averages(f))) for f in (centred, centred**2)]
+    return -np.log10(np.maximum(np.maximum(*differences), 1e-16))
 
 
-def rotation(series: np.ndarray) -> np.ndarray:
-    """The frequency (L,) of the strongest line of stroboscopic series (N, L), in cycles per mesh period, 0 to 1/2.
+def dominant_frequency(series: np.ndarray) -> np.ndarray:
+    """The frequency (L,) of the strongest spectral line of series (N, L), in cycles per sample, from 0 to 1/2.
 
-    On an invariant curve it is the rotation number or one of its multiples, refined from the line of the windowed
-    spectrum to where the weighted amplitude is largest (J. Laskar, *Frequency analysis for multi-dimensional
-    systems*, Physica D 67 (1993) 257).
+    Of the stroboscopic series of an invariant curve it is the rotation number or a multiple of it (modulo 1). The line
+    of the windowed discrete spectrum is refined by Newton's method to the maximum of the weighted amplitude (J. Laskar,
+    *Frequency analysis for multi-dimensional systems*, Physica D 67 (1993) 257).
     """
-    n, series = len(series), by_lane(series)
+    n, series = len(series), time_last(series)
     weighted = _weights(n) * (series - series.mean(axis=-1, keepdims=True))
     spectrum = np.abs(np.fft.rfft(weighted, axis=-1))
     spectrum[:, :2] = 0.0
     frequency, k = np.argmax(spectrum, axis=-1) / n, np.arange(n) - n / 2
-    busy = np.arange(len(series))
-    for _ in range(_NEWTON):
-        turned = weighted[busy] * np.exp(-2j * np.pi * frequency[busy, None] * k)
+    active = np.arange(len(series))
+    for _ in range(_NEWTON_STEPS):
+        turned = weighted[active] * np.exp(-2j * np.pi * frequency[active, None] * k)
         a, b, c = ((turned * (-2j * np.pi * k) ** m).sum(axis=-1) for m in range(3))
-        slope = 2 * (a.conj() * b).real
-        bend = 2 * (np.abs(b) ** 2 + (a.conj() * c).real)
-        step = np.clip(np.divide(slope, bend, out=np.zeros(len(slope)), where=bend < 0), -0.5 / n, 0.5 / n)
-        frequency[busy] -= step
-        busy = busy[np.abs(step) > _SETTLED]
+        first = 2 * (a.conj() * b).real
+        second = 2 * (np.abs(b) ** 2 + (a.conj() * c).real)
+        step = np.clip(np.divide(first, second, out=np.zeros(len(first)), where=second < 0), -0.5 / n, 0.5 / n)
+        frequency[active] -= step
+        active = active[np.abs(step) > _FREQUENCY_ROUNDING]
     return frequency

@@ -13,12 +13,12 @@ from gearchaos.explorer.bounds import PORTRAIT
 from gearchaos.explorer.units import in_units
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import COORDINATES, MeshModel
-from gearchaos.studies.regime import PATIENT, Regime, regime
+from gearchaos.studies.regime import REGIME_SETTINGS, Regime, regime
 from gearchaos.studies.simulate import simulate
 from gearchaos.studies.steady import steady
 
 _PLANE = ("z", "z_dot")
-QUICK = replace(PATIENT, exponent_run=1000, doublings=0, longest_transient=0, averaging_periods=200)
+QUICK = replace(REGIME_SETTINGS, exponent_run=1000, doublings=0, longest_transient=0, averaging_periods=200)
 """As long transients as `gearchaos.regime` has, so that a stable orbit found in them is its verdict too; what is open
 then is only glanced at."""
 

@@ -20,8 +20,8 @@ from gearchaos.explorer.bounds import MANY
 from gearchaos.explorer.state import View
 from gearchaos.flow import ExactFlow
 from gearchaos.studies.axis import Axis
-from gearchaos.studies.classification import BatchClassifier, Unresolved, concatenated
-from gearchaos.studies.verdict_variables import blank, verdict_variables
+from gearchaos.studies.batch_classification import BatchClassifier, Unresolved, concatenated
+from gearchaos.studies.verdict_variables import blank
 from gearchaos.studies.zones import Zones
 
 COARSE = (16, 8)
@@ -118,7 +118,7 @@ def _one(view: View) -> Generator[Map]:
 
 
 def _keep(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
-    return verdict_variables(found)
+    return found.variables()
 
 
 def _by_column(cells: np.ndarray, columns: int) -> np.ndarray:
@@ -159,7 +159,7 @@ class _Work:
     def _judge(self, stage: str, still: Unresolved, tile: slice) -> tuple[np.ndarray, dict[str, np.ndarray],
         Unresolved]:
         began = time.perf_counter()
-        found = self.classifier.judge(stage, still, tile)
+        found = self.classifier.run_stage(stage, still, tile)
         self.pace[stage] = (tile.stop - tile.start) / (time.perf_counter() - began)
         return found
 

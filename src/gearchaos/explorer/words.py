@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -55,7 +54,7 @@ def _rows(v: Regime, pair: GearPair | None) -> list[tuple[str, str]]:
         rows.append(("contact", f"{v.contact}: {_CONTACT[v.contact]}"))
     rows += _levels(v, pair)
     if v.multipliers:
-        largest = max(math.hypot(*m) for m in v.multipliers)
+        largest = max(map(abs, v.multipliers))
         rows.append(("largest Floquet multiplier |μ|", f"{largest:.6f}"))
         rows.append(("residual of the orbit", f"{v.residual:.1e}"))
     elif v.lyapunov:

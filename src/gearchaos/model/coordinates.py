@@ -12,7 +12,6 @@ Shapes: P points, S times, d coordinates of the dynamic state.
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import hyp1f1
 
 from gearchaos.model.batch import Batch
 from gearchaos.model.names import COORDINATES
@@ -206,7 +205,11 @@ def _free_rotation(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarra
     a = (_column(batch, batch["q1"]) - _column(batch, batch["q2"])) / inertia
     r = 2 * (_column(batch, batch["beta1"]) + _column(batch, batch["beta2"])) / inertia
     m, m_dot = (_column(batch, share * x[f"x1{k}"] + (1 - share) * x[f"x2{k}"]) for k in ("", "_dot"))
-    once, twice = hyp1f1(1, 2, -r * tau), hyp1f1(1, 3, -r * tau) / 2  # (1 − e^−s)/s, (s − 1 + e^−s)/s² at s = rτ
+    once = twice = np.float64(1.0)  # without velocity and torque nothing depends on them
+    if np.any(m_dot) or np.any(a):
+        from scipy.special import hyp1f1  # here, since it takes a tenth of a second to load
+
+        once, twice = hyp1f1(1, 2, -r * tau), hyp1f1(1, 3, -r * tau) / 2  # (1 − e^−s)/s, (s − 1 + e^−s)/s² at s = rτ
     return m + tau * (m_dot * once + a * tau * twice), m_dot * np.exp(-r * tau) + a * tau * once
 
 

@@ -14,7 +14,7 @@ from gearchaos.dynamics import Classification
 from gearchaos.model import MeshModel
 from gearchaos.paper.settings import Figure, FigureStudy, Quality, all_figures
 from gearchaos.studies import Axis, Regime, basins, bifurcation, regime, simulate, zones
-from gearchaos.studies.regime import PATIENT
+from gearchaos.studies.regime import REGIME_SETTINGS
 
 TRANSIENT = 3000
 """Mesh periods before a portrait or trajectory is recorded."""
@@ -102,7 +102,7 @@ class ComputationCache:
         """A fine scan along one axis for the verdicts; ``patient`` outlasts long chaotic transients."""
         return self.cached(
             f"{_range(axis)} at {_words(values)}{', waited for longer' if patient else ''}",
-            lambda: bifurcation(MeshModel.of(**values), axis, points=0, settings=PATIENT if patient else None),
+            lambda: bifurcation(MeshModel.of(**values), axis, points=0, settings=REGIME_SETTINGS if patient else None),
         )
 
     def map(self, model: MeshModel, x: Axis, y: Axis) -> xr.Dataset:

@@ -1,206 +1,244 @@
-"""Which motions are one and the same: attractors told apart by their orbits, or by statistics where there is none."""
+"""The attractors of one operating point, told apart by their orbits, or by statistics where there is no orbit."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from gearchaos.datasets import variable
-from gearchaos.dynamics import Classification, ClassificationState, Label, Reason, Verdicts, conclude
-from gearchaos.dynamics import orbits as orbit
+from gearchaos.dynamics import Classification, ClassificationState, Label, Reason, Verdicts, conclude, orbits
 from gearchaos.flow import ExactFlow
-from gearchaos.studies.classification import classify_batch
-from gearchaos.studies.verdict_variables import verdict_variables
+from gearchaos.studies.batch_classification import classify_batch
 
-_LEVELS = ("v_rms", "contact_fraction", "contact", "dynamic_factor")
-_FOUND = (
+if TYPE_CHECKING:
+    import xarray as xr
+
+_RESPONSE = ("v_rms", "contact_fraction", "contact", "dynamic_factor")
+_EVIDENCE = (
     "reason", "lyapunov", "lyapunov_lo", "lyapunov_hi", "trace_error", "residual", "multiplier", "rotation",
     "periods_spent",
 )
-_ATTRACTED = (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC)
-_SAME = 1e-6
-_ALIKE = 0.1
-_BLOCKS = 8
-_SIGMAS = 6.0
+"""Verdict variables that the Datasets report of each attractor."""
+
+_ON_ATTRACTOR = (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC)
+_SAME_POINT = 1e-6
 _SECTIONS = 1024
-_AT_ONCE = 4096
-"""Motions described together, since their sections take memory."""
+_BLOCKS = 8
+_SPREAD_SHARE = 0.1
+_STANDARD_ERRORS = 6.0
+_TILE = 4096
+"""Number of motions matched at once, since their stroboscopic sections take memory."""
 
 
 @dataclass
 class Attractor:
-    """One attractor: coordinates of its stroboscopic section (n, d), or of a piece of it, and what was found of it.
+    """One attractor.
 
-    ``neutral`` motions, as rest without load, neither approach nor leave each other: all of one period count as one.
+    Attributes
+    ----------
+    label : int
+        Kind of motion, a `Label`.
+    period : int
+        In mesh periods; 0 where there is none.
+    neutral : bool
+        Whether neighbouring motions neither approach nor leave it, as at rest without load. All neutral motions of one
+        period count as one attractor.
+    section : (n, d)
+        Stroboscopic points: all of a periodic orbit, `_SECTIONS` of any other attractor.
+    evidence : dict of str to float
+        Verdict variables of a motion on it, by name.
+    count : int
+        Number of initial states that lead to it.
     """
 
     label: int
     period: int
     neutral: bool
     section: np.ndarray
-    facts: dict[str, float]
+    evidence: dict[str, float]
     count: int = 0
 
-    def holds(self, w: np.ndarray, sections: np.ndarray) -> np.ndarray:
-        """Whether motions of this kind and period at w (d, L), with sections (S, d, L) if not periodic, are it.
+    def contains(self, w: np.ndarray, sections: np.ndarray) -> np.ndarray:
+        """Whether motions of the same kind and period are on this attractor.
 
-        Periodic motions are the same if their orbits share a point. Others are if, in every coordinate, their means
-        and their spreads agree within a tenth of the spread and six standard errors.
+        Parameters
+        ----------
+        w : (d, L)
+            A stroboscopic state of each motion.
+        sections : (S, d, L)
+            Stroboscopic states of each motion from there on; not used for periodic motions.
+
+        Returns
+        -------
+        (L,) of bool
+            Periodic motions are the same if their orbits share a point. Others are the same if in every coordinate
+            their means and standard deviations agree to a tenth of the standard deviation plus six standard errors.
         """
         if self.neutral:
             return np.ones(w.shape[1], dtype=bool)
         if self.period:
-            return np.min([np.abs(w - p[:, None]).max(axis=0) for p in self.section], axis=0) < _SAME
-        mine, others = _statistics(self.section[:, :, None]), _statistics(sections)
-        spread = mine[0][1]
-        error = np.hypot(mine[1], others[1])
-        return np.all(np.abs(mine[0] - others[0]) < _ALIKE * spread + _SIGMAS * error, axis=(0, 1))
+            return np.min([np.abs(w - p[:, None]).max(axis=0) for p in self.section], axis=0) < _SAME_POINT
+        own, others = _statistics(self.section[:, :, None]), _statistics(sections)
+        deviation = own[0][1]
+        error = np.hypot(own[1], others[1])
+        return np.all(np.abs(own[0] - others[0]) < _SPREAD_SHARE * deviation + _STANDARD_ERRORS * error, axis=(0, 1))
 
 
 def _statistics(sections: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mean and spread of sections (S, d, L) as (2, d, L), and their standard errors from block averages."""
+    """Mean and standard deviation (2, d, L) of sections (S, d, L), and their standard errors from block averages."""
     blocks = sections[: len(sections) // _BLOCKS * _BLOCKS].reshape(_BLOCKS, -1, *sections.shape[1:])
-    means = np.stack([blocks.mean(axis=1), blocks.std(axis=1)], axis=1)
-    return means.mean(axis=0), means.std(axis=0, ddof=1) / np.sqrt(_BLOCKS)
+    values = np.stack([blocks.mean(axis=1), blocks.std(axis=1)], axis=1)
+    return values.mean(axis=0), values.std(axis=0, ddof=1) / np.sqrt(_BLOCKS)
 
 
 @dataclass
 class AttractorSet:
-    """The attractors of one parameter point of a flow, found so far."""
+    """The attractors found so far at one parameter point of a flow, numbered in the order in which they were found."""
 
     flow: ExactFlow
     point: int = 0
-    known: list[Attractor] = field(default_factory=list)
+    members: list[Attractor] = field(default_factory=list)
 
     def find(self, w: np.ndarray, **options: Any) -> np.ndarray:
-        """The number of the attractor (L,) to which each motion from w (d, L) leads, -1 for none.
+        """The number (L,) of the attractor that each initial state w (d, L) leads to, −1 for none.
 
         Options as of `final_states`.
         """
         return self.match(final_states(self.flow, w, self.point, **options))
 
-    def tally(self, index: np.ndarray) -> None:
-        """Count how many starts each attractor holds."""
-        for number, attractor in enumerate(self.known):
+    def count_starts(self, index: np.ndarray) -> None:
+        """Set the count of each attractor to the number of its entries in ``index`` (L,)."""
+        for number, attractor in enumerate(self.members):
             attractor.count = int(np.sum(index == number))
 
-    def match(self, found: dict[str, np.ndarray]) -> np.ndarray:
-        """The number of each motion's attractor (L,), -1 where it has none; new attractors are added.
+    def match(self, final: dict[str, np.ndarray]) -> np.ndarray:
+        """The number (L,) of the attractor of each motion, −1 where it has none; new attractors are added.
 
-        ``found`` is what `final_states` found.
+        ``final`` is the result of `final_states`.
         """
-        index = np.full(len(found["label"]), -1, dtype=np.int32)
-        for first in range(0, len(index), _AT_ONCE):
-            tile = slice(first, first + _AT_ONCE)
-            index[tile] = self._match({n: v[tile] for n, v in found.items()})
+        index = np.full(len(final["label"]), -1, dtype=np.int32)
+        for first in range(0, len(index), _TILE):
+            tile = slice(first, first + _TILE)
+            index[tile] = self._match_tile({n: v[tile] for n, v in final.items()})
         return index
 
-    def _match(self, found: dict[str, np.ndarray]) -> np.ndarray:
-        """The same for so many motions at once."""
-        index = np.full(len(found["label"]), -1, dtype=np.int32)
-        kinds = np.stack([found[n] for n in ("label", "period", "neutral")])
-        for kind in np.unique(kinds[:, np.isin(found["label"], _ATTRACTED)], axis=1).T:
-            mine = np.flatnonzero((kinds == kind[:, None]).all(axis=0))
-            index[mine] = self._match_alike({n: v[mine] for n, v in found.items()})
+    def _match_tile(self, final: dict[str, np.ndarray]) -> np.ndarray:
+        index = np.full(len(final["label"]), -1, dtype=np.int32)
+        kinds = np.stack([final[n] for n in ("label", "period", "neutral")])
+        for kind in np.unique(kinds[:, np.isin(final["label"], _ON_ATTRACTOR)], axis=1).T:
+            same = np.flatnonzero((kinds == kind[:, None]).all(axis=0))
+            index[same] = self._match_kind({n: v[same] for n, v in final.items()})
         return index
 
-    def _match_alike(self, found: dict[str, np.ndarray]) -> np.ndarray:
-        """The same for motions of one kind and period."""
-        label, period, neutral = int(found["label"][0]), int(found["period"][0]), bool(found["neutral"][0])
-        w, index = found["w"].T, np.full(len(found["label"]), -1, dtype=np.int32)
+    def _match_kind(self, final: dict[str, np.ndarray]) -> np.ndarray:
+        """The same for motions of one label and period, all neutral or none."""
+        label, period, neutral = int(final["label"][0]), int(final["period"][0]), bool(final["neutral"][0])
+        w, index = final["w"].T, np.full(len(final["label"]), -1, dtype=np.int32)
         sections = self._sections(w, period)
-        for number, attractor in enumerate(self.known):
+        for number, attractor in enumerate(self.members):
             if (attractor.label, attractor.period, attractor.neutral) == (label, period, neutral):
-                index[(index < 0) & attractor.holds(w, sections)] = number
+                index[(index < 0) & attractor.contains(w, sections)] = number
         while np.any(index < 0):
             first = int(np.flatnonzero(index < 0)[0])
-            section = orbit_points(self.flow, w[:, first], self.point, period) if period else sections[:, :, first]
-            facts = {n: float(found[n][first]) for n in _FOUND}
-            self.known.append(Attractor(label, period, neutral, section, facts))
-            same = (index < 0) & self.known[-1].holds(w, sections)
+            section = self._orbit_points(w[:, first], period) if period else sections[:, :, first]
+            evidence = {n: float(final[n][first]) for n in _EVIDENCE}
+            self.members.append(Attractor(label, period, neutral, section, evidence))
+            same = (index < 0) & self.members[-1].contains(w, sections)
             same[first] = True
-            index[same] = len(self.known) - 1
+            index[same] = len(self.members) - 1
         return index
 
-    def holds(self, attractor: Attractor, w: np.ndarray) -> np.ndarray:
-        """Whether motions of the attractor's kind and period at w (d, L) are on it."""
-        if w.shape[1] == 0:  # none has sections to compare
+    def contains(self, attractor: Attractor, w: np.ndarray) -> np.ndarray:
+        """Whether motions of the attractor's kind and period at w (d, L) are on it, (L,)."""
+        if w.shape[1] == 0:  # there are no sections to compare
             return np.zeros(0, dtype=bool)
-        return attractor.holds(w, self._sections(w, attractor.period))
+        return attractor.contains(w, self._sections(w, attractor.period))
 
     def _sections(self, w: np.ndarray, period: int) -> np.ndarray:
-        """Sections (S, d, L) by which motions without a period are told apart; none of those with one."""
+        """Stroboscopic states (S, d, L) that tell motions without a period apart; S = 0 for periodic ones."""
         if period:
             return np.empty((0, *w.shape))
         points = np.full(w.shape[1], self.point)
         return self.flow.advance(w, _SECTIONS, points=points, sections=_SECTIONS).sections
 
+    def _orbit_points(self, w: np.ndarray, period: int) -> np.ndarray:
+        """The stroboscopic points (n, d) of the periodic orbit through w (d,)."""
+        return orbits.sections(self.flow, w[:, None], np.array([self.point]), np.array([period]))[0]
+
     def order(self) -> list[int]:
-        """Numbers sorted by kind, then by period, then by how many starts they hold."""
-        return sorted(range(len(self.known)), key=lambda i: (
-            self.known[i].label, self.known[i].period, -self.known[i].count
+        """Numbers of the members sorted by label, period and decreasing count, as Datasets list them."""
+        return sorted(range(len(self.members)), key=lambda i: (
+            self.members[i].label, self.members[i].period, -self.members[i].count
         ))
 
     def ranks(self) -> np.ndarray:
-        """The place of each number in that order, with -1 for none at the end; index it with numbers."""
+        """The position of each attractor in that order, followed by −1, so that it can be indexed with −1 for none."""
         order = self.order()
         rank = np.full(len(order) + 1, -1, dtype=np.int32)
         rank[order] = np.arange(len(order))
         return rank
 
-    def levels(self, settings: Classification | None) -> dict[str, np.ndarray]:
-        """Levels of every attractor, by name."""
-        w = np.stack([a.section[-1] for a in self.known], axis=1)
-        state = ClassificationState(self.flow, np.full(len(self.known), self.point), settings or Classification(), w,
-                                    spectrum=False)
-        state.label, state.period = (np.array([getattr(a, n) for a in self.known]) for n in ("label", "period"))
-        return verdict_variables(conclude(state))
+    def response(self, settings: Classification | None) -> dict[str, np.ndarray]:
+        """The response measures (attractors,) by name."""
+        w = np.stack([a.section[-1] for a in self.members], axis=1)
+        points = np.full(len(self.members), self.point)
+        state = ClassificationState(self.flow, points, settings or Classification(), w, all_exponents=False)
+        state.verdicts.label[:] = [a.label for a in self.members]
+        state.verdicts.period[:] = [a.period for a in self.members]
+        response = conclude(state).variables()
+        return {n: response[n] for n in _RESPONSE}
 
 
 def final_states(
     flow: ExactFlow, w: np.ndarray, point: int = 0, *, settings: Classification | None = None,
-    progress: str | None = None,
-    threads: int | None = None,
+    progress: str | None = None, threads: int | None = None,
 ) -> dict[str, np.ndarray]:
-    """Final states of motions from w (d, L): label, period, neutral, a point w and the verdict variables; (L, ...)."""
+    """Classify the motions from initial states w (d, L) at one parameter point, for `AttractorSet.match`.
+
+    Returns
+    -------
+    dict of str to (L, ...)
+        ``label``, ``period``, whether the motion is ``neutral``, a final state ``w`` (L, d), and the verdict variables
+        that Datasets report of an attractor.
+    """
 
     def initial_states(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
         return flow, w[:, tile].copy(), np.full(len(tile), point)
 
-    def keep(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
-        facts = {n: v for n, v in verdict_variables(found).items() if n in _FOUND}
-        neutral = found.reason == Reason.NEUTRAL
-        return {"label": found.label, "period": found.period, "neutral": neutral, "w": found.w.T, **facts}
+    def collect(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+        variables = found.variables()
+        chosen = {n: variables[n] for n in ("label", "period", *_EVIDENCE)}
+        return {**chosen, "neutral": found.reason == Reason.NEUTRAL, "w": found.w.T}
 
     return classify_batch(
-        initial_states, keep, np.arange(w.shape[1]), settings=settings, levels=False, progress=progress, threads=threads
+        initial_states, collect, np.arange(w.shape[1]), settings=settings, response=False, progress=progress,
+        threads=threads,
     )
 
 
-def described(catalogue: AttractorSet, settings: Classification | None) -> dict[str, xr.Variable]:
-    """Label, period, levels and section (z and z', padded with NaN) of every attractor, in the catalogue's order."""
-    order = catalogue.order()
-    known = [catalogue.known[i] for i in order]
+def attractor_variables(attractor_set: AttractorSet, settings: Classification | None) -> dict[str, xr.Variable]:
+    """Label, period, response measures, evidence and section of every attractor, in the order of the set.
+
+    The variables are named ``attractor_...`` and have the dim "number"; the section (z and z') also "point", padded
+    with NaN.
+    """
+    order = attractor_set.order()
+    ordered = [attractor_set.members[i] for i in order]
     out: dict[str, np.ndarray] = {
-        "label": np.array([a.label for a in known], np.int8), "period": np.array([a.period for a in known], np.int32),
+        "label": np.array([a.label for a in ordered], np.int8),
+        "period": np.array([a.period for a in ordered], np.int32),
     }
-    levels = catalogue.levels(settings) if known else {}
-    out |= {name: levels[name][order] if known else np.zeros(0) for name in _LEVELS}
-    out |= {name: np.array([a.facts[name] for a in known]) for name in _FOUND}
+    response = attractor_set.response(settings) if ordered else {}
+    out |= {name: response[name][order] if ordered else np.zeros(0) for name in _RESPONSE}
+    out |= {name: np.array([a.evidence[name] for a in ordered]) for name in _EVIDENCE}
     out["reason"], out["periods_spent"] = out["reason"].astype(np.int8), out["periods_spent"].astype(np.int32)
-    longest = max((len(a.section) for a in known), default=0)
-    sections = np.full((2, len(known), longest), np.nan)
-    for i, a in enumerate(known):
+    longest = max((len(a.section) for a in ordered), default=0)
+    sections = np.full((2, len(ordered), longest), np.nan)
+    for i, a in enumerate(ordered):
         sections[:, i, : len(a.section)] = a.section[:, :2].T
     names = ("attractor_section_z", "attractor_section_z_dot")
     return {f"attractor_{n}": variable(f"attractor_{n}", ("number",), v) for n, v in out.items()} | {
         n: variable(n, ("number", "point"), v) for n, v in zip(names, sections, strict=True)
     }
-
-
-def orbit_points(flow: ExactFlow, w: np.ndarray, point: int, period: int) -> np.ndarray:
-    """The points (n, d) of the periodic orbit through w (d,)."""
-    return orbit.sections(flow, w[:, None], np.array([point]), np.array([period]))[0]

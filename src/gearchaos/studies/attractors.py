@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-import xarray as xr
 
-from gearchaos.datasets import provenance, variable
+from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
@@ -19,14 +18,17 @@ from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel, expand, state_names, vary
 from gearchaos.model.coordinates import start
 from gearchaos.model.switched import switched
-from gearchaos.studies.attractor_set import AttractorSet, described, final_states
+from gearchaos.studies.attractor_set import AttractorSet, attractor_variables, final_states
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.initial_conditions import checked_box, default_box, spread
 from gearchaos.studies.initial_value_problems import initial_value_problems
-from gearchaos.studies.perturbation import EACH, TRIED, smallest_kick
+from gearchaos.studies.perturbation import BYTES_PER_DIRECTION, MOTIONS_PER_DIRECTION, smallest_perturbation
 from gearchaos.studies.study import ClassifyingStudy, option
 from gearchaos.studies.sweep import CARRY, carried
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _CONFIDENCE = 0.95
 
@@ -114,10 +116,10 @@ class Attractors(ClassifyingStudy):
     def cost(self) -> Cost:
         """Of all starts, sweeps and perturbations; raises where memory does not suffice."""
         check_memory("starts", self.starts)
-        check_memory("kicks", self.kicks, EACH)
+        check_memory("kicks", self.kicks, BYTES_PER_DIRECTION)
         sequential = 2 * self.sweep.count * CARRY if self.sweep else 0
         system = switched(vary(self.model, {}))
-        return estimate(system, self.starts + self.kicks * TRIED, self.classification.most, sequential)
+        return estimate(system, self.starts + self.kicks * MOTIONS_PER_DIRECTION, self.classification.most, sequential)
 
     @property
     def _box(self) -> Mapping[str, tuple[float, float]]:
@@ -148,7 +150,7 @@ class Attractors(ClassifyingStudy):
     ) -> xr.Dataset:
         attractors, settings = AttractorSet(self._flow), self.classification
         index = attractors.match(found)
-        attractors.tally(index)
+        attractors.count_starts(index)
         ends: np.ndarray = np.empty(0, dtype=int)
         if self.sweep:
             ends = attractors.find(_swept(self.model, self.sweep), settings=settings, threads=threads)
@@ -157,13 +159,13 @@ class Attractors(ClassifyingStudy):
         data = {
             "attractor": variable("attractor", ("start",), rank[index]),
             **{f"attractor_{n}": variable("attractor", (), rank[i]) for n, i in swept},
-            **described(attractors, settings), **_shares(attractors, self.starts),
+            **attractor_variables(attractors, settings), **_shares(attractors, self.starts),
             **(_kicks(attractors, self.kicks, progress, settings=settings, threads=threads) if self.kicks else {}),
             **{f"start_{n}": variable(n, ("start",), v) for n, v in self._starts.items()},
         }
         said = {"starts": self.starts, "seed": self.seed, "box": dict(self._box),
                 "sweep": self.sweep and asdict(self.sweep), "kicks": self.kicks}
-        return xr.Dataset(data, attrs=provenance("attractors", self.model, **said))
+        return new_dataset(data, attrs=provenance("attractors", self.model, **said))
 
 
 def _check_sweep(model: MeshModel, sweep: Axis) -> float:
@@ -191,29 +193,29 @@ def _swept(model: MeshModel, sweep: Axis) -> np.ndarray:
     return start(vary(replace(model, initial={}), ends), switched(vary(model, {}))).T
 
 
-def _kicks(attractors: AttractorSet, directions: int, progress: bool, **options: Any) -> dict[str, xr.Variable]:
-    """The smallest kick found for every attractor, in the attractors's order."""
+def _kicks(attractors: AttractorSet, directions: int, progress: bool, **options: Any) -> dict[str, Any]:
+    """The smallest perturbation found that leaves each attractor, in the order of the set."""
     names = attractors.flow.system.names
     found = [
-        smallest_kick(
-            attractors.flow, attractors.known[i], directions, progress=f"kicks {n}" if progress else None, **options
+        smallest_perturbation(
+            attractors.flow, attractors.members[i], directions, progress=f"kicks {n}" if progress else None, **options
         ) for n, i in enumerate(attractors.order(), start=1)
     ]
     none = np.full(len(names), np.nan)
     rows = {
-        "attractor_kick": np.array([k.size if k else np.nan for k in found]),
-        "attractor_kick_change": np.array([k.change if k else none for k in found]).reshape(-1, len(names)),
-        "attractor_kick_point": np.array([k.point if k else none for k in found]).reshape(-1, len(names)),
+        "attractor_kick": np.array([p.size if p else np.nan for p in found]),
+        "attractor_kick_change": np.array([p.change if p else none for p in found]).reshape(-1, len(names)),
+        "attractor_kick_point": np.array([p.point if p else none for p in found]).reshape(-1, len(names)),
     }
     out = {n: variable(n, ("number", "coordinate")[: v.ndim], v) for n, v in rows.items()}
-    return out | {"coordinate": xr.Variable("coordinate", list(names))}
+    return {**out, "coordinate": ("coordinate", list(names))}
 
 
 def _shares(attractors: AttractorSet, starts: int) -> dict[str, xr.Variable]:
     """The share of the starts that each attractor takes, with its interval."""
     from scipy.stats import binomtest  # here, since scipy.stats takes a second to load
 
-    counts = [attractors.known[i].count for i in attractors.order()]
+    counts = [attractors.members[i].count for i in attractors.order()]
     intervals = [binomtest(c, starts).proportion_ci(_CONFIDENCE) for c in counts]
     values = {
         "fraction": [c / starts for c in counts], "fraction_lo": [i.low for i in intervals],

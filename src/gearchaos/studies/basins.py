@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-import xarray as xr
 
-from gearchaos.datasets import provenance, variable
+from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
@@ -17,13 +16,16 @@ from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.model.coordinates import start
 from gearchaos.model.switched import switched
-from gearchaos.studies.attractor_set import AttractorSet, described, final_states
+from gearchaos.studies.attractor_set import AttractorSet, attractor_variables, final_states
 from gearchaos.studies.axis import Axis, as_axis
-from gearchaos.studies.boundary import entropy, smallest_kicks, uncertainty_exponent
+from gearchaos.studies.boundary import entropy, smallest_perturbations, uncertainty_exponent
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.plane import at_cells, check_plane
 from gearchaos.studies.study import ClassifyingStudy
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 NOT_YET = -2
 
@@ -104,7 +106,7 @@ class Basins(ClassifyingStudy):
     ) -> xr.Dataset:
         attractors = AttractorSet(self._flow)
         index = attractors.match(found)
-        attractors.tally(index)
+        attractors.count_starts(index)
         rank = np.where(found["label"] == 0, NOT_YET, attractors.ranks()[index])
         shape = (self.y.count, self.x.count)
         return _dataset(self.model, self.x, self.y, rank.reshape(shape), attractors, self.classification)
@@ -113,29 +115,29 @@ class Basins(ClassifyingStudy):
 def _dataset(
     model: MeshModel, x: Axis, y: Axis, index: np.ndarray, attractors: AttractorSet, settings: Classification
 ) -> xr.Dataset:
-    known = [attractors.known[i] for i in attractors.order()]
+    known = [attractors.members[i] for i in attractors.order()]
     shares = np.array([a.count for a in known]) / max(1, np.sum(index != NOT_YET))
     tangled = dict.fromkeys(("basin_entropy", "boundary_basin_entropy", "uncertainty_exponent"), np.nan)
     if not np.any(index == NOT_YET):
         tangled = dict(zip(tangled, (*entropy(index), uncertainty_exponent(index)), strict=True))
     data = {
         "attractor": variable("attractor", (y.name, x.name), index),
-        **described(attractors, settings),
+        **attractor_variables(attractors, settings),
         "attractor_fraction": variable("attractor_fraction", ("number",), shares),
         "attractor_kick": variable("attractor_kick", ("number",), _kicks(model, x, y, index, attractors)),
         **{n: variable(n, (), np.array(v)) for n, v in tangled.items()},
     }
     coords = {a.name: variable(a.name, (a.name,), a.values) for a in (x, y)}
-    return xr.Dataset(data, coords, provenance("basins", model))
+    return new_dataset(data, coords, provenance("basins", model))
 
 
 def _kicks(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, attractors: AttractorSet) -> np.ndarray:
     """Smallest kicks where the plane is the whole state; elsewhere attractors do not lie in the plane."""
-    known = [attractors.known[i] for i in attractors.order()]
+    known = [attractors.members[i] for i in attractors.order()]
     system = attractors.flow.system
     corners = start(vary(model, {x.name: [0.0, 1.0, 0.0], y.name: [0.0, 0.0, 1.0]}), system)
     across = (corners[1:] - corners[0]).T  # from the plane's coordinates to the state
     whole_state = system.dimension == 2 and np.allclose(across @ across.T, np.eye(2))
     if not whole_state or np.any(index == NOT_YET) or min(x.count, y.count) < 2:
         return np.full(len(known), np.nan)
-    return smallest_kicks(index, x.values, y.values, [(a.section - corners[0]) @ across for a in known])
+    return smallest_perturbations(index, x.values, y.values, [(a.section - corners[0]) @ across for a in known])

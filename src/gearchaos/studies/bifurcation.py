@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
-import xarray as xr
 
-from gearchaos.datasets import provenance, variable
+from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics import Classification, Verdicts
 from gearchaos.errors import InputError, unknown_name, whole_number
 from gearchaos.execute.machine import check_memory
@@ -20,14 +19,16 @@ from gearchaos.model import COORDINATES, MeshModel, state_names, vary
 from gearchaos.model.coordinates import start
 from gearchaos.model.switched import switched
 from gearchaos.studies.axis import Axis, as_axis
-from gearchaos.studies.classification import classify_batch
+from gearchaos.studies.batch_classification import classify_batch
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.plane import corners, shared_coordinates
 from gearchaos.studies.sections import steady_sections
 from gearchaos.studies.study import ClassifyingStudy, option
 from gearchaos.studies.sweep import CARRY, carried
-from gearchaos.studies.verdict_variables import verdict_variables
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MODES = ("fixed", "up", "down")
 _KEPT = 4_000_000
@@ -127,7 +128,7 @@ class Bifurcation(ClassifyingStudy):
         axis = self.axis
         data = {n: variable(n, (axis.name, "point")[: v.ndim], v) for n, v in found.items()}
         coords = {axis.name: variable(axis.name, (axis.name,), axis.values)}
-        return xr.Dataset(data, coords, provenance("bifurcation", self.model, points=self.points, mode=self.mode))
+        return new_dataset(data, coords, provenance("bifurcation", self.model, points=self.points, mode=self.mode))
 
     def _columns(
         self, values: dict[str, np.ndarray], progress: bool, threads: int | None
@@ -143,7 +144,7 @@ class Bifurcation(ClassifyingStudy):
             batch = vary(model, {n: v[columns] for n, v in values.items()})
             begin = start(batch, flow.system).T.copy()
             places = steady_sections(batch, flow, at, begin, found, self.points) if self.points else {}
-            return verdict_variables(found) | {f"section_{name}": value for name, value in places.items()}
+            return found.variables() | {f"section_{name}": value for name, value in places.items()}
 
         (count,) = {len(v) for v in values.values()}
         return classify_batch(

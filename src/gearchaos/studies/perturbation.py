@@ -1,4 +1,8 @@
-"""The smallest sudden change of the state after which a motion settles elsewhere, searched for in all coordinates."""
+"""The smallest perturbation that destabilises a motion: a sudden change of the state after which it settles elsewhere.
+
+In the literature on multistability its length is the magnitude of the minimal critical (or fatal) shock: L. Halekotte,
+U. Feudel, *Minimal fatal shocks in multistable complex networks*, Sci. Rep. 10 (2020) 11783.
+"""
 
 from __future__ import annotations
 
@@ -9,26 +13,35 @@ import numpy as np
 from gearchaos.dynamics import Classification, Label, Reason, Verdicts
 from gearchaos.flow import ExactFlow
 from gearchaos.studies.attractor_set import Attractor, AttractorSet
-from gearchaos.studies.classification import classify_batch
+from gearchaos.studies.batch_classification import classify_batch
 
-_POINTS = 16
-_LADDER = np.geomspace(1e-3, 4.0, 25)
-_ROUNDS = 12
+_MAX_POINTS = 16
+"""Largest number of stroboscopic points of the attractor that are perturbed."""
 
-TRIED = _POINTS * len(_LADDER)
-"""Motions followed for every direction in which a kick is looked for, at most."""
+_LENGTHS = np.geomspace(1e-3, 4.0, 25)
+"""Lengths tried in each random direction."""
 
-EACH = 1200 * TRIED
-"""Bytes that they take."""
-
+_IMPROVEMENTS = 12
 _NEIGHBOURS = 32
-_CLOSER = np.array([0.5, 0.7, 0.85, 0.93, 0.97, 0.99])
+_REDUCTIONS = np.array([0.5, 0.7, 0.85, 0.93, 0.97, 0.99])
+"""An improvement tries so many directions near the best one, with these fractions of its length."""
+
 _ELSEWHERE = (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC, Label.DIVERGED)
+"""Labels of motions that can have left the attractor; an undecided motion does not count."""
+
+MOTIONS_PER_DIRECTION = _MAX_POINTS * len(_LENGTHS)
+"""Largest number of motions followed for each direction."""
+
+BYTES_PER_DIRECTION = 1200 * MOTIONS_PER_DIRECTION
+"""Memory they take."""
 
 
 @dataclass(frozen=True)
-class Kick:
-    """A sudden change of the state (d,), the section point (d,) where it strikes, and its length."""
+class Perturbation:
+    """A sudden change of the state: its length ``size``, the ``change`` (d,), and the state ``point`` (d,) it acts on.
+
+    In the dimensionless coordinates of the dynamic state, at phase 0.
+    """
 
     size: float
     change: np.ndarray
@@ -37,7 +50,7 @@ class Kick:
 
 @dataclass(frozen=True)
 class _Search:
-    """Where kicked motions of one attractor go."""
+    """Search for perturbations after which motions leave one attractor."""
 
     flow: ExactFlow
     attractor: Attractor
@@ -45,85 +58,95 @@ class _Search:
     threads: int | None
 
     def leaves(self, w: np.ndarray, progress: str | None = None) -> np.ndarray:
-        """Whether motions from w (d, L) settle elsewhere, or run away; undecided ones do not count."""
+        """Whether motions from w (d, L) settle on another attractor or diverge, (L,)."""
 
         def initial_states(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
             return self.flow, w[:, tile].copy(), np.zeros(len(tile), dtype=int)
 
-        def keep(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
-            return {"away": np.isin(found.label, _ELSEWHERE) & ~self._stays(found)}
+        def collect(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+            return {"leaves": np.isin(found.label, _ELSEWHERE) & ~self._returned(found)}
 
         return classify_batch(
-            initial_states, keep, np.arange(w.shape[1]), settings=self.settings, levels=False, progress=progress,
+            initial_states, collect, np.arange(w.shape[1]), settings=self.settings, response=False, progress=progress,
             threads=self.threads,
-        )["away"]
+        )["leaves"]
 
-    def _stays(self, found: Verdicts) -> np.ndarray:
+    def _returned(self, found: Verdicts) -> np.ndarray:
+        """Whether motions ended on the attractor, (L,)."""
         kind = self.attractor
         neutral = found.reason == Reason.NEUTRAL
         same = (found.label == kind.label) & (found.period == kind.period) & (neutral == kind.neutral)
         alike = np.flatnonzero(same)
-        catalogue = AttractorSet(self.flow, known=[self.attractor])
         out = np.zeros(len(found.label), dtype=bool)
-        out[alike] = catalogue.holds(self.attractor, found.w[:, alike])
+        out[alike] = AttractorSet(self.flow).contains(self.attractor, found.w[:, alike])
         return out
 
-    def first(self, directions: np.ndarray, progress: str | None) -> Kick | None:
-        """The shortest step of the ladder, from any point of the section in any of the directions, that leaves."""
+    def first(self, directions: np.ndarray, progress: str | None) -> Perturbation | None:
+        """The shortest of all perturbations tried in some directions (D, d) after which a motion leaves, if any."""
         section = self.attractor.section
-        points = section[np.unique(np.linspace(0, len(section) - 1, _POINTS).astype(int))]
+        points = section[np.unique(np.linspace(0, len(section) - 1, _MAX_POINTS).astype(int))]
         point, direction, step = (
-            i.ravel() for i in np.meshgrid(*(np.arange(n) for n in (len(points), len(directions), len(_LADDER))))
+            i.ravel() for i in np.meshgrid(*(np.arange(n) for n in (len(points), len(directions), len(_LENGTHS))))
         )
-        changes = _LADDER[step, None] * directions[direction]
-        away = np.flatnonzero(self.leaves((points[point] + changes).T, progress))
-        if len(away) == 0:
+        changes = _LENGTHS[step, None] * directions[direction]
+        leaving = np.flatnonzero(self.leaves((points[point] + changes).T, progress))
+        if len(leaving) == 0:
             return None
-        best = away[np.argmin(step[away])]
-        return Kick(float(_LADDER[step[best]]), changes[best], points[point[best]])
+        best = leaving[np.argmin(step[leaving])]
+        return Perturbation(float(_LENGTHS[step[best]]), changes[best], points[point[best]])
 
-    def shorter(self, kick: Kick, wander: float, rng: np.random.Generator) -> Kick:
-        """The shortest of some kicks about as short and in about the same direction that leaves too, or the same."""
-        unit = kick.change / kick.size
-        around = _units(unit + wander * rng.normal(size=(_NEIGHBOURS, len(unit))) / np.sqrt(len(unit)))
+    def improved(self, best: Perturbation, deviation: float, rng: np.random.Generator) -> Perturbation:
+        """A shorter perturbation in about the same direction after which the motion leaves too, or the same one.
+
+        ``deviation`` is the standard deviation of the random change of direction.
+        """
+        unit = best.change / best.size
+        around = _units(unit + deviation * rng.normal(size=(_NEIGHBOURS, len(unit))) / np.sqrt(len(unit)))
         around[0] = unit
-        changes = (kick.size * _CLOSER[:, None, None] * around).reshape(-1, len(unit))
-        away = np.flatnonzero(self.leaves((kick.point + changes).T))
-        if len(away) == 0:
-            return kick
-        best = changes[away[0]]
-        return Kick(float(np.linalg.norm(best)), best, kick.point)
+        changes = (best.size * _REDUCTIONS[:, None, None] * around).reshape(-1, len(unit))
+        leaving = np.flatnonzero(self.leaves((best.point + changes).T))
+        if len(leaving) == 0:
+            return best
+        shortest = changes[leaving[0]]
+        return Perturbation(float(np.linalg.norm(shortest)), shortest, best.point)
 
 
-def smallest_kick(
+def smallest_perturbation(
     flow: ExactFlow, attractor: Attractor, directions: int, *, settings: Classification | None = None,
     progress: str | None = None, threads: int | None = None,
-) -> Kick | None:
-    """The smallest kick found that the motion on an attractor does not survive; None if none up to length 4 leaves.
+) -> Perturbation | None:
+    """The smallest perturbation found after which a motion leaves an attractor.
 
     Parameters
     ----------
     flow : ExactFlow
-        With the operating point as its first point.
+        With the operating point as its first parameter point.
+    attractor : Attractor
     directions : int
-        How many directions are tried from up to 16 points of the section, in 25 lengths; the best is then improved.
+        Number of random directions tried, in 25 lengths from 1e-3 to 4, at up to 16 stroboscopic points. The best
+        perturbation is then shortened and turned.
     settings, progress, threads
         As in `classify_batch`.
 
-    The length is Euclid's over the d coordinates, in half backlashes and their velocities. It is an upper bound: thin
-    tongues of other basins between the directions are missed.
+    Returns
+    -------
+    Perturbation or None
+        None if no perturbation up to the length 4 leaves. The length is the Euclidean norm over the d coordinates, in
+        half backlashes and their velocities. It is an upper bound of the smallest: narrow tongues of other basins
+        between the directions are missed.
     """
     search, rng = _Search(flow, attractor, settings, threads), np.random.default_rng(0)
-    kick = search.first(_units(rng.normal(size=(directions, flow.dimension))), progress)
-    if kick is None:
+    best = search.first(_units(rng.normal(size=(directions, flow.dimension))), progress)
+    if best is None:
         return None
-    wander = 0.5
-    for _ in range(_ROUNDS):
-        shorter = search.shorter(kick, wander, rng)
-        wander = wander if shorter is not kick else wander / 2
-        kick = shorter
-    return kick
+    deviation = 0.5
+    for _ in range(_IMPROVEMENTS):
+        improved = search.improved(best, deviation, rng)
+        deviation = deviation if improved is not best else deviation / 2
+        best = improved
+    return best
 
 
 def _units(vectors: np.ndarray) -> np.ndarray:
+    """Unit vectors in the directions of some vectors (N, d)."""
     return vectors / np.linalg.norm(vectors, axis=1)[:, None]

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 
 import numpy as np
-from scipy.ndimage import binary_dilation, maximum_filter, minimum_filter
 
 from gearchaos.dynamics import Reason
 from gearchaos.studies.verdict_variables import blank
@@ -125,6 +124,8 @@ class _Refinement:
 
     def refine(self, step: int, beside: bool) -> np.ndarray:
         """Which cells the next lattice has in blocks whose corners differ, or lie ``beside`` such; fill the others."""
+        from scipy.ndimage import binary_dilation  # here, since it takes a tenth of a second to load
+
         rows, columns = self.lines(step)
         known, kind = _corners(self.known[np.ix_(rows, columns)]), _corners(self.kind[np.ix_(rows, columns)])
         complete = known.all(axis=0)
@@ -142,6 +143,8 @@ class _Refinement:
 
     def doubtful(self) -> np.ndarray:
         """Which cells were inferred to be other than some cell computed nearby is."""
+        from scipy.ndimage import maximum_filter, minimum_filter  # here, as in `refine`
+
         most, least = self.kind.max() + 1, self.kind.min() - 1
         high = maximum_filter(np.where(self.known, self.kind, least), footprint=_NEARBY)
         low = minimum_filter(np.where(self.known, self.kind, most), footprint=_NEARBY)

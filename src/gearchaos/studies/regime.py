@@ -1,14 +1,16 @@
-"""The verdict at one operating point, with all its evidence."""
+"""The verdict at one operating point, with its evidence."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics import REASONS, Classification, Label, Reason, Verdicts, classify, motion_name
-from gearchaos.dynamics.response import CONTACTS
+from gearchaos.dynamics.response import CONTACTS, Response
 from gearchaos.dynamics.settings import as_settings
 from gearchaos.dynamics.spectrum import spectral_class
 from gearchaos.flow import ExactFlow
@@ -19,44 +21,162 @@ from gearchaos.model.switched import switched
 from gearchaos.studies.cost import estimate
 from gearchaos.studies.sections import steady_sections
 
-PATIENT = Classification(exponent_run=2000, doublings=2, longest_transient=20_000, averaging_periods=1000)
-"""One point is worth a longer look than a cell of a map: chaotic transients of twenty thousand periods pass."""
+if TYPE_CHECKING:
+    import xarray as xr
 
-_SHOWN = 512
+REGIME_SETTINGS = Classification(
+    exponent_run=2000, doublings=2, longest_transient=20_000, averaging_periods=1000
+)
+"""A single motion is followed longer than a cell of a map, up to chaotic transients of 20 000 periods."""
+
+_SECTION_POINTS = 512
+"""Stroboscopic points of a motion without a period."""
+
+_JSON_ORDER = (
+    "label", "period", "reason", "multipliers", "lyapunov", "lyapunov_ci", "v_rms", "contact_fraction", "contact",
+    "dynamic_factor", "section", "residual", "trace_error", "periods_spent", "switches_per_period", "z_rms",
+    "z_peak_to_peak", "z_dot_rms", "z_dot_peak_to_peak", "spectral_label",
+)
+"""Order of the keys of `Regime.to_dict`; response measures that are not listed follow."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Regime:
-    """What the mesh does at one operating point; see `regime`."""
+    """The verdict on one motion; `regime` returns it.
 
-    label: str
-    period: int | None
-    reason: str
-    multipliers: list[list[float]]
-    lyapunov: list[float]
-    lyapunov_ci: list[list[float]]
-    v_rms: float | None
-    contact_fraction: float | None
-    contact: str | None
-    dynamic_factor: float | None
+    The response measures of `Response`, such as ``v_rms``, are attributes too: floats, or None where they do not exist.
+
+    Parameters
+    ----------
+    model : MeshModel
+        The operating point, with its initial values.
+    verdicts : Verdicts
+        Of this one motion.
+    section : dict of str to list of float
+        Stroboscopic points of the steady motion, by coordinate: n of a motion of period n, 512 of any other, none of
+        one that diverged.
+    spectral_label : str or None
+        The class that the spectrum of z and z' at those points suggests; see `spectral_class`.
+    """
+
+    model: MeshModel
+    verdicts: Verdicts
     section: dict[str, list[float]]
-    residual: float | None
-    trace_error: float | None
-    periods_spent: int
-    switches_per_period: float | None
-    z_rms: float | None
-    z_peak_to_peak: float | None
-    z_dot_rms: float | None
-    z_dot_peak_to_peak: float | None
     spectral_label: str | None
-    mesh_force_peak: float | None
 
-    def to_dict(self) -> dict:
-        """The fields as plain JSON-ready values, None where a number does not exist."""
-        return asdict(self)
+    @property
+    def label(self) -> str:
+        """Kind of motion: "1T", "2T", ..., "quasi-periodic", "chaotic", "undecided" or "diverged"."""
+        return motion_name(self._label, self.period or 0)
+
+    @property
+    def _label(self) -> Label:
+        return Label(int(self.verdicts.label[0]))
+
+    @property
+    def period(self) -> int | None:
+        """Minimal period in mesh periods, None where there is none."""
+        return int(self.verdicts.period[0]) or None
+
+    @property
+    def reason(self) -> str:
+        """Why this is the verdict."""
+        return REASONS[Reason(int(self.verdicts.reason[0]))]
+
+    @property
+    def multipliers(self) -> list[complex]:
+        """Floquet multipliers of the orbit, largest modulus first; empty without an orbit."""
+        return self.verdicts.multipliers[0].tolist() if self.period else []
+
+    @property
+    def lyapunov(self) -> list[float]:
+        """Lyapunov exponents of the dynamic state per unit of τ, largest first."""
+        return self.verdicts.exponent[self._known, 0].tolist()
+
+    @property
+    def lyapunov_ci(self) -> list[list[float]]:
+        """The interval [low, high] of each exponent: at 99 % confidence, or exact for an orbit."""
+        low, high = self.verdicts.exponent_low[:, 0], self.verdicts.exponent_high[:, 0]
+        return np.stack([low, high], axis=1)[self._known].tolist()
+
+    @property
+    def _known(self) -> np.ndarray:
+        return np.isfinite(self.verdicts.exponent[:, 0])
+
+    @property
+    def residual(self) -> float | None:
+        """Largest change of a coordinate over one period of the orbit, None without an orbit."""
+        return self._number("residual") if self.period else None
+
+    @property
+    def trace_error(self) -> float | None:
+        """|sum of the exponents − trace of the linear part|, per unit of τ."""
+        return self._number("trace_error")
+
+    @property
+    def periods_spent(self) -> int:
+        """Mesh periods of the transient and exponent runs."""
+        return int(self.verdicts.periods_run[0])
+
+    @property
+    def contact(self) -> str | None:
+        """Contact state, one of `CONTACTS`; None if the motion diverged."""
+        return None if self._label == Label.DIVERGED else CONTACTS[int(self.verdicts.response.contact[0])]
+
+    def __getattr__(self, name: str) -> float | None:
+        """A response measure by its name."""
+        if name in Response.declared():
+            return self._number(name)
+        raise AttributeError(f"'Regime' object has no attribute {name!r}")
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *Response.declared()]
+
+    def _number(self, name: str) -> float | None:
+        value = float(self.verdicts[name][0])
+        return value if math.isfinite(value) else None
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Regime) and self.to_dict() == other.to_dict()
+
+    def __repr__(self) -> str:
+        return f"Regime({', '.join(f'{n}={v!r}' for n, v in self.to_dict().items() if n != 'section')})"
+
+    def to_dict(self) -> dict[str, Any]:
+        """All attributes as JSON-ready values, None where a number does not exist; multipliers as [re, im]."""
+        names = dict.fromkeys((*_JSON_ORDER, *Response.declared()))
+        pairs = {"multipliers": [[m.real, m.imag] for m in self.multipliers]}
+        return {name: pairs[name] if name in pairs else getattr(self, name) for name in names}
+
+    def to_dataset(self) -> xr.Dataset:
+        """The verdict as labelled variables.
+
+        Returns
+        -------
+        xarray.Dataset
+            The variables that `zones` has for a cell, as scalars in double precision, and those response measures that
+            it leaves out; ``lyapunov_spectrum``, ``lyapunov_spectrum_lo``, ``lyapunov_spectrum_hi``,
+            ``multipliers_real`` and ``multipliers_imag`` over the dim "exponent"; and ``section_<coordinate>`` over the
+            dim "point". The attributes say the model, the ``motion`` and the ``spectral_label``.
+        """
+        v = self.verdicts
+        scalars = {n: values[0] for n, values in v.variables(double=True).items()}
+        scalars |= {n: v[n][0] for n, column in Response.declared().items() if column.variable is None}
+        spectrum = {
+            "lyapunov_spectrum": v.exponent[:, 0], "lyapunov_spectrum_lo": v.exponent_low[:, 0],
+            "lyapunov_spectrum_hi": v.exponent_high[:, 0], "multipliers_real": v.multipliers[0].real,
+            "multipliers_imag": v.multipliers[0].imag,
+        }
+        data = {n: variable(n, (), value) for n, value in scalars.items()}
+        data |= {n: variable(n, ("exponent",), values) for n, values in spectrum.items()}
+        data |= {f"section_{n}": variable(f"section_{n}", ("point",), np.array(x)) for n, x in self.section.items()}
+        said = {"motion": self.label, "spectral_label": self.spectral_label or "none"}
+        return new_dataset(data, attrs={**provenance("regime", self.model), **said})
 
 
-def regime(model: MeshModel | GearPair, *, settings: Classification = PATIENT, progress: bool = False) -> Regime:
+def regime(
+    model: MeshModel | GearPair, *, settings: Classification = REGIME_SETTINGS, progress: bool = False
+) -> Regime:
     """What will this gear mesh do?
 
     Parameters
@@ -64,60 +184,31 @@ def regime(model: MeshModel | GearPair, *, settings: Classification = PATIENT, p
     model : MeshModel or GearPair
         The operating point, with its initial values.
     settings : Classification
-        How long to wait and how hard to look.
+        Lengths of the runs by which the motion is classified.
     progress : bool
         Say on stderr how long it may take, if that is long.
 
     Returns
     -------
     Regime
-        ``label`` is "1T", "2T", ..., "quasi-periodic", "chaotic", "undecided" or "diverged", with the ``reason``;
-        ``multipliers`` as [re, im] of the polished orbit; ``lyapunov`` all exponents of the dynamic state with 99 %
-        intervals, exact for an orbit; the levels; and the stroboscopic ``section``: the n points of a periodic motion,
-        512 of any other.
+        With the ``label``, the ``reason``, and the evidence: ``multipliers`` of the orbit, all ``lyapunov`` exponents
+        of the dynamic state with their intervals, the response measures, and the stroboscopic ``section``.
+
+    Raises
+    ------
+    InputError
+        If the model or the settings are none, or the computation does not fit into the memory; before any work.
     """
-    model, settings = as_model(model), as_settings(settings) or PATIENT
+    model, settings = as_model(model), as_settings(settings) or REGIME_SETTINGS
     batch = vary(model, {})
     system = switched(batch)
     estimate(system, 1, settings.most).announce(progress)
     flow = ExactFlow(system)
-    begin, point = start(batch, system).T.copy(), np.zeros(1, dtype=int)
-    found = classify(flow, begin, settings=settings)
-    label = Label(int(found.label[0]))
-    sections = {} if label == Label.DIVERGED else steady_sections(batch, flow, point, begin, found, _SHOWN)
-    shown = int(found.period[0]) or _SHOWN
-    return Regime(
-        label=motion_name(label, int(found.period[0])), period=int(found.period[0]) or None,
-        reason=REASONS[Reason(int(found.reason[0]))], **_dynamics(found), **_levels(found, label),
-        section={k: v[0, -shown:].tolist() for k, v in sections.items()},
-        spectral_label=spectral_class(np.stack([sections["z"][0], sections["z_dot"][0]],
-                                               axis=1))[0] if sections else None,
-    )
-
-
-def _dynamics(found: Verdicts) -> dict:
-    has_orbit = found.period[0] > 0
-    known = np.isfinite(found.exponent[:, 0])
-    pairs = np.stack([found.low[:, 0], found.high[:, 0]], axis=1)
-    return {
-        "multipliers": [[m.real, m.imag] for m in found.multipliers[0].tolist()] if has_orbit else [],
-        "lyapunov": found.exponent[known, 0].tolist(),
-        "lyapunov_ci": pairs[known].tolist(),
-        "residual": float(found.residual[0]) if has_orbit else None,
-        "trace_error": _number(found.trace_error[0]),
-        "periods_spent": int(found.periods_run[0]),
-    }
-
-
-def _levels(found: Verdicts, label: Label) -> dict:
-    r = found.response
-    values = {n: _number(getattr(r, n)[0]) for n in (
-        "v_rms", "contact_fraction", "dynamic_factor", "z_rms", "z_peak_to_peak", "z_dot_rms", "z_dot_peak_to_peak",
-        "mesh_force_peak",
-    )}
-    contact = None if label == Label.DIVERGED else CONTACTS[int(r.contact[0])]
-    return {**values, "contact": contact, "switches_per_period": _number(r.switches[0])}
-
-
-def _number(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
+    w, point = start(batch, system).T.copy(), np.zeros(1, dtype=int)
+    verdicts = classify(flow, w, settings=settings)
+    if verdicts.label[0] == Label.DIVERGED:
+        return Regime(model, verdicts, {}, None)
+    sections = steady_sections(batch, flow, point, w, verdicts, _SECTION_POINTS)
+    spectral_label, _ = spectral_class(np.stack([sections["z"][0], sections["z_dot"][0]], axis=1))
+    count = int(verdicts.period[0]) or _SECTION_POINTS
+    return Regime(model, verdicts, {name: x[0, -count:].tolist() for name, x in sections.items()}, spectral_label)

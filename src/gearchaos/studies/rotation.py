@@ -7,7 +7,6 @@ motion are computed side by side.
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import hyp1f1
 
 from gearchaos.flow import ExactFlow, Measure
 from gearchaos.model import Batch
@@ -56,6 +55,8 @@ def _slowing(batch: Batch, flow: ExactFlow, points: np.ndarray, ahead: np.ndarra
     J1, J2 = np.asarray(batch["J1"]), np.asarray(batch["J2"])
     velocity = ahead[names.index("x2_dot")] + J1 / (J1 + J2) * relative_rotation(names, ahead.T, np.zeros(1), "_dot")
     tau = np.arange(count + 1) * flow.system.period[points, None]
+    from scipy.special import hyp1f1  # here, since it takes a tenth of a second to load
+
     return velocity[:, None] * tau * hyp1f1(1, 2, -rotation_decay(batch)[:, None] * tau)
 
 

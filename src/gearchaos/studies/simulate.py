@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import MISSING, dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-import xarray as xr
 
-from gearchaos.datasets import provenance, variable
+from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.errors import whole_number
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import CHATTER, DIVERGED, DIVERGED_AT, OK, ExactFlow
@@ -21,6 +20,9 @@ from gearchaos.studies import rotation
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.initial_value_problems import InitialValueProblems, initial_value_problems
 from gearchaos.studies.study import Study, option
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def simulate(
@@ -114,7 +116,7 @@ class Simulate(Study):
             data.update(_trajectory(batch, names, _bounded(found["samples"][0]), self.transient, x2))
         settings = {"periods": self.periods, "transient": self.transient, "samples": self.samples or 0}
         status = {"status": _STATUS[int(found["status"][0])]}
-        return xr.Dataset(data, attrs={**provenance("simulate", self.model, **settings), **status})
+        return new_dataset(data, attrs={**provenance("simulate", self.model, **settings), **status})
 
 
 _SECTION, _INSTANT = 700, 800
@@ -146,8 +148,8 @@ def _section(batch: Batch, names: tuple[str, ...], w: np.ndarray, transient: int
     tau = (transient + number) * batch.model.period
     known = None if x2 is None else x2[None, 1:]
     values = to_physical(batch, names, w[None], tau[None], *error_at_start(batch), known)
-    data = {f"section_{n}": variable(f"section_{n}", ("period",), v[0]) for n, v in values.items()}
-    data["period"] = xr.Variable("period", number, {"long_name": "mesh period after the transient", "units": "T"})
+    data: dict[str, Any] = {f"section_{n}": variable(f"section_{n}", ("period",), v[0]) for n, v in values.items()}
+    data["period"] = ("period", number, {"long_name": "mesh period after the transient", "units": "T"})
     data["tau_section"] = variable("tau", ("period",), tau)
     return data
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from gearchaos.errors import InputError
 from gearchaos.gears.pair import GearPair, as_model
@@ -14,6 +14,9 @@ from gearchaos.model.coordinates import drifts, error_at_start, without_drift
 from gearchaos.model.switched import coordinates
 from gearchaos.studies.regime import Regime
 from gearchaos.studies.simulate import simulate
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _SAMPLES = 64
 _PERIODS = 512

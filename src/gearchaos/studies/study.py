@@ -6,10 +6,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields
 from types import NoneType
-from typing import Any, ClassVar, Self, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, get_type_hints
 
 import numpy as np
-import xarray as xr
 
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
@@ -17,6 +16,9 @@ from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.pair import as_model
 from gearchaos.model import MeshModel
 from gearchaos.studies.cost import Cost
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def option(

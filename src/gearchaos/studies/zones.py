@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-import xarray as xr
 
-from gearchaos.datasets import provenance, variable
+from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics import Classification, Verdicts
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
@@ -18,15 +17,17 @@ from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel, state_names
 from gearchaos.model.switched import switched
 from gearchaos.studies.axis import Axis, as_axis
-from gearchaos.studies.classification import InitialStates, classify_batch
-from gearchaos.studies.coexistence import coexisting, identity
+from gearchaos.studies.batch_classification import InitialStates, classify_batch
+from gearchaos.studies.coexistence import coexisting, signature
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.plane import at_cells, check_plane, corners, shared_coordinates
 from gearchaos.studies.refine import SIDE, refined
 from gearchaos.studies.study import ClassifyingStudy, option
 from gearchaos.studies.sweep import CARRY
-from gearchaos.studies.verdict_variables import verdict_variables
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _REFINED = 1 / 8
 """About this share of a refined map's cells is computed."""
@@ -61,8 +62,8 @@ def zones(
     -------
     xarray.Dataset
         With dims (y.name, x.name): label, period, reason, largest Lyapunov exponent with its interval, residual and
-        largest multiplier of the orbit, levels, contact, periods spent. With more than one start also the number of
-        ``attractors`` found in each cell, ``v_rms_least`` and ``v_rms_most`` among them, ``contact_worst``,
+        largest multiplier of the orbit, response measures, contact, periods spent. With more than one start also the
+        number of ``attractors`` found in each cell, ``v_rms_least`` and ``v_rms_most`` among them, ``contact_worst``,
         ``v_rms_up`` and ``v_rms_down`` after the sweeps, and ``hysteresis``: 1 where these end in different motions.
     """
     study = Zones(model, x, y, starts=starts, refine=refine, settings=settings)  # type: ignore[arg-type]
@@ -130,7 +131,7 @@ class Zones(ClassifyingStudy):
         dims, shape = tuple(self.grid), tuple(self.grid.values())
         data = {n: variable(n, dims, v.reshape(shape)) for n, v in found.items()}
         coords = {a.name: variable(a.name, (a.name,), a.values) for a in (self.x, self.y)}
-        return xr.Dataset(data, coords, provenance("zones", self.model, starts=self.starts, refine=self.refine))
+        return new_dataset(data, coords, provenance("zones", self.model, starts=self.starts, refine=self.refine))
 
     @cached_property
     def initial_states(self) -> InitialStates:
@@ -164,7 +165,7 @@ class Zones(ClassifyingStudy):
     def _collect(
         self, _: np.ndarray, flow: ExactFlow, points: np.ndarray, found: Verdicts
     ) -> dict[str, np.ndarray]:
-        return verdict_variables(found) | (identity(flow, points, found) if self.starts > 1 else {})
+        return found.variables() | (signature(flow, points, found) if self.starts > 1 else {})
 
 
 def _checked_refine(refine: int, starts: int) -> int:

@@ -32,7 +32,7 @@ def _cite(result: Any) -> dict[str, Any]:
 def _regime(verdict: Regime) -> dict[str, Any]:
     out: dict[str, Any] = {"label": verdict.label}
     if verdict.multipliers:
-        out["largest_multiplier"] = _number(max(abs(complex(*m)) for m in verdict.multipliers))
+        out["largest_multiplier"] = _number(max(map(abs, verdict.multipliers)))
     if verdict.lyapunov:
         out["largest_exponent"] = _number(verdict.lyapunov[0])
         out["interval"] = [_number(end) for end in verdict.lyapunov_ci[0]]

@@ -1,0 +1,200 @@
+"""The classification of motions in three stages, each for the motions that the one before left unresolved."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from gearchaos.dynamics import lyapunov, torus
+from gearchaos.dynamics.labels import Label, Reason
+from gearchaos.dynamics.response import compute_response
+from gearchaos.dynamics.series import time_sum
+from gearchaos.dynamics.settings import Classification
+from gearchaos.dynamics.state import ClassificationState
+from gearchaos.dynamics.verdicts import Verdicts
+from gearchaos.flow import ExactFlow
+
+_CHAOS_INTERVAL = 2560
+"""Mesh periods between two tests of whether a chaotic motion has settled on an orbit."""
+
+_MAX_SECTION_VALUES = 4_000_000
+"""Number of values that the sections recorded at once may have, so that memory does not grow with the batch."""
+
+_TORUS_DIGITS = 4.0
+"""Least digits to which weighted Birkhoff averages of a quasi-periodic motion agree."""
+
+_ZERO_EXPONENT = 5e-4
+"""Largest |λ1| of a quasi-periodic motion, and rate of decay below which a mean rotation counts as neutral."""
+
+_CHAOTIC_EXPONENT = 1e-3
+"""λ1 of a chaotic motion is larger than this."""
+
+_MAX_TRACE_ERROR = 1e-6
+_TRACE_CHECK_PERIODS = 32
+"""Length of the run that checks the sum of all exponents where only the largest was computed."""
+
+
+def classify(
+    flow: ExactFlow, w: np.ndarray, points: np.ndarray | None = None, *, settings: Classification | None = None,
+    response: bool = True,
+) -> Verdicts:
+    """Classify motions.
+
+    Parameters
+    ----------
+    flow : ExactFlow
+    w : (d, L)
+        Initial states at phase 0.
+    points : (L,), optional
+        Parameter point of each motion; by default motion i runs at point i.
+    settings : Classification, optional
+    response : bool
+        Whether to compute the response measures; without it they are missing.
+
+    Returns
+    -------
+    Verdicts
+    """
+    points = np.arange(w.shape[1]) if points is None else np.asarray(points)
+    state = ClassificationState(flow, points, settings or Classification(), w)
+    for stage in STAGES.values():
+        stage(state)
+    return conclude(state, response=response)
+
+
+def _transient_stage(state: ClassificationState) -> None:
+    """Follow all motions through their transients, and classify those that return to a stable orbit."""
+    for periods in state.settings.transient_lengths:
+        state.run_transient(state.unresolved, periods)
+
+
+def _exponent_stage(state: ClassificationState) -> None:
+    """Classify unresolved motions by their exponents, except chaotic ones whose chaos may be transient."""
+    _classify_by_exponents(state, state.unresolved)
+    lanes = state.unresolved
+    state.assign(lanes[~state.chaotic_so_far[lanes]], Label.UNDECIDED, Reason.BUDGET)
+    lanes = state.unresolved
+    followed = state.verdicts.periods_run[lanes] >= state.settings.longest_transient
+    state.assign(lanes[followed], Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
+
+
+def _chaos_stage(state: ClassificationState) -> None:
+    """Follow chaotic motions up to the longest transient, and classify them by the exponents of their last periods."""
+    settings, lanes = state.settings, state.unresolved
+    end = settings.longest_transient - settings.exponent_run
+    periods_run = state.verdicts.periods_run
+    while len(lanes := lanes[~state.resolved[lanes] & (periods_run[lanes] < end)]):
+        before = periods_run[lanes]
+        for periods in np.unique(before):  # the tests of a motion fall on the same periods whatever the batch
+            until = min(end, (periods // _CHAOS_INTERVAL + 1) * _CHAOS_INTERVAL)
+            state.run_transient(lanes[before == periods], max(2 * settings.longest_period + 1, int(until - periods)))
+    state.assign(_classify_by_exponents(state, state.unresolved), Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
+    state.assign(state.unresolved, Label.UNDECIDED, Reason.BUDGET)
+
+
+STAGES: dict[str, Callable[[ClassificationState], None]] = {
+    "transients": _transient_stage, "exponents": _exponent_stage, "chaos": _chaos_stage,
+}
+"""The stages by name, in order. After the last one every motion is classified. Each takes longer than the one before,
+for fewer motions: a study collects the unresolved motions of all its tiles before the next stage."""
+
+
+def conclude(state: ClassificationState, *, response: bool = True) -> Verdicts:
+    """The verdicts on motions that are all classified, after the check of their exponents' sum.
+
+    With ``response`` their response measures are computed; without it they are missing.
+    """
+    verdicts = state.verdicts
+    _check_trace(state)
+    state.mark_inconsistent(np.flatnonzero(verdicts.trace_error > _MAX_TRACE_ERROR))
+    settled = np.isin(verdicts.label, (Label.PERIODIC, Label.QUASI_PERIODIC))
+    verdicts.transient_chaos[:] = state.chaotic_so_far & settled
+    if response:
+        _compute_response(state)
+    return verdicts
+
+
+def _classify_by_exponents(state: ClassificationState, lanes: np.ndarray) -> np.ndarray:
+    """Classify motions on runs of doubling length, except the chaotic ones, whose numbers are returned."""
+    length, chaotic = state.settings.exponent_run, lanes[:0]
+    for _ in range(state.settings.doublings + 1):
+        size = max(1, _MAX_SECTION_VALUES // (length * state.flow.dimension))
+        for part in (lanes[i : i + size] for i in range(0, len(lanes), size)):
+            chaotic = np.concatenate([chaotic, part[_exponent_run(state, part, length)]])
+        lanes = lanes[~state.resolved[lanes] & ~np.isin(lanes, chaotic)]
+        length *= 2
+    return chaotic
+
+
+def _exponent_run(state: ClassificationState, lanes: np.ndarray, length: int) -> np.ndarray:
+    """Compute exponents over one run, and classify what is periodic or quasi-periodic; (lanes,): which are chaotic.
+
+    The first twentieth of the run, in which the tangent vectors align, is dropped.
+    """
+    tangent = lyapunov.tangent_frame(state.flow.dimension, len(lanes))[: None if state.all_exponents else 1]
+    out = state.flow.advance(
+        state.verdicts.w[:, lanes], length, points=state.points[lanes], tangent=tangent, growth=True, sections=length
+    )
+    state.record_run(lanes, out.w, out.status, length)
+    growth = out.growth[length // 20 :]
+    exponents = lyapunov.from_growth(growth, state.period_length(lanes))
+    state.set_exponents(lanes, exponents.value, exponents.low, exponents.high)
+    state.classify_returning(lanes, out.sections, min(4 * state.settings.longest_period, length // 2))
+    _classify_tori(state, lanes, out.sections[:, 0], growth)
+    positive = (exponents.low[0] > 0) & (exponents.value[0] > _CHAOTIC_EXPONENT) & ~state.resolved[lanes]
+    state.chaotic_so_far[lanes] |= positive
+    return positive
+
+
+def _classify_tori(state: ClassificationState, lanes: np.ndarray, z: np.ndarray, growth: np.ndarray) -> None:
+    """Classify motions as quasi-periodic whose sections z (N, lanes) fill a smooth curve and whose λ1 is zero.
+
+    A slow spiral onto an orbit looks smooth too. Therefore λ1 must be zero in both halves of the run. It is taken from
+    weighted Birkhoff averages of ``growth`` (N, K, lanes): tangent vectors on a torus grow slowly without an exponent,
+    and the interval of block means would not contain zero.
+    """
+    planar = _is_planar(state, lanes)
+    if np.all(planar):
+        return
+    halves = np.stack(torus.half_averages(growth)) / state.period_length(lanes)
+    zero = np.abs(halves[:, 0]).max(axis=0) < _ZERO_EXPONENT
+    smooth = (torus.agreeing_digits(z) >= _TORUS_DIGITS) & zero & ~state.resolved[lanes] & ~planar
+    tori = lanes[smooth]
+    state.assign(tori, Label.QUASI_PERIODIC, Reason.SMOOTH_CURVE)
+    state.verdicts.rotation[tori] = torus.dominant_frequency(z[:, smooth])
+    low, high = np.sort(halves[:, :, smooth], axis=0)
+    state.set_exponents(tori, (low + high) / 2, low, high)
+
+
+def _is_planar(state: ClassificationState, lanes: np.ndarray) -> np.ndarray:
+    """Whether the relative motion has two coordinates only, (lanes,): then damping leaves no room for a torus.
+
+    A mean rotation that the bearings hardly brake is a third coordinate, with an exponent near zero of its own.
+    """
+    neutral_rotation = state.flow.system.rotation_decay[state.points[lanes]] < _ZERO_EXPONENT
+    return neutral_rotation & (state.flow.dimension <= 3)
+
+
+def _check_trace(state: ClassificationState) -> None:
+    """Compute the sum of all exponents over a short run for motions of which only the largest is known."""
+    bounded = ~np.isin(state.verdicts.reason, (Reason.OUT_OF_RANGE, Reason.CHATTER))
+    lanes = np.flatnonzero(bounded & np.isnan(state.verdicts.trace_error))
+    if len(lanes):
+        frame = lyapunov.tangent_frame(state.flow.dimension, len(lanes))
+        out = state.flow.advance(
+            state.verdicts.w[:, lanes], _TRACE_CHECK_PERIODS, points=state.points[lanes], tangent=frame, growth=True
+        )
+        duration = _TRACE_CHECK_PERIODS * state.period_length(lanes)
+        state.set_trace_error(lanes, time_sum(out.growth).sum(axis=0) / duration)
+
+
+def _compute_response(state: ClassificationState) -> None:
+    """Compute the response over one period of an orbit, or over the averaging periods of another bounded motion."""
+    verdicts = state.verdicts
+    lanes = np.flatnonzero(verdicts.label != Label.DIVERGED)
+    points, period = state.points[lanes], verdicts.period[lanes]
+    periods = np.where(period > 0, period, state.settings.averaging_periods)
+    out = state.flow.advance(verdicts.w[:, lanes], periods, points=points, measured=True)
+    force = state.flow.system.static_force[points]
+    verdicts.response.put(lanes, compute_response(out.measures, periods * state.period_length(lanes), periods, force))
