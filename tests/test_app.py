@@ -220,18 +220,39 @@ def test_a_diagram_is_coarse_first_and_lies_along_the_line():
     assert [d.sizes["eps1"] for d in found] == [bounds.COLUMNS // 4, bounds.COLUMNS]
 
 
+@pytest.mark.parametrize("chosen", [False, True])
 @pytest.mark.parametrize(("kind", "given", "kept"), [
     ("full", {"x1": 0.5, "y1": 0.3, "y2_dot": -0.2}, {"y1": 0.3, "y2_dot": -0.2}),
+    ("full", {"y1": 0.3, "y2": -0.4}, {"y1": 0.3, "y2": -0.4}),
     ("torsional", {"x2": 0.7, "x1_dot": 0.1}, {"x2": 0.7}), ("single", {"x1": 0.5}, {}), ("single", {"z": 0.5}, {}),
 ])
-def test_basins_start_from_the_point_s_other_initial_values(monkeypatch, kind, given, kept):
+def test_basins_start_from_the_point_s_other_initial_values(monkeypatch, kind, given, kept, chosen):
+    """Whether they are the model's own, or those of a motion chosen at the point."""
     asked = []
     monkeypatch.setattr(lines, "basins_plan", lambda model, x, y, **_: asked.append((model, x, y)))
     monkeypatch.setattr(lines, "_in_parts", lambda *_: iter(()))
-    view = standard(gc.MeshModel.of(kind=kind, omega=1.0, q0=0.1, eps1=0.1, **given))
+    view = standard(gc.MeshModel.of(kind=kind, omega=1.0, q0=0.1, eps1=0.1, **({} if chosen else given)))
+    view = replace(view, start=tuple(given.items()) if chosen else ())
     assert list(lines.basins(view)) == [] and len(asked) == 2
     for model, x, y in asked:
         assert {n: v for n, v in model.initial.items() if n not in (x.name, y.name)} == kept
+
+
+def test_a_start_in_the_plane_of_basins_keeps_the_other_initial_values_of_the_motion_chosen():
+    view = replace(standard(gc.MeshModel.of(kind="full", y2=0.1)), start=(("x1", 2.0), ("y1", 0.3)))
+    started = view.started({"x1": -1.0, "x1_dot": 0.5})
+    assert dict(started.start) == {"x1": -1.0, "x1_dot": 0.5, "y1": 0.3}
+    assert dict(started.point.initial) == {"x1": -1.0, "x1_dot": 0.5, "y1": 0.3, "y2": 0.1}
+    assert dict(replace(view, start=()).started({"x1": -1.0}).start) == {"x1": -1.0}
+    relative = replace(standard(gc.MeshModel(kind="single")), start=(("x1", 2.0),))
+    assert dict(relative.started({"z": 0.5, "z_dot": 0.0}).start) == {"z": 0.5, "z_dot": 0.0}
+
+
+def test_the_point_of_an_axis_of_initial_values_begins_at_the_model_s_own():
+    view = standard(gc.MeshModel.of(kind="full", y1=0.3))
+    names = ("x1", "x1_dot", "y1", "y2", "y2_dot")
+    at = [view.with_axes(view.x, gc.Axis(name, -3.0, 3.0, 300)).at[1] for name in names]
+    assert at == [1.0, 0.0, 0.3, 0.0, 0.0]
 
 
 def test_the_motions_of_a_point_come_with_a_start_that_leads_to_each():

@@ -150,7 +150,7 @@ class Board:
 
     def _from(self, event: PointEvent) -> None:
         if self.basin.axes[0]:
-            self._session.start_from(tuple(zip(self.basin.axes, (event.x, event.y), strict=True)))
+            self._session.start_in_basins(dict(zip(self.basin.axes, (event.x, event.y), strict=True)))
 
     # --- shown ---------------------------------------------------------------------------------------------------
 

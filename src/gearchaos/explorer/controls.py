@@ -11,7 +11,7 @@ from gearchaos.explorer.bridge import Bridge
 from gearchaos.explorer.figures.style import plain
 from gearchaos.explorer.forms import button, choice, field, heading, words_for
 from gearchaos.explorer.presets import preset_of, presets
-from gearchaos.explorer.state import COLOURS, LINES, STIFFNESSES, View, axis_names, stiffness_name
+from gearchaos.explorer.state import COLOURS, LINES, STIFFNESSES, View, axis_names, initial_values, stiffness_name
 from gearchaos.model import COORDINATES, KINDS, PAIRS, MeshModel
 from gearchaos.plot._axes import symbol
 from gearchaos.studies.axis import Axis
@@ -150,8 +150,7 @@ class Controls:
         view, values = self._view, self._view.base.parameters()
         mine = set(axis_names(view.model))
         values |= {pair: values[singles[0]] for pair, singles in PAIRS.items() if singles[0] in values}
-        start = {n: 1.0 if n == "x1" else 0.0 for n in COORDINATES[view.model.kind]}
-        return {**{n: v for n, v in values.items() if n in mine}, **start, **view.point.initial}
+        return {**{n: v for n, v in values.items() if n in mine}, **initial_values(view.point)}
 
 
 def _axes(view: View) -> str:

@@ -51,7 +51,7 @@ def basin_axes(model: MeshModel, count: tuple[int, int]) -> tuple[Axis, Axis]:
 
 def basins(view: View) -> Generator[xr.Dataset]:
     """The basins of the point's motions, coarse and then fine."""
-    model = view.base
+    model = view.point
     for share in (4, 1):
         x, y = basin_axes(model, (BASIN[0] // share, BASIN[1] // share))
         yield from _in_parts(basins_plan(_on(model, x, y), x, y, settings=_BUDGET), share == 1)

@@ -63,6 +63,7 @@ class Session:
         self._motion_key: Any = None
         self._portrait_key: Any = None
         self._following: Any = None
+        self._basin_start: tuple[tuple[str, float], ...] = ()
         self._first = self._line_waits = self._basin_waits = False
         self.board = Board(self, pair is not None)
         self._show_view()
@@ -142,6 +143,10 @@ class Session:
         if axes != [self.view.x, self.view.y]:
             self.change(lambda view: replace(view, x=axes[0], y=axes[1]))
 
+    def start_in_basins(self, values: dict[str, float]) -> None:
+        """Show the motion that a start in the plane of the basins on show leads to."""
+        self.change(lambda view: replace(view, start=replace(view, start=self._basin_start).started(values).start))
+
     def start_from(self, values: tuple[tuple[str, float], ...]) -> None:
         """Show the motion that another start at the point leads to."""
         self.change(lambda view: replace(view, start=values))
@@ -150,7 +155,8 @@ class Session:
         """Compute the basins of the point, once the page has come to it."""
         self._basin_waits = self._first or self._following is not None
         if not self._basin_waits:
-            self._ask(self._slow, "basins", partial(lines.basins, self.view), self._draw_basin)
+            self._ask(self._slow, "basins", partial(lines.basins, self.view), partial(
+                self._draw_basin, self.view.start))
 
     def ask_export(self, kind: str, suffix: str) -> None:
         """Make a file of what is on show."""
@@ -310,8 +316,9 @@ class Session:
         if found:
             self.board.line.show(found)
 
-    def _draw_basin(self, found: xr.Dataset) -> None:
+    def _draw_basin(self, start: tuple[tuple[str, float], ...], found: xr.Dataset) -> None:
         if found:
+            self._basin_start = start
             self.board.basin.show(found)
             self.board.show_basin_legend()
 

@@ -100,9 +100,7 @@ class View:
 
     def with_axes(self, x: Axis, y: Axis) -> View:
         """Another part of the plane, or another plane, with the point kept as far as it goes."""
-        kept = self.base.parameters() | _initial(self.base)
-        at = _value_of(kept, x, self.model), _value_of(kept, y, self.model)
-        return replace(self, model=self.base, x=x, y=y, at=at)
+        return replace(self, model=self.base, x=x, y=y, at=_at(self.base, x, y))
 
     def moved(self, x: float, y: float) -> View:
         """The same with the point elsewhere; a motion chosen at the old point is left behind."""
@@ -112,6 +110,11 @@ class View:
         """The point moved by so many cells of the map."""
         size = [(a.stop - a.start) / (a.count - 1) for a in (self.x, self.y)]
         return self.moved(self.at[0] + columns * size[0], self.at[1] + rows * size[1])
+
+    def started(self, values: Mapping[str, float]) -> View:
+        """The motion at the point from these initial values; others that were chosen stay."""
+        chosen = replace(self.base, initial={}).with_values(dict(self.start)).with_values(values)
+        return replace(self, start=tuple(chosen.initial.items()))
 
     def with_value(self, name: str, value: object) -> View:
         """A parameter or initial value set by name; one that the map scans moves the point."""
@@ -282,21 +285,23 @@ def _start(text: str) -> tuple[tuple[str, float], ...]:
     return tuple((name, bounded(name, value)) for name, _, value in parts)
 
 
-def _initial(model: MeshModel) -> dict[str, float]:
-    return dict(model.initial)
+def initial_values(model: MeshModel) -> dict[str, float]:
+    """Every coordinate of a model at the start: what it was given, else x1 = 1 and the rest 0, as in the paper."""
+    return {n: 1.0 if n == "x1" else 0.0 for n in COORDINATES[model.kind]} | dict(model.initial)
 
 
-def _value_of(values: Mapping[str, float], axis: Axis, model: MeshModel) -> float:
-    """The value that a model has of an axis' parameter, or the middle of the axis where it has none of its own."""
-    found = {values.get(n, 0.0 if n in values or n[-1].isdigit() else None) for n in expand({axis.name: 0}, model)}
+def _value_of(model: MeshModel, axis: Axis) -> float:
+    """The value that a model has of an axis' parameter, or the middle of the axis where it has no single one."""
+    values = model.parameters() | initial_values(model)
+    missing = dict.fromkeys(state_names(model.kind))
+    found = {values.get(n, missing.get(n, 0.0)) for n in expand({axis.name: 0}, model)}  # harmonics may be missing
     value = found.pop()
     return (axis.start + axis.stop) / 2 if value is None or found else value
 
 
 def _at(model: MeshModel, x: Axis, y: Axis) -> tuple[float, float]:
     """The model's own values of both parameters."""
-    values = model.parameters() | _initial(model)
-    return _value_of(values, x, model), _value_of(values, y, model)
+    return _value_of(model, x), _value_of(model, y)
 
 
 def _without_strangers(model: MeshModel, kind: str) -> MeshModel:
