@@ -9,7 +9,7 @@ from browser import NEEDED
 from PIL import Image
 
 import gearchaos as gc
-from gearchaos.explorer.state import COLOURS
+from gearchaos.explorer.view.state import COLOURS
 from gearchaos.plot._classes import MOTION_CLASSES
 
 pytest.importorskip("playwright.sync_api")
