@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gears.pair import GearPair, physical
+from gearchaos.gears.pair import GearPair
+from gearchaos.gears.results import physical
 from gearchaos.model import HarmonicStiffness, backlash, mesh_stiffness, transmission_error
 
 SI = {

@@ -14,12 +14,12 @@ from gearchaos.dynamics import Classification
 from gearchaos.errors import MOST, whole_number
 from gearchaos.execute import tiles
 from gearchaos.model import vary
-from gearchaos.model.rules import LARGEST, SMALLEST
 from gearchaos.model.switched import switched
 from gearchaos.store.resolved import Resolved
 from gearchaos.studies import cost as efforts
 from gearchaos.studies.cost import LONG, MOST_STEPS, effort
 from gearchaos.studyfile import load_study
+from gearchaos.validation import LARGEST, SMALLEST
 
 PAIR = gc.MeshModel.of(eps1=0.1)
 SMALL = gc.Axis("eps1", 0.0, 0.2, 3)

@@ -12,7 +12,7 @@ from typing import Any
 
 _HOMES = {
     "GearPair": "gears.pair", "HarmonicStiffness": "model", "InputError": "errors", "MeshModel": "model",
-    "TransmissionError": "model", "TwoLevelStiffness": "model", "physical": "gears.pair",
+    "TransmissionError": "model", "TwoLevelStiffness": "model", "physical": "gears.results",
     "explore": "explorer.web.notebook",
     "Axis": "studies.axis", "Classification": "dynamics.settings", "Regime": "studies.regime",
     "attractors": "studies.attractors", "basins": "studies.basins",

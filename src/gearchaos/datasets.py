@@ -19,64 +19,14 @@ from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES, NO_FILE, check_target, write_bytes
 from gearchaos.model import HarmonicStiffness, MeshModel, Stiffness, TransmissionError, TwoLevelStiffness
-
-_LENGTH, _TIME = "delta", "1/omega0"
-_NAMES: dict[str, tuple[str, str]] = {
-    "omega": ("mesh frequency", "omega0"),
-    "tau": ("time", _TIME),
-    "z": ("dynamic transmission error", _LENGTH),
-    "z_dot": ("velocity of the dynamic transmission error", f"{_LENGTH}*omega0"),
-    "v_rms": ("rms velocity", f"{_LENGTH}*omega0"),
-    "contact_fraction": ("share of the time in contact", "1"),
-    "dynamic_factor": ("dynamic factor", "1"),
-    "mesh_force": ("mesh force", f"c0*{_LENGTH}"),
-    "contact": ("contact state", "1"),
-    "label": ("kind of motion", "1"),
-    "period": ("period", "T"),
-    "reason": ("reason of the verdict", "1"),
-    "lyapunov": ("largest Lyapunov exponent", "omega0"),
-    "lyapunov_lo": ("lower end of its 99 % interval", "omega0"),
-    "lyapunov_hi": ("upper end of its 99 % interval", "omega0"),
-    "trace_error": ("distance of the exponents' sum from the trace", "omega0"),
-    "residual": ("change of the polished orbit over one round", "1"),
-    "multiplier": ("largest modulus of the Floquet multipliers", "1"),
-    "rotation": ("rotation number, or a multiple of it", "1/T"),
-    "inferred": ("whether a cell was inferred, not computed", "1"),
-    "transient_chaos": ("whether chaos came before the motion settled", "1"),
-    "periods_spent": ("transient and exponent run", "T"),
-    "attractors": ("number of attractors found", "1"),
-    "v_rms_least": ("least rms velocity of the attractors", f"{_LENGTH}*omega0"),
-    "v_rms_most": ("largest rms velocity of the attractors", f"{_LENGTH}*omega0"),
-    "v_rms_up": ("rms velocity after a sweep up", f"{_LENGTH}*omega0"),
-    "v_rms_down": ("rms velocity after a sweep down", f"{_LENGTH}*omega0"),
-    "hysteresis": ("whether the sweeps end in different motions", "1"),
-    "contact_worst": ("worst contact state of the attractors", "1"),
-    "fraction": ("share of the starts", "1"),
-    "fraction_lo": ("lower end of its 95 % interval", "1"),
-    "fraction_hi": ("upper end of its 95 % interval", "1"),
-    "kick": ("smallest change of the state that leaves the basin", "1"),
-    "basin_entropy": ("basin entropy", "nat"),
-    "boundary_basin_entropy": ("boundary basin entropy", "nat"),
-    "uncertainty_exponent": ("uncertainty exponent of the boundary", "1"),
-    "switches": ("contact switches per mesh period", "1/T"),
-    "z_rms": ("rms of z about its mean", _LENGTH),
-    "z_peak_to_peak": ("peak to peak of z", _LENGTH),
-    "z_dot_rms": ("rms of z'", f"{_LENGTH}*omega0"),
-    "z_dot_peak_to_peak": ("peak to peak of z'", f"{_LENGTH}*omega0"),
-}
+from gearchaos.quantities import parse, quantity
 
 
 def describe(name: str) -> dict[str, str]:
-    """long_name and units of a variable or axis, by its name; parameters are dimensionless."""
-    base = name.removeprefix("section_").removeprefix("attractor_section_").removeprefix("attractor_")
-    if base in _NAMES:
-        long_name, units = _NAMES[base]
-    elif base[:2] in ("x1", "x2", "y1", "y2"):
-        long_name, units = base, f"{_LENGTH}*omega0" if base.endswith("_dot") else _LENGTH
-    else:
-        long_name, units = base, "1"
-    prefix = "stroboscopic " if "section_" in name else ""
-    return {"long_name": prefix + long_name, "units": units}
+    """``long_name`` and ``units`` of a variable or axis by its name; raises `InputError` for an unknown name."""
+    found = quantity(name)
+    prefix = "stroboscopic " if "section_" in parse(name).prefix else ""
+    return {"long_name": prefix + (found.long_name or found.name), "units": found.unit}
 
 
 def flags(enum_names: dict[int, str]) -> dict[str, Any]:
@@ -97,9 +47,8 @@ _CODES = {
 
 
 def variable(name: str, dims: tuple[str, ...], values: np.ndarray, coded: bool = True) -> xr.Variable:
-    """A variable with its name, units and codes."""
-    base = name.removeprefix("attractor_")
-    codes = _CODES.get(base, {}) if coded else {}
+    """A variable described by its name: ``long_name``, ``units`` and, if ``coded``, the meanings of its codes."""
+    codes = _CODES.get(parse(name).base, {}) if coded else {}
     return xr.Variable(dims, values, {**describe(name), **codes})
 
 

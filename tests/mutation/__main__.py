@@ -21,8 +21,8 @@ from tests.mutation.trial import PLAIN, Outcome, attempt, in_process
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "src" / "gearchaos"
 FLOORS = {
-    "model/mesh.py": ("model", "waveforms", "switched"), "model/rules.py": ("limits", "model"),
-    "model/switched.py": ("switched",), "model/coordinates.py": ("switched", "coordinates"),
+    "quantities": ("quantities", "model"), "validation.py": ("limits", "model"),
+    "model": ("model", "waveforms", "switched", "coordinates"),
     "gears": ("gearpair", "plot_units"), "dynamics": ("verdict", "reading", "spectrum", "motion"),
     "studies": ("refine", "sweeps", "catalogue", "boundary", "coordinates", "records", "limits", "studies"),
     "store": ("progress", "engines", "stores", "runs"),

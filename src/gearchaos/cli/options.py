@@ -96,6 +96,6 @@ def in_units(dataset: xr.Dataset, loaded: Study, physical: bool) -> xr.Dataset:
     """A result in the units of the pair, if it is to be in physical ones."""
     if not physical or loaded.pair is None:
         return dataset
-    from gearchaos.gears.pair import physical as scaled
+    from gearchaos.gears.results import physical as scaled
 
     return scaled(dataset, loaded.pair)

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from gearchaos.cli.output import attractor_list, section, section_units
 from gearchaos.gears.scales import Scales, unit_of
+from gearchaos.quantities import RESPONSES, VERDICTS, quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,19 +21,6 @@ if TYPE_CHECKING:
 
 _SHOWN_ROWS = 20
 _FILE_WIDTH = 160
-_LEVELS = (
-    ("v_rms", "rms velocity V_RMS"),
-    ("z_rms", "rms of z"),
-    ("z_peak_to_peak", "peak to peak of z"),
-    ("contact", "contact"),
-    ("contact_fraction", "share of the time in contact"),
-    ("mesh_force_peak", "peak mesh force"),
-    ("dynamic_factor", "dynamic factor, peak over static force"),
-    ("residual", "residual of the orbit"),
-    ("trace_error", "exponents' sum against the trace"),
-    ("periods_spent", "mesh periods computed"),
-    ("spectral_label", "second opinion (spectrum)"),
-)
 
 
 def print_section(dataset: xr.Dataset) -> None:
@@ -65,16 +53,17 @@ def print_run(found: dict[str, Any]) -> None:
 
 
 def print_regime(verdict: Regime, loaded: Study, physical: bool) -> None:
-    """The verdict at one operating point, with its evidence."""
+    """The verdict at one operating point: the motion, its evidence, and every measure that has a title."""
     values, scales = verdict.to_dict(), None if loaded.pair is None else loaded.pair.scales
     table = Table(show_header=False)
     table.add_row("motion", f"{verdict.label}: {verdict.reason}")
     if scales is not None:
-        table.add_row("mesh frequency", _measured("omega", loaded.model.omega, scales, physical))
+        table.add_row(quantity("omega").title, _measured("omega", loaded.model.omega, scales, physical))
     table.add_row("Lyapunov exponents", _exponents(values, scales if physical else None))
     table.add_row("Floquet multipliers", "\n".join(f"{a:+.6f} {b:+.6f}i" for a, b in values["multipliers"]))
-    for name, title in _LEVELS:
-        table.add_row(title, _measured(name, values[name], scales, physical))
+    for q in (*RESPONSES, *VERDICTS):
+        if q.title:
+            table.add_row(q.title, _measured(q.name, values[q.name], scales, physical))
     _print(table)
 
 

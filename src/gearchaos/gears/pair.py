@@ -1,4 +1,4 @@
-"""A physical gear pair in SI: its dimensionless model by (2.1)-(2.11), and results scaled back.
+"""A gear pair in SI units and its dimensionless model by (2.1)-(2.11).
 
 Equation numbers refer to J. Łuczko, *Chaotic vibrations in gear mesh systems*, J. Theor. Appl. Mech. 46(4),
 2008, read with the corrections listed in ``docs/model.md``.
@@ -6,14 +6,14 @@ Equation numbers refer to J. Łuczko, *Chaotic vibrations in gear mesh systems*,
 
 from __future__ import annotations
 
-import json
 import math
-from dataclasses import asdict, dataclass, fields
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, fields
+from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
-from gearchaos.gears.scales import Scales, scaled, unit_of
+from gearchaos.gears.checks import FIELDS, LISTS, OPTIONAL, check_ratio, check_supports, check_waveforms
+from gearchaos.gears.scales import Scales
 from gearchaos.model import (
     KINDS,
     HarmonicStiffness,
@@ -23,62 +23,38 @@ from gearchaos.model import (
     TwoLevelStiffness,
 )
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-Measure = Any
-"""A float in SI, a string with a unit such as "3 mm", or a pint quantity; a float once the pair is built."""
-
-# field -> (what it is, rule in words)
-_MEASURES: dict[str, tuple[units.Quantity, str]] = {
-    **dict.fromkeys(("I1", "I2"), (units.INERTIA, units.POSITIVE)),
-    **dict.fromkeys(("R1", "R2", "backlash"), (units.LENGTH, units.POSITIVE)),
-    "c0": (units.STIFFNESS, units.POSITIVE),
-    "k": (units.DAMPING, units.NOT_NEGATIVE),
-    "speed": (units.SPEED, units.POSITIVE),
-    **dict.fromkeys(("M10", "M20"), (units.TORQUE, units.ANY)),
-    **dict.fromkeys(("b1", "b2"), (units.BEARING_FRICTION, units.NOT_NEGATIVE)),
-    **dict.fromkeys(("m1", "m2"), (units.MASS, units.POSITIVE)),
-    **dict.fromkeys(("c1", "c2"), (units.STIFFNESS, units.POSITIVE)),
-    **dict.fromkeys(("k1", "k2"), (units.DAMPING, units.NOT_NEGATIVE)),
-}
-_LISTS: dict[str, units.Quantity] = {
-    "error_amplitudes": units.LENGTH,
-    "error_phases": units.ANGLE,
-    "stiffness_amplitudes": units.STIFFNESS,
-    "stiffness_phases": units.ANGLE,
-}
-_OPTIONAL = ("M20", "m1", "m2", "c1", "c2")
-_RATIO_TOLERANCE = 0.01
+PhysicalValue = Any
+"""A float in SI, a text with a unit such as "3 mm", or a pint quantity; a float once the pair is built."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class GearPair:
-    """A pair of spur gears as (2.1) has it; wheel 1 drives. Values are numbers in SI or e.g. ``"3 mm"``.
+    """A pair of spur gears with the parameters of (2.1); wheel 1 drives.
 
-    The angles of (2.1) are deviations from uniform rotation, so the torques are those that the mesh
-    transmits, with the drag of the bearings at the mean speed taken off.
+    A value is a number in SI, or a text with a unit such as ``"3 mm"``. The angles of (2.1) are deviations from uniform
+    rotation. Therefore ``M10`` and ``M20`` are the torques that the mesh transmits: the torques at the shafts less the
+    drag of the bearings at the mean speed.
 
     Parameters
     ----------
     n1, n2 : int
-        Numbers of teeth, from 3 to a million. No other measure may be larger than 1e40 in SI, or smaller
-        than 1e-40 if it is not 0.
+        Numbers of teeth, from 3 to a million. All other values that are not 0 must have a magnitude from 1e-40 to 1e40
+        in SI.
     I1, I2 : length² mass
         Moments of inertia about the axes of rotation.
     R1, R2 : length
         Base radii; R1/R2 must equal n1/n2 to 1 %.
     c0 : force/length
-        Reference stiffness of the mesh, which ``chi1``, ``chi2`` or the harmonics vary about; ω0 and ζ refer to it. It
-        is the time mean of a Fourier series; that of two levels is c0 (1 + (α − 1) χ1 − (2 − α) χ2).
+        Reference stiffness of the mesh: ω0 and ζ refer to it, and the varying stiffness is c0 χ(τ). A Fourier stiffness
+        has the time mean c0; a two-level stiffness has c0 (1 + (α − 1) χ1 − (2 − α) χ2).
     k : force time/length
         Mesh damping.
     backlash : length
-        The whole play 2Δ along the line of action, (2.6).
+        Total backlash 2Δ along the line of action, (2.6).
     M10 : torque
         Driving torque.
     M20 : torque, optional
-        Resisting torque; left out, the one in balance with ``M10``: M10 R2/R1.
+        Resisting torque; M10 R2/R1 if left out, which balances ``M10``.
     speed : angular velocity
         Of the driving wheel, e.g. ``"2500 rpm"``.
     b1, b2 : torque time
@@ -108,85 +84,53 @@ class GearPair:
 
     n1: int
     n2: int
-    I1: Measure
-    I2: Measure
-    R1: Measure
-    R2: Measure
-    c0: Measure
-    k: Measure
-    backlash: Measure
-    M10: Measure
-    speed: Measure
-    M20: Measure = None
-    b1: Measure = 0.0
-    b2: Measure = 0.0
-    m1: Measure = None
-    m2: Measure = None
-    c1: Measure = None
-    c2: Measure = None
-    k1: Measure = 0.0
-    k2: Measure = 0.0
-    error_amplitudes: tuple[Measure, ...] = ()
-    error_phases: tuple[Measure, ...] = ()
+    I1: PhysicalValue
+    I2: PhysicalValue
+    R1: PhysicalValue
+    R2: PhysicalValue
+    c0: PhysicalValue
+    k: PhysicalValue
+    backlash: PhysicalValue
+    M10: PhysicalValue
+    speed: PhysicalValue
+    M20: PhysicalValue = None
+    b1: PhysicalValue = 0.0
+    b2: PhysicalValue = 0.0
+    m1: PhysicalValue = None
+    m2: PhysicalValue = None
+    c1: PhysicalValue = None
+    c2: PhysicalValue = None
+    k1: PhysicalValue = 0.0
+    k2: PhysicalValue = 0.0
+    error_amplitudes: tuple[PhysicalValue, ...] = ()
+    error_phases: tuple[PhysicalValue, ...] = ()
     chi1: float | None = None
     chi2: float | None = None
     contact_ratio: float | None = None
-    stiffness_amplitudes: tuple[Measure, ...] = ()
-    stiffness_phases: tuple[Measure, ...] = ()
+    stiffness_amplitudes: tuple[PhysicalValue, ...] = ()
+    stiffness_phases: tuple[PhysicalValue, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("n1", "n2"):
             self._set(name, units.teeth(name, getattr(self, name)))
-        for name, (quantity, rule) in _MEASURES.items():
-            if name not in _OPTIONAL or getattr(self, name) is not None:
-                self._set(name, units.measure(name, getattr(self, name), quantity, rule))
-        for name, quantity in _LISTS.items():
-            self._set(name, units.measures(name, getattr(self, name), quantity))
+        for name, (dimension, rule) in FIELDS.items():
+            if name not in OPTIONAL or getattr(self, name) is not None:
+                self._set(name, units.to_si(name, getattr(self, name), dimension, rule))
+        for name, dimension in LISTS.items():
+            self._set(name, units.list_to_si(name, getattr(self, name), dimension))
         if self.M20 is None:
-            self._set("M20", units.measure("M20", self.M10 * self.R2 / self.R1, *_MEASURES["M20"]))
-        self._check_ratio()
-        self._check_supports()
-        self._check_waveforms()
+            self._set("M20", units.to_si("M20", self.M10 * self.R2 / self.R1, *FIELDS["M20"]))
+        check_ratio(self)
+        check_supports(self)
+        check_waveforms(self)
+        self._stiffness()  # raises for a stiffness that is not positive
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
 
-    def _check_ratio(self) -> None:
-        teeth, radii = self.n1 / self.n2, self.R1 / self.R2
-        if abs(radii / teeth - 1) > _RATIO_TOLERANCE:
-            raise InputError(
-                "R1/R2", f"must equal n1/n2 = {teeth:.6g} to 1 %", round(radii, 6),
-                f"With R1 = {self.R1:g} m and these teeth R2 would be {self.R1 / teeth:.6g} m. "
-                "R1 and R2 are base radii, m n cos(α)/2.",
-            )
-
-    def _check_supports(self) -> None:
-        needed = ("c1", "c2", "m1", "m2")
-        missing = [name for name in needed if getattr(self, name) is None]
-        if missing and not self.rigid:
-            raise InputError(
-                missing[0], "must be given where the supports are elastic", None,
-                "Give c1, c2, m1 and m2, or leave c1 and c2 out for rigid supports.",
-            )
-        for name in ("k1", "k2"):
-            if self.rigid and (value := getattr(self, name)):
-                rule = "must be left out where the supports are rigid"
-                raise InputError(name, rule, value, "Or give c1, c2, m1 and m2.")
-
-    def _check_waveforms(self) -> None:
-        for name, value in self._levels().items():
-            if self.stiffness_amplitudes:
-                raise InputError(
-                    name, "must be left out beside stiffness_amplitudes", value,
-                    "The mesh stiffness is either two-level (2.16) or a series (2.7).",
-                )
-        for kind in ("error", "stiffness"):
-            _check_phases(kind, getattr(self, f"{kind}_amplitudes"), getattr(self, f"{kind}_phases"))
-        self._stiffness()
-
     @property
     def rigid(self) -> bool:
-        """Whether the supports do not yield: neither c1 nor c2 is given."""
+        """Whether the supports are rigid: neither c1 nor c2 is given."""
         return self.c1 is None and self.c2 is None
 
     @property
@@ -211,7 +155,7 @@ class GearPair:
 
     @property
     def scales(self) -> Scales:
-        """What one unit of each dimensionless quantity is in SI."""
+        """SI value of one unit of each dimensionless quantity."""
         length, rate, force = self.half_backlash, self.omega0, self.c0 * self.half_backlash
         return Scales(
             length=length, time=1 / rate, velocity=length * rate, force=force, stiffness=self.c0,
@@ -224,13 +168,13 @@ class GearPair:
         Parameters
         ----------
         kind : {"full", "torsional", "single"}, optional
-            Left out, ``full`` for elastic supports and ``torsional`` for rigid ones. ``single``, (2.17), has
-            no bearing friction.
+            By default ``full`` for elastic supports and ``torsional`` for rigid ones. ``single``, (2.17), has no
+            bearing friction.
 
         Raises
         ------
         InputError
-            ``full`` without supports, ``single`` with bearing friction, or a value the model refuses.
+            For ``full`` without supports, ``single`` with bearing friction, or a value that breaks a rule of the model.
         """
         if kind is None:
             kind = "torsional" if self.rigid else "full"
@@ -246,7 +190,7 @@ class GearPair:
 
     def _wheel(self, n: int) -> dict[str, float]:
         """J_n, q_n and β_n of (2.11)."""
-        inertia, radius, torque, friction = (getattr(self, f"{s}{n}{e}") for s, e in _WHEEL)
+        inertia, radius, torque, friction = (getattr(self, name) for name in (f"I{n}", f"R{n}", f"M{n}0", f"b{n}"))
         return {
             f"J{n}": inertia / (self.mass * radius**2),
             f"q{n}": torque / (self.c0 * radius * self.half_backlash),
@@ -281,72 +225,9 @@ class GearPair:
         return TwoLevelStiffness(**self._levels())
 
     def _levels(self) -> dict[str, float]:
-        """The values of a two-level stiffness that are given."""
+        """The values of a two-level stiffness that are given, by name."""
         names = [f.name for f in fields(TwoLevelStiffness)]
         return {name: value for name in names if (value := getattr(self, name)) is not None}
-
-
-_WHEEL = (("I", ""), ("R", ""), ("M", "0"), ("b", ""))
-
-
-def _check_phases(kind: str, amplitudes: tuple[float, ...], phases: tuple[float, ...]) -> None:
-    if len(phases) > len(amplitudes):
-        raise InputError(
-            f"{kind}_phases", f"must not be longer than {kind}_amplitudes ({len(amplitudes)})", len(phases),
-            "Give one phase per harmonic; missing ones are 0.",
-        )
-
-
-def physical(dataset: xr.Dataset, pair: GearPair) -> xr.Dataset:
-    """A result of a study in physical units: µm, mm/s, N, ms, and Hz of mesh frequency.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        What a study returned for the pair.
-    pair : GearPair
-        The pair whose scales apply.
-
-    Returns
-    -------
-    Dataset
-        The same dims and names; values and ``units`` scaled, x_n as arc lengths R_n φ_n. Labels, shares and
-        ratios stay as they are, and so does ``attrs["model"]``. ``attrs["pair"]`` holds the pair as JSON.
-
-    Raises
-    ------
-    InputError
-        If the dataset is in physical units already, or an argument is something else.
-    """
-    _check_scalable(dataset, pair)
-    coordinates, variables = scaled(dataset.coords, pair.scales), scaled(dataset.data_vars, pair.scales)
-    return dataset.assign_coords(coordinates).assign(variables).assign_attrs(pair=json.dumps(asdict(pair)))
-
-
-def _check_scalable(dataset: Any, pair: Any) -> None:
-    if not hasattr(dataset, "data_vars"):
-        advice = "Write physical(dataset, pair). Numbers of a verdict times those of pair.scales are in SI."
-        raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}", advice)
-    if not isinstance(pair, GearPair):
-        raise InputError("pair", "must be a GearPair", f"a {type(pair).__name__}", "A MeshModel alone has no units.")
-    if "pair" in dataset.attrs:
-        raise InputError("dataset", "must be dimensionless", "physical units", "It has been scaled already.")
-
-
-def unit_in(dataset: xr.Dataset, name: str) -> float:
-    """What 1 is, of a dimensionless variable, in the units of a Dataset: 1 unless `physical` has scaled it."""
-    if "pair" not in dataset.attrs:
-        return 1.0
-    unit = unit_of(name, _pair_from_json(dataset.attrs["pair"]).scales)
-    return 1.0 if unit is None else unit[0]
-
-
-def _pair_from_json(text: str) -> GearPair:
-    try:
-        return GearPair(**json.loads(text))
-    except (RecursionError, TypeError, ValueError) as error:
-        raise InputError("dataset", "must carry its gear pair as JSON in attrs['pair']", text,
-                         f"gearchaos.physical writes it: scale the dimensionless result again. ({error})") from error
 
 
 def as_model(model: Any) -> MeshModel:

@@ -1,18 +1,18 @@
-"""What one unit of each dimensionless quantity is in the units of a pair, (2.8)-(2.11), and variables scaled by it."""
+"""Scales between dimensionless quantities and the units of a gear pair, (2.8)-(2.11)."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from gearchaos.errors import InputError
+from gearchaos.quantities import find
 
 
 @dataclass(frozen=True)
 class Scales:
-    """What one unit of each dimensionless quantity is in SI, (2.8)-(2.11).
+    """SI value of one unit of each dimensionless quantity, (2.8)-(2.11).
 
     Attributes
     ----------
@@ -45,45 +45,28 @@ class Scales:
     torque2: float
 
 
-# name of a variable or axis -> (scale of `Scales`, factor to the unit shown, the unit)
-_Unit = tuple[str, float, str]
-_LENGTH: _Unit = ("length", 1e6, "µm")
-_VELOCITY: _Unit = ("velocity", 1e3, "mm/s")
-_UNITS: tuple[tuple[str, _Unit], ...] = (
-    (r"(z|[xy][12])_dot|z_dot_(rms|peak_to_peak)|v_rms(_least|_most|_up|_down)?", _VELOCITY),
-    (r"z|[xy][12]|z_(rms|peak_to_peak)|eps\d+", _LENGTH),
-    (r"mesh_force(_peak)?", ("force", 1.0, "N")),
-    (r"tau(_section)?", ("time", 1e3, "ms")),
-    (r"omega", ("frequency", 1.0, "Hz")),
-    (r"lyapunov(_lo|_hi|_ci)?|trace_error", ("rate", 1.0, "1/s")),
-    (r"kappa[12]?", ("stiffness", 1.0, "N/m")),
-    (r"q[01]", ("torque1", 1.0, "N*m")),
-    (r"q2", ("torque2", 1.0, "N*m")),
-)
-_PREFIX = re.compile(r"^(attractor_)?(section_)?|^start_")
-_MEANING = {
-    "omega": "mesh frequency", "q0": "driving torque", "q1": "driving torque", "q2": "resisting torque",
-}
-
-
 def unit_of(name: str, scales: Scales) -> tuple[float, str] | None:
-    """What 1 is, of a dimensionless variable or axis, in its physical unit, and that unit; None for a plain number."""
-    plain = _PREFIX.sub("", name)
-    found = next((unit for pattern, unit in _UNITS if re.fullmatch(pattern, plain)), None)
-    if found is None:
+    """The value of one dimensionless unit of a quantity in its physical unit, and that unit.
+
+    None for a name without quantity, or a quantity without physical unit.
+    """
+    found = find(name)
+    if found is None or found.physical is None:
         return None
-    scale, factor, symbol = found
-    return getattr(scales, scale) * factor, symbol
+    return getattr(scales, found.physical.scale) * found.physical.factor, found.physical.unit
 
 
 def scaled(variables: Mapping[Any, Any], scales: Scales) -> dict[str, tuple[Any, Any, dict[str, Any]]]:
-    """Dims, values and attrs of those variables that have a physical unit, in that unit."""
+    """Dims, scaled values and attributes of the variables that have a physical unit, by name."""
     units = {str(name): unit_of(str(name), scales) for name in variables}
     return {name: _scaled(name, variables[name], *unit) for name, unit in units.items() if unit}
 
 
 def scaled_numbers(values: Mapping[str, Any], scales: Scales) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Numbers by name, and lists and tables of them, in physical units where they have one; and those units by name."""
+    """Numbers, lists of numbers and nested mappings by name, in physical units; and the units by name.
+
+    Values without physical unit stay as they are, and have no entry among the units.
+    """
     out, units = dict(values), dict[str, Any]()
     for name, value in values.items():
         if isinstance(value, Mapping):
@@ -103,6 +86,7 @@ def _scaled(name: str, variable: Any, factor: float, symbol: str) -> tuple[Any, 
     if variable.dtype.kind not in "biuf":
         raise InputError("dataset", f"must hold real numbers in {name}", f"type {variable.dtype}", "Compute it again.")
     attrs = {**variable.attrs, "units": symbol}
-    if name in _MEANING:
-        attrs["long_name"] = _MEANING[name]
+    found = find(name)
+    if found is not None and found.physical is not None and found.physical.long_name:
+        attrs["long_name"] = found.physical.long_name
     return variable.dims, variable.values * factor, attrs

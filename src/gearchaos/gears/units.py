@@ -1,17 +1,21 @@
-"""Quantities with units, at the boundary only: a string such as "3 mm" becomes a float in SI."""
+"""Values with units from outside, such as "3 mm", converted to floats in SI.
+
+pint is used here alone; all other code computes with floats.
+"""
 
 from __future__ import annotations
 
-import math
 import operator
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from numbers import Complex, Real
 from typing import Any
 
 from gearchaos.errors import InputError
+from gearchaos.quantities import Rule
+from gearchaos.validation import FINITE, obey
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf)"
 _NUMBER_AND_UNIT = re.compile(rf"\s*({_NUMBER})\s*([^\d\s].*|)")
@@ -19,83 +23,95 @@ _ANGLE = re.compile("radian|revolution|turn|degree|grade|arc")
 
 
 @dataclass(frozen=True)
-class Quantity:
-    """A physical dimension: how it is called, its SI unit, and a value as one writes it."""
+class Dimension:
+    """A physical dimension.
+
+    Attributes
+    ----------
+    name : str
+        With its article, e.g. "a length".
+    unit : str
+        SI unit, in the notation of pint.
+    example : str
+        A value as one writes it, with a unit.
+    """
 
     name: str
     unit: str
     example: str
 
 
-LENGTH = Quantity("a length", "m", "35.2 mm")
-MASS = Quantity("a mass", "kg", "700 g")
-INERTIA = Quantity("a moment of inertia", "kg*m^2", "4.9e-4 kg*m^2")
-STIFFNESS = Quantity("a stiffness", "N/m", "400 N/um")
-DAMPING = Quantity("a damping coefficient", "N*s/m", "530 N*s/m")
-TORQUE = Quantity("a torque", "N*m", "85 N*m")
-BEARING_FRICTION = Quantity("a rotational damping coefficient", "N*m*s/rad", "1e-4 N*m*s/rad")
-SPEED = Quantity("an angular velocity", "rad/s", "2500 rpm")
-ANGLE = Quantity("an angle", "rad", "30 deg")
+LENGTH = Dimension("a length", "m", "35.2 mm")
+MASS = Dimension("a mass", "kg", "700 g")
+INERTIA = Dimension("a moment of inertia", "kg*m^2", "4.9e-4 kg*m^2")
+STIFFNESS = Dimension("a stiffness", "N/m", "400 N/um")
+DAMPING = Dimension("a damping coefficient", "N*s/m", "530 N*s/m")
+TORQUE = Dimension("a torque", "N*m", "85 N*m")
+BEARING_FRICTION = Dimension("a rotational damping coefficient", "N*m*s/rad", "1e-4 N*m*s/rad")
+SPEED = Dimension("an angular velocity", "rad/s", "2500 rpm")
+ANGLE = Dimension("an angle", "rad", "30 deg")
 
 LARGEST, SMALLEST = 1e40, 1e-40
-"""No quantity may be larger in SI, or smaller but for 0, so that products and ratios of several stay far from where
-floats end."""
+"""Limits of the magnitude of a value in SI other than 0, so that products and quotients of several neither overflow
+nor underflow."""
 
 LEAST_TEETH, MOST_TEETH = 3, 1_000_000
 
-POSITIVE = "must be greater than 0"
-NOT_NEGATIVE = "must not be negative"
-ANY = "may have either sign"
 
-
-def to_si(field: str, value: Any, quantity: Quantity) -> float:
-    """The value of a field in SI, a float.
+def to_si(field: str, value: Any, dimension: Dimension, rule: Rule | None = None) -> float:
+    """The value of a field in SI.
 
     Parameters
     ----------
     field : str
-        Name for the error message.
+        What an error message calls the value.
     value : float, str or pint quantity
-        A plain number is in SI already; a string carries a unit.
-    quantity : Quantity
-        What the field is.
+        A plain number is in SI already; a text has a unit, e.g. "35.2 mm".
+    dimension : Dimension
+        What the value must be.
+    rule : Rule, optional
+        What its number in SI must obey; none if it may have either sign.
 
     Raises
     ------
     InputError
-        For a wrong dimension, a unit that does not exist, no unit in a string, or a value that is not finite, or of
-        no size that a gear pair could have.
+        For a wrong dimension, a unit that does not exist, a text without unit, a value that is not finite or beyond the
+        limits of its magnitude, or one that breaks the rule.
     """
-    number = _float(field, _converted(field, value, quantity) if _has_unit(value) else value, quantity)
-    if not math.isfinite(number):
-        raise InputError(field, "must be a finite number", value)
-    if number and not SMALLEST <= abs(number) <= LARGEST:
-        raise _out_of_range(field, value, quantity)
+    number = _float(field, _converted(field, value, dimension) if _has_unit(value) else value, dimension)
+    advice = f"It is {dimension.name}, e.g. '{dimension.example}'."
+    for one in (FINITE, _magnitude(dimension), *(() if rule is None else (replace(rule, advice=advice),))):
+        obey(field, number, one, value)
     return number
 
 
-def _float(field: str, value: Any, quantity: Quantity) -> float:
+def _magnitude(dimension: Dimension) -> Rule:
+    """The limits of the magnitude of a value."""
+    return Rule(
+        lambda v: v == 0 or SMALLEST <= abs(v) <= LARGEST,
+        f"must lie between {SMALLEST:g} and {LARGEST:g} {dimension.unit} in size, if it is not 0",
+        f"It is {dimension.name}, e.g. '{dimension.example}'.",
+    )
+
+
+def _float(field: str, value: Any, dimension: Dimension) -> float:
     """One real number as a float."""
     if not _is_real(value):
-        raise _wrong(field, value, quantity)
+        raise _wrong(field, value, dimension)
     try:
         return float(value)
-    except OverflowError:  # of a whole number with hundreds of digits
-        raise _out_of_range(field, value, quantity) from None
+    except OverflowError:  # an integer of hundreds of digits
+        rule = _magnitude(dimension)
+        raise InputError(field, rule.words, value, rule.advice) from None
     except (TypeError, ValueError):
-        raise _wrong(field, value, quantity) from None
+        raise _wrong(field, value, dimension) from None
 
 
 def _is_real(value: Any) -> bool:
-    """Whether it may be one real number: no array, even of one value, and nothing complex."""
+    """Whether a value can be one real number: not an array, even of one element, and not complex."""
     if isinstance(value, (bool, bytes)) or getattr(value, "ndim", None):
         return False
     return hasattr(value, "__float__") and (isinstance(value, Real) or not isinstance(value, Complex))
-
-
-def _out_of_range(field: str, value: object, quantity: Quantity) -> InputError:
-    rule = f"must lie between {SMALLEST:g} and {LARGEST:g} {quantity.unit} in size, if it is not 0"
-    return InputError(field, rule, value, f"It is {quantity.name}, e.g. '{quantity.example}'.")
 
 
 def _has_unit(value: Any) -> bool:
@@ -109,15 +125,15 @@ def _registry() -> Any:
     return pint.UnitRegistry()
 
 
-def _converted(field: str, value: Any, quantity: Quantity) -> float:
+def _converted(field: str, value: Any, dimension: Dimension) -> float:
     try:
         measured = _parsed(value) if isinstance(value, str) else value
-        number = float(measured.to(quantity.unit).magnitude)
-    except Exception as error:  # pint lets through whatever its tokenizer and arithmetic raise
-        raise _wrong(field, value, quantity, f"{str(error).rstrip('.')}. ") from None
-    if quantity is SPEED and not _ANGLE.search(str(measured.units)):
-        # pint takes the radian for 1, so 40 Hz would become 40 rad/s
-        raise _wrong(field, value, quantity, "Hertz and 1/s leave open whether turns or radians are meant. ")
+        number = float(measured.to(dimension.unit).magnitude)
+    except Exception as error:  # pint does not wrap what its tokenizer and arithmetic raise
+        raise _wrong(field, value, dimension, f"{str(error).rstrip('.')}. ") from None
+    if dimension is SPEED and not _ANGLE.search(str(measured.units)):
+        # to pint the radian is the number 1, so that 40 Hz would become 40 rad/s
+        raise _wrong(field, value, dimension, "Hertz and 1/s leave open whether turns or radians are meant. ")
     return number
 
 
@@ -128,30 +144,22 @@ def _parsed(text: str) -> Any:
     return _registry().Quantity(float(match[1]), match[2])
 
 
-def _wrong(field: str, value: object, quantity: Quantity, reason: str = "") -> InputError:
+def _wrong(field: str, value: object, dimension: Dimension, reason: str = "") -> InputError:
     shown = value if isinstance(value, (str, bytes, bool)) or not _has_unit(value) else str(value)
-    advice = f"{reason}Write e.g. '{quantity.example}', or a plain number in {quantity.unit}."
-    return InputError(field, f"must be {quantity.name}", shown, advice)
+    advice = f"{reason}Write e.g. '{dimension.example}', or a plain number in {dimension.unit}."
+    return InputError(field, f"must be {dimension.name}", shown, advice)
 
 
-def measure(name: str, value: Any, quantity: Quantity, rule: str) -> float:
-    """The value of a field in SI, if it obeys the rule."""
-    number = to_si(name, value, quantity)
-    if (rule == POSITIVE and number <= 0) or (rule == NOT_NEGATIVE and number < 0):
-        raise InputError(name, rule, value, f"It is {quantity.name}, e.g. '{quantity.example}'.")
-    return number
-
-
-def measures(name: str, values: Any, quantity: Quantity) -> tuple[float, ...]:
-    """The values of a list, one per harmonic, in SI."""
+def list_to_si(field: str, values: Any, dimension: Dimension) -> tuple[float, ...]:
+    """The values of a list, one per harmonic, in SI; see `to_si`."""
     if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
-        advice = f"Write e.g. ['{quantity.example}']."
-        raise InputError(name, "must be a list, one value per harmonic", values, advice)
-    return tuple(to_si(f"{name}[{i}]", v, quantity) for i, v in enumerate(values))
+        advice = f"Write e.g. ['{dimension.example}']."
+        raise InputError(field, "must be a list, one value per harmonic", values, advice)
+    return tuple(to_si(f"{field}[{i}]", v, dimension) for i, v in enumerate(values))
 
 
 def teeth(name: str, value: Any) -> int:
-    """A number of teeth."""
+    """The number of teeth of a wheel, if it is a whole number within limits."""
     try:
         count = None if isinstance(value, bool) else operator.index(value)
     except TypeError:

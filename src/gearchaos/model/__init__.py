@@ -1,29 +1,23 @@
 """The dimensionless equations of a gear mesh: parameters, waveforms, batches, coordinates, the switched affine form."""
 
-from gearchaos.model.mesh import (
+from gearchaos.model.batch import Batch, vary
+from gearchaos.model.excitation import backlash, mesh_stiffness, transmission_error
+from gearchaos.model.names import (
     COORDINATES,
     KINDS,
-    PAIRS,
     SCALARS,
-    Batch,
-    HarmonicStiffness,
     Kind,
-    MeshModel,
-    Stiffness,
-    TransmissionError,
-    TwoLevelStiffness,
-    backlash,
-    check,
     check_one_description,
     check_state_name,
     default_stiffness,
     expand,
     known_names,
-    mesh_stiffness,
     state_names,
-    transmission_error,
-    vary,
 )
+from gearchaos.model.parameters import MeshModel
+from gearchaos.model.waveforms import HarmonicStiffness, Stiffness, TransmissionError, TwoLevelStiffness
+from gearchaos.quantities import PAIRS
+from gearchaos.validation import check
 
 __all__ = [
     "COORDINATES", "KINDS", "PAIRS", "SCALARS", "Batch", "HarmonicStiffness", "Kind", "MeshModel", "Stiffness",

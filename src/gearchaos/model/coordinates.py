@@ -11,7 +11,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import hyp1f1
 
-from gearchaos.model.mesh import COORDINATES, Batch
+from gearchaos.model.batch import Batch
+from gearchaos.model.names import COORDINATES
 from gearchaos.model.switched import SwitchedAffine, rotation_decay, same
 
 _WEAK = 2e-3

@@ -15,7 +15,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gearchaos.model.mesh import COORDINATES, Batch, TwoLevelStiffness
+from gearchaos.model.batch import Batch
+from gearchaos.model.names import COORDINATES
+from gearchaos.model.waveforms import TwoLevelStiffness
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from gearchaos.gears.pair import unit_in
+from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, new_axes, settle
 from gearchaos.plot._basins import NUMBERED, attractor_colours, attractor_legend, mark_orbit
 from gearchaos.plot._checks import check

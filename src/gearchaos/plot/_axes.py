@@ -11,33 +11,11 @@ from matplotlib.axes import Axes
 
 from gearchaos.datasets import model_from_json
 from gearchaos.errors import InputError
-from gearchaos.gears.pair import unit_in
-
-_SYMBOLS = {
-    "omega": r"\omega", "zeta": r"\zeta", "q0": "q_0", "kappa": r"\kappa", "beta": r"\beta", "mu": r"\mu", "J": "J",
-    "chi0": r"\chi_0", "contact_ratio": r"\alpha", "v_rms": r"V_\mathrm{RMS}", "lyapunov": r"\lambda_1", "z": "z",
-    "z_dot": r"\dot{z}", "tau": r"\tau", "mesh_force": "S", "zeta_support": r"\zeta_{1,2}",
-}
-"""Symbols of the paper, in mathtext."""
-
-_WORDS = {
-    "omega": "frequency", "eps1": "error amplitude", "q0": "static load", "kappa": "support stiffness",
-    "x1": "displacement", "x1_dot": "velocity", "x2": "displacement", "x2_dot": "velocity", "z": "displacement",
-    "z_dot": "velocity", "v_rms": "rms velocity", "lyapunov": "largest exponent", "mesh_force": "mesh force",
-}
-"""Short words for axes; other variables are called by their ``long_name``."""
-
-_MEASURED = {"omega": "f_z", "eps": "e", "q": "M", "q0": "M_{1}", "kappa": "c_{1,2}"}
-"""Symbols of (2.1)-(2.8) for what has others once it is measured in units."""
+from gearchaos.gears.results import unit_in
+from gearchaos.quantities import Quantity, find, parse
 
 _SCALES = {"1", "delta", "omega0", "c0", "T"}
-"""Units that make a quantity dimensionless, (2.8)-(2.11); only others are worth a place on an axis."""
-
-_NUMBERED = {
-    "eps": r"\varepsilon", "theta": r"\theta", "c": "c", "alpha": r"\alpha", "x": "x", "y": "y", "q": "q", "J": "J",
-    "mu": r"\mu", "kappa": r"\kappa", "beta": r"\beta", "zeta_support": r"\zeta", "chi": r"\chi",
-}
-
+"""Factors of dimensionless units, (2.8)-(2.11). An axis shows only units that have others."""
 
 _LETTER, _SHORTEST = 0.078, 12
 """Inches that a letter of a label takes, and the least number of letters in a line."""
@@ -57,35 +35,26 @@ def new_axes(ax: Axes | None) -> Axes:
 
 
 def symbol(name: str) -> str:
-    """The paper's symbol of a variable or parameter in mathtext, or the name itself."""
-    if name in _SYMBOLS:
-        return f"${_SYMBOLS[name]}$"
-    stem = name.removesuffix("_dot")
-    head = stem.rstrip("0123456789")
-    if head in _NUMBERED and head != stem:
-        sign = rf"\dot{{{_NUMBERED[head]}}}" if name.endswith("_dot") else _NUMBERED[head]
-        return f"${sign}_{{{stem[len(head):]}}}$"
-    return name.replace("_", " ")
+    """The symbol of a variable or parameter in mathtext, or its name in words if it has none."""
+    found = _quantity(name)
+    return f"${found.tex}$" if found is not None and found.tex else name.replace("_", " ")
 
 
 def axis_label(array: xr.DataArray | xr.Variable, name: str) -> str:
-    """Words, symbol and unit, e.g. ``frequency ω``; units that only make dimensionless are left out."""
-    unit = str(array.attrs.get("units", "1"))
+    """Words, symbol and unit of an axis, e.g. ``frequency $\\omega$``; dimensionless units are left out."""
+    unit, found = str(array.attrs.get("units", "1")), _quantity(name)
     measured = not set(unit.replace("/", "*").split("*")) <= _SCALES
-    long_name = str(array.attrs.get("long_name", ""))
-    words, sign = _WORDS.get(name, long_name), symbol(name)
-    if measured and (other := _measured(name)):
-        words, sign = _WORDS["eps1"] if name.startswith("eps") else long_name, other
+    words = (found and found.words) or str(array.attrs.get("long_name", ""))
+    sign = symbol(name)
+    if measured and found is not None and found.physical is not None and found.physical.tex:
+        words, sign = found.physical.long_name or words, f"${found.physical.tex}$"
     text = f"{words} {sign}" if words and sign.startswith("$") and words != name else words or sign
     return f"{text} [{unit.replace('*', ' ')}]" if measured else text
 
 
-def _measured(name: str) -> str:
-    """The symbol of a parameter in units, if it is another than without them."""
-    if name in _MEASURED:
-        return f"${_MEASURED[name]}$"
-    stem = name.rstrip("0123456789")
-    return f"${_MEASURED[stem]}_{{{name[len(stem):]}}}$" if stem in ("eps", "q") else ""
+def _quantity(name: str) -> Quantity | None:
+    """The quantity of this very name; that of ``x1`` is not meant by ``section_x1``."""
+    return None if parse(name).prefix else find(name)
 
 
 def wrapped(text: str, inches: float) -> str:

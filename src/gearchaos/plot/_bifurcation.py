@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 
 from gearchaos.errors import InputError, whole_number
-from gearchaos.gears.pair import unit_in
+from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, cell_extent, new_axes, spread_out
 from gearchaos.plot._checks import check, check_name
 from gearchaos.plot._portrait import first_coordinate

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.model.rules import LARGEST, number_of
+from gearchaos.validation import LARGEST, number_of
 
 Dims = int | tuple[str, ...]
 """How many dims a variable must have, each with its coordinate, or which ones."""

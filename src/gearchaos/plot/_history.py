@@ -6,7 +6,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from gearchaos.errors import InputError
-from gearchaos.gears.pair import unit_in
+from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, mesh_period, new_axes, settle
 from gearchaos.plot._checks import check_positive
 from gearchaos.plot._phase import INK, check_samples

@@ -12,12 +12,12 @@ from matplotlib.colors import Colormap
 from matplotlib.image import AxesImage
 
 from gearchaos.errors import InputError
-from gearchaos.gears.pair import unit_in
-from gearchaos.model.rules import number_of
+from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, cell_extent, new_axes, plane, spread_out, trim, wrapped
 from gearchaos.plot._checks import check, check_name
 from gearchaos.plot._classes import named_classes
 from gearchaos.plot._zones import class_legend, draw_classes
+from gearchaos.validation import number_of
 
 _NO_VALUE = "0.75"
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, vary
-from gearchaos.model.rules import number_of
 from gearchaos.model.switched import coordinates
+from gearchaos.validation import number_of
 
 _HALF_WIDTH = {"": 3.0, "_dot": 2.0}
 

@@ -15,7 +15,8 @@ from gearchaos.explorer.jobs.map_grid import Map
 from gearchaos.explorer.jobs.worker import Job, Worker
 from gearchaos.explorer.jobs.worker_process import Steps
 from gearchaos.explorer.view.state import View
-from gearchaos.gears.pair import GearPair, physical
+from gearchaos.gears.pair import GearPair
+from gearchaos.gears.results import physical
 
 _DELAY = 0.05
 """Seconds between the last change of a slider and the start of a long computation."""

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 import xarray as xr
 
-from gearchaos.gears.pair import GearPair, physical
+from gearchaos.gears.pair import GearPair
+from gearchaos.gears.results import physical
 from gearchaos.plot._axes import axis_label
 from gearchaos.plot._axes import symbol as mathtext
 

@@ -24,7 +24,8 @@ from gearchaos.explorer.view.study_text import as_python, as_toml
 from gearchaos.explorer.web.controls import Controls
 from gearchaos.explorer.web.html import render
 from gearchaos.explorer.web.messages import Messages
-from gearchaos.gears.pair import GearPair, physical
+from gearchaos.gears.pair import GearPair
+from gearchaos.gears.results import physical
 
 
 class Page:

@@ -1,0 +1,82 @@
+"""What the values of a gear pair must obey: each by itself, and together."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from gearchaos.errors import InputError
+from gearchaos.gears import units
+from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
+
+if TYPE_CHECKING:
+    from gearchaos.gears.pair import GearPair
+
+FIELDS: dict[str, tuple[units.Dimension, Rule | None]] = {
+    **dict.fromkeys(("I1", "I2"), (units.INERTIA, POSITIVE)),
+    **dict.fromkeys(("R1", "R2", "backlash"), (units.LENGTH, POSITIVE)),
+    "c0": (units.STIFFNESS, POSITIVE),
+    "k": (units.DAMPING, NOT_NEGATIVE),
+    "speed": (units.SPEED, POSITIVE),
+    **dict.fromkeys(("M10", "M20"), (units.TORQUE, None)),
+    **dict.fromkeys(("b1", "b2"), (units.BEARING_FRICTION, NOT_NEGATIVE)),
+    **dict.fromkeys(("m1", "m2"), (units.MASS, POSITIVE)),
+    **dict.fromkeys(("c1", "c2"), (units.STIFFNESS, POSITIVE)),
+    **dict.fromkeys(("k1", "k2"), (units.DAMPING, NOT_NEGATIVE)),
+}
+"""Fields of `GearPair` with a unit: their dimension and what their number in SI must obey."""
+
+LISTS: dict[str, units.Dimension] = {
+    "error_amplitudes": units.LENGTH,
+    "error_phases": units.ANGLE,
+    "stiffness_amplitudes": units.STIFFNESS,
+    "stiffness_phases": units.ANGLE,
+}
+"""Fields with a list of values, one per harmonic, and their dimension."""
+
+OPTIONAL = ("M20", "m1", "m2", "c1", "c2")
+"""Fields that may be None."""
+
+_RATIO_TOLERANCE = 0.01
+"""Largest relative difference of the ratio of base radii and that of numbers of teeth."""
+
+
+def check_ratio(pair: GearPair) -> None:
+    """Raise `InputError` unless the base radii are in the ratio of the numbers of teeth."""
+    teeth, radii = pair.n1 / pair.n2, pair.R1 / pair.R2
+    if abs(radii / teeth - 1) > _RATIO_TOLERANCE:
+        raise InputError(
+            "R1/R2", f"must equal n1/n2 = {teeth:.6g} to 1 %", round(radii, 6),
+            f"With R1 = {pair.R1:g} m and these teeth R2 would be {pair.R1 / teeth:.6g} m. "
+            "R1 and R2 are base radii, m n cos(α)/2.",
+        )
+
+
+def check_supports(pair: GearPair) -> None:
+    """Raise `InputError` unless all values of elastic supports are given, or none is."""
+    missing = [name for name in ("c1", "c2", "m1", "m2") if getattr(pair, name) is None]
+    if missing and not pair.rigid:
+        raise InputError(
+            missing[0], "must be given where the supports are elastic", None,
+            "Give c1, c2, m1 and m2, or leave c1 and c2 out for rigid supports.",
+        )
+    for name in ("k1", "k2"):
+        if pair.rigid and (value := getattr(pair, name)):
+            rule = "must be left out where the supports are rigid"
+            raise InputError(name, rule, value, "Or give c1, c2, m1 and m2.")
+
+
+def check_waveforms(pair: GearPair) -> None:
+    """Raise `InputError` if the stiffness is given in two ways, or a series has more phases than amplitudes."""
+    for name in ("chi1", "chi2", "contact_ratio"):
+        if pair.stiffness_amplitudes and (value := getattr(pair, name)) is not None:
+            raise InputError(
+                name, "must be left out beside stiffness_amplitudes", value,
+                "The mesh stiffness is either two-level (2.16) or a series (2.7).",
+            )
+    for kind in ("error", "stiffness"):
+        amplitudes, phases = getattr(pair, f"{kind}_amplitudes"), getattr(pair, f"{kind}_phases")
+        if len(phases) > len(amplitudes):
+            raise InputError(
+                f"{kind}_phases", f"must not be longer than {kind}_amplitudes ({len(amplitudes)})", len(phases),
+                "Give one phase per harmonic; missing ones are 0.",
+            )

@@ -1,0 +1,36 @@
+"""Transmission error, mesh stiffness and backlash function at given times and displacements."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gearchaos.model.parameters import MeshModel
+from gearchaos.model.waveforms import TwoLevelStiffness
+
+
+def backlash(z: Any) -> Any:
+    """The backlash function f(z) = z − clamp(z, −1, 1), (2.6) and (2.13) corrected; any shape."""
+    return z - np.clip(z, -1.0, 1.0)
+
+
+def transmission_error(model: MeshModel, tau: Any, derivative: int = 0) -> np.ndarray:
+    """ε(τ) of (2.15), or its derivative of order ``derivative`` with respect to τ; the shape of ``tau``."""
+    tau = np.asarray(tau, dtype=float)
+    total = np.zeros_like(tau)
+    for j, (a, p) in enumerate(zip(model.error.amplitudes, model.error.phases, strict=True), start=1):
+        total += a * (j * model.omega) ** derivative * np.cos(j * model.omega * tau - p + derivative * np.pi / 2)
+    return total
+
+
+def mesh_stiffness(model: MeshModel, tau: Any) -> np.ndarray:
+    """χ(τ) of (2.16) or (2.7), the mesh stiffness over the reference stiffness c0; the shape of ``tau``."""
+    tau = np.asarray(tau, dtype=float)
+    s = model.stiffness
+    if isinstance(s, TwoLevelStiffness):
+        return np.where(np.mod(tau / model.period, 1.0) < s.contact_ratio - 1, 1 + s.chi1, 1 - s.chi2)
+    chi = np.ones_like(tau)
+    for j, (a, p) in enumerate(zip(s.amplitudes, s.phases, strict=True), start=1):
+        chi += a * np.cos(j * model.omega * tau - p)
+    return chi

@@ -1,0 +1,120 @@
+"""Names that a model can be set by: parameters, pairs, harmonics and initial values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, Literal
+
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.model.waveforms import HarmonicStiffness, Stiffness, TwoLevelStiffness
+from gearchaos.quantities import PAIRS, PARAMETERS, STIFFNESS_LEVELS, harmonic, parse
+from gearchaos.validation import MAX_HARMONICS
+
+if TYPE_CHECKING:
+    from gearchaos.model.parameters import MeshModel
+
+Kind = Literal["single", "torsional", "full"]
+KINDS: tuple[str, ...] = ("single", "torsional", "full")
+
+_TORSION = ("x1", "x1_dot", "x2", "x2_dot")
+COORDINATES: dict[str, tuple[str, ...]] = {
+    "single": ("z", "z_dot"),
+    "torsional": _TORSION,
+    "full": (*_TORSION, "y1", "y1_dot", "y2", "y2_dot"),
+}
+"""The physical coordinates of each kind of model, in the order of states."""
+
+RELATIVE = COORDINATES["single"]
+"""Initial values that give the relative motion itself, from which x1 and x2 do not follow."""
+
+STATE_NAMES = (*RELATIVE, *COORDINATES["full"])
+"""All names of initial values."""
+
+SCALARS: tuple[str, ...] = tuple(q.name for q in PARAMETERS if not q.members)
+"""Names of the parameters that are numbers of a model, in the order of the fields of `MeshModel`."""
+
+_LEVELS = tuple(q.name for q in STIFFNESS_LEVELS)
+
+
+def is_series(name: str) -> bool:
+    """Whether a name is an amplitude or a phase of a Fourier stiffness, (2.7)."""
+    parts = harmonic(name)
+    return parts is not None and parts.family in ("c", "alpha")
+
+
+def known_names(model: MeshModel) -> tuple[str, ...]:
+    """All names that a value of this model can be set by; of harmonics the first ones stand for all."""
+    stiffness = ("c1", "alpha1") if isinstance(model.stiffness, HarmonicStiffness) else _LEVELS
+    pairs = tuple(pair for pair in PAIRS if pair not in _LEVELS)
+    return (*SCALARS, *pairs, *stiffness, "eps1", "theta1", *state_names(model.kind))
+
+
+def state_names(kind: str) -> tuple[str, ...]:
+    """The coordinates that initial values of a kind of model may be given in."""
+    return (*RELATIVE, *_TORSION) if kind == "single" else COORDINATES[kind]
+
+
+def check_one_description(names: Iterable[str]) -> None:
+    """Raise `InputError` if initial values are given both in z and in the coordinates that z follows from."""
+    given = set(names)
+    if given & set(RELATIVE) and given - set(RELATIVE):
+        raise InputError("initial", "must give either z, z_dot or the x coordinates, not both", sorted(given))
+
+
+def check_state_name(kind: str, name: str) -> None:
+    """Raise `InputError` unless a model of this kind can have an initial value of this name."""
+    if name not in state_names(kind):
+        raise unknown_name(f"initial value of a {kind} model", name, state_names(kind))
+
+
+def expand(values: Mapping[str, Any], model: MeshModel) -> dict[str, Any]:
+    """Values by the names of single parameters: each pair is replaced by its two members.
+
+    Raises
+    ------
+    InputError
+        For a name that the model does not have, with the nearest known one as advice.
+    """
+    flat: dict[str, Any] = {}
+    for name, value in values.items():
+        _check_name(name, model)
+        for single in PAIRS.get(name, (name,)):
+            flat[single] = value
+    return flat
+
+
+def default_stiffness(names: Iterable[str]) -> Stiffness:
+    """The stiffness of a model that is given by names alone: a Fourier series if one of them belongs to a series, else
+    the two levels of the paper."""
+    return HarmonicStiffness() if any(map(is_series, names)) else TwoLevelStiffness()
+
+
+def _check_name(name: str, model: MeshModel) -> None:
+    """Raise `InputError` unless a value of this model can be set by this name."""
+    parts = harmonic(name)
+    if parts is not None and (isinstance(model.stiffness, HarmonicStiffness) or not is_series(name)):
+        if parts.order is not None and parts.order > MAX_HARMONICS:
+            raise InputError(name, f"must be a harmonic of order at most {MAX_HARMONICS}", parts.order)
+        return
+    if name in known_names(model):
+        return
+    if name in _LEVELS:
+        raise InputError(name, "must be a parameter of a two-level stiffness, (2.16)", name,
+                         "This model's is a Fourier series: set c1, alpha1, ..., or stiffness=TwoLevelStiffness().")
+    if is_series(name):
+        raise InputError(name, "must be a parameter of a Fourier stiffness, (2.7)", name,
+                         f"This model's has two levels. Begin with MeshModel.of({name}=...) or "
+                         "stiffness=HarmonicStiffness(...), a study file with kind = 'harmonics' in [model.stiffness].")
+    raise unknown_name("parameter", name, known_names(model))
+
+
+def check_used(name: str, kind: str) -> None:
+    """Raise `InputError` if a parameter has no effect in a kind of model.
+
+    Lateral motion has parameters of its own in the full model alone, and the single model has no bearing friction.
+    """
+    family = parse(name).family
+    lateral = family in ("mu", "kappa", "zeta_support")
+    if (lateral and kind != "full") or (family == "beta" and kind == "single"):
+        raise InputError(name, f"must be a parameter of the {kind} model", name, "Use kind='full'."
+                         if lateral else "Use kind='torsional'.")

@@ -1,0 +1,263 @@
+"""The dimensionless gear mesh: the parameters of equations (2.12)-(2.18) of Łuczko (2008) and their defaults.
+
+Equation numbers refer to J. Łuczko, *Chaotic vibrations in gear mesh systems*, J. Theor. Appl. Mech. 46(4),
+2008, read with the corrections listed in ``docs/model.md``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import cache
+from types import MappingProxyType
+from typing import Any
+
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.model.names import (
+    KINDS,
+    RELATIVE,
+    SCALARS,
+    STATE_NAMES,
+    Kind,
+    check_one_description,
+    check_state_name,
+    default_stiffness,
+    expand,
+)
+from gearchaos.model.waveforms import HarmonicStiffness, Stiffness, TransmissionError, TwoLevelStiffness
+from gearchaos.quantities import harmonic, parse
+from gearchaos.validation import number_of
+
+
+@dataclass(frozen=True)
+class MeshModel:
+    """A gear pair in dimensionless form, (2.12)-(2.18).
+
+    Parameters
+    ----------
+    kind : {"torsional", "full", "single"}
+        ``full`` is (2.12) with lateral motion of both wheels, ``torsional`` its first two rows (rigid supports),
+        ``single`` the relative motion (2.17), which has no bearing friction.
+    omega : float
+        Mesh frequency over ω0 = sqrt(c0/m), (2.8), where c0 is the reference stiffness, that at χ = 1. A Fourier
+        stiffness has the time mean c0; a two-level stiffness has c0 (1 + (α − 1) χ1 − (2 − α) χ2).
+    zeta : float
+        Mesh damping ratio k/(2 m ω0), with the same ω0.
+    J1, J2 : float
+        Moments of inertia I_n/(m R_n²); the paper's symmetric pair has 2 and 2.
+    q1, q2 : float
+        Static torques M_n0/(c0 R_n Δ). ``q1`` drives, ``q2`` resists.
+    beta1, beta2 : float, optional
+        Bearing friction b_n/(2 m ω0 R_n²); 0.01 unless the kind is ``single``, where it must be 0.
+    mu1, mu2, kappa1, kappa2, zeta_support1, zeta_support2 : float
+        Masses m_n/m, support stiffnesses c_n/c0 and support damping ratios k_n/(2 m_n ω0), used by ``full`` alone.
+    error : TransmissionError
+        Static transmission error ε(τ).
+    stiffness : TwoLevelStiffness or HarmonicStiffness
+        Mesh stiffness χ(τ).
+    initial : mapping of str to float
+        Initial values by name of coordinate; those left out are x1(0) = 1 and 0 for all others, as in the paper.
+
+    Raises
+    ------
+    InputError
+        Naming the field, the rule, the value and what to do.
+
+    Examples
+    --------
+    >>> MeshModel(omega=1.2, q1=0.1, q2=0.1).period
+    5.235987755982989
+
+    `MeshModel.of` takes short names:
+
+    >>> MeshModel.of(omega=0.8, eps1=0.1, kind="single").error.amplitudes
+    (0.1,)
+    """
+
+    kind: Kind = "torsional"
+    omega: float = 1.0
+    zeta: float = 0.025
+    J1: float = 2.0
+    J2: float = 2.0
+    q1: float = 0.1
+    q2: float = 0.1
+    beta1: float | None = None
+    beta2: float | None = None
+    mu1: float = 4.0
+    mu2: float = 4.0
+    kappa1: float = 0.5
+    kappa2: float = 0.5
+    zeta_support1: float = 0.01
+    zeta_support2: float = 0.01
+    error: TransmissionError = field(default_factory=TransmissionError)
+    stiffness: Stiffness = field(default_factory=TwoLevelStiffness)
+    initial: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise unknown_name("kind", str(self.kind), KINDS)
+        for name in ("beta1", "beta2"):
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, 0.0 if self.kind == "single" else 0.01)
+        for name in SCALARS:
+            object.__setattr__(self, name, number_of(name, getattr(self, name)))
+        self._check_single()
+        self._check_parts()
+        object.__setattr__(self, "initial", MappingProxyType(self._checked_initial()))
+
+    def _check_single(self) -> None:
+        if self.kind == "single" and (self.beta1 or self.beta2):
+            raise InputError(
+                "beta", "must be 0 in the single model, (2.17)", self.beta1 or self.beta2,
+                "Leave beta out, or use kind='torsional'.",
+            )
+
+    def _check_parts(self) -> None:
+        for name, (kinds, rule, advice) in _PARTS.items():
+            if not isinstance(value := getattr(self, name), kinds):
+                raise InputError(name, rule, value, advice)
+
+    def _checked_initial(self) -> dict[str, float]:
+        given = {}
+        for name, value in self.initial.items():
+            check_state_name(self.kind, name)
+            given[name] = number_of(f"initial.{name}", value)
+        check_one_description(given)
+        return given
+
+    def __hash__(self) -> int:
+        return hash((self.kind, *sorted(self.parameters().items()), *sorted(self.initial.items())))
+
+    def __reduce__(self):
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        return _rebuild, ({**values, "initial": dict(self.initial)},)
+
+    def __repr__(self) -> str:
+        shown = []
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if f.name == "initial":
+                value = dict(value)
+            if value != getattr(_default(self.kind), f.name) and value != {}:
+                shown.append(f"{f.name}={value!r}")
+        return f"MeshModel(kind={self.kind!r}{''.join(', ' + s for s in shown if not s.startswith('kind='))})"
+
+    @classmethod
+    def of(cls, kind: str = "torsional", **values: Any) -> MeshModel:
+        """A model from short names: ``MeshModel.of(kind="full", kappa=0.5, omega=1.05, eps1=0.04)``.
+
+        Names as in `with_values`. With amplitudes or phases ``c1``, ``alpha1``, ... the stiffness is a Fourier series.
+        """
+        return cls(kind=kind, stiffness=default_stiffness(values)).with_values(values)  # type: ignore[arg-type]
+
+    def with_values(self, values: Mapping[str, Any]) -> MeshModel:
+        """This model with values replaced by name.
+
+        Parameters
+        ----------
+        values : mapping
+            Parameters (``omega``), pairs (``q0`` sets q1 and q2), harmonics (``eps3``), initial values (``x1_dot``),
+            ``kind``, or a whole ``error``, ``stiffness`` or ``initial``.
+
+        Raises
+        ------
+        InputError
+            For an unknown name or a value that breaks its rule.
+        """
+        friction = {k: v for k, v in values.items() if parse(k).family == "beta"}
+        model = replace(self, **expand(friction, self)) if friction else self
+        model = _with_kind(model, values["kind"]) if "kind" in values else model
+        model = replace(model, **{k: v for k, v in values.items() if k in _PARTS})
+        flat = expand({k: v for k, v in values.items() if k != "kind" and k not in _PARTS}, model)
+        scalars = {k: v for k, v in flat.items() if k in SCALARS}
+        initial = {k: v for k, v in flat.items() if k in STATE_NAMES}
+        waves = {k: v for k, v in flat.items() if k not in scalars and k not in initial}
+        return replace(
+            model,
+            **scalars,
+            error=_with_harmonics(model.error, waves, "eps", "theta"),
+            stiffness=_with_stiffness(model.stiffness, waves),
+            initial={**_compatible(model.initial, initial), **initial},
+        )
+
+    def parameters(self) -> dict[str, float]:
+        """The value of every parameter by name, pairs left out, e.g. ``{"omega": 1.0, ..., "eps1": 0.1}``."""
+        flat = {name: getattr(self, name) for name in SCALARS}
+        flat.update(_harmonics(self.error, "eps", "theta"))
+        if isinstance(self.stiffness, TwoLevelStiffness):
+            flat.update({f.name: getattr(self.stiffness, f.name) for f in fields(self.stiffness)})
+        else:
+            flat.update(_harmonics(self.stiffness, "c", "alpha"))
+        return flat
+
+    @property
+    def period(self) -> float:
+        """The mesh period T = 2π/ω in units of τ."""
+        return 2 * math.pi / self.omega
+
+
+_PARTS: dict[str, tuple[tuple[type, ...], str, str]] = {
+    "error": ((TransmissionError,), "must be a TransmissionError", "Or give eps1, theta1, ... by name."),
+    "stiffness": (
+        (TwoLevelStiffness, HarmonicStiffness), "must be a TwoLevelStiffness or a HarmonicStiffness",
+        "Or give chi1, chi2, contact_ratio, or c1, alpha1, ... by name.",
+    ),
+    "initial": ((Mapping,), "must be a mapping of coordinates to values", "E.g. {'x1': 0.5}."),
+}
+"""Fields of a model that are not numbers: their types, the rule in words, advice."""
+
+
+def _rebuild(values: dict[str, Any]) -> MeshModel:
+    return MeshModel(**values)
+
+
+@cache
+def _default(kind: str) -> MeshModel:
+    return MeshModel(kind=kind)  # type: ignore[arg-type]
+
+
+def _with_kind(model: MeshModel, kind: Any) -> MeshModel:
+    """The same parameters in another kind of model; a default bearing friction becomes that of the new kind."""
+    if kind not in KINDS:
+        raise unknown_name("kind", str(kind), KINDS)
+    old, new = _default(model.kind), _default(kind)
+    beta = {
+        name: getattr(new if getattr(model, name) == getattr(old, name) else model, name)
+        for name in ("beta1", "beta2")
+    }
+    return replace(model, kind=kind, **beta)
+
+
+def _harmonics(series: TransmissionError | HarmonicStiffness, amplitude: str, phase: str) -> dict[str, float]:
+    """Amplitudes and phases of a Fourier series by name."""
+    flat = {}
+    for j, (a, p) in enumerate(zip(series.amplitudes, series.phases, strict=True), start=1):
+        flat[f"{amplitude}{j}"], flat[f"{phase}{j}"] = a, p
+    return flat
+
+
+def _with_harmonics(series: Any, values: Mapping[str, Any], amplitude: str, phase: str) -> Any:
+    """A Fourier series with amplitudes and phases replaced by name; harmonics in between that are not given are 0."""
+    flat = {**_harmonics(series, amplitude, phase), **values}
+    n = max((p.order or 0 for p in map(harmonic, flat) if p and p.family in (amplitude, phase)), default=0)
+    return type(series)(
+        tuple(flat.get(f"{amplitude}{j}", 0.0) for j in range(1, n + 1)),
+        tuple(flat.get(f"{phase}{j}", 0.0) for j in range(1, n + 1)),
+    )
+
+
+def _with_stiffness(stiffness: Stiffness, values: Mapping[str, Any]) -> Stiffness:
+    """A stiffness of the same kind with values replaced by name."""
+    if isinstance(stiffness, HarmonicStiffness):
+        return _with_harmonics(stiffness, values, "c", "alpha")
+    names = {f.name for f in fields(stiffness)}
+    return replace(stiffness, **{k: v for k, v in values.items() if k in names})
+
+
+def _compatible(old: Mapping[str, float], new: Mapping[str, Any]) -> dict[str, float]:
+    """The old initial values that can stand beside new ones: either z and z_dot or other coordinates, not both."""
+    if not new:
+        return dict(old)
+    keep = set(RELATIVE) if new.keys() & set(RELATIVE) else set(STATE_NAMES) - set(RELATIVE)
+    return {k: v for k, v in old.items() if k in keep}

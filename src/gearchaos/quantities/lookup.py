@@ -1,0 +1,58 @@
+"""Quantities by name, in any form that a name has."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from gearchaos.errors import unknown_name
+from gearchaos.quantities.names import Name, parse
+from gearchaos.quantities.quantity import Quantity
+from gearchaos.quantities.tables import (
+    COORDINATES,
+    HARMONICS,
+    PARAMETERS,
+    RESPONSES,
+    RESULTS,
+    STIFFNESS_LEVELS,
+    VERDICTS,
+    numbered,
+)
+
+PAIRS: dict[str, tuple[str, str]] = {q.name: q.members for q in (*PARAMETERS, *STIFFNESS_LEVELS) if q.members}
+"""Names that set two parameters at once, and those two."""
+
+_TABLES = (PARAMETERS, STIFFNESS_LEVELS, COORDINATES, RESPONSES, VERDICTS, RESULTS)
+_BY_NAME = {q.name: q for table in _TABLES for q in table}
+
+
+def find(name: str) -> Quantity | None:
+    """The quantity of a name in any form; None if there is none.
+
+    The forms are the name of a row of the tables (``omega``, ``x1_dot``), a family of harmonics with an order
+    (``eps3``), and either of these after one of `PREFIXES` (``attractor_section_x1_dot``). The quantity has the name
+    without prefix.
+    """
+    return _find(parse(name).base)
+
+
+@lru_cache(maxsize=1024)
+def _find(base: str) -> Quantity | None:
+    parts = harmonic(base)
+    return _BY_NAME.get(base) if parts is None else numbered(HARMONICS[parts.family], parts.order or 0)
+
+
+def quantity(name: str) -> Quantity:
+    """The quantity of a name in any form, as in `find`; raises `InputError` if there is none."""
+    found = find(name)
+    if found is None:
+        raise unknown_name("name", name, _BY_NAME)
+    return found
+
+
+def harmonic(name: str) -> Name | None:
+    """The parts of the name of a harmonic, such as ``eps3``, with a family in `HARMONICS` and an order of at least 1.
+
+    None for any other name.
+    """
+    parts = parse(name)
+    return parts if parts.family in HARMONICS and parts.order and not (parts.derivative or parts.prefix) else None

@@ -1,0 +1,50 @@
+"""Names taken apart: prefix, family, order, derivative."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+PREFIXES = ("attractor_section_", "attractor_start_", "attractor_", "section_", "start_")
+"""Of variables of a result: one value per attractor, values at stroboscopic sections, initial values."""
+
+_PARTS = re.compile(r"([A-Za-z_]+?)(0|[1-9][0-9]{0,17})?(_dot)?")
+
+
+@dataclass(frozen=True)
+class Name:
+    """The parts of a name: those of ``section_x1_dot`` are prefix "section_", family "x", order 1 and derivative 1.
+
+    Attributes
+    ----------
+    family : str
+        What is left without the other parts.
+    order : int or None
+        Harmonic order of ``eps3``; wheel of ``J1`` and ``x1``; 0 of ``q0`` and ``chi0``; None without number.
+    derivative : int
+        1 where the name ends in ``_dot``, for the derivative with respect to τ; else 0.
+    prefix : str
+        One of `PREFIXES`, or empty.
+    """
+
+    family: str
+    order: int | None = None
+    derivative: int = 0
+    prefix: str = ""
+
+    @property
+    def base(self) -> str:
+        """The name without its prefix."""
+        return f"{self.family}{'' if self.order is None else self.order}{'_dot' * self.derivative}"
+
+    def __str__(self) -> str:
+        return self.prefix + self.base
+
+
+def parse(name: str) -> Name:
+    """The parts of a name. A text that has not the form of a name is a family as a whole, but for its prefix."""
+    prefix = next((p for p in PREFIXES if name.startswith(p)), "")
+    parts = _PARTS.fullmatch(name, len(prefix))
+    if parts is None:
+        return Name(name[len(prefix):], prefix=prefix)
+    return Name(parts[1], None if parts[2] is None else int(parts[2]), int(parts[3] is not None), prefix)

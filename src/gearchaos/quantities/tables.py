@@ -1,0 +1,224 @@
+"""The tables: a row for every quantity that a user meets.
+
+Equation numbers refer to J. Łuczko, *Chaotic vibrations in gear mesh systems*, J. Theor. Appl. Mech. 46(4), 2008.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from gearchaos.quantities.quantity import NOT_NEGATIVE, POSITIVE, Physical, Quantity, Range, Rule
+
+_DAMPING = replace(NOT_NEGATIVE, advice="Damping takes energy out; use 0 for none.")
+_STIFF_PART = Rule(lambda v: v > -1, "must be greater than -1", "The mesh stiffness 1 + chi1 must stay positive.")
+_SOFT_PART = Rule(lambda v: v < 1, "must be less than 1", "The mesh stiffness 1 - chi2 must stay positive.")
+_CONTACT_RATIO = Rule(
+    lambda v: (v >= 1) & (v <= 2), "must lie in [1, 2]", "One or two tooth pairs share the load, (2.16).")
+
+_LENGTH = Physical("length", 1e6, "µm")
+_VELOCITY = Physical("velocity", 1e3, "mm/s")
+_TIME = Physical("time", 1e3, "ms")
+_FORCE = Physical("force", 1.0, "N")
+_RATE = Physical("rate", 1.0, "1/s")
+_STATE: dict[str, Any] = {"range": Range(-3.0, 3.0, -1000.0, 1000.0), "home": "[initial]"}
+_SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+
+
+def _length(name: str, long_name: str = "", **fields: Any) -> Quantity:
+    return Quantity(name, long_name=long_name, unit="delta", physical=_LENGTH, **fields)
+
+
+def _velocity(name: str, long_name: str = "", **fields: Any) -> Quantity:
+    return Quantity(name, long_name=long_name, unit="delta*omega0", physical=_VELOCITY, **fields)
+
+
+def _rate(name: str, long_name: str = "", **fields: Any) -> Quantity:
+    return Quantity(name, long_name=long_name, unit="omega0", physical=_RATE, **fields)
+
+
+def _wheels(
+    pair: Quantity, letter: str, tex: str, first: dict[str, Any] | None = None, second: dict[str, Any] | None = None,
+) -> tuple[Quantity, ...]:
+    """A pair and its two members, which are like the pair but for symbols and the fields ``first`` and ``second``."""
+    members = (
+        replace(pair, name=name, symbol=_lowered(letter, n), tex=f"{tex}_{{{n}}}", words="", members=(), **fields or {})
+        for n, name, fields in zip((1, 2), pair.members, (first, second), strict=True)
+    )
+    return pair, *members
+
+
+def _lowered(letter: str, index: object) -> str:
+    """A letter with a subscript, in Unicode."""
+    return letter + str(index).translate(_SUBSCRIPTS)
+
+
+def _torque(wheel: int, long_name: str) -> Physical:
+    return Physical(f"torque{wheel}", 1.0, "N*m", long_name, _lowered("M", wheel), f"M_{{{wheel}}}")
+
+
+def _support_stiffness(index: object) -> Physical:
+    return Physical("stiffness", 1.0, "N/m", "", _lowered("c", index), f"c_{{{index}}}")
+
+
+def numbered(family: Quantity, order: int) -> Quantity:
+    """The harmonic of an order of a family in `HARMONICS`."""
+    physical = family.physical
+    if physical is not None:
+        physical = replace(physical, symbol=_lowered(physical.symbol, order), tex=f"{physical.tex}_{{{order}}}")
+    return replace(
+        family, name=f"{family.name}{order}", symbol=_lowered(family.symbol, order), tex=f"{family.tex}_{{{order}}}",
+        physical=physical,
+    )
+
+
+PARAMETERS: tuple[Quantity, ...] = (
+    Quantity(
+        "omega", "ω", r"\omega", long_name="mesh frequency", words="frequency", title="mesh frequency", unit="omega0",
+        physical=Physical("frequency", 1.0, "Hz", "mesh frequency", "f_z", "f_z"), divisor=True,
+        rule=replace(POSITIVE, advice="It is the mesh frequency over sqrt(c0/m), (2.8)."),
+        range=Range(0.2, 3.0, 0.05, 20.0),
+    ),
+    Quantity("zeta", "ζ", r"\zeta", title="mesh damping", rule=_DAMPING, range=Range(0.0, 0.2, 0.0, 10.0)),
+    *_wheels(
+        Quantity("J", "J", "J", title="inertia", rule=POSITIVE, divisor=True, range=Range(0.5, 10.0, 0.05, 1000.0),
+                 members=("J1", "J2")),
+        "J", "J",
+    ),
+    *_wheels(
+        Quantity("q0", "q₀", "q_0", words="static load", title="torque", physical=_torque(1, "driving torque"),
+                 range=Range(0.0, 0.3, -100.0, 100.0), members=("q1", "q2")),
+        "q", "q", second={"physical": _torque(2, "resisting torque")},
+    ),
+    *_wheels(
+        Quantity("beta", "β", r"\beta", title="bearing friction", rule=_DAMPING, divisor=True,
+                 range=Range(0.0, 0.1, 0.0, 10.0), members=("beta1", "beta2")),
+        "β", r"\beta",
+    ),
+    *_wheels(
+        Quantity("mu", "μ", r"\mu", title="wheel mass", rule=POSITIVE, divisor=True,
+                 range=Range(0.5, 10.0, 0.05, 1000.0), members=("mu1", "mu2")),
+        "μ", r"\mu",
+    ),
+    *_wheels(
+        Quantity("kappa", "κ", r"\kappa", words="support stiffness", title="support stiffness", divisor=True,
+                 rule=replace(POSITIVE, advice="For a rigid support use kind='torsional'."),
+                 physical=_support_stiffness("1,2"), range=Range(0.1, 10.0, 0.005, 1000.0),
+                 members=("kappa1", "kappa2")),
+        "κ", r"\kappa", {"physical": _support_stiffness(1)}, {"physical": _support_stiffness(2)},
+    ),
+    *_wheels(
+        Quantity("zeta_support", "ζ₁,₂", r"\zeta_{1,2}", title="support damping", rule=_DAMPING,
+                 range=Range(0.0, 0.1, 0.0, 10.0), members=("zeta_support1", "zeta_support2")),
+        "ζ", r"\zeta",
+    ),
+)
+"""Parameters that are numbers of a model, (2.11), in the order of its fields, and before two of them their pair: a name
+that sets the values of both wheels."""
+
+STIFFNESS_LEVELS: tuple[Quantity, ...] = (
+    *_wheels(
+        Quantity("chi0", "χ₀", r"\chi_0", title="stiffness step", range=Range(-0.5, 0.75, -0.95, 0.95),
+                 members=("chi1", "chi2"), home="[model.stiffness]"),
+        "χ", r"\chi", {"rule": _STIFF_PART}, {"rule": _SOFT_PART},
+    ),
+    Quantity(
+        "contact_ratio", "α", r"\alpha", title="contact ratio", range=Range(1.0, 2.0, 1.0, 2.0), rule=_CONTACT_RATIO,
+        home="[model.stiffness]",
+    ),
+)
+"""Parameters of a two-level stiffness, (2.16), with the pair that sets both levels."""
+
+HARMONICS: dict[str, Quantity] = {q.name: q for q in (
+    Quantity(
+        "eps", "ε", r"\varepsilon", words="error amplitude", title="error amplitude",
+        physical=replace(_LENGTH, symbol="e", tex="e"), range=Range(0.0, 0.3, -10.0, 10.0),
+        home="[model.error], as amplitudes or phases",
+    ),
+    Quantity(
+        "theta", "θ", r"\theta", title="error phase", range=Range(-3.2, 3.2, -100.0, 100.0),
+        home="[model.error], as amplitudes or phases",
+    ),
+    Quantity("c", "c", "c", title="stiffness amplitude", range=Range(-0.5, 0.5, -0.95, 0.95), home="[model.stiffness]"),
+    Quantity(
+        "alpha", "α", r"\alpha", title="stiffness phase", range=Range(-3.2, 3.2, -100.0, 100.0),
+        home="[model.stiffness]",
+    ),
+)}
+"""Amplitudes and phases of the Fourier series (2.15) and (2.7), by family; a name has the harmonic order: ``eps3``."""
+
+COORDINATES: tuple[Quantity, ...] = (
+    _length("z", "dynamic transmission error", symbol="z", tex="z", words="displacement", **_STATE),
+    _velocity("z_dot", "velocity of the dynamic transmission error", symbol="z′", tex=r"\dot{z}", words="velocity",
+              **_STATE),
+    _length("x1", symbol="x₁", tex="x_{1}", words="displacement", **_STATE),
+    _velocity("x1_dot", symbol="x₁′", tex=r"\dot{x}_{1}", words="velocity", **_STATE),
+    _length("x2", symbol="x₂", tex="x_{2}", words="displacement", **_STATE),
+    _velocity("x2_dot", symbol="x₂′", tex=r"\dot{x}_{2}", words="velocity", **_STATE),
+    _length("y1", symbol="y₁", tex="y_{1}", **_STATE),
+    _velocity("y1_dot", symbol="y₁′", tex=r"\dot{y}_{1}", **_STATE),
+    _length("y2", symbol="y₂", tex="y_{2}", **_STATE),
+    _velocity("y2_dot", symbol="y₂′", tex=r"\dot{y}_{2}", **_STATE),
+)
+"""Coordinates and velocities, (2.10) and (2.14): z, arc lengths x of the wheels, displacements y of their centres."""
+
+RESPONSES: tuple[Quantity, ...] = (
+    _velocity("v_rms", "rms velocity", symbol="V_RMS", tex=r"V_\mathrm{RMS}", title="rms velocity V_RMS"),
+    _length("z_rms", "rms of z about its mean", title="rms of z"),
+    _length("z_peak_to_peak", "peak to peak of z", title="peak to peak of z"),
+    _velocity("z_dot_rms", "rms of z'"),
+    _velocity("z_dot_peak_to_peak", "peak to peak of z'"),
+    Quantity("contact", long_name="contact state", title="contact"),
+    Quantity("contact_fraction", long_name="share of the time in contact", title="share of the time in contact"),
+    Quantity("mesh_force_peak", long_name="peak mesh force", title="peak mesh force", unit="c0*delta", physical=_FORCE),
+    Quantity("dynamic_factor", long_name="dynamic factor", title="dynamic factor, peak over static force"),
+    Quantity("switches", long_name="contact switches per mesh period", unit="1/T"),
+    Quantity("switches_per_period", long_name="contact switches per mesh period", unit="1/T"),
+)
+"""Response measures of a motion. The page of a verdict shows those with a title, in this order."""
+
+VERDICTS: tuple[Quantity, ...] = (
+    Quantity("label", long_name="kind of motion"),
+    Quantity("period", long_name="period", unit="T"),
+    Quantity("reason", long_name="reason of the verdict"),
+    _rate("lyapunov", "largest Lyapunov exponent", symbol="λ₁", tex=r"\lambda_1", words="largest exponent"),
+    _rate("lyapunov_lo", "lower end of its 99 % interval"),
+    _rate("lyapunov_hi", "upper end of its 99 % interval"),
+    _rate("lyapunov_ci", "99 % intervals of the Lyapunov exponents"),
+    Quantity("residual", long_name="change of the polished orbit over one round", title="residual of the orbit"),
+    _rate("trace_error", "distance of the exponents' sum from the trace", title="exponents' sum against the trace"),
+    Quantity("multiplier", long_name="largest modulus of the Floquet multipliers"),
+    Quantity("multipliers", long_name="Floquet multipliers"),
+    Quantity("rotation", long_name="rotation number, or a multiple of it", unit="1/T"),
+    Quantity("transient_chaos", long_name="whether chaos came before the motion settled"),
+    Quantity("periods_spent", long_name="transient and exponent run", title="mesh periods computed", unit="T"),
+    Quantity("spectral_label", long_name="kind of motion by the spectrum alone", title="second opinion (spectrum)"),
+)
+"""The kind of motion and its evidence. The page of a verdict shows what has a title, after the responses."""
+
+RESULTS: tuple[Quantity, ...] = (
+    Quantity("tau", "τ", r"\tau", long_name="time", unit="1/omega0", physical=_TIME),
+    Quantity("tau_section", long_name="time", unit="1/omega0", physical=_TIME),
+    Quantity("mesh_force", "S", "S", long_name="mesh force", unit="c0*delta", physical=_FORCE),
+    Quantity("inferred", long_name="whether a cell was inferred, not computed"),
+    Quantity("attractor"),
+    Quantity("up", long_name="attractor"),
+    Quantity("down", long_name="attractor"),
+    Quantity("attractors", long_name="number of attractors found"),
+    _velocity("v_rms_least", "least rms velocity of the attractors"),
+    _velocity("v_rms_most", "largest rms velocity of the attractors"),
+    _velocity("v_rms_up", "rms velocity after a sweep up"),
+    _velocity("v_rms_down", "rms velocity after a sweep down"),
+    Quantity("hysteresis", long_name="whether the sweeps end in different motions"),
+    Quantity("contact_worst", long_name="worst contact state of the attractors"),
+    Quantity("fraction", long_name="share of the starts"),
+    Quantity("fraction_lo", long_name="lower end of its 95 % interval"),
+    Quantity("fraction_hi", long_name="upper end of its 95 % interval"),
+    Quantity("kick", long_name="smallest change of the state that leaves the basin"),
+    Quantity("kick_change"),
+    Quantity("kick_point"),
+    Quantity("basin_entropy", long_name="basin entropy", unit="nat"),
+    Quantity("boundary_basin_entropy", long_name="boundary basin entropy", unit="nat"),
+    Quantity("uncertainty_exponent", long_name="uncertainty exponent of the boundary"),
+)
+"""Other variables of results: time, force, and what describes a set of attractors or a map."""

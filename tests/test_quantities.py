@@ -1,0 +1,107 @@
+"""The table of quantities: names in every form, symbols, completeness."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+from matplotlib.mathtext import MathTextParser
+
+from gearchaos.errors import InputError
+from gearchaos.model import MeshModel
+from gearchaos.quantities import (
+    COORDINATES,
+    HARMONICS,
+    PAIRS,
+    PARAMETERS,
+    PREFIXES,
+    RESPONSES,
+    RESULTS,
+    STIFFNESS_LEVELS,
+    VERDICTS,
+    Name,
+    find,
+    harmonic,
+    parse,
+    quantity,
+)
+
+TABLES = (PARAMETERS, STIFFNESS_LEVELS, COORDINATES, RESPONSES, VERDICTS, RESULTS)
+NAMES = [q.name for table in TABLES for q in table] + [f"{family}{n}" for family in HARMONICS for n in (1, 12, 64)]
+
+
+def test_no_name_has_two_rows():
+    assert len(NAMES) == len(set(NAMES))
+
+
+@pytest.mark.parametrize("prefix", ["", *PREFIXES])
+def test_every_name_is_its_parts_and_leads_to_its_quantity(prefix):
+    for name in NAMES:
+        assert str(parse(prefix + name)) == prefix + name
+        assert parse(prefix + name).prefix == prefix
+        assert quantity(prefix + name).name == name
+
+
+@pytest.mark.parametrize(("name", "parts"), [
+    ("omega", Name("omega")), ("eps3", Name("eps", 3)), ("q0", Name("q", 0)),
+    ("zeta_support2", Name("zeta_support", 2)),
+    ("z_dot", Name("z", None, 1)), ("z_dot_rms", Name("z_dot_rms")), ("x1_dot", Name("x", 1, 1)),
+    ("section_x1_dot", Name("x", 1, 1, "section_")), ("start_y2", Name("y", 2, 0, "start_")),
+    ("attractor_section_z", Name("z", prefix="attractor_section_")), ("attractor", Name("attractor")),
+    ("attractor_start_z", Name("z", prefix="attractor_start_")), ("tau_section", Name("tau_section")),
+    ("attractor_v_rms", Name("v_rms", prefix="attractor_")), ("no name", Name("no name")), ("", Name("")),
+])
+def test_parts(name, parts):
+    assert parse(name) == parts
+
+
+@pytest.mark.parametrize("name", ["eps0", "eps01", "eps", "eps-1", "eps1_dot", "section_eps1", "q1", "eps²", "eps１"])
+def test_what_is_no_harmonic(name):
+    assert harmonic(name) is None
+
+
+@pytest.mark.parametrize("name", ["eps0", "eps", "x3", "x", "omegas", "section_", "J3", "J1_dot", "eps1_dot", ""])
+def test_what_is_no_quantity(name):
+    assert find(name) is None
+    with pytest.raises(InputError, match="must be one of"):
+        quantity(name)
+
+
+def test_every_parameter_and_coordinate_of_every_model_has_a_row_with_a_range():
+    models = [MeshModel.of("full", eps3=0.1), MeshModel.of("single", c2=0.1), MeshModel()]
+    for name in {*PAIRS, *(n for m in models for n in m.parameters()), *(q.name for q in COORDINATES)}:
+        low, high, least, most = quantity(name).range
+        assert least <= low < high <= most, name
+        assert quantity(name).range.step == (high - low) / 400
+
+
+def test_members_of_pairs_are_parameters():
+    names = {q.name for q in (*PARAMETERS, *STIFFNESS_LEVELS)}
+    assert all(set(members) <= names for members in PAIRS.values())
+
+
+def test_every_symbol_renders():
+    parser = MathTextParser("path")
+    for name in NAMES:
+        q = quantity(name)
+        assert bool(q.tex) == bool(q.symbol), name
+        for tex in filter(None, (q.tex, q.physical and q.physical.tex)):
+            parser.parse(f"${tex}$")
+
+
+@pytest.mark.parametrize(("name", "symbol", "tex"), [
+    ("eps12", "ε₁₂", r"\varepsilon_{12}"), ("zeta_support2", "ζ₂", r"\zeta_{2}"), ("q0", "q₀", "q_0"),
+    ("section_x1_dot", "x₁′", r"\dot{x}_{1}"), ("z_dot", "z′", r"\dot{z}"), ("attractor_lyapunov", "λ₁", r"\lambda_1"),
+])
+def test_symbols(name, symbol, tex):
+    assert (quantity(name).symbol, quantity(name).tex) == (symbol, tex)
+
+
+def test_a_harmonic_in_units_has_its_order_too():
+    assert (quantity("eps3").physical.symbol, quantity("eps3").physical.tex) == ("e₃", "e_{3}")
+
+
+def test_the_table_loads_nothing_heavy():
+    code = "import sys, gearchaos.quantities; print([m for m in ('numpy', 'xarray', 'pint') if m in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"
