@@ -3,37 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 
 import xarray as xr
 
+from gearchaos.explorer.view import bounds
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.results import physical
 from gearchaos.plot._axes import axis_label
-from gearchaos.plot._axes import symbol as mathtext
+from gearchaos.quantities import (
+    COORDINATES,
+    HARMONICS,
+    PARAMETERS,
+    RESPONSES,
+    RESULTS,
+    STIFFNESS_LEVELS,
+    VERDICTS,
+    find,
+    quantity,
+)
 
-_WORDS = {
-    "omega": "mesh frequency", "q": "torque", "zeta": "mesh damping", "chi": "stiffness step",
-    "contact_ratio": "contact ratio", "eps": "error amplitude", "theta": "error phase", "c": "stiffness amplitude",
-    "alpha": "stiffness phase", "J": "inertia", "beta": "bearing friction", "mu": "wheel mass",
-    "kappa": "support stiffness", "zeta_support": "support damping",
-}
-_GREEK = {
-    r"\omega": "ω", r"\varepsilon": "ε", r"\theta": "θ", r"\alpha": "α", r"\kappa": "κ", r"\beta": "β", r"\mu": "μ",
-    r"\zeta": "ζ", r"\chi": "χ", r"\tau": "τ", r"\lambda": "λ", r"\dot{z}": "z′", r"V_\mathrm{RMS}": "V_RMS",
-}
-_SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 _SCALES = {"delta": "Δ", "omega0": "ω₀", "1/omega0": "1/ω₀", "c0": "c₀", "1": ""}
 """Symbols of the units that make a quantity dimensionless."""
 
 
 def title(name: str) -> str:
     """A parameter in words; empty for an initial value."""
-    return _WORDS.get(name.rstrip("0123456789"), _WORDS.get(name, ""))
+    found = find(name)
+    return "" if found is None else found.title
 
 
 def symbol(name: str) -> str:
-    """The symbol of a parameter or variable."""
-    return plain(mathtext(name))
+    """The symbol of a parameter or variable, or its name in words if it has none."""
+    found = find(name)
+    return found.symbol if found is not None and found.symbol else name.replace("_", " ")
 
 
 def label(array: xr.DataArray | xr.Variable, name: str) -> str:
@@ -56,17 +59,16 @@ def in_units(variables: Mapping[str, xr.Variable], pair: GearPair | None) -> dic
 
 
 def plain(text: str) -> str:
-    """A text with mathtext in plain characters: ``$\\varepsilon_{1}$`` becomes ε₁."""
-    if "$" not in text:
-        return text
-    before, sign, after = text.partition("$")[0], text.split("$")[1], text.split("$", 2)[2]
-    for name, letter in _GREEK.items():
-        sign = sign.replace(name, letter)
-    if sign.startswith(r"\dot{"):
-        sign = sign.replace(r"\dot{", "").replace("}", "", 1) + "′"
-    head, low, index = sign.partition("_")
-    index = index.strip("{}") if low else ""
-    subscript = index.replace("{", "").replace("}", "")
-    digits = subscript.strip("′").replace(",", "").isdigit()
-    shown = subscript.translate(_SUBSCRIPTS) if digits else f"_{subscript}" if low else ""
-    return f"{before}{head}{shown}{after}"
+    """A text with the mathtext of symbols in plain characters: ``$\\varepsilon_{1}$`` becomes ε₁."""
+    before, _, rest = text.partition("$")
+    tex, _, after = rest.partition("$")
+    return f"{before}{_plain_symbols().get(tex, tex)}{after}"
+
+
+@cache
+def _plain_symbols() -> dict[str, str]:
+    """The symbols of all quantities, dimensionless and with units, by their mathtext."""
+    harmonics = [quantity(f"{family}{order}") for family in HARMONICS for order in range(1, bounds.HARMONICS + 1)]
+    found = [*PARAMETERS, *STIFFNESS_LEVELS, *harmonics, *COORDINATES, *RESPONSES, *VERDICTS, *RESULTS]
+    with_units = {q.physical.tex: q.physical.symbol for q in found if q.physical is not None}
+    return with_units | {q.tex: q.symbol for q in found}

@@ -13,12 +13,13 @@ from gearchaos.explorer.panels.labels import in_units, symbol, unit
 from gearchaos.explorer.panels.style import motion_colour
 from gearchaos.explorer.view.state import View
 from gearchaos.gears.pair import GearPair
+from gearchaos.quantities import quantity
 from gearchaos.studies.regime import Regime
 
-_LEVELS = (
-    ("v_rms", "rms velocity V_RMS"), ("z_rms", "rms of z"), ("z_peak_to_peak", "peak to peak of z"),
-    ("contact_fraction", "share of the time in contact"), ("dynamic_factor", "dynamic factor"),
-)
+_LEVELS = {
+    **{name: quantity(name).title for name in ("v_rms", "z_rms", "z_peak_to_peak", "contact_fraction")},
+    "dynamic_factor": quantity("dynamic_factor").long_name,  # its title is too long for a narrow column
+}
 _CONTACT = {
     "permanent": "the teeth never part", "one-sided": "the teeth part, the back flank is not reached",
     "two-sided": "the teeth hit both flanks", "none": "no contact at all",
@@ -78,22 +79,22 @@ def _rows(v: Regime, pair: GearPair | None) -> list[tuple[str, str]]:
     """Evidence and response levels, each with its name."""
     rows = []
     if v.contact:
-        rows.append(("contact", f"{v.contact}: {_CONTACT[v.contact]}"))
+        rows.append((quantity("contact").title, f"{v.contact}: {_CONTACT[v.contact]}"))
     rows += _levels(v, pair)
     if v.multipliers:
         largest = max(math.hypot(*m) for m in v.multipliers)
         rows.append(("largest Floquet multiplier |μ|", f"{largest:.6f}"))
-        rows.append(("residual of the orbit", f"{v.residual:.1e}"))
+        rows.append((quantity("residual").title, f"{v.residual:.1e}"))
     elif v.lyapunov:
         low, high = v.lyapunov_ci[0]
-        rows.append(("largest Lyapunov exponent", f"{v.lyapunov[0]:+.3g} ({low:+.3g} to {high:+.3g})"))
-    rows.append(("mesh periods computed", f"{v.periods_spent:,}"))
+        rows.append((quantity("lyapunov").long_name, f"{v.lyapunov[0]:+.3g} ({low:+.3g} to {high:+.3g})"))
+    rows.append((quantity("periods_spent").title, f"{v.periods_spent:,}"))
     return rows
 
 
 def _levels(v: Regime, pair: GearPair | None) -> list[tuple[str, str]]:
     """Names of the levels that this motion has, and their values with units."""
-    known = {n: x for n, _ in _LEVELS if (x := getattr(v, n)) is not None}
+    known = {n: x for n in _LEVELS if (x := getattr(v, n)) is not None}
     levels = in_units({n: variable(n, (), np.array(x)) for n, x in known.items()}, pair)
     texts = {n: f"{float(level):.5g}\N{NO-BREAK SPACE}{unit(level)}".strip() for n, level in levels.items()}
-    return [(title, texts[n]) for n, title in _LEVELS if n in known]
+    return [(title, texts[n]) for n, title in _LEVELS.items() if n in known]

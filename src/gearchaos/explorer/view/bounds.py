@@ -1,4 +1,4 @@
-"""Bounds of what a page may ask for: the range of every parameter, and the size of every computation.
+"""Bounds of what a page may ask for: the size of every computation, and the range of every value.
 
 A browser may send any request, so every quantity in a request is bounded here.
 """
@@ -6,10 +6,9 @@ A browser may send any request, so every quantity in a request is bounded here.
 from __future__ import annotations
 
 import math
-import re
-from typing import NamedTuple
 
 from gearchaos.errors import InputError
+from gearchaos.quantities import Range, find, harmonic, parse
 
 CELLS = (400, 300)
 """Columns and rows of the map at its finest."""
@@ -36,49 +35,18 @@ QUERY = 4000
 """Largest number of characters in the query of an address."""
 
 
-class Span(NamedTuple):
-    """Range of a parameter: the ends of its slider (low, high), and the values accepted (least to most)."""
-
-    low: float
-    high: float
-    least: float
-    most: float
-
-
-_SPANS: dict[str, Span] = {
-    "omega": Span(0.2, 3.0, 0.05, 20.0),
-    "zeta": Span(0.0, 0.2, 0.0, 10.0),
-    "J": Span(0.5, 10.0, 0.05, 1000.0),
-    "q": Span(0.0, 0.3, -100.0, 100.0),
-    "beta": Span(0.0, 0.1, 0.0, 10.0),
-    "mu": Span(0.5, 10.0, 0.05, 1000.0),
-    "kappa": Span(0.1, 10.0, 0.005, 1000.0),
-    "zeta_support": Span(0.0, 0.1, 0.0, 10.0),
-    "chi": Span(-0.5, 0.75, -0.95, 0.95),
-    "contact_ratio": Span(1.0, 2.0, 1.0, 2.0),
-    "eps": Span(0.0, 0.3, -10.0, 10.0),
-    "theta": Span(-3.2, 3.2, -100.0, 100.0),
-    "c": Span(-0.5, 0.5, -0.95, 0.95),
-    "alpha": Span(-3.2, 3.2, -100.0, 100.0),
-    "x": Span(-3.0, 3.0, -1000.0, 1000.0),
-    "y": Span(-3.0, 3.0, -1000.0, 1000.0),
-    "z": Span(-3.0, 3.0, -1000.0, 1000.0),
-}
-_STEM = re.compile(r"([A-Za-z_]+?)(\d*)(_dot)?")
-
-
-def span(name: str) -> Span:
-    """The range of a parameter or initial value by its name; pairs and harmonics included.
+def span(name: str) -> Range:
+    """The range of a parameter, pair, harmonic or initial value, by its name.
 
     Raises
     ------
     InputError
-        If the explorer knows no such name.
+        If the explorer has no range for such a name.
     """
-    match = _STEM.fullmatch(name)
-    if match is None or match[1] not in _SPANS:
+    found = None if parse(name).prefix else find(name)
+    if found is None or found.range is None:
         raise InputError("parameter", "must be one that the explorer knows", name)
-    return _SPANS[match[1]]
+    return found.range
 
 
 def bounded(name: str, value: object) -> float:
@@ -93,9 +61,9 @@ def bounded(name: str, value: object) -> float:
     _, _, least, most = span(name)
     if not least <= found <= most:
         raise InputError(name, f"must lie in [{least:g}, {most:g}] in the explorer", found)
-    match = _STEM.fullmatch(name)
-    if match and match[1] in ("eps", "theta", "c", "alpha") and match[2] and int(match[2]) > HARMONICS:
-        raise InputError(name, f"must be a harmonic of order at most {HARMONICS} in the explorer", int(match[2]))
+    parts = harmonic(name)
+    if parts is not None and parts.order is not None and parts.order > HARMONICS:
+        raise InputError(name, f"must be a harmonic of order at most {HARMONICS} in the explorer", parts.order)
     return found
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from functools import cache
 
+from gearchaos.errors import InputError
 from gearchaos.explorer.view.bounds import CELLS
 from gearchaos.model import COORDINATES, MeshModel, expand, known_names, state_names
+from gearchaos.model.names import check_used
 from gearchaos.studies.axis import Axis
-
-_LATERAL = ("mu", "kappa", "zeta_support")
 
 
 @cache
@@ -29,11 +29,18 @@ def axis_names(model: MeshModel) -> list[str]:
     """
     out = []
     for name in [*known_names(model), *(n for n in model.parameters() if n not in known_names(model))]:
-        no_effect = (name.startswith(_LATERAL) and model.kind != "full") or (
-            name.startswith("beta") and model.kind == "single")
-        if not no_effect and name not in state_names(model.kind) and name not in out:
+        if _has_effect(name, model.kind) and name not in state_names(model.kind) and name not in out:
             out.append(name)
     return out
+
+
+def _has_effect(name: str, kind: str) -> bool:
+    """Whether a parameter has an effect on a kind of model."""
+    try:
+        check_used(name, kind)
+    except InputError:
+        return False
+    return True
 
 
 def initial_values(model: MeshModel) -> dict[str, float]:

@@ -11,12 +11,14 @@ from gearchaos.errors import InputError, unknown_name
 from gearchaos.explorer.view.bounds import CELLS, bounded, number, rounded, span
 from gearchaos.explorer.view.planes import axis_names, figure_plane, value_on
 from gearchaos.model import KINDS, HarmonicStiffness, MeshModel, TwoLevelStiffness, expand, state_names
+from gearchaos.quantities import quantity
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.plane import check_plane
 
 COLOURS = {
-    "motion": "kind of motion", "v_rms": "rms velocity", "contact_fraction": "share of the time in contact",
-    "dynamic_factor": "dynamic factor", "attractors": "number of attractors",
+    "motion": "kind of motion",
+    **{name: quantity(name).long_name for name in ("v_rms", "contact_fraction", "dynamic_factor")},
+    "attractors": "number of attractors",
 }
 """Variables by which the map can be coloured, each with its description."""
 

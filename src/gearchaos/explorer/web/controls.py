@@ -10,7 +10,7 @@ from gearchaos.explorer.view.bounds import HARMONICS
 from gearchaos.explorer.view.presets import preset_of, presets
 from gearchaos.explorer.view.state import View, stiffness_name
 from gearchaos.explorer.view.wheels import are_alike, equal, made_alike
-from gearchaos.explorer.web.form import field_values, line_menu, parameter_form, plane_menus
+from gearchaos.explorer.web.form import field_values, harmonics_of, line_menu, parameter_form, plane_menus
 from gearchaos.explorer.web.html import render
 from gearchaos.explorer.web.messages import Messages
 from gearchaos.model import PAIRS
@@ -68,8 +68,7 @@ class Controls:
 
     def _one_more(self, family: str) -> Change | None:
         """Add the next harmonic of a family."""
-        names = self._view.model.parameters()
-        number = 1 + sum(n.startswith(family) and n[len(family):].isdigit() for n in names)
+        number = 1 + len(harmonics_of(family, self._view.model.parameters()))
         return (lambda view: view.with_value(f"{family}{number}", 0.01)) if number <= HARMONICS else None
 
     def show(self, view: View) -> None:

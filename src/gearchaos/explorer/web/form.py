@@ -11,6 +11,7 @@ from gearchaos.explorer.view.planes import axis_names, initial_values
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import COLOURS, LINES, STIFFNESSES, View, stiffness_name
 from gearchaos.model import COORDINATES, KINDS, PAIRS
+from gearchaos.quantities import HARMONICS, harmonic
 
 _GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("Operation", ("omega", "q0", "q1", "q2")),
@@ -21,13 +22,10 @@ _GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
 )
 """Groups of fields: parameters, pairs, and families of harmonics."""
 
-_HARMONICS = ("eps", "theta", "c", "alpha")
 _KINDS = {
     "single": "single: relative motion (2.17)", "torsional": "torsional: rigid supports",
     "full": "full: elastic supports (2.12)",
 }
-_STEPS = 400
-"""Steps of a slider."""
 
 
 @dataclass(frozen=True)
@@ -133,17 +131,22 @@ def field_values(view: View) -> dict[str, float]:
 
 
 def _field(name: str) -> Field:
-    low, high, _, _ = span(name)
-    return Field(name, title(name) or "start", symbol(name), low, high, f"{(high - low) / _STEPS:.6g}")
+    slider = span(name)
+    return Field(name, title(name) or "start", symbol(name), slider.low, slider.high, f"{slider.step:.6g}")
 
 
 def _names(entry: str, values: Iterable[str], merged: Iterable[str]) -> list[str]:
     """The fields of an entry of `_GROUPS`: all harmonics of a family; a pair if merged, otherwise its members."""
-    if entry in _HARMONICS:
-        return [n for n in values if n[: len(entry)] == entry and n[len(entry):].isdigit()]
+    if entry in HARMONICS:
+        return harmonics_of(entry, values)
     if entry not in values or (entry in PAIRS and entry not in merged):
         return []
     return [] if any(entry in PAIRS[pair] for pair in merged) else [entry]
+
+
+def harmonics_of(family: str, names: Iterable[str]) -> list[str]:
+    """The names among ``names`` that are harmonics of a family such as "eps"."""
+    return [n for n in names if (parts := harmonic(n)) is not None and parts.family == family]
 
 
 def _group_buttons(heading: str, view: View) -> tuple[Button, ...]:
