@@ -76,7 +76,7 @@ def served():
 @contextmanager
 def browser():
     with sync_playwright() as playwright:
-        chromium = playwright.chromium.initial_states(executable_path=CHROMIUM, args=["--no-sandbox"])
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         yield chromium
         chromium.close()
 

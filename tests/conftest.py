@@ -11,8 +11,8 @@ def small(monkeypatch):
     from dataclasses import replace
 
     import gearchaos as gc
-    from gearchaos.explorer import state
-    from gearchaos.explorer.presets import presets
+    from gearchaos.explorer.view import state
+    from gearchaos.explorer.view.presets import presets
 
     monkeypatch.setattr(state, "CELLS", (56, 40))
     x, y = gc.Axis("omega", 0.9, 1.1, 56), gc.Axis("eps1", 0.0, 0.02, 40)

@@ -13,7 +13,7 @@ from typing import Any
 _MODULES = {
     "GearPair": "gears.pair", "HarmonicStiffness": "model", "InputError": "errors", "MeshModel": "model",
     "TransmissionError": "model", "TwoLevelStiffness": "model", "physical": "gears.results",
-    "explore": "explorer.notebook",
+    "explore": "explorer.web.notebook",
     "Axis": "studies.axis", "Classification": "dynamics.settings", "Regime": "studies.regime",
     "attractors": "studies.attractors", "basins": "studies.basins",
     "bifurcation": "studies.bifurcation", "load": "datasets", "regime": "studies.regime",

@@ -9,12 +9,18 @@ import pytest
 import gearchaos as gc
 from gearchaos.dynamics import Label
 from gearchaos.errors import InputError
-from gearchaos.explorer import bounds, lines, maps, state, words
-from gearchaos.explorer.dossier import dossier, followed
-from gearchaos.explorer.figures.style import plain
-from gearchaos.explorer.presets import presets
-from gearchaos.explorer.serve import address, check_port
-from gearchaos.explorer.state import View, axis_names, first_view, from_query, standard, stiffness_name
+from gearchaos.explorer.jobs import map as maps
+from gearchaos.explorer.jobs import point_studies
+from gearchaos.explorer.jobs.dossier import dossier, followed
+from gearchaos.explorer.jobs.map_grid import MapGrid
+from gearchaos.explorer.panels.attractors import choices
+from gearchaos.explorer.panels.labels import plain
+from gearchaos.explorer.view import bounds, state
+from gearchaos.explorer.view.address import from_query, to_query
+from gearchaos.explorer.view.planes import axis_names
+from gearchaos.explorer.view.presets import presets
+from gearchaos.explorer.view.state import View, first_view, standard, stiffness_name
+from gearchaos.explorer.web.server import address, check_port
 from gearchaos.model import COORDINATES, KINDS
 from gearchaos.paper.settings import all_figures
 
@@ -27,8 +33,8 @@ START = presets()["2"].view
 @pytest.mark.parametrize("key", presets())
 def test_every_preset_survives_the_address_bar(key):
     view = presets()[key].view
-    assert from_query(view.query(), START) == view
-    assert from_query("?" + view.query(), START).point == view.point
+    assert from_query(to_query(view), START) == view
+    assert from_query("?" + to_query(view), START).point == view.point
 
 
 def test_every_figure_has_a_preset_with_its_own_model():
@@ -48,7 +54,7 @@ def test_a_view_with_everything_changed_survives_the_address_bar():
         standard(model), y=gc.Axis("c2", 0.0, 0.1, 300), at=(1.1, 0.07), colour="v_rms", line="y",
         start=(("x1", 2.0), ("x1_dot", 1e-17)), physical=True,
     )
-    again = from_query(view.query(), START)
+    again = from_query(to_query(view), START)
     assert again == view and again.point == view.point
 
 
@@ -170,7 +176,7 @@ def test_a_motion_that_diverges_has_a_dossier_too():
 
 
 def test_a_map_is_coarse_first_and_every_cell_is_in_the_end_that_of_zones(small):
-    found = list(maps.sharpened(small))
+    found = list(maps.refined(small))
     assert found[0].stride == maps.COARSE[0] and found[-1].share == 1.0
     shares = [m.share for m in found if m.stride > 1]
     assert shares == sorted(shares)
@@ -182,22 +188,23 @@ def test_a_map_is_coarse_first_and_every_cell_is_in_the_end_that_of_zones(small)
 
 def test_chaos_shows_before_it_is_outlasted_and_every_cell_is_judged_in_the_end(monkeypatch):
     monkeypatch.setattr(state, "CELLS", (40, 30))
-    monkeypatch.setattr(maps, "_PACE", 0.0)
+    monkeypatch.setattr(maps, "_INTERVAL", 0.0)
     view = replace(START, x=gc.Axis("omega", 1.2, 1.5, 40), y=gc.Axis("eps1", 0.18, 0.24, 30), at=(1.3, 0.2))
-    found = list(maps.sharpened(view))
-    waiting = max(found, key=lambda m: m.wild.sum())
-    assert waiting.wild.sum() > 100 and np.any(waiting.dataset["label"].values.ravel()[waiting.wild] == 0)
-    assert np.all(waiting.labels().values.ravel()[waiting.wild] == Label.CHAOTIC)
+    found = list(maps.refined(view))
+    waiting = max(found, key=lambda m: m.chaotic_so_far.sum())
+    chaotic = waiting.chaotic_so_far
+    assert chaotic.sum() > 100 and np.any(waiting.dataset["label"].values.ravel()[chaotic] == 0)
+    assert np.all(waiting.labels().values.ravel()[chaotic] == Label.CHAOTIC)
     assert np.isfinite(waiting.level("v_rms").values).all()  # each shows that of the nearest cell that has one
-    assert not found[-1].wild.any() and np.all(found[-1].dataset["label"] != 0)
-    whole = gc.zones(view.model, view.x, view.y, settings=maps.STEADY)
+    assert not found[-1].chaotic_so_far.any() and np.all(found[-1].dataset["label"] != 0)
+    whole = gc.zones(view.model, view.x, view.y, settings=maps.FULL)
     assert found[-1].dataset["label"].identical(whole["label"])
     assert found[-1].level("v_rms").values == pytest.approx(whole["v_rms"].values, rel=1e-8, nan_ok=True)
 
 
 def test_every_cell_of_a_coarse_map_shows_the_nearest_one_computed():
-    grid = maps._Grid(11, 9)
-    grid.put({"label": np.ones(9, np.int8)}, cells := grid.fresh(4))
+    grid = MapGrid(11, 9)
+    grid.put({"label": np.ones(9, np.int8)}, cells := grid.request(4))
     grid.show(cells, 4)
     row, column = np.divmod(grid.source, 11)
     at = np.mgrid[0:9, 0:11]
@@ -208,7 +215,7 @@ def test_every_cell_of_a_coarse_map_shows_the_nearest_one_computed():
 def test_the_map_of_attractors_counts_them():
     view = replace(presets()["3c"].view, colour="attractors", x=gc.Axis("omega", 2.2, 2.4, 400),
                    y=gc.Axis("eps1", 0.04, 0.06, 300))
-    first = next(iter(maps.sharpened(view)))
+    first = next(iter(maps.refined(view)))
     assert "attractors" in first.dataset and np.nanmax(first.level("attractors").values) >= 2
     rows = np.isfinite(first.level("attractors").values).any(axis=1)
     assert rows.sum() == 4 and not rows[4:].any()  # rows that are not computed yet show nothing
@@ -216,36 +223,57 @@ def test_the_map_of_attractors_counts_them():
 
 def test_a_diagram_is_coarse_first_and_lies_along_the_line():
     view = replace(START, line="y", x=gc.Axis("omega", 0.5, 1.5, 400), at=(1.0, 0.1))
-    found = [d for d in lines.bifurcation(view, 4, 1) if d]
+    found = [d for d in point_studies.bifurcation(view, 4, 1) if d]
     assert [d.sizes["eps1"] for d in found] == [bounds.COLUMNS // 4, bounds.COLUMNS]
 
 
+@pytest.mark.parametrize("chosen", [False, True])
 @pytest.mark.parametrize(("kind", "given", "kept"), [
     ("full", {"x1": 0.5, "y1": 0.3, "y2_dot": -0.2}, {"y1": 0.3, "y2_dot": -0.2}),
+    ("full", {"y1": 0.3, "y2": -0.4}, {"y1": 0.3, "y2": -0.4}),
     ("torsional", {"x2": 0.7, "x1_dot": 0.1}, {"x2": 0.7}), ("single", {"x1": 0.5}, {}), ("single", {"z": 0.5}, {}),
 ])
-def test_basins_start_from_the_point_s_other_initial_values(monkeypatch, kind, given, kept):
+def test_basins_start_from_the_point_s_other_initial_values(monkeypatch, kind, given, kept, chosen):
+    """Whether they are the model's own, or those of a motion chosen at the point."""
     asked = []
-    monkeypatch.setattr(lines, "basins_plan", lambda model, x, y, **_: asked.append((model, x, y)))
-    monkeypatch.setattr(lines, "_in_parts", lambda *_: iter(()))
-    view = standard(gc.MeshModel.of(kind=kind, omega=1.0, q0=0.1, eps1=0.1, **given))
-    assert list(lines.basins(view)) == [] and len(asked) == 2
+    monkeypatch.setattr(point_studies, "Basins", lambda model, x, y, **_: asked.append((model, x, y)))
+    monkeypatch.setattr(point_studies, "_in_parts", lambda *_: iter(()))
+    view = standard(gc.MeshModel.of(kind=kind, omega=1.0, q0=0.1, eps1=0.1, **({} if chosen else given)))
+    view = replace(view, start=tuple(given.items()) if chosen else ())
+    assert list(point_studies.basins(view)) == [] and len(asked) == 2
     for model, x, y in asked:
         assert {n: v for n, v in model.initial.items() if n not in (x.name, y.name)} == kept
 
 
+def test_a_start_in_the_plane_of_basins_keeps_the_other_initial_values_of_the_motion_chosen():
+    view = replace(standard(gc.MeshModel.of(kind="full", y2=0.1)), start=(("x1", 2.0), ("y1", 0.3)))
+    started = view.started({"x1": -1.0, "x1_dot": 0.5})
+    assert dict(started.start) == {"x1": -1.0, "x1_dot": 0.5, "y1": 0.3}
+    assert dict(started.point.initial) == {"x1": -1.0, "x1_dot": 0.5, "y1": 0.3, "y2": 0.1}
+    assert dict(replace(view, start=()).started({"x1": -1.0}).start) == {"x1": -1.0}
+    relative = replace(standard(gc.MeshModel(kind="single")), start=(("x1", 2.0),))
+    assert dict(relative.started({"z": 0.5, "z_dot": 0.0}).start) == {"z": 0.5, "z_dot": 0.0}
+
+
+def test_the_point_of_an_axis_of_initial_values_begins_at_the_model_s_own():
+    view = standard(gc.MeshModel.of(kind="full", y1=0.3))
+    names = ("x1", "x1_dot", "y1", "y2", "y2_dot")
+    at = [view.with_axes(view.x, gc.Axis(name, -3.0, 3.0, 300)).at[1] for name in names]
+    assert at == [1.0, 0.0, 0.3, 0.0, 0.0]
+
+
 def test_the_motions_of_a_point_come_with_a_start_that_leads_to_each():
-    (found,) = lines.attractors(presets()["4"].view)
-    for choice in words.attractor_choices(found):
-        view = replace(presets()["4"].view, start=choice["start"])
-        assert choice["name"].startswith(gc.regime(view.point).label)
+    (found,) = point_studies.attractors(presets()["4"].view)
+    for choice in choices(found):
+        view = replace(presets()["4"].view, start=choice.start)
+        assert choice.name.startswith(gc.regime(view.point).label)
 
 
 # --- safety --------------------------------------------------------------------------------------------------------
 
 
 def test_only_names_of_the_server_itself_are_answered():
-    from gearchaos.explorer.guard import own_host
+    from gearchaos.explorer.web.hosts import own_host
 
     assert all(own_host(name, "127.0.0.1") for name in ("127.0.0.1:5006", "localhost", "LocalHost:80", "[::1]:5006"))
     foreign = ("10.0.0.1", "evil.example", "", "[::1", "localhost.", "a b")
@@ -272,15 +300,15 @@ def test_a_port_in_use_is_refused():
 
 
 def test_without_its_libraries_the_explorer_says_what_to_install(monkeypatch):
-    from gearchaos.explorer import serve
+    from gearchaos.explorer.web import server
 
-    monkeypatch.setattr(serve, "find_spec", lambda name: None)
+    monkeypatch.setattr(server, "find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"pip install gearchaos\[app\]"):
         gc.explore()
 
 
 def test_a_server_that_cannot_start_is_an_error_and_not_a_wait(monkeypatch):
-    from gearchaos.explorer import notebook
+    from gearchaos.explorer.web import notebook
 
     def broken(*_, **__):
         raise OSError("no more sockets")

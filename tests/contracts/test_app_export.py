@@ -11,13 +11,15 @@ import pytest
 import xarray as xr
 
 import gearchaos as gc
-from gearchaos.explorer import export, maps
-from gearchaos.explorer.controls import are_alike, made_alike
-from gearchaos.explorer.dossier import dossier
-from gearchaos.explorer.figures.spectrum import SpectrumFigure
-from gearchaos.explorer.pair import pair_at
-from gearchaos.explorer.presets import preset_of, presets
-from gearchaos.explorer.state import first_view
+from gearchaos.explorer.jobs import export
+from gearchaos.explorer.jobs import map as maps
+from gearchaos.explorer.jobs.dossier import dossier
+from gearchaos.explorer.panels.spectrum import SpectrumFigure
+from gearchaos.explorer.view.pair import pair_at
+from gearchaos.explorer.view.presets import preset_of, presets
+from gearchaos.explorer.view.state import first_view
+from gearchaos.explorer.view.study_text import as_python, as_toml
+from gearchaos.explorer.view.wheels import are_alike, made_alike
 from gearchaos.studyfile import load_study
 
 START = presets()["2"].view
@@ -26,18 +28,18 @@ START = presets()["2"].view
 @pytest.mark.parametrize("key", ["2", "3c", "11"])
 def test_copied_python_builds_the_same_model(key):
     view = presets()[key].view.with_value("zeta", 1 / 30)
-    head = export.as_python(view).split("verdict")[0]
+    head = as_python(view).split("verdict")[0]
     names: dict = {}
     exec(head, names)
     assert names["model"] == view.point
-    compile(export.as_python(view), "copied", "exec")
+    compile(as_python(view), "copied", "exec")
 
 
 @pytest.mark.parametrize("stiffness", ["two-level", "harmonics"])
 def test_copied_toml_is_a_study_file_of_the_same_model(tmp_path, stiffness):
     view = replace(presets()["3c"].view.with_stiffness(stiffness), start=(("z", 0.3), ("z_dot", -0.1)))
     path = tmp_path / "study.toml"
-    path.write_text(export.as_toml(view), encoding="utf-8")
+    path.write_text(as_toml(view), encoding="utf-8")
     study = load_study(path)
     assert study.model == view.point
     assert study.settings_for("zones").axes == (view.x, view.y)
@@ -57,7 +59,7 @@ PAIR = load_study(Path(__file__).parents[2] / "examples" / "physical_pair.toml")
 def test_a_copied_study_file_keeps_the_pair_at_the_point(tmp_path, change):
     view = change(first_view(PAIR.model, *PAIR.settings_for("zones").axes))
     path = tmp_path / "pair.toml"
-    path.write_text(export.as_toml(view, PAIR.pair), encoding="utf-8")
+    path.write_text(as_toml(view, PAIR.pair), encoding="utf-8")
     study = load_study(path)
     found, wanted = study.model.parameters(), view.point.parameters()
     assert found == pytest.approx(wanted, rel=1e-13) and study.model.initial == view.point.initial
@@ -70,7 +72,7 @@ def test_other_kinds_of_a_pair_keep_it_and_what_no_pair_has_is_a_model(tmp_path)
     for changed, kept in (
         (view.with_kind("torsional"), True), (view.with_kind("single"), True), (view.with_value("J1", 3.0), False),
     ):
-        path.write_text(export.as_toml(changed, PAIR.pair), encoding="utf-8")
+        path.write_text(as_toml(changed, PAIR.pair), encoding="utf-8")
         study = load_study(path)
         assert (study.pair is not None) == kept and study.model.kind == changed.model.kind
         assert gc.regime(study.model).v_rms == pytest.approx(gc.regime(changed.point).v_rms, rel=1e-6)
@@ -81,8 +83,8 @@ def test_other_kinds_of_a_pair_keep_it_and_what_no_pair_has_is_a_model(tmp_path)
 def test_copied_python_scales_to_the_units_on_show():
     view = first_view(PAIR.model)
     names: dict = {}
-    exec("import gearchaos as gc\n" + re.search(r"^pair = .*$", export.as_python(view, PAIR.pair), re.M)[0], names)
-    assert names["pair"] == PAIR.pair and "physical" not in export.as_python(view)
+    exec("import gearchaos as gc\n" + re.search(r"^pair = .*$", as_python(view, PAIR.pair), re.M)[0], names)
+    assert names["pair"] == PAIR.pair and "physical" not in as_python(view)
 
 
 @pytest.mark.parametrize("key", presets())
@@ -104,7 +106,7 @@ def test_wheels_are_alike_only_if_all_their_values_are():
 
 
 def test_pictures_and_data_of_a_map_half_done(small):
-    half = next(iter(maps.sharpened(small)))
+    half = next(iter(maps.refined(small)))
     for suffix, begins in (("png", b"\x89PNG"), ("svg", b"<?xml")):
         content, _, name = next(export.exported("map", suffix, half.dataset, "motion", ""))
         assert content.startswith(begins) and name == f"gearchaos-map.{suffix}"

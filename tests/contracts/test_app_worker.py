@@ -11,11 +11,12 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.errors import InputError
-from gearchaos.explorer import maps, words
-from gearchaos.explorer.dossier import dossier
-from gearchaos.explorer.elsewhere import Elsewhere
-from gearchaos.explorer.presets import presets
-from gearchaos.explorer.worker import Job, Worker
+from gearchaos.explorer.jobs import map as maps
+from gearchaos.explorer.jobs.dossier import dossier
+from gearchaos.explorer.jobs.worker import Job, Worker
+from gearchaos.explorer.jobs.worker_process import WorkerProcess
+from gearchaos.explorer.view.presets import presets
+from gearchaos.explorer.web.html import render
 from gearchaos.flow import StoppedError
 
 START = presets()["2"].view
@@ -128,7 +129,7 @@ def test_a_page_that_fails_does_not_end_the_thread(caplog):
 
 @pytest.fixture(scope="module")
 def place():
-    place = Elsewhere(polite=True)
+    place = WorkerProcess(low_priority=True)
     yield place
     place.end()
 
@@ -149,9 +150,9 @@ def test_works_there_take_turns_and_the_one_closed_is_forgotten(place):
 
 
 def test_a_step_under_way_there_is_left_at_once(place):
-    work = place.run(partial(maps.sharpened, START))
+    work = place.run(partial(maps.refined, START))
     next(work)
-    threading.Timer(0.1, work.leave).start()
+    threading.Timer(0.1, work.cancel).start()
     began = time.monotonic()
     with pytest.raises(StoppedError):
         for _ in work:
@@ -161,8 +162,8 @@ def test_a_step_under_way_there_is_left_at_once(place):
 
 
 def test_a_work_left_before_it_begins_does_nothing_there(place):
-    work = place.run(partial(maps.sharpened, START))
-    work.leave()
+    work = place.run(partial(maps.refined, START))
+    work.cancel()
     with pytest.raises(StoppedError):
         next(work)
 
@@ -181,15 +182,18 @@ def test_compiling_there_is_told_before_the_answer(place):
 
 
 def test_the_page_says_that_kernels_are_compiled_first():
-    assert "once after an install" in words.busy_html(["motion"], True)
-    assert "once" not in words.busy_html(["motion"], False) and "ready" in words.busy_html([], True)
+    def busy(tasks, compiling):
+        return render("busy.html.j2", tasks=tasks, compiling=compiling)
+
+    assert "once after an install" in busy(["motion"], True)
+    assert "once" not in busy(["motion"], False) and "ready" in busy([], True)
 
 
 def test_a_process_that_dies_costs_the_visitor_one_message(caplog):
-    place = Elsewhere()
+    place = WorkerProcess()
     worker, hurt, well = Worker("test", place), Recorder(), Recorder()
     model = gc.MeshModel.of(omega=1.0, eps1=0.05)
-    worker.submit("a", "map", Job(partial(maps.sharpened, START), lambda _: place._process.kill(), hurt.end))
+    worker.submit("a", "map", Job(partial(maps.refined, START), lambda _: place._process.kill(), hurt.end))
     assert hurt.over.wait(60) and "went wrong" in hurt.message
     worker.submit("a", "motion", Job(partial(dossier, model), well.shown.append, well.end))
     assert well.over.wait(60) and well.message is None and well.shown[-1].verdict.label == "1T"
@@ -198,7 +202,11 @@ def test_a_process_that_dies_costs_the_visitor_one_message(caplog):
 
 
 def test_a_process_ends_with_the_one_that_began_it(tmp_path):
-    code = "from gearchaos.explorer.elsewhere import Elsewhere; print(Elsewhere()._process.pid, flush=True); input()"
+    code = """
+from gearchaos.explorer.jobs.worker_process import WorkerProcess
+print(WorkerProcess()._process.pid, flush=True)
+input()
+"""
     parent = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     child = psutil.Process(int(parent.stdout.readline()))
     parent.kill()

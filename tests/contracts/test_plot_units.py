@@ -147,7 +147,7 @@ def test_labels_of_physical_axes_say_what_is_measured(results):
 ])
 def test_the_explorers_pictures_are_made_in_both(results, units, kind, result, colour):
     pytest.importorskip("tomlkit")
-    from gearchaos.explorer.export import picture
+    from gearchaos.explorer.jobs.export import picture
 
     content, media = picture(kind, "png", results[result][units], colour, "title")
     assert media == "image/png" and len(content) > 10_000

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 
 import pytest
 
-from gearchaos.explorer.presets import presets
-from gearchaos.explorer.state import from_query
+from gearchaos.explorer.view.address import from_query
+from gearchaos.explorer.view.presets import presets
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 NEEDED = [

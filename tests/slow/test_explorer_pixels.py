@@ -8,7 +8,7 @@ from bokeh.palettes import Viridis256
 from PIL import Image
 
 import gearchaos as gc
-from gearchaos.explorer.state import COLOURS
+from gearchaos.explorer.view.state import COLOURS
 from gearchaos.plot._classes import MOTION_CLASSES
 from tests.slow.browser import NEEDED
 

@@ -314,8 +314,8 @@ def part(raw):
     return found[1]
 
 
-def heard(model, what, value):
-    entries = [["what", what], ["value", value], ["number", [1]]]
+def request(model, action, value):
+    entries = [["action", action], ["value", value], ["number", [1]]]
     return changed(model, value={"type": "map", "entries": entries})
 
 
@@ -344,11 +344,11 @@ def test_a_page_may_say_anything_and_still_works(place):
             raw.send(text)
         _, document = read_until(raw, "PULL-DOC-REPLY")
         models = list(walk(json.loads(document)))
-        model = next(m["id"] for m in models if '["what"' in json.dumps(m["attributes"].get("data")))
+        model = next(m["id"] for m in models if '["action"' in json.dumps(m["attributes"].get("data")))
         figure = next(m["id"] for m in models if m["name"] == "Figure")
         names = ("step", "choose", "save", "set", "press")
-        said = [heard(model, [name], [value]) for name in names for value in ABSURD]
-        said += [heard(model, *w) for w in ((7, 7), ([], []), ([[]], [{}]), (None, None), ({"a": 1}, ["x"]))]
+        said = [request(model, [name], [value]) for name in names for value in ABSURD]
+        said += [request(model, *w) for w in ((7, 7), ([], []), ([[]], [{}]), (None, None), ({"a": 1}, ["x"]))]
         said += [event(figure, "tap", sx=0, sy=0, x=x, y=0, modifiers=None) for x in (None, "x", [], 1e300, "nan")]
         said += [event(figure, "rangesupdate", x0=x, x1=0, y0=0, y1=x) for x in (None, "x", [], 1e300, "nan")]
         for one in said:

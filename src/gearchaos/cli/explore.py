@@ -13,7 +13,7 @@ from gearchaos.cli.options import AxisTexts, Sets, StudyPath, app, load
 from gearchaos.errors import InputError
 
 if TYPE_CHECKING:
-    from gearchaos.explorer.state import View
+    from gearchaos.explorer.view.state import View
     from gearchaos.studyfile import LoadedStudy
 
 
@@ -28,8 +28,8 @@ def explore(
     no_open: Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")] = False,
 ) -> None:
     """A map of motions in the browser, and wherever one points, the motion behind it."""
-    from gearchaos.explorer.bounds import LOCAL
-    from gearchaos.explorer.serve import address, check_installed, check_port, server
+    from gearchaos.explorer.web.hosts import LOCAL
+    from gearchaos.explorer.web.server import address, check_installed, check_port, server
 
     check_installed()
     loaded = load(study, sets)
@@ -45,8 +45,8 @@ def explore(
 
 def _view(loaded: LoadedStudy, texts: list[str], nothing_said: bool) -> View:
     """What the page begins with: the axes of the command line, else of the study file, else the paper's figure 2."""
-    from gearchaos.explorer.presets import presets
-    from gearchaos.explorer.state import first_view
+    from gearchaos.explorer.view.presets import presets
+    from gearchaos.explorer.view.state import first_view
     from gearchaos.studies.axis import parse_axis
 
     given = [parse_axis(text, "--axis") for text in texts]

@@ -1,1 +1,0 @@
-"""One figure of the page per file."""

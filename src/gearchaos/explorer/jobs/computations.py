@@ -1,0 +1,240 @@
+"""What is computed for one page, and in which order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, Protocol
+
+import xarray as xr
+
+from gearchaos.explorer.jobs import export, point_studies
+from gearchaos.explorer.jobs.dossier import Dossier, dossier, followed
+from gearchaos.explorer.jobs.map import COARSE, refined
+from gearchaos.explorer.jobs.map_grid import Map
+from gearchaos.explorer.jobs.worker import Job, Worker
+from gearchaos.explorer.jobs.worker_process import Steps
+from gearchaos.explorer.view.state import View
+from gearchaos.gears.pair import GearPair
+from gearchaos.gears.results import physical
+
+_DELAY = 0.05
+"""Seconds between the last change of a slider and the start of a long computation."""
+
+_COARSE_DIAGRAM = 4
+"""The first bifurcation diagram has every 4th column."""
+
+
+class Display(Protocol):
+    """Where results are shown; all methods are called in the thread of the page."""
+
+    def show_map(self, found: Map) -> None: ...
+
+    def show_dossier(self, found: Dossier) -> None: ...
+
+    def show_diagram(self, found: xr.Dataset) -> None: ...
+
+    def show_basins(self, view: View, found: xr.Dataset) -> None: ...
+
+    def show_attractors(self, found: xr.Dataset) -> None: ...
+
+    def clear_point_studies(self) -> None: ...
+
+    def show_busy(self, tasks: Sequence[str], compiling: bool) -> None: ...
+
+    def show_message(self, message: str) -> None: ...
+
+    def save_file(self, content: bytes, media_type: str, name: str) -> None: ...
+
+
+class Computations:
+    """The computations of one page, at most one per panel.
+
+    The motion at the point comes first, on a worker of its own. A second worker computes the map, coarse first. Once
+    a coarse map is shown it also computes a coarse bifurcation diagram and the other motions of the point; the fine
+    diagram follows when the map is complete. Basins and files are computed on request.
+
+    Parameters
+    ----------
+    owner : str
+        Name of the page.
+    view : View
+        The view that the page shows first.
+    workers : (Worker, Worker)
+        For the motion at the point and files, and for all that takes long.
+    call_soon : callable
+        Has a function called in the thread of the page.
+    display : Display
+
+    Attributes
+    ----------
+    map, dossier : Map, Dossier or None
+        The newest results.
+    """
+
+    def __init__(
+        self, owner: str, view: View, workers: tuple[Worker, Worker], call_soon: Callable[[Callable[[], None]], None],
+        display: Display,
+    ) -> None:
+        self._owner, self._view, self._call_soon, self._display = owner, view, call_soon, display
+        self._quick, self._slow = workers
+        self._pending: set[str] = set()
+        self.map: Map | None = None
+        self.dossier: Dossier | None = None
+        self._awaits_map = False  # the diagram and the other motions wait for a coarse map
+        self._awaits_update = False  # the point has moved, and `update_rest` comes later
+        self._fine_diagram_waits = self._basins_wait = False
+
+    # --- the view changes ------------------------------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Compute what a new page shows."""
+        self._ask_dossier()
+        self._ask_map()
+        self._awaits_map = True
+
+    def update(self, view: View) -> None:
+        """Compute the motion at the point of another view, and its map, where they differ from those before."""
+        before, self._view = self._view, view
+        self._awaits_update = True
+        if before.point != view.point:
+            self._ask_dossier()
+        if before.map_key != view.map_key:
+            self._ask_map()
+
+    def update_rest(self, before: View) -> None:
+        """Compute what else differs between a view before and the present one."""
+        self._awaits_update = False
+        if before.line_key != self._view.line_key:
+            self._ask_diagram()
+        if before.base != self._view.base:
+            self._ask_attractors()
+        self._ask_waiting_basins()
+
+    def close(self) -> None:
+        """Cancel everything."""
+        for worker in (self._quick, self._slow):
+            worker.drop(self._owner)
+
+    # --- requests --------------------------------------------------------------------------------------------------
+
+    def ask_basins(self) -> None:
+        """Compute the basins of the point, once the page shows that point and a first map."""
+        self._basins_wait = self._awaits_map or self._awaits_update
+        if not self._basins_wait:
+            view = self._view
+            self._ask(self._slow, "basins", partial(point_studies.basins, view), partial(self._show_basins, view))
+
+    def ask_file(self, kind: str, suffix: str, pair: GearPair | None) -> None:
+        """Make a file of the map or of the motion, in the units of the pair if there is one."""
+        dataset = {
+            "map": None if self.map is None else self.map.dataset,
+            "motion": None if self.dossier is None else self.dossier.motion,
+        }[kind]
+        if dataset is None:
+            self._display.show_message("There is nothing to save yet.")
+            return
+        title = self.dossier.verdict.label if self.dossier and kind == "motion" else ""
+        scaled = dataset if pair is None else physical(dataset, pair)
+        steps = partial(export.exported, kind, suffix, scaled, self._view.colour, title)
+        self._ask(self._quick, f"{kind}.{suffix}", steps, lambda found: self._display.save_file(*found))
+
+    def _ask_dossier(self) -> None:
+        self._quick.drop(self._owner, "chaos")
+        self._pending.discard("chaos")
+        self._ask(self._quick, "motion", partial(dossier, self._view.point), self._show_dossier)
+
+    def _ask_map(self) -> None:
+        self.map = None
+        self._ask(self._slow, "map", partial(refined, self._view), self.show_map, _DELAY)
+
+    def _ask_diagram(self, *strides: int) -> None:
+        """Compute the bifurcation diagram; the fine one waits until the map is complete."""
+        self._fine_diagram_waits = not strides and "map" in self._pending
+        strides = strides or ((_COARSE_DIAGRAM,) if self._fine_diagram_waits else (_COARSE_DIAGRAM, 1))
+        steps = partial(point_studies.bifurcation, self._view, *strides)
+        self._ask(self._slow, "diagram", steps, self._show_diagram, 2 * _DELAY)
+
+    def _ask_attractors(self) -> None:
+        """Compute the other motions of the point; basins and motions of the point before are cleared."""
+        self._slow.drop(self._owner, "basins")
+        self._ended("basins", None)
+        self._display.clear_point_studies()
+        steps = partial(point_studies.attractors, self._view)
+        self._ask(self._slow, "other motions", steps, self._display.show_attractors, 3 * _DELAY)
+
+    def _ask_waiting_basins(self) -> None:
+        if self._basins_wait:
+            self.ask_basins()
+
+    def _ask(
+        self, worker: Worker, panel: str, steps: Steps, show: Callable[[Any], None], delay: float = 0.0,
+    ) -> None:
+        self._pending.add(panel)
+        self._show_busy()
+        worker.submit(self._owner, panel, Job(
+            steps, lambda found: self._call_soon(partial(self._show, show, found)),
+            lambda message: self._call_soon(partial(self._ended, panel, message)), delay,
+            lambda: self._call_soon(partial(self._show_busy, compiling=True)),
+        ))
+
+    # --- results ---------------------------------------------------------------------------------------------------
+
+    def _show(self, show: Callable[[Any], None], found: Any) -> None:
+        show(found)
+        self._show_busy()
+
+    def _ended(self, panel: str, message: str | None) -> None:
+        """A panel has its last result, or an error message in its place."""
+        self._pending.discard(panel)
+        self._show_busy()
+        if message:
+            self._display.show_message(f"{panel}: {message}")
+        if panel == "map":
+            self._continue_after_first_map()
+            self._ask_fine_diagram()
+
+    def _show_busy(self, compiling: bool = False) -> None:
+        share = 0.0 if self.map is None else self.map.share
+        progress = f"map {100 * share:.0f} %" if share < 1 else "map (following chaos)"
+        self._display.show_busy([progress if p == "map" else p for p in sorted(self._pending)], compiling)
+
+    def show_map(self, found: Map) -> None:
+        """Show a map, unless it does not have the variable of the present colouring."""
+        self.map = found
+        if self._view.colour not in found.dataset and self._view.colour != "motion":
+            return
+        self._display.show_map(found)
+        if found.stride <= COARSE[-1]:
+            self._continue_after_first_map()
+        if found.share == 1:
+            self._ask_fine_diagram()
+
+    def _continue_after_first_map(self) -> None:
+        if self._awaits_map:
+            self._awaits_map = False
+            self._ask_diagram()
+            self._ask_attractors()
+            self._ask_waiting_basins()
+
+    def _ask_fine_diagram(self) -> None:
+        if self._fine_diagram_waits:
+            self._ask_diagram(1)
+
+    def _show_dossier(self, found: Dossier) -> None:
+        """Show a motion, unless the point has moved since; if its verdict is preliminary, ask for the final one."""
+        if found.model != self._view.point:
+            return
+        self.dossier = found = found.after(self.dossier)
+        self._display.show_dossier(found)
+        if found.stage == "followed":
+            steps = partial(followed, found.model, found.verdict.label)
+            self._ask(self._quick, "chaos", steps, self._show_dossier)
+
+    def _show_diagram(self, found: xr.Dataset) -> None:
+        if found:
+            self._display.show_diagram(found)
+
+    def _show_basins(self, view: View, found: xr.Dataset) -> None:
+        if found:
+            self._display.show_basins(view, found)

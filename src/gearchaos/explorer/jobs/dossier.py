@@ -1,0 +1,93 @@
+"""The motion at one point: its verdict, its time history, more points of its portrait; each as soon as it is known."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass, replace
+
+import xarray as xr
+
+from gearchaos.explorer.view.bounds import PORTRAIT
+from gearchaos.model import COORDINATES, MeshModel
+from gearchaos.studies.regime import REGIME_SETTINGS, Regime, regime
+from gearchaos.studies.simulate import simulate
+from gearchaos.studies.steady import steady
+
+QUICK = replace(REGIME_SETTINGS, exponent_run=1000, doublings=0, longest_transient=0, averaging_periods=200)
+"""Settings of the first verdict.
+
+Its transients are as long as those of `gearchaos.regime`, so a stable orbit found in them is the verdict of that
+function. A motion that has not converged by then gets a short exponent run only, and its verdict is preliminary.
+"""
+
+
+@dataclass(frozen=True)
+class Dossier:
+    """What is known of the motion at a point.
+
+    Attributes
+    ----------
+    model : MeshModel
+        The model at the point, with the initial values of the motion.
+    verdict : Regime
+    final : bool
+        Whether this is the verdict of `gearchaos.regime`; otherwise it is preliminary.
+    motion : xarray.Dataset or None
+        The steady motion sampled in time; None until it is computed, and for a motion that diverged.
+    portrait : xarray.Dataset or None
+        More stroboscopic points than the verdict has, for a motion that is not periodic.
+    """
+
+    model: MeshModel
+    verdict: Regime
+    final: bool
+    motion: xr.Dataset | None = None
+    portrait: xr.Dataset | None = None
+
+    @property
+    def stage(self) -> str:
+        """How complete it is: "verdict" (no motion yet), "followed" (verdict preliminary), or "complete"."""
+        if self.motion is None and self.verdict.section:
+            return "verdict"
+        return "complete" if self.final else "followed"
+
+    def after(self, before: Dossier | None) -> Dossier:
+        """With the time history of an earlier dossier of the same motion, which is not computed and sent twice."""
+        if before is None or self.motion is not None:
+            return self
+        same = (before.model, before.verdict.label) == (self.model, self.verdict.label)
+        return replace(self, motion=before.motion) if same else self
+
+
+def dossier(model: MeshModel) -> Generator[Dossier]:
+    """The motion of a model: its verdict, then its time history, then more points of its portrait.
+
+    If the verdict is preliminary, `followed` computes the final one.
+    """
+    verdict = regime(model, settings=QUICK)
+    found = Dossier(model, verdict, final=verdict.periods_spent <= sum(QUICK.transient_lengths))
+    yield found
+    if verdict.section:
+        yield replace(found, motion=steady(model, verdict))
+        if found.final:
+            yield from _with_portrait(found)
+
+
+def followed(model: MeshModel, label: str) -> Generator[Dossier]:
+    """The final verdict on a motion with a preliminary one, and more points of its portrait.
+
+    The time history is included only if the verdict differs from ``label``, the preliminary one.
+    """
+    verdict = regime(model)
+    found = Dossier(model, verdict, final=True)
+    changed = verdict.section and verdict.label != label
+    yield replace(found, motion=steady(model, verdict)) if changed else found
+    yield from _with_portrait(found)
+
+
+def _with_portrait(found: Dossier) -> Generator[Dossier]:
+    """`PORTRAIT` stroboscopic points of a motion that is not periodic."""
+    verdict = found.verdict
+    if verdict.period is None and verdict.section:
+        on_attractor = {n: verdict.section[n][-1] for n in COORDINATES[found.model.kind]}
+        yield replace(found, portrait=simulate(replace(found.model, initial=on_attractor), PORTRAIT))

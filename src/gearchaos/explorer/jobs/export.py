@@ -1,0 +1,66 @@
+"""Files to save: pictures and data of the map and of the motion, made in memory."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Generator
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from gearchaos import plot
+from gearchaos.datasets import netcdf
+
+_DPI = 150
+_MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml", "nc": "application/x-netcdf"}
+
+FILES = {
+    f"{kind}-{suffix}": f"{kind} {description}"
+    for kind in ("map", "motion") for suffix, description in (("png", "PNG"), ("svg", "SVG"), ("nc", "data"))
+}
+"""Files that can be saved, by kind and suffix, each with its description in the menu."""
+
+
+def picture(kind: str, suffix: str, dataset: xr.Dataset, colour: str, title: str) -> tuple[bytes, str]:
+    """A picture of a map or of a motion, drawn by `gearchaos.plot`, and its media type.
+
+    Parameters
+    ----------
+    kind : {"map", "motion"}
+    suffix : {"png", "svg"}
+    dataset : xarray.Dataset
+    colour : str
+        The variable by which a map is coloured.
+    title : str
+        Of a motion.
+    """
+    figure = _DRAW[kind](dataset, colour, title)
+    out = io.BytesIO()
+    figure.savefig(out, format=suffix, dpi=_DPI, bbox_inches="tight")
+    return out.getvalue(), _MEDIA_TYPES[suffix]
+
+
+def _draw_map(dataset: xr.Dataset, colour: str, title: str) -> Figure:
+    figure = Figure(figsize=(6.4, 4.8), layout="constrained")
+    ax = figure.subplots()
+    plot.zones(dataset, ax) if colour == "motion" else plot.level(dataset, colour, ax)
+    return figure
+
+
+def _draw_dossier(dataset: xr.Dataset, _: str, title: str) -> Figure:
+    return plot.dossier(dataset, title=title, figure=Figure(figsize=(9.6, 7.2), layout="constrained"))
+
+
+_DRAW: dict[str, Callable[[xr.Dataset, str, str], Figure]] = {"map": _draw_map, "motion": _draw_dossier}
+
+
+def exported(kind: str, suffix: str, dataset: xr.Dataset, colour: str, title: str) -> Generator[tuple[bytes, str, str]]:
+    """One file as (content, media type, file name), the only result of this job; parameters as of `picture`.
+
+    The suffix "nc" gives the Dataset as NetCDF with checksums.
+    """
+    if suffix == "nc":
+        content, media = bytes(netcdf(dataset)), _MEDIA_TYPES["nc"]
+    else:
+        content, media = picture(kind, suffix, dataset, colour, title)
+    yield content, media, f"gearchaos-{kind}.{suffix}"

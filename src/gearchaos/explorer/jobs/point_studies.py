@@ -1,0 +1,83 @@
+"""Studies at the chosen point: a bifurcation diagram through it, its basins of attraction, its coexisting motions."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+
+import numpy as np
+import xarray as xr
+
+from gearchaos.datasets import variable
+from gearchaos.dynamics import Classification
+from gearchaos.explorer.view.bounds import BASIN, COLUMNS, POINTS, STARTS
+from gearchaos.explorer.view.state import View
+from gearchaos.model import MeshModel
+from gearchaos.studies.attractors import Attractors
+from gearchaos.studies.axis import Axis
+from gearchaos.studies.basins import Basins
+from gearchaos.studies.bifurcation import Bifurcation
+from gearchaos.studies.initial_conditions import default_box
+from gearchaos.studies.study import Study
+
+_SETTINGS = Classification(doublings=2, longest_transient=1500)
+"""Shorter transients than those of `gearchaos.regime`: a page needs many motions within seconds."""
+
+_PARTS = 8
+"""Parts in which a fine study is computed; it can be cancelled between them."""
+
+
+def bifurcation(view: View, *strides: int) -> Generator[xr.Dataset]:
+    """The bifurcation diagram along the line through the point, once for each stride between its columns.
+
+    An empty Dataset stands for progress without a result.
+    """
+    axis = view.line_axis
+    for stride in strides:
+        along = Axis(axis.name, axis.start, axis.stop, COLUMNS // stride)
+        yield from _in_parts(
+            Bifurcation(view.base, along, points=POINTS, settings=_SETTINGS), _PARTS if stride == 1 else 1)
+
+
+def basins(view: View) -> Generator[xr.Dataset]:
+    """Basins of attraction of the point, coarse and then fine, on the plane of `basin_axes`.
+
+    Initial values off the plane are those of the motion chosen at the point. An empty Dataset stands for progress
+    without a result.
+    """
+    for share in (4, 1):
+        x, y = basin_axes(view.point, (BASIN[0] // share, BASIN[1] // share))
+        in_plane = view.point.with_values({axis.name: axis.start for axis in (x, y)})
+        yield from _in_parts(Basins(in_plane, x, y, settings=_SETTINGS), _PARTS if share == 1 else 1)
+
+
+def basin_axes(model: MeshModel, count: tuple[int, int]) -> tuple[Axis, Axis]:
+    """Displacement and velocity of wheel 1, or the relative ones of the single model, with so many values each."""
+    (x, ends), (y, heights) = list(default_box(model).items())[:2]
+    return Axis(x, *ends, count[0]), Axis(y, *heights, count[1])
+
+
+def attractors(view: View) -> Generator[xr.Dataset]:
+    """All motions found from `STARTS` initial states.
+
+    Beside the variables of `gearchaos.attractors` the Dataset has ``attractor_start_NAME``: initial values that lead
+    to each motion.
+    """
+    found = Attractors(view.base, STARTS, settings=_SETTINGS).run()
+    index = found["attractor"].values
+    first = np.array([int(np.flatnonzero(index == i)[0]) for i in range(found.sizes.get("number", 0))], dtype=int)
+    yield found.assign({
+        f"attractor_{n}": variable(n.removeprefix("start_"), ("number",), found[n].values[first])
+        for n in map(str, found.data_vars) if n.startswith("start_")
+    })
+
+
+def _in_parts(whole: Study, parts: int) -> Generator[xr.Dataset]:
+    """Compute a study in parts: an empty Dataset after each part, then the result."""
+    found: dict[str, np.ndarray] = {}
+    for numbers in np.array_split(np.arange(whole.count), parts):
+        for name, values in whole.compute(numbers).items():
+            if name not in found:
+                found[name] = np.zeros((whole.count, *values.shape[1:]), values.dtype)
+            found[name][numbers] = values
+        yield xr.Dataset()
+    yield whole.finish(found)

@@ -1,0 +1,185 @@
+"""A thread that computes for all pages: one step of one job at a time, pages in turn, the newest request first.
+
+A job is a generator. The thread takes one step of it in a worker process, hands on the result, and then looks whose
+turn it is. So a newer request of a panel replaces an older one between two steps, and no page waits for the whole map
+of another.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable, Generator
+from dataclasses import dataclass, field
+from typing import Any
+
+from gearchaos.errors import InputError
+from gearchaos.explorer.jobs.worker_process import RemoteGenerator, Steps, WorkerProcess
+from gearchaos.flow import StoppedError
+
+INTERNAL_ERROR = "something went wrong here; the server's log says what"
+"""Message on the page about an error in this program."""
+
+log = logging.getLogger(__name__)
+
+
+@dataclass
+class Job:
+    """What one panel of a page asked for.
+
+    Attributes
+    ----------
+    steps : callable
+        Returns the generator of results.
+    show : callable
+        Called with each result, in the worker's thread.
+    end : callable
+        Called once after the last result, with None or an error message; not called for a job that was replaced.
+    delay : float
+        Seconds to wait before the first step, since another request may follow at once.
+    compiling : callable
+        Called when a step in another process has to compile kernels first.
+    """
+
+    steps: Steps
+    show: Callable[[Any], None]
+    end: Callable[[str | None], None]
+    delay: float = 0.0
+    compiling: Callable[[], None] = lambda: None
+    due: float = field(default=0.0, init=False)
+    running: Generator[Any] | RemoteGenerator | None = field(default=None, init=False)
+
+
+class Worker:
+    """A thread that runs jobs step by step.
+
+    Parameters
+    ----------
+    name : str
+        Of the thread.
+    process : WorkerProcess, optional
+        Where steps are computed; by default in the thread itself.
+    """
+
+    def __init__(self, name: str, process: WorkerProcess | None = None) -> None:
+        self._process, self._stopped = process, False
+        self._jobs: OrderedDict[str, OrderedDict[str, Job]] = OrderedDict()
+        self._change = threading.Condition()
+        self._cancelled: list[Generator[Any] | RemoteGenerator] = []
+        threading.Thread(target=self._run, name=name, daemon=True).start()
+
+    def submit(self, owner: str, panel: str, job: Job) -> None:
+        """Add a job for a panel of a page; an older job of that panel is cancelled."""
+        job.due = time.monotonic() + job.delay
+        with self._change:
+            panels = self._jobs.setdefault(owner, OrderedDict())
+            self._cancel(panels.get(panel))
+            panels[panel] = job
+            self._change.notify_all()
+
+    def drop(self, owner: str, panel: str | None = None) -> None:
+        """Cancel the job of a panel, or all jobs of a page."""
+        with self._change:
+            if panel is None:
+                for job in self._jobs.pop(owner, OrderedDict()).values():
+                    self._cancel(job)
+            else:
+                self._cancel(self._jobs.get(owner, OrderedDict()).pop(panel, None))
+            self._change.notify_all()
+
+    def stop(self) -> None:
+        """Take no further step, and end the process."""
+        with self._change:
+            self._stopped = True
+            self._change.notify_all()
+        if self._process is not None:
+            self._process.end()
+
+    def _cancel(self, job: Job | None) -> None:
+        """Ask the running step to stop, and keep the generator for the thread to close: only it may do so."""
+        if job is not None and job.running is not None:
+            if isinstance(job.running, RemoteGenerator):
+                job.running.cancel()
+            self._cancelled.append(job.running)
+
+    def _run(self) -> None:
+        while not self._stopped:
+            found = self._next()
+            self._close_cancelled()
+            if found is not None:
+                self._step(*found)
+
+    def _close_cancelled(self) -> None:
+        while self._cancelled:
+            self._call(lambda running: running.close(), self._cancelled.pop())
+
+    def _next(self) -> tuple[str, str, Job] | None:
+        """The job whose turn it is; its page and panel go to the end of the queue.
+
+        None if there are cancelled generators to close, or if the worker was stopped.
+        """
+        with self._change:
+            while (found := self._due()) is None:
+                if self._cancelled or self._stopped:
+                    return None
+                self._change.wait(self._seconds_until_due())
+            owner, panel, job = found
+            self._jobs.move_to_end(owner)
+            self._jobs[owner].move_to_end(panel)
+            return owner, panel, job
+
+    def _due(self) -> tuple[str, str, Job] | None:
+        """The first job in the queue whose delay is over."""
+        now = time.monotonic()
+        for owner, panels in self._jobs.items():
+            for panel, job in panels.items():
+                if job.due <= now:
+                    return owner, panel, job
+        return None
+
+    def _seconds_until_due(self) -> float | None:
+        due = [job.due for panels in self._jobs.values() for job in panels.values()]
+        return max(0.0, min(due) - time.monotonic()) if due else None
+
+    def _is_current(self, owner: str, panel: str, job: Job) -> bool:
+        """Whether a job was neither cancelled nor replaced."""
+        with self._change:
+            return owner in self._jobs and self._jobs[owner].get(panel) is job
+
+    def _started(self, job: Job) -> Generator[Any] | RemoteGenerator:
+        return job.steps() if self._process is None else self._process.run(job.steps, job.compiling)
+
+    def _step(self, owner: str, panel: str, job: Job) -> None:
+        """Take one step of a job; its result is dropped if the job was cancelled meanwhile."""
+        if not self._is_current(owner, panel, job):
+            return
+        message, over, result = None, False, None
+        try:
+            job.running = job.running or self._started(job)
+            result = next(job.running)
+        except (StopIteration, StoppedError):
+            over = True
+        except InputError as error:
+            message, over = str(error), True
+        except Exception:
+            if self._stopped:
+                return
+            log.exception("a request could not be answered")
+            message, over = INTERNAL_ERROR, True
+        if not self._is_current(owner, panel, job):
+            self._cancel(job)
+        elif over:
+            self.drop(owner, panel)
+            self._call(job.end, message)
+        else:
+            self._call(job.show, result)
+
+    def _call(self, function: Callable[[Any], None], argument: Any) -> None:
+        """Call a function; an error in it is logged and does not end this thread."""
+        try:
+            function(argument)
+        except Exception:
+            if not self._stopped:
+                log.exception("a result could not be handed on")

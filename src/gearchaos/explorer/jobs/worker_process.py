@@ -1,0 +1,162 @@
+"""A process for long computations, so that the thread that serves pages never waits for Python code that computes.
+
+This is the side of the server; `gearchaos.explorer.jobs.process_main` runs in the process. The two exchange pickles
+over pipes.
+
+===================================== ======================================================================
+request ``(action, number, steps)``   answer
+===================================== ======================================================================
+``start``, ``next``                   ``(result,)``, None after the last result, or an exception
+``close``                             None; the generator is closed
+``cancel``                            none; a step under way raises `StoppedError`
+===================================== ======================================================================
+
+Before its answer the process sends `COMPILING` if the step has to compile kernels.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pickle
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Generator
+from itertools import count
+from typing import Any
+
+COMPILING = "compiling"
+"""Message that kernels are being compiled, which takes about half a minute."""
+
+_NICENESS = 15
+_LOW_PRIORITY = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0)
+"""On Windows, where there is no niceness."""
+
+_MALLOC = {"MALLOC_MMAP_THRESHOLD_": "1048576", "MALLOC_TRIM_THRESHOLD_": "1048576"}
+"""Settings with which glibc returns large arrays to the system at once, for the process that computes maps.
+
+By default it keeps ever more of them. Maps take 3 % longer with these settings.
+"""
+
+Steps = Callable[[], Generator[Any]]
+"""Returns a generator of results; it must be picklable, since it is called in the process."""
+
+
+class LostError(RuntimeError):
+    """The process ended while a step was under way."""
+
+
+class WorkerProcess:
+    """A process that computes for one thread. It is replaced when it dies.
+
+    It is started by a command, neither forked nor spawned by `multiprocessing`, so that the caller's main module is
+    not imported again.
+
+    Parameters
+    ----------
+    low_priority : bool
+        Give way to other processes, and return memory early.
+    """
+
+    def __init__(self, low_priority: bool = False) -> None:
+        self._low_priority, self._numbers, self._ended = low_priority, count(), False
+        self._writing = threading.Lock()
+        self._start()
+
+    def _start(self) -> None:
+        niceness = _NICENESS if self._low_priority else 0
+        code = f"from gearchaos.explorer.jobs.process_main import main; main({niceness})"
+        self._process: Any = subprocess.Popen(
+            [sys.executable, "-P", "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            creationflags=_LOW_PRIORITY if self._low_priority else 0,
+            env=os.environ | _MALLOC if self._low_priority else None,
+        )
+
+    def run(self, steps: Steps, compiling: Callable[[], None] = lambda: None) -> RemoteGenerator:
+        """A generator that is run in the process; ``compiling`` is called when it has to compile kernels."""
+        return RemoteGenerator(self, next(self._numbers), steps, compiling)
+
+    def ask(self, action: str, number: int, steps: Steps | None, compiling: Callable[[], None]) -> Any:
+        """Send a request and return its answer.
+
+        Raises
+        ------
+        LostError
+            If the process ends before it answers; a new one is then started.
+        Exception
+            Whatever the step raised.
+        """
+        try:
+            self.send(action, number, steps)
+            while (answer := pickle.load(self._process.stdout)) == COMPILING:
+                compiling()
+        except (OSError, ValueError, EOFError, pickle.UnpicklingError) as error:  # how a closed pipe fails
+            self._restart()
+            raise LostError("the process that computes has ended") from error
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+    def send(self, action: str, number: int, steps: Steps | None = None) -> None:
+        """Send a request, from any thread."""
+        request = pickle.dumps((action, number, steps), pickle.HIGHEST_PROTOCOL)
+        with self._writing:
+            self._process.stdin.write(request)
+            self._process.stdin.flush()
+
+    def end(self) -> None:
+        """Kill the process and do not replace it."""
+        self._ended = True
+        self._restart()
+
+    def _restart(self) -> None:
+        with self._writing:
+            self._process.kill()
+            self._process.wait()
+            for pipe in (self._process.stdin, self._process.stdout):
+                with contextlib.suppress(OSError):
+                    pipe.close()
+            if not self._ended:
+                self._start()
+
+
+class RemoteGenerator:
+    """Iterator over the results of a generator that runs in a `WorkerProcess`."""
+
+    def __init__(self, process: WorkerProcess, number: int, steps: Steps, compiling: Callable[[], None]) -> None:
+        self._process, self._number, self._steps, self._compiling = process, number, steps, compiling
+        self._started = self._over = False
+
+    def __iter__(self) -> RemoteGenerator:
+        return self
+
+    def __next__(self) -> Any:
+        if self._over:
+            raise StopIteration
+        try:
+            found = self._ask_next()
+        except BaseException:
+            self._over = True
+            raise
+        if found is None:
+            self._over = True
+            raise StopIteration
+        return found[0]
+
+    def _ask_next(self) -> Any:
+        action, steps = ("next", None) if self._started else ("start", self._steps)
+        self._started = True
+        return self._process.ask(action, self._number, steps, self._compiling)
+
+    def cancel(self) -> None:
+        """From any thread: have a step under way end soon, in a `StoppedError`."""
+        if not self._over:
+            with contextlib.suppress(OSError, ValueError):
+                self._process.send("cancel", self._number)
+
+    def close(self) -> None:
+        """Have the process close the generator; only between two steps."""
+        if self._started and not self._over:
+            self._over = True
+            self._process.ask("close", self._number, None, self._compiling)

@@ -1,0 +1,66 @@
+"""The basins of attraction of a point: which initial values lead to which of its motions."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from bokeh.models import ColumnDataSource, Image, LinearColorMapper, Range1d
+
+from gearchaos.explorer.panels.labels import label
+from gearchaos.explorer.panels.style import Legend, Put, empty_figure
+from gearchaos.plot._axes import cell_extent
+from gearchaos.plot._basins import UNDECIDED, attractor_colours, attractor_names
+
+_FIELDS = ("image", "x", "y", "dw", "dh")
+
+
+class BasinsFigure:
+    """A plane of initial values, coloured by the motion that each leads to.
+
+    Attributes
+    ----------
+    axes : (str, str)
+        Names of the two initial values; empty before the first plane is drawn.
+    legend : Legend
+    """
+
+    def __init__(self, put: Put) -> None:
+        self._put = put
+        self.figure = empty_figure(ticks=6, x_range=Range1d(0, 1), y_range=Range1d(0, 1))
+        self.figure.update(visible=False)
+        self.figure.grid.visible = False
+        self.source = ColumnDataSource({n: [] for n in _FIELDS})
+        self.mapper = LinearColorMapper(palette=[UNDECIDED], low=-1.5, high=-0.5)
+        self.figure.add_glyph(
+            self.source, Image(image="image", x="x", y="y", dw="dw", dh="dh", color_mapper=self.mapper))
+        self.axes = ("", "")
+        self.legend = Legend()
+
+    def show(self, found: xr.Dataset) -> None:
+        """Draw a Dataset as from `gearchaos.basins`."""
+        vertical, horizontal = map(str, found["attractor"].dims)
+        x, y = found[horizontal], found[vertical]
+        left, right, bottom, top = cell_extent(x.values, y.values)
+        colours = attractor_colours(found)
+        self._put(self.mapper, palette=[UNDECIDED, *colours], low=-1.5, high=len(colours) - 0.5)
+        self._put(self.source, data={
+            "image": [found["attractor"].values.astype(np.float32)], "x": [left], "y": [bottom],
+            "dw": [right - left], "dh": [top - bottom],
+        })
+        for end, axis, along, name in (
+            (self.figure.x_range, self.figure.xaxis[0], x, horizontal),
+            (self.figure.y_range, self.figure.yaxis[0], y, vertical),
+        ):
+            self._put(end, start=float(along[0]), end=float(along[-1]))
+            self._put(axis, axis_label=label(along, name))
+        self.axes = (horizontal, vertical)
+        self._put(self.figure, visible=True)
+        shares = found["attractor_fraction"].values
+        names = [f"{n} ({100 * s:.0f} %)" for n, s in zip(attractor_names(found), shares, strict=True)]
+        self.legend = Legend(entries=tuple(zip(colours, names, strict=True)))
+
+    def clear(self) -> None:
+        """Hide the figure."""
+        self.legend = Legend()
+        self._put(self.source, data={n: [] for n in _FIELDS})
+        self._put(self.figure, visible=False)

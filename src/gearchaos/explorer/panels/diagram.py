@@ -1,0 +1,74 @@
+"""The bifurcation diagram along the line through the point."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from bokeh.models import ColumnDataSource, Image, LinearColorMapper, Range1d, Span
+from matplotlib.colors import to_hex
+
+from gearchaos.explorer.panels.labels import label
+from gearchaos.explorer.panels.style import PALETTE, Put, empty_figure
+from gearchaos.plot._axes import cell_extent
+from gearchaos.plot._bifurcation import INK_SCALE, density
+from gearchaos.plot._classes import motion_class
+
+_ROWS = 240
+"""Rows of the image."""
+
+_RIBBON = 0.05
+"""Height of the strip with the kinds of motion, as a share of the range of displacements."""
+
+_GAMMA = 0.22
+"""Exponent that makes low densities visible."""
+
+
+class BifurcationFigure:
+    """Density of the stroboscopic displacement over one parameter; the strip above shows the kind of motion."""
+
+    def __init__(self, put: Put) -> None:
+        self._put = put
+        self.figure = empty_figure(ticks=6, x_range=Range1d(0, 1), y_range=Range1d(0, 1))
+        self.figure.grid.visible = False
+        ink = LinearColorMapper(palette=[to_hex(INK_SCALE(i / 255)) for i in range(256)], low=0, high=1)
+        classes = LinearColorMapper(palette=PALETTE, low=-0.5, high=len(PALETTE) - 0.5)
+        self.ink, self.ribbon = (ColumnDataSource({n: [] for n in ("image", "x", "y", "dw", "dh")}) for _ in range(2))
+        for source, mapper in ((self.ink, ink), (self.ribbon, classes)):
+            self.figure.add_glyph(source, Image(image="image", x="x", y="y", dw="dw", dh="dh", color_mapper=mapper))
+        self.marker = Span(dimension="height", location=0.0, line_color="#c03a1e", line_width=1.5, line_alpha=0.8)
+        self.figure.add_layout(self.marker)
+
+    def mark(self, at: float) -> None:
+        """Draw a vertical line at the point."""
+        self._put(self.marker, location=at)
+
+    def show(self, found: xr.Dataset) -> None:
+        """Draw a diagram."""
+        name = "section_z"
+        axis = str(found[name].dims[0])
+        values = found[name].transpose(..., "point").values
+        low, high = _limits(values)
+        shades = density(values, low, high, _ROWS).T ** _GAMMA
+        left, right, _, _ = cell_extent(found[axis].values, np.arange(2.0))
+        top = high + _RIBBON * (high - low)
+        place = {"x": [left], "dw": [right - left]}
+        self._put(self.ink, data={"image": [shades.astype(np.float32)], "y": [low], "dh": [high - low], **place})
+        strip = motion_class(found["label"], found["period"])[None].astype(np.uint8)
+        self._put(self.ribbon, data={"image": [strip], "y": [high], "dh": [top - high], **place})
+        self._put(self.figure.x_range, start=float(found[axis][0]), end=float(found[axis][-1]))
+        self._put(self.figure.y_range, start=low, end=top)
+        self._put(self.figure.xaxis[0], axis_label=label(found[axis], axis))
+        self._put(self.figure.yaxis[0], axis_label=label(found[name], "z"))
+
+    def clear(self) -> None:
+        """Draw nothing."""
+        for source in (self.ink, self.ribbon):
+            source.data = {n: [] for n in ("image", "x", "y", "dw", "dh")}
+
+
+def _limits(values: np.ndarray) -> tuple[float, float]:
+    """Limits of the vertical axis, with a margin."""
+    known = values[np.isfinite(values)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
+    margin = 0.03 * (high - low) or 0.5
+    return low - margin, high + margin

@@ -1,0 +1,160 @@
+"""The map: an image of kinds of motion or of response levels, and a crosshair at the point."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from bokeh.models import (
+    BasicTicker,
+    BoxZoomTool,
+    ColorBar,
+    ColumnDataSource,
+    CustomJSHover,
+    HoverTool,
+    HSpan,
+    Image,
+    LinearColorMapper,
+    Range1d,
+    Scatter,
+    VSpan,
+)
+from bokeh.palettes import Viridis256
+
+from gearchaos.explorer.jobs.map_grid import Map
+from gearchaos.explorer.panels.labels import in_units, label, symbol, title, unit
+from gearchaos.explorer.panels.style import PALETTE, Legend, Put, empty_figure
+from gearchaos.explorer.view.bounds import span
+from gearchaos.gears.pair import GearPair
+from gearchaos.plot._axes import cell_extent
+from gearchaos.plot._classes import MOTION_CLASSES, NOT_COMPUTED, motion_class
+from gearchaos.studies.axis import Axis
+
+_SATURATED = 1.0
+"""Percent of the cells above the colour scale, so that a few peaks do not use up all colours."""
+
+_NONE = "#bfbfbf"
+"""Colour of cells whose motion has no such level, or that are not computed yet."""
+
+_CLASSES: dict[str, Any] = {
+    "palette": PALETTE, "low": -0.5, "high": len(PALETTE) - 0.5, "high_color": "#ffffff00",
+    "tags": [[c.name for c in MOTION_CLASSES], ""],
+}
+"""Attributes of the colour mapper for kinds of motion; its tags are the names of the colours and the unit of values.
+
+The figure changes the attributes of one mapper, since Bokeh ignores the palette of a mapper that replaces another.
+"""
+
+_HOVER = """
+const [names, unit] = mapper.tags
+if (names.length > 0) return names[value] ?? "not computed"
+return isNaN(value) ? "none" : `${Number(value.toPrecision(4))} ${unit}`
+"""
+
+
+class MapFigure:
+    """The map.
+
+    Attributes
+    ----------
+    figure : bokeh figure
+    legend : Legend
+        Of what is drawn.
+    """
+
+    def __init__(self, put: Put) -> None:
+        self._put = put
+        self.figure = empty_figure(ticks=6, tools="pan,wheel_zoom,reset,save", toolbar_location="above",
+                           x_range=Range1d(0, 1), y_range=Range1d(0, 1))
+        self.figure.add_tools(BoxZoomTool())
+        self.figure.toolbar.active_drag = self.figure.toolbar.tools[0]
+        self.figure.toolbar.active_scroll = self.figure.toolbar.tools[1]
+        self.figure.grid.visible = False
+        self.figure.background_fill_color = "#fafafa"
+        self.image = ColumnDataSource({n: [] for n in ("image", "x", "y", "dw", "dh")})
+        self.mapper = LinearColorMapper(nan_color=_NONE, **_CLASSES)
+        self.bar = ColorBar(
+            color_mapper=self.mapper, visible=False, width=10, ticker=BasicTicker(desired_num_ticks=6))
+        self.figure.add_layout(self.bar, "right")
+        self.legend = Legend()
+        self._add_image()
+        self._add_crosshair()
+
+    def _add_image(self) -> None:
+        """Add the image, and the tooltip with the value under the pointer."""
+        drawn = self.figure.add_glyph(
+            self.image, Image(image="image", x="x", y="y", dw="dw", dh="dh", color_mapper=self.mapper))
+        text = CustomJSHover(args={"mapper": self.mapper}, code=_HOVER)
+        self.hover = HoverTool(renderers=[drawn], formatters={"@image": text}, visible=False)
+        self.figure.add_tools(self.hover)
+
+    def _add_crosshair(self) -> None:
+        self.point = ColumnDataSource({"x": [0.0], "y": [0.0]})
+        cross = {"line_color": "black", "line_alpha": 0.55, "line_dash": "dotted"}
+        ring = {"x": "x", "y": "y", "size": 13, "marker": "circle", "fill_color": None}
+        for glyph in (
+            VSpan(x="x", **cross), HSpan(y="y", **cross), Scatter(**ring, line_color="white", line_width=4),
+            Scatter(**ring, line_color="black", line_width=2),
+        ):
+            self.figure.add_glyph(self.point, glyph, level="overlay")  # drawn without the map
+
+    def set_plane(self, x: Axis, y: Axis) -> None:
+        """Show this part of a plane; the old image stays until there is a new one."""
+        ranges, axes = (self.figure.x_range, self.figure.y_range), (self.figure.xaxis[0], self.figure.yaxis[0])
+        for axis, shown, drawn in zip((x, y), ranges, axes, strict=True):
+            shown.bounds = (span(axis.name).least, span(axis.name).most)
+            shown.update(start=axis.start, end=axis.stop, reset_start=axis.start, reset_end=axis.stop)
+            self._put(drawn, axis_label=f"{title(axis.name)} {symbol(axis.name)}".strip())
+
+    def mark(self, at: tuple[float, float]) -> None:
+        """Move the crosshair to the point."""
+        self._put(self.point, data={"x": [at[0]], "y": [at[1]]})
+
+    def show(self, found: Map, colour: str, pair: GearPair | None) -> None:
+        """Draw a map coloured by a variable, in the units of the pair if there is one."""
+        if colour == "motion":
+            self._show_classes(found)
+        else:
+            self._show_level(found, in_units({colour: found.level(colour)}, pair)[colour], colour)
+
+    def _show_classes(self, found: Map) -> None:
+        classes = found.shown(motion_class(found.labels(), found.dataset["period"]), NOT_COMPUTED)
+        present = [MOTION_CLASSES[i] for i in np.unique(classes) if i != NOT_COMPUTED]
+        self.legend = Legend(entries=tuple((c.colour, c.name) for c in present))
+        self._put(self.mapper, **_CLASSES)
+        self._put(self.bar, visible=False)
+        self._draw(found, classes.astype(np.uint8), "motion")
+
+    def _show_level(self, found: Map, level: xr.Variable, name: str) -> None:
+        values, whole = level.values.astype(np.float32), found.dataset[name].dtype.kind in "iu"
+        known = values[np.isfinite(values)]
+        words, units = label(level, name).partition(" [")[0], unit(level)
+        missing = ((_NONE, "none" if found.share == 1 else "none yet"),) if known.size < values.size else ()
+        self.legend = Legend(f"{words} [{units}]" if units else words, missing)
+        self._put(self.mapper, tags=[[], units], **_discrete_scale(known) if whole else _continuous_scale(known))
+        self._put(self.bar.ticker, min_interval=float(whole))
+        self._put(self.bar, visible=True)
+        self._draw(found, values, words)
+
+    def _draw(self, found: Map, image: np.ndarray, words: str) -> None:
+        vertical, horizontal = map(str, found.dataset["label"].dims)
+        left, right, bottom, top = cell_extent(found.dataset[horizontal].values, found.dataset[vertical].values)
+        place: dict[str, Any] = {"x": [left], "y": [bottom], "dw": [right - left], "dh": [top - bottom]}
+        self._put(self.image, data={"image": [image], **place})
+        at = (symbol(horizontal), "$x{0.0000}"), (symbol(vertical), "$y{0.0000}")
+        self._put(self.hover, tooltips=[(words, "@image{custom}"), *at])
+
+
+def _continuous_scale(known: np.ndarray) -> dict[str, Any]:
+    """Attributes of the colour mapper for the known values (N,) of a level."""
+    low, high = (float(known.min()), float(np.percentile(known, 100 - _SATURATED))) if known.size else (0.0, 1.0)
+    return {"palette": list(Viridis256), "low": low, "high": max(high, low + 1e-9), "high_color": None}
+
+
+def _discrete_scale(known: np.ndarray) -> dict[str, Any]:
+    """Attributes of the colour mapper for whole numbers (N,): one colour per number."""
+    low, high = (int(known.min()), int(known.max())) if known.size else (0, 1)
+    shades = np.linspace(0, len(Viridis256) - 1, high - low + 1).round().astype(int)
+    palette = [Viridis256[i] for i in shades]
+    return {"palette": palette, "low": low - 0.5, "high": high + 0.5, "high_color": None}

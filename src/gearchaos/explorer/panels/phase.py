@@ -1,0 +1,50 @@
+"""The phase trajectory, with the ends of the backlash."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from bokeh.models import ColumnDataSource, DataRange1d, Line, Scatter, Span
+
+from gearchaos.explorer.panels.labels import label
+from gearchaos.explorer.panels.style import BOUNDARY, INK, STROBE, Put, empty_figure
+
+_SAMPLES = 3072
+"""Largest number of samples of the trajectory drawn."""
+
+_POINTS = 96
+"""Largest number of stroboscopic points drawn."""
+
+
+class PhaseFigure:
+    """Velocity over displacement, the ends of the backlash and the stroboscopic points."""
+
+    def __init__(self, put: Put) -> None:
+        self._put = put
+        ranges = {"x_range": DataRange1d(), "y_range": DataRange1d()}
+        self.figure = empty_figure("Phase (dashed: backlash)", **ranges)
+        self.line = ColumnDataSource({"x": [], "y": []})
+        self.points = ColumnDataSource({"x": [], "y": []})
+        self.ends = [Span(dimension="height", location=z, line_color=BOUNDARY, line_dash="dashed") for z in (-1, 1)]
+        drawn = self.figure.add_glyph(self.line, Line(x="x", y="y", line_color=INK, line_width=1))
+        dots = self.figure.add_glyph(
+            self.points, Scatter(x="x", y="y", size=5, fill_color=STROBE, line_color=None))
+        self.figure.x_range.renderers = self.figure.y_range.renderers = [drawn, dots]
+        for end in self.ends:
+            self.figure.add_layout(end)
+
+    def show(self, motion: xr.Dataset, backlash: float) -> None:
+        """Draw a motion; ``backlash`` is half the backlash in the unit of z."""
+        values = (motion["z"].values, motion["z_dot"].values)
+        self._put(self.line, data={n: v[:_SAMPLES].astype(np.float32) for n, v in zip("xy", values, strict=True)})
+        sections = (motion[f"section_{n}"].values[:_POINTS] for n in ("z", "z_dot"))
+        self._put(self.points, data=dict(zip("xy", map(np.asarray, sections), strict=True)))
+        for sign, end in zip((-1, 1), self.ends, strict=True):
+            self._put(end, location=sign * backlash)
+        self._put(self.figure.xaxis[0], axis_label=label(motion["z"], "z"))
+        self._put(self.figure.yaxis[0], axis_label=label(motion["z_dot"], "z_dot"))
+
+    def clear(self) -> None:
+        """Draw nothing."""
+        for source in (self.line, self.points):
+            self._put(source, data={"x": [], "y": []})

@@ -1,0 +1,49 @@
+"""The stroboscopic portrait: the state once per mesh period."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from bokeh.models import ColumnDataSource, Scatter
+
+from gearchaos.datasets import variable
+from gearchaos.explorer.jobs.dossier import Dossier
+from gearchaos.explorer.panels.labels import in_units, label
+from gearchaos.explorer.panels.style import INK, Put, empty_figure
+from gearchaos.gears.pair import GearPair
+
+_FEW = 64
+"""Up to so many points are drawn large."""
+
+
+class PortraitFigure:
+    """Stroboscopic points in the plane of displacement and velocity."""
+
+    def __init__(self, put: Put) -> None:
+        self._put = put
+        self.figure = empty_figure("Stroboscopic portrait")
+        self.source = ColumnDataSource({"x": [], "y": []})
+        self.glyph = Scatter(x="x", y="y", size=6, fill_color=INK, line_color=None)
+        self.figure.add_glyph(self.source, self.glyph)
+
+    def show(self, found: Dossier, pair: GearPair | None) -> None:
+        """Draw the points of a motion, in the units of the pair if there is one."""
+        x, y = _section(found, pair)
+        self._put(self.glyph, size=6 if len(x) <= _FEW else 2)
+        self._put(self.source, data={"x": x.values, "y": y.values})
+        self._put(self.figure.xaxis[0], axis_label=label(x, "z"))
+        self._put(self.figure.yaxis[0], axis_label=label(y, "z_dot"))
+
+    def clear(self) -> None:
+        """Draw nothing."""
+        self._put(self.source, data={"x": [], "y": []})
+
+
+def _section(found: Dossier, pair: GearPair | None) -> tuple[xr.Variable, xr.Variable]:
+    """Displacement and velocity (N,) of the stroboscopic points; those of the portrait if there is one."""
+    names = ("section_z", "section_z_dot")
+    section = found.verdict.section if found.portrait is None else {
+        n: found.portrait[f"section_{n}"].values for n in ("z", "z_dot")}
+    points = {n: variable(n, ("period",), np.asarray(section[n.removeprefix("section_")])) for n in names}
+    scaled = in_units(points, pair)
+    return scaled[names[0]], scaled[names[1]]

@@ -1,0 +1,58 @@
+"""What all figures of the page share: size, fonts, ticks, colours of the kinds of motion, legends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from bokeh.plotting import figure
+
+from gearchaos.plot._classes import MOTION_CLASSES
+from gearchaos.plot._phase import INK, STROBE
+
+Put = Callable[..., None]
+"""Takes a Bokeh model and new values of its attributes, and sends them to the browser.
+
+The model in this process stays as it is; see `gearchaos.explorer.web.messages.Messages.put`.
+"""
+
+PALETTE = [c.colour for c in MOTION_CLASSES]
+BOUNDARY = "#737373"
+
+__all__ = ["BOUNDARY", "INK", "PALETTE", "STROBE", "Legend", "Put", "empty_figure", "motion_colour"]
+
+
+@dataclass(frozen=True)
+class Legend:
+    """A legend below a figure: its title, and colours with their meaning."""
+
+    title: str = ""
+    entries: tuple[tuple[str, str], ...] = ()
+
+
+def motion_colour(label: str) -> str:
+    """The colour of a kind of motion, by its label such as "2T"."""
+    colours = {c.name: c.colour for c in MOTION_CLASSES}
+    return colours.get(label, colours["other sub-harmonic"])
+
+
+def empty_figure(title: str = "", ticks: int = 4, **options: Any) -> Any:
+    """A Bokeh figure that fills its element, with about so many ticks per axis.
+
+    It has no tools unless they are given, since a figure that was zoomed would keep its ranges for the next motion.
+    """
+    plot = figure(
+        title=title or None, sizing_mode="stretch_both", min_height=120, output_backend="canvas",
+        **{"tools": "", "toolbar_location": None, **options},
+    )
+    plot.toolbar.logo = None
+    plot.min_border, plot.outline_line_color = 4, "#c8c8c8"
+    plot.grid.grid_line_color = "#eeeeee"
+    if plot.title is not None:
+        plot.title.update(text_font_size="12px", text_font_style="normal", text_color="#444444")
+    for axis in (*plot.xaxis, *plot.yaxis):
+        axis.axis_label_text_font_style, axis.axis_label_text_font_size = "normal", "12px"
+        axis.axis_label_standoff, axis.minor_tick_line_color = 3, None
+        axis.ticker.update(num_minor_ticks=0, desired_num_ticks=ticks)
+    return plot

@@ -1,0 +1,113 @@
+"""The query of the page's address: a view as text, and back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from urllib.parse import parse_qsl, urlencode
+
+from gearchaos.errors import InputError
+from gearchaos.explorer.view.bounds import CELLS, QUERY, bounded
+from gearchaos.explorer.view.planes import value_on
+from gearchaos.explorer.view.state import STIFFNESSES, View, check_known, standard, stiffness_name
+from gearchaos.model import COORDINATES, KINDS, HarmonicStiffness, MeshModel, expand
+from gearchaos.studies.axis import Axis
+
+_PAGE = ("kind", "stiffness", "x", "y", "at", "colour", "line", "start", "units")
+"""Names in a query that are no values of the model."""
+
+_UNITS = ("dimensionless", "physical")
+
+
+def to_query(view: View) -> str:
+    """The view as the query of an address: values that differ from the defaults, with all their digits."""
+    model = view.model
+    out: dict[str, str] = {"kind": model.kind}
+    if stiffness_name(model) != "two-level":
+        out["stiffness"] = stiffness_name(model)
+    default = _default_model(model.kind, stiffness_name(model)).parameters()
+    out |= {n: repr(v) for n, v in model.parameters().items() if v != default.get(n, 0.0)}
+    out |= {n: repr(v) for n, v in model.initial.items()}
+    out |= {n: f"{a.name}:{a.start!r}:{a.stop!r}" for n, a in (("x", view.x), ("y", view.y))}
+    out |= {"at": ",".join(map(repr, view.at)), "colour": view.colour, "line": view.line}
+    if view.start:
+        out["start"] = ",".join(f"{n}:{v!r}" for n, v in view.start)
+    return urlencode(out | ({"units": "physical"} if view.physical else {}), safe=":,")
+
+
+def from_query(text: str, default: View) -> View:
+    """The view that the query of an address asks for.
+
+    Parameters
+    ----------
+    text : str
+        With or without the leading question mark. What a query leaves out is at its default value.
+    default : View
+        What an empty query shows.
+
+    Raises
+    ------
+    InputError
+        For a name that does not exist, or a value that is not accepted; it names the field.
+    """
+    text = text.removeprefix("?")
+    if not text:
+        return default
+    if len(text) > QUERY:
+        raise InputError("address", f"must have at most {QUERY} characters", len(text))
+    given = dict(parse_qsl(text, keep_blank_values=True))
+    model = _model(given)
+    usual = standard(model)
+    x, y = (_axis(n, given[n], c) if n in given else getattr(usual, n) for n, c in zip("xy", CELLS, strict=True))
+    at = _two_numbers("at", given["at"]) if "at" in given else (value_on(model, x), value_on(model, y))
+    check_known("units", given.get("units", "dimensionless"), _UNITS)
+    return View(
+        model, x, y, at, given.get("colour", "motion"), given.get("line", "x"), _start(given.get("start", "")),
+        given.get("units") == "physical",
+    )
+
+
+def _default_model(kind: str, stiffness: str) -> MeshModel:
+    model = MeshModel(kind=kind)  # type: ignore[arg-type]
+    return model if stiffness == "two-level" else replace(model, stiffness=HarmonicStiffness())
+
+
+def _model(given: Mapping[str, str]) -> MeshModel:
+    """The model of a query."""
+    kind, stiffness = given.get("kind", "torsional"), given.get("stiffness", "two-level")
+    check_known("kind", kind, KINDS)
+    check_known("stiffness", stiffness, STIFFNESSES)
+    model, values = _default_model(kind, stiffness), {n: v for n, v in given.items() if n not in _PAGE}
+    expand(dict.fromkeys(values, 0.0), model)  # an unknown name is refused before its value is read
+    return model.with_values({n: bounded(n, v) for n, v in values.items()})
+
+
+def _axis(field: str, text: str, count: int) -> Axis:
+    """An axis from ``name:start:stop``."""
+    parts = text.split(":")
+    if len(parts) != 3:
+        raise InputError(field, "must read name:start:stop", text[:60], "E.g. eps1:0:0.3.")
+    return Axis(parts[0], bounded(parts[0], parts[1]), bounded(parts[0], parts[2]), count)
+
+
+def _two_numbers(field: str, text: str) -> tuple[float, float]:
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise InputError(field, "must be two numbers with a comma between", text[:60])
+    first, second = (_parsed(field, part) for part in parts)
+    return first, second
+
+
+def _parsed(field: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(field, "must be two numbers with a comma between", text[:40]) from None
+
+
+def _start(text: str) -> tuple[tuple[str, float], ...]:
+    """Initial values from ``x1:1.0,x1_dot:0.0``."""
+    parts = [part.partition(":") for part in text.split(",") if part]
+    for name, _, _ in parts:
+        check_known("start", name, {n for names in COORDINATES.values() for n in names})
+    return tuple((name, bounded(name, value)) for name, _, value in parts)

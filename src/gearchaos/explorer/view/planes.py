@@ -1,0 +1,60 @@
+"""The parameter planes that the explorer's map can show."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from gearchaos.errors import InputError
+from gearchaos.explorer.view.bounds import CELLS
+from gearchaos.model import COORDINATES, MeshModel, expand, known_names, state_names
+from gearchaos.model.names import check_used
+from gearchaos.studies.axis import Axis
+
+
+@cache
+def figure_plane(number: int) -> tuple[Axis, Axis]:
+    """The horizontal and the vertical axis of a figure of the paper that is a map."""
+    from gearchaos.paper.settings import all_figures  # here, since worker processes import this module
+
+    axes = next(iter(all_figures()[number].studies.values())).axes
+    x, y = (Axis(n, r.start, r.stop, count) for (n, r), count in zip(axes.items(), CELLS, strict=True))
+    return x, y
+
+
+def axis_names(model: MeshModel) -> list[str]:
+    """Parameters that an axis of the map can scan.
+
+    A pair stands in place of its two members; parameters that have no effect on this kind of model are left out, and
+    so are initial values. Of the harmonics all present ones are listed, and at least the first.
+    """
+    out = []
+    for name in [*known_names(model), *(n for n in model.parameters() if n not in known_names(model))]:
+        if _has_effect(name, model.kind) and name not in state_names(model.kind) and name not in out:
+            out.append(name)
+    return out
+
+
+def _has_effect(name: str, kind: str) -> bool:
+    """Whether a parameter has an effect on a kind of model."""
+    try:
+        check_used(name, kind)
+    except InputError:
+        return False
+    return True
+
+
+def initial_values(model: MeshModel) -> dict[str, float]:
+    """Every coordinate of a model at τ = 0 by name: as given, otherwise x1 = 1 and all others 0 as in the paper."""
+    return {n: 1.0 if n == "x1" else 0.0 for n in COORDINATES[model.kind]} | dict(model.initial)
+
+
+def value_on(model: MeshModel, axis: Axis) -> float:
+    """The model's own value of an axis' parameter, or the middle of the axis if it has no single value.
+
+    A pair has no single value where its two members differ.
+    """
+    values = model.parameters() | initial_values(model)
+    unknown = dict.fromkeys(state_names(model.kind))  # z follows from x, and is not among the values then
+    own = {values.get(n, unknown.get(n, 0.0)) for n in expand({axis.name: 0}, model)}  # an absent harmonic is 0
+    value = own.pop()
+    return (axis.start + axis.stop) / 2 if value is None or own else value

@@ -1,0 +1,93 @@
+"""The figures of the 2008 paper as presets of a page, from the same settings as the report's figures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+from gearchaos.explorer.view.bounds import CELLS
+from gearchaos.explorer.view.state import View, standard
+from gearchaos.model import MeshModel, expand, state_names
+from gearchaos.paper.settings import Figure, FigureStudy, all_figures
+from gearchaos.studies.axis import Axis
+
+
+@dataclass(frozen=True)
+class Preset:
+    """One part of a figure of the paper.
+
+    Attributes
+    ----------
+    name : str
+        Number and title of the figure.
+    view : View
+        What the page shows.
+    basins : bool
+        Whether the figure shows basins, which are then computed at once.
+    """
+
+    name: str
+    view: View
+    basins: bool = False
+
+
+@cache
+def presets() -> dict[str, Preset]:
+    """Presets by key, e.g. "3b", one for each part of each figure, in the order of the paper."""
+    out = {}
+    for number, figure in all_figures().items():
+        studies = {n: s for n, s in figure.studies.items() if not n.endswith("_section")}
+        if not studies:  # a drawing of the system
+            out[str(number)] = Preset(f"Figure {number}: {figure.title}", standard(MeshModel()))
+        for name, study in studies.items():
+            key = f"{number}{name if len(studies) > 1 else ''}"
+            title = f"Figure {key}: {_title(figure, study, len(studies))}"
+            out[key] = Preset(title, _view(study), study.kind == "basins")
+    return out
+
+
+def preset_of(view: View, last: str = "") -> str:
+    """The key of the preset that a view shows, or "" if it shows none.
+
+    ``last`` is the preset chosen last. It stays chosen while the point moves in its plane; any other preset is
+    recognised only at its own point.
+    """
+    matching = [key for key, preset in presets().items() if _plane(preset.view) == _plane(view)]
+    if last in matching:
+        return last
+    return next((key for key in matching if presets()[key].view.at == view.at), "")
+
+
+def _plane(view: View) -> tuple[object, ...]:
+    """Kind of model, the two parameters scanned, and the values of all others; not the part of the plane in view."""
+    model, names = view.model, (view.x.name, view.y.name)
+    scanned = expand(dict.fromkeys(names), model)
+    kept = {n: v for n, v in (model.parameters() | dict(model.initial)).items() if n not in scanned}
+    return model.kind, names, kept
+
+
+def _title(figure: Figure, study: FigureStudy, parts: int) -> str:
+    """The figure's title, with the values in which its parts differ."""
+    if parts == 1:
+        return figure.title
+    others = [s.model for s in figure.studies.values()]
+    own = [n for n in study.model if any(other.get(n) != study.model[n] for other in others)]
+    return f"{figure.title}, {', '.join(f'{n} = {study.model[n]:g}' for n in own)}"
+
+
+def _view(study: FigureStudy) -> View:
+    """The view of a study.
+
+    A map is shown as it is; a bifurcation diagram along the vertical line through a map over its parameter and the
+    mesh frequency; a single motion as a point in the map of figure 2.
+    """
+    model = study.mesh_model
+    scanned = {n: r for n, r in study.axes.items() if n not in state_names(model.kind)}
+    view = standard(model)
+    if len(scanned) == 2:
+        x, y = (Axis(n, r.start, r.stop, c) for (n, r), c in zip(scanned.items(), CELLS, strict=True))
+        return replace(view, x=x, y=y, at=((x.start + x.stop) / 2, (y.start + y.stop) / 2))
+    for name, r in scanned.items():
+        y = Axis(name, r.start, r.stop, CELLS[1])
+        return replace(view, y=y, at=(view.at[0], (r.start + r.stop) / 2), line="y")
+    return view

@@ -1,0 +1,237 @@
+"""The state of a page: the model, the map, the point."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.explorer.view.bounds import CELLS, bounded, number, rounded, span
+from gearchaos.explorer.view.planes import axis_names, figure_plane, value_on
+from gearchaos.model import KINDS, HarmonicStiffness, MeshModel, TwoLevelStiffness, expand, state_names
+from gearchaos.quantities import quantity
+from gearchaos.studies.axis import Axis
+from gearchaos.studies.plane import check_plane
+
+COLOURS = {
+    "motion": "kind of motion",
+    **{name: quantity(name).long_name for name in ("v_rms", "contact_fraction", "dynamic_factor")},
+    "attractors": "number of attractors",
+}
+"""Variables by which the map can be coloured, each with its description."""
+
+LINES = {"x": "horizontal", "y": "vertical"}
+"""Directions of the bifurcation diagram through the point, by the axis of the map."""
+
+STIFFNESSES = ("two-level", "harmonics")
+"""The two kinds of mesh stiffness: two levels (2.16), and a Fourier series (2.7)."""
+
+
+@dataclass(frozen=True)
+class View:
+    """All that determines what a page shows.
+
+    Attributes
+    ----------
+    model : MeshModel
+        All parameters except the two of the map.
+    x, y : Axis
+        The horizontal and the vertical axis of the map, over the part in view.
+    at : (float, float)
+        The point chosen, in the two parameters of the map.
+    colour : str
+        The variable by which the map is coloured, one of `COLOURS`.
+    line : {"x", "y"}
+        The axis along which the bifurcation diagram runs through the point.
+    start : tuple of (name, value)
+        Initial values of another motion chosen at the point; empty for the model's own.
+    physical : bool
+        Whether results are shown in the units of the physical pair.
+
+    Raises
+    ------
+    InputError
+        Naming the field, the rule, the value and what to do.
+    """
+
+    model: MeshModel
+    x: Axis
+    y: Axis
+    at: tuple[float, float]
+    colour: str = "motion"
+    line: str = "x"
+    start: tuple[tuple[str, float], ...] = ()
+    physical: bool = False
+
+    def __post_init__(self) -> None:
+        check_known("colour", self.colour, COLOURS)
+        check_known("line", self.line, LINES)
+        _check_model(self.model)
+        for axis, value, count in zip((self.x, self.y), self.at, CELLS, strict=True):
+            for end in (axis.start, axis.stop, value):
+                bounded(axis.name, end)
+            if axis.count != count:
+                raise InputError(f"axis {axis.name} count", f"must be {count} in the explorer", axis.count)
+        check_plane(self.model, self.x, self.y)
+        _ = self.point
+
+    @cached_property
+    def base(self) -> MeshModel:
+        """The model at the point, with the model's own initial values."""
+        return self.model.with_values(dict(zip((self.x.name, self.y.name), self.at, strict=True)))
+
+    @cached_property
+    def point(self) -> MeshModel:
+        """The model at the point, with the initial values of the motion chosen there."""
+        return self.base.with_values(dict(self.start)) if self.start else self.base
+
+    @cached_property
+    def map_key(self) -> tuple[Any, ...]:
+        """What the map depends on: views with equal keys have the same map."""
+        corner = self.model.with_values({self.x.name: self.x.start, self.y.name: self.y.start})
+        return corner, self.x, self.y, self.colour == "attractors"
+
+    @property
+    def line_axis(self) -> Axis:
+        """The axis along which the bifurcation diagram runs."""
+        return self.x if self.line == "x" else self.y
+
+    @property
+    def line_key(self) -> tuple[Any, ...]:
+        """What the bifurcation diagram depends on."""
+        axis = self.line_axis
+        return self.base.with_values({axis.name: axis.start}), axis
+
+    def with_axes(self, x: Axis, y: Axis) -> View:
+        """The same model over another plane, or another part of this one; the point keeps its values where it can."""
+        return replace(self, model=self.base, x=x, y=y, at=_values_on(self.base, x, y))
+
+    def with_axis(self, which: str, name: str) -> View:
+        """Another parameter along the axis ``which`` ("x" or "y"), over the range of its slider.
+
+        If the other axis has that parameter, the axes are swapped.
+        """
+        old, other = (self.x, self.y) if which == "x" else (self.y, self.x)
+        if name == old.name:
+            return self
+        if name == other.name:
+            x, y = (Axis(a.name, a.start, a.stop, b.count) for a, b in ((self.y, self.x), (self.x, self.y)))
+            return self.with_axes(x, y)
+        new = Axis(name, span(name).low, span(name).high, old.count)
+        return self.with_axes(new, self.y) if which == "x" else self.with_axes(self.x, new)
+
+    def moved(self, x: float, y: float) -> View:
+        """The same with the point elsewhere, and the model's own initial values there."""
+        return replace(self, at=(_accepted(self.x, x), _accepted(self.y, y)), start=())
+
+    def stepped(self, columns: int, rows: int) -> View:
+        """The point moved by a number of cells of the map."""
+        size = [(a.stop - a.start) / (a.count - 1) for a in (self.x, self.y)]
+        return self.moved(self.at[0] + columns * size[0], self.at[1] + rows * size[1])
+
+    def zoomed(self, x: tuple[float, float], y: tuple[float, float]) -> View:
+        """Another part of the plane, between these ends."""
+        axes = [
+            Axis(a.name, float(low), float(high), a.count)
+            for a, (low, high) in zip((self.x, self.y), (x, y), strict=True)
+        ]
+        return replace(self, x=axes[0], y=axes[1])
+
+    def with_start(self, start: tuple[tuple[str, float], ...]) -> View:
+        """The motion at the point from these initial values."""
+        return replace(self, start=start)
+
+    def started(self, values: Mapping[str, float]) -> View:
+        """The motion at the point from these initial values; the others of a motion chosen before stay."""
+        chosen = replace(self.base, initial={}).with_values(dict(self.start)).with_values(values)
+        return replace(self, start=tuple(chosen.initial.items()))
+
+    def with_value(self, name: str, value: object) -> View:
+        """A parameter or initial value set by name; a parameter of the map moves the point."""
+        accepted = bounded(name, value)
+        for i, axis in enumerate((self.x, self.y)):
+            if expand({name: 0.0}, self.model).keys() == expand({axis.name: 0.0}, self.model).keys():
+                return replace(self, at=(accepted, self.at[1]) if i == 0 else (self.at[0], accepted), start=())
+            if expand({name: 0.0}, self.model).keys() & expand({axis.name: 0.0}, self.model).keys():
+                raise InputError(name, f"must be left to the axis {axis.name}", accepted, "Choose another axis first.")
+        return replace(self, model=self.model.with_values({name: accepted}), start=())
+
+    def with_kind(self, kind: str) -> View:
+        """The same pair as another kind of model; axes that this kind does not have are replaced by the default."""
+        check_known("kind", kind, KINDS)
+        model = _as_kind(self.base, kind)
+        x, y = self._axes_for(model)
+        if x.name == y.name:
+            x, y = figure_plane(2)
+        return replace(self, model=model, x=x, y=y, at=_values_on(model, x, y), start=())
+
+    def with_stiffness(self, name: str) -> View:
+        """The same with the other kind of mesh stiffness, at its default values."""
+        check_known("stiffness", name, STIFFNESSES)
+        if name == stiffness_name(self.model):
+            return self
+        stiffness = TwoLevelStiffness() if name == "two-level" else HarmonicStiffness((0.25,))
+        model = replace(self.base, stiffness=stiffness)
+        x, y = self._axes_for(model)
+        return replace(self, model=model, x=x, y=y, at=_values_on(model, x, y), start=())
+
+    def _axes_for(self, model: MeshModel) -> tuple[Axis, Axis]:
+        """The present axes, each replaced by that of the paper's figure 2 if the model does not have its parameter."""
+        names = axis_names(model)
+        x, y = (a if a.name in names else usual for a, usual in zip((self.x, self.y), figure_plane(2), strict=True))
+        return x, y
+
+
+def standard(model: MeshModel) -> View:
+    """A model over the plane of the paper's figure 2."""
+    x, y = figure_plane(2)
+    return View(model, x, y, _values_on(model, x, y))
+
+
+def first_view(model: MeshModel, x: Axis | None = None, y: Axis | None = None) -> View:
+    """A model over these axes, whose counts are ignored; an axis left out is that of the paper's figure 2."""
+    x, y = (
+        Axis(a.name, a.start, a.stop, n) if a else usual
+        for a, usual, n in zip((x, y), figure_plane(2), CELLS, strict=True)
+    )
+    return View(model, x, y, _values_on(model, x, y))
+
+
+def stiffness_name(model: MeshModel) -> str:
+    """Which of `STIFFNESSES` a model has."""
+    return STIFFNESSES[isinstance(model.stiffness, HarmonicStiffness)]
+
+
+def check_known(field: str, value: str, names: Iterable[str]) -> None:
+    """Raise an `InputError` unless ``value`` is one of the names."""
+    if value not in names:
+        raise unknown_name(field, str(value)[:40], names)
+
+
+def _check_model(model: MeshModel) -> None:
+    """Raise unless every value is in the range that the explorer accepts."""
+    for name, value in {**model.parameters(), **model.initial}.items():
+        bounded(name, value)
+
+
+def _accepted(axis: Axis, value: float) -> float:
+    """The nearest value that the explorer accepts, rounded to about what one pixel resolves."""
+    _, _, least, most = span(axis.name)
+    return rounded(min(max(number(axis.name, value), least), most), axis.stop - axis.start)
+
+
+def _values_on(model: MeshModel, x: Axis, y: Axis) -> tuple[float, float]:
+    """The model's own values of the parameters of both axes."""
+    return value_on(model, x), value_on(model, y)
+
+
+def _as_kind(model: MeshModel, kind: str) -> MeshModel:
+    """A model of another kind, without the initial values and the bearing friction that this kind does not have."""
+    kept = {n: v for n, v in model.initial.items() if n in state_names(kind)}
+    model = replace(model, initial={})
+    if kind == "single":
+        model = replace(model, beta1=0.01, beta2=0.01) if model.kind != "single" else model
+    model = model.with_values({"kind": kind})
+    return model.with_values(kept) if kept else model

@@ -1,0 +1,99 @@
+"""What a visitor sets on the page: fields, menus, buttons; and how each of them changes the view."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from gearchaos.explorer.view.bounds import HARMONICS
+from gearchaos.explorer.view.presets import preset_of, presets
+from gearchaos.explorer.view.state import View, stiffness_name
+from gearchaos.explorer.view.wheels import are_alike, equal, made_alike
+from gearchaos.explorer.web.form import field_values, harmonics_of, line_menu, parameter_form, plane_menus
+from gearchaos.explorer.web.html import render
+from gearchaos.explorer.web.messages import Messages
+from gearchaos.model import PAIRS
+
+_NUMBER = ".8g"
+"""How a field shows a number, so that all of it fits; the address has all digits."""
+
+Change = Callable[[View], View]
+"""Returns the view that a visitor asks for, given the present one; raises `InputError` if that is impossible."""
+
+
+class Controls:
+    """The form of a page.
+
+    Parameters
+    ----------
+    messages : Messages
+        To the browser.
+    has_pair : bool
+        Whether results can be shown in physical units.
+    """
+
+    def __init__(self, messages: Messages, has_pair: bool) -> None:
+        self._messages, self._has_pair = messages, has_pair
+        self._merge_wheels, self._preset = True, ""
+        self._view: View
+        self._layout: Any = None
+
+    def change_of(self, name: str, value: Any) -> Change | None:
+        """What setting a field or menu to a value changes, or None if there is none of this name."""
+        if name in _MENUS:
+            if name == "preset" and str(value) in presets():
+                self._preset = str(value)
+            return lambda view: _MENUS[name](view, str(value))
+        if name in field_values(self._view):
+            exact = float(f"{value:.10g}") if isinstance(value, float) else value  # without the rounding of a slider
+            return lambda view: view.with_value(name, exact)
+        return None
+
+    def change_of_button(self, name: Any) -> Change | None:
+        """What pressing a button changes, or None."""
+        if name == "alike":
+            return self._toggle_alike()
+        if name == "units" and self._has_pair:
+            return lambda view: replace(view, physical=not view.physical)
+        if name in ("more-eps", "more-c"):
+            return self._one_more(name.removeprefix("more-"))
+        return None
+
+    def _toggle_alike(self) -> Change | None:
+        """Show both wheels apart, or give wheel 2 the values of wheel 1."""
+        self._merge_wheels = not (self._merge_wheels and are_alike(self._view.model))
+        self.show(self._view)
+        return made_alike if self._merge_wheels and not are_alike(self._view.model) else None
+
+    def _one_more(self, family: str) -> Change | None:
+        """Add the next harmonic of a family."""
+        number = 1 + len(harmonics_of(family, self._view.model.parameters()))
+        return (lambda view: view.with_value(f"{family}{number}", 0.01)) if number <= HARMONICS else None
+
+    def show(self, view: View) -> None:
+        """Show a view; the form is replaced only if it has other fields."""
+        self._view = view
+        self._preset, alike = preset_of(view, self._preset), self._merge_wheels and are_alike(view.base)
+        merged = {pair for pair in PAIRS if alike and equal(view.base, pair)}
+        layout = view.model.kind, tuple(view.base.parameters()), view.x.name, view.y.name, merged
+        if layout != self._layout:
+            self._layout = layout
+            form = parameter_form(view, merged, self._has_pair)
+            self._messages.write("parameters", render("parameters.html.j2", form=form))
+            self._messages.write("axes", render("menus.html.j2", menus=plane_menus(view)))
+            self._messages.write("line-choose", render("menus.html.j2", menus=[line_menu()]))
+        self._messages.set_values({
+            **{name: f"{value:{_NUMBER}}" for name, value in field_values(view).items()},
+            "preset": self._preset, "kind": view.model.kind, "stiffness": stiffness_name(view.model), "x": view.x.name,
+            "y": view.y.name, "colour": view.colour, "line": view.line, "alike": alike, "units": view.physical,
+        })
+
+
+_MENUS: dict[str, Callable[[View, str], View]] = {
+    "preset": lambda view, key: presets()[key].view if key in presets() else view,
+    "kind": View.with_kind, "stiffness": View.with_stiffness,
+    "x": lambda view, name: view.with_axis("x", name), "y": lambda view, name: view.with_axis("y", name),
+    "colour": lambda view, name: replace(view, colour=name), "line": lambda view, name: replace(view, line=name),
+}
+"""What choosing from a menu changes; an impossible view is refused by `View`."""

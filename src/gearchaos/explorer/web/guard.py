@@ -1,0 +1,147 @@
+"""Checks on every request and every message before they are answered.
+
+Pages of other sites must not reach the server. A browser says in ``Origin`` which site a request comes from. That is
+not enough: an attacker can have a name of his own resolve to this machine (DNS rebinding), so that ``Origin`` and
+``Host`` agree. Therefore the name in ``Host`` is checked as well.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+from typing import Any
+from urllib.parse import unquote
+
+from bokeh.protocol.message import Message
+from bokeh.server.session import ServerSession
+from bokeh.server.tornado import BokehTornado
+from bokeh.server.views.doc_handler import DocHandler
+from bokeh.server.views.ico_handler import IcoHandler
+from bokeh.server.views.static_handler import StaticHandler
+from bokeh.server.views.ws import WSHandler
+from tornado.httputil import HTTPServerRequest
+from tornado.web import ErrorHandler
+
+from gearchaos.explorer.web.hosts import own_host
+
+MESSAGE = 2**20
+"""Largest number of bytes in a message; a page sends a few thousand at most."""
+
+_SESSIONS = ("bokeh-token", "bokeh-session-id")
+"""Arguments with which a request could name a session of Bokeh; here every page gets a new session."""
+
+_PARTS = 3
+"""Frames of a message: header, metadata, content."""
+
+_ANSWERS = {"PULL-DOC-REQ": ServerSession.pull, "PATCH-DOC": ServerSession.patch}
+"""The types of message that a page sends, and what answers each."""
+
+_INVALID = "not a message of this page"
+"""Reason given when a connection is closed."""
+
+log = logging.getLogger(__name__)
+
+
+def refusal(request: HTTPServerRequest, target: Any, host: str) -> int | None:
+    """The HTTP status with which a request is refused, or None if it is accepted.
+
+    The origin of a WebSocket connection must be the host that it asks for: a page that this server served.
+    """
+    requested, origin = (request.headers.get(name, "").lower() for name in ("Host", "Origin"))
+    if not own_host(requested, host):
+        return 403
+    if target is Socket and origin not in (f"http://{requested}", f"https://{requested}"):
+        return 403
+    if target not in (Socket, *_SERVED.values()) or "\0" in unquote(request.path):  # no file name has a null character
+        return 404
+    return 403 if any(name in request.arguments for name in _SESSIONS) else None
+
+
+class Socket(WSHandler):
+    """A page's WebSocket connection.
+
+    A message that no page sends closes it, or gets an answer without details of this program.
+    """
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        self._parts: list[str] = []
+        super().__init__(*args, **options)
+
+    def check_origin(self, origin: str) -> bool:
+        """Accept the connection; its origin was checked by `refusal`."""
+        return True
+
+    def open(self) -> None:
+        """Accept a connection whose token was issued by this server."""
+        try:
+            super().open()
+        except Exception:
+            self._refuse()
+
+    async def on_message(self, fragment: str | bytes) -> None:
+        """Collect the frames of a message and answer it. Pages send text only, and only once they are connected."""
+        if isinstance(fragment, bytes) or self.connection is None:
+            self._refuse()
+            return
+        self._parts.append(fragment)
+        if len(self._parts) == _PARTS:
+            parts, self._parts = self._parts, []
+            await self._answer_message(*parts)
+
+    async def _answer_message(self, header: str, metadata: str, content: str) -> None:
+        try:
+            message = self.connection.protocol.assemble(header, metadata, content)
+            answer = _ANSWERS[message.msgtype]
+            known = isinstance(message.header["msgid"], str) and "num_buffers" not in message.header
+        except Exception:
+            known = False
+        if not known:
+            self._refuse()
+            return
+        await self.send_message(await self._answer(answer, message))
+
+    async def _answer(self, answer: Any, message: Message[Any]) -> Message[Any]:
+        try:
+            return await answer(message, self.connection)
+        except Exception:  # an unknown model or value; errors in event handlers are caught by Events
+            log.info("a patch cannot be applied", exc_info=True)
+        return self.connection.error(message, _INVALID)
+
+    def _refuse(self) -> None:
+        log.info("a connection is closed: %s", _INVALID)
+        self.close(1002, _INVALID)
+
+
+_SERVED: dict[Any, Any] = {
+    WSHandler: Socket, DocHandler: DocHandler, StaticHandler: StaticHandler, IcoHandler: IcoHandler,
+}
+"""Handlers of Bokeh that are served, and what replaces each; all others answer 404."""
+
+
+class GuardedTornado(BokehTornado):
+    """Bokeh's Tornado application behind these checks; session tokens are signed.
+
+    Parameters
+    ----------
+    applications : mapping of str to Application
+    host : str
+        The address at which the server listens.
+    """
+
+    def __init__(self, applications: Any, host: str, **options: Any) -> None:
+        self._host = host
+        super().__init__(
+            applications, websocket_max_message_size_bytes=MESSAGE, sign_sessions=True, secret_key=os.urandom(32),
+            **options,
+        )
+
+    def get_handler_delegate(
+        self, request: HTTPServerRequest, target_class: Any, target_kwargs: Any = None, path_args: Any = None,
+        path_kwargs: Any = None,
+    ) -> Any:
+        """The handler of a request: the one asked for, or one that refuses."""
+        target = _SERVED.get(target_class, target_class)
+        status = refusal(request, target, self._host)
+        if status is not None:
+            target, target_kwargs, path_args, path_kwargs = ErrorHandler, {"status_code": status}, None, None
+        return super().get_handler_delegate(request, target, target_kwargs, path_args, path_kwargs)

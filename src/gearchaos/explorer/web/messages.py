@@ -1,0 +1,118 @@
+"""Messages between Python and the page's script, beside what Bokeh sends for figures.
+
+They are data sources of Bokeh: it copies a change of one side to the other.
+
+========== ================== ===========================================================================
+source     written by         content
+========== ================== ===========================================================================
+page_state Python             query of the address; texts that the menu copies to the clipboard
+updates    Python             new attributes of figures, HTML of elements, values of the form
+download   Python             a file to save
+requests   the page's script  what a visitor asks for: the name of an action and a value
+========== ================== ===========================================================================
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from bokeh.events import DocumentReady
+from bokeh.models import ColumnDataSource, CustomJS
+
+from gearchaos.explorer.web.html import static_text
+
+ELEMENTS = ("parameters", "axes", "line-choose", "busy", "message", "legend", "verdict", "others", "basin-legend")
+"""Elements of the page whose HTML changes. As Bokeh widgets each change would have the page laid out again."""
+
+
+class Messages:
+    """The messages of one page.
+
+    All that changes at about the same time is sent as one update, since the browser draws after each message. Nothing
+    is sent before the page's script says that it runs.
+
+    Attributes
+    ----------
+    actions : mapping of str to callable
+        What a visitor may ask for, by name. Each takes a value from the browser, which may be anything.
+    """
+
+    def __init__(self) -> None:
+        self.actions: Mapping[str, Callable[[Any], None]] = {}
+        self._page_state = ColumnDataSource({"address": [""], "python": [""], "toml": [""]})
+        self._updates = ColumnDataSource({"models": [{}], "html": [{}], "values": [{}], "number": [0]})
+        self._download = ColumnDataSource({"content": [""], "name": [""]})
+        self._requests = ColumnDataSource({"action": [""], "value": [None], "number": [0]})
+        self._requests.on_change("data", self._on_request)
+        self._script = CustomJS(args=self._sources(), code=static_text("page.js"))
+        self._models: dict[str, dict[str, Any]] = {}
+        self._html = dict.fromkeys(ELEMENTS, "")
+        self._sent_html: dict[str, str] = {}
+        self._values: dict[str, Any] = {}
+        self._document: Any = None
+        self._page_ready = self._update_scheduled = False
+
+    def attach(self, document: Any, root: Any) -> None:
+        """Run the page's script once the page is loaded; the sources are kept in step as a part of ``root``."""
+        self._document = document
+        root.tags = list(self._sources().values())
+        document.js_on_event(DocumentReady, self._script)
+
+    def _sources(self) -> dict[str, ColumnDataSource]:
+        return {
+            "page_state": self._page_state, "updates": self._updates, "download": self._download,
+            "requests": self._requests,
+        }
+
+    def set_page_state(self, query: str, python: str, toml: str) -> None:
+        """Set the query of the address bar, without an entry in the history, and the texts for the clipboard."""
+        self._page_state.data = {"address": [f"?{query}"], "python": [python], "toml": [toml]}
+
+    def put(self, model: Any, **attributes: Any) -> None:
+        """Set attributes of the browser's copy of a Bokeh model; the model in this process stays as it is."""
+        self._models.setdefault(model.id, {}).update(attributes)
+        self._schedule_update()
+
+    def write(self, element: str, html: str) -> None:
+        """Set the HTML of one of `ELEMENTS`."""
+        if self._html[element] != html:
+            self._html[element] = html
+            self._schedule_update()
+
+    def set_values(self, values: dict[str, Any]) -> None:
+        """Set what the form shows, by name."""
+        self._values = values
+        self._schedule_update()
+
+    def save_file(self, content: bytes, media_type: str, name: str) -> None:
+        """Have the browser save a file."""
+        address = f"data:{media_type};base64,{base64.b64encode(content).decode()}"
+        self._download.data = {"content": [address], "name": [name]}
+        self._download.data = {"content": [""], "name": [""]}  # so that the document does not keep the content
+
+    def _schedule_update(self) -> None:
+        if self._page_ready and not self._update_scheduled:
+            self._update_scheduled = True
+            self._document.add_next_tick_callback(self._send_update)
+
+    def _send_update(self) -> None:
+        """Send all that has changed since the last update."""
+        html = {name: text for name, text in self._html.items() if self._sent_html.get(name) != text}
+        number = self._updates.data["number"][0] + 1  # an update equal to the last one would not be sent
+        update = {"models": [self._models], "html": [html], "values": [self._values], "number": [number]}
+        self._sent_html.update(html)
+        self._models, self._values, self._update_scheduled = {}, {}, False
+        self._updates.data = update
+
+    def _on_request(self, _: str, __: Any, data: dict[str, Any]) -> None:
+        """Do what the page's script asks for; malformed requests are ignored."""
+        action, value = (data.get(name) for name in ("action", "value"))
+        if not (isinstance(action, list) and isinstance(value, list) and action and value):
+            return
+        if action[0] == "ready":
+            self._page_ready = True
+            self._schedule_update()
+        elif str(action[0]) in self.actions:
+            self.actions[str(action[0])](value[0])

@@ -1,0 +1,94 @@
+"""`gearchaos.explore`: the page in a notebook, or for a script, served by a thread of this process."""
+
+from __future__ import annotations
+
+import threading
+from concurrent.futures import Future
+from dataclasses import dataclass
+from typing import Any
+
+from gearchaos.explorer.web.hosts import LOCAL
+from gearchaos.explorer.web.server import address, check_installed, check_port, server
+from gearchaos.gears.pair import GearPair
+from gearchaos.model import MeshModel
+from gearchaos.studies.axis import Axis
+
+_HEIGHT = 900
+
+
+@dataclass(frozen=True)
+class Explorer:
+    """A page that is being served; a notebook shows it as the result of a cell.
+
+    Attributes
+    ----------
+    url : str
+        Address of the page, for a browser on this machine.
+    """
+
+    url: str
+    _server: Any
+
+    def stop(self) -> None:
+        """Stop the server."""
+        self._server.io_loop.add_callback(self._server.stop)
+
+    def _repr_html_(self) -> str:
+        return f'<iframe src="{self.url}" style="width:100%;height:{_HEIGHT}px;border:1px solid #ddd"></iframe>'
+
+
+def explore(
+    model: MeshModel | GearPair | None = None, x: Axis | None = None, y: Axis | None = None, *, port: int = 0,
+) -> Explorer:
+    """The explorer: a map of motions in the browser, and for any point of it the motion behind it.
+
+    Parameters
+    ----------
+    model : MeshModel or GearPair, optional
+        The first model on show; the paper's defaults if left out. For a pair results can be shown in its units.
+    x, y : Axis, optional
+        Axes of the map, whose counts are ignored; mesh frequency and error amplitude if left out.
+    port : int
+        Port of this machine to listen at; any free one by default. Other machines cannot reach it.
+
+    Returns
+    -------
+    Explorer
+        Jupyter shows the page; elsewhere open its ``url`` in a browser.
+
+    Raises
+    ------
+    InputError
+        For values outside the bounds of the explorer, or if ``gearchaos[app]`` is not installed.
+    """
+    check_installed()
+    from gearchaos.explorer.view.state import first_view
+
+    pair = model if isinstance(model, GearPair) else None
+    view = first_view(pair.to_model() if pair else model or MeshModel(), x, y)  # type: ignore[union-attr, arg-type]
+    port = check_port(LOCAL[0], port)
+    running = _started(view, pair, port)
+    return Explorer(address(LOCAL[0], port), running)
+
+
+def _started(view: Any, pair: GearPair | None, port: int) -> Any:
+    """A server that runs in a new thread."""
+    import asyncio
+
+    ready: Future[Any] = Future()
+
+    def serve() -> None:
+        loop = asyncio.new_event_loop()
+        asyncio.set_event_loop(loop)
+        try:
+            running = server(view, pair, port=port)
+            running.start()
+        except Exception as error:  # raised again in the caller, who waits
+            loop.close()
+            ready.set_exception(error)
+            return
+        ready.set_result(running)
+        running.io_loop.start()
+
+    threading.Thread(target=serve, name="explorer", daemon=True).start()
+    return ready.result()

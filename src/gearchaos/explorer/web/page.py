@@ -1,0 +1,147 @@
+"""The page: its figures, its form and its texts, and how results are shown on them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import xarray as xr
+
+from gearchaos.explorer.jobs.dossier import Dossier
+from gearchaos.explorer.jobs.map_grid import Map
+from gearchaos.explorer.panels.attractors import Choice
+from gearchaos.explorer.panels.basins import BasinsFigure
+from gearchaos.explorer.panels.diagram import BifurcationFigure
+from gearchaos.explorer.panels.history import HistoryFigure, times
+from gearchaos.explorer.panels.map import MapFigure
+from gearchaos.explorer.panels.phase import PhaseFigure
+from gearchaos.explorer.panels.portrait import PortraitFigure
+from gearchaos.explorer.panels.spectrum import SpectrumFigure
+from gearchaos.explorer.panels.verdict import verdict_text
+from gearchaos.explorer.view.address import to_query
+from gearchaos.explorer.view.state import View
+from gearchaos.explorer.view.study_text import as_python, as_toml
+from gearchaos.explorer.web.controls import Controls
+from gearchaos.explorer.web.html import render
+from gearchaos.explorer.web.messages import Messages
+from gearchaos.gears.pair import GearPair
+from gearchaos.gears.results import physical
+
+
+class Page:
+    """One page.
+
+    Parameters
+    ----------
+    pair : GearPair, optional
+        The physical pair whose units results may be shown in.
+
+    Attributes
+    ----------
+    messages : Messages
+    controls : Controls
+    map, line, basins, history, phase, portrait, spectrum
+        The figures.
+    choices : list of Choice
+        The motions that the page offers.
+    """
+
+    def __init__(self, pair: GearPair | None) -> None:
+        self._pair = pair
+        self.messages = Messages()
+        self.controls = Controls(self.messages, pair is not None)
+        put = self.messages.put
+        self.map, self.line, self.basins = MapFigure(put), BifurcationFigure(put), BasinsFigure(put)
+        self.history, self.phase = HistoryFigure(put), PhaseFigure(put)
+        self.portrait, self.spectrum = PortraitFigure(put), SpectrumFigure(put)
+        self.choices: list[Choice] = []
+        self.show_choices([])
+        self._plane: tuple[Any, ...] = ()
+        self._motion_key: tuple[Any, ...] | None = None
+        self._portrait_key: tuple[Any, ...] | None = None
+
+    def roots(self) -> dict[str, Any]:
+        """The figures by their names in the template."""
+        return {
+            "map": self.map.figure, "history": self.history.figure, "phase": self.phase.figure,
+            "portrait": self.portrait.figure, "spectrum": self.spectrum.figure, "line": self.line.figure,
+            "basin": self.basins.figure,
+        }
+
+    def units(self, view: View) -> GearPair | None:
+        """The pair in whose units a view shows results, or None."""
+        return self._pair if view.physical else None
+
+    def show_view(self, view: View) -> None:
+        """Show the form, the axes of the map, the point, and the address of a view."""
+        self.controls.show(view)
+        self.mark(view)
+        self.line.mark(view.at["xy".index(view.line)])
+        if self._plane != (view.x, view.y):
+            self._plane = (view.x, view.y)
+            self.map.set_plane(view.x, view.y)
+        self.messages.set_page_state(to_query(view), as_python(view, self.units(view)), as_toml(view, self._pair))
+
+    def mark(self, view: View) -> None:
+        """Move the crosshair of the map to the point."""
+        self.map.mark(view.at)
+
+    def show_map(self, found: Map, view: View) -> None:
+        """Draw the map and its legend."""
+        self.map.show(found, view.colour, self.units(view))
+        self.messages.write(
+            "legend", render("legend.html.j2", legend=self.map.legend, map=found, colour=view.colour))
+
+    def show_dossier(self, found: Dossier, view: View) -> None:
+        """Draw the motion of a point and write its verdict."""
+        pair = self.units(view)
+        self._show_portrait(found, pair)
+        if found.motion is not None:
+            self._show_motion(found.motion, pair)
+        elif not found.verdict.section:  # it diverged
+            for figure in (self.history, self.phase, self.portrait, self.spectrum):
+                figure.clear()
+            self._motion_key = self._portrait_key = None
+        self.messages.write("verdict", render("verdict.html.j2", v=verdict_text(found, view, pair)))
+
+    def _show_portrait(self, found: Dossier, pair: GearPair | None) -> None:
+        """Draw the stroboscopic points, unless they are drawn already."""
+        key = found.model, found.verdict.periods_spent, found.portrait is None, pair
+        if found.verdict.section and key != self._portrait_key:
+            self._portrait_key = key
+            self.portrait.show(found, pair)
+
+    def _show_motion(self, motion: xr.Dataset, pair: GearPair | None) -> None:
+        """Draw the motion in time, unless it is drawn already."""
+        key = float(motion["z"].values[0]), motion.sizes["tau"], pair
+        if key == self._motion_key:
+            return
+        self._motion_key = key
+        tau, period = times(motion)
+        shown = motion if pair is None else physical(motion, pair)
+        self.spectrum.show(motion, shown["z_dot"])
+        self.history.show(shown, tau, period)
+        self.phase.show(shown, 1.0 if pair is None else pair.scales.length * 1e6)
+
+    def show_basins(self, found: xr.Dataset) -> None:
+        """Draw basins of attraction and their legend."""
+        self.basins.show(found)
+        self.messages.write("basin-legend", render("legend.html.j2", legend=self.basins.legend))
+
+    def clear_basins(self) -> None:
+        """Hide the basins."""
+        self.basins.clear()
+        self.messages.write("basin-legend", "")
+
+    def show_choices(self, choices: list[Choice]) -> None:
+        """Show a button for every motion of the point; an empty list stands for a search under way."""
+        self.choices = choices
+        self.messages.write("others", render("attractors.html.j2", choices=choices))
+
+    def show_busy(self, tasks: Sequence[str], compiling: bool) -> None:
+        """Say what is being computed, and whether kernels are compiled for it first."""
+        self.messages.write("busy", render("busy.html.j2", tasks=tasks, compiling=compiling))
+
+    def show_message(self, message: str) -> None:
+        """Show an error message; an empty one removes the last."""
+        self.messages.write("message", render("message.html.j2", message=message))

@@ -1,0 +1,109 @@
+"""The server; it listens at this machine alone unless another address is given."""
+
+from __future__ import annotations
+
+import socket
+import sys
+from functools import partial
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from gearchaos.errors import InputError
+from gearchaos.explorer.jobs.worker import Job, Worker
+from gearchaos.explorer.jobs.worker_process import WorkerProcess
+from gearchaos.explorer.web.hosts import LOCAL
+
+if TYPE_CHECKING:
+    from gearchaos.explorer.view.state import View
+    from gearchaos.gears.pair import GearPair
+
+PORT = 5006
+_SWITCH_INTERVAL = 0.001
+"""Seconds after which Python switches threads, so that the result of a process is soon shown."""
+
+_CLOSED = 3000
+"""Milliseconds after which the session of a page that was closed is removed."""
+
+
+def check_installed() -> None:
+    """Raise an `InputError` unless the optional dependencies ``gearchaos[app]`` are installed."""
+    for name in ("bokeh", "tomlkit"):
+        if find_spec(name) is None:
+            raise InputError("explore", "needs the libraries of the page", name, "pip install gearchaos[app]")
+
+
+def check_port(host: str, port: int) -> int:
+    """The port if it is free at this host, or any free port for 0.
+
+    Raises
+    ------
+    InputError
+        If the port is taken, or the host is no address of this machine.
+    """
+    if not 0 <= port <= 65535:
+        raise InputError("--port", "must lie in [0, 65535]", port)
+    try:
+        with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind((host, port))
+            return probe.getsockname()[1]
+    except OSError as error:
+        raise InputError("--port", "must be free, at an address of this machine", f"{host}:{port}",
+                         f"{error.strerror}. Choose another one, or 0 for any.") from None
+
+
+def address(host: str, port: int) -> str:
+    """The URL of the page."""
+    return f"http://{f'[{host}]' if ':' in host else host}:{port}/"
+
+
+def server(view: View, pair: GearPair | None = None, *, host: str = LOCAL[0], port: int = PORT) -> Any:
+    """A Bokeh server, not yet started.
+
+    Parameters
+    ----------
+    view : View
+        What a page without a query shows.
+    pair : GearPair, optional
+        The physical pair whose units results may be shown in.
+    host, port : str, int
+        Where to listen; see `check_port`.
+    """
+    sys.setswitchinterval(_SWITCH_INTERVAL)
+    workers = Worker("points", WorkerProcess()), Worker("maps", WorkerProcess(low_priority=True))
+    _warm_up(view, *workers)
+    try:
+        from gearchaos.explorer.web.application import application  # here, while the processes start
+        from gearchaos.explorer.web.guard import MESSAGE, GuardedTornado
+
+        tornado = GuardedTornado(
+            {"/": application(view, pair, workers)}, host,
+            check_unused_sessions_milliseconds=1000, unused_session_lifetime_milliseconds=_CLOSED,
+        )
+        return _listening(tornado, host, port, MESSAGE)
+    except BaseException:
+        for worker in workers:
+            worker.stop()
+        raise
+
+
+def _listening(tornado: Any, host: str, port: int, most: int) -> Any:
+    """A server of an application; the body of a request has at most ``most`` bytes."""
+    from bokeh.server.server import BaseServer
+    from bokeh.server.util import bind_sockets
+    from tornado.httpserver import HTTPServer
+    from tornado.ioloop import IOLoop
+
+    sockets, _ = bind_sockets(host, port)
+    http = HTTPServer(tornado, max_body_size=most)
+    http.add_sockets(sockets)
+    return BaseServer(IOLoop.current(), tornado, http)
+
+
+def _warm_up(view: View, quick: Worker, slow: Worker) -> None:
+    """Load or compile the kernels that a page needs, before the first visitor comes."""
+    from gearchaos.explorer.jobs.dossier import dossier
+    from gearchaos.explorer.jobs.map import warm_up
+
+    for worker, steps in ((quick, partial(dossier, view.point)), (slow, partial(warm_up, view))):
+        worker.submit("", "warm-up", Job(steps, lambda _: None, lambda _: None))

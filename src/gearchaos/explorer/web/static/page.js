@@ -1,0 +1,156 @@
+// The parts of the page beside the figures: texts, form, buttons, arrow keys, address bar, clipboard, downloads.
+// Bokeh runs this once the page is loaded, with the data sources page_state, updates, download and requests; what each
+// is for is described in gearchaos.explorer.web.messages.
+
+// Changes to Bokeh that save two thirds of the time of drawing. Bokeh asks the browser for the computed style of every
+// line and label, in case a style sheet sets it, and for the font size; and it lays out and draws a figure again whenever
+// its tick labels become shorter. Glyphs above the figure are clipped like the figure itself.
+const patches = {
+  "core/visuals/visual": ({VisualProperties}) => { VisualProperties.prototype._get_css_value = () => "" },
+  "models/plots/plot_canvas": ({PlotView}) => {
+    const {get} = Object.getOwnPropertyDescriptor(PlotView.prototype, "base_font_size")
+    Object.defineProperty(PlotView.prototype, "base_font_size", {get() { return this._font_size ??= get.call(this) }})
+  },
+  "core/layout/side_panel": ({SideLayout}) => {
+    SideLayout.prototype.has_size_changed = function () {
+      const {width, height} = this._content_size()
+      return this.panel.is_horizontal ? this.bbox.height < height : this.bbox.width < width
+    }
+  },
+  "models/renderers/glyph_renderer": ({GlyphRendererView}) => {
+    Object.defineProperty(GlyphRendererView.prototype, "needs_clip", {get: () => true})
+  },
+}
+for (const [name, patch] of Object.entries(patches)) {
+  try {
+    patch(Bokeh.require(name))
+  } catch (error) {
+    console.info(`Bokeh is not patched in ${name}: figures are drawn more slowly`, error)
+  }
+}
+
+const entries = (map) => map instanceof Map ? map.entries() : Object.entries(map)
+function set_attributes(id, attributes) {
+  try {
+    updates.document.get_model_by_id(id).setv(Object.fromEntries(entries(attributes)), {sync: false})
+  } catch (error) {
+    console.error(`model ${id} could not be changed`, error)  // the other models still can
+  }
+}
+updates.properties.data.change.connect(() => {
+  for (const [id, attributes] of entries(updates.data.models[0])) set_attributes(id, attributes)
+  for (const [name, html] of entries(updates.data.html[0])) document.getElementById(name).innerHTML = html
+  show_values(Object.fromEntries(entries(updates.data.values[0])))
+})
+
+// The form. Fields that are being edited are not changed.
+const edited = new WeakSet()
+function show_values(values) {
+  for (const element of document.querySelectorAll("[data-set], [data-show]")) {
+    const value = values[element.dataset.set ?? element.dataset.show]
+    if (value === undefined || edited.has(element)) continue
+    if (element.tagName === "BUTTON") element.setAttribute("aria-pressed", value)
+    else if (element.type !== "range") element.value = value
+    else if (!element.matches(":active")) set_slider(element, Number(value))
+  }
+}
+function set_slider(slider, value) {
+  if (value < slider.min) slider.min = value
+  if (value > slider.max) slider.max = value
+  slider.value = value
+}
+const moved_sliders = new Map()  // values by name, sent once per frame
+function send_sliders() {
+  for (const [name, value] of moved_sliders) request("set", [name, value])
+  moved_sliders.clear()
+}
+document.addEventListener("input", ({target}) => {
+  if (target.type === "text") edited.add(target)
+  if (target.type !== "range") return
+  if (moved_sliders.size === 0) requestAnimationFrame(send_sliders)
+  moved_sliders.set(target.dataset.set, target.valueAsNumber)
+  target.nextElementSibling.value = Number(target.valueAsNumber.toPrecision(10))
+})
+document.addEventListener("change", ({target}) => {
+  edited.delete(target)
+  if (target.dataset.set && target.type !== "range") request("set", [target.dataset.set, target.value])
+})
+document.addEventListener("focusout", ({target}) => edited.delete(target))
+
+function save_file(address, name) {
+  const link = document.createElement("a")
+  link.href = address
+  link.download = name
+  document.body.appendChild(link)
+  link.click()
+  link.remove()
+}
+
+function show_address() {
+  if (page_state.data.address[0]) history.replaceState(null, "", page_state.data.address[0])
+}
+page_state.properties.data.change.connect(show_address)
+show_address()
+download.properties.data.change.connect(() => {
+  if (download.data.content[0]) save_file(download.data.content[0], download.data.name[0])
+})
+
+let note_timeout
+function show_note(text) {
+  const element = document.getElementById("note")
+  element.textContent = text
+  clearTimeout(note_timeout)
+  note_timeout = setTimeout(() => { element.textContent = "" }, 2500)
+}
+async function copy(button) {
+  const text = page_state.data[button.dataset.copy][0]
+  try {
+    await navigator.clipboard.writeText(text)
+  } catch {
+    const area = document.createElement("textarea")
+    area.value = text
+    document.body.appendChild(area)
+    area.select()
+    document.execCommand("copy")
+    area.remove()
+  }
+  show_note(`copied: ${text.split("\n").length} lines of ${button.textContent.split(" ").pop()}`)
+}
+for (const button of document.querySelectorAll("[data-copy]"))
+  button.addEventListener("click", () => copy(button))
+
+// The export menu closes with the next click or with Escape. On a phone the parameters are folded at first.
+const menu = document.getElementById("export")
+document.addEventListener("click", ({target}) => {
+  if (!target.closest("#export summary")) menu.open = false
+})
+document.addEventListener("keydown", ({key}) => {
+  if (key === "Escape") menu.open = false
+})
+if (matchMedia("(max-width: 760px)").matches) document.getElementById("controls").open = false
+
+const steps = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]}
+let number = 0  // makes a request differ from the one before, else Bokeh would not send it
+function request(action, value) {
+  number += 1
+  requests.data = {action: [action], value: [value], number: [number]}
+}
+
+document.addEventListener("keydown", (event) => {
+  const typing = ["INPUT", "SELECT", "TEXTAREA"].includes(event.target.tagName)
+  if (!(event.key in steps) || typing || event.ctrlKey || event.metaKey || event.altKey) return
+  event.preventDefault()
+  const size = event.shiftKey ? 10 : 1
+  request("step", steps[event.key].map((n) => n * size))
+})
+document.addEventListener("click", ({target}) => {
+  const button = target.closest("button")
+  if (!button) return
+  const {choice, press, save, basins} = button.dataset
+  if (choice !== undefined) request("choose", Number(choice))
+  if (press !== undefined) request("press", press)
+  if (save !== undefined) request("save", save)
+  if (basins !== undefined) request("basins", null)
+})
+request("ready", null)
+document.body.dataset.ready = "1"
