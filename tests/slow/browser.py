@@ -1,5 +1,6 @@
 """The explorer's server and a visitor's browser, for the tests that need them."""
 
+import os
 import re
 import shutil
 import signal
@@ -18,12 +19,17 @@ NEEDED = [
     pytest.mark.xdist_group("browser"),
 ]
 _MAIN = """
-import signal
+import os, signal
+from gearchaos.explorer import bounds
+bounds.CELLS = tuple(map(int, os.environ["CELLS"].split())) if "CELLS" in os.environ else bounds.CELLS
 from gearchaos.cli import main
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits that it is ignored
 main()
 """
 COMMAND = (sys.executable, "-c", _MAIN, "explore", "--no-open", "--port", "0")
+FEW_CELLS = {"CELLS": "200 150"}
+"""Environment of a server whose maps have a quarter of the cells, so that tests take less time."""
+
 SIZES = {"laptop": (1366, 768), "desk": (1920, 1080), "phone": (390, 844)}
 MAP = "x=omega:0.2:3.0&y=eps1:0.0:0.3"
 START = presets()["2"].view
@@ -31,9 +37,10 @@ WAIT = 60_000
 
 
 @contextmanager
-def served(*arguments):
+def served(*arguments, **environment):
     """The address of a server, and what it says on stderr."""
-    with subprocess.Popen((*COMMAND, *arguments), stderr=subprocess.PIPE, text=True) as process:
+    settings = {**os.environ, **environment}
+    with subprocess.Popen((*COMMAND, *arguments), stderr=subprocess.PIPE, text=True, env=settings) as process:
         said = []
         for line in process.stderr:
             said.append(line)

@@ -23,10 +23,10 @@ def kernels():
 
 @pytest.fixture(scope="session")
 def server(kernels):
-    """The address of a running explorer."""
-    from tests.slow.browser import served
+    """The address of a running explorer, with maps of few cells."""
+    from tests.slow.browser import FEW_CELLS, served
 
-    with served() as (url, _):
+    with served(**FEW_CELLS) as (url, _):
         yield url
 
 
