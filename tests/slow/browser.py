@@ -10,6 +10,7 @@ from contextlib import contextmanager
 
 import pytest
 
+from gearchaos.explorer import bounds
 from gearchaos.explorer.presets import presets
 from gearchaos.explorer.state import from_query
 
@@ -18,18 +19,19 @@ NEEDED = [
     pytest.mark.skipif(CHROMIUM is None, reason="make test installs chromium"),
     pytest.mark.xdist_group("browser"),
 ]
-_MAIN = """
+FEW_CELLS = (200, 150)
+"""Columns and rows of the maps of `served` with ``few``: a quarter of the usual cells, so that tests take less time."""
+
+_MAIN = f"""
 import os, signal
-from gearchaos.explorer import bounds
-bounds.CELLS = tuple(map(int, os.environ["CELLS"].split())) if "CELLS" in os.environ else bounds.CELLS
+import {bounds.__name__} as bounds
+if "FEW_CELLS" in os.environ:
+    bounds.CELLS = {FEW_CELLS}
 from gearchaos.cli import main
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits that it is ignored
 main()
 """
 COMMAND = (sys.executable, "-c", _MAIN, "explore", "--no-open", "--port", "0")
-FEW_CELLS = {"CELLS": "200 150"}
-"""Environment of a server whose maps have a quarter of the cells, so that tests take less time."""
-
 SIZES = {"laptop": (1366, 768), "desk": (1920, 1080), "phone": (390, 844)}
 MAP = "x=omega:0.2:3.0&y=eps1:0.0:0.3"
 START = presets()["2"].view
@@ -37,10 +39,10 @@ WAIT = 60_000
 
 
 @contextmanager
-def served(*arguments, **environment):
-    """The address of a server, and what it says on stderr."""
-    settings = {**os.environ, **environment}
-    with subprocess.Popen((*COMMAND, *arguments), stderr=subprocess.PIPE, text=True, env=settings) as process:
+def served(*arguments, few=False):
+    """The address of a server, and what it says on stderr; its maps have `FEW_CELLS` if ``few``."""
+    environment = {**os.environ, "FEW_CELLS": "1"} if few else None
+    with subprocess.Popen((*COMMAND, *arguments), stderr=subprocess.PIPE, text=True, env=environment) as process:
         said = []
         for line in process.stderr:
             said.append(line)

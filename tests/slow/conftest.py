@@ -24,9 +24,9 @@ def kernels():
 @pytest.fixture(scope="session")
 def server(kernels):
     """The address of a running explorer, with maps of few cells."""
-    from tests.slow.browser import FEW_CELLS, served
+    from tests.slow.browser import served
 
-    with served(**FEW_CELLS) as (url, _):
+    with served(few=True) as (url, _):
         yield url
 
 
