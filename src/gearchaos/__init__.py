@@ -18,7 +18,9 @@ _MODULES = {
     "attractors": "studies.attractors", "basins": "studies.basins",
     "bifurcation": "studies.bifurcation", "load": "datasets", "regime": "studies.regime",
     "save": "datasets", "simulate": "studies.simulate", "steady": "studies.steady",
-    "zones": "studies.zones",
+    "zones": "studies.zones", "run": "store.run",
+    "Attractors": "studies.attractors", "Basins": "studies.basins", "Bifurcation": "studies.bifurcation",
+    "Simulate": "studies.simulate", "Zones": "studies.zones",
 }
 """The submodule that defines each public name. ``__init__.pyi`` says the same to type checkers and editors."""
 

@@ -15,14 +15,20 @@ from gearchaos.model import HarmonicStiffness as HarmonicStiffness
 from gearchaos.model import MeshModel as MeshModel
 from gearchaos.model import TransmissionError as TransmissionError
 from gearchaos.model import TwoLevelStiffness as TwoLevelStiffness
+from gearchaos.store.run import run as run
+from gearchaos.studies.attractors import Attractors as Attractors
 from gearchaos.studies.attractors import attractors as attractors
 from gearchaos.studies.axis import Axis as Axis
+from gearchaos.studies.basins import Basins as Basins
 from gearchaos.studies.basins import basins as basins
+from gearchaos.studies.bifurcation import Bifurcation as Bifurcation
 from gearchaos.studies.bifurcation import bifurcation as bifurcation
 from gearchaos.studies.regime import Regime as Regime
 from gearchaos.studies.regime import regime as regime
+from gearchaos.studies.simulate import Simulate as Simulate
 from gearchaos.studies.simulate import simulate as simulate
 from gearchaos.studies.steady import steady as steady
+from gearchaos.studies.zones import Zones as Zones
 from gearchaos.studies.zones import zones as zones
 
 __version__: str
