@@ -23,10 +23,10 @@ def kernels():
 
 @pytest.fixture(scope="session")
 def server(kernels):
-    """The address of a running explorer."""
+    """The address of a running explorer, with maps of few cells."""
     from tests.slow.browser import served
 
-    with served() as (url, _):
+    with served(few=True) as (url, _):
         yield url
 
 
