@@ -1,7 +1,7 @@
-"""How fast the explorer answers, measured in a headless browser; and whether it lasts.
+"""How fast the explorer answers, measured in a headless browser; and whether its memory stays bounded.
 
     python benchmarks/explorer.py                 click to dossier, slider to portrait, maps
-    python benchmarks/explorer.py --minutes 30    random clicking and dragging, with the server's memory
+    python benchmarks/explorer.py --minutes 30    random clicks and drags, with the memory of the server
 
 Times are taken in the page, by its own clock, from the event to the end of the first frame after the answer is in the
 document, with all its figures painted.
@@ -29,8 +29,8 @@ from gearchaos.studies.warmup import warmup
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 KINDS = {"torsional": "kind=torsional", "full": "kind=full"}
-_FORGOTTEN = 5
-"""Seconds after which nothing is computed any more for a page that was closed."""
+_CLOSED = 5
+"""Seconds after which the computations of a page that was closed have ended."""
 
 MAP = "x=omega:0.2:3.0&y=eps1:0.0:0.3"
 
@@ -50,8 +50,11 @@ window.measured = new Promise((done) => {
 
 
 def watch(page: Page, event: str, place: str, answer: str) -> None:
-    """Have ``window.measured`` become the milliseconds from an event until the HTML of a place has changed and the
-    answer is on the page, painted; each given as a selector."""
+    """Set ``window.measured`` to the milliseconds from an event until the answer is painted.
+
+    ``place`` and ``answer`` are selectors: the answer is there when the HTML of the place has changed and an element
+    matches ``answer``.
+    """
     script = _WAIT
     for name, value in (("EVENT", event), ("PLACE", place), ("ANSWER", answer)):
         script = script.replace(name, json.dumps(value))
@@ -93,13 +96,13 @@ def opened(chromium, url: str, errors: list[str] | None = None) -> Page:
 
 
 def inside(page: Page) -> dict[str, float]:
-    """The map's frame on the screen: a little inside the figure."""
+    """A rectangle on the screen inside the frame of the map."""
     box = page.locator("#map-figure").bounding_box()
     return {"left": box["x"] + 75, "top": box["y"] + 45, "width": box["width"] - 125, "height": box["height"] - 105}
 
 
 def _rest(page: Page, rest: bool) -> None:
-    """Wait until nothing is computed any more, or go on while the map and what a click asks for are."""
+    """Wait until all computations have ended, or a short time while they run."""
     if rest:
         page.wait_for_selector(".busy.idle", timeout=120_000)
     page.wait_for_timeout(300 if rest else 900)
@@ -137,9 +140,8 @@ def slides(chromium, url: str, count: int, rest: bool) -> list[float]:
 
 
 def maps(chromium, url: str, kind: str, most: float) -> dict[str, float]:
-    """Seconds from a new page to its coarse map, and until the map is sharp, or how far it came; once the page before
-    is forgotten."""
-    time.sleep(_FORGOTTEN)
+    """Seconds from a new page to its coarse map, to its fine map, and to its complete map, if it gets there."""
+    time.sleep(_CLOSED)
     page, began = chromium.new_page(viewport={"width": 1366, "height": 768}), time.perf_counter()
     page.goto(f"{url}?{KINDS[kind]}&{MAP}&at=1.3,0.21")
     out = {"opened": time.perf_counter() - began}
@@ -174,8 +176,10 @@ _HOW_FAR = """() => {
 
 
 def lasting(minutes: float) -> Iterator[tuple[str, object]]:
-    """Random clicks, drags, wheels, sliders and keys, each score of them answered; memory every minute, since one that
-    only fills up to what the work needs looks like a leak at its end."""
+    """Random clicks, drags, zooms, sliders and keys, with a check after every 20 that the page still answers.
+
+    Memory is reported every minute: the final value alone would not tell a leak from a working set that has filled up.
+    """
     errors: list[str] = []
     with served() as (url, process), browser() as chromium:
         page, chance, done, waits = opened(chromium, url, errors), random.Random(2), 0, []
@@ -197,7 +201,7 @@ def lasting(minutes: float) -> Iterator[tuple[str, object]]:
 def _answered(page: Page, errors: list[str]) -> float:
     """Seconds until the final verdict is that of the point in the address bar."""
     began = time.monotonic()
-    page.wait_for_timeout(500)  # the address follows the point
+    page.wait_for_timeout(500)  # until the address is updated
     try:
         page.wait_for_function(_ANSWERED, timeout=60_000)
     except TimeoutError as error:
@@ -247,7 +251,7 @@ def _exercise(page: Page, chance: random.Random, count: int) -> None:
             page.mouse.wheel(0, chance.choice((-200, 200)))
         elif what == "slide":
             slider = page.locator(f".field-{chance.choice(('omega', 'q0'))} input[type=range]")
-            if (box := slider.bounding_box()) is not None:  # it may just give way to those of another preset
+            if (box := slider.bounding_box()) is not None:  # its form may be being replaced
                 page.mouse.click(box["x"] + box["width"] * chance.random(), box["y"] + box["height"] / 2)
         elif what == "key":
             page.mouse.click(*spot())
