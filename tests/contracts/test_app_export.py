@@ -42,7 +42,7 @@ def test_copied_toml_is_a_study_file_of_the_same_model(tmp_path, stiffness):
     path.write_text(as_toml(view), encoding="utf-8")
     study = load_study(path)
     assert study.model == view.point
-    assert study.settings_for("zones").axes == (view.x, view.y)
+    assert (study.options["x"], study.options["y"]) == (view.x, view.y)
     tomllib.loads(path.read_text(encoding="utf-8"))
 
 
@@ -57,14 +57,14 @@ PAIR = load_study(Path(__file__).parents[2] / "examples" / "physical_pair.toml")
     lambda view: view.with_value("y1", 0.4), lambda view: view.with_stiffness("harmonics"),
 ])
 def test_a_copied_study_file_keeps_the_pair_at_the_point(tmp_path, change):
-    view = change(first_view(PAIR.model, *PAIR.settings_for("zones").axes))
+    view = change(first_view(PAIR.model, PAIR.options["x"], PAIR.options["y"]))
     path = tmp_path / "pair.toml"
     path.write_text(as_toml(view, PAIR.pair), encoding="utf-8")
     study = load_study(path)
     found, wanted = study.model.parameters(), view.point.parameters()
     assert found == pytest.approx(wanted, rel=1e-13) and study.model.initial == view.point.initial
     assert study.pair.scales == PAIR.pair.scales and study.model.kind == view.point.kind
-    assert study.settings_for("zones").axes == (view.x, view.y)
+    assert (study.options["x"], study.options["y"]) == (view.x, view.y)
 
 
 def test_other_kinds_of_a_pair_keep_it_and_what_no_pair_has_is_a_model(tmp_path):

@@ -1,5 +1,6 @@
 """The explorer as a visitor meets it: the real server, and Debian's chromium by Playwright."""
 
+import subprocess
 import tomllib
 from pathlib import Path
 

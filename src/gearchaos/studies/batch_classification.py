@@ -10,8 +10,7 @@ import numpy as np
 
 from gearchaos.dynamics import STAGES, Classification, ClassificationState, Verdicts, conclude
 from gearchaos.execute import tiles
-from gearchaos.flow import ExactFlow
-from gearchaos.flow.layout import WIDTH
+from gearchaos.flow import WIDTH, ExactFlow
 
 InitialStates = Callable[[np.ndarray], tuple[ExactFlow, np.ndarray, np.ndarray]]
 """Function of the numbers (L,) of some motions: their flow, initial states (d, L) and parameter points (L,)."""
