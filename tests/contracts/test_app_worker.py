@@ -133,6 +133,7 @@ def place():
     place.end()
 
 
+@pytest.mark.slow
 def test_another_process_finds_the_same(place):
     model = gc.MeshModel.of(omega=1.0, eps1=0.05)
     here, there = list(dossier(model)), list(place.run(partial(dossier, model)))
@@ -185,6 +186,7 @@ def test_the_page_says_that_kernels_are_compiled_first():
     assert "once" not in words.busy_html(["motion"], False) and "ready" in words.busy_html([], True)
 
 
+@pytest.mark.slow
 def test_a_process_that_dies_costs_the_visitor_one_message(caplog):
     place = Elsewhere()
     worker, hurt, well = Worker("test", place), Recorder(), Recorder()
@@ -197,6 +199,7 @@ def test_a_process_that_dies_costs_the_visitor_one_message(caplog):
     place._process.wait(10)
 
 
+@pytest.mark.slow
 def test_a_process_ends_with_the_one_that_began_it(tmp_path):
     code = "from gearchaos.explorer.elsewhere import Elsewhere; print(Elsewhere()._process.pid, flush=True); input()"
     parent = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
