@@ -134,6 +134,7 @@ def place():
     place.end()
 
 
+@pytest.mark.slow
 def test_another_process_finds_the_same(place):
     model = gc.MeshModel.of(omega=1.0, eps1=0.05)
     here, there = list(dossier(model)), list(place.run(partial(dossier, model)))
@@ -191,6 +192,7 @@ def test_the_page_says_that_kernels_are_compiled_first():
     assert "once" not in busy(["motion"], False) and "ready" in busy([], True)
 
 
+@pytest.mark.slow
 def test_a_process_that_dies_costs_the_visitor_one_message(caplog):
     place = WorkerProcess()
     worker, hurt, well = Worker("test", place), Recorder(), Recorder()
@@ -203,6 +205,7 @@ def test_a_process_that_dies_costs_the_visitor_one_message(caplog):
     place._process.wait(10)
 
 
+@pytest.mark.slow
 def test_a_process_ends_with_the_one_that_began_it(tmp_path):
     code = """
 from gearchaos.explorer.jobs.worker_process import WorkerProcess

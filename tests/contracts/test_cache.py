@@ -37,6 +37,7 @@ print([twice(np.arange(5).astype(kind)) for kind in chosen], sum(twice.stats.cac
 """
 
 
+@pytest.mark.slow
 def test_processes_that_compile_at_once_do_not_spoil_the_cache(tmp_path):
     script = tmp_path / "program.py"
     script.write_text(PROGRAM)
@@ -72,6 +73,7 @@ def test_the_cache_is_another_one_after_any_edit_of_a_kernel(tmp_path):
     assert directory() != before
 
 
+@pytest.mark.slow
 def test_compiling_is_announced_and_loading_is_not(tmp_path):
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     program = (

@@ -610,6 +610,7 @@ def test_picture_that_fails_leaves_nothing_half_written(tmp_path, monkeypatch):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["z.nc", "z.png"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="sends a POSIX signal")
 def test_ctrl_c_ends_cleanly(tmp_path):
     assert run("regime").exit_code == 0  # so that kernels are compiled: that cannot be interrupted, and may take long

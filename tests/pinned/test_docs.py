@@ -42,6 +42,7 @@ def test_scripts_run(page):
     _run(page)
 
 
+@pytest.mark.slow
 def test_example_commands_run(tmp_path):
     """One after another in one folder: some read what others wrote."""
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
