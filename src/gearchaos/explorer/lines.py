@@ -12,12 +12,12 @@ from gearchaos.dynamics import Classification
 from gearchaos.explorer.bounds import BASIN, COLUMNS, POINTS, STARTS
 from gearchaos.explorer.state import View
 from gearchaos.model import MeshModel
-from gearchaos.studies.attractors import plan as attractors_plan
+from gearchaos.studies.attractors import Attractors
 from gearchaos.studies.axis import Axis
-from gearchaos.studies.basins import plan as basins_plan
-from gearchaos.studies.bifurcation import plan as bifurcation_plan
+from gearchaos.studies.basins import Basins
+from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studies.initial_conditions import default_box
-from gearchaos.studies.plan import Plan
+from gearchaos.studies.study import Study
 
 _BUDGET = Classification(doublings=2, longest_transient=1500)
 _PARTS = 8
@@ -28,10 +28,10 @@ def bifurcation(view: View, *strides: int) -> Generator[xr.Dataset]:
     axis = view.x if view.line == "x" else view.y
     for stride in strides:
         along = Axis(axis.name, axis.start, axis.stop, COLUMNS // stride)
-        yield from _in_parts(bifurcation_plan(view.base, along, points=POINTS, settings=_BUDGET), stride == 1)
+        yield from _in_parts(Bifurcation(view.base, along, points=POINTS, settings=_BUDGET), stride == 1)
 
 
-def _in_parts(whole: Plan, parted: bool) -> Generator[xr.Dataset]:
+def _in_parts(whole: Study, parted: bool) -> Generator[xr.Dataset]:
     """A study in a few parts; its result comes after the last, and nothing but a chance to stop after the others."""
     found: dict[str, np.ndarray] = {}
     for numbers in np.array_split(np.arange(whole.count), _PARTS if parted else 1):
@@ -54,7 +54,7 @@ def basins(view: View) -> Generator[xr.Dataset]:
     model = view.base
     for share in (4, 1):
         x, y = basin_axes(model, (BASIN[0] // share, BASIN[1] // share))
-        yield from _in_parts(basins_plan(_on(model, x, y), x, y, settings=_BUDGET), share == 1)
+        yield from _in_parts(Basins(_on(model, x, y), x, y, settings=_BUDGET), share == 1)
 
 
 def _on(model: MeshModel, *plane: Axis) -> MeshModel:
@@ -64,7 +64,7 @@ def _on(model: MeshModel, *plane: Axis) -> MeshModel:
 
 def attractors(view: View) -> Generator[xr.Dataset]:
     """All motions found from some starts, with one start that leads to each."""
-    whole = attractors_plan(view.base, STARTS, settings=_BUDGET)
+    whole = Attractors(view.base, STARTS, settings=_BUDGET)
     found = whole.run()
     index = found["attractor"].values
     first = np.array([int(np.flatnonzero(index == i)[0]) for i in range(found.sizes.get("number", 0))], dtype=int)

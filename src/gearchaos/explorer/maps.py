@@ -15,14 +15,14 @@ import xarray as xr
 
 from gearchaos.dynamics import Classification, Label, Verdicts
 from gearchaos.execute import tiles
+from gearchaos.execute.machine import cores
 from gearchaos.explorer.bounds import MANY
 from gearchaos.explorer.state import View
 from gearchaos.flow import ExactFlow
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.classification import BatchClassifier, Unresolved, concatenated
-from gearchaos.studies.plan import Plan
 from gearchaos.studies.verdict_variables import blank, verdict_variables
-from gearchaos.studies.zones import initial_states, plan
+from gearchaos.studies.zones import Zones
 
 COARSE = (16, 8)
 """Every so many-th column and row, in a quick look."""
@@ -98,14 +98,14 @@ def first(view: View) -> Generator[None]:
 
 
 def _one(view: View) -> Generator[Map]:
-    quick = plan(view.model, view.x, view.y, settings=QUICK)
+    quick = Zones(view.model, view.x, view.y, settings=QUICK)
     grid = _Grid(view.x.count, view.y.count)
     for stride in COARSE:
         grid.put(quick.compute(new := grid.fresh(stride)), new)
         grid.show(new, stride)
         yield grid.map(quick, stride)
     grid.forget(grid.open())
-    work, wild = _Work(BatchClassifier(initial_states(view.model, view.x, view.y), _keep, STEADY), grid, quick), []
+    work, wild = _Work(BatchClassifier(quick.initial_states, _keep, STEADY), grid, quick), []
     for stride in FINE:
         still = Unresolved(_by_column(grid.fresh(stride), view.x.count))
         for stage in ("transients", "exponents"):
@@ -132,7 +132,7 @@ class _Work:
 
     classifier: BatchClassifier
     grid: _Grid
-    whole: Plan
+    whole: Zones
     pace: dict[str, float] = field(default_factory=dict)
 
     def run(self, stage: str, still: Unresolved, stride: int) -> Generator[Map, None, Unresolved]:
@@ -151,7 +151,7 @@ class _Work:
         """Tiles of about the same time; smaller ones at the end, so that no thread waits long for another."""
         first, count = 0, len(still.number)
         while first < count:
-            most = min(_MOST, max(_FEWEST, (count - first) // (2 * tiles.cores())))
+            most = min(_MOST, max(_FEWEST, (count - first) // (2 * cores())))
             size = int(np.clip(_STEP * self.pace.get(stage, 0.0), _FEWEST, most))
             yield slice(first, min(first + size, count))
             first += size
@@ -225,7 +225,7 @@ class _Grid:
         inside &= (right < half) | (column + stride >= self.shape[1])
         target[r[inside], c[inside]] = cells[inside]
 
-    def map(self, whole: Plan, stride: int) -> Map:
+    def map(self, whole: Zones, stride: int) -> Map:
         """What is known so far; arrays are copied, so that it stays what it is."""
         found, share = {n: v.copy() for n, v in self.found.items()}, float((self.known | self.wild).mean())
         sources = self.source.copy(), self.measured.copy()
@@ -236,7 +236,7 @@ def _many(view: View) -> Generator[Map]:
     """The map of the number of attractors: some starts in every cell of a coarser plane, row by row."""
     columns, rows, starts = MANY
     x, y = (Axis(a.name, a.start, a.stop, n) for a, n in ((view.x, columns), (view.y, rows)))
-    whole = plan(view.model, x, y, starts=starts, settings=QUICK)
+    whole = Zones(view.model, x, y, starts=starts, settings=QUICK)
     grid = _Grid(columns, rows)
     for stride in (4, 2, 1):
         for row in range(0, rows, stride):
