@@ -120,6 +120,7 @@ def _fields(model: MeshModel) -> dict[str, Any]:
 
 
 def _stiffness_kind(model: MeshModel) -> str:
+    """The kind of stiffness, as study files call it."""
     return "two-level" if isinstance(model.stiffness, TwoLevelStiffness) else "harmonics"
 
 
@@ -143,6 +144,7 @@ def provenance(study: str, model: MeshModel, **settings: Any) -> dict[str, Any]:
 
 @cache
 def _versions() -> dict[str, str]:
+    """The versions of the packages that results depend on, by attribute."""
     return {f"{p}_version": metadata.version(p) for p in ("gearchaos", "numba", "numpy", "xarray")}
 
 
@@ -170,6 +172,7 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
 
 
 def _check_savable(dataset: Any, target: Path) -> None:
+    """Raise `InputError` unless this is a Dataset and the path has a suffix of NetCDF, or none."""
     import xarray as xr
 
     if not isinstance(dataset, xr.Dataset):

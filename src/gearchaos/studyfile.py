@@ -7,7 +7,6 @@ A file has ``[model]`` (with ``[model.error]`` and ``[model.stiffness]``) or ``[
 from __future__ import annotations
 
 import os
-import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
@@ -31,6 +30,7 @@ from gearchaos.model import (
     check_state_name,
     default_stiffness,
 )
+from gearchaos.quantities import find
 from gearchaos.studies.axis import Axis, parse_axis
 from gearchaos.studies.registry import STUDIES, study_class
 from gearchaos.studies.study import ClassifyingStudy, Study
@@ -285,17 +285,10 @@ def _table_at(schema: Any, location: Sequence[Any]) -> Any:
 
 def _unknown(title: str, name: str, known: Iterable[str]) -> InputError:
     field = f"key of [{title}]" if title else "table"
-    for pattern, home in _HOMES if title == "model" else ():
-        if re.fullmatch(pattern, name):
-            return InputError(field, "must be a parameter of the model itself", name, f"Write it in {home}.")
+    found = find(name) if title == "model" else None
+    if found is not None and found.name == name and found.home:
+        return InputError(field, "must be a parameter of the model itself", name, f"Write it in {found.home}.")
     return unknown_name(field, name, known)
-
-
-_HOMES = (
-    (r"(eps|theta)\d+", "[model.error], as amplitudes or phases"),
-    (r"chi[012]|contact_ratio|(c|alpha)\d+", "[model.stiffness]"),
-    (r"z|z_dot|[xy][12](_dot)?", "[initial]"),
-)
 
 
 def _model(table: Any, stiffness: Stiffness) -> MeshModel:

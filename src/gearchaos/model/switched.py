@@ -82,10 +82,12 @@ class SwitchedAffine:
 
     @property
     def points(self) -> int:
+        """P."""
         return len(self.omega)
 
     @property
     def dimension(self) -> int:
+        """d."""
         return len(self.names)
 
     @property

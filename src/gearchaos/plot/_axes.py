@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from gearchaos.datasets import model_from_json
 from gearchaos.errors import InputError
 from gearchaos.gears.results import unit_in
-from gearchaos.quantities import Quantity, find, parse
+from gearchaos.quantities import Quantity, find
 
 _SCALES = {"1", "delta", "omega0", "c0", "T"}
 """Factors of dimensionless units, (2.8)-(2.11). An axis shows only units that have others."""
@@ -56,7 +56,8 @@ def axis_label(array: xr.DataArray | xr.Variable, name: str) -> str:
 
 def _quantity(name: str) -> Quantity | None:
     """The quantity of this very name; that of ``x1`` is not meant by ``section_x1``."""
-    return None if parse(name).prefix else find(name)
+    found = find(name)
+    return found if found is not None and found.name == name else None
 
 
 def wrapped(text: str, inches: float) -> str:

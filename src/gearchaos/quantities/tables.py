@@ -26,14 +26,17 @@ _SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
 
 def _length(name: str, long_name: str = "", **fields: Any) -> Quantity:
+    """A row with the unit Δ."""
     return Quantity(name, long_name=long_name, unit="delta", physical=_LENGTH, **fields)
 
 
 def _velocity(name: str, long_name: str = "", **fields: Any) -> Quantity:
+    """A row with the unit Δ ω0."""
     return Quantity(name, long_name=long_name, unit="delta*omega0", physical=_VELOCITY, **fields)
 
 
 def _rate(name: str, long_name: str = "", **fields: Any) -> Quantity:
+    """A row with the unit ω0 of rates."""
     return Quantity(name, long_name=long_name, unit="omega0", physical=_RATE, **fields)
 
 
@@ -54,10 +57,12 @@ def _lowered(letter: str, index: object) -> str:
 
 
 def _torque(wheel: int, long_name: str) -> Physical:
+    """The torque M_n on a wheel."""
     return Physical(f"torque{wheel}", 1.0, "N*m", long_name, _lowered("M", wheel), f"M_{{{wheel}}}")
 
 
 def _support_stiffness(index: object) -> Physical:
+    """The stiffness c_n of a support."""
     return Physical("stiffness", 1.0, "N/m", "", _lowered("c", index), f"c_{{{index}}}")
 
 
