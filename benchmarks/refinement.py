@@ -16,10 +16,10 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from gearchaos.store.resolved import Resolved
 from runs import store, study, timed
 
 from gearchaos.execute import engines
-from gearchaos.store.resolved import Resolved
 
 
 def mapped(chosen: Resolved, threads: int) -> tuple[xr.Dataset, np.ndarray]:

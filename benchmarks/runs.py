@@ -18,11 +18,11 @@ from math import isqrt
 from pathlib import Path
 
 import numpy as np
+from gearchaos.store.resolved import Resolved
 
 from gearchaos.dynamics import Classification
 from gearchaos.execute import engines
 from gearchaos.model import MeshModel
-from gearchaos.store.resolved import Resolved
 from gearchaos.store.run import run
 from gearchaos.studies.axis import Axis
 

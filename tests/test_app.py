@@ -236,7 +236,7 @@ def test_a_diagram_is_coarse_first_and_lies_along_the_line():
 def test_basins_start_from_the_point_s_other_initial_values(monkeypatch, kind, given, kept, chosen):
     """Whether they are the model's own, or those of a motion chosen at the point."""
     asked = []
-    monkeypatch.setattr(point_studies, "basins_plan", lambda model, x, y, **_: asked.append((model, x, y)))
+    monkeypatch.setattr(point_studies, "Basins", lambda model, x, y, **_: asked.append((model, x, y)))
     monkeypatch.setattr(point_studies, "_in_parts", lambda *_: iter(()))
     view = standard(gc.MeshModel.of(kind=kind, omega=1.0, q0=0.1, eps1=0.1, **({} if chosen else given)))
     view = replace(view, start=tuple(given.items()) if chosen else ())

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -486,10 +487,10 @@ def test_basins_need_initial_values(tmp_path):
 @pytest.fixture
 def no_study(monkeypatch):
     """Fail if a study starts."""
-    import gearchaos.studies as studies
+    from gearchaos.studies.study import Study
 
-    for name in ("zones", "simulate", "bifurcation", "basins"):
-        monkeypatch.setattr(studies, name, lambda *_, **__: pytest.fail("computed before the output was checked"))
+    monkeypatch.setattr(Study, "run", lambda *_, **__: pytest.fail("computed before the output was checked"))
+    monkeypatch.setattr(import_module("gearchaos.studies.regime"), "regime", Study.run)
 
 
 def outputs(tmp_path):
@@ -572,13 +573,13 @@ README = (EXAMPLES / "README.md").read_text(encoding="utf-8")
 
 @pytest.mark.parametrize("command", sorted(set(re.findall(r"`gearchaos ([^`]+)`", README))))
 def test_commands_of_the_examples_reach_their_study(tmp_path, monkeypatch, command):
-    import gearchaos.studies as studies
     from gearchaos.flow import jit
     from gearchaos.paper import report
+    from gearchaos.studies.study import Study
 
     monkeypatch.setattr(jit, "cold", lambda: False)  # else the first one compiles and says so
-    for name in ("simulate", "regime", "bifurcation", "zones", "basins"):
-        monkeypatch.setattr(studies, name, raising(KeyboardInterrupt()))
+    monkeypatch.setattr(Study, "run", raising(KeyboardInterrupt()))
+    monkeypatch.setattr(import_module("gearchaos.studies.regime"), "regime", raising(KeyboardInterrupt()))
     monkeypatch.setattr(report, "build", raising(KeyboardInterrupt()))
     shutil.copytree(EXAMPLES, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
@@ -592,9 +593,7 @@ def test_commands_of_the_examples_reach_their_study(tmp_path, monkeypatch, comma
     (OSError(28, "No space left on device"), 2, "error: [Errno 28] No space left on device"),
 ])
 def test_one_line_and_no_file(tmp_path, monkeypatch, error, code, message):
-    import gearchaos.studies as studies
-
-    monkeypatch.setattr(studies, "zones", raising(error))
+    monkeypatch.setattr(import_module("gearchaos.studies.zones").Zones, "run", raising(error))
     result = run(*MAP, "--out", tmp_path / "z.nc", "--json")
     assert (result.exit_code, result.stderr, result.stdout) == (code, f"{message}\n", "")
     assert list(tmp_path.iterdir()) == []

@@ -1,4 +1,4 @@
-"""What becomes of a tile and of a run when its engine fails: without processes or clusters, which are in test_runs."""
+"""What happens to a tile and a run when its pool fails: without processes or clusters, which are in test_runs."""
 
 from concurrent.futures import BrokenExecutor, Future
 from types import SimpleNamespace
@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.execute import engines
-from gearchaos.store.run import _ahead, _error
+from gearchaos.execute import pools
+from gearchaos.store.run import _error
 
 
 def ended(result=None, error=None):
@@ -34,7 +34,7 @@ def cancelled():
     cancelled(), ended(error=ConnectionResetError("gone")), ended(error=type("CommClosedError", (Exception,), {})()),
 ])
 def test_a_cluster_that_is_gone_ends_the_run(future):
-    with pytest.raises(engines.EngineLostError, match=r"the cluster is gone\. What is done is kept"):
+    with pytest.raises(pools.PoolLostError, match=r"the cluster is gone\. What is done is kept"):
         _error(future)
 
 
@@ -43,9 +43,13 @@ def test_a_store_that_cannot_be_written_to_ends_the_run():
         _error(ended(error=OSError("no space")))
 
 
-def test_tiles_that_failed_are_tried_one_after_another():
-    pool = engines.Pool(None, lambda: 7)
-    assert [_ahead(pool, attempt) for attempt in (1, 2, 3)] == [14, 1, 1]
+@pytest.mark.parametrize(("ahead", "submitted"), [(None, 14), (lambda: 1, 1)])
+def test_a_pool_is_given_twice_as_many_items_as_it_computes_at_once_unless_told_otherwise(ahead, submitted):
+    given = []
+    executor = SimpleNamespace(submit=lambda work, item: given.append(item) or ended(item))
+    results = pools.Pool(executor, lambda: 7).results(str, range(50), ahead)
+    next(results)
+    assert given == list(range(submitted))
 
 
 @pytest.mark.parametrize("error", [OSError("no answer"), ValueError("no address"), TimeoutError("late")])
@@ -53,12 +57,12 @@ def test_a_scheduler_that_does_not_answer_is_refused(monkeypatch, error):
     def client(address, **_):
         raise error
 
-    monkeypatch.setattr(engines, "_distributed", lambda: SimpleNamespace(Client=client))
+    monkeypatch.setattr(pools, "_distributed", lambda: SimpleNamespace(Client=client))
     with pytest.raises(InputError, match="--scheduler must be a Dask scheduler that answers; got 'tcp://nowhere'"):
-        engines.scheduler("tcp://nowhere")
+        pools.dask_workers("tcp://nowhere")
 
 
 def test_threads_share_the_cores_that_few_tiles_leave():
-    with engines.threads(6)() as pool:
+    with pools.thread_pool(6)() as pool:
         assert pool.width() == 6
-        assert [pool.share(tiles) for tiles in (1, 2, 3, 4, 6, 50)] == [6, 3, 2, 1, 1, 1]
+        assert [pool.threads_per_item(tiles) for tiles in (1, 2, 3, 4, 6, 50)] == [6, 3, 2, 1, 1, 1]

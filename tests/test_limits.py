@@ -12,12 +12,11 @@ import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.dynamics import Classification
 from gearchaos.errors import MOST, whole_number
-from gearchaos.execute import tiles
+from gearchaos.execute import machine, tiles
 from gearchaos.model import vary
 from gearchaos.model.switched import switched
-from gearchaos.store.resolved import Resolved
-from gearchaos.studies import cost as efforts
-from gearchaos.studies.cost import LONG, MOST_STEPS, effort
+from gearchaos.studies import cost as costs
+from gearchaos.studies.cost import LONG, MOST_STEPS, estimate
 from gearchaos.studyfile import load_study
 from gearchaos.validation import LARGEST, SMALLEST
 
@@ -72,7 +71,7 @@ REFUSED = [
 
 @pytest.mark.parametrize(("call", "field", "rule", "value", "advice"), REFUSED)
 def test_what_cannot_end_or_be_kept_is_refused_at_once(call, field, rule, value, advice, monkeypatch):
-    monkeypatch.setattr(tiles, "memory", lambda: GIGABYTE)
+    monkeypatch.setattr(machine, "memory", lambda: GIGABYTE)
     begin = time.perf_counter()
     with pytest.raises(gc.InputError) as refused:
         call()
@@ -112,7 +111,7 @@ def test_the_estimate_is_what_the_flow_does(values, samples):
     from gearchaos.flow import ExactFlow
 
     made = int(ExactFlow(system(**values), samples).node_count[0])
-    assert made / 1.4 <= effort(system(**values), 1, 1, samples=samples).steps <= made
+    assert made / 1.4 <= estimate(system(**values), 1, 1, samples=samples).steps <= made
 
 
 WAVES = [
@@ -127,7 +126,7 @@ def test_the_estimate_covers_what_harmonics_cost(values):
     def per_estimate(**values):
         """Seconds of a run of eight motions over those of the estimate, the least of three."""
         eight = system(**values).take(np.zeros(8, int))
-        flow, work = ExactFlow(eight), effort(eight, 8, 1)
+        flow, work = ExactFlow(eight), estimate(eight, 8, 1)
         periods, start = 60_000 // work.steps, np.random.default_rng(0).normal(size=(eight.dimension, 8))
         took = []
         for _ in range(3):
@@ -143,19 +142,19 @@ def test_the_estimate_covers_what_harmonics_cost(values):
 
 def test_harmonics_make_nothing_too_long_to_begin(monkeypatch):
     plain, waves = system(kind="single"), system(kind="single", eps64=0.1)
-    assert effort(plain, 1, 10).cost == 1.0
-    found = effort(waves, 1, 10)
-    monkeypatch.setattr(efforts, "_NEVER", 1.001 * found.seconds() / found.cost)
-    assert effort(waves, 1, 10).seconds() == found.seconds()
+    assert estimate(plain, 1, 10).cost == 1.0
+    found = estimate(waves, 1, 10)
+    monkeypatch.setattr(costs, "_NEVER", 1.001 * found.seconds() / found.cost)
+    assert estimate(waves, 1, 10).seconds() == found.seconds()
 
 
 def test_time_grows_with_work_and_falls_with_threads():
-    one = effort(system(), 1, 1000)
-    assert effort(system(), 1, 2000).seconds() == pytest.approx(2 * one.seconds())
-    assert effort(system(), 8, 1000).seconds() == pytest.approx(one.seconds())  # eight share a vector
-    many = effort(system(), 2**16, 1000)
+    one = estimate(system(), 1, 1000)
+    assert estimate(system(), 1, 2000).seconds() == pytest.approx(2 * one.seconds())
+    assert estimate(system(), 8, 1000).seconds() == pytest.approx(one.seconds())  # eight share a vector
+    many = estimate(system(), 2**16, 1000)
     assert many.seconds(4) == pytest.approx(many.seconds(1) / 4)
-    assert effort(system(), 1, 1000, sequential=1000).seconds(4) == pytest.approx(2 * one.seconds())
+    assert estimate(system(), 1, 1000, sequential=1000).seconds(4) == pytest.approx(2 * one.seconds())
 
 
 @pytest.mark.parametrize(("seconds", "words"), [
@@ -163,8 +162,8 @@ def test_time_grows_with_work_and_falls_with_threads():
     (9e8, "29 years"),
 ])
 def test_long_work_says_how_long(seconds, words, monkeypatch, capsys):
-    monkeypatch.setattr(efforts.Effort, "seconds", lambda *_: seconds)
-    effort(system(), 12345, 1000).announce()
+    monkeypatch.setattr(costs.Cost, "seconds", lambda *_: seconds)
+    estimate(system(), 12345, 1000).announce()
     said = capsys.readouterr().err
     assert said == ((words and f"this may take up to about {words}. 12,345 motions are followed for at most 1,000 mesh "
                     "periods of 16 steps.\n") or "")
@@ -183,7 +182,7 @@ def test_every_command_says_how_long(command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "s.toml").write_text('[study]\nkind = "simulate"\nperiods = 2\n')
     assert "may take" not in CliRunner().invoke(app, command).stderr
-    monkeypatch.setattr(efforts, "LONG", 0.0)
+    monkeypatch.setattr(costs, "LONG", 0.0)
     (tmp_path / "again").mkdir()
     monkeypatch.chdir(tmp_path / "again")
     result = CliRunner().invoke(app, [c.replace("s.toml", "../s.toml") for c in command])
@@ -191,10 +190,10 @@ def test_every_command_says_how_long(command, tmp_path, monkeypatch):
 
 
 def test_step_matrices_of_many_points_take_a_part_of_the_memory(monkeypatch):
-    monkeypatch.setattr(efforts, "memory", lambda: GIGABYTE)
-    slow = effort(switched(vary(gc.MeshModel(stiffness=gc.HarmonicStiffness((0.2,)), omega=1e-3), {})), 10**6, 1)
+    monkeypatch.setattr(costs, "memory", lambda: GIGABYTE)
+    slow = estimate(switched(vary(gc.MeshModel(stiffness=gc.HarmonicStiffness((0.2,)), omega=1e-3), {})), 10**6, 1)
     assert slow.largest(1) * slow.table <= GIGABYTE // 4 and slow.largest(4) == slow.largest(1) // 4
-    assert effort(system(), 10**6, 1).largest(64) == tiles.TILE
+    assert estimate(system(), 10**6, 1).largest(64) == tiles.TILE
 
 
 @pytest.mark.parametrize(("longest", "most"), [(64, tiles.TILE), (640, 1000), (50_000, 16)])
@@ -212,15 +211,14 @@ def test_tiles_of_any_size_give_the_same_map(monkeypatch):
     axes, short = (gc.Axis("omega", 0.5, 1.0, 9), gc.Axis("eps1", 0, 0.2, 5)), Classification(longest_transient=400,
         doublings=1)
     whole = gc.zones(model, *axes, starts=2, settings=short)
-    monkeypatch.setattr(efforts.Effort, "largest", lambda *_: 8)
+    monkeypatch.setattr(costs.Cost, "largest", lambda *_: 8)
     assert gc.zones(model, *axes, starts=2, settings=short).identical(whole)
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda p: p.stem)
 def test_no_example_is_refused(path):
     study = load_study(path)
-    if study.settings.kind not in (None, "regime"):
-        options = study.settings.options()
-        planned = Resolved(study.settings.kind, study.model, study.settings.axes, options).plan()
-        assert planned.effort.seconds(2) < 7200 and planned.effort.steps < MOST_STEPS / 100
-    assert np.isfinite(effort(switched(vary(study.model, {})), 1, Classification().most).seconds())
+    if study.kind is not None:
+        cost = study.study(study.kind).cost
+        assert cost.seconds(2) < 7200 and cost.steps < MOST_STEPS / 100
+    assert np.isfinite(estimate(switched(vary(study.model, {})), 1, Classification().most).seconds())

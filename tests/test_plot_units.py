@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 import gearchaos as gc
 from gearchaos import plot
 from gearchaos.plot._spectrum import amplitudes
+from gearchaos.quantities import quantity
 
 PAIR = gc.GearPair(
     n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1=0.03524, R2=0.05638, c0=4e8, k=530.0, backlash=1.2e-4, M10=85.0,
@@ -65,6 +66,14 @@ PICTURES = {
     "basins": ("basins", lambda ds, ax: plot.basins(ds, ax), LENGTH, VELOCITY, 1),
     "attractors": ("attractors", lambda ds, ax: plot.attractors(ds, ax), LENGTH, VELOCITY, 1),
 }
+
+
+def test_every_variable_of_every_study_is_in_the_table_of_quantities(results):
+    for name, (ds, scaled) in results.items():
+        for variable in map(str, ds.variables):
+            found = quantity(variable)
+            unit = found.physical.unit if found.physical else ds[variable].attrs["units"]
+            assert scaled[variable].attrs["units"] == unit, (name, variable)
 
 
 def lines(ax) -> list[tuple[np.ndarray, np.ndarray, bool, bool]]:

@@ -9,19 +9,34 @@ import pytest
 import gearchaos as gc
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
-from gearchaos.execute import engines, tiles
+from gearchaos.execute import machine, pools, tiles
+from gearchaos.execute.progress import bar
 from gearchaos.store import create
 from gearchaos.store import run as module
 from gearchaos.store.info import summary
-from gearchaos.store.resolved import Resolved, differences
-from gearchaos.store.store import Mark, read
+from gearchaos.store.record import differences, from_record, to_record
+from gearchaos.store.store import TileStatus, read
 from gearchaos.store.tiles import Grid, cut
 from gearchaos.store.writers import Shard
-from gearchaos.studies.plan import Plan
+from gearchaos.studies.registry import STUDIES
+from gearchaos.studies.study import Study
 
 SHORT = Classification(longest_transient=800, doublings=1, averaging_periods=16)
 AXES = gc.Axis("omega", 0.5, 1.1, 8), gc.Axis("eps1", 0.05, 0.3, 6)
-MAP = Resolved("zones", gc.MeshModel.of(q0=0.1), AXES, {}, SHORT)
+MAP = gc.Zones(gc.MeshModel.of(q0=0.1), *AXES, settings=SHORT)
+
+
+class Made(Study):
+    """A study of nothing, on a grid of our choice."""
+
+    gridded, cost = True, None
+    grid = block = {"x": 9}  # noqa: RUF012 -- they stand for properties
+
+    def compute(self, items, **_):
+        return {"label": items}
+
+    def finish(self, found, **_):
+        return found
 
 
 def store_of(folder, tile=(2, 4)):
@@ -32,8 +47,8 @@ def test_a_summary_counts_marks(tmp_path):
     store = store_of(tmp_path)
     assert summary(store)["tiles"] == 6 and summary(store)["pieces_per_second"] is None
     for number, at in ((0, 100.0), (1, 102.0), (2, 106.0), (4, 108.0)):
-        store.mark(number, Mark(True, 1.5, f"box{number}:17", 1, None, at))
-    store.mark(3, Mark(False, 0.0, "box0:18", 3, "ValueError: no", 103.0))
+        store.set_status(number, TileStatus(True, 1.5, f"box{number}:17", 1, None, at))
+    store.set_status(3, TileStatus(False, 0.0, "box0:18", 3, "ValueError: no", 103.0))
     found = summary(store)
     size = sum(f.stat().st_size for f in store.path.rglob("*") if f.is_file())
     assert found == {
@@ -47,7 +62,7 @@ def test_the_rate_leaves_out_the_time_in_which_nothing_ran(tmp_path):
     """Four tiles a second apart, and a night before the last two."""
     store = store_of(tmp_path)
     for number, at in enumerate((0.0, 1.0, 2.0, 3.0, 30_000.0, 30_001.0)):
-        store.mark(number, Mark(True, 1.0, "box:1", 1, None, at))
+        store.set_status(number, TileStatus(True, 1.0, "box:1", 1, None, at))
     assert summary(store)["pieces_per_second"] == 4 * 8 / 4
     assert summary(store)["seconds_left"] == 0
 
@@ -56,7 +71,7 @@ def test_the_rate_leaves_out_the_time_in_which_nothing_ran(tmp_path):
 def test_a_pause_is_twenty_times_the_usual_step(tmp_path, pause, counts):
     store = store_of(tmp_path)
     for number, at in enumerate(np.cumsum([0.0, 1.0, 1.0, 1.0, pause])):
-        store.mark(number, Mark(True, 1.0, "box:1", 1, None, float(at)))
+        store.set_status(number, TileStatus(True, 1.0, "box:1", 1, None, float(at)))
     expected = 4 * 8 / (3 + pause) if counts else 3 * 8 / 3
     assert summary(store)["pieces_per_second"] == pytest.approx(expected, rel=1e-9)
 
@@ -69,35 +84,35 @@ def test_a_tile_that_fails_is_tried_three_times_and_costs_no_time(tmp_path, monk
         return "ValueError: no" if number == 1 else true(path, attempt, threads, number)
 
     monkeypatch.setattr(module, "compute_tile", compute_tile)
-    outcome = module.run(MAP, tmp_path / "map.zarr", tile=16)
+    outcome = module.run_into_store(MAP, tmp_path / "map.zarr", tile=16)
     assert (outcome.done, outcome.failed, outcome.count) == (3, {1: "ValueError: no"}, 4)
     assert sorted(tries) == [(0, 1), (1, 1), (1, 2), (1, 3), (2, 1), (3, 1)]
-    mark = read(tmp_path / "map.zarr").marks()[1]
+    mark = read(tmp_path / "map.zarr").statuses()[1]
     assert (mark.done, mark.seconds, mark.attempt, mark.error) == (False, 0.0, 3, "ValueError: no")
 
 
 @pytest.mark.parametrize("good", [0, 4, 8])
 def test_a_store_is_made_if_the_first_the_middle_or_the_last_piece_can_be_computed(good):
-    def compute(numbers):
-        if numbers[0] != good:
-            raise ArithmeticError("no")
-        return {"label": numbers}
+    class Failing(Made):
+        def compute(self, items, **_):
+            if items[0] != good:
+                raise ArithmeticError("no")
+            return {"label": items}
 
-    plan = Plan({"x": 9}, {"x": 1}, compute, None, None, labelled=True)
-    assert create._sample(plan, Grid((9,), (3,)))["label"].tolist() == [good]
+    assert create._sample(Failing(MAP.model), Grid((9,), (3,)))["label"].tolist() == [good]
 
 
-@pytest.mark.parametrize("engine", [engines.processes, engines.threads])
-def test_no_engine_has_no_width(engine):
+@pytest.mark.parametrize("pool", [pools.process_pool, pools.thread_pool])
+def test_no_pool_has_no_width(pool):
     with pytest.raises(InputError, match="must be a whole number of at least 1; got 0"):
-        engine(0)
+        pool(0)
 
 
 def test_a_study_of_one_tile_is_computed_with_its_store(tmp_path):
     store = store_of(tmp_path, (6, 8))
-    (mark,) = store.marks().values()
+    (mark,) = store.statuses().values()
     assert mark.done and mark.attempt == 1 and mark.error is None and 0 < mark.seconds < 600
-    assert store.complete and not store.finished and store.damaged() == [] and store.broken() == []
+    assert store.complete and not store.finished and store.damaged_tiles() == [] and store.damaged_files() == []
     again = read(store.path)
     assert again.study == MAP and again.grid == store.grid and again.arrays == store.arrays
 
@@ -109,9 +124,9 @@ def test_cells_of_each_tile_are_a_rectangle():
     for number in range(9):
         i, j = divmod(number, 3)
         part = plane[2 * i : 2 * i + 2, 3 * j : 3 * j + 3]
-        np.testing.assert_array_equal(grid.pieces(number), part.ravel())
+        np.testing.assert_array_equal(grid.items(number), part.ravel())
         assert grid.size(number) == part.size
-        assert grid.place(number) == (i, j)
+        assert grid.position(number) == (i, j)
 
 
 @pytest.mark.parametrize(("shape", "block", "size", "tile"), [
@@ -119,9 +134,11 @@ def test_cells_of_each_tile_are_a_rectangle():
     ((4, 1000), (1, 1), 256, (4, 64)), ((10, 50), (1, 50), 20, (1, 50)), ((10, 50), (1, 50), 200, (4, 50)),
 ])
 def test_tiles_are_as_square_as_may_be(shape, block, size, tile):
-    along = (dict(zip("yx", sizes, strict=True)) for sizes in (shape, block))
-    plan = Plan(*along, None, None, None, labelled=True)
-    assert cut(plan, size) == Grid(shape, tile)
+    class Rectangle(Made):
+        grid = dict(zip("yx", shape, strict=True))  # noqa: RUF012 -- it stands for a property
+
+    Rectangle.block = dict(zip("yx", block, strict=True))
+    assert cut(Rectangle(MAP.model), size) == Grid(shape, tile)
 
 
 def test_shards_share_the_tiles_out():
@@ -140,23 +157,23 @@ def test_differences_name_the_field_and_both_values():
     assert differences(stored, stored) == []
 
 
-def test_a_resolved_study_is_written_whole_and_read_back():
-    attractors = Resolved("attractors", gc.MeshModel.of(), (), {"sweep": gc.Axis("omega", 0.5, 2.0, 4), "starts": 9})
-    for study in (MAP, attractors, Resolved("simulate", gc.MeshModel.of(eps1=0.1), (), {"periods": 3})):
-        assert Resolved.from_dict(study.to_dict()) == study
-    assert attractors.options["seed"] == 0 and "settings" not in attractors.options
-    assert attractors.settings == Classification()
+def test_a_study_is_recorded_whole_and_read_back():
+    attractors = gc.Attractors(gc.MeshModel.of(), 9, sweep=gc.Axis("omega", 0.5, 2.0, 4))
+    for study in (MAP, attractors, gc.Simulate(gc.MeshModel.of(eps1=0.1), 3)):
+        assert from_record(to_record(study)) == study
+    record = to_record(attractors)
+    assert record["options"]["seed"] == 0 and "settings" not in record["options"]
+    assert attractors.settings == Classification() and record["budget"]["patience"] == 10_000
     with pytest.raises(InputError, match="axes must be 1 for kind 'bifurcation'"):
-        Resolved("bifurcation", gc.MeshModel.of(), AXES).plan()
+        from_record(to_record(MAP) | {"kind": "bifurcation"})
 
 
-@pytest.mark.parametrize("kind", ["simulate", "attractors", "bifurcation", "zones", "basins"])
-def test_a_study_in_a_store_has_the_defaults_of_its_function(kind):
-    function, resolved = inspect.signature(getattr(gc, kind)).parameters, Resolved(kind, gc.MeshModel.of())
-    assert resolved.options == {
-        n: p.default for n, p in function.items()
-        if p.default is not p.empty and n not in ("settings", "progress", "threads")
-    }
+@pytest.mark.parametrize("kind", STUDIES)
+def test_a_study_has_the_arguments_and_defaults_of_its_function(kind):
+    function = inspect.signature(getattr(gc, kind)).parameters
+    arguments = {n: p.default for n, p in function.items() if n not in ("settings", "progress", "threads")}
+    fields = inspect.signature(STUDIES[kind]).parameters
+    assert {n: p.default for n, p in fields.items() if n != "settings"} == arguments
 
 
 def test_few_pieces_are_divided_evenly_among_threads():
@@ -178,24 +195,24 @@ def test_tiles_shrink_to_a_sixteenth_of_a_threads_share(count, threads):
 
 
 def test_cores_are_those_of_this_process(monkeypatch):
-    monkeypatch.setattr(tiles.os, "sched_getaffinity", lambda process: {0: {2, 5, 7}}[process])
-    assert tiles.cores() == 3
-    monkeypatch.delattr(tiles.os, "sched_getaffinity")
-    monkeypatch.setattr(tiles.os, "cpu_count", lambda: None)
-    assert tiles.cores() == 1
+    monkeypatch.setattr(machine.os, "sched_getaffinity", lambda process: {0: {2, 5, 7}}[process])
+    assert machine.cores() == 3
+    monkeypatch.delattr(machine.os, "sched_getaffinity")
+    monkeypatch.setattr(machine.os, "cpu_count", lambda: None)
+    assert machine.cores() == 1
 
 
 def test_work_handed_out_but_not_begun_is_dropped_when_nobody_waits_for_it():
     futures = []
 
-    class Pool:
+    class Executor:
         def submit(self, work, item):
             futures.append(Future())
             if item == 0:
                 futures[0].set_result(work(item))
             return futures[-1]
 
-    running = tiles.few_ahead(Pool(), lambda item: item + 5, range(10), lambda: 4)
+    running = pools.Pool(Executor(), lambda: 2).results(lambda item: item + 5, range(10))
     item, future = next(running)
     assert (item, future.result()) == (0, 5)
     assert len(futures) == 4
@@ -214,14 +231,14 @@ def test_a_bar_begins_where_the_work_does(monkeypatch):
 
     monkeypatch.setattr(Progress, "add_task", add_task)
     for done in ({}, {"done": 3}):
-        with tiles.bar("work", 10, **done) as advance:
+        with bar("work", 10, **done) as advance:
             advance(2)
     assert begun == [(10, 0), (10, 3)]
 
 
 def test_what_does_not_fit_the_memory_is_refused_with_how_much_would():
-    memory = tiles.os.sysconf("SC_PAGE_SIZE") * tiles.os.sysconf("SC_PHYS_PAGES")
+    memory = machine.os.sysconf("SC_PAGE_SIZE") * machine.os.sysconf("SC_PHYS_PAGES")
     most = memory // 400
-    tiles.check_memory("cells", most)
+    machine.check_memory("cells", most)
     with pytest.raises(InputError, match=f"cells must be at most {most:,} on this machine"):
-        tiles.check_memory("cells", most + 1)
+        machine.check_memory("cells", most + 1)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from matplotlib.mathtext import MathTextParser
@@ -105,3 +107,43 @@ def test_a_harmonic_in_units_has_its_order_too():
 def test_the_table_loads_nothing_heavy():
     code = "import sys, gearchaos.quantities; print([m for m in ('numpy', 'xarray', 'pint') if m in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"
+
+
+ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").is_file())
+MODEL_PAGE = (ROOT / "docs" / "model.md").read_text()
+
+
+def _rows(title: str) -> list[list[str]]:
+    """The cells of the first table below a title of docs/model.md."""
+    table = MODEL_PAGE.split(f"\n## {title}\n")[1].split("\n## ")[0]
+    lines = (line.replace("| |", "|  |") for line in table.splitlines() if line.startswith("| `"))
+    return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines]
+
+
+def test_the_documents_table_of_parameters_agrees():
+    rows = [row for row in _rows("Parameters") if row[0] != "`kind`"]
+    values, found = MeshModel.of("full", theta1=0.0).parameters() | MeshModel.of(c1=0.0).parameters(), set()
+    for names, symbols, default, rule, _ in rows:
+        for name, symbol in zip(re.findall(r"`(\w+)`", names.split(" …")[0]), symbols.split(", "), strict=True):
+            q = quantity(name)
+            words = "" if q.rule is None else _short(q.rule.words)
+            assert q.symbol.translate(_PLAIN) == symbol
+            assert values[name] == float(default.split(";")[0]), name
+            assert words == rule.split(";")[0], name
+            found.add(name)
+    assert found == set(values)
+
+
+def _short(rule: str) -> str:
+    """A rule as the table of the documents has it."""
+    return rule.removeprefix("must ").removeprefix("be ").removeprefix("lie ").replace("not be", "not")
+
+
+_PLAIN = str.maketrans("₀₁₂₃₄₅₆₇₈₉", "0123456789")
+
+
+def test_the_documents_table_of_variables_is_that_of_the_code():
+    described = [q for table in (COORDINATES, RESPONSES, VERDICTS, RESULTS) for q in table if q.long_name]
+    expected = [[f"`{q.name}`", q.long_name, q.unit, q.physical.unit if q.physical else ""] for q in described]
+    lines = "\n".join(f"| {' | '.join(row)} |".replace("|  |", "| |") for row in expected)
+    assert _rows("Variables of results") == expected, f"The table should be\n{lines}"

@@ -16,8 +16,8 @@ from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched
 from gearchaos.store.writers import Shard
 from gearchaos.studies import warmup
-from gearchaos.studies.plan import Plan
 from gearchaos.studies.plane import shared_coordinates
+from gearchaos.studies.study import Study
 
 VERDICTS = (Path(__file__).parents[1] / "docs" / "verdicts.md").read_text()
 SHORT = Classification(longest_transient=800, doublings=1, averaging_periods=16)
@@ -112,9 +112,18 @@ def test_studies_are_silent_unless_asked(study, capfd):
 @pytest.mark.parametrize(("count", "dtype"), [(300, np.int32), (2**31 - 1, np.int32), (2**31, np.int64)])
 def test_pieces_are_numbered_in_as_few_bytes_as_will_do(count, dtype, monkeypatch):
     monkeypatch.setattr(np, "arange", lambda n, dtype: (n, dtype))
-    silent = SimpleNamespace(announce=lambda *_: None)
-    plan = Plan({"x": count}, {"x": 1}, lambda n, **_: {"numbers": n}, lambda found, **_: found, silent, labelled=True)
-    assert plan.run()["numbers"] == (count, dtype)
+
+    class Numbers(Study):
+        grid = {"x": count}  # noqa: RUF012 -- it stands for a property
+        cost = SimpleNamespace(announce=lambda *_: None)
+
+        def compute(self, items, **_):
+            return {"numbers": items}
+
+        def finish(self, found, **_):
+            return found
+
+    assert Numbers(FIGURE_2).run()["numbers"] == (count, dtype)
 
 
 def test_a_map_has_the_coordinates_that_its_corners_need():

@@ -1,5 +1,6 @@
 """Runs lose nothing: real processes, real signals, real damage; and the same data whoever computes them."""
 
+import itertools
 import json
 import os
 import random
@@ -10,6 +11,7 @@ import sys
 import time
 import warnings
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import psutil
@@ -19,12 +21,12 @@ import zarr
 
 import gearchaos as gc
 from gearchaos.dynamics import Classification
-from gearchaos.execute import engines
+from gearchaos.execute import pools
 from gearchaos.store.chunks import CODECS, write_chunk
 from gearchaos.store.info import summary
-from gearchaos.store.resolved import Resolved, differences
+from gearchaos.store.record import differences, to_record
 from gearchaos.store.run import _store as remembered
-from gearchaos.store.run import run
+from gearchaos.store.run import run_into_store as run
 from gearchaos.store.store import read
 from gearchaos.store.tiles import Grid, cut
 from gearchaos.store.writers import Shard, writing
@@ -49,29 +51,26 @@ measured = 16
 
 def small_map(**model):
     axes = gc.Axis("omega", 0.5, 1.1, 16), gc.Axis("eps1", 0.05, 0.3, 12)
-    return Resolved("zones", gc.MeshModel.of(q0=0.1, **model), axes, {}, SHORT)
+    return gc.Zones(gc.MeshModel.of(q0=0.1, **model), *axes, settings=SHORT)
 
 
 STUDIES = {
     "zones": small_map(),
-    "zones refined": Resolved("zones", gc.MeshModel.of(q0=0.1), small_map().axes, {"refine": 4}, SHORT),
-    "zones with starts": Resolved(
-        "zones", gc.MeshModel.of(q0=0.1), (gc.Axis("omega", 0.7, 0.9, 9), gc.Axis("eps1", 0.05, 0.1, 4)), {"starts": 3},
-        SHORT,
+    "zones refined": replace(small_map(), refine=4),
+    "zones with starts": gc.Zones(
+        gc.MeshModel.of(q0=0.1), gc.Axis("omega", 0.7, 0.9, 9), gc.Axis("eps1", 0.05, 0.1, 4), starts=3, settings=SHORT
     ),
-    "bifurcation": Resolved(
-        "bifurcation", gc.MeshModel.of(q0=0.1), (gc.Axis("eps1", 0.05, 0.2, 130),), {"points": 5}, SHORT
+    "bifurcation": gc.Bifurcation(
+        gc.MeshModel.of(q0=0.1), gc.Axis("eps1", 0.05, 0.2, 130), points=5, settings=SHORT
     ),
-    "sweep": Resolved(
-        "bifurcation", gc.MeshModel.of(q0=0.1), (gc.Axis("eps1", 0.05, 0.2, 9),), {"points": 5, "mode": "up"}, SHORT
+    "sweep": gc.Bifurcation(
+        gc.MeshModel.of(q0=0.1), gc.Axis("eps1", 0.05, 0.2, 9), points=5, mode="up", settings=SHORT
     ),
-    "basins": Resolved("basins", SINGLE, (gc.Axis("z", -3, 3, 16), gc.Axis("z_dot", -2, 2, 12)), {}, SHORT),
-    "attractors": Resolved(
-        "attractors", SINGLE, (), {"starts": 130, "sweep": gc.Axis("omega", 2.2, 2.4, 5)}, SHORT
-    ),
-    "attractors with kicks": Resolved("attractors", SINGLE, (), {"starts": 64, "kicks": 2}, SHORT),
-    "simulate": Resolved("simulate", SINGLE, (), {"periods": 20, "transient": 3, "samples": 4}),
-    "simulate sections alone": Resolved("simulate", SINGLE, (), {"periods": 20}),
+    "basins": gc.Basins(SINGLE, gc.Axis("z", -3, 3, 16), gc.Axis("z_dot", -2, 2, 12), settings=SHORT),
+    "attractors": gc.Attractors(SINGLE, 130, sweep=gc.Axis("omega", 2.2, 2.4, 5), settings=SHORT),
+    "attractors with kicks": gc.Attractors(SINGLE, 64, kicks=2, settings=SHORT),
+    "simulate": gc.Simulate(SINGLE, periods=20, transient=3, samples=4),
+    "simulate sections alone": gc.Simulate(SINGLE, periods=20),
 }
 
 
@@ -83,7 +82,7 @@ def test_a_store_opens_as_what_the_function_returns(name, tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         opened = xr.open_zarr(path).load()
-    xr.testing.assert_identical(opened, study.plan().run())
+    xr.testing.assert_identical(opened, study.run())
     assert read(path).study == study
     again = []
     assert run(study, path, say=again.append).done == outcome.count
@@ -100,7 +99,7 @@ def files(path):
 def whole(tmp_path_factory):
     """An undisturbed run of `small_map`."""
     path = tmp_path_factory.mktemp("whole") / "s.zarr"
-    run(small_map(), path, tile=20, engine=engines.threads(1))
+    run(small_map(), path, tile=20, pool=pools.thread_pool(1))
     return path
 
 
@@ -109,8 +108,8 @@ def data(path):
 
 
 def test_engines_and_tiles_do_not_matter(whole, tmp_path):
-    for name, tile, engine in (("threads", 50, engines.threads(2)), ("processes", 20, engines.processes(2))):
-        run(small_map(), tmp_path / name, tile=tile, engine=engine)
+    for name, tile, pool in (("threads", 50, pools.thread_pool(2)), ("processes", 20, pools.process_pool(2))):
+        run(small_map(), tmp_path / name, tile=tile, pool=pool)
         xr.testing.assert_identical(data(tmp_path / name), data(whole))
     assert files(tmp_path / "processes") == files(whole)
 
@@ -170,11 +169,12 @@ def test_twenty_deaths_lose_nothing(calm, tmp_path):
             wait_for_tiles(process, path, 1)
             assert process.poll() is None, "the study is too short to be killed twenty times"
             time.sleep(rng.uniform(0, 0.1))
-            kept |= {n: m for n, m in read(path).marks().items() if m.done and n not in kept}
+            kept |= {n: m for n, m in read(path).statuses().items() if m.done and n not in kept}
             process.kill()
             kills += 1
     assert "are done already" in finish(start(study, path))
-    assert len(kept) >= 20 and kept.items() <= read(path).marks().items()  # with their times: none was computed again
+    # with their times: none was computed again
+    assert len(kept) >= 20 and kept.items() <= read(path).statuses().items()
     assert files(path) == files(calm)
 
 
@@ -314,7 +314,7 @@ def test_other_versions_are_told(whole, tmp_path):
 def test_a_damaged_mark_is_computed_again(whole, tmp_path):
     path = copy(whole, tmp_path)
     (path / "run" / "tiles" / "2.json").write_text('{"done": tr')
-    assert 2 not in read(path).marks()
+    assert 2 not in read(path).statuses()
     assert run(small_map(), path).done == read(path).grid.count
 
 
@@ -332,34 +332,25 @@ def test_what_is_no_store_and_what_is_damaged_is_refused(whole, tmp_path):
 def test_another_study_is_refused_with_the_difference(whole, tmp_path):
     with pytest.raises(gc.InputError, match=r"same study.*model\.zeta: 0\.025 in the store, 0\.03 asked for"):
         run(small_map(zeta=0.03), copy(whole, tmp_path))
-    one, other = small_map().to_dict(), Resolved("zones", gc.MeshModel.of(q0=0.1), small_map().axes[::-1]).to_dict()
+    one, other = to_record(small_map()), to_record(gc.Zones(gc.MeshModel.of(q0=0.1), small_map().y, small_map().x))
     assert [line.split(":")[0] for line in differences(one, other)] == [
         "axes", "budget.extensions", "budget.measured", "budget.patience",
     ]
 
 
-class Faulty:
-    """A plan whose tile with piece 0 raises, or ends its process, so many times."""
-
-    def __init__(self, plan, times, folder):
-        self.plan, self.times, self.folder = plan, times, folder
-
-    def __call__(self, pieces, **options):
-        if 0 in pieces and (tries := len(list(self.folder.iterdir()))) < self.times:
-            (self.folder / str(tries)).touch()
-            raise ValueError("a cosmic ray")
-        return self.plan.compute(pieces, **options)
-
-
 @pytest.mark.parametrize(("times", "failed"), [(2, 0), (99, 1)])
 def test_a_tile_that_raises_is_tried_again_and_reported(tmp_path, monkeypatch, times, failed):
-    study, tries = small_map(), tmp_path / "tries"
+    study = small_map()
     run(study, tmp_path / "s.zarr", tile=20, shard=Shard(40, 40))  # makes the store, and computes nothing
-    tries.mkdir()
-    plan = study.plan()
-    faulty = Faulty(plan, times, tries)
-    monkeypatch.setattr(Resolved, "plan", lambda self: type(plan)(**{**plan.__dict__, "compute": faulty}))
-    outcome = run(study, tmp_path / "s.zarr", engine=engines.threads(1))
+    true, count = gc.Zones.compute, itertools.count()
+
+    def compute(study, items, **options):
+        if 0 in items and next(count) < times:
+            raise ValueError("a cosmic ray")
+        return true(study, items, **options)
+
+    monkeypatch.setattr(gc.Zones, "compute", compute)
+    outcome = run(study, tmp_path / "s.zarr", pool=pools.thread_pool(1))
     assert (outcome.done, len(outcome.failed)) == (outcome.count - failed, failed)
     monkeypatch.undo()
     remembered.cache_clear()
@@ -372,15 +363,15 @@ def test_a_tile_that_raises_is_tried_again_and_reported(tmp_path, monkeypatch, t
 @pytest.mark.parametrize(("tile", "expected"), [(20, [1] * 12), (130, [2, 2])])
 def test_tiles_share_the_threads(tmp_path, monkeypatch, tile, expected):
     study, shares = small_map(), []
-    plan = study.plan()
+    true = gc.Zones.compute
 
-    def compute(pieces, threads=None, **options):
+    def compute(study, items, threads=None, **options):
         shares.append(threads)
-        return plan.compute(pieces, threads=threads, **options)
+        return true(study, items, threads=threads, **options)
 
     run(study, tmp_path / "s.zarr", tile=tile, shard=Shard(40, 40))  # makes the store, and computes nothing
-    monkeypatch.setattr(Resolved, "plan", lambda self: type(plan)(**{**plan.__dict__, "compute": compute}))
-    outcome = run(study, tmp_path / "s.zarr", engine=engines.threads(4))
+    monkeypatch.setattr(gc.Zones, "compute", compute)
+    outcome = run(study, tmp_path / "s.zarr", pool=pools.thread_pool(4))
     remembered.cache_clear()
     assert (outcome.count, sorted(shares)) == (len(expected), expected)
 
@@ -460,10 +451,10 @@ def test_bad_study_files_are_refused(tmp_path, text, words):
 def test_tiles_cover_the_grid_once():
     for shape, tile in (((5, 7), (2, 3)), ((300,), (64,)), ((1, 9), (1, 9)), ((4, 4), (4, 1))):
         grid = Grid(shape, tile)
-        pieces = np.concatenate([grid.pieces(n) for n in range(grid.count)])
+        pieces = np.concatenate([grid.items(n) for n in range(grid.count)])
         assert sorted(pieces) == list(range(int(np.prod(shape))))
-        assert [grid.size(n) for n in range(grid.count)] == [len(grid.pieces(n)) for n in range(grid.count)]
-    rows = cut(STUDIES["zones with starts"].plan(), 20)
+        assert [grid.size(n) for n in range(grid.count)] == [len(grid.items(n)) for n in range(grid.count)]
+    rows = cut(STUDIES["zones with starts"], 20)
     assert rows.tile == (2, 9)
 
 
@@ -473,7 +464,7 @@ def test_what_a_dying_writer_leaves_is_no_data_and_is_cleared(whole, tmp_path):
     for folder in [path, *(p for p in path.rglob("*") if p.is_dir())]:
         (folder / ".0.cut short.partial").write_bytes(b"half")
     store = read(path)
-    assert (store.damaged(), store.broken()) == ([], [])
+    assert (store.damaged_tiles(), store.damaged_files()) == ([], [])
     assert store.dataset().sizes == data(whole).sizes
     assert run(small_map(), path).done == store.grid.count
     assert not list(path.rglob("*.partial"))
@@ -486,7 +477,7 @@ def test_what_a_dying_writer_leaves_is_no_data_and_is_cleared(whole, tmp_path):
 ])
 def test_tiles_are_large_but_some_can_share(side, options, tile):
     axes = gc.Axis("omega", 0.5, 1.1, side), gc.Axis("eps1", 0.05, 0.3, side)
-    assert cut(Resolved("zones", gc.MeshModel(), axes, options, SHORT).plan()).tile == tile
+    assert cut(gc.Zones(gc.MeshModel(), *axes, **options, settings=SHORT)).tile == tile
 
 
 def test_checksums_are_there(whole):
@@ -563,33 +554,31 @@ def test_a_local_cluster_computes_the_same(whole, tmp_path):
     distributed = pytest.importorskip("distributed")
     local = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": "127.0.0.1:0", "processes": True}
     with distributed.LocalCluster(**local) as cluster:
-        run(small_map(), tmp_path / "s.zarr", tile=20, engine=engines.scheduler(cluster.scheduler_address))
+        run(small_map(), tmp_path / "s.zarr", tile=20, pool=pools.dask_workers(cluster.scheduler_address))
     assert files(tmp_path / "s.zarr") == files(whole)
 
 
 def test_slurm_jobs_run_one_worker_each():
     jobqueue = pytest.importorskip("dask_jobqueue")
     options = {"dashboard_address": "127.0.0.1:0"}
-    with jobqueue.SLURMCluster(**engines.slurm_job(), scheduler_options=options) as cluster:
+    with jobqueue.SLURMCluster(**pools.slurm_job(), scheduler_options=options) as cluster:
         script = cluster.job_script()
     assert "#SBATCH --cpus-per-task=1" in script and "--nthreads 1" in script
 
 
 def test_a_lone_tile_uses_the_cores_that_others_leave():
-    with engines.threads(4)() as pool:
-        assert [pool.share(tiles) for tiles in (1, 2, 3, 4, 9)] == [4, 2, 1, 1, 1]
+    with pools.thread_pool(4)() as pool:
+        assert [pool.threads_per_item(tiles) for tiles in (1, 2, 3, 4, 9)] == [4, 2, 1, 1, 1]
 
 
 @pytest.mark.parametrize("tile", [20, 1000])
 def test_a_study_of_which_nothing_can_be_computed_makes_no_store(tmp_path, monkeypatch, tile):
     study = small_map()
-    plan = study.plan()
-    (tmp_path / "tries").mkdir()
 
-    def fail(pieces, **options):
+    def fail(study, items, **options):
         raise ValueError("a cosmic ray")
 
-    monkeypatch.setattr(Resolved, "plan", lambda self: type(plan)(**{**plan.__dict__, "compute": fail}))
+    monkeypatch.setattr(gc.Zones, "compute", fail)
     with pytest.raises(gc.InputError, match=r"study must have pieces that can be computed.*a cosmic ray"):
         run(study, tmp_path / "s.zarr", tile=tile)
     assert not (tmp_path / "s.zarr").exists()

@@ -10,14 +10,14 @@ import xarray as xr
 import gearchaos as gc
 from gearchaos.dynamics import Classification
 from gearchaos.store.info import summary
-from gearchaos.store.resolved import Resolved
+from gearchaos.store.record import from_record, to_record
 from gearchaos.store.run import run
 from gearchaos.store.store import read
 
 
 def small_map():
     axes = gc.Axis("omega", 0.5, 1.1, 16), gc.Axis("eps1", 0.05, 0.3, 12)
-    return Resolved("zones", gc.MeshModel.of(q0=0.1), axes, {}, Classification(longest_transient=800, doublings=1,
+    return gc.Zones(gc.MeshModel.of(q0=0.1), *axes, settings=Classification(longest_transient=800, doublings=1,
         averaging_periods=16))
 
 
@@ -47,7 +47,7 @@ NO_MARKS = {
 def test_a_mark_of_wrong_content_is_no_mark(mark, whole, tmp_path):
     path = copy(whole, tmp_path)
     (path / "run" / "tiles" / "2.json").write_text(json.dumps(mark))
-    assert 2 not in read(path).marks() and summary(read(path))["tiles_done"] == read(path).grid.count - 1
+    assert 2 not in read(path).statuses() and summary(read(path))["tiles_done"] == read(path).grid.count - 1
     assert run(small_map(), path).done == read(path).grid.count
 
 
@@ -93,7 +93,7 @@ def test_a_grid_that_does_not_fit_the_study_is_refused(grid, whole, tmp_path):
 @pytest.mark.parametrize("option", ["points", "budget", "colour"])
 def test_an_option_that_the_study_does_not_have_is_refused(option):
     with pytest.raises(gc.InputError, match=rf"study option must be one of .*; got '{option}'"):
-        Resolved("zones", gc.MeshModel.of(), small_map().axes, {option: 3})
+        from_record(to_record(small_map()) | {"options": {option: 3}})
 
 
 @pytest.mark.parametrize("sums", ["{}", "[]", '{"zarr.json": "words"}', '{"zarr.json": NaN}', '{"../../x": 5}'])
@@ -123,9 +123,9 @@ def test_a_pipe_in_a_store_counts_as_damage_and_nobody_waits_for_it(name, whole,
     (path / name).unlink(missing_ok=True)
     os.mkfifo(path / name)
     found, own = read(path), "tiles" not in name and "/c/" not in name
-    assert found.marks().keys() == read(whole).marks().keys() - ({2} if name.endswith("/2.json") else set())
-    assert found.broken() == ([name] if own else [])
-    assert own or found.damaged() == ([0] if "/c/" in name else [])
+    assert found.statuses().keys() == read(whole).statuses().keys() - ({2} if name.endswith("/2.json") else set())
+    assert found.damaged_files() == ([name] if own else [])
+    assert own or found.damaged_tiles() == ([0] if "/c/" in name else [])
 
 
 def test_a_store_whose_study_is_a_pipe_is_refused(whole, tmp_path, no_waiting):
@@ -142,7 +142,7 @@ def test_sums_that_do_not_name_every_own_file_are_written_anew(name, whole, tmp_
     file, kept = path / "run" / "sums.json", read(whole).dataset()
     file.write_text(json.dumps({n: s for n, s in json.loads(file.read_text()).items() if n != name}))
     (path / name).write_bytes((path / name).read_bytes()[::-1])
-    assert read(path).broken() == ["run/sums.json"]
+    assert read(path).damaged_files() == ["run/sums.json"]
     run(small_map(), path)
     xr.testing.assert_identical(read(path).dataset(), kept)
 
@@ -150,7 +150,7 @@ def test_sums_that_do_not_name_every_own_file_are_written_anew(name, whole, tmp_
 def test_a_file_that_is_no_part_of_a_store_does_no_harm(whole, tmp_path):
     path = copy(whole, tmp_path)
     (path / "notes.txt").write_text("mine")
-    assert read(path).broken() == []
+    assert read(path).damaged_files() == []
 
 
 def test_tiles_that_are_not_those_of_the_arrays_are_refused(whole, tmp_path):

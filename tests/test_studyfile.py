@@ -8,7 +8,9 @@ import pytest
 from gearchaos.errors import InputError
 from gearchaos.model import HarmonicStiffness, MeshModel, TransmissionError, TwoLevelStiffness
 from gearchaos.studies.axis import Axis, parse_axis
-from gearchaos.studyfile import Settings, load_study, parse_set
+from gearchaos.studies.bifurcation import Bifurcation
+from gearchaos.studies.registry import STUDIES
+from gearchaos.studyfile import load_study, parse_set
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 PAIR = """
@@ -63,7 +65,7 @@ y2_dot = -0.1
         error=TransmissionError((0.04, 0.01), (0.5, 0.0)), stiffness=TwoLevelStiffness(0.2, 0.25, 1.7),
         initial={"x1": 1.5, "y2_dot": -0.1},
     )
-    assert found.pair is None and found.settings == Settings()
+    assert found.pair is None and found.kind is None and found.options == {}
 
 
 def test_no_file_is_the_paper(study):
@@ -89,13 +91,16 @@ def test_values_are_set_over_the_file(study):
 
 def test_settings(study):
     found = study('[study]\nkind = "bifurcation"\naxis = "eps1=0:0.3:7"\npoints = 32\nmode = "up"')
-    assert found.settings == Settings("bifurcation", (Axis("eps1", 0.0, 0.3, 7),), points=32, mode="up")
-    assert found.settings_for("zones") == Settings("zones")
+    assert found.kind == "bifurcation"
+    assert found.options == {"axis": Axis("eps1", 0.0, 0.3, 7), "points": 32, "mode": "up"}
+    assert found.options_for("zones") == {}
+    assert found.study("bifurcation") == Bifurcation(found.model, Axis("eps1", 0.0, 0.3, 7), points=32, mode="up")
 
 
 def test_x_axis_comes_first(study):
     found = study('[study]\ny = "eps1=0:0.3:7"\nx = "omega=0.2:3:5"\nkind = "zones"')
-    assert [a.name for a in found.settings.axes] == ["omega", "eps1"]
+    study = found.study("zones")
+    assert (study.x.name, study.y.name) == ("omega", "eps1")
 
 
 def test_physical_pair(study):
@@ -259,8 +264,8 @@ FIGURES = {
 def test_examples_are_the_figures(number):
     kind, what, axes, values = FIGURES[number]
     found = load_study(EXAMPLES / f"fig{number:02d}.toml")
-    assert (found.model.kind, found.settings.kind) == (kind, what)
-    assert tuple(a.name for a in found.settings.axes) == axes
+    assert (found.model.kind, found.kind) == (kind, what)
+    assert tuple(found.options[name].name for name in STUDIES[what].axis_fields) == axes
     parameters = found.model.parameters()
     assert {name: parameters[name] for name in values} == values
     assert {name: parameters[name] for name in ("zeta", "chi1", "chi2", "contact_ratio", "J1", "J2")} == {

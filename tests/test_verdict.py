@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from gearchaos.studies.defaults import settings_for_kind
 
 from gearchaos.dynamics import Classification, ClassificationState, Label, Reason, classify, lyapunov, torus
 from gearchaos.dynamics import orbits as orbit
@@ -11,7 +12,6 @@ from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.coordinates import start
 from gearchaos.model.switched import SwitchedAffine, switched
-from gearchaos.studies.defaults import settings_for_kind
 
 HASTY = Classification(transient_lengths=(80,), longest_period=8, exponent_run=21, doublings=0, longest_transient=0,
                        averaging_periods=8)

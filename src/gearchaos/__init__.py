@@ -18,7 +18,9 @@ _HOMES = {
     "attractors": "studies.attractors", "basins": "studies.basins",
     "bifurcation": "studies.bifurcation", "load": "datasets", "regime": "studies.regime",
     "save": "datasets", "simulate": "studies.simulate", "steady": "studies.steady",
-    "zones": "studies.zones",
+    "zones": "studies.zones", "run": "store.run",
+    "Attractors": "studies.attractors", "Basins": "studies.basins", "Bifurcation": "studies.bifurcation",
+    "Simulate": "studies.simulate", "Zones": "studies.zones",
 }
 _ROOMS = ("dynamics", "flow", "plot", "studies")
 

@@ -1,4 +1,4 @@
-"""Labelled results: names, units and provenance of what the studies return, saved and loaded."""
+"""Datasets, the results of studies: attributes of their variables, provenance, saving and loading."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def describe(name: str) -> dict[str, str]:
 
 
 def flags(enum_names: dict[int, str]) -> dict[str, Any]:
-    """CF attributes that name the codes of a variable."""
+    """Attributes that name the integer codes of a variable, by the CF conventions."""
     return {
         "flag_values": np.array(list(enum_names), dtype=np.int8),
         "flag_meanings": " ".join(n.replace(" ", "_") for n in enum_names.values()),
@@ -53,13 +53,19 @@ def variable(name: str, dims: tuple[str, ...], values: np.ndarray, coded: bool =
 
 
 def motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:
-    """Every motion by name: "3T" where it has a period, else its kind, or "not computed"."""
+    """The names of motions: "3T" for a periodic one, else the kind of motion, or "not computed".
+
+    Parameters
+    ----------
+    labels, periods : DataArray of int
+        Of one shape; codes of `Label`, 0 where nothing was computed, and periods in mesh periods.
+    """
     pairs = zip(labels.values.ravel().tolist(), periods.values.ravel().tolist(), strict=True)
     return [motion_name(Label(label), period) if label else "not computed" for label, period in pairs]
 
 
 def model_json(model: MeshModel) -> str:
-    """The whole model as JSON, enough to build it again."""
+    """All fields of a model as JSON, from which `model_from_json` makes an equal model."""
     return json.dumps({**_fields(model), "stiffness_kind": _stiffness_kind(model)}, sort_keys=True)
 
 
@@ -73,6 +79,7 @@ def model_from_json(text: str) -> MeshModel:
 
 
 def _model(values: dict[str, Any]) -> MeshModel:
+    """The model with the fields that `model_json` wrote."""
     stiffness: type[Stiffness] = TwoLevelStiffness
     if values.pop("stiffness_kind") == "harmonics":
         stiffness = HarmonicStiffness
@@ -82,10 +89,12 @@ def _model(values: dict[str, Any]) -> MeshModel:
 
 
 def _hashable(value: Any) -> Any:
+    """A value of a waveform, with tuples for the lists of JSON."""
     return tuple(value) if isinstance(value, list) else value
 
 
 def _fields(model: MeshModel) -> dict[str, Any]:
+    """All fields of a model as numbers, texts, lists and dicts."""
     out = {f.name: getattr(model, f.name) for f in dataclasses.fields(model)}
     for name in ("error", "stiffness"):
         out[name] = dataclasses.asdict(out[name])
@@ -93,11 +102,22 @@ def _fields(model: MeshModel) -> dict[str, Any]:
 
 
 def _stiffness_kind(model: MeshModel) -> str:
+    """The kind of stiffness, as study files call it."""
     return "two-level" if isinstance(model.stiffness, TwoLevelStiffness) else "harmonics"
 
 
 def provenance(study: str, model: MeshModel, **settings: Any) -> dict[str, Any]:
-    """Attributes that say what was computed and with what."""
+    """Attributes of a Dataset: the study, its model and settings as JSON, and the versions of packages.
+
+    Parameters
+    ----------
+    study : str
+        Name of the study, e.g. "zones".
+    model : MeshModel
+        Its model.
+    settings
+        Its other arguments, which JSON must be able to hold.
+    """
     return {
         "study": study, "model": model_json(model), "settings": json.dumps(settings, sort_keys=True),
         **_versions(),
@@ -106,11 +126,27 @@ def provenance(study: str, model: MeshModel, **settings: Any) -> dict[str, Any]:
 
 @cache
 def _versions() -> dict[str, str]:
+    """The versions of the packages that results depend on, by attribute."""
     return {f"{p}_version": metadata.version(p) for p in ("gearchaos", "numba", "numpy", "xarray")}
 
 
 def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
-    """Write a Dataset as NetCDF (HDF5) with checksums, whole or not at all."""
+    """Write a Dataset as a NetCDF file (HDF5) with checksums.
+
+    The file appears, or replaces an older one, only when it is complete.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        From any study.
+    path : path
+        Its suffix must be one of NetCDF or HDF5, or empty.
+
+    Raises
+    ------
+    InputError
+        For something else than a Dataset, another suffix, or a path that cannot be written to.
+    """
     target = Path(path)
     _check_savable(dataset, target)
     check_target("path", target)
@@ -118,6 +154,7 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
 
 
 def _check_savable(dataset: Any, target: Path) -> None:
+    """Raise `InputError` unless this is a Dataset and the path has a suffix of NetCDF, or none."""
     if not isinstance(dataset, xr.Dataset):
         raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}", "save(dataset, path).")
     if target.suffix and target.suffix.lower() not in DATA_SUFFIXES:
@@ -126,9 +163,10 @@ def _check_savable(dataset: Any, target: Path) -> None:
 
 
 def netcdf(dataset: xr.Dataset) -> memoryview:
-    """A Dataset as the bytes of a NetCDF (HDF5) file with checksums.
+    """The bytes of a NetCDF file (HDF5) with checksums that holds a Dataset.
 
-    It is made in memory, which takes as much again as the Dataset: HDF5 itself does not survive a full disk.
+    The file is made in memory, since the HDF5 library cannot recover from a full disk. This takes about as much memory
+    as the Dataset.
     """
     content = io.BytesIO()
     _checked(dataset).to_netcdf(content, engine="h5netcdf")  # type: ignore[call-overload]
@@ -136,9 +174,9 @@ def netcdf(dataset: xr.Dataset) -> memoryview:
 
 
 def _checked(dataset: xr.Dataset) -> xr.Dataset:
-    """The same Dataset, to be written with checksums, so that a reader finds damaged numbers.
+    """The same Dataset with checksums switched on, by which a reader detects damaged numbers.
 
-    HDF5 has none for single values and words.
+    HDF5 has no checksums for scalars and texts.
     """
     out = dataset.copy(deep=False)
     for variable in out.variables.values():
@@ -148,19 +186,25 @@ def _checked(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def load(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a Dataset that `save` wrote; raises `InputError` if the file is another, or damaged."""
+    """Read a Dataset that `save` wrote.
+
+    Raises
+    ------
+    InputError
+        For a path without file, a file that is not NetCDF, or a damaged one.
+    """
     if not Path(path).is_file():
         raise InputError("path", "must be a NetCDF file", str(path), _instead(Path(path)))
     try:
         with xr.open_dataset(path, engine="h5netcdf") as dataset:
             return dataset.load()
-    except (OSError, KeyError) as error:  # the latter where a name's record is damaged
+    except (OSError, KeyError) as error:  # KeyError where the record of a name is damaged
         raise InputError("path", "must be a NetCDF file, whole and readable", str(path),
                          f"If gearchaos saved it, it is damaged: save it again. ({error})") from error
 
 
 def _instead(path: Path) -> str:
-    """What is where a file should be."""
+    """Advice for a path at which there is no regular file."""
     if path.is_dir():
         return "xarray.open_zarr reads the folder of a run."
     return f"It is {NO_FILE}." if path.exists() else "There is no such file."

@@ -1,4 +1,4 @@
-"""Study files: TOML in, a model and the settings of a study out, with values set by name over them.
+"""Study files: TOML in, a model and a study out, with values set by name over them.
 
 A file has ``[model]`` (with ``[model.error]`` and ``[model.stiffness]``) or ``[gearpair]``, ``[initial]`` and
 ``[study]`` with ``[classification]``; every table is optional. ``StudyFile.model_json_schema()`` describes the layout.
@@ -10,13 +10,13 @@ import os
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
-from gearchaos.dynamics.settings import FORMER_NAMES
+from gearchaos.dynamics.settings import FORMER_NAMES, Classification
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.files import read_bytes
 from gearchaos.gears.pair import GearPair
@@ -32,14 +32,9 @@ from gearchaos.model import (
     default_stiffness,
 )
 from gearchaos.studies.axis import Axis, parse_axis
+from gearchaos.studies.registry import STUDIES, study_class
+from gearchaos.studies.study import ClassifyingStudy, Study
 
-StudyKind = Literal["simulate", "regime", "attractors", "bifurcation", "zones", "basins"]
-AXIS_KEYS: dict[str, tuple[str, ...]] = {"bifurcation": ("axis",), "zones": ("x", "y"), "basins": ("x", "y")}
-"""Keys of ``[study]`` that name the axes of each kind of study, in order."""
-_OTHER_KEYS = {
-    "simulate": ("periods", "transient", "samples"), "bifurcation": ("points", "mode"), "zones": ("starts", "refine"),
-    "attractors": ("starts", "seed", "sweep", "kicks"),
-}
 _ON_PAIR = "gearpair."
 
 LARGEST = 1_000_000
@@ -63,21 +58,31 @@ class _StiffnessTable(_Series):
     contact_ratio: float | None = None
 
 
-class _StudyTable(_Table):
-    kind: StudyKind
-    axis: str | None = None
-    x: str | None = None
-    y: str | None = None
-    periods: int | None = Field(None, ge=1)
-    transient: int | None = Field(None, ge=0)
-    samples: int | None = Field(None, ge=1)
-    points: int | None = Field(None, ge=0)
-    mode: Literal["fixed", "up", "down"] | None = None
-    starts: int | None = Field(None, ge=1)
-    refine: int | None = Field(None, ge=1)
-    seed: int | None = Field(None, ge=0)
-    sweep: str | None = None
-    kicks: int | None = Field(None, ge=0)
+def _key_type(type_: Any, least: int | None) -> Any:
+    """The type of a key of ``[study]`` for a field of a study; axes are texts."""
+    if type_ is Axis:
+        return str | None
+    return Annotated[type_, Field(ge=least)] | None if least is not None else type_ | None
+
+
+def _study_keys() -> dict[str, Any]:
+    """The keys of ``[study]``: axes and options of all kinds of studies, each with its type and no default."""
+    keys: dict[str, Any] = {}
+    for kind in STUDIES.values():
+        declared = {f.name: f for f in fields(kind)}
+        for name, type_ in kind.option_types().items():
+            if declared[name].metadata:  # others can be given in Python alone
+                keys[name] = (_key_type(type_, declared[name].metadata["least"]), None)
+        keys |= dict.fromkeys(kind.axis_fields, (str | None, None))
+    return keys
+
+
+_StudyTable = create_model(
+    "_StudyTable",
+    __base__=_Table,
+    kind=(Literal[tuple(STUDIES)], ...),  # type: ignore[arg-type,valid-type]
+    **_study_keys(),
+)
 
 
 class _ClassificationTable(_Table):
@@ -123,61 +128,58 @@ class StudyFile(_Table):
     model: _ModelTable | None = None  # type: ignore[valid-type]
     gearpair: _GearPairTable | None = None  # type: ignore[valid-type]
     initial: dict[str, float] = {}
-    study: _StudyTable | None = None
+    study: _StudyTable | None = None  # type: ignore[valid-type]
     classification: _ClassificationTable | None = None
     budget: _FormerClassificationTable | None = None
 
 
 @dataclass(frozen=True)
-class Settings:
-    """What ``[study]`` says: which study, over which axes, and how long; None where it says nothing."""
-
-    kind: str | None = None
-    axes: tuple[Axis, ...] = ()
-    periods: int | None = None
-    transient: int | None = None
-    samples: int | None = None
-    points: int | None = None
-    mode: str | None = None
-    starts: int | None = None
-    refine: int | None = None
-    seed: int | None = None
-    sweep: Axis | None = None
-    kicks: int | None = None
-
-    def options(self) -> dict[str, Any]:
-        """What it says, by the names that the study's function has for it."""
-        values = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("kind", "axes")}
-        return {n: v for n, v in values.items() if v is not None}
-
-
-@dataclass(frozen=True)
-class Study:
-    """A study file with the values set over it.
+class LoadedStudy:
+    """The content of a study file, with the values set over it.
 
     Attributes
     ----------
     model : MeshModel
         The dimensionless model.
     pair : GearPair or None
-        The physical pair it came from.
-    settings : Settings
-        Of the study that the file describes.
+        The physical pair from which the model was made.
+    kind : str or None
+        The kind of study that the file describes.
+    options : dict
+        The fields of that study which the file sets, axes included.
     classification : dict
         The fields of `Classification` that the file sets.
     """
 
     model: MeshModel
     pair: GearPair | None = None
-    settings: Settings = Settings()
+    kind: str | None = None
+    options: Mapping[str, Any] = field(default_factory=dict)
     classification: Mapping[str, Any] = field(default_factory=dict)
 
-    def settings_for(self, kind: str) -> Settings:
-        """The settings if the file describes a study of this kind, else none."""
-        return self.settings if self.settings.kind == kind else Settings(kind)
+    def options_for(self, kind: str) -> dict[str, Any]:
+        """The options if the file describes a study of this kind, else none."""
+        return dict(self.options) if self.kind == kind else {}
+
+    def study(self, kind: str, **options: Any) -> Study:
+        """A study of this kind with the given options, those of the file, and its classification settings.
+
+        Raises
+        ------
+        InputError
+            If an option is missing or wrong.
+        """
+        chosen, values = study_class(kind), {**self.options_for(kind), **options}
+        if self.classification and issubclass(chosen, ClassifyingStudy):
+            values["settings"] = self.settings(chosen.default_settings)
+        return chosen.of(self.model, values)
+
+    def settings(self, default: Classification) -> Classification:
+        """Classification settings with the fields that the file sets over the default."""
+        return replace(default, **self.classification)
 
 
-def load_study(path: str | os.PathLike[str] | None = None, values: Mapping[str, Any] | None = None) -> Study:
+def load_study(path: str | os.PathLike[str] | None = None, values: Mapping[str, Any] | None = None) -> LoadedStudy:
     """Read a study file and set values by name over it.
 
     Parameters
@@ -201,17 +203,24 @@ def load_study(path: str | os.PathLike[str] | None = None, values: Mapping[str, 
     for name in tables.initial:
         check_state_name(model.kind, name)
     model = model.with_values(tables.initial).with_values(on_model)
-    return Study(model, pair, _settings(tables.study), _classification(tables))
+    return LoadedStudy(model, pair, *_study(tables.study), _classification(tables))
 
 
 def _classification(tables: StudyFile) -> dict[str, Any]:
     """What ``[classification]`` sets, or ``[budget]`` of an older file, by field of `Classification`."""
     if tables.budget is None:
-        return {} if tables.classification is None else tables.classification.model_dump(exclude_none=True)
+        given = {} if tables.classification is None else tables.classification.model_dump(exclude_none=True)
+        return _settings(given)
     if tables.classification is not None:
         raise InputError("[budget]", "must be left out beside [classification]", sorted(tables.budget.model_fields_set),
                          "It is the older name of the same table.")
-    return {FORMER_NAMES[name]: value for name, value in tables.budget.model_dump(exclude_none=True).items()}
+    former = tables.budget.model_dump(exclude_none=True)
+    return _settings({FORMER_NAMES[name]: value for name, value in former.items()})
+
+
+def _settings(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Fields of `Classification`, as they are given in a file."""
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
 
 
 def _pair_and_model(
@@ -325,19 +334,20 @@ def _stiffness(table: _StiffnessTable) -> Stiffness:
     return TwoLevelStiffness(**singles)
 
 
-def _settings(table: _StudyTable | None) -> Settings:
+def _study(table: Any) -> tuple[str | None, dict[str, Any]]:
+    """The kind of study that ``[study]`` names, and the options that it sets."""
     if table is None:
-        return Settings()
-    axis_keys = AXIS_KEYS.get(table.kind, ())
-    known = ("kind", *axis_keys, *_OTHER_KEYS.get(table.kind, ()))
+        return None, {}
     given = table.model_dump(exclude_none=True)
-    for key in given.keys() - set(known):
-        rule, advice = f"must be left out for kind {table.kind!r}", f"It takes {', '.join(known)}."
-        raise InputError(f"study.{key}", rule, given[key], advice)
-    axes = tuple(parse_axis(given.pop(key), f"study.{key}") for key in axis_keys if key in given)
-    if "sweep" in given:
-        given["sweep"] = parse_axis(given["sweep"], "study.sweep")
-    return Settings(axes=axes, **given)
+    kind = STUDIES[given.pop("kind")]
+    types = kind.option_types() | dict.fromkeys(kind.axis_fields, Axis)
+    for key in given.keys() - types.keys():
+        rule, known = f"must be left out for kind {kind.kind!r}", ("kind", *kind.axis_fields, *kind.option_types())
+        raise InputError(f"study.{key}", rule, given[key], f"It takes {', '.join(known)}.")
+    return kind.kind, {
+        key: parse_axis(given[key], f"study.{key}") if types[key] is Axis else given[key]
+        for key in types if key in given
+    }
 
 
 def parse_set(texts: Iterable[str]) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from gearchaos.errors import InputError
 
 if TYPE_CHECKING:
     from gearchaos.explorer.view.state import View
-    from gearchaos.studyfile import Study
+    from gearchaos.studyfile import LoadedStudy
 
 
 @app.command()
@@ -43,7 +43,7 @@ def explore(
     _serve(running, None if no_open else address(host, port))
 
 
-def _view(loaded: Study, texts: list[str], nothing_said: bool) -> View:
+def _view(loaded: LoadedStudy, texts: list[str], nothing_said: bool) -> View:
     """What the page begins with: the axes of the command line, else of the study file, else the paper's figure 2."""
     from gearchaos.explorer.view.presets import presets
     from gearchaos.explorer.view.state import first_view
@@ -55,7 +55,8 @@ def _view(loaded: Study, texts: list[str], nothing_said: bool) -> View:
                          "E.g. --axis omega=0.2:3:400 --axis eps1=0:0.3:300.")
     if nothing_said and not given:
         return presets()["2"].view
-    axes = given or list(loaded.settings_for("zones").axes)
+    options = loaded.options_for("zones")
+    axes = given or [options[name] for name in ("x", "y") if name in options]
     return first_view(loaded.model, *axes)
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -17,9 +17,9 @@ from gearchaos.cli.options import (
     Sets,
     StudyPath,
     app,
+    given,
     in_units,
     load,
-    options_of,
 )
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, summary
 from gearchaos.errors import InputError
@@ -28,8 +28,9 @@ from gearchaos.files import DATA_SUFFIXES
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearchaos.studies import Axis
-    from gearchaos.studyfile import Study
+    from gearchaos.studies.axis import Axis
+    from gearchaos.studies.study import Study
+    from gearchaos.studyfile import LoadedStudy
 
 
 @app.command()
@@ -50,11 +51,7 @@ def bifurcation(
 ) -> None:
     """Scan one parameter: stroboscopic points, verdicts and exponents."""
     target = _Target(out, plot, json_out, physical)
-    loaded, axes = _map_inputs("bifurcation", study, sets, axis, target)
-    options = options_of(loaded, "bifurcation", points=points, mode=mode)
-    from gearchaos.studies import bifurcation as run
-
-    _finish("bifurcation", run(loaded.model, *axes, progress=True, **options), axes, loaded, target)
+    _run("bifurcation", study, sets, axis, target, points=points, mode=mode)
 
 
 @app.command()
@@ -73,11 +70,7 @@ def zones(
 ) -> None:
     """Map the kinds of motion over two parameters."""
     target = _Target(out, plot, json_out, physical)
-    loaded, axes = _map_inputs("zones", study, sets, axis, target)
-    from gearchaos.studies import zones as run
-
-    options = options_of(loaded, "zones", starts=starts, refine=refine)
-    _finish("zones", run(loaded.model, *axes, **options, progress=True), axes, loaded, target)
+    _run("zones", study, sets, axis, target, starts=starts, refine=refine)
 
 
 @app.command()
@@ -92,10 +85,7 @@ def basins(
 ) -> None:
     """Map the basins of attraction over two initial values."""
     target = _Target(out, plot, json_out, physical)
-    loaded, axes = _map_inputs("basins", study, sets, axis, target)
-    from gearchaos.studies import basins as run
-
-    _finish("basins", run(loaded.model, *axes, **options_of(loaded, "basins"), progress=True), axes, loaded, target)
+    _run("basins", study, sets, axis, target)
 
 
 @dataclass(frozen=True)
@@ -108,40 +98,43 @@ class _Target:
     physical: bool
 
 
-def _map_inputs(
-    kind: str, study: Path | None, sets: list[str] | None, axis: list[str] | None, target: _Target
-) -> tuple[Study, tuple[Axis, ...]]:
-    """Everything a map needs, checked before anything is computed."""
+def _run(
+    kind: str, study: Path | None, sets: list[str] | None, axis: list[str] | None, target: _Target, **options: Any
+) -> None:
+    """Check everything, compute the study, and write its files."""
     check_output("--out", target.out, DATA_SUFFIXES)
     check_output("--plot", target.plot, PLOT_SUFFIXES)
     loaded = load(study, sets, target.physical)
-    return loaded, _axes(kind, loaded.settings_for(kind).axes, axis or [])
+    chosen = loaded.study(kind, **_axes(kind, loaded, axis or []), **given(**options))
+    _finish(chosen, chosen.run(progress=True), loaded, target)
 
 
-def _axes(kind: str, from_file: tuple[Axis, ...], texts: list[str]) -> tuple[Axis, ...]:
-    """The axes of the command line; fewer than needed replace those of the study file by name."""
+def _axes(kind: str, loaded: LoadedStudy, texts: list[str]) -> dict[str, Axis]:
+    """The axes of the command line by field; fewer than needed replace those of the study file by name."""
     from gearchaos.studies.axis import parse_axis
-    from gearchaos.studyfile import AXIS_KEYS
+    from gearchaos.studies.registry import study_class
 
-    given = tuple(parse_axis(text, "--axis") for text in texts)
-    needed, by_name = len(AXIS_KEYS[kind]), {a.name: a for a in given}
-    if len(given) < needed and by_name.keys() <= {a.name for a in from_file}:
-        given = tuple(by_name.get(a.name, a) for a in from_file)
-    if len(given) != needed:
+    names = study_class(kind).axis_fields
+    from_file = [axis for name, axis in loaded.options_for(kind).items() if name in names]
+    parsed = [parse_axis(text, "--axis") for text in texts]
+    by_name = {a.name: a for a in parsed}
+    if len(parsed) < len(names) and by_name.keys() <= {a.name for a in from_file}:
+        parsed = [by_name.get(a.name, a) for a in from_file]
+    if len(parsed) != len(names):
         examples = ("--axis z=-3:3:200", "--axis z_dot=-2:2:200")
         if kind != "basins":
             examples = ("--axis omega=0.2:3:200", "--axis eps1=0:0.3:200")
-        times = "once" if needed == 1 else "twice"
-        raise InputError("--axis", f"must be given {times}", texts, f"E.g. {' '.join(examples[:needed])}.")
-    return given
+        times = "once" if len(names) == 1 else "twice"
+        raise InputError("--axis", f"must be given {times}", texts, f"E.g. {' '.join(examples[: len(names)])}.")
+    return dict(zip(names, parsed, strict=True))
 
 
-def _finish(kind: str, dataset: xr.Dataset, axes: tuple[Axis, ...], loaded: Study, target: _Target) -> None:
-    """Write the files, then say what is in them."""
+def _finish(study: Study, dataset: xr.Dataset, loaded: LoadedStudy, target: _Target) -> None:
+    """Write the files, and print what is in them."""
     dataset = in_units(dataset, loaded, target.physical)
     save(dataset, target.out)
     draw(dataset, target.plot)
     if target.json_out:
         files = {"out": str(target.out), "plot": None if target.plot is None else str(target.plot)}
-        scanned = [{"name": a.name, "start": a.start, "stop": a.stop, "count": a.count} for a in axes]
-        print_json({"study": kind, **files, "axes": scanned, **summary(kind, dataset)})
+        axes = [asdict(getattr(study, name)) for name in study.axis_fields]
+        print_json({"study": study.kind, **files, "axes": axes, **summary(study.kind, dataset)})

@@ -16,7 +16,7 @@ from gearchaos.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearchaos.studyfile import Study
+    from gearchaos.studyfile import LoadedStudy
 
 app = typer.Typer(
     cls=Commands,
@@ -69,7 +69,7 @@ def _options(
     """Options before the command."""
 
 
-def load(study: Path | None, sets: list[str] | None, physical: bool = False) -> Study:
+def load(study: Path | None, sets: list[str] | None, physical: bool = False) -> LoadedStudy:
     """The study of a file with the values set over it, checked; say so if kernels have to be compiled."""
     from gearchaos.studyfile import load_study, parse_set
 
@@ -81,18 +81,12 @@ def load(study: Path | None, sets: list[str] | None, physical: bool = False) -> 
     return loaded
 
 
-def options_of(loaded: Study, kind: str, **given: Any) -> dict[str, Any]:
-    """Arguments of a study by name: the command line first, then the study file; what neither says is left out."""
-    said = {n: v for n, v in given.items() if v is not None}
-    settings = {}
-    if loaded.classification:
-        from gearchaos.studies.defaults import settings_for_kind
-
-        settings = {"settings": settings_for_kind(kind, loaded.classification)}
-    return {**loaded.settings_for(kind).options(), **settings, **said}
+def given(**options: Any) -> dict[str, Any]:
+    """The options that the command line gives."""
+    return {name: value for name, value in options.items() if value is not None}
 
 
-def in_units(dataset: xr.Dataset, loaded: Study, physical: bool) -> xr.Dataset:
+def in_units(dataset: xr.Dataset, loaded: LoadedStudy, physical: bool) -> xr.Dataset:
     """A result in the units of the pair, if it is to be in physical ones."""
     if not physical or loaded.pair is None:
         return dataset

@@ -1,4 +1,4 @@
-"""Results on their way out: files checked before work starts, data, pictures, JSON."""
+"""Output of commands: files of data, pictures, JSON; paths are checked before any work starts."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from gearchaos.cli.errors import say
 from gearchaos.errors import InputError
 from gearchaos.files import check_target, write_bytes
+from gearchaos.quantities import parse
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,7 +22,7 @@ PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 
 
 def check_output(option: str, path: Path | None, suffixes: tuple[str, ...]) -> None:
-    """Raise `InputError` unless a file can be written at ``path``, with one of these suffixes or none."""
+    """Raise `InputError` unless ``path`` has one of these suffixes, or none, and a file can be written there."""
     if path is None:
         return
     if path.suffix and path.suffix.lower() not in suffixes:
@@ -32,6 +33,7 @@ def check_output(option: str, path: Path | None, suffixes: tuple[str, ...]) -> N
 
 
 def _writable(path: Path) -> bool:
+    """Whether this process may create or replace a file at a path."""
     try:
         with tempfile.TemporaryFile(dir=path.parent):
             return not path.exists() or os.access(path, os.W_OK)
@@ -40,7 +42,7 @@ def _writable(path: Path) -> bool:
 
 
 def save(dataset: xr.Dataset, path: Path | None) -> None:
-    """Write a Dataset, whole or not at all, if there is a path."""
+    """Write a Dataset as a complete file, if there is a path."""
     if path is not None:
         from gearchaos.studies import save as write
 
@@ -49,7 +51,19 @@ def save(dataset: xr.Dataset, path: Path | None) -> None:
 
 
 def draw(dataset: xr.Dataset, path: Path | None, *, colour: str | None = None, note: str = "") -> None:
-    """Write the picture of a result, whole or not at all, if there is a path; with a note in its lower right corner."""
+    """Write the picture of a result as a complete file, if there is a path.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        From any study.
+    path : Path or None
+        Its suffix sets the format.
+    colour : str, optional
+        See `gearchaos.plot.result`.
+    note : str
+        Text below the lower right corner.
+    """
     if path is None:
         return
     import matplotlib
@@ -64,7 +78,7 @@ def draw(dataset: xr.Dataset, path: Path | None, *, colour: str | None = None, n
 
 
 def draw_dossier(dataset: xr.Dataset, title: str, path: Path) -> None:
-    """Write the picture of one motion, whole or not at all."""
+    """Write the dossier of one motion as a complete file."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -74,6 +88,7 @@ def draw_dossier(dataset: xr.Dataset, title: str, path: Path) -> None:
 
 
 def _write_picture(figure: Any, path: Path) -> None:
+    """Write a figure as a complete file and close it."""
     import matplotlib.pyplot as plt
 
     picture = io.BytesIO()
@@ -84,11 +99,12 @@ def _write_picture(figure: Any, path: Path) -> None:
 
 
 def print_json(document: dict[str, Any]) -> None:
-    """One JSON document on stdout, with null for every number that JSON does not have."""
+    """Print one JSON document on stdout, with null for NaN and infinity."""
     print(json.dumps(_finite(document), allow_nan=False))
 
 
 def _finite(value: Any) -> Any:
+    """A value with None for each number in it that is not finite."""
     if isinstance(value, dict):
         return {key: _finite(v) for key, v in value.items()}
     if isinstance(value, (list, tuple)):
@@ -97,13 +113,17 @@ def _finite(value: Any) -> Any:
 
 
 def attractor_list(dataset: xr.Dataset) -> dict[str, Any]:
-    """The attractors of one operating point, the shares of the starts with their intervals, and what is left over."""
+    """The JSON document of the attractors of one operating point.
+
+    It holds a row for each attractor, the fraction of the starts that are diverged or undecided, the number of starts,
+    and the index of the attractor that each sweep ends in.
+    """
     from gearchaos.dynamics.response import CONTACTS
     from gearchaos.studies import motions
 
     rows = []
     for i, label in enumerate(motions(dataset["attractor_label"], dataset["attractor_period"])):
-        one = {n.removeprefix("attractor_"): dataset[n].values[i].item() for n in _ATTRACTOR_FIELDS}
+        one = {n: dataset[f"attractor_{n}"].values[i].item() for n in _ATTRACTOR_FIELDS}
         period, contact = int(dataset["attractor_period"][i]), CONTACTS[int(dataset["attractor_contact"][i])]
         rows.append({"label": label, "period": period or None, "contact": contact, **one, **_kick(dataset, i)})
     undecided = float((dataset["attractor"] < 0).mean())
@@ -113,7 +133,7 @@ def attractor_list(dataset: xr.Dataset) -> dict[str, Any]:
 
 
 def _kick(dataset: xr.Dataset, number: int) -> dict[str, Any]:
-    """The smallest kick out of the basin of one attractor, where it was looked for."""
+    """The smallest destabilising perturbation of one attractor; empty if it was not computed."""
     if "attractor_kick" not in dataset:
         return {}
     parts = ("attractor_kick_change", "attractor_kick_point")
@@ -122,10 +142,11 @@ def _kick(dataset: xr.Dataset, number: int) -> dict[str, Any]:
     return {"kick": dataset["attractor_kick"].values[number].item(), "kick_change": change, "kick_point": point}
 
 
-_ATTRACTOR_FIELDS = tuple(f"attractor_{n}" for n in (
+_ATTRACTOR_FIELDS = (
     "fraction", "fraction_lo", "fraction_hi", "v_rms", "contact_fraction", "dynamic_factor", "lyapunov",
     "lyapunov_lo", "lyapunov_hi", "multiplier", "residual",
-))
+)
+"""Variables of each attractor that are keys of its JSON."""
 
 
 def section(dataset: xr.Dataset) -> dict[str, list[float]]:
@@ -139,12 +160,13 @@ def section_units(dataset: xr.Dataset) -> dict[str, str]:
 
 
 def _section_names(dataset: xr.Dataset) -> dict[str, str]:
-    sections = (str(name) for name in dataset.data_vars if str(name).startswith("section_"))
-    return {"tau": "tau_section", **{name.removeprefix("section_"): name for name in sections}}
+    """The names of the variables of a stroboscopic section, by the names of their coordinates."""
+    parts = map(parse, map(str, dataset.data_vars))
+    return {"tau": "tau_section", **{name.base: str(name) for name in parts if name.prefix == "section_"}}
 
 
 def summary(kind: str, dataset: xr.Dataset) -> dict[str, Any]:
-    """How many cells show each motion, or the attractors and their shares of the plane."""
+    """The JSON summary of a map: the number of cells of each motion; of basins, the attractors and their shares."""
     from gearchaos.studies import motions
 
     if kind == "basins":

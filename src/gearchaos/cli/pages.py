@@ -1,4 +1,4 @@
-"""Readable pages on stdout."""
+"""Pages of text on stdout."""
 
 from __future__ import annotations
 
@@ -17,10 +17,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gearchaos.studies import Regime
-    from gearchaos.studyfile import Study
+    from gearchaos.studyfile import LoadedStudy
 
 _SHOWN_ROWS = 20
+"""Number of rows of a stroboscopic section that are printed."""
+
 _FILE_WIDTH = 160
+"""Width of a page in characters where stdout is not a terminal."""
 
 
 def print_section(dataset: xr.Dataset) -> None:
@@ -36,7 +39,7 @@ def print_section(dataset: xr.Dataset) -> None:
 
 
 def print_run(found: dict[str, Any]) -> None:
-    """How far a run is."""
+    """The progress of a run; ``found`` is from `gearchaos.store.info.summary`."""
     table = Table(show_header=False)
     table.add_row("study", found["study"])
     share = f"{found['tiles_done']} of {found['tiles']} ({found['pieces_done'] / found['pieces']:.1%} of the pieces)"
@@ -52,7 +55,7 @@ def print_run(found: dict[str, Any]) -> None:
     _print(table)
 
 
-def print_regime(verdict: Regime, loaded: Study, physical: bool) -> None:
+def print_regime(verdict: Regime, loaded: LoadedStudy, physical: bool) -> None:
     """The verdict at one operating point: the motion, its evidence, and every measure that has a title."""
     values, scales = verdict.to_dict(), None if loaded.pair is None else loaded.pair.scales
     table = Table(show_header=False)
@@ -68,7 +71,7 @@ def print_regime(verdict: Regime, loaded: Study, physical: bool) -> None:
 
 
 def _measured(name: str, value: Any, scales: Scales | None, physical: bool) -> str:
-    """A value, with what it is in the units of a pair in brackets; or that alone."""
+    """A value with its value in units in brackets, if it has any, or with ``physical`` the value in units alone."""
     unit = None if scales is None or value is None else unit_of(name, scales)
     if unit is None:
         return _shown(value)
@@ -77,7 +80,7 @@ def _measured(name: str, value: Any, scales: Scales | None, physical: bool) -> s
 
 
 def print_attractors(dataset: xr.Dataset) -> None:
-    """Every motion of an operating point, a row each."""
+    """Every attractor of an operating point, a row each."""
     found = attractor_list(dataset)
     table = Table(title=f"Attractors found from {found['starts']} starts: {len(found['attractors'])}")
     numbers = {"dynamic factor": "dynamic_factor", "λ1": "lyapunov", "max |μ|": "multiplier"}
@@ -99,12 +102,13 @@ def print_attractors(dataset: xr.Dataset) -> None:
 
 
 def _print(table: Table) -> None:
+    """Print a table as wide as the terminal."""
     console = Console()
     Console(width=console.width if console.is_terminal else _FILE_WIDTH).print(table)
 
 
 def _exponents(values: dict[str, Any], scales: Scales | None) -> str:
-    """A line for each, with its interval; per unit of τ, or per second."""
+    """A line for each Lyapunov exponent with its interval, per unit of τ, or per second with scales."""
     factor, unit = (1.0, "") if scales is None else (scales.rate, " 1/s")
     digits = 5 if scales is None else 1
     rows = zip(values["lyapunov"], values["lyapunov_ci"], strict=True)
@@ -113,6 +117,7 @@ def _exponents(values: dict[str, Any], scales: Scales | None) -> str:
 
 
 def _shown(value: Any) -> str:
+    """A value of a table; "none" where it does not exist."""
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return "none"
     return f"{value:.6g}" if isinstance(value, float) else str(value)

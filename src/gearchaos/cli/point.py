@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gearchaos.cli.errors import say
-from gearchaos.cli.options import Json, OutIfWanted, Physical, Plot, Sets, StudyPath, app, in_units, load, options_of
+from gearchaos.cli.options import Json, OutIfWanted, Physical, Plot, Sets, StudyPath, app, given, in_units, load
 from gearchaos.cli.output import (
     PLOT_SUFFIXES,
     attractor_list,
@@ -24,7 +24,7 @@ from gearchaos.files import DATA_SUFFIXES
 
 if TYPE_CHECKING:
     from gearchaos.studies import Regime
-    from gearchaos.studyfile import Settings, Study
+    from gearchaos.studyfile import LoadedStudy
 
 
 @app.command()
@@ -43,12 +43,11 @@ def simulate(
         raise InputError("--samples", "needs --out", samples, "Stdout shows the stroboscopic section alone.")
     check_output("--out", out, DATA_SUFFIXES)
     loaded = load(study, sets, physical)
-    length = _length(loaded.settings_for("simulate"), periods, transient, samples)
-    if out is None:
-        length["samples"] = None
-    from gearchaos.studies import simulate as run
-
-    dataset = in_units(run(loaded.model, **length, progress=True), loaded, physical)
+    if periods is None and "periods" not in loaded.options_for("simulate"):
+        raise InputError("--periods", "must be given", None, "E.g. --periods 100.")
+    options = given(periods=periods, transient=transient, samples=samples)
+    chosen = loaded.study("simulate", **options | ({"samples": None} if out is None else {}))
+    dataset = in_units(chosen.run(progress=True), loaded, physical)
     save(dataset, out)
     if json_out:
         print_json({**section(dataset), **({"units": section_units(dataset)} if physical else {})})
@@ -58,20 +57,6 @@ def simulate(
         print_section(dataset)
 
 
-def _length(
-    settings: Settings, periods: int | None, transient: int | None, samples: int | None
-) -> dict[str, Any]:
-    """How long to simulate and how finely: the command line first, then the study file."""
-    periods = settings.periods if periods is None else periods
-    if periods is None:
-        raise InputError("--periods", "must be given", None, "E.g. --periods 100.")
-    return {
-        "periods": periods,
-        "transient": settings.transient or 0 if transient is None else transient,
-        "samples": settings.samples if samples is None else samples,
-    }
-
-
 @app.command()
 def regime(
     study: StudyPath = None, sets: Sets = None, plot: Plot = None, json_out: Json = False, physical: Physical = False
@@ -79,9 +64,10 @@ def regime(
     """Say what the mesh does at one operating point, with the evidence."""
     check_output("--plot", plot, PLOT_SUFFIXES)
     loaded = load(study, sets, physical)
-    from gearchaos.studies import regime as run
+    from gearchaos.studies.regime import PATIENT
+    from gearchaos.studies.regime import regime as run
 
-    verdict = run(loaded.model, **options_of(loaded, "regime"), progress=True)
+    verdict = run(loaded.model, settings=loaded.settings(PATIENT), progress=True)
     if json_out:
         print_json(_regime_document(verdict, loaded, physical))
     else:
@@ -92,7 +78,7 @@ def regime(
         _draw_steady(loaded, verdict, plot, physical)
 
 
-def _regime_document(verdict: Regime, loaded: Study, physical: bool) -> dict[str, Any]:
+def _regime_document(verdict: Regime, loaded: LoadedStudy, physical: bool) -> dict[str, Any]:
     """The verdict with all its evidence; in physical units also the mesh frequency, and the units by name."""
     if not physical or loaded.pair is None:
         return verdict.to_dict()
@@ -102,7 +88,7 @@ def _regime_document(verdict: Regime, loaded: Study, physical: bool) -> dict[str
     return {**values, "units": units}
 
 
-def _draw_steady(loaded: Study, verdict: Regime, path: Path, physical: bool) -> None:
+def _draw_steady(loaded: LoadedStudy, verdict: Regime, path: Path, physical: bool) -> None:
     """The picture of the motion behind a verdict, if it stays bounded."""
     if not verdict.section:
         say(f"no picture: the motion {verdict.label}")
@@ -133,12 +119,11 @@ def attractors(
     """Find all motions of one operating point, with the shares of the starts that lead to them."""
     check_output("--out", out, DATA_SUFFIXES)
     loaded = load(study, sets)
-    from gearchaos.studies import attractors as run
     from gearchaos.studies.axis import parse_axis
 
     path = parse_axis(sweep, "--sweep") if sweep else None
-    options = options_of(loaded, "attractors", starts=starts, seed=seed, sweep=path, kicks=kicks)
-    found = run(loaded.model, **options, progress=True)
+    options = given(starts=starts, seed=seed, sweep=path, kicks=kicks)
+    found = loaded.study("attractors", **options).run(progress=True)
     save(found, out)
     if json_out:
         print_json(attractor_list(found))

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -19,13 +18,12 @@ from gearchaos.files import DATA_SUFFIXES
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearchaos.execute.engines import Engine
-    from gearchaos.store.resolved import Resolved
+    from gearchaos.studies.study import Study
 
 StorePath = Annotated[Path, typer.Argument(metavar="DIR.zarr", help="A store that gearchaos run made.", readable=False)]
 FAILED = 1
 COARSE = 8
-"""Where the study file does not say how coarsely a map that is refined begins."""
+"""Spacing of the first lattice of a refined map where the study file gives none."""
 
 
 @app.command()
@@ -46,14 +44,14 @@ def run(
     json_out: Json = False,
 ) -> None:
     """Compute the study of a file into a store, or go on where an earlier run stopped."""
-    places = {"--threads": threads, "--processes": processes, "--scheduler": scheduler, "--cluster": cluster}
-    engine = _engine(places, jobs)
-    resolved = _resolved(study, sets, refine)
-    from gearchaos.store.run import run as compute
+    from gearchaos.execute.pools import choose
+    from gearchaos.store.run import run_into_store
     from gearchaos.store.writers import Shard
 
+    pool = choose(threads, processes, scheduler, cluster, jobs)
+    chosen = _study(study, sets, refine)
     part = None if shard is None else Shard.parse(shard)
-    outcome = compute(resolved, out, tile=tile, engine=engine, shard=part, say=say, progress=True)
+    outcome = run_into_store(chosen, out, tile=tile, pool=pool, shard=part, say=say, progress=True)
     for number, error in outcome.failed.items():
         say(f"tile {number} failed: {error}")
     say(f"{out}: {outcome.done} of {outcome.count} tiles are done")
@@ -62,46 +60,20 @@ def run(
     raise typer.Exit(FAILED if outcome.failed else 0)
 
 
-def _resolved(path: Path | None, sets: list[str] | None, refine: bool) -> Resolved:
-    """The study of a file, in full."""
+def _study(path: Path | None, sets: list[str] | None, refine: bool) -> Study:
+    """The study that a file describes."""
     loaded = load(path, sets)
-    kind = loaded.settings.kind
-    if kind is None:
+    if loaded.kind is None:
         raise InputError("study.kind", "must be given", None, "Write [study] with a kind in the study file.")
-    from gearchaos.store.resolved import Resolved
-    from gearchaos.studies.defaults import settings_for_kind
-    from gearchaos.studyfile import AXIS_KEYS
+    from gearchaos.studies.registry import study_class
 
-    keys = AXIS_KEYS.get(kind, ())
-    if len(loaded.settings.axes) != len(keys):
-        raise InputError("study", f"must give {' and '.join(keys)}", kind, 'E.g. x = "omega=0.2:3:400".')
-    options = loaded.settings.options()
-    if refine and kind != "zones":
-        raise InputError("--refine", "must be left out for a study that is no map of zones", kind)
-    if refine and options.get("refine", 1) == 1:
-        options["refine"] = COARSE
-    settings = settings_for_kind(kind, loaded.classification) if loaded.classification else None
-    return Resolved(kind, loaded.model, loaded.settings.axes, options, settings)
-
-
-def _engine(asked: dict[str, Any], jobs: int | None) -> Engine:
-    """Where to compute; at most one of the options may be given."""
-    from gearchaos.execute import engines
-
-    if jobs is not None and asked["--cluster"] is None:
-        raise InputError("--jobs", "must be left out without --cluster", jobs)
-    given = {name: value for name, value in asked.items() if value is not None}
-    if len(given) > 1:
-        raise InputError(" and ".join(given), "must not be given together", list(given.values()))
-    if asked["--cluster"] not in (None, "slurm"):
-        advice = "For others start a scheduler and give --scheduler."
-        raise InputError("--cluster", "must be slurm", asked["--cluster"], advice)
-    makers: dict[str, Callable[[Any], Engine]] = {
-        "--threads": engines.threads, "--processes": engines.processes, "--scheduler": engines.scheduler,
-        "--cluster": lambda _: engines.slurm(jobs or 1),
-    }
-    name, value = next(iter(given.items()), ("--threads", None))
-    return makers[name](value)
+    keys = study_class(loaded.kind).axis_fields
+    if not all(key in loaded.options for key in keys):
+        raise InputError("study", f"must give {' and '.join(keys)}", loaded.kind, 'E.g. x = "omega=0.2:3:400".')
+    if refine and loaded.kind != "zones":
+        raise InputError("--refine", "must be left out for a study that is no map of zones", loaded.kind)
+    coarse = {"refine": COARSE} if refine and loaded.options.get("refine", 1) == 1 else {}
+    return loaded.study(loaded.kind, **coarse)
 
 
 @app.command()

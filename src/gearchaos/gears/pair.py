@@ -126,6 +126,7 @@ class GearPair:
         self._stiffness()  # raises for a stiffness that is not positive
 
     def _set(self, name: str, value: Any) -> None:
+        """Set a field of this frozen object while it is made."""
         object.__setattr__(self, name, value)
 
     @property

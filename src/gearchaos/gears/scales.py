@@ -77,12 +77,14 @@ def scaled_numbers(values: Mapping[str, Any], scales: Scales) -> tuple[dict[str,
 
 
 def _times(factor: float, value: Any) -> Any:
+    """A number or a nested list of numbers times a factor; None stays None."""
     if isinstance(value, list):
         return [_times(factor, v) for v in value]
     return None if value is None else factor * value
 
 
 def _scaled(name: str, variable: Any, factor: float, symbol: str) -> tuple[Any, Any, dict[str, Any]]:
+    """Dims, values times a factor and attributes of a variable in another unit."""
     if variable.dtype.kind not in "biuf":
         raise InputError("dataset", f"must hold real numbers in {name}", f"type {variable.dtype}", "Compute it again.")
     attrs = {**variable.attrs, "units": symbol}

@@ -115,17 +115,20 @@ def _is_real(value: Any) -> bool:
 
 
 def _has_unit(value: Any) -> bool:
+    """Whether a value is a text or a pint quantity."""
     return isinstance(value, str) or (hasattr(value, "to") and hasattr(value, "magnitude"))
 
 
 @cache
 def _registry() -> Any:
+    """The units of pint, loaded at the first use since that takes long."""
     import pint
 
     return pint.UnitRegistry()
 
 
 def _converted(field: str, value: Any, dimension: Dimension) -> float:
+    """The number in SI of a text or a pint quantity."""
     try:
         measured = _parsed(value) if isinstance(value, str) else value
         number = float(measured.to(dimension.unit).magnitude)
@@ -138,6 +141,7 @@ def _converted(field: str, value: Any, dimension: Dimension) -> float:
 
 
 def _parsed(text: str) -> Any:
+    """A text such as "3 mm" as a pint quantity; raises ValueError if it is not a number followed by a unit."""
     match = _NUMBER_AND_UNIT.fullmatch(text)
     if not match:
         raise ValueError("It is not a number followed by a unit")
@@ -145,6 +149,7 @@ def _parsed(text: str) -> Any:
 
 
 def _wrong(field: str, value: object, dimension: Dimension, reason: str = "") -> InputError:
+    """The error for a value that cannot be converted to a dimension."""
     shown = value if isinstance(value, (str, bytes, bool)) or not _has_unit(value) else str(value)
     advice = f"{reason}Write e.g. '{dimension.example}', or a plain number in {dimension.unit}."
     return InputError(field, f"must be {dimension.name}", shown, advice)

@@ -1,9 +1,12 @@
-"""Between physical coordinates x, y and the dynamic state w, which lacks what contact does not see.
+"""Conversion between physical coordinates x, y and the dynamic state w.
 
-The mean rotation and, between alike supports, the mean lateral motion move by themselves. They need no integration:
-their closed forms of (2.12) give all of x and y back from w, at any time. Where the bearings differ, the rotation
-follows from a first integral of (2.12) divided by the bearing friction, unless x2 is integrated along the motion, as it
-must be where the friction is too weak to divide by (`weakly_damped`).
+The dynamic state leaves out what has no effect on z: the mean rotation and, where both supports have the same κ/μ and
+damping ratio, the mean lateral motion. Both have closed forms, (2.12), which give all of x and y from w at any time.
+
+Where the bearings differ, the rotation follows from a first integral of (2.12) divided by the bearing friction. Where
+that friction is too weak to divide by (`weakly_damped`), x2 is integrated along the motion instead.
+
+Shapes: P points, S times, d coordinates of the dynamic state.
 """
 
 from __future__ import annotations
@@ -16,11 +19,11 @@ from gearchaos.model.names import COORDINATES
 from gearchaos.model.switched import SwitchedAffine, rotation_decay, same
 
 _WEAK = 2e-3
-"""Rate of bearing friction below which the first integral leaves x2 with an error above 1e-11."""
+"""Damping rate of the mean rotation below which the first integral gives x2 with an error above 1e-11."""
 
 
 def start(batch: Batch, system: SwitchedAffine) -> np.ndarray:
-    """Initial coordinates w at τ = 0, (P, d), from the model's initial values (paper: x1 = 1, the rest 0)."""
+    """The dynamic state w at τ = 0, (P, d), from the initial values of the model; by default x1 = 1 and the rest 0."""
     w = from_physical(system.names, initial_values(batch), *error_at_start(batch))
     given = {**batch.model.initial, **batch.values}
     for i, name in enumerate(("z", "z_dot")):
@@ -30,7 +33,7 @@ def start(batch: Batch, system: SwitchedAffine) -> np.ndarray:
 
 
 def initial_values(batch: Batch) -> dict[str, np.ndarray]:
-    """Every physical coordinate at τ = 0 by name, each (P,)."""
+    """All physical coordinates at τ = 0 by name, each (P,)."""
     given = {**batch.model.initial, **batch.values}
     return {
         n: np.broadcast_to(np.asarray(given.get(n, 1.0 if n == "x1" else 0.0), float), batch.size)
@@ -39,7 +42,7 @@ def initial_values(batch: Batch) -> dict[str, np.ndarray]:
 
 
 def error_at_start(batch: Batch) -> tuple[np.ndarray, np.ndarray]:
-    """ε and ε' at τ = 0 (and at every whole period), each (P,)."""
+    """ε and ε' at τ = 0, and at all whole mesh periods, each (P,)."""
     a, p = batch.harmonics("eps", "theta")
     order = np.arange(1, len(a) + 1)[:, None]
     return (a * np.cos(p)).sum(axis=0), (order * np.asarray(batch["omega"]) * a * np.sin(p)).sum(axis=0)
@@ -48,7 +51,17 @@ def error_at_start(batch: Batch) -> tuple[np.ndarray, np.ndarray]:
 def from_physical(
     names: tuple[str, ...], x: dict[str, np.ndarray], error: np.ndarray, error_dot: np.ndarray
 ) -> np.ndarray:
-    """The dynamic state w (P, d) of physical values (each (P,)); ``error`` and ``error_dot`` are ε and ε' there."""
+    """The dynamic state w (P, d) from physical coordinates.
+
+    Parameters
+    ----------
+    names : tuple of str
+        The d coordinates of w.
+    x : dict of str to (P,)
+        Rotations and lateral displacements with their velocities, by name.
+    error, error_dot : (P,)
+        ε and ε' at the same time.
+    """
     known = {
         "y": x["y1"] - x["y2"],
         "y_dot": x["y1_dot"] - x["y2_dot"],
@@ -59,24 +72,44 @@ def from_physical(
 
 
 def bearings_differ(batch: Batch, names: tuple[str, ...]) -> np.ndarray:
-    """Where the mean rotation depends on the relative motion, so that no closed form gives it, (P,)."""
+    """Where β/J differs between the wheels, so that the mean rotation depends on the relative motion, bool (P,)."""
     return np.broadcast_to(~np.asarray(same(batch, "beta", "J")) & ("x2_dot" in names), batch.size)
 
 
 def weakly_damped(batch: Batch) -> np.ndarray:
-    """Where the bearings brake too weakly for the first integral to give x2 to 1e-11, (P,)."""
+    """Where bearing friction is too weak for the first integral to give x2 to 1e-11, bool (P,)."""
     return rotation_decay(batch) < _WEAK
 
 
 def relative_rotation(names: tuple[str, ...], w: np.ndarray, error: np.ndarray, suffix: str = "") -> np.ndarray:
-    """x1 − x2 (...) of dynamic states w (..., d), ``error`` being ε there; with "_dot" the same of their velocities."""
+    """x1 − x2 of dynamic states, or its velocity.
+
+    Parameters
+    ----------
+    names : tuple of str
+        The d coordinates of the states.
+    w : (..., d)
+        Dynamic states.
+    error : broadcastable to (...)
+        ε at the times of the states; ε' for the velocity.
+    suffix : {"", "_dot"}
+        "_dot" for the velocity x1' − x2'.
+    """
     at = {name: w[..., i] for i, name in enumerate(names)}
     lateral = at[f"y{suffix}"] if "y" in at else at.get(f"y1{suffix}", 0.0) - at.get(f"y2{suffix}", 0.0)
-    return at[f"z{suffix}"] + error - lateral
+    return _rotation_difference(at[f"z{suffix}"], error, lateral)
+
+
+def _rotation_difference(z: np.ndarray, error: np.ndarray, *lateral: np.ndarray | float) -> np.ndarray:
+    """x1 − x2 = z + ε − (y1 − y2), (2.14), or its velocity; ``lateral`` are terms whose sum is y1 − y2."""
+    difference = z + error
+    for term in lateral:
+        difference = difference - term
+    return difference
 
 
 def drifts(batch: Batch, names: tuple[str, ...]) -> np.ndarray:
-    """Where the mean rotation grows without end, or is not to be had from the state to all digits, (P,)."""
+    """Where the mean rotation may grow without bound, or does not follow from w to full precision, bool (P,)."""
     unequal = np.asarray(batch["q1"]) != np.asarray(batch["q2"])
     return (unequal | (bearings_differ(batch, names) & weakly_damped(batch))) & (batch.model.kind != "single")
 
@@ -84,9 +117,20 @@ def drifts(batch: Batch, names: tuple[str, ...]) -> np.ndarray:
 def without_drift(
     batch: Batch, names: tuple[str, ...], w: np.ndarray, error: np.ndarray, error_dot: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """x1 and x2 with their velocities, each (P,), of states w (P, d) with the mean rotation where it was at the start.
+    """x1 and x2 with their velocities, each (P,), with the mean rotation set back to its initial value.
 
-    Contact does not see that rotation, and where both bearings brake alike it does not see its velocity either.
+    The mean rotation has no effect on z, and where both bearings have the same β/J neither has its velocity.
+
+    Parameters
+    ----------
+    batch : Batch
+        P points, with the initial values of the mean rotation.
+    names : tuple of str
+        The d coordinates of the states.
+    w : (P, d)
+        Dynamic states.
+    error, error_dot : (P,)
+        ε and ε' at the time of the states.
     """
     x, share = initial_values(batch), _share(batch, "J")[:, 0]
     gap, gap_dot = relative_rotation(names, w, error), relative_rotation(names, w, error_dot, "_dot")
@@ -101,34 +145,35 @@ def to_physical(
     batch: Batch, names: tuple[str, ...], w: np.ndarray, tau: np.ndarray, error: np.ndarray, error_dot: np.ndarray,
     x2: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
-    """Physical values of dynamic states: all of x and y that the model has, and z, z_dot always.
+    """Physical coordinates of dynamic states: z and z_dot, and all of x and y that the model has.
 
     Parameters
     ----------
     batch : Batch
-        P points, with the initial values that the mean motions start from.
+        P points, with the initial values of the mean motions.
     names : tuple of str
         The d coordinates of the dynamic state.
     w : (P, S, d)
-        States on the motion from those initial values, or on one that differs from it in the relative motion only.
+        States on the motion from those initial values, or on one that differs from it in the relative motion alone.
     tau : (P, S)
-        Times since the start.
+        Times since the initial values.
     error, error_dot : broadcastable to (P, S)
         ε and ε' at those times.
     x2 : (P, S), optional
-        Rotation of wheel 2, integrated along the motion; NaN where it is to follow from the state.
+        Rotation of wheel 2 where it was integrated along the motion; NaN where it is computed from the state.
 
     Returns
     -------
     dict of str to (P, S)
+        By name of coordinate.
     """
     at = {name: w[..., i] for i, name in enumerate(names)}
     relative = {"z": at["z"], "z_dot": at["z_dot"]}
     if batch.model.kind == "single":
         return relative
     y = _lateral(batch, at, tau) if batch.model.kind == "full" else {}
-    gap = at["z"] + error - y.get("y1", 0.0) + y.get("y2", 0.0)
-    gap_dot = at["z_dot"] + error_dot - y.get("y1_dot", 0.0) + y.get("y2_dot", 0.0)
+    gap = _rotation_difference(at["z"], error, y.get("y1", 0.0), -y.get("y2", 0.0))
+    gap_dot = _rotation_difference(at["z_dot"], error_dot, y.get("y1_dot", 0.0), -y.get("y2_dot", 0.0))
     return {**_rotation(batch, at, tau, gap, gap_dot, x2), **y, **relative}
 
 
@@ -136,8 +181,10 @@ def _rotation(
     batch: Batch, at: dict[str, np.ndarray], tau: np.ndarray, gap: np.ndarray, gap_dot: np.ndarray,
     known: np.ndarray | None,
 ) -> dict[str, np.ndarray]:
-    """x1 and x2 with their velocities, from x1 − x2 = ``gap`` and x2 where it is ``known``, else the first two rows of
-    (2.12) added up."""
+    """x1 and x2 with their velocities from their difference ``gap`` and the mean rotation, or x2 where it is ``known``.
+
+    The mean rotation follows from the sum of the first two rows of (2.12).
+    """
     mean, mean_dot = _free_rotation(batch, tau)
     share = _share(batch, "J")
     x2, x2_dot = mean - share * gap, mean_dot - share * gap_dot
@@ -150,7 +197,10 @@ def _rotation(
 
 
 def _free_rotation(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(J1 x1 + J2 x2)/(J1 + J2) and its velocity where both wheels have the same β/J: m'' = a − r m'."""
+    """Mean rotation m = (J1 x1 + J2 x2)/(J1 + J2) and its velocity where both wheels have the same β/J.
+
+    It obeys m'' = a − r m' with constant a and r.
+    """
     x, share = initial_values(batch), _share(batch, "J")[:, 0]
     inertia = _column(batch, batch["J1"]) + _column(batch, batch["J2"])
     a = (_column(batch, batch["q1"]) - _column(batch, batch["q2"])) / inertia
@@ -163,7 +213,10 @@ def _free_rotation(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarra
 def _braked(
     batch: Batch, tau: np.ndarray, gap: np.ndarray, gap_dot: np.ndarray, x2_dot: np.ndarray
 ) -> np.ndarray:
-    """x2 where β/J differs: J1 x1' + J2 x2' + 2β1 x1 + 2β2 x2 grows by (q1 − q2) τ, whatever contact does."""
+    """x2 where β/J differs, from a first integral of (2.12); 0 without bearing friction.
+
+    J1 x1' + J2 x2' + 2β1 x1 + 2β2 x2 − (q1 − q2) τ is constant, since the mesh force cancels in it.
+    """
     x = initial_values(batch)
     J1, J2, b1, b2, q1, q2 = (_column(batch, batch[n]) for n in ("J1", "J2", "beta1", "beta2", "q1", "q2"))
     x1, v1, x2, v2 = (_column(batch, x[n]) for n in COORDINATES["torsional"])
@@ -174,7 +227,7 @@ def _braked(
 
 
 def _lateral(batch: Batch, at: dict[str, np.ndarray], tau: np.ndarray) -> dict[str, np.ndarray]:
-    """y1 and y2 with their velocities: as they are in the state, or y1 − y2 about the mean motion of alike supports."""
+    """y1 and y2 with their velocities: from the state itself, or from y1 − y2 and the mean lateral motion."""
     if "y" not in at:
         return {n: at[n] for n in COORDINATES["full"][4:]}
     share, out = _share(batch, "mu"), {}
@@ -185,7 +238,10 @@ def _lateral(batch: Batch, at: dict[str, np.ndarray], tau: np.ndarray) -> dict[s
 
 
 def _free_support(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(μ1 y1 + μ2 y2)/(μ1 + μ2) and its velocity: m'' = −2ζ1 m' − (κ1/μ1) m, an oscillator left alone."""
+    """Mean lateral motion m = (μ1 y1 + μ2 y2)/(μ1 + μ2) and its velocity where both supports have the same κ/μ and ζ.
+
+    It obeys m'' = −2ζ1 m' − (κ1/μ1) m, a free damped oscillation.
+    """
     x, share = initial_values(batch), _share(batch, "mu")[:, 0]
     m, m_dot = (_column(batch, share * x[f"y1{k}"] + (1 - share) * x[f"y2{k}"]) for k in ("", "_dot"))
     damping = _column(batch, batch["zeta_support1"])
@@ -197,19 +253,20 @@ def _free_support(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def _divided(root: np.ndarray, tau: np.ndarray) -> np.ndarray:
-    """(1 − e^−2ρτ)/2ρ, which is τ at ρ = 0."""
+    """(1 − e^(−2ρτ))/(2ρ) for ρ = ``root``, which tends to τ as ρ tends to 0."""
     s = 2 * root * tau
     small = np.abs(s) < 1e-6
     return tau * np.where(small, 1 - s / 2, -np.expm1(-s) / np.where(small, 1, s))
 
 
 def _share(batch: Batch, inertia: str) -> np.ndarray:
+    """J1/(J1 + J2) or μ1/(μ1 + μ2), (P, 1)."""
     first, second = (_column(batch, batch[f"{inertia}{n}"]) for n in (1, 2))
     return first / (first + second)
 
 
 def _column(batch: Batch, value: np.ndarray | float) -> np.ndarray:
-    """A value of the points as (P, 1), beside times."""
+    """A value of the points as (P, 1), to be broadcast with times (P, S)."""
     column = np.empty((batch.size, 1))
     column[:, 0] = value
     return column

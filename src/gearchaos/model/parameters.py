@@ -107,6 +107,7 @@ class MeshModel:
         object.__setattr__(self, "initial", MappingProxyType(self._checked_initial()))
 
     def _check_single(self) -> None:
+        """Raise `InputError` if a single model has bearing friction."""
         if self.kind == "single" and (self.beta1 or self.beta2):
             raise InputError(
                 "beta", "must be 0 in the single model, (2.17)", self.beta1 or self.beta2,
@@ -114,11 +115,13 @@ class MeshModel:
             )
 
     def _check_parts(self) -> None:
+        """Raise `InputError` unless the fields that are not numbers have the right types."""
         for name, (kinds, rule, advice) in _PARTS.items():
             if not isinstance(value := getattr(self, name), kinds):
                 raise InputError(name, rule, value, advice)
 
     def _checked_initial(self) -> dict[str, float]:
+        """The initial values as floats; raises `InputError` for a wrong name or value, or two descriptions at once."""
         given = {}
         for name, value in self.initial.items():
             check_state_name(self.kind, name)
@@ -209,11 +212,13 @@ _PARTS: dict[str, tuple[tuple[type, ...], str, str]] = {
 
 
 def _rebuild(values: dict[str, Any]) -> MeshModel:
+    """The model with these fields, for pickle."""
     return MeshModel(**values)
 
 
 @cache
 def _default(kind: str) -> MeshModel:
+    """The model of a kind with all defaults."""
     return MeshModel(kind=kind)  # type: ignore[arg-type]
 
 

@@ -1,12 +1,12 @@
-"""A gear mesh as a switched affine system: the last room that knows about gears.
+"""A gear mesh as a switched affine system, the form that the flow integrates.
 
-Every model is written in coordinates w whose first two are z and z', the relative displacement along the line
-of action and its velocity, so that the contact state follows from w[0] alone:
+The coordinates w of every model begin with z and z', the relative displacement along the line of action and its
+velocity, so that the contact state follows from w[0] alone:
 
     w' = A w + f(τ) − b χ(τ) (w[0] − σ) [σ ≠ 0],    σ = 0 free, +1 front flank (z > 1), −1 back flank (z < −1)
 
-with f(τ) = f0, to whose second row, that of z'', the transmission error adds Σ_j (f_cos[j] cos jωτ + f_sin[j] sin jωτ).
-The mesh damping 2ζz' acts in every state, as in (2.12).
+The forcing f(τ) is the constant f0, to whose second row, that of z'', the transmission error adds
+Σ_j (f_cos[j] cos jωτ + f_sin[j] sin jωτ). The mesh damping 2ζz' acts in every contact state, as in (2.12).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class SwitchedAffine:
     omega : (P,)
         Mesh frequency; the period is 2π/omega.
     A : (P, d, d)
-        Motion in free flight, with damping and supports.
+        Linear part without mesh spring, with damping and supports.
     b : (P, d)
         Direction of the mesh spring force; ``b[:, 0] = 0`` and ``b[:, 1] > 0``.
     f0 : (P, d)
@@ -39,24 +39,24 @@ class SwitchedAffine:
     f_cos, f_sin : (P, H)
         Harmonic forcing of z''.
     split : (P,)
-        Share of the period with the first stiffness level, α − 1 of (2.16).
+        Fraction of the period with the first stiffness level, α − 1 of (2.16).
     one_split : bool
-        Whether that share is one and the same at all points.
+        Whether that fraction is the same at all points.
     levels : (P, 2)
-        Stiffness χ, without its harmonics, in the first share of the period and in the rest.
+        Stiffness χ without its harmonics, in the first fraction of the period and in the rest.
     chi_cos, chi_sin : (P, K)
-        Harmonics of the stiffness about its level, (2.7).
+        Harmonics that are added to the stiffness level, (2.7).
     velocity : (P, d)
         Row that gives x1' (z' in the single model) from w, with ``velocity0`` (P,) and ``velocity_cos``,
         ``velocity_sin`` (P, H) added.
     mean_velocity : (P,)
         Mean of that velocity over any steady motion; 0 where no bearing brakes.
     rotation_decay : (P,)
-        Rate at which the bearings bring the mean rotation to that velocity, where it is part of the state; else 0.
+        Rate at which bearing friction brings the mean rotation to that velocity, where it is in the state; else 0.
     damping : (P,)
         2ζ, the factor of z' in the mesh force.
     static_force : (P,)
-        The mean mesh force 2ζz' + χ f(z) of a steady motion.
+        Mean of the mesh force 2ζz' + χ f(z) over a steady motion.
     """
 
     names: tuple[str, ...]
@@ -82,10 +82,12 @@ class SwitchedAffine:
 
     @property
     def points(self) -> int:
+        """P."""
         return len(self.omega)
 
     @property
     def dimension(self) -> int:
+        """d."""
         return len(self.names)
 
     @property
@@ -95,7 +97,7 @@ class SwitchedAffine:
 
     @property
     def trace(self) -> np.ndarray:
-        """Trace of the linear part, (P,): the sum of the Lyapunov exponents, whatever the motion."""
+        """Trace of A, (P,), the sum of the Lyapunov exponents of any motion."""
         return np.trace(self.A, axis1=1, axis2=2)
 
     def take(self, index: np.ndarray) -> SwitchedAffine:
@@ -104,10 +106,10 @@ class SwitchedAffine:
 
 
 def coordinates(batch: Batch) -> tuple[str, ...]:
-    """Names of the coordinates of the dynamic state.
+    """Names of the coordinates of the dynamic state, of which there are d.
 
-    Where both wheels have the same β/J their mean rotation leaves z alone, and where both supports are alike so
-    does the mean lateral motion: d = 2 to 4 instead of 3 to 7.
+    Where both wheels have the same β/J at all points, the mean rotation has no effect on z and is left out; where both
+    supports have the same κ/μ and ζ, so is the mean lateral motion. d is 2 to 7.
     """
     names = ["z", "z_dot"]
     if batch.model.kind == "single":
@@ -121,21 +123,33 @@ def coordinates(batch: Batch) -> tuple[str, ...]:
 
 
 def same(batch: Batch, over: str, under: str) -> np.ndarray:
-    """Whether over1/under1 = over2/under2, to rounding; of any shape that broadcasts to the points (P,)."""
+    """Whether over1/under1 equals over2/under2 to rounding, bool, broadcastable to (P,).
+
+    Parameters
+    ----------
+    over, under : str
+        Pairs without number, such as "beta" and "J".
+    """
     left, right = (np.asarray(batch[f"{over}{n}"]) / np.asarray(batch[f"{under}{n}"]) for n in (1, 2))
     return np.abs(left - right) <= 4e-16 * np.abs(left)
 
 
 def rotation_decay(batch: Batch) -> np.ndarray:
-    """Rate 2(β1 + β2)/(J1 + J2) at which the bearings brake the mean rotation, (P,)."""
+    """Damping rate of the mean rotation by the bearings, 2(β1 + β2)/(J1 + J2), (P,)."""
     friction, inertia = (np.asarray(batch[f"{n}1"]) + np.asarray(batch[f"{n}2"]) for n in ("beta", "J"))
     return np.broadcast_to(2 * friction / inertia, batch.size)
 
 
 def switched(batch: Batch, names: tuple[str, ...] | None = None) -> SwitchedAffine:
-    """The switched affine system of a batch, in the coordinates ``names`` or the fewest that will do.
+    """The switched affine system of a batch.
 
-    A last coordinate "x2" beside "x2_dot" is integrated with the others and acts on none of them.
+    Parameters
+    ----------
+    batch : Batch
+        P points.
+    names : tuple of str, optional
+        Coordinates of the state; by default those of `coordinates`, the fewest that suffice. A last coordinate "x2"
+        after "x2_dot" is integrated with the others and has no effect on them.
     """
     names = names or coordinates(batch)
     rows = _Rows(batch, names)
@@ -149,7 +163,7 @@ def switched(batch: Batch, names: tuple[str, ...] | None = None) -> SwitchedAffi
 
 
 class _Rows:
-    """The arrays under construction, with parameters broadcast to (P,) and columns found by coordinate name."""
+    """The arrays of a `SwitchedAffine` while they are filled; parameters by name as (P,), columns by coordinate."""
 
     def __init__(self, batch: Batch, names: tuple[str, ...]) -> None:
         self.batch, self.names, self.kind = batch, names, batch.model.kind
@@ -167,9 +181,11 @@ class _Rows:
         return values
 
     def at(self, name: str) -> int:
+        """The row and column of a coordinate."""
         return self.names.index(name)
 
     def has(self, name: str) -> bool:
+        """Whether a coordinate is in the state."""
         return name in self.names
 
     def error_harmonics(self, derivative: int) -> tuple[np.ndarray, np.ndarray]:
@@ -179,20 +195,20 @@ class _Rows:
         return [(c, s), (w * s, -w * c), (-(w**2) * c, -(w**2) * s)][derivative]
 
     def add_error(self, derivative: int, factor: np.ndarray | float) -> None:
-        """A derivative of ε with the given factor on the right side of z'' = ..., the only row it enters."""
+        """Add a derivative of ε times a factor to the right side of z'' = …, the only row that it enters."""
         c, s = self.error_harmonics(derivative)
         factor = np.broadcast_to(factor, self.batch.size)[:, None]
         self.f_cos += factor * c
         self.f_sin += factor * s
 
     def add_force(self, row: int, factor: np.ndarray | float) -> None:
-        """The mesh force S = 2ζz' + χ f(z), (2.5), with the given factor on the right side of one row."""
+        """Add the mesh force S = 2ζz' + χ f(z), (2.5), times a factor to the right side of one row."""
         self.A[:, row, 1] += 2 * self["zeta"] * factor
         self.b[:, row] -= factor
 
 
 def _torsion(rows: _Rows) -> None:
-    """z'' = (x1 − x2)'' + (y1 − y2)'' − ε'' with the torsional part of (2.12); the lateral part follows."""
+    """Fill in the torsional part of (2.12): (x1 − x2)'' − ε'' in the row of z'', and the row of x2''."""
     J1, J2 = rows["J1"], rows["J2"]
     b1, b2 = rows["beta1"] / J1, rows["beta2"] / J2
     rows.A[:, 0, 1] = 1.0
@@ -211,7 +227,7 @@ def _torsion(rows: _Rows) -> None:
 
 
 def _lateral(rows: _Rows) -> list[tuple[str, float]]:
-    """The coordinates whose sum with these signs is y1 − y2."""
+    """The lateral coordinates of the state with the signs with which their sum is y1 − y2."""
     if rows.has("y"):
         return [("y", 1.0)]
     return [("y1", 1.0), ("y2", -1.0)] if rows.has("y1") else []
@@ -226,7 +242,7 @@ def _add_rotation(rows: _Rows, factor: np.ndarray) -> None:
 
 
 def _supports(rows: _Rows) -> None:
-    """The last two rows of (2.12), or their difference where both supports are alike."""
+    """Fill in the last two rows of (2.12), or their difference where the state has y1 − y2 alone."""
     for name, sign in _lateral(rows):
         n = "1" if name in ("y", "y1") else "2"
         y, mu = rows.at(name), rows[f"mu{n}"]
@@ -240,6 +256,7 @@ def _supports(rows: _Rows) -> None:
 
 
 def _stiffness(batch: Batch) -> dict[str, np.ndarray]:
+    """The fields of a `SwitchedAffine` that describe the mesh stiffness."""
     a, p = batch.harmonics("c", "alpha")
     n = batch.size
     levels, split = np.ones((n, 2)), np.full(n, 0.5)
@@ -251,9 +268,10 @@ def _stiffness(batch: Batch) -> dict[str, np.ndarray]:
 
 
 def _velocity(rows: _Rows) -> dict[str, np.ndarray]:
-    """x1' as a row on w; the mean rotation, where w lacks it, at its steady speed.
+    """The fields of a `SwitchedAffine` that give x1' from w.
 
-    Without bearing friction unequal torques have no steady speed; the mean rotation is then left out.
+    Where the mean rotation is not in the state, it is taken at its steady velocity. Without bearing friction unequal
+    torques have no steady velocity, and it is left out.
     """
     n, d = rows.b.shape
     row, zero = np.zeros((n, d)), np.zeros(n)
@@ -279,7 +297,8 @@ def _velocity(rows: _Rows) -> dict[str, np.ndarray]:
 
 
 def _static_force(rows: _Rows) -> np.ndarray:
-    """Mean mesh force of a steady motion: torque balance with friction, acceleration balance without."""
+    """Mean mesh force of a steady motion: from the balance of torques with bearing friction, and of accelerations
+    without."""
     b1, b2, J1, J2 = rows["beta1"], rows["beta2"], rows["J1"], rows["J2"]
     with_friction = b1 + b2 > 0
     left, right = np.where(with_friction, b2, J2), np.where(with_friction, b1, J1)

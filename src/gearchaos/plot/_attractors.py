@@ -1,4 +1,4 @@
-"""All motions of one operating point: their stroboscopic points, and how many starts lead to each."""
+"""All attractors of one operating point: their stroboscopic points and shares of the starts."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def attractors(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -
     ax : Axes, optional
         Where to draw; a new figure if left out.
     legend : bool
-        Name the attractors and their shares of the starts above.
+        Add a legend of the attractors with their shares of the starts, above the axes.
 
     Returns
     -------
@@ -34,7 +34,7 @@ def attractors(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -
     sections = dict.fromkeys((f"attractor_section_{n}" for n in _PLANE), ("number", "point"))
     check(ds, "attractors", attractor=("start",), **NUMBERED, **sections)
     ax = new_axes(ax)
-    order = np.argsort(ds["attractor_period"].values == 0, kind="stable")[::-1]  # what is no orbit lies below
+    order = np.argsort(ds["attractor_period"].values == 0, kind="stable")[::-1]  # others lie below periodic ones
     colours, x, y = attractor_colours(ds), *(ds[n].values for n in sections)
     for i in order:
         _draw(ax, x[i], y[i], colours[i], bool(ds["attractor_period"][i] > 0))

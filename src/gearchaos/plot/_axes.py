@@ -1,4 +1,4 @@
-"""What all pictures share: a fresh Axes, labels in words and symbols, units, limits and the edges of cells."""
+"""What all pictures share: new Axes, axis labels, limits and the edges of cells."""
 
 from __future__ import annotations
 
@@ -18,11 +18,13 @@ _SCALES = {"1", "delta", "omega0", "c0", "T"}
 """Factors of dimensionless units, (2.8)-(2.11). An axis shows only units that have others."""
 
 _LETTER, _SHORTEST = 0.078, 12
-"""Inches that a letter of a label takes, and the least number of letters in a line."""
+"""Width of a letter of a label in inches; least number of letters in a line."""
 
 _ROUNDING = 1e-9
+"""Relative difference below which values count as equal."""
+
 _LEAST_SPREAD = 0.05
-"""Of the size of what is shown: an axis along which nothing differs shows so much to either side."""
+"""Half width of an axis along which all values are equal, relative to their magnitude."""
 
 
 def new_axes(ax: Axes | None) -> Axes:
@@ -58,7 +60,7 @@ def _quantity(name: str) -> Quantity | None:
 
 
 def wrapped(text: str, inches: float) -> str:
-    """A text in lines of about so many inches, in the type of labels."""
+    """A text broken into lines of about this width in inches, in the font size of labels."""
     letters = max(_SHORTEST, int(inches / _LETTER))
     if len(re.sub(r"\$[^$]*\$", "xxx", text)) <= letters:
         return text
@@ -76,7 +78,7 @@ def _edges(centres: np.ndarray) -> tuple[float, float]:
 
 
 def mesh_period(ds: xr.Dataset) -> float:
-    """The mesh period in the Dataset's own unit of time: T = 2π/ω in τ, or as many ms."""
+    """The mesh period in the unit of time of a Dataset: T = 2π/ω in units of τ, or in ms."""
     if "model" not in ds.attrs:
         raise InputError("dataset", "must carry the attributes of its study", sorted(map(str, ds.attrs)),
                          "xarray drops them in arithmetic, unless xarray.set_options(keep_attrs=True) is set.")
@@ -90,7 +92,7 @@ def plane(ds: xr.Dataset, name: str) -> tuple[str, str]:
 
 
 def trim(ax: Axes, ds: xr.Dataset, horizontal: str, vertical: str) -> None:
-    """Labels, and limits at the outer cell centres so that the axes span the stated ranges."""
+    """Label both axes, and limit them to the outermost cell centres, so that they span the stated ranges."""
     x, y = ds[horizontal], ds[vertical]
     ax.set(xlabel=axis_label(x, horizontal), ylabel=axis_label(y, vertical))
     if x.size > 1:
@@ -100,9 +102,14 @@ def trim(ax: Axes, ds: xr.Dataset, horizontal: str, vertical: str) -> None:
 
 
 def spread_out(low: float, high: float, unit: float) -> tuple[float, float]:
-    """Limits of an axis: those given, or wider ones where they differ by rounding alone, which would be magnified.
+    """Limits of an axis: those given, or wider ones if they differ by rounding errors alone.
 
-    ``unit`` is what counts as much along the axis: half the backlash, a velocity of one.
+    Parameters
+    ----------
+    low, high : float
+        Least and largest value shown.
+    unit : float
+        A typical magnitude along the axis, e.g. half the backlash, for values near 0.
     """
     middle, size = (low + high) / 2, max(abs(low), abs(high), unit)
     if high - low > _ROUNDING * size:
@@ -111,7 +118,10 @@ def spread_out(low: float, high: float, unit: float) -> tuple[float, float]:
 
 
 def settle(ax: Axes, x: float | None = None, y: float | None = None) -> None:
-    """Widen the axes along which nothing differs, given what counts as much there; None leaves one alone."""
+    """Widen the axes along which all values are equal up to rounding errors.
+
+    ``x`` and ``y`` are typical magnitudes, as ``unit`` in `spread_out`; an axis with None stays as it is.
+    """
     for unit, (low, high), limit in ((x, ax.dataLim.intervalx, ax.set_xlim), (y, ax.dataLim.intervaly, ax.set_ylim)):
         if unit is not None and (wide := spread_out(low, high, unit)) != (low, high):
             limit(wide)

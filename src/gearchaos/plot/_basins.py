@@ -1,4 +1,4 @@
-"""Basins of attraction: which attractor each start of a plane of initial conditions ends on."""
+"""Basins of attraction over a plane of initial conditions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from gearchaos.plot._legends import patches
 _SUBHARMONIC_COLOURS = ("#f28cc0", "#a971e5", "#b8860b", "#7aa81e", "#00a7b5", "#8c564b")
 _SUBHARMONIC = 4
 NUMBERED: dict[str, Dims] = dict.fromkeys(("attractor_label", "attractor_period", "attractor_fraction"), ("number",))
-"""What is told of every attractor."""
+"""Variables that every attractor has, and their dimensions."""
 
 UNDECIDED = "#4d4d4d"
 _UNDECIDED_INDEX = -1
@@ -36,9 +36,9 @@ def basins(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, point
     ax : Axes, optional
         Where to draw; a new figure if left out.
     legend : bool
-        Name the attractors and their shares of the plane above the map.
+        Add a legend of the attractors with their shares of the plane, above the map.
     points : bool
-        Mark the stroboscopic points of the attractors that lie in the plane.
+        Mark the stroboscopic points of periodic attractors.
 
     Returns
     -------
@@ -65,7 +65,7 @@ def basins(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, point
 
 
 def attractor_names(ds: xr.Dataset) -> list[str]:
-    """A name for every attractor: its kind of motion, with primes where several are of one kind."""
+    """A name for every attractor: its kind of motion, with primes if several are of the same kind."""
     kinds = motion_class(ds["attractor_label"], ds["attractor_period"])
     periods = ds["attractor_period"].values
     plain = [f"{n}T" if k <= _SUBHARMONIC else MOTION_CLASSES[k].name for k, n in zip(kinds, periods, strict=True)]
@@ -73,7 +73,7 @@ def attractor_names(ds: xr.Dataset) -> list[str]:
 
 
 def attractor_colours(ds: xr.Dataset) -> list[str]:
-    """A colour for every attractor: that of its kind of motion, lighter where several are of one kind."""
+    """A colour for every attractor: that of its kind of motion, in other shades if several are of the same kind."""
     kinds = motion_class(ds["attractor_label"], ds["attractor_period"])
     periods = ds["attractor_period"].values
     others = sorted({int(n) for k, n in zip(kinds, periods, strict=True) if k == _SUBHARMONIC})
@@ -88,14 +88,14 @@ def attractor_colours(ds: xr.Dataset) -> list[str]:
 
 
 def _shade(colour: str, step: int) -> str:
-    """The colour itself, then ever further from it: darker where it is light, lighter where it is dark."""
+    """A shade of a colour: the colour at step 0, then darker for light colours and lighter for dark ones."""
     target = 0.0 if sum(to_rgb(colour)) > 1.8 else 1.0
     red, green, blue = (c + (target - c) * (1 - 0.55**step) for c in to_rgb(colour))
     return to_hex((red, green, blue))
 
 
 def _mark(ds: xr.Dataset, ax: Axes, horizontal: str, vertical: str, colours: list[str]) -> None:
-    """The points of every periodic attractor."""
+    """Mark the points of every periodic attractor."""
     names = [f"attractor_section_{n}" for n in (horizontal, vertical)]
     if not all(n in ds for n in names):
         return
@@ -105,13 +105,13 @@ def _mark(ds: xr.Dataset, ax: Axes, horizontal: str, vertical: str, colours: lis
 
 
 def mark_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str) -> None:
-    """The points of one orbit, in its colour, rimmed so that they show on any ground."""
+    """Mark the points of one orbit in its colour, with a rim that shows on any background."""
     ax.plot(x, y, "o", markersize=4.6, markerfacecolor="white", markeredgewidth=0)
     ax.plot(x, y, "o", markersize=3.4, markerfacecolor=colour, markeredgecolor="black", markeredgewidth=0.7)
 
 
 def attractor_legend(host: Axes | Figure, ds: xr.Dataset, **options: Any) -> Legend:
-    """A legend of the attractors with their shares of the plane; ``options`` go to the legend of ``host``."""
+    """A legend of the attractors with their shares of the starts; ``options`` are those of ``host.legend``."""
     names, shares = attractor_names(ds), ds["attractor_fraction"].values
     entries = [(c, f"{n} ({_percent(s)})") for c, n, s in zip(attractor_colours(ds), names, shares, strict=True)]
     index = ds["attractor"].values

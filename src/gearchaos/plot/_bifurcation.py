@@ -1,4 +1,4 @@
-"""The bifurcation diagram: where the stroboscopic points lie as one parameter changes."""
+"""The bifurcation diagram: stroboscopic points over one parameter."""
 
 from __future__ import annotations
 
@@ -23,10 +23,11 @@ def bifurcation(
     ds: xr.Dataset, name: str | None = None, ax: Axes | None = None, *, rows: int = 560, ribbon: bool = True,
     legend: bool = True,
 ) -> Axes:
-    """Draw a bifurcation diagram as a picture of point densities.
+    """Draw a bifurcation diagram as an image of point densities.
 
-    Every column of the study is one column of pixels and the ink is the share of its points in a pixel, so the
-    detail of thousands of columns shows and the file stays small however many points there are.
+    Every value of the parameter is one column of pixels. The darkness of a pixel is the fraction of the points of its
+    column that lie in it. So the detail of thousands of columns is visible, and the size of the file does not depend on
+    the number of points.
 
     Parameters
     ----------
@@ -35,9 +36,9 @@ def bifurcation(
     name : str
         Coordinate to show; x1, or z of a single model, if left out.
     rows : int
-        Pixels over the height.
+        Number of pixels over the height.
     ribbon, legend : bool
-        Colour the verdicts of the columns on a strip above, with a legend.
+        Show the kind of motion of every column by the colours of a strip above, and a legend of them.
 
     Returns
     -------
@@ -74,7 +75,21 @@ def _span(values: np.ndarray, unit: float) -> tuple[float, float]:
 
 
 def density(values: np.ndarray, low: float, high: float, rows: int) -> np.ndarray:
-    """Share (columns, rows) of the points (columns, points) of each column in each pixel; NaN points are left out."""
+    """Fraction of the points of each column in each pixel.
+
+    Parameters
+    ----------
+    values : (columns, points)
+        NaN for points that do not exist.
+    low, high : float
+        Lower and upper edge of the image.
+    rows : int
+        Number of pixels over the height.
+
+    Returns
+    -------
+    (columns, rows) array of float
+    """
     columns, row = np.nonzero(np.isfinite(values))
     pixel = ((values[columns, row] - low) / (high - low) * rows).astype(int)
     counts = np.bincount(columns * rows + np.clip(pixel, 0, rows - 1), minlength=len(values) * rows)

@@ -1,4 +1,4 @@
-"""The two characteristics of Fig. 1b: mesh stiffness over time and spring force over displacement."""
+"""The two characteristics of Fig. 1b: mesh stiffness over time and backlash function over displacement."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _GUIDE: dict[str, Any] = {"color": "0.55", "linewidth": 0.7, "linestyle": (0, (4
 
 
 def stiffness(model: MeshModel | GearPair | None = None, ax: Axes | None = None, *, periods: int = 2) -> Axes:
-    """Draw the mesh stiffness c(t)/c0 = χ(τ), (2.16) or (2.7), over some mesh periods.
+    """Draw the mesh stiffness over the reference stiffness, c(t)/c0 = χ(τ), (2.16) or (2.7).
 
     Parameters
     ----------
     model : MeshModel or GearPair, optional
-        Whose stiffness; the paper's if left out.
+        Has the stiffness; by default the paper's.
     periods : int
-        Mesh periods to show.
+        Number of mesh periods to show.
 
     Returns
     -------
@@ -61,7 +61,7 @@ def _two_level(wave: TwoLevelStiffness, ax: Axes, periods: int) -> None:
 
 
 def _span(ax: Axes, start: float, end: float, y: float, name: str) -> None:
-    """A dimension line with its name."""
+    """Draw a dimension line with its name."""
     ax.annotate("", (start, y), (end, y), arrowprops={"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "lw": 0.7})
     ax.text((start + end) / 2, y, name, ha="center", va="center",
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0})

@@ -1,4 +1,4 @@
-"""Whether a Dataset is what a picture shows; if not, which picture does show it."""
+"""Checks of the Datasets and arguments of pictures; the error says which picture shows a Dataset instead."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.validation import LARGEST, number_of
+from gearchaos.quantities import Rule
+from gearchaos.validation import LARGEST, number_of, obey
 
 Dims = int | tuple[str, ...]
-"""How many dims a variable must have, each with its coordinate, or which ones."""
+"""Number of dimensions that a variable must have, each with a coordinate, or the names of its dimensions."""
 
 _CODES = ("label", "period", "attractor", "attractor_label", "attractor_period")
 _FLAGGED = ("label", "attractor_label")
 _MAY_BE_EMPTY = "number"
-"""Where all motions are undecided there is no attractor."""
+"""Dimension of attractors, of which there are none if all motions are undecided."""
 
 _DRAWN_BY = {
     "zones": "zones or level", "bifurcation": "bifurcation, or lyapunov", "basins": "basins",
@@ -25,7 +26,17 @@ _DRAWN_BY = {
 
 
 def check(dataset: Any, study: str, **variables: Dims) -> None:
-    """Raise `InputError` unless it is a Dataset with these variables, over such dims, as a study makes them."""
+    """Raise `InputError` unless a Dataset is the result of a study with these variables.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What a picture is made of.
+    study : str
+        Which study's results have such variables, for the message.
+    variables : int or tuple of str
+        Dimensions by name of variable, see `Dims`.
+    """
     check_dataset(dataset)
     if all(_fits(dataset, name, dims) for name, dims in variables.items()):
         _check_content(dataset, study, variables)
@@ -39,7 +50,7 @@ def check(dataset: Any, study: str, **variables: Dims) -> None:
 
 
 def check_dataset(dataset: Any) -> None:
-    """Raise unless it is a Dataset at all."""
+    """Raise `InputError` unless this is a Dataset."""
     if not isinstance(dataset, xr.Dataset):
         raise InputError("dataset", "must be an xarray.Dataset, as the studies return", _short(dataset),
                          "gearchaos.load reads one from a file.")
@@ -48,8 +59,10 @@ def check_dataset(dataset: Any) -> None:
 def check_name(
     dataset: xr.Dataset, field: str, name: str, dims: Dims, prefix: str = "", also: tuple[str, ...] = ()
 ) -> None:
-    """Raise unless a variable of this name, after a prefix, has such dims; the names that do are told, and others that
-    may stand for one."""
+    """Raise `InputError` unless a Dataset has a variable of this name, after a prefix, with such dimensions.
+
+    The message lists the names that are possible, and those in ``also``.
+    """
     fitting = [str(n) for n in dataset.data_vars if str(n).startswith(prefix) and _fits(dataset, str(n), dims)]
     fitting = [n for n in fitting if not _fault(dataset[n])]
     if f"{prefix}{name}" not in fitting:
@@ -57,14 +70,14 @@ def check_name(
 
 
 def check_positive(field: str, value: Any, most: float = LARGEST) -> float:
-    """The value as a float, if it is greater than 0."""
+    """The value as a float; raises `InputError` unless it is greater than 0 and at most ``most``."""
     number = number_of(field, value)
-    if not 0 < number <= most:
-        raise InputError(field, f"must be greater than 0, at most {most:g}", value)
+    obey(field, number, Rule(lambda v: 0 < v <= most, f"must be greater than 0, at most {most:g}"), value)
     return number
 
 
 def _fits(dataset: xr.Dataset, name: str, dims: Dims) -> bool:
+    """Whether a Dataset has a variable with such dimensions."""
     if name not in dataset.variables:
         return False
     found = dataset[name].dims
@@ -74,7 +87,7 @@ def _fits(dataset: xr.Dataset, name: str, dims: Dims) -> bool:
 
 
 def _check_content(dataset: xr.Dataset, study: str, variables: dict[str, Dims]) -> None:
-    """Raise unless the variables hold what a study writes into them, and so do the axes of those over axes."""
+    """Raise `InputError` unless the variables and their axes have types and values as a study writes them."""
     over_axes = [name for name, dims in variables.items() if isinstance(dims, int)]
     axes = dataset[over_axes[0]].dims if over_axes else ("tau",) if "tau" in variables else ()
     faults = [_fault(dataset[name]) for name in variables]
@@ -86,7 +99,7 @@ def _check_content(dataset: xr.Dataset, study: str, variables: dict[str, Dims]) 
 
 
 def _fault(array: xr.DataArray) -> str:
-    """What is wrong with a variable, in words; none if nothing is."""
+    """What is wrong with a variable, in words; empty if it is right."""
     if array.dtype.kind not in ("biu" if array.name in _CODES else "biuf"):
         return f"{array.name} of type {array.dtype}"
     if array.size == 0 and array.dims != (_MAY_BE_EMPTY,):
@@ -95,18 +108,18 @@ def _fault(array: xr.DataArray) -> str:
 
 
 def _axis_fault(axis: xr.DataArray) -> str:
-    """What is wrong with the coordinate of a dim, in words; none if nothing is."""
+    """What is wrong with the coordinate of a dimension, in words; empty if it is right."""
     if fault := _fault(axis):
         return fault
     if not np.isfinite(axis.values).all():
         return f"{axis.name} that is not finite"
     rising = np.diff(axis.values) > 0
-    whole = np.all(rising) or np.all(np.diff(axis.values) < 0)  # somebody may have turned it round
+    whole = np.all(rising) or np.all(np.diff(axis.values) < 0)  # the user may have reversed it
     return "" if whole else f"{axis.name} that neither rises nor falls throughout"
 
 
 def flags(array: xr.DataArray) -> dict[int, str]:
-    """The names of the codes of a variable by its CF attributes; none where these are missing or do not agree."""
+    """The names of the codes of a variable from its CF attributes; empty if these are missing or inconsistent."""
     codes, names = np.ravel(array.attrs.get("flag_values", ())), array.attrs.get("flag_meanings", "")
     if codes.dtype.kind not in "iu" or not isinstance(names, str) or len(codes) != len(names.split()):
         return {}
@@ -114,5 +127,5 @@ def flags(array: xr.DataArray) -> dict[int, str]:
 
 
 def _short(value: object) -> object:
-    """Texts as they are; of anything else what it is."""
+    """A text as it is, and the type of any other value."""
     return value if isinstance(value, str) else f"a {type(value).__name__}"

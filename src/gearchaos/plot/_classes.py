@@ -1,4 +1,4 @@
-"""What pictures tell apart by name: kinds of motion, states of contact, counts; and the colours of each."""
+"""Classes of cells with a name and a colour: kinds of motion, contact states, counts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gearchaos.plot._checks import flags
 
 
 class MotionClass(NamedTuple):
-    """One entry of the legend: a name and a colour."""
+    """A class of cells: its name in the legend and its colour."""
 
     name: str
     colour: str
@@ -42,19 +42,19 @@ CONTACT_CLASSES: tuple[MotionClass, ...] = (
 
 NOT_COMPUTED = -1
 GROUND: dict[str, Any] = {"facecolor": "white", "edgecolor": "0.6", "hatch": "////"}
-"""What shows where nothing is computed."""
+"""Appearance of cells that are not computed."""
 
 _YES_NO = (MotionClass("no", "#f4f1e8"), MotionClass("yes", "#c03a1e"))
 _QUESTIONS = ("hysteresis", "transient_chaos", "inferred")
 _MOST_NAMED = 9
-"""So many different whole numbers are named one by one; more have a colour bar."""
+"""Largest number of classes with a legend; more are shown by a colour bar."""
 
 _LAST_NAMED_PERIOD = 4
 _BY_MEANING = {"quasi-periodic": 5, "chaotic": 6, "undecided": 7, "diverged": 8}
 
 
 def motion_class(label: xr.DataArray, period: xr.DataArray) -> np.ndarray:
-    """Index into `MOTION_CLASSES` of every cell, `NOT_COMPUTED` where a run has not come to yet.
+    """Index into `MOTION_CLASSES` of every cell; `NOT_COMPUTED` where a run has not computed it yet.
 
     Parameters
     ----------
@@ -77,9 +77,9 @@ def motion_class(label: xr.DataArray, period: xr.DataArray) -> np.ndarray:
 
 
 def named_classes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionClass, ...]] | None:
-    """The classes of a variable and an index into them for every cell; None if it is no matter of classes.
+    """The index of every cell into the classes of a variable, and those classes; None for a continuous variable.
 
-    The index is `NOT_COMPUTED` where a run has not come to yet.
+    The index is `NOT_COMPUTED` where a run has not computed the cell yet.
     """
     if ds[name].dtype.kind not in "iu":
         return None
@@ -93,7 +93,7 @@ def named_classes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionCl
 
 
 def _contact(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionClass, ...]]:
-    """Contact states; the code of no contact also stands where a motion diverged, which has a class of its own."""
+    """Contact states by cell. Diverged motions, whose code is also that of no contact, have a class of their own."""
     index = ds[name].values.astype(int)
     if name == "contact" and "label" in ds:
         diverged = motion_class(ds["label"], ds["period"]) == _BY_MEANING["diverged"]
@@ -102,7 +102,7 @@ def _contact(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionClass, 
 
 
 def _coded(array: xr.DataArray) -> tuple[np.ndarray, tuple[MotionClass, ...]]:
-    """Reasons, questions of yes or no, and counts in the colours of a scale."""
+    """Classes of any other variable: yes and no, codes with names, or counts in the colours of a scale."""
     values = array.values.astype(int)
     if array.name in _QUESTIONS:
         return values, _YES_NO

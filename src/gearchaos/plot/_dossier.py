@@ -14,25 +14,27 @@ from gearchaos.plot._portrait import portrait
 from gearchaos.plot._spectrum import spectrum
 
 _PERIODS = 12
+"""Largest number of mesh periods in the time history."""
+
 _ROOM, _LEAST = np.array([6.4, 4.8]), 0.5
-"""Inches that hold four views with letters of the usual size, and the least scale of the letters."""
+"""Size of a figure in inches from which on the font has its full size, and the smallest scale of the font."""
 
 _LONG = 64
 _LINE, _THIN = 0.8, 0.25
-"""Points; a trajectory of more periods than that would fill the plane with ink."""
+"""Trajectories of more than _LONG mesh periods are drawn with thin lines; widths of lines in points."""
 
 
 def dossier(ds: xr.Dataset, *, title: str = "", figure: Figure | None = None) -> Figure:
-    """Draw four views of the relative motion z, with the ends of the backlash where z is an axis.
+    """Draw four views of the relative motion z; the ends of the backlash are marked in the phase plane.
 
     Parameters
     ----------
     ds : Dataset
         From `gearchaos.simulate` with samples, or `gearchaos.steady`.
     title : str
-        Above all four.
+        Title of the figure.
     figure : Figure, optional
-        Where to draw; a new one of pyplot if left out.
+        Where to draw; a new pyplot figure if left out.
 
     Returns
     -------
@@ -46,7 +48,7 @@ def dossier(ds: xr.Dataset, *, title: str = "", figure: Figure | None = None) ->
 
 
 def _scale(figure: Figure) -> float:
-    """Of the letters, which are smaller where four views have little room."""
+    """Scale of the font, which is smaller in a small figure."""
     return float(np.clip(min(figure.get_size_inches() / _ROOM), _LEAST, 1))
 
 

@@ -1,4 +1,4 @@
-"""Legends of classes above an Axes, in as many columns as there is room for."""
+"""Legends of classes above an Axes, in as many columns as fit."""
 
 from __future__ import annotations
 
@@ -19,21 +19,31 @@ _STYLE: dict[str, Any] = {
     "handlelength": 1.1, "columnspacing": 1.0, "handletextpad": 0.5, "alignment": "left",
 }
 _COLUMNS = 4
+"""Number of columns of the legend of a figure."""
+
 _PAD = 0.09
-"""Inches that a layout leaves at both sides of an Axes together, and a little more."""
+"""Upper bound of the padding in inches that a layout leaves at both sides of an Axes together."""
 
 
 def patches(entries: list[tuple[str, str]], not_computed: bool) -> list[Patch]:
-    """A square for every (colour, name), and one for the hatched ground if it shows."""
+    """A square for every (colour, name), and a hatched one if there are cells that are not computed."""
     squares = [Patch(facecolor=c, edgecolor="0.35", linewidth=0.5, label=name) for c, name in entries]
     return [*squares, Patch(**GROUND, linewidth=0.5, label="not computed")] if not_computed else squares
 
 
 def legend(host: Axes | Figure, handles: Sequence[Artist], of: Axes | None = None, **options: Any) -> Legend:
-    """A legend above ``host``, in as many columns as have room.
+    """A legend above ``host``, in as many columns as fit.
 
-    ``of`` is the Axes that has the room, where ``host`` is a strip of it. With ``ncols`` among the options, or on a
-    Figure, columns are not fitted.
+    Parameters
+    ----------
+    host : Axes or Figure
+        Where the legend is drawn.
+    handles : sequence of Artist
+        Its entries.
+    of : Axes, optional
+        The Axes whose width the legend may take, if ``host`` is a strip of it.
+    options
+        Of ``host.legend``. With ``ncols``, or on a Figure, the number of columns is not fitted.
     """
     options = {**_STYLE, "handles": handles, **options}
     if isinstance(host, Figure) or "ncols" in options:
@@ -48,14 +58,14 @@ def legend(host: Axes | Figure, handles: Sequence[Artist], of: Axes | None = Non
 
 
 def _shapes(count: int) -> Iterator[tuple[str, int]]:
-    """Sizes of type and numbers of columns in the order of preference: small type before a single column."""
+    """Font sizes and numbers of columns in the order of preference: a smaller font before a single column."""
     for size in (rcParams["legend.fontsize"], "small"):
         yield from ((size, columns) for columns in range(count, 1, -1))
     yield "small", 1
 
 
 def _room(ax: Axes) -> float:
-    """Pixels from the left edge of an Axes to the right edge of its share of the figure, once it is laid out."""
+    """Width in pixels from the left edge of an Axes, after layout, to the right edge of its grid cell."""
     figure, spec = ax.get_figure(root=False), ax.get_subplotspec()
     assert figure is not None
     columns = (spec.colspan.start, spec.colspan.stop, spec.get_gridspec().ncols) if spec else (0, 1, 1)
@@ -68,7 +78,7 @@ def _room(ax: Axes) -> float:
 
 
 def _make_way(ax: Axes, made: Legend) -> None:
-    """Lower the Axes of a figure that has no layout of its own, if its legend would be cut at the top."""
+    """Lower the Axes of a figure without layout engine if the legend would be cut off at the top."""
     figure = ax.get_figure(root=True)
     assert figure is not None
     over = made.get_window_extent().y1 - figure.bbox.y1

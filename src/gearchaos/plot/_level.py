@@ -1,4 +1,4 @@
-"""The level map: a measure of the motion (V_RMS, dynamic factor, contact, ...) over a parameter plane."""
+"""The level map: a response measure (V_RMS, dynamic factor, contact, ...) over a plane of two parameters."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from gearchaos.plot._axes import axis_label, cell_extent, new_axes, plane, sprea
 from gearchaos.plot._checks import check, check_name
 from gearchaos.plot._classes import named_classes
 from gearchaos.plot._zones import class_legend, draw_classes
-from gearchaos.validation import number_of
+from gearchaos.quantities import Rule
+from gearchaos.validation import number_of, obey
 
 _NO_VALUE = "0.75"
 
@@ -26,7 +27,7 @@ def level(
     ds: xr.Dataset, name: str = "v_rms", ax: Axes | None = None, *, cmap: str = "viridis", clip: float = 1.0,
     colorbar: bool = True,
 ) -> Axes:
-    """Draw a measure over a plane of two parameters: in perceptually uniform colours, or in those of named classes.
+    """Draw a variable over a plane of two parameters: continuous ones in a colour map, codes and counts as classes.
 
     Parameters
     ----------
@@ -37,7 +38,7 @@ def level(
     cmap : str
         A perceptually uniform matplotlib colormap.
     clip : float
-        Percent of the cells at the top end that may saturate, so that a few peaks do not darken the rest.
+        Percentage of the cells that the colour scale cuts off at its upper end, so that a few peaks do not set it.
     colorbar : bool
         Add a colour bar to the right, or the legend of the classes above.
 
@@ -69,19 +70,18 @@ def level(
 
 
 def _checked_shades(cmap: Any, clip: Any) -> float:
-    """The percentage that saturates, if it and the colormap are there."""
+    """``clip`` as a float; raises `InputError` unless it is a percentage and the colormap exists."""
     if not isinstance(cmap, Colormap) and cmap not in list(colormaps):
         raise InputError("cmap", "must be a colormap of matplotlib", cmap, "E.g. 'viridis' or 'magma'.")
     percent = number_of("clip", clip)
-    if not 0 <= percent <= 100:
-        raise InputError("clip", "must be a percentage, from 0 to 100", clip)
+    obey("clip", percent, Rule(lambda v: 0 <= v <= 100, "must be a percentage, from 0 to 100"), clip)
     return percent
 
 
 def _shaded(
     ax: Axes, values: np.ndarray, extent: tuple[float, float, float, float], cmap: str, clip: float, unit: float
 ) -> AxesImage:
-    """The picture of a measure, whose scale leaves out so many percent at the top."""
+    """The image of a continuous variable, (rows, columns); its colour scale leaves out ``clip`` percent at the top."""
     known = values[np.isfinite(values)]
     low, high = (np.min(known), np.percentile(known, 100 - clip)) if known.size else (0.0, unit)
     low, high = spread_out(float(low), float(high), unit)

@@ -27,11 +27,11 @@ def phase(
     ds : Dataset
         From `gearchaos.simulate` with samples: ``<x>`` and ``<y>`` over ``tau``.
     x, y : str
-        Coordinates; ``y`` is ``<x>_dot`` if left out. The ends of the backlash are drawn where z is.
+        Coordinates; ``y`` is ``<x>_dot`` if left out. Along an axis of z the ends of the backlash are marked.
     section : bool
         Mark the stroboscopic points.
     linewidth : float
-        In points; thinner suits long chaotic motions.
+        In points; long chaotic motions need thin lines.
 
     Returns
     -------
@@ -59,14 +59,14 @@ def phase(
 
 
 def check_samples(ds: xr.Dataset, names: dict[str, str]) -> None:
-    """Raise unless a Dataset has samples in time, of variables of these names by argument."""
+    """Raise `InputError` unless a Dataset has samples over time of these variables; ``names`` are by argument."""
     check(ds, "simulate with samples", tau=("tau",))
     for field, name in names.items():
         check_name(ds, field, name, ("tau",))
 
 
 def mark_backlash(ax: Axes, half_backlash: float, line: Callable[..., Any]) -> None:
-    """The two ends of the backlash, without stretching the axes to them."""
+    """Draw a line at both ends of the backlash and keep the limits of the axes."""
     limits = ax.get_xlim(), ax.get_ylim()
     for z in (-half_backlash, half_backlash):
         line(z, color="0.45", linewidth=0.7, linestyle=(0, (4, 3)), zorder=0)

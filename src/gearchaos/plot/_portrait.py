@@ -12,6 +12,7 @@ from gearchaos.plot._checks import check, check_name, check_positive
 from gearchaos.plot._phase import INK
 
 _FEW, _LARGE, _SMALL = 200, 3.5, 0.55
+"""Up to this number of points markers have the largest diameter; largest and smallest diameter, in points."""
 
 
 def portrait(
@@ -26,7 +27,7 @@ def portrait(
     x, y : str
         Coordinates; ``x`` is x1, or z of a single model, if left out, and ``y`` is ``<x>_dot``.
     size : float, optional
-        Diameter of the markers in points; by default the smaller the more distinct points there are.
+        Diameter of the markers in points; by default it decreases with the number of distinct points.
 
     Returns
     -------
@@ -48,18 +49,23 @@ def portrait(
 
 
 def _size(count: int) -> float:
-    """As much ink in all for any number of points, but none larger or smaller than shows well."""
+    """Diameter of markers, within limits, for which the area of all markers together is constant."""
     return float(np.clip(_LARGE * np.sqrt(_FEW / count), _SMALL, _LARGE))
 
 
 def first_coordinate(ds: xr.Dataset) -> str:
-    """What a section is shown by where nobody says: x1, or z of a single model."""
+    """The coordinate that is shown by default: x1, or z for a single model."""
     return "x1" if "section_x1" in ds else "z"
 
 
 def distinct(x: np.ndarray, y: np.ndarray) -> int:
-    """How many points, in half backlashes and their velocities, can be told apart at a ten-thousandth of their spread;
-    those of an orbit repeat."""
+    """Number of points that differ by more than 1e-4 of their spread; an orbit repeats its points.
+
+    Parameters
+    ----------
+    x, y : (points,)
+        Coordinates in half backlashes Δ, velocities in Δ ω0.
+    """
     points = np.stack([x, y], axis=1)
     spread = np.maximum(np.ptp(points, axis=0), 1e-9)
     return len(np.unique(np.round((points - points[0]) / spread * 1e4), axis=0))

@@ -1,4 +1,4 @@
-"""Any result by the picture that suits it."""
+"""The picture of any result."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ MOTION = "motion"
 def result(ds: xr.Dataset, colour: str | None = None) -> Figure:
     """Draw the result of any study.
 
-    A map of zones, a bifurcation diagram (or its exponents, without points), basins, attractors, the dossier of a
-    simulation with samples, or its portrait without.
+    The picture is a map of zones, a bifurcation diagram (without points, the Lyapunov exponents), basins, attractors,
+    or, of a simulation, the dossier (without samples, the stroboscopic portrait).
 
     Parameters
     ----------
     ds : Dataset
         From any study, or from `gearchaos.load`.
     colour : str, optional
-        What a map of zones is coloured by: "motion", or one of its variables, such as "v_rms" or "contact".
+        What the colours of a map of zones show: "motion", or a variable such as "v_rms" or "contact".
 
     Returns
     -------
@@ -42,7 +42,7 @@ def result(ds: xr.Dataset, colour: str | None = None) -> Figure:
     Raises
     ------
     InputError
-        For a Dataset of no study, or a colour that it does not have.
+        For a Dataset that is not the result of a study, or a colour that is not one of its variables.
     """
     check_dataset(ds)
     kind = str(ds.attrs.get("study", ""))
@@ -57,7 +57,7 @@ def result(ds: xr.Dataset, colour: str | None = None) -> Figure:
 
 
 def check_colour(ds: xr.Dataset, colour: str | None) -> None:
-    """Raise unless a result can be coloured so."""
+    """Raise `InputError` unless a result can be coloured by this variable; None is always possible."""
     if colour is None:
         return
     if (kind := ds.attrs.get("study")) != "zones":

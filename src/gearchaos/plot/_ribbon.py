@@ -1,4 +1,4 @@
-"""A ribbon of colours along an axis: the kind of motion of every column of a diagram."""
+"""A strip of colours along an axis: the kind of motion at each value of a parameter."""
 
 from __future__ import annotations
 
@@ -13,7 +13,22 @@ from gearchaos.plot._zones import class_legend, draw_classes
 
 
 def ribbon(ds: xr.Dataset, ax: Axes, *, legend: bool = True) -> Axes:
-    """Draw the verdicts of a `gearchaos.bifurcation` Dataset as a thin strip above ``ax``; returns the strip."""
+    """Draw the kinds of motion of a bifurcation diagram as a thin strip above an Axes.
+
+    Parameters
+    ----------
+    ds : Dataset
+        From `gearchaos.bifurcation`.
+    ax : Axes
+        The diagram; the strip shares its horizontal axis.
+    legend : bool
+        Add a legend of the classes that occur.
+
+    Returns
+    -------
+    Axes
+        The strip.
+    """
     check(ds, "bifurcation", label=1, period=1)
     strip = ax.inset_axes((0.0, 1.012, 1.0, 0.035), sharex=ax)
     (axis,) = ds["label"].dims

@@ -19,14 +19,14 @@ _CENTRES = ((-_R1, -_HALF), (_R2, _HALF))
 _RADII = (_R1, _R2)
 _SIDES = (-1, 1)
 _HEIGHT, _LEAST_TYPE = 4.0, 0.5
-"""So many inches are high enough for letters of the usual size; they shrink to half of it."""
+"""Height of the drawing in inches from which on the font has its full size, and the smallest scale of the font."""
 
 
 def schematic(ax: Axes | None = None) -> Axes:
     """Draw the gear pair of Fig. 1a with the symbols of (2.1)-(2.6).
 
-    The base circles touch the line of action, drawn upright. It carries the mesh: spring c(t) with backlash 2Δ,
-    damper k and transmission error e(t). The supports c_n, k_n act along it too.
+    The base circles touch the line of action, which is vertical. On it lie the elements of the mesh: spring c(t) with
+    backlash 2Δ, damper k and transmission error e(t). The supports c_n, k_n act parallel to it.
 
     Returns
     -------
@@ -45,20 +45,21 @@ def schematic(ax: Axes | None = None) -> Axes:
 
 
 def _fit_type(ax: Axes) -> None:
-    """Smaller letters where the wheels are small."""
+    """Scale the font with a small drawing."""
     height = ax.get_window_extent().height / ax.figure.dpi
     for text in ax.texts:
         text.set_fontsize(float(text.get_fontsize()) * min(1.0, max(_LEAST_TYPE, height / _HEIGHT)))
 
 
 def _wheel(ax: Axes, n: int) -> None:
+    """Wheel 1 or 2 with its radius, inertia, rotation, torque and lateral displacement."""
     (x, y), r, side = _CENTRES[n - 1], _RADII[n - 1], _SIDES[n - 1]
     ax.add_patch(Circle((x, y), r, facecolor=_STEEL, edgecolor=_INK["color"], linewidth=1.2))
     ax.add_patch(Circle((x, y), 0.09, facecolor=_INK["color"], edgecolor="none", zorder=3))
     ax.plot([x, x - side * r], [y, y], **_THIN)
     ax.text(x - side * r / 2, y + 0.22, f"$R_{n}$", ha="center")
     ax.text(x + side * 0.48 * r, y + 0.12, f"$m_{n}, I_{n}$", ha="center")
-    # u grows as either rim moves up at wheel 1 and down at wheel 2, (2.3): the angles count that way
+    # by (2.3) u grows as the rim of wheel 1 moves up and that of wheel 2 down: the positive sense of both angles
     start, stop = ((190, 262), (-20, -110))[n - 1]
     _turn(ax, (x, y), r * 0.62, start, stop, rf"$\varphi_{n}$", 0.34)
     first, last = ((105, 190), (-5, 80))[n - 1]
@@ -69,7 +70,7 @@ def _wheel(ax: Axes, n: int) -> None:
 
 
 def _turn(ax: Axes, centre, radius: float, start: float, stop: float, name: str, off: float, colour="black") -> None:
-    """An arc with an arrow head at its end and its name at its middle; angles in degrees."""
+    """Draw an arc with an arrow head at its end and its name at its middle; angles in degrees."""
     angle = np.radians(np.linspace(start, stop, 60))
     x, y = centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle)
     ax.plot(x[:-2], y[:-2], color=colour, linewidth=1.0)
@@ -81,7 +82,7 @@ def _turn(ax: Axes, centre, radius: float, start: float, stop: float, name: str,
 
 
 def _support(ax: Axes, n: int) -> None:
-    """Spring and damper between the centre of a wheel and the ground."""
+    """Draw the spring and damper between the centre of a wheel and the ground."""
     (x, y), r, side = _CENTRES[n - 1], _RADII[n - 1], _SIDES[n - 1]
     near, far = y + side * (r + 0.3), y + side * (r + 1.7)
     ax.plot([x, x], [y, near], **_INK)
@@ -96,7 +97,7 @@ def _support(ax: Axes, n: int) -> None:
 
 
 def _mesh(ax: Axes) -> None:
-    """The elements on the line of action, from the rim of wheel 1 up to that of wheel 2."""
+    """Draw the elements on the line of action, from the rim of wheel 1 up to that of wheel 2."""
     low, high, middle = -_HALF + _R1 - 0.1, _HALF - _R2 + 0.15, -0.95
     ax.plot([0, 0], [-_HALF - 2.0, _HALF + 2.4], color="0.6", linewidth=0.6, linestyle=(0, (8, 3, 1.5, 3)), zorder=0)
     ax.plot([0, 0], [-_HALF, low], **_INK)
@@ -116,7 +117,7 @@ def _mesh(ax: Axes) -> None:
 
 
 def _spring(ax: Axes, x: float, start: float, end: float, coils: int = 5) -> None:
-    """A zigzag with straight ends."""
+    """Draw a spring as a zigzag with straight ends."""
     margin = 0.12 * (end - start)
     turns = np.linspace(start + margin, end - margin, 4 * coils + 1)[1::2]
     y = np.concatenate([[start, start + margin], turns, [end - margin, end]])
@@ -125,7 +126,7 @@ def _spring(ax: Axes, x: float, start: float, end: float, coils: int = 5) -> Non
 
 
 def _damper(ax: Axes, x: float, start: float, end: float) -> None:
-    """A cup on the side of ``start`` and a piston on the side of ``end``."""
+    """Draw a damper: a cylinder on the side of ``start`` and a piston on the side of ``end``."""
     a, b = start + 0.35 * (end - start), start + 0.68 * (end - start)
     piston = start + 0.52 * (end - start)
     ax.plot([x, x], [start, a], **_INK)
@@ -135,7 +136,7 @@ def _damper(ax: Axes, x: float, start: float, end: float) -> None:
 
 
 def _slot(ax: Axes, x: float, start: float, end: float) -> None:
-    """Backlash: a plate that rides free between two stops."""
+    """Draw the backlash: a plate that moves freely between two stops."""
     bottom, top, half = start + 0.14, end - 0.14, 0.28
     plate = (bottom + top) / 2
     ax.plot([x, x], [start, plate], **_INK)

@@ -1,4 +1,4 @@
-"""The amplitude spectrum in orders of the mesh frequency, by FFT over whole periods: no leakage, no window."""
+"""The amplitude spectrum in orders of the mesh frequency, by FFT over whole periods without window."""
 
 from __future__ import annotations
 
@@ -13,8 +13,10 @@ from gearchaos.plot._checks import check_positive
 from gearchaos.plot._phase import INK, check_samples
 
 _RANGE = 1e-7
+"""Smallest amplitude shown, relative to the largest one."""
+
 _LEAST = 1e-30
-"""Least amplitude shown, as a share of the largest one, and of the unit where there is none."""
+"""Smallest amplitude shown of a variable that is constant, in its unit."""
 
 _MOST_ORDERS = 1000
 
@@ -49,7 +51,7 @@ def spectrum(ds: xr.Dataset, name: str = "z_dot", ax: Axes | None = None, *, ord
 
 
 def amplitudes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Orders of the mesh frequency and one-sided amplitudes of a variable, from its whole mesh periods."""
+    """Orders of the mesh frequency and one-sided amplitudes of a variable, over a whole number of mesh periods."""
     tau, values = ds["tau"].values, ds[name].values
     per_period = round(mesh_period(ds) / (tau[1] - tau[0])) if len(tau) > 1 else 0
     periods = len(values) // per_period if per_period > 1 else 0

@@ -1,4 +1,4 @@
-"""The zones map: what kind of motion each cell of a parameter plane settles to."""
+"""The zones map: the kind of motion in each cell of a parameter plane."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axe
     ax : Axes, optional
         Where to draw; a new figure if left out.
     legend : bool
-        Add a legend of the classes that are present, above the map.
+        Add a legend of the classes that occur, above the map.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def draw_classes(
     index: np.ndarray, ax: Axes, extent: tuple[float, float, float, float],
     classes: Sequence[MotionClass] = MOTION_CLASSES,
 ) -> None:
-    """Colour cells (rows, columns) by the index of their class; those not computed show the hatched ground."""
+    """Colour cells (rows, columns) by the index of their class; those not computed are hatched."""
     ax.imshow(
         np.ma.masked_equal(index, NOT_COMPUTED), origin="lower", aspect="auto", interpolation="nearest",
         cmap=ListedColormap([c.colour for c in classes]), vmin=-0.5, vmax=len(classes) - 0.5,
@@ -64,10 +64,20 @@ def class_legend(
     host: Axes | Figure, index: np.ndarray, classes: Sequence[MotionClass] = MOTION_CLASSES, *,
     of: Axes | None = None, **options: Any,
 ) -> Legend:
-    """A legend of only those classes that occur in ``index``.
+    """A legend of the classes that occur in ``index``.
 
-    ``of`` is the Axes whose room it may take, where ``host`` is a strip of it; ``options`` go to the legend of
-    ``host``.
+    Parameters
+    ----------
+    host : Axes or Figure
+        Where the legend is drawn.
+    index : array of int
+        Class of each cell, an index into ``classes``.
+    classes : sequence of MotionClass
+        All classes.
+    of : Axes, optional
+        The Axes whose width the legend may take, if ``host`` is a strip of it.
+    options
+        Of ``host.legend``.
     """
     present = [(classes[i].colour, classes[i].name) for i in np.unique(index) if i != NOT_COMPUTED]
     return draw_legend(host, patches(present, bool(np.any(index == NOT_COMPUTED))), of, **options)

@@ -25,6 +25,7 @@ _TABLES = (PARAMETERS, STIFFNESS_LEVELS, COORDINATES, RESPONSES, VERDICTS, RESUL
 _BY_NAME = {q.name: q for table in _TABLES for q in table}
 
 
+@lru_cache(maxsize=4096)
 def find(name: str) -> Quantity | None:
     """The quantity of a name in any form; None if there is none.
 
@@ -32,11 +33,7 @@ def find(name: str) -> Quantity | None:
     (``eps3``), and either of these after one of `PREFIXES` (``attractor_section_x1_dot``). The quantity has the name
     without prefix.
     """
-    return _find(parse(name).base)
-
-
-@lru_cache(maxsize=1024)
-def _find(base: str) -> Quantity | None:
+    base = parse(name).base
     parts = harmonic(base)
     return _BY_NAME.get(base) if parts is None else numbered(HARMONICS[parts.family], parts.order or 0)
 
@@ -49,6 +46,7 @@ def quantity(name: str) -> Quantity:
     return found
 
 
+@lru_cache(maxsize=4096)
 def harmonic(name: str) -> Name | None:
     """The parts of the name of a harmonic, such as ``eps3``, with a family in `HARMONICS` and an order of at least 1.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 
 PREFIXES = ("attractor_section_", "attractor_start_", "attractor_", "section_", "start_")
 """Of variables of a result: one value per attractor, values at stroboscopic sections, initial values."""
@@ -41,6 +42,7 @@ class Name:
         return self.prefix + self.base
 
 
+@lru_cache(maxsize=4096)
 def parse(name: str) -> Name:
     """The parts of a name. A text that has not the form of a name is a family as a whole, but for its prefix."""
     prefix = next((p for p in PREFIXES if name.startswith(p)), "")

@@ -26,14 +26,17 @@ _SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
 
 def _length(name: str, long_name: str = "", **fields: Any) -> Quantity:
+    """A row with the unit Δ."""
     return Quantity(name, long_name=long_name, unit="delta", physical=_LENGTH, **fields)
 
 
 def _velocity(name: str, long_name: str = "", **fields: Any) -> Quantity:
+    """A row with the unit Δ ω0."""
     return Quantity(name, long_name=long_name, unit="delta*omega0", physical=_VELOCITY, **fields)
 
 
 def _rate(name: str, long_name: str = "", **fields: Any) -> Quantity:
+    """A row with the unit ω0 of rates."""
     return Quantity(name, long_name=long_name, unit="omega0", physical=_RATE, **fields)
 
 
@@ -54,10 +57,12 @@ def _lowered(letter: str, index: object) -> str:
 
 
 def _torque(wheel: int, long_name: str) -> Physical:
+    """The torque M_n on a wheel."""
     return Physical(f"torque{wheel}", 1.0, "N*m", long_name, _lowered("M", wheel), f"M_{{{wheel}}}")
 
 
 def _support_stiffness(index: object) -> Physical:
+    """The stiffness c_n of a support."""
     return Physical("stiffness", 1.0, "N/m", "", _lowered("c", index), f"c_{{{index}}}")
 
 
@@ -170,7 +175,8 @@ RESPONSES: tuple[Quantity, ...] = (
     _velocity("z_dot_peak_to_peak", "peak to peak of z'"),
     Quantity("contact", long_name="contact state", title="contact"),
     Quantity("contact_fraction", long_name="share of the time in contact", title="share of the time in contact"),
-    Quantity("mesh_force_peak", long_name="peak mesh force", title="peak mesh force", unit="c0*delta", physical=_FORCE),
+    Quantity("mesh_force_peak", long_name="peak of the mesh force", title="peak mesh force", unit="c0*delta",
+             physical=_FORCE),
     Quantity("dynamic_factor", long_name="dynamic factor", title="dynamic factor, peak over static force"),
     Quantity("switches", long_name="contact switches per mesh period", unit="1/T"),
     Quantity("switches_per_period", long_name="contact switches per mesh period", unit="1/T"),
@@ -185,10 +191,15 @@ VERDICTS: tuple[Quantity, ...] = (
     _rate("lyapunov_lo", "lower end of its 99 % interval"),
     _rate("lyapunov_hi", "upper end of its 99 % interval"),
     _rate("lyapunov_ci", "99 % intervals of the Lyapunov exponents"),
+    _rate("lyapunov_spectrum", "Lyapunov exponents, largest first"),
+    _rate("lyapunov_spectrum_lo", "lower ends of their intervals"),
+    _rate("lyapunov_spectrum_hi", "upper ends of their intervals"),
     Quantity("residual", long_name="change of the polished orbit over one round", title="residual of the orbit"),
     _rate("trace_error", "distance of the exponents' sum from the trace", title="exponents' sum against the trace"),
     Quantity("multiplier", long_name="largest modulus of the Floquet multipliers"),
     Quantity("multipliers", long_name="Floquet multipliers"),
+    Quantity("multipliers_real", long_name="real parts of the Floquet multipliers"),
+    Quantity("multipliers_imag", long_name="imaginary parts of the Floquet multipliers"),
     Quantity("rotation", long_name="rotation number, or a multiple of it", unit="1/T"),
     Quantity("transient_chaos", long_name="whether chaos came before the motion settled"),
     Quantity("periods_spent", long_name="transient and exponent run", title="mesh periods computed", unit="T"),
@@ -215,6 +226,7 @@ RESULTS: tuple[Quantity, ...] = (
     Quantity("fraction_lo", long_name="lower end of its 95 % interval"),
     Quantity("fraction_hi", long_name="upper end of its 95 % interval"),
     Quantity("kick", long_name="smallest change of the state that leaves the basin"),
+    Quantity("coordinate"),
     Quantity("kick_change"),
     Quantity("kick_point"),
     Quantity("basin_entropy", long_name="basin entropy", unit="nat"),

@@ -1,4 +1,4 @@
-"""The sums that tell whether files are still what was written."""
+"""Checksums of whole files."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 
-def sums(root: Path, files: Iterable[Path]) -> dict[str, int]:
-    """A checksum for each file, by its name below ``root``."""
+def checksums(root: Path, files: Iterable[Path]) -> dict[str, int]:
+    """The CRC-32 of each file by its path relative to ``root``."""
     return {str(f.relative_to(root)): zlib.crc32(f.read_bytes()) for f in files}
 
 

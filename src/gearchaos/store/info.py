@@ -1,4 +1,4 @@
-"""How far a run is, from what lies in its store: whoever computes it, and wherever."""
+"""Progress of a run as its store shows it, whoever computes it and wherever."""
 
 from __future__ import annotations
 
@@ -10,34 +10,35 @@ from typing import Any
 
 import numpy as np
 
-from gearchaos.store.store import Mark, Store
+from gearchaos.store.store import Store, TileStatus
 
 _PAUSE = 20.0
 
 
 def summary(store: Store) -> dict[str, Any]:
-    """Tiles and pieces done, failures, the rate and the time left, as JSON-ready values.
+    """Tiles and work items done, failures, the rate and the time left, as JSON-ready values.
 
-    ``seconds`` is the time that the tiles took, added up over all workers; ``pieces_per_second`` is the rate while
-    it ran, None before there are two tiles.
+    ``seconds`` is the computing time of the tiles, summed over all workers; ``pieces_per_second`` is the rate of work
+    items while the run was active, None before two tiles are done.
     """
-    marks, grid = store.marks(), store.grid
-    done = [n for n, m in marks.items() if m.done]
-    pieces, total = sum(map(grid.size, done)), prod(grid.shape)
-    rate = _rate(store, marks)
+    statuses, grid = store.statuses(), store.grid
+    done = [n for n, s in statuses.items() if s.done]
+    items, total = sum(map(grid.size, done)), prod(grid.shape)
+    rate = _rate(store, statuses)
     return {
         "store": str(store.path), "study": store.study.kind, "finished": store.finished,
-        "tiles": grid.count, "tiles_done": len(done), "pieces": total, "pieces_done": pieces,
-        "failed": {str(n): m.error for n, m in sorted(marks.items()) if not m.done},
-        "seconds": sum(m.seconds for m in marks.values()), "pieces_per_second": rate,
-        "seconds_left": (total - pieces) / rate if rate else None,
-        "machines": sorted({m.machine.split(":")[0] for m in marks.values()}), "bytes": _bytes(store.path),
+        "tiles": grid.count, "tiles_done": len(done), "pieces": total, "pieces_done": items,
+        "failed": {str(n): s.error for n, s in sorted(statuses.items()) if not s.done},
+        "seconds": sum(s.seconds for s in statuses.values()), "pieces_per_second": rate,
+        "seconds_left": (total - items) / rate if rate else None,
+        "machines": sorted({s.machine.split(":")[0] for s in statuses.values()}), "bytes": _bytes(store.path),
     }
 
 
-def _rate(store: Store, marks: dict[int, Mark]) -> float | None:
-    """Pieces per second from mark to mark; stretches in which nothing ran, far longer than others, are left out."""
-    done = sorted((m.at, store.grid.size(n)) for n, m in marks.items() if m.done)
+def _rate(store: Store, statuses: dict[int, TileStatus]) -> float | None:
+    """Work items per second between the times at which tiles were done, without pauses: intervals that are much longer
+    than the median."""
+    done = sorted((s.at, store.grid.size(n)) for n, s in statuses.items() if s.done)
     if len(done) < 2:
         return None
     times, sizes = np.array(done).T
@@ -47,7 +48,7 @@ def _rate(store: Store, marks: dict[int, Mark]) -> float | None:
 
 
 def _bytes(path: Path) -> int:
-    """Size of all files, but for those that vanish meanwhile, as drafts do."""
+    """Total size of all files; those that vanish meanwhile, as temporary files do, are left out."""
     total = 0
     for folder, _, names in os.walk(path):
         for name in names:

@@ -1,4 +1,4 @@
-"""Which machine computes: for the record in a store."""
+"""The machine and the process that compute, as a store records them."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import socket
 from typing import Any
 
 
-def name() -> str:
-    """The machine and the process on it."""
+def process_name() -> str:
+    """Host name and process number, "host:pid"."""
     return f"{socket.gethostname()}:{os.getpid()}"
 
 
 def machine() -> dict[str, Any]:
-    """The machine in words."""
+    """Operating system, processor, cores and Python version."""
     return {"system": platform.platform(), "processor": platform.machine(), "cores": os.cpu_count(),
             "python": platform.python_version()}

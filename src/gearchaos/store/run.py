@@ -1,7 +1,9 @@
-"""Computing a study into a store: what is not there yet, whatever happened before."""
+"""Running a study: in memory, or into a store that is resumed where an earlier run stopped."""
 
 from __future__ import annotations
 
+import os
+import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Future
@@ -10,24 +12,35 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path
 
+import xarray as xr
 from filelock import FileLock
 
 from gearchaos.errors import InputError
-from gearchaos.execute import engines, tiles
-from gearchaos.store.create import create, mend, versions
-from gearchaos.store.machine import name
-from gearchaos.store.resolved import Resolved, differences
-from gearchaos.store.store import Mark, Store, read
+from gearchaos.execute import pools
+from gearchaos.execute.progress import bar
+from gearchaos.store.create import create, repair, versions
+from gearchaos.store.machine import process_name
+from gearchaos.store.record import differences, to_record
+from gearchaos.store.store import Store, TileStatus, read
 from gearchaos.store.tiles import cut
 from gearchaos.store.writers import Shard, writing
+from gearchaos.studies.study import Study
 
 ATTEMPTS = 3
-"""So often a tile is tried before it is reported as failed."""
+"""Attempts at a tile before it is reported as failed."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended: tiles of the store that are done, that failed (with errors), and how many there are."""
+    """How a run ended.
+
+    Attributes
+    ----------
+    done, count : int
+        Tiles of the store that are done, and all of its tiles.
+    failed : dict of int to str
+        Errors of the tiles that failed, by number.
+    """
 
     done: int
     failed: dict[int, str]
@@ -35,24 +48,84 @@ class Outcome:
 
 
 def run(
-    study: Resolved, path: Path, *, tile: int | None = None, engine: engines.Engine | None = None,
-    shard: Shard | None = None, say: Callable[[str], None] = lambda _: None, progress: bool = False,
-) -> Outcome:
-    """Compute a study into a store, or go on with it where it stopped.
+    study: Study, out: str | os.PathLike[str] | None = None, *, threads: int | None = None,
+    processes: int | None = None, scheduler: str | None = None, cluster: str | None = None, jobs: int | None = None,
+    tile: int | None = None, shard: str | None = None, progress: bool = False,
+) -> xr.Dataset | Outcome:
+    """Run any study.
 
     Parameters
     ----------
-    study : Resolved
-    path : Path
-        The store's folder, made if need be.
+    study : Study
+        `Simulate`, `Regime`, `Attractors`, `Bifurcation`, `Zones` or `Basins`.
+    out : path, optional
+        Folder of a store: a new one, or one in which an earlier run of the same study stopped. Without it the study is
+        computed in memory.
+    threads, processes : int, optional
+        Work items, or tiles of a store, computed at once; one thread per core by default. Processes need ``out``.
+    scheduler, cluster, jobs
+        With ``out``: the address of a Dask scheduler, or ``"slurm"`` and a number of jobs.
     tile : int, optional
-        Pieces in a tile, at most; only for a new store.
-    engine : Engine, optional
-        Threads of this process by default.
+        With ``out``: largest number of work items in a tile, for a new store.
+    shard : str, optional
+        With ``out``: "2/3" computes the second third of the tiles; other processes compute the others.
+    progress : bool
+        Show progress bars and messages on stderr.
+
+    Returns
+    -------
+    xarray.Dataset or Outcome
+        The result; with ``out`` the numbers of tiles done and failed. `xarray.open_zarr` opens the store.
+
+    Raises
+    ------
+    InputError
+        If an option is wrong, or the folder is no store, holds another study or has another writer.
+    OSError
+        If the store cannot be written to, or the workers are lost; what is done is kept.
+    """
+    if not isinstance(study, Study):
+        raise InputError("study", "must be a study", f"a {type(study).__name__}", "E.g. gearchaos.Zones(model, x, y).")
+    elsewhere = {"processes": processes, "scheduler": scheduler, "cluster": cluster, "jobs": jobs, "tile": tile,
+                 "shard": shard}
+    if out is None:
+        for name, value in elsewhere.items():
+            if value is not None:
+                raise InputError(name, "needs out, the folder of a store", value, "E.g. out='map.zarr'.")
+        return study.run(progress=progress, threads=threads)
+    return run_into_store(
+        study, out, tile=tile, pool=pools.choose(threads, processes, scheduler, cluster, jobs),
+        shard=None if shard is None else Shard.parse(shard), say=_say if progress else _silent, progress=progress,
+    )
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+def _silent(_: str) -> None:
+    pass
+
+
+def run_into_store(
+    study: Study, path: str | os.PathLike[str], *, tile: int | None = None, pool: pools.PoolMaker | None = None,
+    shard: Shard | None = None, say: Callable[[str], None] = _silent, progress: bool = False,
+) -> Outcome:
+    """Compute a study into a store, or resume it.
+
+    Parameters
+    ----------
+    study : Study
+    path : path
+        The folder of the store, made if it does not exist.
+    tile : int, optional
+        Largest number of work items in a tile; for a new store only.
+    pool : PoolMaker, optional
+        Threads of this process by default; see `gearchaos.execute.pools`.
     shard : Shard, optional
         Compute only these tiles; other processes or machines compute the others into the same store.
     say : callable
-        Takes lines for people.
+        Takes lines of text for the user.
     progress : bool
         Show a progress bar on stderr.
 
@@ -61,85 +134,83 @@ def run(
     InputError
         If the folder is no store, holds another study, or has another writer.
     OSError
-        If the store cannot be written to, or the engine is gone; what is done is kept.
+        If the store cannot be written to, or the pool of workers is lost; the tiles done so far are kept.
     """
-    store, shard = _opened(study, path.absolute(), tile, say, progress), shard or Shard()
+    store, shard = _opened(study, Path(path).absolute(), tile, say, progress), shard or Shard()
     mine = shard.tiles(store.grid.count)
     with writing(store.path / "run" / "writers", shard):
         _repair(store, mine, say)
-        _compute(store, mine, engine or engines.threads(), progress)
+        _compute(store, mine, pool or pools.thread_pool(), progress)
         if store.complete:
             store.finish(progress=progress)
-    marks = store.marks()
-    failed = {n: m.error or "" for n, m in sorted(marks.items()) if not m.done}
-    return Outcome(sum(m.done for m in marks.values()), failed, store.grid.count)
+    statuses = store.statuses()
+    failed = {n: s.error or "" for n, s in sorted(statuses.items()) if not s.done}
+    return Outcome(sum(s.done for s in statuses.values()), failed, store.grid.count)
 
 
-def _opened(study: Resolved, path: Path, tile: int | None, say: Callable[[str], None], progress: bool) -> Store:
-    """The store at this path, made if need be; says how long what is left may take."""
+def _opened(study: Study, path: Path, tile: int | None, say: Callable[[str], None], progress: bool) -> Store:
+    """The store at this path, made if it does not exist; tells how long the rest may take."""
     if path.is_symlink() and not path.exists():
         raise InputError("--out", "must not be a link to nothing", str(path), "Remove it, or make what it points to.")
     if not path.exists():
         try:
-            plan = study.plan()
-            plan.effort.announce(progress)
-            return create(path, study, cut(plan, tile))
+            study.cost.announce(progress)
+            return create(path, study, cut(study, tile))
         except OSError:
-            if not path.exists():  # else another shard was faster
+            if not path.exists():  # otherwise another shard made it first
                 raise
     store = read(path)
-    unlike = differences(store.study.to_dict(), study.to_dict())
+    unlike = differences(to_record(store.study), to_record(study))
     if unlike:
         raise InputError("store", "must hold the same study", str(path), "; ".join(unlike) + ".")
-    done = sum(m.done for m in store.marks().values())
-    store.plan.effort.announce(progress and not store.complete)
+    done = sum(s.done for s in store.statuses().values())
+    study.cost.announce(progress and not store.complete)
     say(f"{path.name}: {done} of {store.grid.count} tiles are done already")
     for line in differences(store.versions, versions(study)):
         say(f"warning: the store was begun with other versions, {line}; results may differ in the last digits")
-    if tile is not None and cut(study.plan(), tile) != store.grid:
+    if tile is not None and cut(study, tile) != store.grid:
         say(f"the store's own tiles of {' x '.join(map(str, store.grid.tile))} are kept")
     return store
 
 
 def _repair(store: Store, mine: range, say: Callable[[str], None]) -> None:
-    """Make the store's own files anew if they are damaged, and forget the marks of tiles whose data are."""
+    """Write damaged files of the store anew, and clear the status of tiles whose data are damaged."""
     with FileLock(store.path / "run" / "finish.lock"):
-        broken = store.broken()
-        if broken:
-            say(f"damaged files of the store are written anew: {', '.join(broken)}")
-            mend(store)
-    damaged = store.damaged(mine)
+        damaged_files = store.damaged_files()
+        if damaged_files:
+            say(f"damaged files of the store are written anew: {', '.join(damaged_files)}")
+            repair(store)
+    damaged = store.damaged_tiles(mine)
     for number in damaged:
-        store.unmark(number)
+        store.clear_status(number)
     if damaged:
         say(f"damaged tiles are computed again: {', '.join(map(str, damaged))}")
         (store.path / "run" / "finished").unlink(missing_ok=True)
 
 
-def _compute(store: Store, mine: range, engine: engines.Engine, progress: bool) -> None:
-    """All tiles side by side; then those that failed, one after another, so that only what is to blame fails again."""
-    marks, size = store.marks(), store.grid.size
-    todo, errors = [n for n in mine if not (n in marks and marks[n].done)], dict[int, str]()
+def _compute(store: Store, mine: range, pool: pools.PoolMaker, progress: bool) -> None:
+    """Compute all tiles side by side, then those that failed one at a time, so that only a faulty tile fails again."""
+    statuses, size = store.statuses(), store.grid.size
+    todo, errors = [n for n in mine if not (n in statuses and statuses[n].done)], dict[int, str]()
     total = sum(map(size, mine))
-    with tiles.bar("pieces" if progress else None, total, total - sum(map(size, todo))) as advance:
+    with bar("pieces" if progress else None, total, total - sum(map(size, todo))) as advance:
         for attempt in range(1, ATTEMPTS + 1):
-            errors = _pass(store, todo, engine, attempt, advance)
+            errors = _attempt(store, todo, pool, attempt, advance)
             todo = sorted(errors)
     for number, error in errors.items():
-        store.mark(number, Mark(False, 0.0, name(), ATTEMPTS, error))
+        store.set_status(number, TileStatus(False, 0.0, process_name(), ATTEMPTS, error))
 
 
-def _pass(
-    store: Store, todo: list[int], engine: engines.Engine, attempt: int, advance: Callable[[int], None]
+def _attempt(
+    store: Store, todo: list[int], pool: pools.PoolMaker, attempt: int, advance: Callable[[int], None]
 ) -> dict[int, str]:
-    """Try each of these tiles once; the errors of those that failed. A pool that breaks is opened anew."""
+    """Try each of these tiles once; returns the errors of those that failed. A pool that breaks is opened anew."""
     errors, left = dict[int, str](), list(todo)
     while left:
         done = set[int]()
-        with engine() as pool, suppress(BrokenExecutor):
-            work = partial(compute_tile, str(store.path), attempt, pool.share(len(left)))
-            ahead = partial(_ahead, pool, attempt)
-            for number, future in tiles.few_ahead(pool.executor, work, left, ahead, pool.beat):
+        with pool() as workers, suppress(BrokenExecutor):
+            work = partial(compute_tile, str(store.path), attempt, workers.threads_per_item(len(left)))
+            for number, future in workers.results(work, left, None if attempt == 1 else lambda: 1):
                 error = _error(future)
                 done.add(number)
                 if error is None:
@@ -150,40 +221,35 @@ def _pass(
     return errors
 
 
-def _ahead(pool: engines.Pool, attempt: int) -> int:
-    """How many tiles may be handed out: at first so many that workers that come later find some, too."""
-    return 2 * pool.width() if attempt == 1 else 1
-
-
 def _error(future: Future[str | None]) -> str | None:
-    """What went wrong with a tile, in words; raises what concerns all tiles."""
+    """The error of a tile as text; raises an error that concerns all tiles."""
     error = None if future.cancelled() else future.exception()
-    if future.cancelled() or engines.cut_off(error):
-        raise engines.EngineLostError(f"the cluster is gone. {engines.KEPT}")
+    if future.cancelled() or pools.connection_lost(error):
+        raise pools.PoolLostError(f"the cluster is gone. {pools.KEPT}")
     if isinstance(error, BrokenExecutor):
         return "the process that computed it died"
     if isinstance(error, OSError):
-        raise OSError(f"{error}. {engines.KEPT}") from None
-    return future.result() if error is None else _words(error)
+        raise OSError(f"{error}. {pools.KEPT}") from None
+    return future.result() if error is None else _text(error)
 
 
-def _words(error: BaseException) -> str:
+def _text(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}"
 
 
 def compute_tile(path: str, attempt: int, threads: int, number: int) -> str | None:
-    """Compute one tile of the store at this path in so many threads and write it; its error in words if it has one.
+    """Compute one tile of the store at this path and write it; returns its error as text, None if it has none.
 
     Raises OSError if the store cannot be written to.
     """
     store, begin = _store(path, (Path(path) / "run" / "study.json").stat().st_mtime_ns), time.perf_counter()
     try:
-        found = store.plan.compute(store.grid.pieces(number), threads=threads)
-    except Exception as error:  # one tile's failure must not cost the others
-        return _words(error)
+        found = store.study.compute(store.grid.items(number), threads=threads)
+    except Exception as error:  # the failure of one tile must not cost the others
+        return _text(error)
     try:
         store.write(number, found)
-        store.mark(number, Mark(True, time.perf_counter() - begin, name(), attempt))
+        store.set_status(number, TileStatus(True, time.perf_counter() - begin, process_name(), attempt))
     except OSError as error:
         raise OSError(f"the store cannot be written to: {error}") from None
     return None
@@ -191,5 +257,5 @@ def compute_tile(path: str, attempt: int, threads: int, number: int) -> str | No
 
 @lru_cache(maxsize=4)
 def _store(path: str, _: int) -> Store:
-    """The store, read once a process for every version of its study."""
+    """The store, read once in a process for every state of ``run/study.json``."""
     return read(Path(path))

@@ -1,4 +1,4 @@
-"""What the files of a store must hold, checked wherever they are read: a disk or an editor may have changed them.
+"""Schemas of the JSON files of a store, checked wherever they are read: a disk or an editor may have changed them.
 
 `gearchaos.store.create` and `gearchaos.store.store` write them.
 """
@@ -32,7 +32,7 @@ _Name = Annotated[str, Field(pattern=r"^\w+$")]
 
 
 def _number_type(text: str) -> str:
-    """The name of a kind of number that NumPy has."""
+    """The name of a number type of NumPy."""
     try:
         if np.dtype(text).kind in "biufc":
             return text
@@ -45,8 +45,8 @@ class _Schema(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
-class MarkSchema(_Schema):
-    """``run/tiles/<number>.json``; see `store.Mark`."""
+class TileStatusSchema(_Schema):
+    """``run/tiles/<number>.json``; see `store.TileStatus`."""
 
     done: bool
     seconds: _Seconds
@@ -97,13 +97,13 @@ class _Study(_Schema):
 
 
 class FormatSchema(BaseModel):
-    """Of ``run/study.json`` of any version what says which it is."""
+    """The format number in ``run/study.json`` of any version."""
 
     format: StrictInt
 
 
 class StudySchema(_Schema):
-    """``run/study.json``; the study itself is checked as any other when its plan is made."""
+    """``run/study.json``; the study itself is checked when it is made from its record."""
 
     format: int
     study: _Study
@@ -113,14 +113,14 @@ class StudySchema(_Schema):
     machine: dict[str, Any]
 
 
-Sums = dict[str, int]
+Checksums = dict[str, int]
 """``run/sums.json``."""
 
 Schema = TypeVar("Schema")
 
 
 def read_as(schema: type[Schema], path: Path) -> Schema | None:
-    """What a file holds; None if it is missing, damaged or of another schema."""
+    """The content of a file; None if it is missing, damaged or of another schema."""
     try:
         return parsed(schema, read_bytes(path))
     except (OSError, ValueError):

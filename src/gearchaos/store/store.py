@@ -1,8 +1,8 @@
-"""A run's folder: a Zarr store that xarray opens, with the state of the run beside the data.
+"""A store: the folder of a durable run, in Zarr format, which xarray opens; beside the data lies the state of the run.
 
-One tile is one chunk of every array, written once by one worker; the tile's mark comes last, so what is marked is
-there. Chunks carry checksums, and ``run/sums.json`` has those of all else. Beside the arrays, ``run/study.json`` says
-what is computed and with what, and ``run/tiles`` holds the marks.
+One tile is one chunk of every array, written once by one worker. Its status is written last, so the data of a tile that
+is done are complete. Chunks carry checksums; ``run/sums.json`` has those of all other files. ``run/study.json`` records
+the study and the versions, ``run/tiles`` holds the statuses.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ from filelock import FileLock
 
 from gearchaos.errors import InputError
 from gearchaos.files import read_bytes, write_bytes
-from gearchaos.store.arrays import FORMAT, PIECES, Layout, put
-from gearchaos.store.checksums import differing, sums
+from gearchaos.store.arrays import FORMAT, ITEMS, ArraySpec, add_results
+from gearchaos.store.checksums import checksums, differing
 from gearchaos.store.chunks import chunk_file, write_chunk
-from gearchaos.store.resolved import Resolved
-from gearchaos.store.schema import FormatSchema, MarkSchema, StudySchema, Sums, parsed, read_as
+from gearchaos.store.record import from_record
+from gearchaos.store.schema import Checksums, FormatSchema, StudySchema, TileStatusSchema, parsed, read_as
 from gearchaos.store.tiles import Grid
-from gearchaos.studies.plan import Plan
+from gearchaos.studies.study import Study
 
 _TILE = re.compile(r"0|[1-9]\d{0,17}", re.ASCII)
-"""Names of marks: numbers of tiles."""
+"""Names of the files of statuses: numbers of tiles."""
 
 
 @dataclass(frozen=True)
-class Mark:
-    """What became of one tile: done or failed, with the error; how long it took, where, when, and at which attempt."""
+class TileStatus:
+    """Whether a tile is done, or else its error; how long it took, where and when, and which attempt it was."""
 
     done: bool
     seconds: float
@@ -50,47 +50,44 @@ class Mark:
 
 @dataclass(frozen=True)
 class Store:
-    """A run's folder.
+    """A store.
 
     Attributes
     ----------
     path : Path
-    study : Resolved
+    study : Study
     grid : Grid
-    arrays : dict of str to Layout
-        The arrays that tiles fill, by name.
+    arrays : dict of str to ArraySpec
+        The arrays of the work items, by name.
     versions : dict of str to str
-        Of the packages that decide the numbers, when it was made.
+        Versions of the packages that decide the numbers, when the store was made.
     """
 
     path: Path
-    study: Resolved
+    study: Study
     grid: Grid
-    arrays: dict[str, Layout]
+    arrays: dict[str, ArraySpec]
     versions: dict[str, str]
 
-    @cached_property
-    def plan(self) -> Plan:
-        """The study's plan; raises `InputError` if the store is not cut as that plan can be."""
-        plan, tile = self.study.plan(), self.grid.tile
-        shape, block = tuple(plan.shape.values()), plan.block.values()
+    def __post_init__(self) -> None:
+        shape, block, tile = tuple(self.study.grid.values()), self.study.block.values(), self.grid.tile
         if shape != self.grid.shape or not all(b <= t <= n for b, t, n in zip(block, tile, shape, strict=True)):
             raise _damaged(self.path, f"tiles of {tile} over {self.grid.shape} do not fit the study's {shape}")
-        return plan
 
     @cached_property
     def _open(self) -> dict[str, Any]:
+        """Arrays opened so far, by name."""
         return {}
 
     def array(self, name: str) -> Any:
-        """One of those arrays, (grid..., ...)."""
+        """The Zarr array of one result, (grid..., ...)."""
         if name not in self._open:
-            folder = name if self.plan.labelled else f"{PIECES}/{name}"
+            folder = name if self.study.gridded else f"{ITEMS}/{name}"
             self._open[name] = self._fitting(zarr.open_array(self.path / folder, mode="r", zarr_format=3))
         return self._open[name]
 
     def _fitting(self, array: Any) -> Any:
-        """The array, if its chunks are the tiles; else what is in it would be taken for other pieces."""
+        """The array, if its chunks are the tiles; otherwise its numbers would belong to other work items."""
         shape, tile, dims = self.grid.shape, self.grid.tile, len(self.grid.shape)
         chunk = array.chunks[:dims]
         if (array.shape[:dims], chunk) != (shape, tile):
@@ -98,81 +95,82 @@ class Store:
         return array
 
     def write(self, number: int, found: dict[str, np.ndarray]) -> None:
-        """Put what was found of a tile's pieces, arrays (L, ...), in its place; blank chunks, too: a missing one is a
-        loss."""
-        shape = tuple(p.stop - p.start for p in self.grid.part(number))
+        """Write the results of a tile's work items, arrays (L, ...); blank chunks too, since a missing chunk counts as
+        damage."""
+        shape = tuple(p.stop - p.start for p in self.grid.region(number))
         for name, values in found.items():
             array = self.array(name)
-            write_chunk(array, self._place(number, array), values.reshape(*shape, *values.shape[1:]))
+            write_chunk(array, self._chunk_position(number, array), values.reshape(*shape, *values.shape[1:]))
 
-    def _place(self, number: int, array: Any) -> tuple[int, ...]:
-        """The place of a tile's chunk in the grid of chunks of an array, which is not cut beyond the pieces' dims."""
-        along = self.grid.place(number)
+    def _chunk_position(self, number: int, array: Any) -> tuple[int, ...]:
+        """Position of a tile's chunk in an array; dimensions after those of the grid have one chunk."""
+        along = self.grid.position(number)
         return (*along, *[0] * (array.ndim - len(along)))
 
-    def mark(self, number: int, mark: Mark) -> None:
-        """Say what became of a tile; after its data are written."""
-        write_bytes(self._mark_path(number), json.dumps(asdict(mark)).encode())
+    def set_status(self, number: int, status: TileStatus) -> None:
+        """Write the status of a tile; after its data."""
+        write_bytes(self._status_path(number), json.dumps(asdict(status)).encode())
 
-    def marks(self) -> dict[int, Mark]:
-        """The marks there are, by the number of the tile; a damaged one, or one of no tile, counts as none."""
+    def statuses(self) -> dict[int, TileStatus]:
+        """The statuses by number of the tile; damaged files and numbers that no tile has are left out."""
         files = (p for p in (self.path / "run" / "tiles").glob("*.json") if _TILE.fullmatch(p.stem))
-        found = {int(p.stem): read_as(MarkSchema, p) for p in files}
-        return {n: Mark(**dict(m)) for n, m in found.items() if m is not None and n < self.grid.count}
+        found = {int(p.stem): read_as(TileStatusSchema, p) for p in files}
+        return {n: TileStatus(**dict(m)) for n, m in found.items() if m is not None and n < self.grid.count}
 
-    def unmark(self, number: int) -> None:
-        self._mark_path(number).unlink(missing_ok=True)
+    def clear_status(self, number: int) -> None:
+        self._status_path(number).unlink(missing_ok=True)
 
-    def _mark_path(self, number: int) -> Path:
+    def _status_path(self, number: int) -> Path:
         return self.path / "run" / "tiles" / f"{number}.json"
 
-    def damaged(self, numbers: Iterable[int] | None = None) -> list[int]:
-        """Tiles, of these or of all, that are marked as done but whose data are missing or miss their checksums."""
+    def damaged_tiles(self, numbers: Iterable[int] | None = None) -> list[int]:
+        """Tiles, of these numbers or of all, that are done but whose data are missing or fail their checksums."""
         chosen, arrays = None if numbers is None else set(numbers), [self.array(name) for name in self.arrays]
-        done = [n for n, mark in self.marks().items() if mark.done and (chosen is None or n in chosen)]
+        done = [n for n, status in self.statuses().items() if status.done and (chosen is None or n in chosen)]
         return [n for n in done if not all(self._sound(n, array) for array in arrays)]
 
     def _sound(self, number: int, array: Any) -> bool:
-        """Whether a tile's chunk of one array is there and fits its checksum."""
-        if not chunk_file(array, self._place(number, array)).is_file():
+        """Whether a tile's chunk of one array exists and agrees with its checksum."""
+        if not chunk_file(array, self._chunk_position(number, array)).is_file():
             return False
         try:
-            array[self.grid.part(number)]
-        except Exception:  # whatever a codec raises at bytes that are not its own
+            array[self.grid.region(number)]
+        except Exception:  # codecs raise various errors at damaged bytes
             return False
         return True
 
-    def fixed(self) -> list[Path]:
-        """The files that tiles do not fill: metadata, coordinates, and of a finished study all its results."""
-        filled = {(PIECES, n, "c") if not self.plan.labelled else (n, "c") for n in self.arrays}
+    def checksummed_files(self) -> list[Path]:
+        """All files but the chunks of tiles: metadata, coordinates, and other results of a finished study."""
+        filled = {(ITEMS, n, "c") if not self.study.gridded else (n, "c") for n in self.arrays}
         every = (p for p in self.path.rglob("*") if p.is_file() and not p.name.endswith(".partial"))
         parts = ((p, p.relative_to(self.path).parts) for p in every)
         return [p for p, q in parts if q[0] != "run" and q[:2] not in filled and q[:3] not in filled]
 
-    def seal(self) -> None:
-        """Note the checksums of those files."""
-        write_bytes(self.path / "run" / "sums.json", json.dumps(sums(self.path, self.fixed())).encode())
+    def write_checksums(self) -> None:
+        """Write the checksums of those files."""
+        content = json.dumps(checksums(self.path, self.checksummed_files()))
+        write_bytes(self.path / "run" / "sums.json", content.encode())
 
-    def broken(self) -> list[str]:
-        """Names of the files among them that are missing or damaged."""
-        noted = read_as(Sums, self.path / "run" / "sums.json")
-        names = (f.relative_to(self.path) for f in self.fixed())
+    def damaged_files(self) -> list[str]:
+        """Names of those files that are missing or damaged."""
+        noted = read_as(Checksums, self.path / "run" / "sums.json")
+        names = (f.relative_to(self.path) for f in self.checksummed_files())
         own = {str(n) for n in names if n.name == "zarr.json" or "c" in n.parts}  # metadata and chunks
         return ["run/sums.json"] if noted is None or own - noted.keys() else differing(self.path, noted)
 
-    def found(self) -> dict[str, np.ndarray]:
-        """The arrays (N, ...) that tiles filled, blank where none did yet."""
+    def results(self) -> dict[str, np.ndarray]:
+        """The results (N, ...) of all work items by name, blank where they are not computed yet."""
         arrays = {n: self.array(n)[:] for n in self.arrays}
         return {n: v.reshape(prod(self.grid.shape), *v.shape[len(self.grid.shape):]) for n, v in arrays.items()}
 
     def dataset(self) -> xr.Dataset:
-        """The Dataset, as far as it is; raises `InputError` if the store is damaged."""
-        lost = self.broken() or [f"tile {n}" for n in self.damaged()]
+        """The Dataset as far as it is computed; raises `InputError` if the store is damaged."""
+        lost = self.damaged_files() or [f"tile {n}" for n in self.damaged_tiles()]
         if lost:
             raise InputError("store", "must be sound", str(self.path), f"Run it again to mend {', '.join(lost)}.")
-        if self.plan.labelled or self.finished:
+        if self.study.gridded or self.finished:
             return xr.open_zarr(self.path, chunks=None).load()
-        return self.plan.finish(self.found())
+        return self.study.finish(self.results())
 
     @property
     def finished(self) -> bool:
@@ -182,19 +180,22 @@ class Store:
     @property
     def complete(self) -> bool:
         """Whether all tiles are done."""
-        marks = self.marks()
-        return all(n in marks and marks[n].done for n in range(self.grid.count))
+        statuses = self.statuses()
+        return all(n in statuses and statuses[n].done for n in range(self.grid.count))
 
     def finish(self, **options: Any) -> None:
-        """Complete the Dataset once all tiles are done, and clear away what dying writers left. One at a time."""
+        """Complete the Dataset once all tiles are done, and remove partial files of writers that died.
+
+        One process at a time does so; the others wait.
+        """
         with FileLock(self.path / "run" / "finish.lock"):
             if self.finished:
                 return
             for partial in self.path.rglob("*.partial"):
                 partial.unlink(missing_ok=True)
-            if not self.plan.labelled:
-                put(self.plan.finish(self.found(), **options), self.path)
-            self.seal()
+            if not self.study.gridded:
+                add_results(self.study.finish(self.results(), **options), self.path)
+            self.write_checksums()
             write_bytes(self.path / "run" / "finished", b"")
 
 
@@ -215,10 +216,10 @@ def read(path: Path) -> Store:
     raise InputError("store", f"must have format {FORMAT}", made, "It was made by another version of gearchaos.")
 
 
-def _store(path: Path, words: StudySchema) -> Store:
-    grid = Grid(words.grid.shape, words.grid.tile)
-    arrays = {n: Layout(a.dtype, a.shape) for n, a in words.arrays.items()}
-    return Store(path, Resolved.from_dict(words.study.model_dump()), grid, arrays, words.versions)
+def _store(path: Path, record: StudySchema) -> Store:
+    grid = Grid(record.grid.shape, record.grid.tile)
+    arrays = {n: ArraySpec(a.dtype, a.shape) for n, a in record.arrays.items()}
+    return Store(path, from_record(record.study.model_dump()), grid, arrays, record.versions)
 
 
 def _damaged(path: Path, why: str) -> InputError:

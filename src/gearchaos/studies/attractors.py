@@ -3,28 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, replace
-from typing import Any
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
+from typing import Any, ClassVar
 
 import numpy as np
 import xarray as xr
 
 from gearchaos.datasets import provenance, variable
 from gearchaos.dynamics import Classification
-from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, whole_number
-from gearchaos.execute import tiles
+from gearchaos.execute.machine import check_memory
 from gearchaos.flow import ExactFlow
-from gearchaos.gears.pair import GearPair, as_model
+from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel, expand, state_names, vary
 from gearchaos.model.coordinates import start
-from gearchaos.model.switched import SwitchedAffine, switched
+from gearchaos.model.switched import switched
 from gearchaos.studies.attractor_set import AttractorSet, described, final_states
 from gearchaos.studies.axis import Axis, as_axis
-from gearchaos.studies.cost import Effort, effort
+from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.initial_conditions import checked_box, default_box, spread
+from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.perturbation import EACH, TRIED, smallest_kick
-from gearchaos.studies.plan import Plan
+from gearchaos.studies.study import ClassifyingStudy, option
 from gearchaos.studies.sweep import CARRY, carried
 
 _CONFIDENCE = 0.95
@@ -72,64 +73,97 @@ def attractors(
     InputError
         If a number or a range is out of bounds; before any work.
     """
-    options: dict[str, Any] = {"box": box, "seed": seed, "sweep": sweep, "kicks": kicks, "settings": settings}
-    return plan(model, starts, **options).run(progress=progress, threads=threads)
-
-
-def plan(
-    model: MeshModel | GearPair, starts: int = 256, *, box: Mapping[str, tuple[float, float]] | None = None,
-    seed: int = 0, sweep: Axis | str | None = None, kicks: int = 0, settings: Classification | None = None,
-) -> Plan:
-    """The starts of `attractors`, checked and ready to be followed; sweeps and kicks come after."""
-    model, settings = as_model(model), as_settings(settings)
-    sweep = None if sweep is None else as_axis(sweep, "sweep")
-    starts, seed, kicks = (
-        whole_number(*v) for v in (("starts", starts, 1), ("seed", seed, 0), ("kicks", kicks, 0))
+    study = Attractors(
+        model, starts, box=box, seed=seed, sweep=sweep, kicks=kicks, settings=settings,  # type: ignore[arg-type]
     )
-    box = checked_box(box) if box else default_box(model)
-    system = switched(vary(model, {}))
-    cost = _cost(system, starts, sweep, kicks, settings)
-    values, flow = spread(box, starts, seed), ExactFlow(system)
-    w = start(vary(model, values), flow.system).T
-    if sweep:
-        _check_sweep(model, sweep)
+    return study.run(progress=progress, threads=threads)
+
+
+@dataclass(frozen=True)
+class Attractors(ClassifyingStudy):
+    """The value behind `attractors`; its work items are the starts. Sweeps and perturbations follow when all are
+    done."""
+
+    kind: ClassVar[str] = "attractors"
+
+    starts: int = option(
+        256, "Starts, 256 by default, spread over ±3 half backlashes and ±2 in velocity.", least=1, keyword=False)
+    box: Mapping[str, tuple[float, float]] | None = field(default=None, kw_only=True)
+    seed: int = option(0, "Another seed gives other starts.", least=0)
+    sweep: Axis | None = option(
+        None, "Also sweep this from both ends to its value.", metavar="NAME=LOW:HIGH:COUNT")
+    kicks: int = option(0, "Directions in which to look for the smallest kick out of a basin.", least=0)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        numbers = (("starts", 1), ("seed", 0), ("kicks", 0))
+        self._set(sweep=None if self.sweep is None else as_axis(self.sweep, "sweep"),
+                  **{name: whole_number(name, getattr(self, name), least) for name, least in numbers})
+        if self.box:
+            self._set(box=checked_box(self.box))
+        vary(self.model, {n: [low, high] for n, (low, high) in self._box.items()})  # raises for an unknown name
+        _ = self.cost
+        if self.sweep:
+            _check_sweep(self.model, self.sweep)
+
+    @property
+    def grid(self) -> dict[str, int]:
+        return {"start": self.starts}
+
+    @cached_property
+    def cost(self) -> Cost:
+        """Of all starts, sweeps and perturbations; raises where memory does not suffice."""
+        check_memory("starts", self.starts)
+        check_memory("kicks", self.kicks, EACH)
+        sequential = 2 * self.sweep.count * CARRY if self.sweep else 0
+        system = switched(vary(self.model, {}))
+        return estimate(system, self.starts + self.kicks * TRIED, self.classification.most, sequential)
+
+    @property
+    def _box(self) -> Mapping[str, tuple[float, float]]:
+        return self.box or default_box(self.model)
+
+    @cached_property
+    def _starts(self) -> dict[str, np.ndarray]:
+        """Initial values (starts,) by name."""
+        return spread(self._box, self.starts, self.seed)
+
+    @cached_property
+    def _initial_states(self) -> np.ndarray:
+        """The same as states (d, starts)."""
+        return start(vary(self.model, self._starts), self._flow.system).T
+
+    @cached_property
+    def _flow(self) -> ExactFlow:
+        return initial_value_problems(self.model).flow
 
     def compute(
-        numbers: np.ndarray, *, progress: bool = False, threads: int | None = None
+        self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
     ) -> dict[str, np.ndarray]:
-        name = "attractors" if progress else None
-        return final_states(flow, w[:, numbers], settings=settings, progress=name, threads=threads)
+        name, w = "attractors" if progress else None, self._initial_states[:, items]
+        return final_states(self._flow, w, settings=self.classification, progress=name, threads=threads)
 
     def finish(
-        found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
+        self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
     ) -> xr.Dataset:
-        catalogue = AttractorSet(flow)
-        index = catalogue.match(found)
-        catalogue.tally(index)
-        ends = catalogue.find(_swept(model, sweep), settings=settings, threads=threads) if sweep else np.empty(0,
-            dtype=int)
-        rank = catalogue.ranks()
+        attractors, settings = AttractorSet(self._flow), self.classification
+        index = attractors.match(found)
+        attractors.tally(index)
+        ends: np.ndarray = np.empty(0, dtype=int)
+        if self.sweep:
+            ends = attractors.find(_swept(self.model, self.sweep), settings=settings, threads=threads)
+        rank = attractors.ranks()
         swept = zip(("up", "down"), ends, strict=False)
         data = {
             "attractor": variable("attractor", ("start",), rank[index]),
             **{f"attractor_{n}": variable("attractor", (), rank[i]) for n, i in swept},
-            **described(catalogue, settings), **_shares(catalogue, starts),
-            **(_kicks(catalogue, kicks, progress, settings=settings, threads=threads) if kicks else {}),
-            **{f"start_{n}": variable(n, ("start",), v) for n, v in values.items()},
+            **described(attractors, settings), **_shares(attractors, self.starts),
+            **(_kicks(attractors, self.kicks, progress, settings=settings, threads=threads) if self.kicks else {}),
+            **{f"start_{n}": variable(n, ("start",), v) for n, v in self._starts.items()},
         }
-        said = {"starts": starts, "seed": seed, "box": box, "sweep": sweep and asdict(sweep), "kicks": kicks}
-        return xr.Dataset(data, attrs=provenance("attractors", model, **said))
-
-    return Plan({"start": starts}, {"start": 1}, compute, finish, cost, labelled=False)
-
-
-def _cost(system: SwitchedAffine, starts: int, sweep: Axis | None, kicks: int,
-          settings: Classification | None) -> Effort:
-    """What all starts, sweeps and kicks take at most; raises where memory or time do not suffice."""
-    tiles.check_memory("starts", starts)
-    tiles.check_memory("kicks", kicks, EACH)
-    sequential = 2 * sweep.count * CARRY if sweep else 0
-    return effort(system, starts + kicks * TRIED, (settings or Classification()).most, sequential)
+        said = {"starts": self.starts, "seed": self.seed, "box": dict(self._box),
+                "sweep": self.sweep and asdict(self.sweep), "kicks": self.kicks}
+        return xr.Dataset(data, attrs=provenance("attractors", self.model, **said))
 
 
 def _check_sweep(model: MeshModel, sweep: Axis) -> float:
@@ -157,13 +191,13 @@ def _swept(model: MeshModel, sweep: Axis) -> np.ndarray:
     return start(vary(replace(model, initial={}), ends), switched(vary(model, {}))).T
 
 
-def _kicks(catalogue: AttractorSet, directions: int, progress: bool, **options: Any) -> dict[str, xr.Variable]:
-    """The smallest kick found for every attractor, in the catalogue's order."""
-    names = catalogue.flow.system.names
+def _kicks(attractors: AttractorSet, directions: int, progress: bool, **options: Any) -> dict[str, xr.Variable]:
+    """The smallest kick found for every attractor, in the attractors's order."""
+    names = attractors.flow.system.names
     found = [
         smallest_kick(
-            catalogue.flow, catalogue.known[i], directions, progress=f"kicks {n}" if progress else None, **options
-        ) for n, i in enumerate(catalogue.order(), start=1)
+            attractors.flow, attractors.known[i], directions, progress=f"kicks {n}" if progress else None, **options
+        ) for n, i in enumerate(attractors.order(), start=1)
     ]
     none = np.full(len(names), np.nan)
     rows = {
@@ -175,11 +209,11 @@ def _kicks(catalogue: AttractorSet, directions: int, progress: bool, **options: 
     return out | {"coordinate": xr.Variable("coordinate", list(names))}
 
 
-def _shares(catalogue: AttractorSet, starts: int) -> dict[str, xr.Variable]:
+def _shares(attractors: AttractorSet, starts: int) -> dict[str, xr.Variable]:
     """The share of the starts that each attractor takes, with its interval."""
     from scipy.stats import binomtest  # here, since scipy.stats takes a second to load
 
-    counts = [catalogue.known[i].count for i in catalogue.order()]
+    counts = [attractors.known[i].count for i in attractors.order()]
     intervals = [binomtest(c, starts).proportion_ci(_CONFIDENCE) for c in counts]
     values = {
         "fraction": [c / starts for c in counts], "fraction_lo": [i.low for i in intervals],

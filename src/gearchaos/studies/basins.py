@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import xarray as xr
 
 from gearchaos.datasets import provenance, variable
 from gearchaos.dynamics import Classification
-from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
-from gearchaos.gears.pair import GearPair, as_model
+from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.model.coordinates import start
 from gearchaos.model.switched import switched
 from gearchaos.studies.attractor_set import AttractorSet, described, final_states
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.boundary import entropy, smallest_kicks, uncertainty_exponent
-from gearchaos.studies.cost import effort
-from gearchaos.studies.plan import Plan
+from gearchaos.studies.cost import Cost, estimate
+from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.plane import at_cells, check_plane
+from gearchaos.studies.study import ClassifyingStudy
 
 NOT_YET = -2
 
@@ -52,62 +54,85 @@ def basins(
         the plane is the whole state (all of a model with two coordinates) ``attractor_kick`` is the smallest change
         of the state that leaves a basin.
     """
-    return plan(model, x, y, settings=settings).run(progress=progress, threads=threads)
+    return Basins(model, x, y, settings=settings).run(  # type: ignore[arg-type]
+        progress=progress, threads=threads)
 
 
-def plan(
-    model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, settings: Classification | None = None
-) -> Plan:
-    """The starts of `basins`, checked and ready to be followed."""
-    model, x, y, settings = as_model(model), as_axis(x, "x"), as_axis(y, "y"), as_settings(settings)
-    for axis in (x, y):
-        if axis.name not in state_names(model.kind):
-            raise InputError(f"axis {axis.name}", "must be an initial value of the model", axis.name,
-                             f"Choose from {', '.join(state_names(model.kind))}.")
-    check_plane(model, x, y)
-    system = switched(vary(model, {}))
-    cost = effort(system, x.count * y.count, (settings or Classification()).most)
-    flow = ExactFlow(system)
+@dataclass(frozen=True)
+class Basins(ClassifyingStudy):
+    """The value behind `basins`; its work items are the initial states."""
+
+    kind: ClassVar[str] = "basins"
+    axis_fields: ClassVar[tuple[str, ...]] = ("x", "y")
+
+    x: Axis
+    y: Axis
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._set(x=as_axis(self.x, "x"), y=as_axis(self.y, "y"))
+        names = state_names(self.model.kind)
+        for axis in (self.x, self.y):
+            if axis.name not in names:
+                raise InputError(f"axis {axis.name}", "must be an initial value of the model", axis.name,
+                                 f"Choose from {', '.join(names)}.")
+        check_plane(self.model, self.x, self.y)
+        _ = self.cost
+
+    @property
+    def grid(self) -> dict[str, int]:
+        return {self.y.name: self.y.count, self.x.name: self.x.count}
+
+    @cached_property
+    def cost(self) -> Cost:
+        system = switched(vary(self.model, {}))
+        return estimate(system, self.x.count * self.y.count, self.classification.most)
+
+    @cached_property
+    def _flow(self) -> ExactFlow:
+        return initial_value_problems(self.model).flow
 
     def compute(
-        cells: np.ndarray, *, progress: bool = False, threads: int | None = None
+        self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
     ) -> dict[str, np.ndarray]:
-        w = start(vary(model, at_cells(x, y, cells)), flow.system).T
-        return final_states(flow, w, settings=settings, progress="basins" if progress else None, threads=threads)
+        w = start(vary(self.model, at_cells(self.x, self.y, items)), self._flow.system).T
+        name = "basins" if progress else None
+        return final_states(self._flow, w, settings=self.classification, progress=name, threads=threads)
 
-    def finish(found: dict[str, np.ndarray], **_: Any) -> xr.Dataset:
-        catalogue = AttractorSet(flow)
-        index = catalogue.match(found)
-        catalogue.tally(index)
-        rank = np.where(found["label"] == 0, NOT_YET, catalogue.ranks()[index])
-        return _dataset(model, x, y, rank.reshape(y.count, x.count), catalogue, settings)
-
-    return Plan({y.name: y.count, x.name: x.count}, {y.name: 1, x.name: 1}, compute, finish, cost, labelled=False)
+    def finish(
+        self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
+    ) -> xr.Dataset:
+        attractors = AttractorSet(self._flow)
+        index = attractors.match(found)
+        attractors.tally(index)
+        rank = np.where(found["label"] == 0, NOT_YET, attractors.ranks()[index])
+        shape = (self.y.count, self.x.count)
+        return _dataset(self.model, self.x, self.y, rank.reshape(shape), attractors, self.classification)
 
 
 def _dataset(
-    model: MeshModel, x: Axis, y: Axis, index: np.ndarray, catalogue: AttractorSet, settings: Classification | None
+    model: MeshModel, x: Axis, y: Axis, index: np.ndarray, attractors: AttractorSet, settings: Classification
 ) -> xr.Dataset:
-    known = [catalogue.known[i] for i in catalogue.order()]
+    known = [attractors.known[i] for i in attractors.order()]
     shares = np.array([a.count for a in known]) / max(1, np.sum(index != NOT_YET))
     tangled = dict.fromkeys(("basin_entropy", "boundary_basin_entropy", "uncertainty_exponent"), np.nan)
     if not np.any(index == NOT_YET):
         tangled = dict(zip(tangled, (*entropy(index), uncertainty_exponent(index)), strict=True))
     data = {
         "attractor": variable("attractor", (y.name, x.name), index),
-        **described(catalogue, settings),
+        **described(attractors, settings),
         "attractor_fraction": variable("attractor_fraction", ("number",), shares),
-        "attractor_kick": variable("attractor_kick", ("number",), _kicks(model, x, y, index, catalogue)),
+        "attractor_kick": variable("attractor_kick", ("number",), _kicks(model, x, y, index, attractors)),
         **{n: variable(n, (), np.array(v)) for n, v in tangled.items()},
     }
     coords = {a.name: variable(a.name, (a.name,), a.values) for a in (x, y)}
     return xr.Dataset(data, coords, provenance("basins", model))
 
 
-def _kicks(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, catalogue: AttractorSet) -> np.ndarray:
+def _kicks(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, attractors: AttractorSet) -> np.ndarray:
     """Smallest kicks where the plane is the whole state; elsewhere attractors do not lie in the plane."""
-    known = [catalogue.known[i] for i in catalogue.order()]
-    system = catalogue.flow.system
+    known = [attractors.known[i] for i in attractors.order()]
+    system = attractors.flow.system
     corners = start(vary(model, {x.name: [0.0, 1.0, 0.0], y.name: [0.0, 0.0, 1.0]}), system)
     across = (corners[1:] - corners[0]).T  # from the plane's coordinates to the state
     whole_state = system.dimension == 2 and np.allclose(across @ across.T, np.eye(2))

@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any, Literal
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar, Literal
 
 import numpy as np
 import xarray as xr
 
 from gearchaos.datasets import provenance, variable
 from gearchaos.dynamics import Classification, Verdicts
-from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, unknown_name, whole_number
-from gearchaos.execute import tiles
+from gearchaos.execute.machine import check_memory
+from gearchaos.execute.tiles import dealt
 from gearchaos.flow import ExactFlow
-from gearchaos.gears.pair import GearPair, as_model
+from gearchaos.gears.pair import GearPair
 from gearchaos.model import COORDINATES, MeshModel, state_names, vary
 from gearchaos.model.coordinates import start
 from gearchaos.model.switched import switched
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.classification import classify_batch
-from gearchaos.studies.cost import Effort, effort
-from gearchaos.studies.plan import Plan
+from gearchaos.studies.cost import Cost, estimate
+from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.plane import corners, shared_coordinates
 from gearchaos.studies.sections import steady_sections
+from gearchaos.studies.study import ClassifyingStudy, option
 from gearchaos.studies.sweep import CARRY, carried
 from gearchaos.studies.verdict_variables import verdict_variables
 
@@ -61,66 +63,91 @@ def bifurcation(
     xarray.Dataset
         ``section_<coordinate>(axis, point)``, and per column what `zones` tells of a cell.
     """
-    return plan(model, axis, points=points, mode=mode, settings=settings).run(progress=progress, threads=threads)
+    study = Bifurcation(model, axis, points=points, mode=mode, settings=settings)  # type: ignore[arg-type]
+    return study.run(progress=progress, threads=threads)
 
 
-def plan(
-    model: MeshModel | GearPair, axis: Axis | str, *, points: int = 128, mode: str = "fixed",
-    settings: Classification | None = None,
-) -> Plan:
-    """The columns of `bifurcation`, checked and ready to be computed."""
-    model, axis, settings = as_model(model), as_axis(axis), as_settings(settings)
-    points = whole_number("points", points, 0)
-    if mode not in MODES:
-        raise unknown_name("mode", mode, MODES)
-    if mode != "fixed" and axis.name in state_names(model.kind):
-        raise InputError("mode", "must be fixed where the axis is an initial value", mode)
-    tiles.check_memory("columns", axis.count)
-    vary(model, {axis.name: axis.values})  # checked before any work
-    names = shared_coordinates(model, axis)
-    tiles.check_memory("columns times points", axis.count * points, _POINT * (2 + len(COORDINATES[model.kind])))
-    sequential = axis.count * CARRY if mode != "fixed" else 0
-    cost = effort(switched(corners(model, axis), names), axis.count, (settings or PER_COLUMN).most, sequential)
+@dataclass(frozen=True)
+class Bifurcation(ClassifyingStudy):
+    """The value behind `bifurcation`; its work items are the columns."""
+
+    kind: ClassVar[str] = "bifurcation"
+    axis_fields: ClassVar[tuple[str, ...]] = ("axis",)
+    gridded: ClassVar[bool] = True
+    default_settings: ClassVar[Classification] = PER_COLUMN
+
+    axis: Axis
+    points: int = option(128, "Stroboscopic points per column; 0 for the verdicts alone.", least=0)
+    mode: Literal["fixed", "up", "down"] = option(
+        "fixed", "Same start, or the state carried along.", metavar="|".join(MODES))
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._set(axis=as_axis(self.axis), points=whole_number("points", self.points, 0))
+        if self.mode not in MODES:
+            raise unknown_name("mode", self.mode, MODES)
+        if self.mode != "fixed" and self.axis.name in state_names(self.model.kind):
+            raise InputError("mode", "must be fixed where the axis is an initial value", self.mode)
+        check_memory("columns", self.axis.count)
+        vary(self.model, {self.axis.name: self.axis.values})  # raises for a value that the model refuses
+        check_memory("columns times points", self.axis.count * self.points,
+                     _POINT * (2 + len(COORDINATES[self.model.kind])))
+        _ = self.cost
+
+    @property
+    def grid(self) -> dict[str, int]:
+        return {self.axis.name: self.axis.count}
+
+    @property
+    def block(self) -> dict[str, int]:
+        return {self.axis.name: 1 if self.mode == "fixed" else self.axis.count}
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Coordinates of the dynamic state that serve all columns."""
+        return shared_coordinates(self.model, self.axis)
+
+    @cached_property
+    def cost(self) -> Cost:
+        sequential = self.axis.count * CARRY if self.mode != "fixed" else 0
+        system = switched(corners(self.model, self.axis), self.names)
+        return estimate(system, self.axis.count, self.classification.most, sequential)
 
     def compute(
-        columns: np.ndarray, *, progress: bool = False, threads: int | None = None
+        self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
     ) -> dict[str, np.ndarray]:
-        values = {axis.name: axis.values}
-        if mode != "fixed":
-            values.update({n: v[0] for n, v in carried(model, axis, mode == "up").items()})
-        base = model if mode == "fixed" else replace(model, initial={})
-        chosen = {n: v[columns] for n, v in values.items()}
-        return _columns(base, chosen, names, points, cost, settings, progress, threads)
+        values = {self.axis.name: self.axis.values}
+        if self.mode != "fixed":
+            values.update({n: v[0] for n, v in carried(self.model, self.axis, self.mode == "up").items()})
+        return self._columns({n: v[items] for n, v in values.items()}, progress, threads)
 
-    def finish(found: dict[str, np.ndarray], **_: Any) -> xr.Dataset:
+    def finish(
+        self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
+    ) -> xr.Dataset:
+        axis = self.axis
         data = {n: variable(n, (axis.name, "point")[: v.ndim], v) for n, v in found.items()}
         coords = {axis.name: variable(axis.name, (axis.name,), axis.values)}
-        return xr.Dataset(data, coords, provenance("bifurcation", model, points=points, mode=mode))
+        return xr.Dataset(data, coords, provenance("bifurcation", self.model, points=self.points, mode=self.mode))
 
-    whole = {axis.name: 1 if mode == "fixed" else axis.count}
-    return Plan({axis.name: axis.count}, whole, compute, finish, cost, labelled=True)
+    def _columns(
+        self, values: dict[str, np.ndarray], progress: bool, threads: int | None
+    ) -> dict[str, np.ndarray]:
+        """Results of the columns with these values (N,) by name."""
+        model = self.model if self.mode == "fixed" else replace(self.model, initial={})
 
+        def initial_states(columns: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
+            chosen = initial_value_problems(model, {n: v[columns] for n, v in values.items()}, self.names)
+            return chosen.flow, chosen.w, chosen.points
 
-def _columns(
-    model: MeshModel, values: dict[str, np.ndarray], names: tuple[str, ...], points: int, cost: Effort,
-    settings: Classification | None, progress: bool, threads: int | None,
-) -> dict[str, np.ndarray]:
-    """What is found of the columns with these values (N,) by name."""
+        def collect(columns: np.ndarray, flow: ExactFlow, at: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+            batch = vary(model, {n: v[columns] for n, v in values.items()})
+            begin = start(batch, flow.system).T.copy()
+            places = steady_sections(batch, flow, at, begin, found, self.points) if self.points else {}
+            return verdict_variables(found) | {f"section_{name}": value for name, value in places.items()}
 
-    def initial_states(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-        part = vary(model, {k: v[tile] for k, v in values.items()})
-        system = switched(part, names)
-        return ExactFlow(system), start(part, system).T.copy(), np.arange(len(tile))
-
-    def keep(tile: np.ndarray, flow: ExactFlow, at: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
-        part = vary(model, {k: v[tile] for k, v in values.items()})
-        begin = start(part, flow.system).T.copy()
-        places = steady_sections(part, flow, at, begin, found, points) if points else {}
-        return verdict_variables(found) | {f"section_{name}": value for name, value in places.items()}
-
-    (count,) = {len(v) for v in values.values()}
-    return classify_batch(
-        initial_states, keep, tiles.dealt(count, threads), settings=settings or PER_COLUMN,
-        largest=min(cost.largest(threads), max(64, _KEPT // max(1, points * len(names)))),
-        progress="bifurcation" if progress else None, threads=threads,
-    )
+        (count,) = {len(v) for v in values.values()}
+        return classify_batch(
+            initial_states, collect, dealt(count, threads), settings=self.classification,
+            largest=min(self.cost.largest(threads), max(64, _KEPT // max(1, self.points * len(self.names)))),
+            progress="bifurcation" if progress else None, threads=threads,
+        )

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.execute.tiles import TILE, cores, memory, side_by_side
+from gearchaos.execute.machine import cores, memory
+from gearchaos.execute.tiles import TILE, side_by_side
 from gearchaos.flow.layout import STEP_ANGLE, WIDTH
 from gearchaos.flow.tables import rate, shared
 from gearchaos.model.switched import SwitchedAffine
@@ -37,7 +38,7 @@ _SHARE = 4
 
 
 @dataclass(frozen=True)
-class Effort:
+class Cost:
     """How much a study computes at most.
 
     Attributes
@@ -93,7 +94,7 @@ class Effort:
             print(warning, file=sys.stderr, flush=True)
 
 
-def effort(system: SwitchedAffine, motions: int, periods: int, sequential: int = 0, samples: int = 0) -> Effort:
+def estimate(system: SwitchedAffine, motions: int, periods: int, sequential: int = 0, samples: int = 0) -> Cost:
     """What a study takes at most.
 
     Parameters
@@ -101,7 +102,7 @@ def effort(system: SwitchedAffine, motions: int, periods: int, sequential: int =
     system : SwitchedAffine
         At the parameter points that need most: the corners of a map.
     motions, periods, sequential
-        As in `Effort`.
+        As in `Cost`.
     samples : int
         Instants of a mesh period that steps must begin at.
 
@@ -113,7 +114,7 @@ def effort(system: SwitchedAffine, motions: int, periods: int, sequential: int =
     steps, d = _steps(system), system.dimension
     steps = samples * np.ceil(steps / samples) if samples else steps
     table = (2 if shared(system) and not samples else int(steps.max())) * _STATES * (d * d + d) * 8
-    found = Effort(motions, periods, sequential, int(np.ceil(steps.mean())), table, d, _cost(system))
+    found = Cost(motions, periods, sequential, int(np.ceil(steps.mean())), table, d, _cost(system))
     if found.seconds() > _NEVER * found.cost:  # harmonics make it longer, but never too long
         raise InputError("the study", f"must end within {_span(_NEVER)}", _span(found.seconds()), found.size)
     return found

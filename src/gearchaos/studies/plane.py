@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.execute import tiles
+from gearchaos.execute.machine import check_memory
 from gearchaos.model import Batch, MeshModel, expand, vary
 from gearchaos.model.switched import coordinates
 from gearchaos.studies.axis import Axis
@@ -17,7 +17,7 @@ def check_plane(model: MeshModel, x: Axis, y: Axis) -> None:
     if shared:
         both = x.name if x.name == y.name else f"{x.name} and {y.name}, which both set {', '.join(sorted(shared))}"
         raise InputError("axes", "must be two different parameters", both)
-    tiles.check_memory("cells", x.count * y.count)
+    check_memory("cells", x.count * y.count)
     for axis in (x, y):
         vary(model, {axis.name: axis.values})
 

@@ -16,7 +16,7 @@ from gearchaos.gears.pair import GearPair, as_model
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.coordinates import start
 from gearchaos.model.switched import switched
-from gearchaos.studies.cost import effort
+from gearchaos.studies.cost import estimate
 from gearchaos.studies.sections import steady_sections
 
 PATIENT = Classification(exponent_run=2000, doublings=2, longest_transient=20_000, averaging_periods=1000)
@@ -79,7 +79,7 @@ def regime(model: MeshModel | GearPair, *, settings: Classification = PATIENT, p
     model, settings = as_model(model), as_settings(settings) or PATIENT
     batch = vary(model, {})
     system = switched(batch)
-    effort(system, 1, settings.most).announce(progress)
+    estimate(system, 1, settings.most).announce(progress)
     flow = ExactFlow(system)
     begin, point = start(batch, system).T.copy(), np.zeros(1, dtype=int)
     found = classify(flow, begin, settings=settings)

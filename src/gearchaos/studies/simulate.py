@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import MISSING, dataclass
+from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import xarray as xr
 
 from gearchaos.datasets import provenance, variable
 from gearchaos.errors import whole_number
-from gearchaos.execute import tiles
+from gearchaos.execute.machine import check_memory
 from gearchaos.flow import CHATTER, DIVERGED, OK, ExactFlow
 from gearchaos.flow.layout import DIVERGED_AT
-from gearchaos.gears.pair import GearPair, as_model
+from gearchaos.gears.pair import GearPair
 from gearchaos.model import Batch, MeshModel, backlash, mesh_stiffness, transmission_error, vary
 from gearchaos.model.coordinates import error_at_start, start, to_physical
 from gearchaos.model.switched import switched
 from gearchaos.studies import rotation
-from gearchaos.studies.cost import effort
-from gearchaos.studies.plan import Plan
+from gearchaos.studies.cost import Cost, estimate
+from gearchaos.studies.initial_value_problems import InitialValueProblems, initial_value_problems
+from gearchaos.studies.study import Study, option
 
 
 def simulate(
@@ -53,41 +56,66 @@ def simulate(
     InputError
         If a number is out of range, or what is asked for does not fit this machine's memory.
     """
-    return plan(model, periods, transient, samples).run(progress=progress)
+    return Simulate(model, periods, transient, samples).run(progress=progress)  # type: ignore[arg-type]
 
 
-def plan(model: MeshModel | GearPair, periods: int, transient: int = 0, samples: int | None = None) -> Plan:
-    """The one piece of `simulate`, checked and ready to be computed."""
-    model = as_model(model)
-    periods, transient = whole_number("periods", periods, 1), whole_number("transient", transient, 0)
-    samples = whole_number("samples", samples, 1) if samples is not None else 0
-    batch = vary(model, {})
-    system = switched(batch)
-    cost = effort(system, 1, periods + transient, samples=samples)
-    tiles.check_memory("periods", periods, _SECTION)
-    tiles.check_memory("periods times samples", periods * samples, _INSTANT)
-    tiles.check_memory("samples", samples, (cost.table + _NODE * cost.steps) // max(1, samples))
+@dataclass(frozen=True)
+class Simulate(Study):
+    """The value behind `simulate`; its one work item is the motion."""
 
-    def compute(_: np.ndarray, **__: Any) -> dict[str, np.ndarray]:
-        flow, w = ExactFlow(system, samples), start(batch, system).T.copy()
-        before = flow.advance(w, transient) if transient else None
-        out = flow.advance(before.w if before else w, periods, sections=periods, sample=samples > 0)
+    kind: ClassVar[str] = "simulate"
+
+    periods: int = option(MISSING, "Mesh periods to record.", least=1, keyword=False)
+    transient: int = option(0, "Mesh periods to let pass before.", least=0, keyword=False)
+    samples: int | None = option(None, "Instants per period, for --out.", least=1, keyword=False)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._set(periods=whole_number("periods", self.periods, 1),
+                  transient=whole_number("transient", self.transient, 0),
+                  samples=None if self.samples is None else whole_number("samples", self.samples, 1))
+        samples = self.samples or 0
+        check_memory("periods", self.periods, _SECTION)
+        check_memory("periods times samples", self.periods * samples, _INSTANT)
+        check_memory("samples", samples, (self.cost.table + _NODE * self.cost.steps) // max(1, samples))
+
+    @property
+    def grid(self) -> dict[str, int]:
+        return {"motion": 1}
+
+    @cached_property
+    def cost(self) -> Cost:
+        system = switched(vary(self.model, {}))
+        return estimate(system, 1, self.periods + self.transient, samples=self.samples or 0)
+
+    @cached_property
+    def _problem(self) -> InitialValueProblems:
+        return initial_value_problems(self.model, samples=self.samples or 0)
+
+    def compute(
+        self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
+    ) -> dict[str, np.ndarray]:
+        _, flow, w = self._problem
+        before = flow.advance(w, self.transient) if self.transient else None
+        out = flow.advance(
+            before.w if before else w, self.periods, sections=self.periods, sample=self.samples is not None)
         codes = {int(run.status[0]) for run in (before, out) if run}
         status = DIVERGED if DIVERGED in codes else max(codes)
-        sampled = {"samples": out.samples[None, ..., 0]} if samples else {}
+        sampled = {"samples": out.samples[None, ..., 0]} if self.samples else {}
         return {"sections": out.sections[None, :, :, 0], "status": np.array([status]), **sampled}
 
-    def finish(found: dict[str, np.ndarray], **_: Any) -> xr.Dataset:
-        w = _bounded(found["sections"][0])
-        x2 = _rotation(batch, ExactFlow(system, samples), w, transient)
-        data = _section(batch, system.names, w, transient, x2)
-        if samples:
-            data.update(_trajectory(batch, system.names, _bounded(found["samples"][0]), transient, x2))
-        settings = {"periods": periods, "transient": transient, "samples": samples}
+    def finish(
+        self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
+    ) -> xr.Dataset:
+        batch, flow, _ = self._problem
+        names, w = flow.system.names, _bounded(found["sections"][0])
+        x2 = _rotation(batch, flow, w, self.transient)
+        data = _section(batch, names, w, self.transient, x2)
+        if self.samples:
+            data.update(_trajectory(batch, names, _bounded(found["samples"][0]), self.transient, x2))
+        settings = {"periods": self.periods, "transient": self.transient, "samples": self.samples or 0}
         status = {"status": _STATUS[int(found["status"][0])]}
-        return xr.Dataset(data, attrs={**provenance("simulate", model, **settings), **status})
-
-    return Plan({"motion": 1}, {"motion": 1}, compute, finish, cost, labelled=False)
+        return xr.Dataset(data, attrs={**provenance("simulate", self.model, **settings), **status})
 
 
 _SECTION, _INSTANT = 700, 800

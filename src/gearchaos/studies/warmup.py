@@ -9,7 +9,7 @@ from multiprocessing import get_context
 from typing import Any
 
 from gearchaos.dynamics import classify
-from gearchaos.execute.tiles import cores
+from gearchaos.execute.machine import cores
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.coordinates import start

@@ -2,29 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar
 
 import numpy as np
 import xarray as xr
 
 from gearchaos.datasets import provenance, variable
 from gearchaos.dynamics import Classification, Verdicts
-from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, whole_number
-from gearchaos.execute import tiles
+from gearchaos.execute.machine import check_memory
 from gearchaos.flow import ExactFlow
 from gearchaos.flow.layout import WIDTH
-from gearchaos.gears.pair import GearPair, as_model
-from gearchaos.model import MeshModel, state_names, vary
-from gearchaos.model.coordinates import start
+from gearchaos.gears.pair import GearPair
+from gearchaos.model import MeshModel, state_names
 from gearchaos.model.switched import switched
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.classification import InitialStates, classify_batch
 from gearchaos.studies.coexistence import coexisting, identity
-from gearchaos.studies.cost import Effort, effort
-from gearchaos.studies.plan import Plan
+from gearchaos.studies.cost import Cost, estimate
+from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.plane import at_cells, check_plane, corners, shared_coordinates
 from gearchaos.studies.refine import SIDE, refined
+from gearchaos.studies.study import ClassifyingStudy, option
 from gearchaos.studies.sweep import CARRY
 from gearchaos.studies.verdict_variables import verdict_variables
 
@@ -65,63 +66,106 @@ def zones(
         ``attractors`` found in each cell, ``v_rms_least`` and ``v_rms_most`` among them, ``contact_worst``,
         ``v_rms_up`` and ``v_rms_down`` after the sweeps, and ``hysteresis``: 1 where these end in different motions.
     """
-    return plan(model, x, y, starts=starts, refine=refine, settings=settings).run(progress=progress, threads=threads)
+    study = Zones(model, x, y, starts=starts, refine=refine, settings=settings)  # type: ignore[arg-type]
+    return study.run(progress=progress, threads=threads)
 
 
-def plan(
-    model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, starts: int = 1, refine: int = 1,
-    settings: Classification | None = None,
-) -> Plan:
-    """The cells of `zones`, checked and ready to be computed."""
-    model, x, y, settings = as_model(model), as_axis(x, "x"), as_axis(y, "y"), as_settings(settings)
-    starts = whole_number("starts", starts, 1)
-    check_plane(model, x, y)
-    tiles.check_memory("cells times starts", x.count * y.count * starts)
-    if starts > 1 and {x.name, y.name} & set(state_names(model.kind)):
-        raise InputError("starts", "must be 1 where an axis is an initial value", starts)
-    refine = _checked_refine(refine, starts)
-    cost = _cost(model, x, y, starts, settings)
+@dataclass(frozen=True)
+class Zones(ClassifyingStudy):
+    """The value behind `zones`; its work items are the cells."""
+
+    kind: ClassVar[str] = "zones"
+    axis_fields: ClassVar[tuple[str, ...]] = ("x", "y")
+    gridded: ClassVar[bool] = True
+
+    x: Axis
+    y: Axis
+    starts: int = option(1, "Starts in each cell, to find all its motions.", least=1)
+    refine: int = option(
+        1, "Every N-th row and column first, finer where neighbours differ.", least=1, metavar="N")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._set(x=as_axis(self.x, "x"), y=as_axis(self.y, "y"), starts=whole_number("starts", self.starts, 1))
+        check_plane(self.model, self.x, self.y)
+        check_memory("cells times starts", self.x.count * self.y.count * self.starts)
+        if self.starts > 1 and {self.x.name, self.y.name} & set(state_names(self.model.kind)):
+            raise InputError("starts", "must be 1 where an axis is an initial value", self.starts)
+        self._set(refine=_checked_refine(self.refine, self.starts))
+        _ = self.cost
+
+    @property
+    def grid(self) -> dict[str, int]:
+        return {self.y.name: self.y.count, self.x.name: self.x.count}
+
+    @property
+    def block(self) -> dict[str, int]:
+        if self.refine > 1:
+            return {self.y.name: min(SIDE, self.y.count), self.x.name: min(SIDE, self.x.count)}
+        return {self.y.name: 1, self.x.name: self.x.count if self.starts > 1 else 1}
+
+    @property
+    def motions_per_item(self) -> float:
+        if self.refine > 1:
+            return _REFINED
+        return self.starts + 2 if self.starts > 1 else 1  # with the two that the sweeps end in
+
+    @cached_property
+    def cost(self) -> Cost:
+        """With several starts the rows are also swept both ways, `WIDTH` of them at a time."""
+        motions, sequential = self.x.count * self.y.count, 0
+        if self.starts > 1:
+            motions, sequential = motions * (self.starts + 2), 2 * self.x.count * CARRY * -(-self.y.count // WIDTH)
+        return estimate(switched(corners(self.model, self.x, self.y)), motions, self.classification.most, sequential)
 
     def compute(
-        cells: np.ndarray, *, progress: bool = False, threads: int | None = None
+        self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
     ) -> dict[str, np.ndarray]:
+        if self.refine == 1:
+            return self._cells(items, progress, threads)
+        return refined(lambda cells: self._cells(cells, progress, threads), items, self.x.count, self.refine)
+
+    def finish(
+        self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
+    ) -> xr.Dataset:
+        dims, shape = tuple(self.grid), tuple(self.grid.values())
+        data = {n: variable(n, dims, v.reshape(shape)) for n, v in found.items()}
+        coords = {a.name: variable(a.name, (a.name,), a.values) for a in (self.x, self.y)}
+        return xr.Dataset(data, coords, provenance("zones", self.model, starts=self.starts, refine=self.refine))
+
+    @cached_property
+    def initial_states(self) -> InitialStates:
+        """From the numbers (L,) of cells their flow, initial states (d, L) and parameter points (L,)."""
+        names = shared_coordinates(self.model, self.x, self.y)
+
+        def initial_states(cells: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
+            chosen = initial_value_problems(self.model, at_cells(self.x, self.y, cells), names)
+            return chosen.flow, chosen.w, chosen.points
+
+        return initial_states
+
+    def _cells(self, cells: np.ndarray, progress: bool, threads: int | None) -> dict[str, np.ndarray]:
+        """Results of some cells (N,), whole rows of them where there is more than one start."""
+        order = np.arange(len(cells), dtype=cells.dtype)
+        if self.x.name == "omega":  # neighbours in a tile then share step counts
+            order = np.argsort(cells % self.x.count, kind="stable").astype(cells.dtype)
         options: dict[str, Any] = {
-            "settings": settings, "progress": progress, "threads": threads, "largest": cost.largest(threads),
+            "settings": self.classification, "threads": threads, "largest": self.cost.largest(threads),
         }
-        if refine == 1:
-            return _cells(model, x, y, cells, starts, **options)
-        return refined(lambda chosen: _cells(model, x, y, chosen, 1, **options), cells, x.count, refine)
+        out = classify_batch(
+            lambda tile: self.initial_states(cells[tile]), self._collect, order,
+            progress="zones" if progress else None, **options,
+        )
+        if self.starts > 1:
+            options["progress"] = progress
+            out |= coexisting(self.model, self.x, self.y, cells, order, out, self.starts - 1, **options)
+            del out["centre_z"], out["centre_z_dot"]
+        return out
 
-    def finish(found: dict[str, np.ndarray], **_: Any) -> xr.Dataset:
-        data = {n: variable(n, (y.name, x.name), v.reshape(y.count, x.count)) for n, v in found.items()}
-        coords = {a.name: variable(a.name, (a.name,), a.values) for a in (x, y)}
-        return xr.Dataset(data, coords, provenance("zones", model, starts=starts, refine=refine))
-
-    motions: float = starts + 2 if starts > 1 else 1  # with those that the sweeps end in
-    block = {y.name: 1, x.name: x.count if starts > 1 else 1}
-    if refine > 1:
-        motions, block = _REFINED, {y.name: min(SIDE, y.count), x.name: min(SIDE, x.count)}
-    return Plan({y.name: y.count, x.name: x.count}, block, compute, finish, cost, labelled=True, motions=motions)
-
-
-def _cost(model: MeshModel, x: Axis, y: Axis, starts: int, settings: Classification | None) -> Effort:
-    """What all cells take at most; with several starts their rows are also swept both ways, side by side."""
-    motions, sequential = x.count * y.count, 0
-    if starts > 1:
-        motions, sequential = motions * (starts + 2), 2 * x.count * CARRY * -(-y.count // WIDTH)
-    return effort(switched(corners(model, x, y)), motions, (settings or Classification()).most, sequential)
-
-
-def initial_states(model: MeshModel, x: Axis, y: Axis) -> InitialStates:
-    """Begins the motions of a map's cells by their numbers."""
-    names = shared_coordinates(model, x, y)
-
-    def begin(cells: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-        batch = vary(model, at_cells(x, y, cells))
-        system = switched(batch, names)
-        return ExactFlow(system), start(batch, system).T.copy(), np.arange(len(cells))
-
-    return begin
+    def _collect(
+        self, _: np.ndarray, flow: ExactFlow, points: np.ndarray, found: Verdicts
+    ) -> dict[str, np.ndarray]:
+        return verdict_variables(found) | (identity(flow, points, found) if self.starts > 1 else {})
 
 
 def _checked_refine(refine: int, starts: int) -> int:
@@ -131,28 +175,3 @@ def _checked_refine(refine: int, starts: int) -> int:
     if refine > 1 and starts > 1:
         raise InputError("refine", "must be 1 where there is more than one start", refine)
     return refine
-
-
-def _cells(
-    model: MeshModel, x: Axis, y: Axis, cells: np.ndarray, starts: int, *, settings: Classification | None,
-    progress: bool,
-    threads: int | None, largest: int,
-) -> dict[str, np.ndarray]:
-    """What is found of some cells (N,), whole rows of them where there is more than one start."""
-    begin = initial_states(model, x, y)
-    order = np.arange(len(cells), dtype=cells.dtype)
-    if x.name == "omega":  # neighbours in a tile then share node counts
-        order = np.argsort(cells % x.count, kind="stable").astype(cells.dtype)
-
-    def keep(_: np.ndarray, flow: ExactFlow, points: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
-        return verdict_variables(found) | (identity(flow, points, found) if starts > 1 else {})
-
-    out = classify_batch(
-        lambda tile: begin(cells[tile]), keep, order, settings=settings, progress="zones" if progress else None,
-        threads=threads, largest=largest,
-    )
-    if starts > 1:
-        options: dict[str, Any] = {"settings": settings, "progress": progress, "threads": threads, "largest": largest}
-        out |= coexisting(model, x, y, cells, order, out, starts - 1, **options)
-        del out["centre_z"], out["centre_z_dot"]
-    return out

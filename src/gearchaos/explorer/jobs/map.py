@@ -15,15 +15,15 @@ import numpy as np
 
 from gearchaos.dynamics import Classification, Verdicts
 from gearchaos.execute import tiles
+from gearchaos.execute.machine import cores
 from gearchaos.explorer.jobs.map_grid import Map, MapGrid
 from gearchaos.explorer.view.bounds import ATTRACTOR_MAP
 from gearchaos.explorer.view.state import View
 from gearchaos.flow import ExactFlow
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.classification import BatchClassifier, Unresolved, concatenated
-from gearchaos.studies.plan import Plan
 from gearchaos.studies.verdict_variables import verdict_variables
-from gearchaos.studies.zones import initial_states, plan
+from gearchaos.studies.zones import Zones
 
 COARSE = (16, 8)
 """Strides of the coarse lattices: every 16th, then every 8th row and column."""
@@ -62,14 +62,14 @@ def warm_up(view: View) -> Generator[None]:
 
 def _motion_map(view: View) -> Generator[Map]:
     """The map from the model's own initial values."""
-    quick = plan(view.model, view.x, view.y, settings=QUICK)
+    quick = Zones(view.model, view.x, view.y, settings=QUICK)
     grid = MapGrid(view.x.count, view.y.count)
     for stride in COARSE:
         grid.put(quick.compute(cells := grid.request(stride)), cells)
         grid.show(cells, stride)
         yield grid.map(quick, stride)
     grid.reopen(grid.unresolved())
-    classifier = BatchClassifier(initial_states(view.model, view.x, view.y), _collect, FULL)
+    classifier = BatchClassifier(quick.initial_states, _collect, FULL)
     stages, chaotic = _Stages(classifier, grid, quick), []
     for stride in FINE:
         unresolved = Unresolved(_by_column(grid.request(stride), view.x.count))
@@ -102,7 +102,7 @@ class _Stages:
 
     classifier: BatchClassifier
     grid: MapGrid
-    whole: Plan
+    study: Zones
     rate: dict[str, float] = field(default_factory=dict)
 
     def run(self, stage: str, unresolved: Unresolved, stride: int) -> Generator[Map, None, Unresolved]:
@@ -116,14 +116,14 @@ class _Stages:
             rest[tile.start] = left
             if time.monotonic() - shown > _INTERVAL:
                 shown = time.monotonic()
-                yield self.grid.map(self.whole, stride)
+                yield self.grid.map(self.study, stride)
         return concatenated([rest[first] for first in sorted(rest)])
 
     def _tiles(self, stage: str, count: int) -> Iterator[slice]:
         """Tiles of about `_TILE_SECONDS`, smaller ones at the end, so that all threads end at about the same time."""
         first = 0
         while first < count:
-            largest = min(_LARGEST_TILE, max(_SMALLEST_TILE, (count - first) // (2 * tiles.cores())))
+            largest = min(_LARGEST_TILE, max(_SMALLEST_TILE, (count - first) // (2 * cores())))
             size = int(np.clip(_TILE_SECONDS * self.rate.get(stage, 0.0), _SMALLEST_TILE, largest))
             yield slice(first, min(first + size, count))
             first += size
@@ -142,12 +142,12 @@ def _attractor_map(view: View) -> Generator[Map]:
     """The map of the number of attractors: several initial states in every cell of a coarser plane, row by row."""
     columns, rows, starts = ATTRACTOR_MAP
     x, y = (Axis(a.name, a.start, a.stop, n) for a, n in ((view.x, columns), (view.y, rows)))
-    whole = plan(view.model, x, y, starts=starts, settings=QUICK)
+    study = Zones(view.model, x, y, starts=starts, settings=QUICK)
     grid = MapGrid(columns, rows)
     for stride in (4, 2, 1):
         for row in range(0, rows, stride):
             if grid.known[row].all():
                 continue
-            grid.put(whole.compute(grid.number[row]), grid.number[row])
+            grid.put(study.compute(grid.number[row]), grid.number[row])
             grid.source[row : row + stride] = grid.level_source[row : row + stride] = grid.number[row]
-            yield grid.map(whole, stride)
+            yield grid.map(study, stride)

@@ -12,12 +12,12 @@ from gearchaos.dynamics import Classification
 from gearchaos.explorer.view.bounds import BASIN, COLUMNS, POINTS, STARTS
 from gearchaos.explorer.view.state import View
 from gearchaos.model import MeshModel
-from gearchaos.studies.attractors import plan as attractors_plan
+from gearchaos.studies.attractors import Attractors
 from gearchaos.studies.axis import Axis
-from gearchaos.studies.basins import plan as basins_plan
-from gearchaos.studies.bifurcation import plan as bifurcation_plan
+from gearchaos.studies.basins import Basins
+from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studies.initial_conditions import default_box
-from gearchaos.studies.plan import Plan
+from gearchaos.studies.study import Study
 
 _SETTINGS = Classification(doublings=2, longest_transient=1500)
 """Shorter transients than those of `gearchaos.regime`: a page needs many motions within seconds."""
@@ -34,8 +34,8 @@ def bifurcation(view: View, *strides: int) -> Generator[xr.Dataset]:
     axis = view.line_axis
     for stride in strides:
         along = Axis(axis.name, axis.start, axis.stop, COLUMNS // stride)
-        yield from _in_parts(
-            bifurcation_plan(view.base, along, points=POINTS, settings=_SETTINGS), _PARTS if stride == 1 else 1)
+        study = Bifurcation(view.operating_point, along, points=POINTS, settings=_SETTINGS)
+        yield from _in_parts(study, _PARTS if stride == 1 else 1)
 
 
 def basins(view: View) -> Generator[xr.Dataset]:
@@ -47,7 +47,7 @@ def basins(view: View) -> Generator[xr.Dataset]:
     for share in (4, 1):
         x, y = basin_axes(view.point, (BASIN[0] // share, BASIN[1] // share))
         in_plane = view.point.with_values({axis.name: axis.start for axis in (x, y)})
-        yield from _in_parts(basins_plan(in_plane, x, y, settings=_SETTINGS), _PARTS if share == 1 else 1)
+        yield from _in_parts(Basins(in_plane, x, y, settings=_SETTINGS), _PARTS if share == 1 else 1)
 
 
 def basin_axes(model: MeshModel, count: tuple[int, int]) -> tuple[Axis, Axis]:
@@ -62,7 +62,7 @@ def attractors(view: View) -> Generator[xr.Dataset]:
     Beside the variables of `gearchaos.attractors` the Dataset has ``attractor_start_NAME``: initial values that lead
     to each motion.
     """
-    found = attractors_plan(view.base, STARTS, settings=_SETTINGS).run()
+    found = Attractors(view.operating_point, STARTS, settings=_SETTINGS).run()
     index = found["attractor"].values
     first = np.array([int(np.flatnonzero(index == i)[0]) for i in range(found.sizes.get("number", 0))], dtype=int)
     yield found.assign({
@@ -71,13 +71,13 @@ def attractors(view: View) -> Generator[xr.Dataset]:
     })
 
 
-def _in_parts(whole: Plan, parts: int) -> Generator[xr.Dataset]:
+def _in_parts(study: Study, parts: int) -> Generator[xr.Dataset]:
     """Compute a study in parts: an empty Dataset after each part, then the result."""
     found: dict[str, np.ndarray] = {}
-    for numbers in np.array_split(np.arange(whole.count), parts):
-        for name, values in whole.compute(numbers).items():
+    for numbers in np.array_split(np.arange(study.count), parts):
+        for name, values in study.compute(numbers).items():
             if name not in found:
-                found[name] = np.zeros((whole.count, *values.shape[1:]), values.dtype)
+                found[name] = np.zeros((study.count, *values.shape[1:]), values.dtype)
             found[name][numbers] = values
         yield xr.Dataset()
-    yield whole.finish(found)
+    yield study.finish(found)
