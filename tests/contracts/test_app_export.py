@@ -25,6 +25,12 @@ from gearchaos.studyfile import load_study
 START = presets()["2"].view
 
 
+def axes_of(study):
+    """The axes of the map that a study file describes."""
+    options = study.options_for("zones")
+    return options["x"], options["y"]
+
+
 @pytest.mark.parametrize("key", ["2", "3c", "11"])
 def test_copied_python_builds_the_same_model(key):
     view = presets()[key].view.with_value("zeta", 1 / 30)
@@ -42,7 +48,7 @@ def test_copied_toml_is_a_study_file_of_the_same_model(tmp_path, stiffness):
     path.write_text(as_toml(view), encoding="utf-8")
     study = load_study(path)
     assert study.model == view.point
-    assert (study.options["x"], study.options["y"]) == (view.x, view.y)
+    assert axes_of(study) == (view.x, view.y)
     tomllib.loads(path.read_text(encoding="utf-8"))
 
 
@@ -57,14 +63,14 @@ PAIR = load_study(Path(__file__).parents[2] / "examples" / "physical_pair.toml")
     lambda view: view.with_value("y1", 0.4), lambda view: view.with_stiffness("harmonics"),
 ])
 def test_a_copied_study_file_keeps_the_pair_at_the_point(tmp_path, change):
-    view = change(first_view(PAIR.model, PAIR.options["x"], PAIR.options["y"]))
+    view = change(first_view(PAIR.model, *axes_of(PAIR)))
     path = tmp_path / "pair.toml"
     path.write_text(as_toml(view, PAIR.pair), encoding="utf-8")
     study = load_study(path)
     found, wanted = study.model.parameters(), view.point.parameters()
     assert found == pytest.approx(wanted, rel=1e-13) and study.model.initial == view.point.initial
     assert study.pair.scales == PAIR.pair.scales and study.model.kind == view.point.kind
-    assert (study.options["x"], study.options["y"]) == (view.x, view.y)
+    assert axes_of(study) == (view.x, view.y)
 
 
 def test_other_kinds_of_a_pair_keep_it_and_what_no_pair_has_is_a_model(tmp_path):
@@ -100,8 +106,9 @@ def test_a_preset_is_found_again_until_another_model_is_set(key):
 
 def test_wheels_are_alike_only_if_all_their_values_are():
     view = first_view(PAIR.model)
-    assert are_alike(START.base) and not are_alike(view.base)
-    assert are_alike(made_alike(view).base) and made_alike(view).base.J2 == view.base.J1
+    assert are_alike(START.operating_point) and not are_alike(view.operating_point)
+    alike = made_alike(view).operating_point
+    assert are_alike(alike) and alike.J2 == view.operating_point.J1
     assert made_alike(START) == START
 
 

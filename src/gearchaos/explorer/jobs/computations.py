@@ -107,7 +107,7 @@ class Computations:
         self._awaits_update = False
         if before.line_key != self._view.line_key:
             self._ask_diagram()
-        if before.base != self._view.base:
+        if before.operating_point != self._view.operating_point:
             self._ask_attractors()
         self._ask_waiting_basins()
 

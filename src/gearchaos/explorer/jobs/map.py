@@ -101,7 +101,7 @@ class _Stages:
 
     classifier: BatchClassifier
     grid: MapGrid
-    whole: Zones
+    study: Zones
     rate: dict[str, float] = field(default_factory=dict)
 
     def run(self, stage: str, unresolved: Unresolved, stride: int) -> Generator[Map, None, Unresolved]:
@@ -115,7 +115,7 @@ class _Stages:
             rest[tile.start] = left
             if time.monotonic() - shown > _INTERVAL:
                 shown = time.monotonic()
-                yield self.grid.map(self.whole, stride)
+                yield self.grid.map(self.study, stride)
         return concatenated([rest[first] for first in sorted(rest)])
 
     def _tiles(self, stage: str, count: int) -> Iterator[slice]:
@@ -141,12 +141,12 @@ def _attractor_map(view: View) -> Generator[Map]:
     """The map of the number of attractors: several initial states in every cell of a coarser plane, row by row."""
     columns, rows, starts = ATTRACTOR_MAP
     x, y = (Axis(a.name, a.start, a.stop, n) for a, n in ((view.x, columns), (view.y, rows)))
-    whole = Zones(view.model, x, y, starts=starts, settings=QUICK)
+    study = Zones(view.model, x, y, starts=starts, settings=QUICK)
     grid = MapGrid(columns, rows)
     for stride in (4, 2, 1):
         for row in range(0, rows, stride):
             if grid.known[row].all():
                 continue
-            grid.put(whole.compute(grid.number[row]), grid.number[row])
+            grid.put(study.compute(grid.number[row]), grid.number[row])
             grid.source[row : row + stride] = grid.level_source[row : row + stride] = grid.number[row]
-            yield grid.map(whole, stride)
+            yield grid.map(study, stride)

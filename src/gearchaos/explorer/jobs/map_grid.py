@@ -123,9 +123,9 @@ class MapGrid:
         half, size, moved = max(1, (stride + 1) // 2), self.shape[dimension], index + offset
         return (moved >= 0) & (moved < size) & ((offset < half) | (index + stride >= size))
 
-    def map(self, whole: Zones, stride: int) -> Map:
+    def map(self, study: Zones, stride: int) -> Map:
         """The map of what is known now; its arrays are copies."""
         found = {n: v.copy() for n, v in self.found.items()}
         share = float((self.known | self.chaotic_so_far).mean())
         sources = self.source.copy(), self.level_source.copy()
-        return Map(whole.finish(found), *sources, self.chaotic_so_far.ravel().copy(), stride, share)
+        return Map(study.finish(found), *sources, self.chaotic_so_far.ravel().copy(), stride, share)

@@ -34,8 +34,8 @@ def bifurcation(view: View, *strides: int) -> Generator[xr.Dataset]:
     axis = view.line_axis
     for stride in strides:
         along = Axis(axis.name, axis.start, axis.stop, COLUMNS // stride)
-        yield from _in_parts(
-            Bifurcation(view.base, along, points=POINTS, settings=_SETTINGS), _PARTS if stride == 1 else 1)
+        study = Bifurcation(view.operating_point, along, points=POINTS, settings=_SETTINGS)
+        yield from _in_parts(study, _PARTS if stride == 1 else 1)
 
 
 def basins(view: View) -> Generator[xr.Dataset]:
@@ -62,7 +62,7 @@ def attractors(view: View) -> Generator[xr.Dataset]:
     Beside the variables of `gearchaos.attractors` the Dataset has ``attractor_start_NAME``: initial values that lead
     to each motion.
     """
-    found = Attractors(view.base, STARTS, settings=_SETTINGS).run()
+    found = Attractors(view.operating_point, STARTS, settings=_SETTINGS).run()
     index = found["attractor"].values
     first = np.array([int(np.flatnonzero(index == i)[0]) for i in range(found.sizes.get("number", 0))], dtype=int)
     yield found.assign({
@@ -71,13 +71,13 @@ def attractors(view: View) -> Generator[xr.Dataset]:
     })
 
 
-def _in_parts(whole: Study, parts: int) -> Generator[xr.Dataset]:
+def _in_parts(study: Study, parts: int) -> Generator[xr.Dataset]:
     """Compute a study in parts: an empty Dataset after each part, then the result."""
     found: dict[str, np.ndarray] = {}
-    for numbers in np.array_split(np.arange(whole.count), parts):
-        for name, values in whole.compute(numbers).items():
+    for numbers in np.array_split(np.arange(study.count), parts):
+        for name, values in study.compute(numbers).items():
             if name not in found:
-                found[name] = np.zeros((whole.count, *values.shape[1:]), values.dtype)
+                found[name] = np.zeros((study.count, *values.shape[1:]), values.dtype)
             found[name][numbers] = values
         yield xr.Dataset()
-    yield whole.finish(found)
+    yield study.finish(found)

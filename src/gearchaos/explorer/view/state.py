@@ -78,14 +78,14 @@ class View:
         _ = self.point
 
     @cached_property
-    def base(self) -> MeshModel:
-        """The model at the point, with the model's own initial values."""
+    def operating_point(self) -> MeshModel:
+        """The model with the parameters of the point, and with its own initial values."""
         return self.model.with_values(dict(zip((self.x.name, self.y.name), self.at, strict=True)))
 
     @cached_property
     def point(self) -> MeshModel:
-        """The model at the point, with the initial values of the motion chosen there."""
-        return self.base.with_values(dict(self.start)) if self.start else self.base
+        """The operating point, with the initial values of the motion chosen there."""
+        return self.operating_point.with_values(dict(self.start)) if self.start else self.operating_point
 
     @cached_property
     def map_key(self) -> tuple[Any, ...]:
@@ -102,11 +102,11 @@ class View:
     def line_key(self) -> tuple[Any, ...]:
         """What the bifurcation diagram depends on."""
         axis = self.line_axis
-        return self.base.with_values({axis.name: axis.start}), axis
+        return self.operating_point.with_values({axis.name: axis.start}), axis
 
     def with_axes(self, x: Axis, y: Axis) -> View:
         """The same model over another plane, or another part of this one; the point keeps its values where it can."""
-        return replace(self, model=self.base, x=x, y=y, at=_values_on(self.base, x, y))
+        return replace(self, model=self.operating_point, x=x, y=y, at=_values_on(self.operating_point, x, y))
 
     def with_axis(self, which: str, name: str) -> View:
         """Another parameter along the axis ``which`` ("x" or "y"), over the range of its slider.
@@ -145,7 +145,7 @@ class View:
 
     def started(self, values: Mapping[str, float]) -> View:
         """The motion at the point from these initial values; the others of a motion chosen before stay."""
-        chosen = replace(self.base, initial={}).with_values(dict(self.start)).with_values(values)
+        chosen = replace(self.operating_point, initial={}).with_values(dict(self.start)).with_values(values)
         return replace(self, start=tuple(chosen.initial.items()))
 
     def with_value(self, name: str, value: object) -> View:
@@ -161,7 +161,7 @@ class View:
     def with_kind(self, kind: str) -> View:
         """The same pair as another kind of model; axes that this kind does not have are replaced by the default."""
         check_known("kind", kind, KINDS)
-        model = _as_kind(self.base, kind)
+        model = _as_kind(self.operating_point, kind)
         x, y = self._axes_for(model)
         if x.name == y.name:
             x, y = figure_plane(2)
@@ -173,7 +173,7 @@ class View:
         if name == stiffness_name(self.model):
             return self
         stiffness = TwoLevelStiffness() if name == "two-level" else HarmonicStiffness((0.25,))
-        model = replace(self.base, stiffness=stiffness)
+        model = replace(self.operating_point, stiffness=stiffness)
         x, y = self._axes_for(model)
         return replace(self, model=model, x=x, y=y, at=_values_on(model, x, y), start=())
 

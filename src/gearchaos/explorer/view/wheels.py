@@ -23,6 +23,6 @@ def are_alike(model: MeshModel) -> bool:
 def made_alike(view: View) -> View:
     """The view with the values of wheel 1 for both wheels."""
     for pair in _WHEELS:
-        if not equal(view.base, pair):
-            view = view.with_value(pair, view.base.parameters()[PAIRS[pair][0]])
+        if not equal(view.operating_point, pair):
+            view = view.with_value(pair, view.operating_point.parameters()[PAIRS[pair][0]])
     return view

@@ -74,9 +74,9 @@ class Controls:
     def show(self, view: View) -> None:
         """Show a view; the form is replaced only if it has other fields."""
         self._view = view
-        self._preset, alike = preset_of(view, self._preset), self._merge_wheels and are_alike(view.base)
-        merged = {pair for pair in PAIRS if alike and equal(view.base, pair)}
-        layout = view.model.kind, tuple(view.base.parameters()), view.x.name, view.y.name, merged
+        self._preset, alike = preset_of(view, self._preset), self._merge_wheels and are_alike(view.operating_point)
+        merged = {pair for pair in PAIRS if alike and equal(view.operating_point, pair)}
+        layout = view.model.kind, tuple(view.operating_point.parameters()), view.x.name, view.y.name, merged
         if layout != self._layout:
             self._layout = layout
             form = parameter_form(view, merged, self._has_pair)

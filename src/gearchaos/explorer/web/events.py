@@ -52,7 +52,7 @@ class Events:
         page.map.figure.on_event(RangesUpdate, partial(self._checked, self._zoomed))
         for click in _CLICKS:
             for figure, action in (
-                (page.map, self._click_map), (page.line, self._click_line), (page.basins, self._click_basins),
+                (page.map, self._click_map), (page.diagram, self._click_diagram), (page.basins, self._click_basins),
             ):
                 figure.figure.on_event(click, partial(self._checked, action))
 
@@ -72,7 +72,7 @@ class Events:
         """Move the point."""
         self._session.change(lambda view: view.moved(event.x, event.y))
 
-    def _click_line(self, event: PointEvent) -> None:
+    def _click_diagram(self, event: PointEvent) -> None:
         """Move the point along the line of the bifurcation diagram."""
         self._session.change(
             lambda view: view.moved(event.x, view.at[1]) if view.line == "x" else view.moved(view.at[0], event.x))

@@ -124,7 +124,7 @@ def field_values(view: View) -> dict[str, float]:
 
     A pair has the value of its first member.
     """
-    values = view.base.parameters()
+    values = view.operating_point.parameters()
     values |= {pair: values[members[0]] for pair, members in PAIRS.items() if members[0] in values}
     offered = set(axis_names(view.model))
     return {**{n: v for n, v in values.items() if n in offered}, **initial_values(view.point)}

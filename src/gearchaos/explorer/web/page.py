@@ -40,7 +40,7 @@ class Page:
     ----------
     messages : Messages
     controls : Controls
-    map, line, basins, history, phase, portrait, spectrum
+    map, diagram, basins, history, phase, portrait, spectrum
         The figures.
     choices : list of Choice
         The motions that the page offers.
@@ -51,7 +51,7 @@ class Page:
         self.messages = Messages()
         self.controls = Controls(self.messages, pair is not None)
         put = self.messages.put
-        self.map, self.line, self.basins = MapFigure(put), BifurcationFigure(put), BasinsFigure(put)
+        self.map, self.diagram, self.basins = MapFigure(put), BifurcationFigure(put), BasinsFigure(put)
         self.history, self.phase = HistoryFigure(put), PhaseFigure(put)
         self.portrait, self.spectrum = PortraitFigure(put), SpectrumFigure(put)
         self.choices: list[Choice] = []
@@ -64,7 +64,7 @@ class Page:
         """The figures by their names in the template."""
         return {
             "map": self.map.figure, "history": self.history.figure, "phase": self.phase.figure,
-            "portrait": self.portrait.figure, "spectrum": self.spectrum.figure, "line": self.line.figure,
+            "portrait": self.portrait.figure, "spectrum": self.spectrum.figure, "line": self.diagram.figure,
             "basin": self.basins.figure,
         }
 
@@ -76,7 +76,7 @@ class Page:
         """Show the form, the axes of the map, the point, and the address of a view."""
         self.controls.show(view)
         self.mark(view)
-        self.line.mark(view.at["xy".index(view.line)])
+        self.diagram.mark(view.at["xy".index(view.line)])
         if self._plane != (view.x, view.y):
             self._plane = (view.x, view.y)
             self.map.set_plane(view.x, view.y)

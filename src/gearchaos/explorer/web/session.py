@@ -122,7 +122,7 @@ class Session:
 
     def show_diagram(self, found: xr.Dataset) -> None:
         """Draw the bifurcation diagram."""
-        self.page.line.show(found)
+        self.page.diagram.show(found)
 
     def show_basins(self, view: View, found: xr.Dataset) -> None:
         """Draw the basins of a view."""
