@@ -53,7 +53,7 @@ def test_a_plane_below_64_cells_a_side_has_no_uncertainty_exponent():
         assert np.isnan(boundary.uncertainty_exponent(small))
 
 
-def test_kicks_are_measured_in_the_planes_own_units():
+def test_perturbations_are_measured_in_the_units_of_the_plane():
     """Cells twice as high as wide: straight across 0.5, up 0.8; from the edge, too."""
     plane = np.zeros((21, 41), dtype=int)
     plane[:, 30:] = 1
@@ -68,7 +68,7 @@ def test_kicks_are_measured_in_the_planes_own_units():
     np.testing.assert_allclose(boundary.smallest_perturbations(plane, x, y, corners), [1.5, 0.55, 0.3], atol=1e-9)
 
 
-def test_kicks_need_a_point_on_the_plane_in_its_own_basin():
+def test_perturbations_need_a_point_on_the_plane_in_its_own_basin():
     plane = np.zeros((20, 20), dtype=int)
     plane[:, 10:] = 1
     x = y = np.linspace(0.0, 1.9, 20)
@@ -79,7 +79,7 @@ def test_kicks_need_a_point_on_the_plane_in_its_own_basin():
     assert found[0] == pytest.approx(0.3)
 
 
-def test_a_basin_plane_of_a_single_row_has_no_kick():
+def test_a_basin_plane_of_a_single_row_has_no_smallest_perturbation():
     data = gc.basins(gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05), gc.Axis("z", -3, 3, 30),
                      gc.Axis("z_dot", 0.0, 1.0, 1))
     assert data.sizes["number"] > 1 and np.isnan(data.attractor_kick).all()

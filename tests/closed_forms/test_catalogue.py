@@ -101,7 +101,7 @@ def test_shares_have_the_interval_of_clopper_and_pearson():
 
 
 def test_each_start_leads_to_the_attractor_it_names():
-    """Followed by itself, a start has the period and the level of the attractor that it is said to reach."""
+    """Classified by itself, an initial state has the period and the rms velocity of the attractor it is assigned to."""
     data = gc.attractors(SINGLE, 24, seed=3)
     for lane in range(0, 24, 4):
         own = SINGLE.with_values({n: float(data[f"start_{n}"][lane]) for n in ("z", "z_dot")})
@@ -135,8 +135,8 @@ def test_undamped_motions_are_one_neutral_attractor():
     assert float(data.attractor_fraction[0]) == 1.0
 
 
-def test_the_smallest_kick_is_the_smallest_to_a_few_per_cent():
-    """No kick of 0.95 of its length leaves, in 180 directions from every section point of three attractors."""
+def test_the_smallest_perturbation_is_the_smallest_to_a_few_per_cent():
+    """No perturbation of 0.95 of its length leaves, in 180 directions from every section point of three attractors."""
     data, attractor_set = gc.attractors(SINGLE, 32, kicks=12), AttractorSet(flow_of(SINGLE))
     turn = np.linspace(0, 2 * np.pi, 180, endpoint=False)
     for number in range(3):

@@ -1,4 +1,4 @@
-"""Verdicts: polished orbits, exponents, tori; on motions whose nature is known."""
+"""Verdicts on motions of known class: periodic orbits, exponents, tori, transient chaos."""
 
 import numpy as np
 import pytest
@@ -68,7 +68,7 @@ def test_a_torus_locked_at_a_high_order_keeps_its_orbit():
     assert found.exponent[0, 0] == pytest.approx(-0.00210316, abs=1e-8)
 
 
-def test_a_run_whose_exponents_do_not_sum_to_the_trace_is_not_trusted(monkeypatch):
+def test_a_run_whose_exponents_do_not_sum_to_the_trace_is_undecided(monkeypatch):
     """The trace is falsified, since the flow cannot be."""
     trace = SwitchedAffine.trace.fget
     monkeypatch.setattr(SwitchedAffine, "trace", property(lambda system: trace(system) + 1e-4))
@@ -100,9 +100,9 @@ def test_newton_finds_an_unstable_orbit_too_and_no_verdict_rests_on_it():
 
 def test_newton_that_fails_is_data():
     flow, _ = verdict(omega=1.0, eps1=0.1, q0=0.02)
-    wild = orbits.polish(flow, np.array([[0.3], [0.1]]), np.zeros(1, dtype=int), np.array([61]))
-    assert not wild.converged[0]
-    assert not wild.stable[0]
+    failed = orbits.polish(flow, np.array([[0.3], [0.1]]), np.zeros(1, dtype=int), np.array([61]))
+    assert not failed.converged[0]
+    assert not failed.stable[0]
 
 
 @pytest.mark.parametrize("values", [{"longest_period": 0}, {"transient_lengths": (64,)},
@@ -120,11 +120,11 @@ def test_rest_without_load_is_neutral():
     assert (found.label[0], found.period[0], found.reason[0]) == (Label.PERIODIC, 1, Reason.NEUTRAL)
 
 
-def test_a_short_budget_yields_undecided_not_a_guess():
-    hasty = Classification(transient_lengths=(40,), longest_period=32, exponent_run=40, doublings=0,
+def test_short_runs_yield_undecided_not_a_guess():
+    short = Classification(transient_lengths=(40,), longest_period=32, exponent_run=40, doublings=0,
                            averaging_periods=10)
-    _, calm = verdict(settings=hasty, kind="full", omega=1.05, eps1=0.04)
-    assert calm.label[0] == Label.UNDECIDED
+    _, found = verdict(settings=short, kind="full", omega=1.05, eps1=0.04)
+    assert found.label[0] == Label.UNDECIDED
 
 
 def test_running_away_is_a_label():
@@ -169,14 +169,14 @@ def test_a_torus_has_zero_exponent_and_a_rotation_number():
     assert found.rotation[0] == pytest.approx(torus.dominant_frequency(later)[0], abs=1e-7)
 
 
-def test_chaos_that_ends_is_outlasted_and_flagged():
+def test_transient_chaos_is_followed_to_its_end_and_flagged():
     """8T after a chaotic transient of up to thousands of periods, different from start to start."""
     starts = {"x1": np.linspace(1.0, 1.001, 24)}
     _, found = verdict(omega=1.0, q0=0.1, eps1=0.206, values=starts)
     assert set(found.period[found.label == Label.PERIODIC]) == {8}
     assert found.transient_chaos.any()
-    _, hasty = verdict(omega=1.0, q0=0.1, eps1=0.206, values=starts, settings=Classification(longest_transient=0))
-    assert np.sum(hasty.label == Label.CHAOTIC) > np.sum(found.label == Label.CHAOTIC)
+    _, short = verdict(omega=1.0, q0=0.1, eps1=0.206, values=starts, settings=Classification(longest_transient=0))
+    assert np.sum(short.label == Label.CHAOTIC) > np.sum(found.label == Label.CHAOTIC)
 
 
 def test_a_motion_that_leaves_a_stable_orbit_is_not_taken_for_it():
@@ -193,7 +193,7 @@ def test_a_motion_that_leaves_a_stable_orbit_is_not_taken_for_it():
     assert not orbits.approaching(flow, unstable.w + 1e-4, points, stretched, 640)[0]
 
 
-def test_the_spectral_opinion():
+def test_the_spectral_class():
     n = np.arange(512)[:, None]
     assert spectral_class(np.cos(2 * np.pi * n / 5)) == ("5T", 5)
     assert spectral_class(np.cos(n) + 0.2 * np.cos(2 * n)) == ("quasi-periodic", 0)

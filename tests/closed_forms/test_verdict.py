@@ -1,4 +1,4 @@
-"""What a verdict may rest on: every condition of docs/verdicts.md by a motion that fails it alone."""
+"""Every condition of a verdict in docs/verdicts.md, tested by a motion that fails that condition alone."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studies.regime import REGIME_SETTINGS
 from gearchaos.studies.zones import Zones
 
-HASTY = Classification(transient_lengths=(80,), longest_period=8, exponent_run=21, doublings=0, longest_transient=0,
+SHORT = Classification(transient_lengths=(80,), longest_period=8, exponent_run=21, doublings=0, longest_transient=0,
                        averaging_periods=8)
 
 
@@ -43,8 +43,8 @@ def unstable_orbit():
     return flow, found
 
 
-def test_a_motion_that_leaves_an_orbit_is_never_said_to_be_on_it(monkeypatch):
-    """Even where multipliers lie, and make all orbits stable."""
+def test_a_motion_that_leaves_an_orbit_is_never_classified_as_on_it(monkeypatch):
+    """Even with falsified multipliers that make every orbit stable."""
     flow, found = unstable_orbit()
     true = orbits._multipliers
     monkeypatch.setattr(orbits, "_multipliers", lambda matrix: 0.9 * true(matrix) / np.abs(true(matrix)).max())
@@ -55,7 +55,7 @@ def test_a_motion_that_leaves_an_orbit_is_never_said_to_be_on_it(monkeypatch):
     assert state.verdicts.label[0] == 0
 
 
-def test_newton_gives_up_three_twentieths_away_and_where_neighbours_part_tenfold(monkeypatch):
+def test_newton_gives_up_0_15_away_and_at_a_multiplier_of_ten(monkeypatch):
     limits, true = [], orbits.polish
 
     def polish(*arguments, **options):
@@ -67,7 +67,7 @@ def test_newton_gives_up_three_twentieths_away_and_where_neighbours_part_tenfold
     assert limits[0] == {"reach": pytest.approx(0.15), "expansion": 10.0}
 
 
-def test_a_motion_beside_a_stable_orbit_is_said_to_be_on_it():
+def test_a_motion_near_a_stable_orbit_is_classified_as_on_it():
     flow, w = flow_of(omega=1.9, q0=0.1, eps1=0.03)
     found = classify(flow, w)
     state, sections = state_at(flow, found.w + 1e-4, 5)
@@ -92,7 +92,7 @@ def test_chaos_is_an_exponent_above_zero_by_its_interval():
     """Runs so short that many intervals of positive exponents reach below zero: none of those is chaos."""
     rng = np.random.default_rng(2)
     values = {"omega": rng.uniform(0.4, 1.4, 400), "eps1": rng.uniform(0.15, 0.3, 400)}
-    found = classify(*flow_of(values, q0=0.1), settings=HASTY, response=False)
+    found = classify(*flow_of(values, q0=0.1), settings=SHORT, response=False)
     unsure = (found.exponent_low[0] <= 0) & (found.exponent[0] > 1e-3)
     assert unsure.sum() > 5
     assert not np.any(found.label[unsure] == Label.CHAOTIC)
@@ -108,14 +108,14 @@ def test_chaos_is_an_exponent_above_zero_by_its_interval():
 def test_chaos_needs_an_exponent_of_a_thousandth_and_its_whole_interval(monkeypatch, value, low, label):
     """The exponent is made up, on a motion that does not return."""
     flow, w = flow_of(omega=1.0, q0=0.1, eps1=0.26)
-    assert classify(flow, w, settings=HASTY, response=False).period[0] == 0
+    assert classify(flow, w, settings=SHORT, response=False).period[0] == 0
 
     def from_growth(growth, period):
         values = np.array([[value], [flow.system.trace[0] - value]])
         return lyapunov.Exponents(values, np.full((2, 1), low), np.full((2, 1), 2 * value - low))
 
     monkeypatch.setattr(lyapunov, "from_growth", from_growth)
-    assert classify(flow, w, settings=HASTY, response=False).label[0] == label
+    assert classify(flow, w, settings=SHORT, response=False).label[0] == label
 
 
 def test_exponents_have_the_mean_of_blocks_and_students_interval():
@@ -280,7 +280,7 @@ def test_the_first_twentieth_of_a_run_is_dropped(monkeypatch):
     assert lengths[0] == 380
 
 
-def test_chaos_is_looked_at_every_2560_periods():
+def test_chaos_is_tested_every_2560_periods():
     starts = {"x1": np.linspace(1.0, 1.001, 24)}
     found = classify(*flow_of(starts, omega=1.0, q0=0.1, eps1=0.206), response=False)
     later = found.transient_chaos & (found.periods_run > 2560) & (found.periods_run < 9000)

@@ -68,7 +68,7 @@ def test_intervals_hold_their_exponents_and_flags_are_true(mixed):
     assert np.all(np.isfinite(mixed.v_rms.values[label != Label.DIVERGED]))
 
 
-def test_a_verdict_of_one_point_has_levels_and_exponents_as_told():
+def test_a_verdict_on_one_motion_has_its_exponents_intervals_and_section():
     found = gc.regime(FIGURE_2.with_values({"eps1": 0.206}))
     assert len(found.multipliers) == len(found.lyapunov) == 2 and found.period == 8
     assert found.lyapunov_ci == [[v, v] for v in found.lyapunov]
@@ -142,7 +142,7 @@ def test_columns_are_taken_and_overwritten_with_those_of_nested_tables():
         verdicts["v_rsm"]
 
 
-def test_a_motion_that_ran_away_has_neither_levels_nor_section():
+def test_a_motion_that_ran_away_has_neither_response_nor_section():
     found = gc.regime(MeshModel.of(kind="single", omega=2.0, z=30.0))
     assert (found.label, found.section, found.period, found.spectral_label) == ("diverged", {}, None, None)
     assert (found.contact, found.v_rms, found.dynamic_factor, found.residual) == (None, None, None, None)
@@ -222,21 +222,21 @@ def test_what_coexists_in_each_cell_is_counted_by_hand():
             cell = data.isel(eps1=row, omega=column)
             here = model.with_values({"omega": omega, "eps1": eps1})
             found = gc.attractors(here, 64, settings=SHORT)
-            levels, contact = found.attractor_v_rms.values, found.attractor_contact.values
+            v_rms, contact = found.attractor_v_rms.values, found.attractor_contact.values
             assert 1 <= int(cell.attractors) <= found.sizes["number"]
             for name in ("v_rms_least", "v_rms_most", "v_rms_up", "v_rms_down"):
-                assert np.isclose(levels, float(cell[name]), rtol=1e-3).any(), name
+                assert np.isclose(v_rms, float(cell[name]), rtol=1e-3).any(), name
             assert int(cell.contact_worst) in contact
             worst[row, column] = int(cell.contact_worst)
     assert len(set(worst.values())) > 1
 
 
-def test_levels_of_coexisting_motions_are_those_of_the_judged_ones():
-    """On a budget so small that many motions stay undecided, with a start in x1 beside the others in z."""
-    hasty = Classification(transient_lengths=(20, 20), longest_period=4, exponent_run=21, doublings=0,
+def test_the_response_of_coexisting_motions_is_that_of_the_classified_ones():
+    """With runs so short that many motions stay undecided, and an initial value of x1 where the others are of z."""
+    short = Classification(transient_lengths=(20, 20), longest_period=4, exponent_run=21, doublings=0,
                            longest_transient=0)
     model, axes = MeshModel.of(kind="single", x1=0.5), (gc.Axis("omega", 0.4, 2.3, 20), gc.Axis("eps1", 0.05, 0.3, 8))
-    data = gc.zones(model, *axes, starts=4, settings=hasty)
+    data = gc.zones(model, *axes, starts=4, settings=short)
     count, least, most = (data[n].values for n in ("attractors", "v_rms_least", "v_rms_most"))
     assert 0 < np.mean(data.label == Label.UNDECIDED) < 1 and (count == 0).any() and (count > 1).any()
     np.testing.assert_array_equal(np.isnan(least), count == 0)

@@ -19,33 +19,54 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _SAMPLES = 64
-_PERIODS = 512
-_ROUNDS = 8
+"""Instants recorded in each mesh period."""
+
+_ORBIT_PERIODS = 8
+_OTHER_PERIODS = 512
+"""Length of the record: in periods of the orbit, and in mesh periods of a motion without one."""
 
 
 def steady(model: MeshModel | GearPair, verdict: Regime) -> xr.Dataset:
-    """The motion that `regime` found, from one of its stroboscopic points on, as `simulate` gives it.
+    """The steady motion that `regime` found, sampled in time.
 
-    Eight rounds of a periodic motion, 512 mesh periods of any other.
+    Parameters
+    ----------
+    model : MeshModel or GearPair
+        The operating point.
+    verdict : Regime
+        The verdict on it, with the stroboscopic points of the motion.
+
+    Returns
+    -------
+    xarray.Dataset
+        As from `simulate`, starting at the last stroboscopic point of the verdict: eight periods of a periodic motion,
+        512 mesh periods of any other.
+
+    Raises
+    ------
+    InputError
+        If the motion diverged.
     """
     model = as_model(model)
     if not isinstance(verdict, Regime):
         raise InputError("verdict", "must be a Regime, as gearchaos.regime returns", f"a {type(verdict).__name__}")
     if not verdict.section:
         raise InputError("verdict", "must be of a motion that stays bounded", verdict.label)
-    start = _last(model, {name: values[-1] for name, values in verdict.section.items()})
-    periods = _ROUNDS * verdict.period if verdict.period else _PERIODS
+    start = _initial_values(model, {name: values[-1] for name, values in verdict.section.items()})
+    periods = _ORBIT_PERIODS * verdict.period if verdict.period else _OTHER_PERIODS
     return simulate(replace(model, initial=start), periods, samples=_SAMPLES)
 
 
-def _last(model: MeshModel, at: dict[str, float]) -> dict[str, float]:
-    """Initial values at a stroboscopic point; a mean rotation that drifts is left at its start, since z would lose the
-    digits that it takes."""
-    start, batch = {name: at[name] for name in COORDINATES[model.kind]}, vary(model, {})
+def _initial_values(model: MeshModel, point: dict[str, float]) -> dict[str, float]:
+    """Initial values that start the motion at a stroboscopic point.
+
+    A mean rotation that drifts starts anew where the model starts it: added to large x1 and x2, z would lose digits.
+    """
+    initial, batch = {name: point[name] for name in COORDINATES[model.kind]}, vary(model, {})
     names = coordinates(batch)
     if not drifts(batch, names)[0]:
-        return start
+        return initial
     if "y" in names:
-        at = {**at, "y": at["y1"] - at["y2"], "y_dot": at["y1_dot"] - at["y2_dot"]}
-    kept = without_drift(batch, names, np.array([[at[n] for n in names]]), *error_at_start(batch))
-    return start | {n: float(v[0]) for n, v in kept.items()}
+        point = {**point, "y": point["y1"] - point["y2"], "y_dot": point["y1_dot"] - point["y2_dot"]}
+    kept = without_drift(batch, names, np.array([[point[n] for n in names]]), *error_at_start(batch))
+    return initial | {n: float(v[0]) for n, v in kept.items()}
