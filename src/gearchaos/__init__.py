@@ -20,7 +20,7 @@ _MODULES = {
     "save": "datasets", "simulate": "studies.simulate", "steady": "studies.steady",
     "zones": "studies.zones", "run": "store.run",
     "Attractors": "studies.attractors", "Basins": "studies.basins", "Bifurcation": "studies.bifurcation",
-    "Simulate": "studies.simulate", "Zones": "studies.zones",
+    "Simulate": "studies.simulate", "Verdict": "studies.verdict", "Zones": "studies.zones",
 }
 """The submodule that defines each public name. ``__init__.pyi`` says the same to type checkers and editors."""
 

@@ -28,6 +28,7 @@ from gearchaos.studies.regime import regime as regime
 from gearchaos.studies.simulate import Simulate as Simulate
 from gearchaos.studies.simulate import simulate as simulate
 from gearchaos.studies.steady import steady as steady
+from gearchaos.studies.verdict import Verdict as Verdict
 from gearchaos.studies.zones import Zones as Zones
 from gearchaos.studies.zones import zones as zones
 

@@ -11,7 +11,7 @@ import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
@@ -32,10 +32,12 @@ from gearchaos.model import (
 )
 from gearchaos.quantities import find
 from gearchaos.studies.axis import Axis, parse_axis
-from gearchaos.studies.registry import STUDIES, study_class
+from gearchaos.studies.registry import STUDIES
 from gearchaos.studies.study import ClassifyingStudy, Study
 
 _ON_PAIR = "gearpair."
+
+Kind = TypeVar("Kind", bound=Study)
 
 LARGEST = 1_000_000
 """Most bytes of a study file; one that is written by hand has some hundreds."""
@@ -161,7 +163,7 @@ class LoadedStudy:
         """The options if the file describes a study of this kind, else none."""
         return dict(self.options) if self.kind == kind else {}
 
-    def study(self, kind: str, **options: Any) -> Study:
+    def study(self, kind: type[Kind], **options: Any) -> Kind:
         """A study of this kind with the given options, those of the file, and its classification settings.
 
         Raises
@@ -169,14 +171,10 @@ class LoadedStudy:
         InputError
             If an option is missing or wrong.
         """
-        chosen, values = study_class(kind), {**self.options_for(kind), **options}
-        if self.classification and issubclass(chosen, ClassifyingStudy):
-            values["settings"] = self.settings(chosen.default_settings)
-        return chosen.of(self.model, values)
-
-    def settings(self, default: Classification) -> Classification:
-        """Classification settings with the fields that the file sets over the default."""
-        return replace(default, **self.classification)
+        values = {**self.options_for(kind.kind), **options}
+        if self.classification and issubclass(kind, ClassifyingStudy):
+            values["settings"] = replace(kind.default_settings, **self.classification)
+        return kind.of(self.model, values)
 
 
 def load_study(path: str | os.PathLike[str] | None = None, values: Mapping[str, Any] | None = None) -> LoadedStudy:
@@ -215,7 +213,13 @@ def _classification(tables: StudyFile) -> dict[str, Any]:
         raise InputError("[budget]", "must be left out beside [classification]", sorted(tables.budget.model_fields_set),
                          "It is the older name of the same table.")
     former = tables.budget.model_dump(exclude_none=True)
-    return _settings({FORMER_NAMES[name]: value for name, value in former.items()})
+    given = _settings({FORMER_NAMES[name]: value for name, value in former.items()})
+    try:
+        Classification(**given)
+    except InputError as error:
+        names = {f"classification.{name}": f"budget.{old}" for old, name in FORMER_NAMES.items()}
+        raise InputError(names.get(error.field, error.field), error.rule, error.value, error.advice) from None
+    return given
 
 
 def _settings(given: Mapping[str, Any]) -> dict[str, Any]:

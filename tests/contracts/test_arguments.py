@@ -98,7 +98,7 @@ def test_what_is_no_budget_is_refused_in_words(name):
 
 
 def test_what_is_no_verdict_is_refused_in_words():
-    with pytest.raises(InputError, match=r"^verdict must be a Regime"):
+    with pytest.raises(InputError, match=r"^verdict must be a Verdict"):
         gc.steady(MODEL, "1T")
     with pytest.raises(InputError, match=r"^verdict must be of a motion that stays bounded"):
         gc.steady(MODEL, gc.regime(gc.MeshModel.of(kind="single", zeta=0.0, q0=1e7, chi0=0.5)))

@@ -490,7 +490,7 @@ def no_study(monkeypatch):
     from gearchaos.studies.study import Study
 
     monkeypatch.setattr(Study, "run", lambda *_, **__: pytest.fail("computed before the output was checked"))
-    monkeypatch.setattr(import_module("gearchaos.studies.regime"), "regime", Study.run)
+    monkeypatch.setattr(import_module("gearchaos.studies.regime").Regime, "verdict", Study.run)
 
 
 def outputs(tmp_path):
@@ -579,7 +579,7 @@ def test_commands_of_the_examples_reach_their_study(tmp_path, monkeypatch, comma
 
     monkeypatch.setattr(flow, "cache_is_empty", lambda: False)  # else the first one compiles and says so
     monkeypatch.setattr(Study, "run", raising(KeyboardInterrupt()))
-    monkeypatch.setattr(import_module("gearchaos.studies.regime"), "regime", raising(KeyboardInterrupt()))
+    monkeypatch.setattr(import_module("gearchaos.studies.regime").Regime, "verdict", raising(KeyboardInterrupt()))
     monkeypatch.setattr(report, "build", raising(KeyboardInterrupt()))
     shutil.copytree(EXAMPLES, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)

@@ -16,6 +16,7 @@ from gearchaos.model import vary
 from gearchaos.model.switched import switched
 from gearchaos.studies import cost as costs
 from gearchaos.studies.cost import LONG, MOST_STEPS, estimate
+from gearchaos.studies.registry import STUDIES
 from gearchaos.studyfile import load_study
 from gearchaos.validation import LARGEST, SMALLEST
 from tests.slow.fuzzing.cases import EXAMPLES
@@ -219,6 +220,6 @@ def test_tiles_of_any_size_give_the_same_map(monkeypatch):
 def test_no_example_is_refused(path):
     study = load_study(path)
     if study.kind is not None:
-        cost = study.study(study.kind).cost
+        cost = study.study(STUDIES[study.kind]).cost
         assert cost.seconds(2) < 7200 and cost.steps < MOST_STEPS / 100
     assert np.isfinite(estimate(switched(vary(study.model, {})), 1, Classification().most).seconds())

@@ -124,7 +124,7 @@ def test_verdicts_are_compared_copied_and_shown_by_their_values():
     model = FIGURE_2.with_values({"eps1": 0.206})
     found, again, other = gc.regime(model), gc.regime(model), gc.regime(FIGURE_2)
     assert found == again == pickle.loads(pickle.dumps(found)) and found != other
-    assert repr(found).startswith("Regime(label='8T', period=8, reason='a stable periodic orbit")
+    assert repr(found).startswith("Verdict(label='8T', period=8, reason='a stable periodic orbit")
     assert {"v_rms", "switches_per_period", "label"} <= set(dir(found))
     with pytest.raises(AttributeError, match="no attribute 'v_rsm'"):
         _ = found.v_rsm

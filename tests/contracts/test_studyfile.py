@@ -94,12 +94,12 @@ def test_settings(study):
     assert found.kind == "bifurcation"
     assert found.options == {"axis": Axis("eps1", 0.0, 0.3, 7), "points": 32, "mode": "up"}
     assert found.options_for("zones") == {}
-    assert found.study("bifurcation") == Bifurcation(found.model, Axis("eps1", 0.0, 0.3, 7), points=32, mode="up")
+    assert found.study(Bifurcation) == Bifurcation(found.model, Axis("eps1", 0.0, 0.3, 7), points=32, mode="up")
 
 
 def test_x_axis_comes_first(study):
     found = study('[study]\ny = "eps1=0:0.3:7"\nx = "omega=0.2:3:5"\nkind = "zones"')
-    study = found.study("zones")
+    study = found.study(STUDIES["zones"])
     assert (study.x.name, study.y.name) == ("omega", "eps1")
 
 

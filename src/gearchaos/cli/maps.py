@@ -105,7 +105,9 @@ def _run(
     check_output("--out", target.out, DATA_SUFFIXES)
     check_output("--plot", target.plot, PLOT_SUFFIXES)
     loaded = load(study, sets, target.physical)
-    chosen = loaded.study(kind, **_axes(kind, loaded, axis or []), **given(**options))
+    from gearchaos.studies.registry import study_class
+
+    chosen = loaded.study(study_class(kind), **_axes(kind, loaded, axis or []), **given(**options))
     _finish(chosen, chosen.run(progress=True), loaded, target)
 
 

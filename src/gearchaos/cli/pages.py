@@ -16,7 +16,7 @@ from gearchaos.quantities import RESPONSES, VERDICTS, quantity
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearchaos.studies import Regime
+    from gearchaos.studies import Verdict
     from gearchaos.studyfile import LoadedStudy
 
 _SHOWN_ROWS = 20
@@ -55,7 +55,7 @@ def print_run(found: dict[str, Any]) -> None:
     _print(table)
 
 
-def print_regime(verdict: Regime, loaded: LoadedStudy, physical: bool) -> None:
+def print_regime(verdict: Verdict, loaded: LoadedStudy, physical: bool) -> None:
     """The verdict at one operating point: the motion, its evidence, and every measure that has a title."""
     values, scales = verdict.to_dict(), None if loaded.pair is None else loaded.pair.scales
     table = Table(show_header=False)

@@ -23,7 +23,7 @@ from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES
 
 if TYPE_CHECKING:
-    from gearchaos.studies import Regime
+    from gearchaos.studies import Verdict
     from gearchaos.studyfile import LoadedStudy
 
 
@@ -46,7 +46,9 @@ def simulate(
     if periods is None and "periods" not in loaded.options_for("simulate"):
         raise InputError("--periods", "must be given", None, "E.g. --periods 100.")
     options = given(periods=periods, transient=transient, samples=samples)
-    chosen = loaded.study("simulate", **options | ({"samples": None} if out is None else {}))
+    from gearchaos.studies.simulate import Simulate
+
+    chosen = loaded.study(Simulate, **options | ({"samples": None} if out is None else {}))
     dataset = in_units(chosen.run(progress=True), loaded, physical)
     save(dataset, out)
     if json_out:
@@ -64,10 +66,11 @@ def regime(
     """Say what the mesh does at one operating point, with the evidence."""
     check_output("--plot", plot, PLOT_SUFFIXES)
     loaded = load(study, sets, physical)
-    from gearchaos.studies.regime import REGIME_SETTINGS
-    from gearchaos.studies.regime import regime as run
+    from gearchaos.studies.regime import Regime
 
-    verdict = run(loaded.model, settings=loaded.settings(REGIME_SETTINGS), progress=True)
+    chosen = loaded.study(Regime)
+    chosen.cost.announce()
+    verdict = chosen.verdict()
     if json_out:
         print_json(_regime_document(verdict, loaded, physical))
     else:
@@ -78,7 +81,7 @@ def regime(
         _draw_steady(loaded, verdict, plot, physical)
 
 
-def _regime_document(verdict: Regime, loaded: LoadedStudy, physical: bool) -> dict[str, Any]:
+def _regime_document(verdict: Verdict, loaded: LoadedStudy, physical: bool) -> dict[str, Any]:
     """The verdict with all its evidence; in physical units also the mesh frequency, and the units by name."""
     if not physical or loaded.pair is None:
         return verdict.to_dict()
@@ -88,7 +91,7 @@ def _regime_document(verdict: Regime, loaded: LoadedStudy, physical: bool) -> di
     return {**values, "units": units}
 
 
-def _draw_steady(loaded: LoadedStudy, verdict: Regime, path: Path, physical: bool) -> None:
+def _draw_steady(loaded: LoadedStudy, verdict: Verdict, path: Path, physical: bool) -> None:
     """The picture of the motion behind a verdict, if it stays bounded."""
     if not verdict.section:
         say(f"no picture: the motion {verdict.label}")
@@ -119,11 +122,12 @@ def attractors(
     """Find all motions of one operating point, with the shares of the starts that lead to them."""
     check_output("--out", out, DATA_SUFFIXES)
     loaded = load(study, sets)
+    from gearchaos.studies.attractors import Attractors
     from gearchaos.studies.axis import parse_axis
 
     path = parse_axis(sweep, "--sweep") if sweep else None
     options = given(starts=starts, seed=seed, sweep=path, kicks=kicks)
-    found = loaded.study("attractors", **options).run(progress=True)
+    found = loaded.study(Attractors, **options).run(progress=True)
     save(found, out)
     if json_out:
         print_json(attractor_list(found))

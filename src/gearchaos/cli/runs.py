@@ -67,13 +67,14 @@ def _study(path: Path | None, sets: list[str] | None, refine: bool) -> Study:
         raise InputError("study.kind", "must be given", None, "Write [study] with a kind in the study file.")
     from gearchaos.studies.registry import study_class
 
-    keys = study_class(loaded.kind).axis_fields
-    if not all(key in loaded.options for key in keys):
-        raise InputError("study", f"must give {' and '.join(keys)}", loaded.kind, 'E.g. x = "omega=0.2:3:400".')
+    kind = study_class(loaded.kind)
+    if not all(key in loaded.options for key in kind.axis_fields):
+        keys = ' and '.join(kind.axis_fields)
+        raise InputError("study", f"must give {keys}", loaded.kind, 'E.g. x = "omega=0.2:3:400".')
     if refine and loaded.kind != "zones":
         raise InputError("--refine", "must be left out for a study that is no map of zones", loaded.kind)
     coarse = {"refine": COARSE} if refine and loaded.options.get("refine", 1) == 1 else {}
-    return loaded.study(loaded.kind, **coarse)
+    return loaded.study(kind, **coarse)
 
 
 @app.command()

@@ -34,6 +34,14 @@ def motion_name(label: Label, period: int) -> str:
     return f"{period}T" if label == Label.PERIODIC else label.name.lower().replace("_", "-")
 
 
+def label_and_period(name: str) -> tuple[Label, int]:
+    """The inverse of `motion_name`; the period is 0 where there is none."""
+    for label in Label:
+        if label != Label.PERIODIC and motion_name(label, 0) == name:
+            return label, 0
+    return Label.PERIODIC, int(name.removesuffix("T"))
+
+
 REASONS = {
     Reason.ORBIT: "a stable periodic orbit converged and the trajectory approaches it",
     Reason.POSITIVE_EXPONENT: "the largest Lyapunov exponent is positive by its 99 % confidence interval",

@@ -13,7 +13,7 @@ import xarray as xr
 from gearchaos.dynamics import Classification
 from gearchaos.model import MeshModel
 from gearchaos.paper.settings import Figure, FigureStudy, Quality, all_figures
-from gearchaos.studies import Axis, Regime, basins, bifurcation, regime, simulate, zones
+from gearchaos.studies import Axis, Verdict, basins, bifurcation, regime, simulate, zones
 from gearchaos.studies.regime import REGIME_SETTINGS
 
 TRANSIENT = 3000
@@ -87,7 +87,7 @@ class ComputationCache:
         """A result by its key, None if there is none yet."""
         return self._known.get(key)
 
-    def regime(self, **values: Any) -> Regime:
+    def regime(self, **values: Any) -> Verdict:
         """The verdict at one operating point, given by short names."""
         return self.cached(f"the verdict at {_words(values)}", lambda: regime(MeshModel.of(**values)))
 

@@ -5,12 +5,13 @@ from gearchaos.studies.attractors import attractors
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.basins import basins
 from gearchaos.studies.bifurcation import bifurcation
-from gearchaos.studies.regime import Regime, regime
+from gearchaos.studies.regime import regime
 from gearchaos.studies.simulate import simulate
 from gearchaos.studies.steady import steady
+from gearchaos.studies.verdict import Verdict
 from gearchaos.studies.zones import zones
 
 __all__ = [
-    "Axis", "Regime", "attractors", "basins", "bifurcation", "load", "motions", "regime", "save", "simulate", "steady",
+    "Axis", "Verdict", "attractors", "basins", "bifurcation", "load", "motions", "regime", "save", "simulate", "steady",
     "zones",
 ]

@@ -1,25 +1,25 @@
-"""The verdict at one operating point, with its evidence."""
+"""What the mesh does at one operating point."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from gearchaos.datasets import new_dataset, provenance, variable
-from gearchaos.dynamics import REASONS, Classification, Label, Reason, Verdicts, classify, motion_name
-from gearchaos.dynamics.response import CONTACTS, Response
-from gearchaos.dynamics.settings import as_settings
+from gearchaos.dynamics import Classification, Label, classify, motion_name
+from gearchaos.dynamics.labels import label_and_period
 from gearchaos.dynamics.spectrum import spectral_class
-from gearchaos.flow import ExactFlow
-from gearchaos.gears.pair import GearPair, as_model
+from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel, vary
-from gearchaos.model.coordinates import start
 from gearchaos.model.switched import switched
-from gearchaos.studies.cost import estimate
+from gearchaos.studies.cost import Cost, estimate
+from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.sections import steady_sections
+from gearchaos.studies.study import ClassifyingStudy
+from gearchaos.studies.verdict import Verdict
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,151 +32,10 @@ REGIME_SETTINGS = Classification(
 _SECTION_POINTS = 512
 """Stroboscopic points of a motion without a period."""
 
-_JSON_ORDER = (
-    "label", "period", "reason", "multipliers", "lyapunov", "lyapunov_ci", "v_rms", "contact_fraction", "contact",
-    "dynamic_factor", "section", "residual", "trace_error", "periods_spent", "switches_per_period", "z_rms",
-    "z_peak_to_peak", "z_dot_rms", "z_dot_peak_to_peak", "spectral_label",
-)
-"""Order of the keys of `Regime.to_dict`; response measures that are not listed follow."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Regime:
-    """The verdict on one motion; `regime` returns it.
-
-    The response measures of `Response`, such as ``v_rms``, are attributes too: floats, or None where they do not exist.
-
-    Parameters
-    ----------
-    model : MeshModel
-        The operating point, with its initial values.
-    verdicts : Verdicts
-        Of this one motion.
-    section : dict of str to list of float
-        Stroboscopic points of the steady motion, by coordinate: n of a motion of period n, 512 of any other, none of
-        one that diverged.
-    spectral_label : str or None
-        The class that the spectrum of z and z' at those points suggests; see `spectral_class`.
-    """
-
-    model: MeshModel
-    verdicts: Verdicts
-    section: dict[str, list[float]]
-    spectral_label: str | None
-
-    @property
-    def label(self) -> str:
-        """Kind of motion: "1T", "2T", ..., "quasi-periodic", "chaotic", "undecided" or "diverged"."""
-        return motion_name(self._label, self.period or 0)
-
-    @property
-    def _label(self) -> Label:
-        return Label(int(self.verdicts.label[0]))
-
-    @property
-    def period(self) -> int | None:
-        """Minimal period in mesh periods, None where there is none."""
-        return int(self.verdicts.period[0]) or None
-
-    @property
-    def reason(self) -> str:
-        """Why this is the verdict."""
-        return REASONS[Reason(int(self.verdicts.reason[0]))]
-
-    @property
-    def multipliers(self) -> list[complex]:
-        """Floquet multipliers of the orbit, largest modulus first; empty without an orbit."""
-        return self.verdicts.multipliers[0].tolist() if self.period else []
-
-    @property
-    def lyapunov(self) -> list[float]:
-        """Lyapunov exponents of the dynamic state per unit of τ, largest first."""
-        return self.verdicts.exponent[self._known, 0].tolist()
-
-    @property
-    def lyapunov_ci(self) -> list[list[float]]:
-        """The interval [low, high] of each exponent: at 99 % confidence, or exact for an orbit."""
-        low, high = self.verdicts.exponent_low[:, 0], self.verdicts.exponent_high[:, 0]
-        return np.stack([low, high], axis=1)[self._known].tolist()
-
-    @property
-    def _known(self) -> np.ndarray:
-        return np.isfinite(self.verdicts.exponent[:, 0])
-
-    @property
-    def residual(self) -> float | None:
-        """Largest change of a coordinate over one period of the orbit, None without an orbit."""
-        return self._number("residual") if self.period else None
-
-    @property
-    def trace_error(self) -> float | None:
-        """|sum of the exponents − trace of the linear part|, per unit of τ."""
-        return self._number("trace_error")
-
-    @property
-    def periods_spent(self) -> int:
-        """Mesh periods of the transient and exponent runs."""
-        return int(self.verdicts.periods_run[0])
-
-    @property
-    def contact(self) -> str | None:
-        """Contact state, one of `CONTACTS`; None if the motion diverged."""
-        return None if self._label == Label.DIVERGED else CONTACTS[int(self.verdicts.response.contact[0])]
-
-    def __getattr__(self, name: str) -> float | None:
-        """A response measure by its name."""
-        if name in Response.declared():
-            return self._number(name)
-        raise AttributeError(f"'Regime' object has no attribute {name!r}")
-
-    def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *Response.declared()]
-
-    def _number(self, name: str) -> float | None:
-        value = float(self.verdicts[name][0])
-        return value if math.isfinite(value) else None
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Regime) and self.to_dict() == other.to_dict()
-
-    def __repr__(self) -> str:
-        return f"Regime({', '.join(f'{n}={v!r}' for n, v in self.to_dict().items() if n != 'section')})"
-
-    def to_dict(self) -> dict[str, Any]:
-        """All attributes as JSON-ready values, None where a number does not exist; multipliers as [re, im]."""
-        names = dict.fromkeys((*_JSON_ORDER, *Response.declared()))
-        pairs = {"multipliers": [[m.real, m.imag] for m in self.multipliers]}
-        return {name: pairs[name] if name in pairs else getattr(self, name) for name in names}
-
-    def to_dataset(self) -> xr.Dataset:
-        """The verdict as labelled variables.
-
-        Returns
-        -------
-        xarray.Dataset
-            The variables that `zones` has for a cell, as scalars in double precision, and those response measures that
-            it leaves out; ``lyapunov_spectrum``, ``lyapunov_spectrum_lo``, ``lyapunov_spectrum_hi``,
-            ``multipliers_real`` and ``multipliers_imag`` over the dim "exponent"; and ``section_<coordinate>`` over the
-            dim "point". The attributes say the model, the ``motion`` and the ``spectral_label``.
-        """
-        v = self.verdicts
-        scalars = {n: values[0] for n, values in v.variables(double=True).items()}
-        scalars |= {n: v[n][0] for n, column in Response.declared().items() if column.variable is None}
-        spectrum = {
-            "lyapunov_spectrum": v.exponent[:, 0], "lyapunov_spectrum_lo": v.exponent_low[:, 0],
-            "lyapunov_spectrum_hi": v.exponent_high[:, 0], "multipliers_real": v.multipliers[0].real,
-            "multipliers_imag": v.multipliers[0].imag,
-        }
-        data = {n: variable(n, (), value) for n, value in scalars.items()}
-        data |= {n: variable(n, ("exponent",), values) for n, values in spectrum.items()}
-        data |= {f"section_{n}": variable(f"section_{n}", ("point",), np.array(x)) for n, x in self.section.items()}
-        said = {"motion": self.label, "spectral_label": self.spectral_label or "none"}
-        return new_dataset(data, attrs={**provenance("regime", self.model), **said})
-
 
 def regime(
-    model: MeshModel | GearPair, *, settings: Classification = REGIME_SETTINGS, progress: bool = False
-) -> Regime:
+    model: MeshModel | GearPair, *, settings: Classification | None = None, progress: bool = False
+) -> Verdict:
     """What will this gear mesh do?
 
     Parameters
@@ -190,7 +49,7 @@ def regime(
 
     Returns
     -------
-    Regime
+    Verdict
         With the ``label``, the ``reason``, and the evidence: ``multipliers`` of the orbit, all ``lyapunov`` exponents
         of the dynamic state with their intervals, the response measures, and the stroboscopic ``section``.
 
@@ -199,16 +58,69 @@ def regime(
     InputError
         If the model or the settings are none, or the computation does not fit into the memory; before any work.
     """
-    model, settings = as_model(model), as_settings(settings) or REGIME_SETTINGS
-    batch = vary(model, {})
-    system = switched(batch)
-    estimate(system, 1, settings.most).announce(progress)
-    flow = ExactFlow(system)
-    w, point = start(batch, system).T.copy(), np.zeros(1, dtype=int)
-    verdicts = classify(flow, w, settings=settings)
-    if verdicts.label[0] == Label.DIVERGED:
-        return Regime(model, verdicts, {}, None)
-    sections = steady_sections(batch, flow, point, w, verdicts, _SECTION_POINTS)
-    spectral_label, _ = spectral_class(np.stack([sections["z"][0], sections["z_dot"][0]], axis=1))
-    count = int(verdicts.period[0]) or _SECTION_POINTS
-    return Regime(model, verdicts, {name: x[0, -count:].tolist() for name, x in sections.items()}, spectral_label)
+    study = Regime(model, settings=settings)  # type: ignore[arg-type]
+    study.cost.announce(progress)
+    return study.verdict()
+
+
+@dataclass(frozen=True)
+class Regime(ClassifyingStudy):
+    """The value behind `regime`; its one work item is the motion."""
+
+    kind: ClassVar[str] = "regime"
+    default_settings: ClassVar[Classification] = REGIME_SETTINGS
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _ = self.cost
+
+    @property
+    def grid(self) -> dict[str, int]:
+        return {"motion": 1}
+
+    @cached_property
+    def cost(self) -> Cost:
+        return estimate(switched(vary(self.model, {})), 1, self.classification.most)
+
+    def verdict(self) -> Verdict:
+        """The verdict on the motion; see `regime`."""
+        problem = initial_value_problems(self.model)
+        verdicts = classify(problem.flow, problem.w, settings=self.classification)
+        if verdicts.label[0] == Label.DIVERGED:
+            return Verdict(self.model, verdicts, {}, None)
+        sections = steady_sections(
+            problem.batch, problem.flow, problem.points, problem.w, verdicts, _SECTION_POINTS)
+        spectral_label, _ = spectral_class(np.stack([sections["z"][0], sections["z_dot"][0]], axis=1))
+        count = int(verdicts.period[0]) or _SECTION_POINTS
+        return Verdict(
+            self.model, verdicts, {name: x[0, -count:].tolist() for name, x in sections.items()}, spectral_label)
+
+    def compute(
+        self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
+    ) -> dict[str, np.ndarray]:
+        verdict = self.verdict()
+        found = {name: values.values[None] for name, values in verdict.to_dataset().data_vars.items()}
+        label, period = label_and_period(verdict.spectral_label) if verdict.spectral_label else (0, 0)
+        spectral = {"spectral_label": np.array([label]), "spectral_period": np.array([period])}
+        return {str(name): values for name, values in found.items()} | spectral
+
+    def finish(
+        self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
+    ) -> xr.Dataset:
+        data = {
+            name: variable(name, _dims(name, values), values[0]) for name, values in found.items()
+            if not name.startswith("spectral_")
+        }
+        said = {"motion": _motion(found, ""), "spectral_label": _motion(found, "spectral_")}
+        return new_dataset(data, attrs={**provenance("regime", self.model), **said})
+
+
+def _motion(found: dict[str, np.ndarray], prefix: str) -> str:
+    """The name of a motion by its label and period among the results, "none" where there is no label."""
+    label, period = (int(found[f"{prefix}{name}"][0]) for name in ("label", "period"))
+    return motion_name(Label(label), period) if label else "none"
+
+
+def _dims(name: str, values: np.ndarray) -> tuple[str, ...]:
+    """Dimensions of a variable of `Verdict.to_dataset` without that of the work items."""
+    return () if values.ndim == 1 else ("point",) if name.startswith("section_") else ("exponent",)

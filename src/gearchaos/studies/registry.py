@@ -6,12 +6,13 @@ from gearchaos.errors import unknown_name
 from gearchaos.studies.attractors import Attractors
 from gearchaos.studies.basins import Basins
 from gearchaos.studies.bifurcation import Bifurcation
+from gearchaos.studies.regime import Regime
 from gearchaos.studies.simulate import Simulate
 from gearchaos.studies.study import Study
 from gearchaos.studies.zones import Zones
 
 STUDIES: dict[str, type[Study]] = {
-    study.kind: study for study in (Simulate, Attractors, Bifurcation, Zones, Basins)
+    study.kind: study for study in (Simulate, Regime, Attractors, Bifurcation, Zones, Basins)
 }
 
 

@@ -12,8 +12,8 @@ from gearchaos.gears.pair import GearPair, as_model
 from gearchaos.model import COORDINATES, MeshModel, vary
 from gearchaos.model.coordinates import drifts, error_at_start, without_drift
 from gearchaos.model.switched import coordinates
-from gearchaos.studies.regime import Regime
 from gearchaos.studies.simulate import simulate
+from gearchaos.studies.verdict import Verdict
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,14 +26,14 @@ _OTHER_PERIODS = 512
 """Length of the record: in periods of the orbit, and in mesh periods of a motion without one."""
 
 
-def steady(model: MeshModel | GearPair, verdict: Regime) -> xr.Dataset:
+def steady(model: MeshModel | GearPair, verdict: Verdict) -> xr.Dataset:
     """The steady motion that `regime` found, sampled in time.
 
     Parameters
     ----------
     model : MeshModel or GearPair
         The operating point.
-    verdict : Regime
+    verdict : Verdict
         The verdict on it, with the stroboscopic points of the motion.
 
     Returns
@@ -48,8 +48,8 @@ def steady(model: MeshModel | GearPair, verdict: Regime) -> xr.Dataset:
         If the motion diverged.
     """
     model = as_model(model)
-    if not isinstance(verdict, Regime):
-        raise InputError("verdict", "must be a Regime, as gearchaos.regime returns", f"a {type(verdict).__name__}")
+    if not isinstance(verdict, Verdict):
+        raise InputError("verdict", "must be a Verdict, as gearchaos.regime returns", f"a {type(verdict).__name__}")
     if not verdict.section:
         raise InputError("verdict", "must be of a motion that stays bounded", verdict.label)
     start = _initial_values(model, {name: values[-1] for name, values in verdict.section.items()})

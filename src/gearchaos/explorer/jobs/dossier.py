@@ -9,9 +9,10 @@ import xarray as xr
 
 from gearchaos.explorer.view.bounds import PORTRAIT
 from gearchaos.model import COORDINATES, MeshModel
-from gearchaos.studies.regime import REGIME_SETTINGS, Regime, regime
+from gearchaos.studies.regime import REGIME_SETTINGS, regime
 from gearchaos.studies.simulate import simulate
 from gearchaos.studies.steady import steady
+from gearchaos.studies.verdict import Verdict
 
 QUICK = replace(REGIME_SETTINGS, exponent_run=1000, doublings=0, longest_transient=0, averaging_periods=200)
 """Settings of the first verdict.
@@ -29,7 +30,7 @@ class Dossier:
     ----------
     model : MeshModel
         The model at the point, with the initial values of the motion.
-    verdict : Regime
+    verdict : Verdict
     final : bool
         Whether this is the verdict of `gearchaos.regime`; otherwise it is preliminary.
     motion : xarray.Dataset or None
@@ -39,7 +40,7 @@ class Dossier:
     """
 
     model: MeshModel
-    verdict: Regime
+    verdict: Verdict
     final: bool
     motion: xr.Dataset | None = None
     portrait: xr.Dataset | None = None

@@ -13,7 +13,7 @@ from gearchaos.explorer.panels.style import motion_colour
 from gearchaos.explorer.view.state import View
 from gearchaos.gears.pair import GearPair
 from gearchaos.quantities import quantity
-from gearchaos.studies.regime import Regime
+from gearchaos.studies.verdict import Verdict
 
 _LEVELS = {
     **{name: quantity(name).title for name in ("v_rms", "z_rms", "z_peak_to_peak", "contact_fraction")},
@@ -74,7 +74,7 @@ def verdict_text(found: Dossier, view: View, pair: GearPair | None) -> VerdictTe
     )
 
 
-def _rows(v: Regime, pair: GearPair | None) -> list[tuple[str, str]]:
+def _rows(v: Verdict, pair: GearPair | None) -> list[tuple[str, str]]:
     """Evidence and response levels, each with its name."""
     rows = []
     if v.contact:
@@ -91,7 +91,7 @@ def _rows(v: Regime, pair: GearPair | None) -> list[tuple[str, str]]:
     return rows
 
 
-def _levels(v: Regime, pair: GearPair | None) -> list[tuple[str, str]]:
+def _levels(v: Verdict, pair: GearPair | None) -> list[tuple[str, str]]:
     """Names of the levels that this motion has, and their values with units."""
     known = {n: x for n in _LEVELS if (x := getattr(v, n)) is not None}
     levels = in_units({n: variable(n, (), np.array(x)) for n, x in known.items()}, pair)

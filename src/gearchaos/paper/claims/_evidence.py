@@ -10,7 +10,7 @@ import xarray as xr
 
 from gearchaos.dynamics import Label
 from gearchaos.paper.cache import ComputationCache
-from gearchaos.studies import Regime, motions
+from gearchaos.studies import Verdict, motions
 
 
 def cited(cache: ComputationCache, keys: Iterable[str]) -> dict[str, Any]:
@@ -20,7 +20,7 @@ def cited(cache: ComputationCache, keys: Iterable[str]) -> dict[str, Any]:
 
 
 def _cite(result: Any) -> dict[str, Any]:
-    if isinstance(result, Regime):
+    if isinstance(result, Verdict):
         return _regime(result)
     if isinstance(result, xr.Dataset) and "lyapunov_lo" in result:
         return _cells(result)
@@ -29,7 +29,7 @@ def _cite(result: Any) -> dict[str, Any]:
     return {}
 
 
-def _regime(verdict: Regime) -> dict[str, Any]:
+def _regime(verdict: Verdict) -> dict[str, Any]:
     out: dict[str, Any] = {"label": verdict.label}
     if verdict.multipliers:
         out["largest_multiplier"] = _number(max(map(abs, verdict.multipliers)))
