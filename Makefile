@@ -36,13 +36,13 @@ chromium:
 kernels: $(VENV)/.installed-test
 	$(BIN)/gearchaos warmup
 
-# --dist loadgroup keeps all tests that use the browser in one process.
+# --dist loadfile keeps the tests of a file in one process, since they share servers, stores and the browser.
 test: lint chromium kernels
-	$(BIN)/python -m pytest -n 2 --dist loadgroup
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 .PHONY: quick slow
 quick: $(VENV)/.installed-test
-	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadgroup
+	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile
 
 slow: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -m exhaustive -n 2

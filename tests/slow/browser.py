@@ -15,10 +15,7 @@ from gearchaos.explorer.view.address import from_query
 from gearchaos.explorer.view.presets import presets
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-NEEDED = [
-    pytest.mark.skipif(CHROMIUM is None, reason="make test installs chromium"),
-    pytest.mark.xdist_group("browser"),
-]
+NEEDED = pytest.mark.skipif(CHROMIUM is None, reason="make test installs chromium")
 FEW_CELLS = (200, 150)
 """Columns and rows of the maps of `served` with ``few``: a quarter of the usual cells, so that tests take less time."""
 

@@ -15,7 +15,6 @@ import pytest
 from tests.slow.browser import served
 
 pytest.importorskip("bokeh")
-pytestmark = pytest.mark.xdist_group("browser")
 PATHS = ("/", "/ws", "/static/js/bokeh.min.js", "/autoload.js?bokeh-autoload-element=1", "/metadata", "/favicon.ico")
 
 
