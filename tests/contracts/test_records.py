@@ -14,7 +14,7 @@ import xarray as xr
 
 import gearchaos as gc
 from gearchaos.dynamics import Classification, Label, Reason, Verdicts
-from gearchaos.dynamics.response import CONTACTS
+from gearchaos.dynamics.response import CONTACTS, Response
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched
@@ -128,6 +128,15 @@ def test_verdicts_are_compared_copied_and_shown_by_their_values():
     assert {"v_rms", "switches_per_period", "label"} <= set(dir(found))
     with pytest.raises(AttributeError, match="no attribute 'v_rsm'"):
         _ = found.v_rsm
+
+
+def test_every_response_measure_is_in_the_verdict_and_those_with_a_variable_in_maps(mixed):
+    found, measures = gc.regime(FIGURE_2), Response.declared()
+    document, data = found.to_dict(), found.to_dataset()
+    assert set(measures) <= set(document) and all(getattr(found, n) == document[n] for n in measures)
+    assert {column.variable or name for name, column in measures.items()} <= set(data.data_vars)
+    assert {column.variable for column in measures.values() if column.variable} <= set(mixed.data_vars)
+    assert all(column.meaning for column in Verdicts.declared().values())
 
 
 def test_columns_are_taken_and_overwritten_with_those_of_nested_tables():

@@ -5,6 +5,7 @@ import json
 import signal
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -279,17 +280,17 @@ def test_tiles_cover_all_work_once_and_the_last_ones_are_small(count, threads):
 
 def test_an_interrupt_leaves_nothing_but_the_tiles_under_way(monkeypatch):
     """Also one that comes early, while tiles are still being handed out: slowly, as where a compiler holds the GIL."""
-    begun, submit = [], tiles.ThreadPoolExecutor.submit
+    begun, submit = [], ThreadPoolExecutor.submit
 
-    def slowly(*arguments):
+    def slowly(*arguments, **options):
         time.sleep(0.005)
-        return submit(*arguments)
+        return submit(*arguments, **options)
 
     def work(tile):
         begun.append(tile)
         time.sleep(0.05)
 
-    monkeypatch.setattr(tiles.ThreadPoolExecutor, "submit", slowly)
+    monkeypatch.setattr(ThreadPoolExecutor, "submit", slowly)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits that it is ignored
     try:
         threading.Timer(0.5, _thread.interrupt_main).start()
