@@ -250,3 +250,40 @@ def test_the_kernels_say_the_same_without_the_compiler():
     )
     flow, w = flow_of(MeshModel.of(omega=0.95, eps1=0.1))
     np.testing.assert_allclose(json.loads(plain.stdout), flow.advance(w, 2, sections=2).sections[:, 0, 0], atol=1e-13)
+
+
+ALL_OF_IT = """
+import json
+import numpy as np
+from gearchaos.flow import ExactFlow, Measure, near_returns, newton_search, next_round
+from gearchaos.model import HarmonicStiffness, MeshModel, vary
+from gearchaos.switched import switched
+
+def results(stiffness):
+    model = MeshModel.of(kind="torsional", omega=2.0, eps1=0.2)
+    model = MeshModel(**{**model.__dict__, "stiffness": HarmonicStiffness((0.3,), ())}) if stiffness else model
+    flow, w = ExactFlow(switched(vary(model, {}))), np.array([[1.0], [0.1]])
+    unit = np.eye(2)[:, :, None]
+    out, grown = flow.advance(w, 1, tangent=unit, measured=True), flow.advance(w, 2, tangent=unit, growth=True)
+    search, busy = newton_search(w), np.arange(1)
+    next_round(search, busy, out.w, out.tangent, out.status, 10.0, 1e9)
+    sections = flow.advance(w, 5, sections=5).sections
+    returns = near_returns(sections, 2, 1e9, 1e9, 2)
+    return [a.ravel().tolist() for a in (out.w, out.tangent, out.measures, grown.growth, search.at, returns)]
+
+print(json.dumps([results(False), results(True)]))
+"""
+
+
+def test_every_kernel_does_the_same_with_the_compiler_off():
+    """To rounding: without the compiler a product and a sum are rounded one after the other."""
+    plain, compiled = (
+        json.loads(subprocess.run([sys.executable, "-c", ALL_OF_IT], env={**os.environ, "NUMBA_DISABLE_JIT": off},
+                                  capture_output=True, text=True, check=True).stdout)
+        for off in "10"
+    )
+    for ours, theirs in zip(plain, compiled, strict=True):
+        for mine, other in zip(ours, theirs, strict=True):
+            np.testing.assert_allclose(mine, other, rtol=1e-11, atol=1e-12)
+    measures = np.array(compiled[0][2])
+    assert measures[Measure.SWITCHES] > 0  # else neither is resolved

@@ -14,7 +14,7 @@ from gearchaos.flow.kernels.affine import (
     update_matrices,
 )
 from gearchaos.flow.kernels.arrays import LENGTH, position_of, rows_per_slot, state_index
-from gearchaos.flow.kernels.compilation import inlined, kernel
+from gearchaos.flow.kernels.compilation import inlined, main_kernel
 from gearchaos.flow.kernels.constants import WIDTH
 from gearchaos.flow.kernels.measures import measure_step, prepare_measures
 from gearchaos.flow.kernels.resolve import resolve
@@ -147,7 +147,7 @@ def _tick(dims, points, lanes, slots, work, tick, measuring):
         update_matrices(dims, points, lanes, slots, work.listed, count, tick)
 
 
-@kernel
+@main_kernel
 def advance_packs(dims, points, call, lanes, slots, work, measuring, ticks):
     """Advance the packs of a call by their periods, for at most so many ticks; returns whether there is more to do.
 

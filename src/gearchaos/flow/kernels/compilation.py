@@ -5,8 +5,8 @@ the cache directory contains a hash of this whole folder. Nor does Numba synchro
 at the same time: two may choose the same file name for different code, and a third would then run the wrong one.
 Therefore a lock is held while a kernel is written.
 
-The compiler never contracts a product and a sum into one operation by itself: `fma` and `simd.vfma` say where they are
-rounded once. So the result of a lane depends neither on the vector width of the machine nor on the other lanes.
+The compiler never contracts a product and a sum into one operation by itself: `simd.vfma` says where they are rounded
+once. So the result of a lane depends neither on the vector width of the machine nor on the other lanes.
 """
 
 from __future__ import annotations
@@ -22,16 +22,17 @@ from typing import Any
 import numba
 import platformdirs
 from filelock import FileLock
-from numba import config, njit, types
+from numba import config, njit
 from numba.core import event
 from numba.core.caching import FunctionCache
-from numba.extending import intrinsic
 
-_OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False}
-"""Kernels release the GIL, divide by zero as NumPy does, and allocate no arrays."""
+from gearchaos.flow.kernels.linking import KernelCompiler, SubroutineCompiler, ThoroughCompiler
+
+_OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
+"""Kernels release the GIL, divide by zero as NumPy does, and allocate no arrays; nothing but Python calls them."""
 
 _kernels: list[Any] = []
-"""All that `kernel` has decorated."""
+"""All kernels, in the order of their definition."""
 
 
 @cache
@@ -82,9 +83,9 @@ def _own_cache():
         config.CACHE_DIR = before
 
 
-def kernel(function: Callable[..., Any]) -> Any:
-    """Decorator: compile a function that Python calls, of numbers, arrays and tuples of them; it is kept on disk."""
-    compiled = njit(**_OPTIONS, no_cfunc_wrapper=True)(function)
+def _cached(function: Callable[..., Any], compiler: type) -> Any:
+    """Compile a function with this compiler, and keep the result on disk."""
+    compiled = njit(**_OPTIONS, pipeline_class=compiler)(function)
     if not config.DISABLE_JIT and _writable():
         with _own_cache():
             compiled._cache = _SharedCache(function)
@@ -92,14 +93,29 @@ def kernel(function: Callable[..., Any]) -> Any:
     return compiled
 
 
+def kernel(function: Callable[..., Any]) -> Any:
+    """Decorator: compile a function that Python calls, of numbers, arrays and tuples of them; it is kept on disk."""
+    return _cached(function, KernelCompiler)
+
+
+def main_kernel(function: Callable[..., Any]) -> Any:
+    """Decorator: a kernel in which nearly all time is spent; compiling takes longer, and the code is faster."""
+    return _cached(function, ThoroughCompiler)
+
+
 def subroutine(function: Callable[..., Any]) -> Any:
-    """Decorator: compile a function that only kernels call, as part of each of them."""
-    return njit(**_OPTIONS, no_cfunc_wrapper=True, no_cpython_wrapper=True)(function)
+    """Decorator: compile a function that only kernels and other subroutines call, as part of them."""
+    return _linked(function, forceinline=False)  # said, since Numba would take over what holds for the caller
 
 
 def inlined(function: Callable[..., Any]) -> Any:
     """Decorator: a subroutine whose code is copied into every caller, since passing its many arrays would cost time."""
-    return njit(**_OPTIONS, inline="always")(function)
+    return _linked(function, forceinline=True)
+
+
+def _linked(function: Callable[..., Any], forceinline: bool) -> Any:
+    compiler = SubroutineCompiler
+    return njit(**_OPTIONS, forceinline=forceinline, no_cpython_wrapper=True, pipeline_class=compiler)(function)
 
 
 def on_compile(call: Callable[[], None]) -> None:
@@ -114,27 +130,3 @@ def on_compile(call: Callable[[], None]) -> None:
             pass
 
     event.register("numba:compile", Listener())
-
-
-@intrinsic
-def _fused(typingctx, a, b, c):
-    signature = types.float64(types.float64, types.float64, types.float64)
-
-    def codegen(context, builder, signature, arguments):
-        return builder.fma(*arguments)
-
-    return signature, codegen
-
-
-def _plain(a: float, b: float, c: float) -> float:
-    return a * b + c
-
-
-if config.DISABLE_JIT:
-    fma = _plain
-else:
-
-    @njit(inline="always")
-    def fma(a, b, c):
-        """a * b + c, rounded once."""
-        return _fused(a, b, c)
