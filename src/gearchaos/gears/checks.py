@@ -1,15 +1,15 @@
-"""What the values of a gear pair must obey: each by itself, and together."""
+"""What the values of a gear pair must obey: each by itself, and together.
+
+The checks take a `GearPair`, whose module imports this one.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
-
-if TYPE_CHECKING:
-    from gearchaos.gears.pair import GearPair
 
 FIELDS: dict[str, tuple[units.Dimension, Rule | None]] = {
     **dict.fromkeys(("I1", "I2"), (units.INERTIA, POSITIVE)),
@@ -40,7 +40,7 @@ _RATIO_TOLERANCE = 0.01
 """Largest relative difference of the ratio of base radii and that of numbers of teeth."""
 
 
-def check_ratio(pair: GearPair) -> None:
+def check_ratio(pair: Any) -> None:
     """Raise `InputError` unless the base radii are in the ratio of the numbers of teeth."""
     teeth, radii = pair.n1 / pair.n2, pair.R1 / pair.R2
     if abs(radii / teeth - 1) > _RATIO_TOLERANCE:
@@ -51,7 +51,7 @@ def check_ratio(pair: GearPair) -> None:
         )
 
 
-def check_supports(pair: GearPair) -> None:
+def check_supports(pair: Any) -> None:
     """Raise `InputError` unless all values of elastic supports are given, or none is."""
     missing = [name for name in ("c1", "c2", "m1", "m2") if getattr(pair, name) is None]
     if missing and not pair.rigid:
@@ -65,7 +65,7 @@ def check_supports(pair: GearPair) -> None:
             raise InputError(name, rule, value, "Or give c1, c2, m1 and m2.")
 
 
-def check_waveforms(pair: GearPair) -> None:
+def check_waveforms(pair: Any) -> None:
     """Raise `InputError` if the stiffness is given in two ways, or a series has more phases than amplitudes."""
     for name in ("chi1", "chi2", "contact_ratio"):
         if pair.stiffness_amplitudes and (value := getattr(pair, name)) is not None:

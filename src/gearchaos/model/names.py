@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal, Protocol
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.model.waveforms import HarmonicStiffness, Stiffness, TwoLevelStiffness
 from gearchaos.quantities import PAIRS, PARAMETERS, STIFFNESS_LEVELS, harmonic, parse
 from gearchaos.validation import MAX_HARMONICS
 
-if TYPE_CHECKING:
-    from gearchaos.model.parameters import MeshModel
+
+class Named(Protocol):
+    """What the names of a model depend on: its kind and its stiffness. `MeshModel` has both."""
+
+    @property
+    def kind(self) -> str: ...
+
+    @property
+    def stiffness(self) -> Stiffness: ...
+
 
 Kind = Literal["single", "torsional", "full"]
 KINDS: tuple[str, ...] = ("single", "torsional", "full")
@@ -42,7 +50,7 @@ def is_series(name: str) -> bool:
     return parts is not None and parts.family in ("c", "alpha")
 
 
-def known_names(model: MeshModel) -> tuple[str, ...]:
+def known_names(model: Named) -> tuple[str, ...]:
     """All names that a value of this model can be set by; of harmonics the first ones stand for all."""
     stiffness = ("c1", "alpha1") if isinstance(model.stiffness, HarmonicStiffness) else _LEVELS
     pairs = tuple(pair for pair in PAIRS if pair not in _LEVELS)
@@ -67,7 +75,7 @@ def check_state_name(kind: str, name: str) -> None:
         raise unknown_name(f"initial value of a {kind} model", name, state_names(kind))
 
 
-def expand(values: Mapping[str, Any], model: MeshModel) -> dict[str, Any]:
+def expand(values: Mapping[str, Any], model: Named) -> dict[str, Any]:
     """Values by the names of single parameters: each pair is replaced by its two members.
 
     Raises
@@ -89,7 +97,7 @@ def default_stiffness(names: Iterable[str]) -> Stiffness:
     return HarmonicStiffness() if any(map(is_series, names)) else TwoLevelStiffness()
 
 
-def _check_name(name: str, model: MeshModel) -> None:
+def _check_name(name: str, model: Named) -> None:
     """Raise `InputError` unless a value of this model can be set by this name."""
     parts = harmonic(name)
     if parts is not None and (isinstance(model.stiffness, HarmonicStiffness) or not is_series(name)):

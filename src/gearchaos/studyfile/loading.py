@@ -1,27 +1,20 @@
-"""Study files: TOML in, a model and a study out, with values set by name over them.
-
-A file has ``[model]`` (with ``[model.error]`` and ``[model.stiffness]``) or ``[gearpair]``, ``[initial]`` and
-``[study]`` with ``[classification]``; every table is optional. ``StudyFile.model_json_schema()`` describes the layout.
-"""
+"""Study files: TOML in, a model and a study out, with values set by name over them."""
 
 from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import MISSING, dataclass, field, fields, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
-
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
+from typing import Any, TypeVar
 
 from gearchaos.dynamics.settings import FORMER_NAMES, Classification
-from gearchaos.errors import InputError, unknown_name
+from gearchaos.errors import InputError
 from gearchaos.files import read_bytes
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import (
     PAIRS,
-    SCALARS,
     HarmonicStiffness,
     MeshModel,
     Stiffness,
@@ -30,10 +23,18 @@ from gearchaos.model import (
     check_state_name,
     default_stiffness,
 )
-from gearchaos.quantities import find
 from gearchaos.studies.axis import Axis, parse_axis
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studies.study import ClassifyingStudy, Study
+from gearchaos.studyfile.tables import (
+    MODEL_NAMES,
+    GearPairTable,
+    ModelTable,
+    Series,
+    StiffnessTable,
+    StudyFile,
+    checked,
+)
 
 _ON_PAIR = "gearpair."
 
@@ -41,98 +42,6 @@ Kind = TypeVar("Kind", bound=Study)
 
 LARGEST = 1_000_000
 """Most bytes of a study file; one that is written by hand has some hundreds."""
-
-
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True)
-
-
-class _Series(_Table):
-    amplitudes: list[float] = []
-    phases: list[float] = []
-
-
-class _StiffnessTable(_Series):
-    kind: Literal["two-level", "harmonics"] = "two-level"
-    chi0: float | None = None
-    chi1: float | None = None
-    chi2: float | None = None
-    contact_ratio: float | None = None
-
-
-def _key_type(type_: Any, least: int | None) -> Any:
-    """The type of a key of ``[study]`` for a field of a study; axes are texts."""
-    if type_ is Axis:
-        return str | None
-    return Annotated[type_, Field(ge=least)] | None if least is not None else type_ | None
-
-
-def _study_keys() -> dict[str, Any]:
-    """The keys of ``[study]``: axes and options of all kinds of studies, each with its type and no default."""
-    keys: dict[str, Any] = {}
-    for kind in STUDIES.values():
-        declared = {f.name: f for f in fields(kind)}
-        for name, type_ in kind.option_types().items():
-            if declared[name].metadata:  # others can be given in Python alone
-                keys[name] = (_key_type(type_, declared[name].metadata["least"]), None)
-        keys |= dict.fromkeys(kind.axis_fields, (str | None, None))
-    return keys
-
-
-_StudyTable = create_model(
-    "_StudyTable",
-    __base__=_Table,
-    kind=(Literal[tuple(STUDIES)], ...),  # type: ignore[arg-type,valid-type]
-    **_study_keys(),
-)
-
-
-class _ClassificationTable(_Table):
-    transient_lengths: list[int] | None = None
-    longest_period: int | None = None
-    exponent_run: int | None = None
-    doublings: int | None = None
-    longest_transient: int | None = None
-    averaging_periods: int | None = None
-
-
-class _FormerClassificationTable(_Table):
-    """``[budget]`` of version 0.1; see `FORMER_NAMES`."""
-
-    looks: list[int] | None = None
-    longest: int | None = None
-    exponent: int | None = None
-    extensions: int | None = None
-    patience: int | None = None
-    measured: int | None = None
-
-
-_NAMES = (*SCALARS, *(pair for pair in PAIRS if pair != "chi0"))
-_ModelTable = create_model(
-    "_ModelTable",
-    __base__=_Table,
-    kind=(str, "torsional"),
-    error=(_Series, _Series()),
-    stiffness=(_StiffnessTable, _StiffnessTable()),
-    **{name: (float | None, None) for name in _NAMES},  # type: ignore[call-overload]
-)
-_GearPairTable = create_model(
-    "_GearPairTable",
-    __base__=_Table,
-    kind=(str | None, None),
-    **{f.name: (Any, ... if f.default is MISSING else f.default) for f in fields(GearPair)},  # type: ignore[call-overload]
-)
-
-
-class StudyFile(_Table):
-    """The layout of a study file."""
-
-    model: _ModelTable | None = None  # type: ignore[valid-type]
-    gearpair: _GearPairTable | None = None  # type: ignore[valid-type]
-    initial: dict[str, float] = {}
-    study: _StudyTable | None = None  # type: ignore[valid-type]
-    classification: _ClassificationTable | None = None
-    budget: _FormerClassificationTable | None = None
 
 
 @dataclass(frozen=True)
@@ -235,12 +144,12 @@ def _pair_and_model(
     if tables.gearpair is None:
         for name, value in on_pair.items():
             raise InputError(f"{_ON_PAIR}{name}", "needs a study file with a [gearpair] table", value)
-        model = _model(tables.model or _ModelTable(), stiffness)
+        model = _model(tables.model or ModelTable(), stiffness)
         return None, model if kind is None else model.with_values({"kind": kind})
     if tables.model is not None:
         given = list(tables.model.model_fields_set)
         raise InputError("[model]", "must be left out beside [gearpair]", given, "The pair is the model.")
-    values = _checked(_GearPairTable, {**tables.gearpair.model_dump(), **on_pair}, "gearpair").model_dump()
+    values = checked(GearPairTable, {**tables.gearpair.model_dump(), **on_pair}, "gearpair").model_dump()
     pair = GearPair(**{f.name: values[f.name] for f in fields(GearPair)})
     return pair, pair.to_model(kind if kind is not None else values["kind"])
 
@@ -252,51 +161,11 @@ def _read(path: Path) -> StudyFile:
         raise InputError("study file", "must be a readable file", str(path), f"{error.strerror}.") from None
     except (ValueError, RecursionError) as error:
         raise InputError("study file", "must be valid TOML", str(path), f"{error}.") from None
-    return _checked(StudyFile, document)
-
-
-def _checked(schema: type[BaseModel], document: Mapping[str, Any], *where: str) -> Any:
-    try:
-        return schema.model_validate(document)
-    except ValidationError as error:
-        # a misspelt key explains a missing one, so it comes first
-        first = min(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
-        raise _input_error(schema, first, where) from None
-
-
-def _input_error(schema: type[BaseModel], error: Any, where: tuple[str, ...]) -> InputError:
-    """The same complaint in the words of the project."""
-    *table, name = error["loc"]
-    if error["type"] == "extra_forbidden":
-        title = ".".join((*where, *table))
-        return _unknown(title, str(name), list(_table_at(schema, table).model_fields))
-    field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in (*where, *table, name))
-    if error["type"] == "missing":
-        return InputError(field[1:], "must be given", None)
-    if error["type"] in ("model_type", "dict_type"):
-        return InputError(field[1:], "must be a table", error["input"])
-    return InputError(field[1:], error["msg"].replace("Input should", "must"), error["input"])
-
-
-def _table_at(schema: Any, location: Sequence[Any]) -> Any:
-    """The table of the schema that a location names."""
-    for name in location:
-        annotation = schema.model_fields[name].annotation
-        options = getattr(annotation, "__args__", (annotation,))
-        schema = next(a for a in options if isinstance(a, type) and issubclass(a, BaseModel))
-    return schema
-
-
-def _unknown(title: str, name: str, known: Iterable[str]) -> InputError:
-    field = f"key of [{title}]" if title else "table"
-    found = find(name) if title == "model" else None
-    if found is not None and found.name == name and found.home:
-        return InputError(field, "must be a parameter of the model itself", name, f"Write it in {found.home}.")
-    return unknown_name(field, name, known)
+    return checked(StudyFile, document)
 
 
 def _model(table: Any, stiffness: Stiffness) -> MeshModel:
-    values = table.model_dump(include=set(_NAMES), exclude_none=True)
+    values = table.model_dump(include=set(MODEL_NAMES), exclude_none=True)
     _check_pairs("model", values)
     series = TransmissionError(tuple(table.error.amplitudes) or (0.0,), tuple(table.error.phases))
     if "stiffness" in table.model_fields_set:
@@ -316,9 +185,9 @@ def _check_pairs(table: str, values: Mapping[str, Any]) -> None:
                 )
 
 
-def _stiffness(table: _StiffnessTable) -> Stiffness:
+def _stiffness(table: StiffnessTable) -> Stiffness:
     levels = table.model_dump(include={"chi0", "chi1", "chi2", "contact_ratio"}, exclude_none=True)
-    series = [name for name in _Series.model_fields if getattr(table, name)]
+    series = [name for name in Series.model_fields if getattr(table, name)]
     for name in levels if table.kind == "harmonics" else series:
         raise InputError(
             f"model.stiffness.{name}", f"must be left out for kind {table.kind!r}", getattr(table, name),

@@ -1,0 +1,10 @@
+"""Study files: TOML in, a model and a study out, with values set by name over them.
+
+A file has ``[model]`` (with ``[model.error]`` and ``[model.stiffness]``) or ``[gearpair]``, ``[initial]`` and
+``[study]`` with ``[classification]``; every table is optional. ``StudyFile.model_json_schema()`` describes the layout.
+"""
+
+from gearchaos.studyfile.loading import LoadedStudy, load_study, parse_set
+from gearchaos.studyfile.tables import StudyFile
+
+__all__ = ["LoadedStudy", "StudyFile", "load_study", "parse_set"]

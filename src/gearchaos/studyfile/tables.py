@@ -1,0 +1,151 @@
+"""The layout of a study file: its tables with their keys, and errors of a file in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import MISSING, fields
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
+
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.gears.pair import GearPair
+from gearchaos.model import PAIRS, SCALARS
+from gearchaos.quantities import find
+from gearchaos.studies.axis import Axis
+from gearchaos.studies.registry import STUDIES
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+
+class Series(_Table):
+    amplitudes: list[float] = []
+    phases: list[float] = []
+
+
+class StiffnessTable(Series):
+    kind: Literal["two-level", "harmonics"] = "two-level"
+    chi0: float | None = None
+    chi1: float | None = None
+    chi2: float | None = None
+    contact_ratio: float | None = None
+
+
+def _key_type(type_: Any, least: int | None) -> Any:
+    """The type of a key of ``[study]`` for a field of a study; axes are texts."""
+    if type_ is Axis:
+        return str | None
+    return Annotated[type_, Field(ge=least)] | None if least is not None else type_ | None
+
+
+def _study_keys() -> dict[str, Any]:
+    """The keys of ``[study]``: axes and options of all kinds of studies, each with its type and no default."""
+    keys: dict[str, Any] = {}
+    for kind in STUDIES.values():
+        declared = {f.name: f for f in fields(kind)}
+        for name, type_ in kind.option_types().items():
+            if declared[name].metadata:  # others can be given in Python alone
+                keys[name] = (_key_type(type_, declared[name].metadata["least"]), None)
+        keys |= dict.fromkeys(kind.axis_fields, (str | None, None))
+    return keys
+
+
+_StudyTable = create_model(
+    "_StudyTable",
+    __base__=_Table,
+    kind=(Literal[tuple(STUDIES)], ...),  # type: ignore[arg-type,valid-type]
+    **_study_keys(),
+)
+
+
+class _ClassificationTable(_Table):
+    transient_lengths: list[int] | None = None
+    longest_period: int | None = None
+    exponent_run: int | None = None
+    doublings: int | None = None
+    longest_transient: int | None = None
+    averaging_periods: int | None = None
+
+
+class _FormerClassificationTable(_Table):
+    """``[budget]`` of earlier versions; see `FORMER_NAMES`."""
+
+    looks: list[int] | None = None
+    longest: int | None = None
+    exponent: int | None = None
+    extensions: int | None = None
+    patience: int | None = None
+    measured: int | None = None
+
+
+MODEL_NAMES = (*SCALARS, *(pair for pair in PAIRS if pair != "chi0"))
+"""Keys of ``[model]`` that are numbers."""
+
+ModelTable = create_model(
+    "ModelTable",
+    __base__=_Table,
+    kind=(str, "torsional"),
+    error=(Series, Series()),
+    stiffness=(StiffnessTable, StiffnessTable()),
+    **{name: (float | None, None) for name in MODEL_NAMES},  # type: ignore[call-overload]
+)
+GearPairTable = create_model(
+    "GearPairTable",
+    __base__=_Table,
+    kind=(str | None, None),
+    **{f.name: (Any, ... if f.default is MISSING else f.default) for f in fields(GearPair)},  # type: ignore[call-overload]
+)
+
+
+class StudyFile(_Table):
+    """The layout of a study file."""
+
+    model: ModelTable | None = None  # type: ignore[valid-type]
+    gearpair: GearPairTable | None = None  # type: ignore[valid-type]
+    initial: dict[str, float] = {}
+    study: _StudyTable | None = None  # type: ignore[valid-type]
+    classification: _ClassificationTable | None = None
+    budget: _FormerClassificationTable | None = None
+
+
+def checked(schema: type[BaseModel], document: Mapping[str, Any], *where: str) -> Any:
+    """A document as a table of the schema; raises `InputError` that names the key. ``where`` names the table itself."""
+    try:
+        return schema.model_validate(document)
+    except ValidationError as error:
+        # a misspelt key explains a missing one, so it comes first
+        first = min(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
+        raise _input_error(schema, first, where) from None
+
+
+def _input_error(schema: type[BaseModel], error: Any, where: tuple[str, ...]) -> InputError:
+    """An error of pydantic as an `InputError`."""
+    *table, name = error["loc"]
+    if error["type"] == "extra_forbidden":
+        title = ".".join((*where, *table))
+        return _unknown(title, str(name), list(_table_at(schema, table).model_fields))
+    field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in (*where, *table, name))
+    if error["type"] == "missing":
+        return InputError(field[1:], "must be given", None)
+    if error["type"] in ("model_type", "dict_type"):
+        return InputError(field[1:], "must be a table", error["input"])
+    return InputError(field[1:], error["msg"].replace("Input should", "must"), error["input"])
+
+
+def _table_at(schema: Any, location: Sequence[Any]) -> Any:
+    """The table of the schema that a location names."""
+    for name in location:
+        annotation = schema.model_fields[name].annotation
+        options = getattr(annotation, "__args__", (annotation,))
+        schema = next(a for a in options if isinstance(a, type) and issubclass(a, BaseModel))
+    return schema
+
+
+def _unknown(title: str, name: str, known: Iterable[str]) -> InputError:
+    field = f"key of [{title}]" if title else "table"
+    found = find(name) if title == "model" else None
+    if found is not None and found.name == name and found.home:
+        return InputError(field, "must be a parameter of the model itself", name, f"Write it in {found.home}.")
+    return unknown_name(field, name, known)
