@@ -74,7 +74,7 @@ FORMER_NAMES = {
     "looks": "transient_lengths", "longest": "longest_period", "exponent": "exponent_run", "extensions": "doublings",
     "patience": "longest_transient", "measured": "averaging_periods",
 }
-"""The fields by the names that they have in ``[budget]`` of study files of earlier versions and in the records of stores."""
+"""The fields by their names in ``[budget]`` of earlier study files and in the records of stores."""
 
 _MOST = 10_000_000
 _RANGES = {
