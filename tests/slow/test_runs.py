@@ -269,7 +269,7 @@ def test_damaged_files_of_the_store_itself_are_made_anew(tmp_path, name, lost, h
     study, path, said = STUDIES[name], tmp_path / "s.zarr", []
     run(study, path)
     good = data(path)
-    file = path / lost.format(array={"zones": "label", "basins": "attractor"}[name], axis=study.axes[0].name)
+    file = path / lost.format(array={"zones": "label", "basins": "attractor"}[name], axis=study.x.name)
     content = file.read_bytes()
     if how == "missing":
         file.unlink()
@@ -448,7 +448,7 @@ def test_bad_options_are_refused_before_anything_is_made(tmp_path, arguments, wo
 
 @pytest.mark.parametrize(("text", "words"), [
     (STUDY.replace("patience", "patiense"), "key of [budget] must be one of"),
-    (STUDY.replace('kind = "zones"', 'kind = "regime"').replace("x =", "#").replace("y =", "#"), "study.kind must be"),
+    (STUDY.replace('kind = "zones"', 'kind = "picture"').replace("x =", "#").replace("y =", "#"), "study.kind must be"),
     (STUDY.split("[study]")[0], "study.kind must be given"),
     (STUDY.replace("x =", "# x ="), "study must give x and y"),
     ('[study]\nkind = "simulate"\n', "study.periods must be given"),
