@@ -24,6 +24,7 @@ ROOT = Path(__file__).parents[2]
 PRIVATE = {
     "numba": {
         "numba.core.config": ("CACHE_DIR", "DISABLE_JIT"),
+        "numba.np.arraymath": ("_check_blas",),
         "numba.core.event": ("Listener", "Event", "register"),
         "numba.core.caching": ("FunctionCache", "FunctionCache._save_overload"),
         "numba.core.dispatcher": ("Dispatcher.enable_caching", "Dispatcher.stats"),

@@ -110,14 +110,22 @@ def test_a_verdict_has_complex_multipliers_that_become_pairs_in_json():
     assert found.to_dict()["multipliers"] == [[m.real, m.imag] for m in found.multipliers]
 
 
-def test_the_regime_command_loads_neither_pandas_nor_scipy_special():
+def test_the_regime_command_loads_neither_pandas_nor_scipy_s_special_functions_and_linear_algebra():
     """They take half a second, and the verdict none of it."""
     command = ["gearchaos", "regime", "--set", "eps1=0.206", "--json"]
     code = (f"import sys; sys.argv = {command}\nfrom gearchaos.cli import main\ntry: main()\nexcept SystemExit: pass\n"
-            "print([m for m in ('pandas', 'xarray', 'scipy.special') if m in sys.modules])")
+            "print([m for m in ('pandas', 'xarray', 'scipy.special', 'scipy.linalg') if m in sys.modules])")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     document, loaded = done.stdout.splitlines()
     assert json.loads(document)["label"] == "8T" and loaded == "[]"
+
+
+def test_a_command_can_import_scipy_s_linear_algebra_after_numba():
+    """`attractors` needs it for the intervals of the shares."""
+    code = ("import sys; from gearchaos.cli import main; sys.argv = ['gearchaos', 'attractors', '--starts', '4', "
+            "'--set', 'kind=single']; main()")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0 and "share of the starts" in done.stdout, done.stderr
 
 
 def test_verdicts_are_compared_copied_and_shown_by_their_values():

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gearchaos.cli import startup
 from gearchaos.cli.errors import Commands, tell_of_compiling
 from gearchaos.errors import InputError
 
@@ -48,7 +49,8 @@ Physical = Annotated[bool, typer.Option("--physical", help="µm, mm/s, N, Hz; fo
 
 
 def main() -> None:
-    """Entry point of the ``gearchaos`` command."""
+    """Entry point of the ``gearchaos`` command, in a process of its own."""
+    startup.own_process = True
     app(prog_name="gearchaos")
 
 
@@ -71,6 +73,7 @@ def _options(
 
 def load(study: Path | None, sets: list[str] | None, physical: bool = False) -> LoadedStudy:
     """The study of a file with the values set over it, checked; say so if kernels have to be compiled."""
+    startup.load_numba()
     from gearchaos.studyfile import load_study, parse_set
 
     loaded = load_study(study, parse_set(sets or []))
