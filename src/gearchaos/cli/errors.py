@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import itertools
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -63,14 +64,22 @@ def say(message: str) -> None:
 
 
 def tell_of_compiling() -> None:
-    """Say so if kernels have to be compiled, since nothing else happens meanwhile."""
+    """Say so if kernels have to be compiled, and how many there are, since nothing else happens meanwhile."""
     from gearchaos.flow import on_compile
 
-    told: list[bool] = []
+    count = itertools.count(1)
 
     def tell() -> None:
-        if not told:
-            told.append(True)
+        number = next(count)
+        if number == 1:
             say("compiling the kernels, once after an install or an update; gearchaos warmup does it for all models")
+        say(f"compiling kernel {number} of at most {_KERNELS}{_LONGEST if number == 2 else ''}")
 
     on_compile(tell)
+
+
+_KERNELS = 4
+"""Kernels that Python calls, each compiled once for a dimension of the state."""
+
+_LONGEST = ", which takes the longest"
+"""The second one advances the motion; the first makes its tables."""
