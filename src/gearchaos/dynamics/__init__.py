@@ -1,4 +1,4 @@
-"""What motion is it: recurrence, periodic orbits, Floquet multipliers, Lyapunov exponents, spectra, the verdict."""
+"""Classification of motions by recurrence, periodic orbits, Floquet multipliers, Lyapunov exponents and spectra."""
 
 from gearchaos.dynamics.labels import REASONS, Label, Reason, motion_name
 from gearchaos.dynamics.settings import Classification
