@@ -19,7 +19,7 @@ TILE = 8192
 _MIN_PER_THREAD = 256
 """Smallest number of trajectories that justifies a thread: fewer do not fill the lanes of one kernel call."""
 
-_FINAL_FRACTION = 16
+_FINAL_DIVISOR = 16
 """The smallest tile is the share of one thread divided by this, so that threads end at about the same time."""
 
 _MAX_UNDIVIDED = 5120
@@ -45,7 +45,7 @@ def split(count: int, largest: int = TILE, threads: int | None = None) -> list[s
     workers = _workers(threads)
     if count <= workers * min(_MAX_UNDIVIDED, largest):
         return _equal(count, max(useful_threads(count, threads), -(-count // largest)))
-    least = min(largest, max(_MIN_PER_THREAD, count // (_FINAL_FRACTION * workers)))
+    least = min(largest, max(_MIN_PER_THREAD, count // (_FINAL_DIVISOR * workers)))
     tiles, first = [], 0
     while first < count:
         size = largest if workers == 1 else min(largest, max(least, (count - first) // (2 * workers)))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearchaos.datasets import variable
-from gearchaos.dynamics import Classification, ClassificationState, Label, Reason, Verdicts, conclude, orbits
+from gearchaos.dynamics import ON_ATTRACTOR, Classification, ClassificationState, Reason, Verdicts, conclude, orbits
 from gearchaos.flow import ExactFlow
 from gearchaos.studies.batch_classification import classify_batch
 
@@ -23,9 +23,6 @@ _VERDICT_VARIABLES = (
     "periods_spent",
 )
 """Verdict variables that the Datasets report of each attractor, taken from one motion on it."""
-
-_ON_ATTRACTOR = (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC)
-"""Labels of motions that are on an attractor."""
 
 _SAME_POINT = 1e-6
 """Points of periodic orbits are the same if no coordinate differs by more than this."""
@@ -141,7 +138,7 @@ class AttractorSet:
         """`match` for at most `_TILE` motions."""
         index = np.full(len(final["label"]), -1, dtype=np.int32)
         kinds = np.stack([final[n] for n in ("label", "period", "neutral")])
-        for kind in np.unique(kinds[:, np.isin(final["label"], _ON_ATTRACTOR)], axis=1).T:
+        for kind in np.unique(kinds[:, np.isin(final["label"], ON_ATTRACTOR)], axis=1).T:
             same = np.flatnonzero((kinds == kind[:, None]).all(axis=0))
             index[same] = self._match_kind({n: v[same] for n, v in final.items()})
         return index

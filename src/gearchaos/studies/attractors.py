@@ -164,9 +164,11 @@ class Attractors(ClassifyingStudy):
             **(_kicks(attractors, self.kicks, progress, settings=settings, threads=threads) if self.kicks else {}),
             **{f"start_{n}": variable(n, ("start",), v) for n, v in self._starts.items()},
         }
-        settings_used = {"starts": self.starts, "seed": self.seed, "box": dict(self._box),
-                "sweep": self.sweep and asdict(self.sweep), "kicks": self.kicks}
-        return new_dataset(data, attrs=provenance("attractors", self.model, **settings_used))
+        options = {
+            "starts": self.starts, "seed": self.seed, "box": dict(self._box),
+            "sweep": self.sweep and asdict(self.sweep), "kicks": self.kicks,
+        }
+        return new_dataset(data, attrs=provenance("attractors", self.model, **options))
 
 
 def _check_sweep(model: MeshModel, sweep: Axis) -> float:
@@ -204,7 +206,7 @@ def _kicks(attractors: AttractorSet, directions: int, progress: bool, **options:
     ]
     none = np.full(len(names), np.nan)
     rows = {
-        "attractor_kick": np.array([p.size if p else np.nan for p in found]),
+        "attractor_kick": np.array([p.norm if p else np.nan for p in found]),
         "attractor_kick_change": np.array([p.change if p else none for p in found]).reshape(-1, len(names)),
         "attractor_kick_point": np.array([p.point if p else none for p in found]).reshape(-1, len(names)),
     }

@@ -141,8 +141,8 @@ def _kicks(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, attractors: At
     known = [attractors.members[i] for i in attractors.order()]
     system = attractors.flow.system
     corners = start(vary(model, {x.name: [0.0, 1.0, 0.0], y.name: [0.0, 0.0, 1.0]}), system)
-    across = (corners[1:] - corners[0]).T  # from the plane's coordinates to the state
-    whole_state = system.dimension == 2 and np.allclose(across @ across.T, np.eye(2))
+    jacobian = (corners[1:] - corners[0]).T  # of the state with respect to the coordinates of the plane
+    whole_state = system.dimension == 2 and np.allclose(jacobian @ jacobian.T, np.eye(2))
     if not whole_state or np.any(index == NOT_COMPUTED) or min(x.count, y.count) < 2:
         return np.full(len(known), np.nan)
-    return smallest_perturbations(index, x.values, y.values, [(a.section - corners[0]) @ across for a in known])
+    return smallest_perturbations(index, x.values, y.values, [(a.section - corners[0]) @ jacobian for a in known])

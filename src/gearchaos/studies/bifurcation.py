@@ -154,6 +154,6 @@ class Bifurcation(ClassifyingStudy):
         most = _MAX_TILE_VALUES // max(1, self.points * len(self.names))
         return classify_batch(
             initial_states, collect, interleaved(count, threads), settings=self.classification,
-            largest=min(self.cost.largest(threads), max(_MIN_TILE, most)),
+            largest=min(self.cost.max_points(threads), max(_MIN_TILE, most)),
             progress="bifurcation" if progress else None, threads=threads,
         )

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gearchaos.dynamics import Classification, Label, Verdicts
+from gearchaos.dynamics import ON_ATTRACTOR, Classification, Verdicts
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.execute import tiles
 from gearchaos.flow import ExactFlow
@@ -22,9 +22,6 @@ from gearchaos.studies.sweep import swept_initial_values
 
 _SAME_CENTRE = 1e-6
 """Orbits of the same period are the same if their centres differ by less than this in z and in z'."""
-
-_ON_ATTRACTOR = (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC)
-"""Labels of motions that are on an attractor."""
 
 _NO_CONTACT = CONTACTS.index("none")
 
@@ -75,7 +72,7 @@ def coexisting(
     further = _from_further_starts(model, x, y, cells, order, starts, **options)
     swept = _from_sweeps(model, x, y, cells, order, **options)
     motions = {n: np.concatenate([own[n][:, None], further[n], swept[n]], axis=1) for n in swept}
-    settled: np.ndarray = np.isin(motions["label"], _ON_ATTRACTOR)
+    settled: np.ndarray = np.isin(motions["label"], ON_ATTRACTOR)
     contact = np.where(settled & (motions["contact"] != _NO_CONTACT), motions["contact"], -1).max(axis=1)
     none, v_rms = ~np.any(settled, axis=1), motions["v_rms"]
     up, down = ({n: v[:, i] for n, v in motions.items()} for i in (-2, -1))
@@ -94,7 +91,7 @@ def _from_further_starts(
 ) -> dict[str, np.ndarray]:
     """`signature` of the motions from further initial states, the same in all cells; arrays (N, starts)."""
     conditions = spread(default_box(model), starts, 0)
-    # the single model is given its initial displacement either as z or as x1, so its own must not be kept
+    # the single model accepts only one of z and x1 as initial displacement, so the model's own is dropped
     base = replace(model, initial={}) if model.kind == "single" else model
     names = shared_coordinates(model, x, y)
 
@@ -115,8 +112,8 @@ def _from_sweeps(
     model: MeshModel, x: Axis, y: Axis, cells: np.ndarray, order: np.ndarray, **options: Any
 ) -> dict[str, np.ndarray]:
     """`signature` of the motions after slow sweeps along x, upwards and downwards; arrays (N, 2)."""
-    across = {y.name: y.values[cells[:: x.count] // x.count]}
-    up, down = (_sweep_rows(model, x, across, upwards, **options) for upwards in (True, False))
+    row_values = {y.name: y.values[cells[:: x.count] // x.count]}
+    up, down = (_sweep_rows(model, x, row_values, upwards, **options) for upwards in (True, False))
     base, count, names = replace(model, initial={}), len(cells), shared_coordinates(model, x, y)
 
     def initial_states(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
@@ -131,17 +128,17 @@ def _from_sweeps(
 
 
 def _sweep_rows(
-    model: MeshModel, x: Axis, across: dict[str, np.ndarray], upwards: bool, *, settings: Classification | None,
+    model: MeshModel, x: Axis, row_values: dict[str, np.ndarray], upwards: bool, *, settings: Classification | None,
     progress: bool, threads: int | None, largest: int,
 ) -> dict[str, np.ndarray]:
-    """Initial values (N,) by name with which sweeps along x reach the cells; one sweep for each row, a value of y.
+    """Initial values (N,) by name with which sweeps along x reach the cells.
 
-    ``across`` holds the values (rows,) of y by its name.
+    ``row_values`` has the value of y in each row, (rows,), by the name of y; there is one sweep for each row.
     """
     out: dict[str, np.ndarray] = {}
-    (count,) = {len(v) for v in across.values()}
+    (count,) = {len(v) for v in row_values.values()}
     for rows, reached in tiles.run(
-        lambda rows: swept_initial_values(model, x, upwards, {n: v[rows] for n, v in across.items()}),
+        lambda rows: swept_initial_values(model, x, upwards, {n: v[rows] for n, v in row_values.items()}),
         tiles.split(count, largest), progress=f"sweeps {'up' if upwards else 'down'}" if progress else None,
         threads=threads,
     ):

@@ -36,7 +36,7 @@ _MAX_SECONDS = 100 * 86400 * 365.25
 _STATES = 3
 """Number of contact states, each with its own step matrices."""
 
-_MEMORY_FRACTION = 4
+_MEMORY_DIVISOR = 4
 """Step matrices may take the memory of the machine divided by this."""
 
 
@@ -88,9 +88,9 @@ class Cost:
         many = f"{self.motions:,} motions are" if self.motions > 1 else "One motion is"
         return f"{many} followed for at most {self.periods + self.sequential:,} mesh periods of {self.steps:,} steps."
 
-    def largest(self, threads: int | None = None) -> int:
+    def max_points(self, threads: int | None = None) -> int:
         """Largest number of parameter points whose step matrices each of this many threads may hold at once."""
-        return int(min(TILE, max(WIDTH, memory() // _MEMORY_FRACTION // (threads or cores()) // self.table)))
+        return int(min(TILE, max(WIDTH, memory() // _MEMORY_DIVISOR // (threads or cores()) // self.table)))
 
     def announce(self, wanted: bool = True, threads: int | None = None) -> None:
         """Print the `warning` on stderr, if there is one and it is wanted."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.dynamics import Classification, Label, Reason, Verdicts
+from gearchaos.dynamics import ON_ATTRACTOR, Classification, Label, Reason, Verdicts
 from gearchaos.flow import ExactFlow
 from gearchaos.studies.attractor_set import Attractor, AttractorSet
 from gearchaos.studies.batch_classification import classify_batch
@@ -18,7 +18,7 @@ from gearchaos.studies.batch_classification import classify_batch
 _MAX_POINTS = 16
 """Largest number of stroboscopic points of the attractor that are perturbed."""
 
-_LENGTHS = np.geomspace(1e-3, 4.0, 25)
+_NORMS = np.geomspace(1e-3, 4.0, 25)
 """Norms of the perturbations tried in each random direction."""
 
 _IMPROVEMENTS = 12
@@ -30,10 +30,10 @@ _NEIGHBOURS = 32
 _REDUCTIONS = np.array([0.5, 0.7, 0.85, 0.93, 0.97, 0.99])
 """Norms that a round tries in each direction, relative to the best one."""
 
-_DECIDED = (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC, Label.DIVERGED)
+_DECIDED = (*ON_ATTRACTOR, Label.DIVERGED)
 """Labels of motions that can have left the attractor; an undecided motion does not count."""
 
-MOTIONS_PER_DIRECTION = _MAX_POINTS * len(_LENGTHS)
+MOTIONS_PER_DIRECTION = _MAX_POINTS * len(_NORMS)
 """Largest number of motions followed for each direction."""
 
 BYTES_PER_DIRECTION = 1200 * MOTIONS_PER_DIRECTION
@@ -46,14 +46,14 @@ class Perturbation:
 
     Attributes
     ----------
-    size : float
+    norm : float
         Euclidean norm of the change.
     change : (d,)
     point : (d,)
         The state at phase 0 to which the change is added.
     """
 
-    size: float
+    norm: float
     change: np.ndarray
     point: np.ndarray
 
@@ -96,24 +96,24 @@ class _Search:
         section = self.attractor.section
         points = section[np.unique(np.linspace(0, len(section) - 1, _MAX_POINTS).astype(int))]
         point, direction, step = (
-            i.ravel() for i in np.meshgrid(*(np.arange(n) for n in (len(points), len(directions), len(_LENGTHS))))
+            i.ravel() for i in np.meshgrid(*(np.arange(n) for n in (len(points), len(directions), len(_NORMS))))
         )
-        changes = _LENGTHS[step, None] * directions[direction]
+        changes = _NORMS[step, None] * directions[direction]
         leaving = np.flatnonzero(self.leaves((points[point] + changes).T, progress))
         if len(leaving) == 0:
             return None
         best = leaving[np.argmin(step[leaving])]
-        return Perturbation(float(_LENGTHS[step[best]]), changes[best], points[point[best]])
+        return Perturbation(float(_NORMS[step[best]]), changes[best], points[point[best]])
 
     def improved(self, best: Perturbation, deviation: float, rng: np.random.Generator) -> Perturbation:
         """A shorter perturbation in a similar direction after which the motion also leaves; ``best`` if none is found.
 
         ``deviation`` is the standard deviation of the random change of direction.
         """
-        unit = best.change / best.size
+        unit = best.change / best.norm
         around = _units(unit + deviation * rng.normal(size=(_NEIGHBOURS, len(unit))) / np.sqrt(len(unit)))
         around[0] = unit
-        changes = (best.size * _REDUCTIONS[:, None, None] * around).reshape(-1, len(unit))
+        changes = (best.norm * _REDUCTIONS[:, None, None] * around).reshape(-1, len(unit))
         leaving = np.flatnonzero(self.leaves((best.point + changes).T))
         if len(leaving) == 0:
             return best

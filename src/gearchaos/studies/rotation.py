@@ -38,14 +38,14 @@ def at_sections(
         motions is kept.
     """
     names, error = flow.system.names, error_at_start(batch)[0]
-    out = flow.advance(initial, before, points=points, measured=True)
-    first = out.w if orbit is None else orbit
-    x1 = initial_values(batch)["x1"] + out.measures[Measure.VELOCITY]
+    end = flow.advance(initial, before, points=points, measured=True)
+    first = end.w if orbit is None else orbit
+    x1 = initial_values(batch)["x1"] + end.measures[Measure.VELOCITY]
     J1, J2 = np.asarray(batch["J1"]), np.asarray(batch["J2"])
-    x1 = x1 + J2 / (J1 + J2) * (relative_rotation(names, first.T, error) - relative_rotation(names, out.w.T, error))
+    x1 = x1 + J2 / (J1 + J2) * (relative_rotation(names, first.T, error) - relative_rotation(names, end.w.T, error))
     states = np.concatenate([first[None], sections])
     x1 = np.concatenate([x1[None], _x1_changes(flow, points, states[:-1])]).cumsum(axis=0).T
-    decay = _decaying_rotation(batch, flow, points, out.w - first, len(sections))
+    decay = _decaying_rotation(batch, flow, points, end.w - first, len(sections))
     return x1 + decay - relative_rotation(names, np.moveaxis(states, 1, 2), error).T
 
 

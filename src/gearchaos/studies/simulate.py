@@ -98,10 +98,10 @@ class Simulate(Study):
         self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
     ) -> dict[str, np.ndarray]:
         _, flow, w = self._problem
-        before = flow.advance(w, self.transient) if self.transient else None
+        transient = flow.advance(w, self.transient) if self.transient else None
         out = flow.advance(
-            before.w if before else w, self.periods, sections=self.periods, sample=self.samples is not None)
-        codes = {int(run.status[0]) for run in (before, out) if run}
+            transient.w if transient else w, self.periods, sections=self.periods, sample=self.samples is not None)
+        codes = {int(run.status[0]) for run in (transient, out) if run}
         status = DIVERGED if DIVERGED in codes else max(codes)
         sampled = {"samples": out.samples[None, ..., 0]} if self.samples else {}
         return {"sections": out.sections[None, :, :, 0], "status": np.array([status]), **sampled}

@@ -18,7 +18,7 @@ PERIODS_PER_VALUE = 400
 
 
 def swept_initial_values(
-    model: MeshModel, axis: Axis, up: bool, across: Mapping[str, np.ndarray] | None = None
+    model: MeshModel, axis: Axis, up: bool, others: Mapping[str, np.ndarray] | None = None
 ) -> dict[str, np.ndarray]:
     """Initial values by name, (rows, columns), with which a sweep along the axis reaches each of its values.
 
@@ -28,16 +28,16 @@ def swept_initial_values(
         Its initial values are those at the first value of the sweep; a motion that diverged continues from them.
     axis : Axis
     up : bool
-        Whether the sweep runs from the first value of the axis to the last, or from the last to the first.
-    across : mapping of str to (rows,), optional
+        Whether the sweep runs from the first value of the axis to the last; otherwise from the last to the first.
+    others : mapping of str to (rows,), optional
         Other parameters by name, with a value for each of several simultaneous sweeps; by default there is one sweep.
     """
-    across = across or {}
-    rows = len(next(iter(across.values()), [0]))
+    others = others or {}
+    rows = len(next(iter(others.values()), [0]))
     out = {n: np.empty((rows, axis.count)) for n in COORDINATES[model.kind]}
     state: dict[str, np.ndarray] = {}
     for column in range(axis.count) if up else range(axis.count)[::-1]:
-        values = {**across, axis.name: np.full(rows, axis.values[column])}
+        values = {**others, axis.name: np.full(rows, axis.values[column])}
         initial = _initial_state(vary(model, values))
         state = {n: np.where(np.isfinite(x), x, initial[n]) for n, x in state.items()} or initial
         for name, value in state.items():

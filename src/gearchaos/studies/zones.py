@@ -153,7 +153,7 @@ class Zones(ClassifyingStudy):
         if self.x.name == "omega":  # so that neighbours in a tile have equal step counts
             order = np.argsort(cells % self.x.count, kind="stable").astype(cells.dtype)
         options: dict[str, Any] = {
-            "settings": self.classification, "threads": threads, "largest": self.cost.largest(threads),
+            "settings": self.classification, "threads": threads, "largest": self.cost.max_points(threads),
         }
         out = classify_batch(
             lambda tile: self.initial_states(cells[tile]), self._collect, order,
