@@ -47,8 +47,8 @@ def from_growth(growth: np.ndarray, period: np.ndarray) -> Exponents:
     Returns
     -------
     Exponents
-        With 99 % intervals by Student's t for the means of `BLOCKS` consecutive blocks, since successive periods are
-        correlated, but long blocks hardly. The first N mod `BLOCKS` periods are dropped.
+        With 99 % intervals by Student's t from the means of `BLOCKS` consecutive blocks: successive periods are
+        correlated, means of long blocks much less. The first N mod `BLOCKS` periods are dropped.
     """
     length = len(growth) // BLOCKS
     series = time_last(growth[-length * BLOCKS :])

@@ -169,7 +169,7 @@ class ClassificationState:
         return orbits.approaching(self.flow, w, self.points[lanes], found, _APPROACH_PERIODS)
 
     def _assign_orbits(self, lanes: np.ndarray, found: orbits.Orbits, reason: Reason) -> None:
-        """Classify motions as periodic on their orbits, and record the evidence."""
+        """Classify motions as periodic on their orbits, and record orbit, multipliers and exponents."""
         if len(lanes) == 0:
             return
         verdicts, points = self.verdicts, self.points[lanes]

@@ -15,9 +15,9 @@ def memory() -> int:
     return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else 1 << 33
 
 
-def check_memory(name: str, count: int, each: int = _BYTES_PER_ITEM) -> None:
-    """Raise `InputError` for the field ``name`` if ``count`` items of ``each`` bytes do not fit into memory."""
-    most = memory() // each
+def check_memory(name: str, count: int, item_bytes: int = _BYTES_PER_ITEM) -> None:
+    """Raise `InputError` for the field ``name`` if ``count`` items of ``item_bytes`` do not fit into memory."""
+    most = memory() // item_bytes
     if count > most:
         raise InputError(name, f"must be at most {most:,} on this machine, by its memory", count)
 

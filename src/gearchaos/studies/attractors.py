@@ -98,9 +98,8 @@ class Attractors(ClassifyingStudy):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        numbers = (("starts", 1), ("seed", 0), ("kicks", 0))
         self._set(sweep=None if self.sweep is None else as_axis(self.sweep, "sweep"),
-                  **{name: whole_number(name, getattr(self, name), least) for name, least in numbers})
+                  **self._whole_numbers("starts", "seed", "kicks"))
         if self.box:
             self._set(box=checked_box(self.box))
         vary(self.model, {n: [low, high] for n, (low, high) in self._box.items()})  # raises for an unknown name

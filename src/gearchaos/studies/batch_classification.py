@@ -129,8 +129,8 @@ class BatchClassifier:
         STAGES[stage](state)
         resolved, rest = np.flatnonzero(state.resolved), state.unresolved
         number = chosen.number[resolved]
-        unresolved = Unresolved(chosen.number[rest], state.checkpoint(rest))
-        return number, self._results(number, state.take(resolved)), unresolved
+        remaining = Unresolved(chosen.number[rest], state.checkpoint(rest))
+        return number, self._results(number, state.take(resolved)), remaining
 
     def _results(self, number: np.ndarray, state: ClassificationState) -> dict[str, np.ndarray]:
         """What ``collect`` returns for the motions with these numbers, which are all resolved."""

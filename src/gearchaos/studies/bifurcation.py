@@ -10,7 +10,7 @@ import numpy as np
 
 from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics import Classification, Verdicts
-from gearchaos.errors import InputError, unknown_name, whole_number
+from gearchaos.errors import InputError, unknown_name
 from gearchaos.execute.machine import check_memory
 from gearchaos.execute.tiles import interleaved
 from gearchaos.flow import ExactFlow
@@ -86,7 +86,7 @@ class Bifurcation(ClassifyingStudy):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._set(axis=as_axis(self.axis), points=whole_number("points", self.points, 0))
+        self._set(axis=as_axis(self.axis), **self._whole_numbers("points"))
         if self.mode not in MODES:
             raise unknown_name("mode", self.mode, MODES)
         if self.mode != "fixed" and self.axis.name in state_names(self.model.kind):

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from gearchaos.datasets import new_dataset, provenance, variable
-from gearchaos.errors import whole_number
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import CHATTER, DIVERGED, DIVERGED_AT, OK, ExactFlow
 from gearchaos.gears.pair import GearPair
@@ -73,9 +72,7 @@ class Simulate(Study):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._set(periods=whole_number("periods", self.periods, 1),
-                  transient=whole_number("transient", self.transient, 0),
-                  samples=None if self.samples is None else whole_number("samples", self.samples, 1))
+        self._set(**self._whole_numbers("periods", "transient", "samples"))
         samples = self.samples or 0
         check_memory("periods", self.periods, _BYTES_PER_SECTION)
         check_memory("periods times samples", self.periods * samples, _BYTES_PER_SAMPLE)

@@ -12,7 +12,7 @@ import numpy as np
 
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
-from gearchaos.errors import InputError, unknown_name
+from gearchaos.errors import InputError, unknown_name, whole_number
 from gearchaos.gears.pair import as_model
 from gearchaos.model import MeshModel
 from gearchaos.studies.cost import Cost
@@ -147,6 +147,18 @@ class Study(ABC):
     def __getstate__(self) -> dict[str, Any]:
         """The fields alone; cached properties are computed again from them."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    def _whole_numbers(self, *names: str) -> dict[str, int | None]:
+        """Values of these options by name; raises `InputError` unless they are whole numbers of at least ``least``.
+
+        None is accepted where it is the default.
+        """
+        out, declared = {}, {f.name: f for f in fields(self)}
+        for name in names:
+            value, declaration = getattr(self, name), declared[name]
+            omitted = value is None and declaration.default is None
+            out[name] = None if omitted else whole_number(name, value, declaration.metadata["least"])
+        return out
 
     def _set(self, **values: Any) -> None:
         """Set fields of the frozen value in `__post_init__`."""

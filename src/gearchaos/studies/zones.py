@@ -87,7 +87,7 @@ class Zones(ClassifyingStudy):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._set(x=as_axis(self.x, "x"), y=as_axis(self.y, "y"), starts=whole_number("starts", self.starts, 1))
+        self._set(x=as_axis(self.x, "x"), y=as_axis(self.y, "y"), **self._whole_numbers("starts"))
         check_plane(self.model, self.x, self.y)
         check_memory("cells times starts", self.x.count * self.y.count * self.starts)
         if self.starts > 1 and {self.x.name, self.y.name} & set(state_names(self.model.kind)):
