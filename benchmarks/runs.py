@@ -45,13 +45,13 @@ def study(cells: int, patience: int) -> Zones:
     return Zones(MeshModel.of(q0=0.1), *axes, settings=Classification(longest_transient=patience))
 
 
-def store(chosen: Zones, path: Path, pool: pools.PoolMaker) -> None:
+def store(chosen: Zones, path: Path, pool: pools.PoolFactory) -> None:
     """Compute a whole study into a store."""
     outcome = run_into_store(chosen, path, pool=pool)
     assert outcome.done == outcome.count, outcome.failed
 
 
-def into_store(chosen: Zones, pool: pools.PoolMaker) -> Callable[[], object]:
+def into_store(chosen: Zones, pool: pools.PoolFactory) -> Callable[[], object]:
     def work() -> None:
         with tempfile.TemporaryDirectory() as folder:
             store(chosen, Path(folder) / "s.zarr", pool)

@@ -11,7 +11,7 @@ from gearchaos.flow import ExactFlow, Measure
 from gearchaos.model import COORDINATES, vary
 from gearchaos.model.coordinates import error_at_start, start, without_drift
 from gearchaos.model.switched import switched
-from gearchaos.studies.sweep import carried
+from gearchaos.studies.sweep import swept_initial_values
 
 FRICTIONS = (0.0, 1e-30, 1e-14, 1e-10, 1e-8, 1e-6, 1e-4, 1.9e-3, 2.1e-3, 0.01, 0.05)
 
@@ -87,8 +87,8 @@ def test_a_sweep_carries_z_whatever_the_mean_rotation_does(up, friction):
     axis = gc.Axis("omega", 1.0, 1.4, 30)
     torques = {"q1": 0.14, "q2": 0.1, "eps1": 0.05, "zeta": 0.05}
     pair = gc.MeshModel.of(**torques, **friction)
-    z = carried(gc.MeshModel.of(kind="single", **torques, x1=1.0), axis, up)["z"]
-    x = carried(pair, axis, up)
+    z = swept_initial_values(gc.MeshModel.of(kind="single", **torques, x1=1.0), axis, up)["z"]
+    x = swept_initial_values(pair, axis, up)
     error, _ = error_at_start(vary(pair, {}))
     np.testing.assert_allclose(x["x1"] - x["x2"] - error, z, rtol=0, atol=2e-6 if friction.get("beta") else 1e-11)
     assert max(np.abs(x[n]).max() for n in ("x1", "x2")) < 10

@@ -44,11 +44,11 @@ def run(
     json_out: Json = False,
 ) -> None:
     """Compute the study of a file into a store, or go on where an earlier run stopped."""
-    from gearchaos.execute.pools import choose
+    from gearchaos.execute.pools import pool_from_options
     from gearchaos.store.run import run_into_store
     from gearchaos.store.writers import Shard
 
-    pool = choose(threads, processes, scheduler, cluster, jobs)
+    pool = pool_from_options(threads, processes, scheduler, cluster, jobs)
     chosen = _study(study, sets, refine)
     part = None if shard is None else Shard.parse(shard)
     outcome = run_into_store(chosen, out, tile=tile, pool=pool, shard=part, say=say, progress=True)

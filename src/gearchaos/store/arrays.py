@@ -15,8 +15,8 @@ import zarr
 from gearchaos.errors import InputError
 from gearchaos.store.chunks import CODECS
 from gearchaos.store.tiles import Grid
+from gearchaos.studies.fill_values import fill_value
 from gearchaos.studies.study import Study
-from gearchaos.studies.verdict_variables import blank
 
 FORMAT = 1
 
@@ -42,7 +42,7 @@ def create_arrays(path: Path, study: Study, arrays: dict[str, ArraySpec], grid: 
         labels = empty[name] if study.gridded else None
         group.create_array(
             name, shape=(*grid.shape, *values.shape[1:]), chunks=(*grid.tile, *values.shape[1:]), dtype=values.dtype,
-            fill_value=blank(name, values.dtype), compressors=CODECS,
+            fill_value=fill_value(name, values.dtype), compressors=CODECS,
             dimension_names=None if labels is None else [str(d) for d in labels.dims],
             attributes=None if labels is None else _plain(labels.attrs),
         )

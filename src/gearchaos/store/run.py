@@ -94,7 +94,7 @@ def run(
                 raise InputError(name, "needs out, the folder of a store", value, "E.g. out='map.zarr'.")
         return study.run(progress=progress, threads=threads)
     return run_into_store(
-        study, out, tile=tile, pool=pools.choose(threads, processes, scheduler, cluster, jobs),
+        study, out, tile=tile, pool=pools.pool_from_options(threads, processes, scheduler, cluster, jobs),
         shard=None if shard is None else Shard.parse(shard), say=_say if progress else _silent, progress=progress,
     )
 
@@ -108,7 +108,7 @@ def _silent(_: str) -> None:
 
 
 def run_into_store(
-    study: Study, path: str | os.PathLike[str], *, tile: int | None = None, pool: pools.PoolMaker | None = None,
+    study: Study, path: str | os.PathLike[str], *, tile: int | None = None, pool: pools.PoolFactory | None = None,
     shard: Shard | None = None, say: Callable[[str], None] = _silent, progress: bool = False,
 ) -> Outcome:
     """Compute a study into a store, or resume it.
@@ -120,7 +120,7 @@ def run_into_store(
         The folder of the store, made if it does not exist.
     tile : int, optional
         Largest number of work items in a tile; for a new store only.
-    pool : PoolMaker, optional
+    pool : PoolFactory, optional
         Threads of this process by default; see `gearchaos.execute.pools`.
     shard : Shard, optional
         Compute only these tiles; other processes or machines compute the others into the same store.
@@ -188,7 +188,7 @@ def _repair(store: Store, mine: range, say: Callable[[str], None]) -> None:
         (store.path / "run" / "finished").unlink(missing_ok=True)
 
 
-def _compute(store: Store, mine: range, pool: pools.PoolMaker, progress: bool) -> None:
+def _compute(store: Store, mine: range, pool: pools.PoolFactory, progress: bool) -> None:
     """Compute all tiles side by side, then those that failed one at a time, so that only a faulty tile fails again."""
     statuses, size = store.statuses(), store.grid.size
     todo, errors = [n for n in mine if not (n in statuses and statuses[n].done)], dict[int, str]()
@@ -202,7 +202,7 @@ def _compute(store: Store, mine: range, pool: pools.PoolMaker, progress: bool) -
 
 
 def _attempt(
-    store: Store, todo: list[int], pool: pools.PoolMaker, attempt: int, advance: Callable[[int], None]
+    store: Store, todo: list[int], pool: pools.PoolFactory, attempt: int, advance: Callable[[int], None]
 ) -> dict[int, str]:
     """Try each of these tiles once; returns the errors of those that failed. A pool that breaks is opened anew."""
     errors, left = dict[int, str](), list(todo)
@@ -225,11 +225,11 @@ def _error(future: Future[str | None]) -> str | None:
     """The error of a tile as text; raises an error that concerns all tiles."""
     error = None if future.cancelled() else future.exception()
     if future.cancelled() or pools.connection_lost(error):
-        raise pools.PoolLostError(f"the cluster is gone. {pools.KEPT}")
+        raise pools.PoolLostError(f"the cluster is gone. {pools.RESUME_ADVICE}")
     if isinstance(error, BrokenExecutor):
         return "the process that computed it died"
     if isinstance(error, OSError):
-        raise OSError(f"{error}. {pools.KEPT}") from None
+        raise OSError(f"{error}. {pools.RESUME_ADVICE}") from None
     return future.result() if error is None else _text(error)
 
 

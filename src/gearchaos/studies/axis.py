@@ -1,4 +1,4 @@
-"""One scanned parameter or initial value: its name, its ends and how many values."""
+"""The axis of a study: equally spaced values of one parameter or initial value."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class Axis:
     start, stop : float
         First and last value; ``start < stop``.
     count : int
-        Number of values; with 1 it is ``start`` alone.
+        Number of values; with 1 the only value is ``start``.
 
     Raises
     ------
     InputError
-        For a name that no model has, an end that breaks the rule of its parameter, a reversed or empty range.
+        For a name that no model has, an end outside the range of its parameter, or ``start >= stop``.
 
     Examples
     --------
@@ -63,7 +63,7 @@ class Axis:
 
 
 def as_axis(axis: Any, field: str = "axis") -> Axis:
-    """An axis as it is, or from a text; raises `InputError` for anything else."""
+    """The axis itself, or the axis that a text describes; raises `InputError` for anything else."""
     if isinstance(axis, str):
         return parse_axis(axis, field)
     if not isinstance(axis, Axis):
@@ -90,7 +90,7 @@ def _unreadable(field: str, text: str) -> InputError:
 
 
 def _single_names(name: str) -> tuple[str, ...]:
-    """The canonical names that an axis of this name sets, in whichever model has it."""
+    """Names of the single parameters that an axis of this name sets, in the first kind of model that has them."""
     models = [MeshModel(kind=kind, stiffness=HarmonicStiffness()) for kind in ("full", "single")]
     models.append(MeshModel())
     for model in models:
