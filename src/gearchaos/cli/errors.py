@@ -62,7 +62,7 @@ def say(message: str) -> None:
         print(message, file=sys.stderr, flush=True)
 
 
-def tell_of_compiling() -> None:
+def announce_compilation() -> None:
     """Say so if kernels have to be compiled, since nothing else happens meanwhile."""
     from gearchaos.flow import on_compile
 

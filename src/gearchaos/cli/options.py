@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearchaos.cli.errors import Commands, tell_of_compiling
+from gearchaos.cli.errors import Commands, announce_compilation
 from gearchaos.errors import InputError
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def load(study: Path | None, sets: list[str] | None, physical: bool = False) -> 
     from gearchaos.studyfile import load_study, parse_set
 
     loaded = load_study(study, parse_set(sets or []))
-    tell_of_compiling()
+    announce_compilation()
     if physical and loaded.pair is None:
         file = None if study is None else str(study)
         raise InputError("--physical", "needs a study file with a [gearpair] table", file)

@@ -15,7 +15,7 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.quantities import Rule
-from gearchaos.validation import FINITE, obey
+from gearchaos.validation import FINITE, check_rule
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf)"
 _NUMBER_AND_UNIT = re.compile(rf"\s*({_NUMBER})\s*([^\d\s].*|)")
@@ -81,7 +81,7 @@ def to_si(field: str, value: Any, dimension: Dimension, rule: Rule | None = None
     number = _float(field, _converted(field, value, dimension) if _has_unit(value) else value, dimension)
     advice = f"It is {dimension.name}, e.g. '{dimension.example}'."
     for one in (FINITE, _magnitude(dimension), *(() if rule is None else (replace(rule, advice=advice),))):
-        obey(field, number, one, value)
+        check_rule(field, number, one, value)
     return number
 
 
@@ -102,7 +102,7 @@ def _float(field: str, value: Any, dimension: Dimension) -> float:
         return float(value)
     except OverflowError:  # an integer of hundreds of digits
         rule = _magnitude(dimension)
-        raise InputError(field, rule.words, value, rule.advice) from None
+        raise InputError(field, rule.text, value, rule.advice) from None
     except (TypeError, ValueError):
         raise _wrong(field, value, dimension) from None
 

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.model.names import STATE_NAMES, check_one_description, check_used, expand
+from gearchaos.model.names import STATE_NAMES, check_has_effect, check_initial_consistent, expand_pairs
 from gearchaos.model.parameters import MeshModel
 from gearchaos.model.waveforms import check_stiffness
-from gearchaos.quantities import harmonic
+from gearchaos.quantities import parse_harmonic
 from gearchaos.validation import check
 
 
@@ -45,7 +45,7 @@ class Batch:
             return self.values[name]
         if name in self._shared:
             return self._shared[name]
-        if harmonic(name):
+        if parse_harmonic(name):
             return 0.0
         raise KeyError(name)
 
@@ -62,7 +62,7 @@ class Batch:
         amplitude, phase : str
             Families of the names: "eps" and "theta", or "c" and "alpha".
         """
-        found = map(harmonic, {**self._shared, **self.values})
+        found = map(parse_harmonic, {**self._shared, **self.values})
         n = max((p.order or 0 for p in found if p and p.family in (amplitude, phase)), default=0)
         rows = [[np.broadcast_to(self[f"{k}{j}"], self.size) for j in range(1, n + 1)] for k in (amplitude, phase)]
         a, p = (np.array(r, dtype=float).reshape(n, self.size) for r in rows)
@@ -89,14 +89,14 @@ def vary(model: MeshModel, values: Mapping[str, Any]) -> Batch:
         For an unknown name, a value that breaks its rule, arrays of several lengths or shapes, or a parameter that has
         no effect in this kind of model.
     """
-    flat = {k: np.atleast_1d(np.asarray(v, dtype=float)) for k, v in expand(values, model).items()}
+    flat = {k: np.atleast_1d(np.asarray(v, dtype=float)) for k, v in expand_pairs(values, model).items()}
     sizes = {v.shape for v in flat.values()} or {(1,)}
     if len(sizes) > 1 or any(len(s) != 1 for s in sizes):
         raise InputError("values", "must be one-dimensional arrays of one common length", sorted(sizes))
     for name, value in flat.items():
         check(name, value)
-        check_used(name, model.kind)
-    check_one_description(n for n in {**model.initial, **flat} if n in STATE_NAMES)
+        check_has_effect(name, model.kind)
+    check_initial_consistent(n for n in {**model.initial, **flat} if n in STATE_NAMES)
     batch = Batch(model, MappingProxyType(flat), next(iter(sizes))[0])
     check_stiffness(*batch.harmonics("c", "alpha"))
     return batch

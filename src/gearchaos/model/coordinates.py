@@ -15,15 +15,15 @@ import numpy as np
 
 from gearchaos.model.batch import Batch
 from gearchaos.model.names import COORDINATES
-from gearchaos.model.switched import SwitchedAffine, rotation_decay, same
+from gearchaos.model.switched import SwitchedAffine, equal_ratios, rotation_decay
 
 _WEAK = 2e-3
 """Damping rate of the mean rotation below which the first integral gives x2 with an error above 1e-11."""
 
 
-def start(batch: Batch, system: SwitchedAffine) -> np.ndarray:
+def initial_state(batch: Batch, system: SwitchedAffine) -> np.ndarray:
     """The dynamic state w at τ = 0, (P, d), from the initial values of the model; by default x1 = 1 and the rest 0."""
-    w = from_physical(system.names, initial_values(batch), *error_at_start(batch))
+    w = from_physical(system.names, initial_values(batch), *transmission_error_at_start(batch))
     given = {**batch.model.initial, **batch.values}
     for i, name in enumerate(("z", "z_dot")):
         if batch.model.kind == "single" and given.keys() & {"z", "z_dot"}:
@@ -40,7 +40,7 @@ def initial_values(batch: Batch) -> dict[str, np.ndarray]:
     }
 
 
-def error_at_start(batch: Batch) -> tuple[np.ndarray, np.ndarray]:
+def transmission_error_at_start(batch: Batch) -> tuple[np.ndarray, np.ndarray]:
     """ε and ε' at τ = 0, and at all whole mesh periods, each (P,)."""
     a, p = batch.harmonics("eps", "theta")
     order = np.arange(1, len(a) + 1)[:, None]
@@ -72,7 +72,7 @@ def from_physical(
 
 def bearings_differ(batch: Batch, names: tuple[str, ...]) -> np.ndarray:
     """Where β/J differs between the wheels, so that the mean rotation depends on the relative motion, bool (P,)."""
-    return np.broadcast_to(~np.asarray(same(batch, "beta", "J")) & ("x2_dot" in names), batch.size)
+    return np.broadcast_to(~np.asarray(equal_ratios(batch, "beta", "J")) & ("x2_dot" in names), batch.size)
 
 
 def weakly_damped(batch: Batch) -> np.ndarray:
@@ -107,13 +107,13 @@ def _rotation_difference(z: np.ndarray, error: np.ndarray, *lateral: np.ndarray 
     return difference
 
 
-def drifts(batch: Batch, names: tuple[str, ...]) -> np.ndarray:
+def rotation_drifts(batch: Batch, names: tuple[str, ...]) -> np.ndarray:
     """Where the mean rotation may grow without bound, or does not follow from w to full precision, bool (P,)."""
     unequal = np.asarray(batch["q1"]) != np.asarray(batch["q2"])
     return (unequal | (bearings_differ(batch, names) & weakly_damped(batch))) & (batch.model.kind != "single")
 
 
-def without_drift(
+def reset_mean_rotation(
     batch: Batch, names: tuple[str, ...], w: np.ndarray, error: np.ndarray, error_dot: np.ndarray
 ) -> dict[str, np.ndarray]:
     """x1 and x2 with their velocities, each (P,), with the mean rotation set back to its initial value.
@@ -189,7 +189,7 @@ def _rotation(
     x2, x2_dot = mean - share * gap, mean_dot - share * gap_dot
     if "x2_dot" in at:
         x2_dot = at["x2_dot"]
-        x2 = np.where(_column(batch, same(batch, "beta", "J")), x2, _braked(batch, tau, gap, gap_dot, x2_dot))
+        x2 = np.where(_column(batch, equal_ratios(batch, "beta", "J")), x2, _braked(batch, tau, gap, gap_dot, x2_dot))
     if known is not None:
         x2 = np.where(np.isnan(known), x2, known)
     return {"x1": x2 + gap, "x1_dot": x2_dot + gap_dot, "x2": x2, "x2_dot": x2_dot}

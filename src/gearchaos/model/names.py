@@ -7,7 +7,7 @@ from typing import Any, Literal, Protocol
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.model.waveforms import HarmonicStiffness, Stiffness, TwoLevelStiffness
-from gearchaos.quantities import PAIRS, PARAMETERS, STIFFNESS_LEVELS, harmonic, parse
+from gearchaos.quantities import PARAMETER_PAIRS, PARAMETERS, STIFFNESS_LEVELS, parse, parse_harmonic
 from gearchaos.validation import MAX_HARMONICS
 
 
@@ -44,16 +44,16 @@ SCALARS: tuple[str, ...] = tuple(q.name for q in PARAMETERS if not q.members)
 _LEVELS = tuple(q.name for q in STIFFNESS_LEVELS)
 
 
-def is_series(name: str) -> bool:
+def is_stiffness_harmonic(name: str) -> bool:
     """Whether a name is an amplitude or a phase of a Fourier stiffness, (2.7)."""
-    parts = harmonic(name)
+    parts = parse_harmonic(name)
     return parts is not None and parts.family in ("c", "alpha")
 
 
 def known_names(model: Named) -> tuple[str, ...]:
     """All names that a value of this model can be set by; of harmonics the first ones stand for all."""
     stiffness = ("c1", "alpha1") if isinstance(model.stiffness, HarmonicStiffness) else _LEVELS
-    pairs = tuple(pair for pair in PAIRS if pair not in _LEVELS)
+    pairs = tuple(pair for pair in PARAMETER_PAIRS if pair not in _LEVELS)
     return (*SCALARS, *pairs, *stiffness, "eps1", "theta1", *state_names(model.kind))
 
 
@@ -62,7 +62,7 @@ def state_names(kind: str) -> tuple[str, ...]:
     return (*RELATIVE, *_TORSION) if kind == "single" else COORDINATES[kind]
 
 
-def check_one_description(names: Iterable[str]) -> None:
+def check_initial_consistent(names: Iterable[str]) -> None:
     """Raise `InputError` if initial values are given both in z and in the coordinates that z follows from."""
     given = set(names)
     if given & set(RELATIVE) and given - set(RELATIVE):
@@ -75,7 +75,7 @@ def check_state_name(kind: str, name: str) -> None:
         raise unknown_name(f"initial value of a {kind} model", name, state_names(kind))
 
 
-def expand(values: Mapping[str, Any], model: Named) -> dict[str, Any]:
+def expand_pairs(values: Mapping[str, Any], model: Named) -> dict[str, Any]:
     """Values by the names of single parameters: each pair is replaced by its two members.
 
     Raises
@@ -86,7 +86,7 @@ def expand(values: Mapping[str, Any], model: Named) -> dict[str, Any]:
     flat: dict[str, Any] = {}
     for name, value in values.items():
         _check_name(name, model)
-        for single in PAIRS.get(name, (name,)):
+        for single in PARAMETER_PAIRS.get(name, (name,)):
             flat[single] = value
     return flat
 
@@ -94,13 +94,13 @@ def expand(values: Mapping[str, Any], model: Named) -> dict[str, Any]:
 def default_stiffness(names: Iterable[str]) -> Stiffness:
     """The stiffness of a model that is given by names alone: a Fourier series if one of them belongs to a series, else
     the two levels of the paper."""
-    return HarmonicStiffness() if any(map(is_series, names)) else TwoLevelStiffness()
+    return HarmonicStiffness() if any(map(is_stiffness_harmonic, names)) else TwoLevelStiffness()
 
 
 def _check_name(name: str, model: Named) -> None:
     """Raise `InputError` unless a value of this model can be set by this name."""
-    parts = harmonic(name)
-    if parts is not None and (isinstance(model.stiffness, HarmonicStiffness) or not is_series(name)):
+    parts = parse_harmonic(name)
+    if parts is not None and (isinstance(model.stiffness, HarmonicStiffness) or not is_stiffness_harmonic(name)):
         if parts.order is not None and parts.order > MAX_HARMONICS:
             raise InputError(name, f"must be a harmonic of order at most {MAX_HARMONICS}", parts.order)
         return
@@ -109,14 +109,14 @@ def _check_name(name: str, model: Named) -> None:
     if name in _LEVELS:
         raise InputError(name, "must be a parameter of a two-level stiffness, (2.16)", name,
                          "This model's is a Fourier series: set c1, alpha1, ..., or stiffness=TwoLevelStiffness().")
-    if is_series(name):
+    if is_stiffness_harmonic(name):
         raise InputError(name, "must be a parameter of a Fourier stiffness, (2.7)", name,
                          f"This model's has two levels. Begin with MeshModel.of({name}=...) or "
                          "stiffness=HarmonicStiffness(...), a study file with kind = 'harmonics' in [model.stiffness].")
     raise unknown_name("parameter", name, known_names(model))
 
 
-def check_used(name: str, kind: str) -> None:
+def check_has_effect(name: str, kind: str) -> None:
     """Raise `InputError` if a parameter has no effect in a kind of model.
 
     Lateral motion has parameters of its own in the full model alone, and the single model has no bearing friction.

@@ -20,14 +20,14 @@ from gearchaos.model.names import (
     SCALARS,
     STATE_NAMES,
     Kind,
-    check_one_description,
+    check_initial_consistent,
     check_state_name,
     default_stiffness,
-    expand,
+    expand_pairs,
 )
 from gearchaos.model.waveforms import HarmonicStiffness, Stiffness, TransmissionError, TwoLevelStiffness
-from gearchaos.quantities import harmonic, parse
-from gearchaos.validation import number_of
+from gearchaos.quantities import parse, parse_harmonic
+from gearchaos.validation import to_float
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class MeshModel:
             if getattr(self, name) is None:
                 object.__setattr__(self, name, 0.0 if self.kind == "single" else 0.01)
         for name in SCALARS:
-            object.__setattr__(self, name, number_of(name, getattr(self, name)))
+            object.__setattr__(self, name, to_float(name, getattr(self, name)))
         self._check_single()
         self._check_parts()
         object.__setattr__(self, "initial", MappingProxyType(self._checked_initial()))
@@ -125,8 +125,8 @@ class MeshModel:
         given = {}
         for name, value in self.initial.items():
             check_state_name(self.kind, name)
-            given[name] = number_of(f"initial.{name}", value)
-        check_one_description(given)
+            given[name] = to_float(f"initial.{name}", value)
+        check_initial_consistent(given)
         return given
 
     def __hash__(self) -> int:
@@ -169,10 +169,10 @@ class MeshModel:
             For an unknown name or a value that breaks its rule.
         """
         friction = {k: v for k, v in values.items() if parse(k).family == "beta"}
-        model = replace(self, **expand(friction, self)) if friction else self
+        model = replace(self, **expand_pairs(friction, self)) if friction else self
         model = _with_kind(model, values["kind"]) if "kind" in values else model
         model = replace(model, **{k: v for k, v in values.items() if k in _PARTS})
-        flat = expand({k: v for k, v in values.items() if k != "kind" and k not in _PARTS}, model)
+        flat = expand_pairs({k: v for k, v in values.items() if k != "kind" and k not in _PARTS}, model)
         scalars = {k: v for k, v in flat.items() if k in SCALARS}
         initial = {k: v for k, v in flat.items() if k in STATE_NAMES}
         waves = {k: v for k, v in flat.items() if k not in scalars and k not in initial}
@@ -245,7 +245,7 @@ def _harmonics(series: TransmissionError | HarmonicStiffness, amplitude: str, ph
 def _with_harmonics(series: Any, values: Mapping[str, Any], amplitude: str, phase: str) -> Any:
     """A Fourier series with amplitudes and phases replaced by name; harmonics in between that are not given are 0."""
     flat = {**_harmonics(series, amplitude, phase), **values}
-    n = max((p.order or 0 for p in map(harmonic, flat) if p and p.family in (amplitude, phase)), default=0)
+    n = max((p.order or 0 for p in map(parse_harmonic, flat) if p and p.family in (amplitude, phase)), default=0)
     return type(series)(
         tuple(flat.get(f"{amplitude}{j}", 0.0) for j in range(1, n + 1)),
         tuple(flat.get(f"{phase}{j}", 0.0) for j in range(1, n + 1)),

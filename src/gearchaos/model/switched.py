@@ -114,15 +114,15 @@ def coordinates(batch: Batch) -> tuple[str, ...]:
     names = ["z", "z_dot"]
     if batch.model.kind == "single":
         return tuple(names)
-    if not np.all(same(batch, "beta", "J")):
+    if not np.all(equal_ratios(batch, "beta", "J")):
         names.append("x2_dot")
     if batch.model.kind == "full":
-        alike = np.all(same(batch, "kappa", "mu")) and np.all(batch["zeta_support1"] == batch["zeta_support2"])
+        alike = np.all(equal_ratios(batch, "kappa", "mu")) and np.all(batch["zeta_support1"] == batch["zeta_support2"])
         names += ["y", "y_dot"] if alike else list(COORDINATES["full"][4:])
     return tuple(names)
 
 
-def same(batch: Batch, over: str, under: str) -> np.ndarray:
+def equal_ratios(batch: Batch, over: str, under: str) -> np.ndarray:
     """Whether over1/under1 equals over2/under2 to rounding, bool, broadcastable to (P,).
 
     Parameters
@@ -140,7 +140,7 @@ def rotation_decay(batch: Batch) -> np.ndarray:
     return np.broadcast_to(2 * friction / inertia, batch.size)
 
 
-def switched(batch: Batch, names: tuple[str, ...] | None = None) -> SwitchedAffine:
+def switched_system(batch: Batch, names: tuple[str, ...] | None = None) -> SwitchedAffine:
     """The switched affine system of a batch.
 
     Parameters

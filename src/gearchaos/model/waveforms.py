@@ -9,7 +9,7 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.quantities import Rule
-from gearchaos.validation import number_of, numbers_of, obey
+from gearchaos.validation import check_rule, to_float, to_floats
 
 _STIFF = Rule(
     lambda v: v > 0, "must keep the mesh stiffness above 0 (its least value is given)", "Lower the amplitudes.")
@@ -55,7 +55,7 @@ class TwoLevelStiffness:
 
     def __post_init__(self) -> None:
         for f in fields(self):
-            object.__setattr__(self, f.name, number_of(f.name, getattr(self, f.name)))
+            object.__setattr__(self, f.name, to_float(f.name, getattr(self, f.name)))
 
 
 @dataclass(frozen=True)
@@ -83,8 +83,8 @@ Stiffness = TwoLevelStiffness | HarmonicStiffness
 
 def _set_series(series: Any, kind: str) -> None:
     """Check the amplitudes and phases of a new Fourier series and set missing phases to 0."""
-    amplitudes = numbers_of(f"{kind}.amplitudes", series.amplitudes)
-    phases = numbers_of(f"{kind}.phases", series.phases)
+    amplitudes = to_floats(f"{kind}.amplitudes", series.amplitudes)
+    phases = to_floats(f"{kind}.phases", series.phases)
     if len(phases) > len(amplitudes):
         raise InputError(
             f"{kind}.phases", f"must not be longer than amplitudes ({len(amplitudes)})", len(phases),
@@ -103,7 +103,7 @@ def check_stiffness(amplitudes: np.ndarray, phases: np.ndarray) -> None:
         c_j and α_j of one series per point.
     """
     if not np.all(np.abs(amplitudes).sum(axis=0) < 1):
-        obey("stiffness.amplitudes", _lower_bound(amplitudes, phases), _STIFF)
+        check_rule("stiffness.amplitudes", _lower_bound(amplitudes, phases), _STIFF)
 
 
 def _lower_bound(amplitudes: np.ndarray, phases: np.ndarray) -> np.ndarray:

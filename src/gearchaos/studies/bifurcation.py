@@ -16,8 +16,8 @@ from gearchaos.execute.tiles import dealt
 from gearchaos.flow import ExactFlow
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import COORDINATES, MeshModel, state_names, vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.batch_classification import classify_batch
 from gearchaos.studies.cost import Cost, estimate
@@ -111,7 +111,7 @@ class Bifurcation(ClassifyingStudy):
     @cached_property
     def cost(self) -> Cost:
         sequential = self.axis.count * CARRY if self.mode != "fixed" else 0
-        system = switched(corners(self.model, self.axis), self.names)
+        system = switched_system(corners(self.model, self.axis), self.names)
         return estimate(system, self.axis.count, self.classification.most, sequential)
 
     def compute(
@@ -142,7 +142,7 @@ class Bifurcation(ClassifyingStudy):
 
         def collect(columns: np.ndarray, flow: ExactFlow, at: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
             batch = vary(model, {n: v[columns] for n, v in values.items()})
-            begin = start(batch, flow.system).T.copy()
+            begin = initial_state(batch, flow.system).T.copy()
             places = steady_sections(batch, flow, at, begin, found, self.points) if self.points else {}
             return found.variables() | {f"section_{name}": value for name, value in places.items()}
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from gearchaos.flow import ExactFlow, Measure
 from gearchaos.model import Batch
-from gearchaos.model.coordinates import error_at_start, initial_values, relative_rotation
-from gearchaos.model.switched import rotation_decay, switched
+from gearchaos.model.coordinates import initial_values, relative_rotation, transmission_error_at_start
+from gearchaos.model.switched import rotation_decay, switched_system
 
 
 def at_sections(
@@ -36,7 +36,7 @@ def at_sections(
     orbit : (d, L), optional
         States from which the sections follow, with the same mean rotation; by default where the motion then was.
     """
-    names, error = flow.system.names, error_at_start(batch)[0]
+    names, error = flow.system.names, transmission_error_at_start(batch)[0]
     before = flow.advance(begin, spent, points=points, measured=True)
     first = before.w if orbit is None else orbit
     x1 = initial_values(batch)["x1"] + before.measures[Measure.VELOCITY]
@@ -73,6 +73,6 @@ def within_periods(batch: Batch, names: tuple[str, ...], samples: np.ndarray) ->
     """By how much x2 has grown at each sample (N, M, d) since its mesh period began, (N, M)."""
     periods, count, d = samples.shape
     first = np.nan_to_num(samples[:, 0].T)
-    flow = ExactFlow(switched(batch, (*names, "x2")), count)
+    flow = ExactFlow(switched_system(batch, (*names, "x2")), count)
     w = np.concatenate([first, np.zeros((1, periods))])
     return flow.advance(w, 1, points=np.zeros(periods, dtype=int), sample=True).samples[0, :, d].T

@@ -9,8 +9,14 @@ import numpy as np
 
 from gearchaos.flow import OK, ExactFlow
 from gearchaos.model import COORDINATES, Batch, MeshModel, vary
-from gearchaos.model.coordinates import drifts, error_at_start, start, to_physical, without_drift
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import (
+    initial_state,
+    reset_mean_rotation,
+    rotation_drifts,
+    to_physical,
+    transmission_error_at_start,
+)
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.axis import Axis
 
 CARRY = 400
@@ -48,8 +54,8 @@ def carried(
 
 def _at(batch: Batch) -> dict[str, np.ndarray]:
     """The physical initial state by name, each (P,)."""
-    system = switched(batch)
-    return _physical(batch, system.names, start(batch, system), np.zeros(batch.size))
+    system = switched_system(batch)
+    return _physical(batch, system.names, initial_state(batch, system), np.zeros(batch.size))
 
 
 def _after(batch: Batch) -> dict[str, np.ndarray]:
@@ -57,17 +63,17 @@ def _after(batch: Batch) -> dict[str, np.ndarray]:
 
     A mean rotation that drifts is put back to where it was: after many columns z could no longer be had from x1 − x2.
     """
-    system = switched(batch)
-    out = ExactFlow(system).advance(start(batch, system).T.copy(), CARRY)
+    system = switched_system(batch)
+    out = ExactFlow(system).advance(initial_state(batch, system).T.copy(), CARRY)
     w = np.where(out.status == OK, out.w, np.nan).T
-    values, away = _physical(batch, system.names, w, CARRY * system.period), drifts(batch, system.names)
+    values, away = _physical(batch, system.names, w, CARRY * system.period), rotation_drifts(batch, system.names)
     if not np.any(away):
         return values
-    kept = without_drift(batch, system.names, w, *error_at_start(batch))
+    kept = reset_mean_rotation(batch, system.names, w, *transmission_error_at_start(batch))
     return {n: np.where(away, kept[n], v) if n in kept else v for n, v in values.items()}
 
 
 def _physical(batch: Batch, names: tuple[str, ...], w: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
-    error, error_dot = (e[:, None] for e in error_at_start(batch))
+    error, error_dot = (e[:, None] for e in transmission_error_at_start(batch))
     values = to_physical(batch, names, w[:, None], tau[:, None], error, error_dot)
     return {n: values[n][:, 0] for n in COORDINATES[batch.model.kind]}

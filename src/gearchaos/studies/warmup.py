@@ -12,8 +12,8 @@ from gearchaos.dynamics import classify
 from gearchaos.execute.machine import cores
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
 
 MODELS: dict[int, dict[str, Any]] = {
     2: {"kind": "torsional"},
@@ -39,7 +39,7 @@ def warmup(dimensions: Sequence[int] = tuple(MODELS)) -> Iterator[tuple[int, flo
 def _run(dimension: int) -> tuple[int, float]:
     begin = time.perf_counter()
     batch = vary(MeshModel.of(**MODELS[dimension]), {})
-    system = switched(batch)
+    system = switched_system(batch)
     assert system.dimension == dimension
-    classify(ExactFlow(system), start(batch, system).T.copy())
+    classify(ExactFlow(system), initial_state(batch, system).T.copy())
     return dimension, time.perf_counter() - begin

@@ -15,7 +15,7 @@ from gearchaos.execute.machine import check_memory
 from gearchaos.flow import WIDTH, ExactFlow
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel, state_names
-from gearchaos.model.switched import switched
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.batch_classification import InitialStates, classify_batch
 from gearchaos.studies.coexistence import coexisting, signature
@@ -116,7 +116,8 @@ class Zones(ClassifyingStudy):
         motions, sequential = self.x.count * self.y.count, 0
         if self.starts > 1:
             motions, sequential = motions * (self.starts + 2), 2 * self.x.count * CARRY * -(-self.y.count // WIDTH)
-        return estimate(switched(corners(self.model, self.x, self.y)), motions, self.classification.most, sequential)
+        system = switched_system(corners(self.model, self.x, self.y))
+        return estimate(system, motions, self.classification.most, sequential)
 
     def compute(
         self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
