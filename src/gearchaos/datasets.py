@@ -62,8 +62,8 @@ def variable(name: str, dims: tuple[str, ...], values: np.ndarray, coded: bool =
     values : array
         Any shape.
     coded : bool
-        Whether the meanings of codes are added to ``long_name`` and ``units``, if the name is that of a variable of
-        integer codes.
+        False if the values are not the integer codes that variables of this name usually hold, as ``contact`` along a
+        trajectory, which is −1, 0 or 1; the meanings of the codes are then left out.
     """
     import xarray as xr  # here, since it takes half a second to load, and a printed verdict needs no Dataset
 

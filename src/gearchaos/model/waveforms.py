@@ -1,4 +1,4 @@
-"""The periodic functions of a model as values: transmission error (2.15) and mesh stiffness, (2.16) or (2.7)."""
+"""The periodic functions of a model: transmission error, (2.15), and mesh stiffness, (2.16) or (2.7)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gearchaos.errors import InputError
 from gearchaos.quantities import Rule
 from gearchaos.validation import check_rule, to_float, to_floats
 
-_STIFF = Rule(
+_POSITIVE_STIFFNESS = Rule(
     lambda v: v > 0, "must keep the mesh stiffness above 0 (its least value is given)", "Lower the amplitudes.")
 
 
@@ -82,7 +82,7 @@ Stiffness = TwoLevelStiffness | HarmonicStiffness
 
 
 def _set_series(series: Any, kind: str) -> None:
-    """Check the amplitudes and phases of a new Fourier series and set missing phases to 0."""
+    """Check the amplitudes and phases of a Fourier series that is being created, and set missing phases to 0."""
     amplitudes = to_floats(f"{kind}.amplitudes", series.amplitudes)
     phases = to_floats(f"{kind}.phases", series.phases)
     if len(phases) > len(amplitudes):
@@ -103,14 +103,14 @@ def check_stiffness(amplitudes: np.ndarray, phases: np.ndarray) -> None:
         c_j and α_j of one series per point.
     """
     if not np.all(np.abs(amplitudes).sum(axis=0) < 1):
-        check_rule("stiffness.amplitudes", _lower_bound(amplitudes, phases), _STIFF)
+        check_rule("stiffness.amplitudes", _lower_bound(amplitudes, phases), _POSITIVE_STIFFNESS)
 
 
 def _lower_bound(amplitudes: np.ndarray, phases: np.ndarray) -> np.ndarray:
-    """A lower bound, (points,), of 1 + Σ c_j cos(jθ − α_j) over θ.
+    """A lower bound, (points,), of χ(θ) = 1 + Σ c_j cos(jθ − α_j) over all θ.
 
-    It is the least of 256 samples per harmonic less h²/8 max|χ″|, by which the series can be lower between samples h
-    apart.
+    Between samples at a distance h, χ is at most h²/8 max|χ″| below the lower of the two. There are 256 samples per
+    harmonic.
     """
     order = np.arange(1, len(amplitudes) + 1)
     theta = np.linspace(0, 2 * np.pi, 256 * len(amplitudes), endpoint=False)

@@ -202,7 +202,7 @@ def _model(table: Any, stiffness: Stiffness) -> MeshModel:
 
 
 def _check_pairs(table: str, values: Mapping[str, Any]) -> None:
-    """Raise `InputError` for a parameter pair together with one of its members: the result would depend on the order."""
+    """Raise `InputError` for a parameter pair beside one of its members: the result would depend on the order."""
     for pair, singles in PARAMETER_PAIRS.items():
         for single in singles:
             if pair in values and single in values:
@@ -245,7 +245,7 @@ def _study(table: Any) -> tuple[str | None, dict[str, Any]]:
 
 
 def parse_set(texts: Iterable[str]) -> dict[str, Any]:
-    """Values by name from texts ``name=value``, as numbers where possible; of several of one name the last is used."""
+    """Values by name from texts ``name=value``, numbers where possible; the last of several is used."""
     values: dict[str, Any] = {}
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))

@@ -152,7 +152,7 @@ def _table_at(schema: Any, location: Sequence[Any]) -> Any:
 
 
 def _unknown_key(title: str, name: str, known: Iterable[str]) -> InputError:
-    """The error for an unknown key of the table with this title, which has the keys ``known``; "" is the file itself."""
+    """The error for an unknown key of the table with this title, whose keys are ``known``; "" is the file itself."""
     field = f"key of [{title}]" if title else "table"
     found = find(name) if title == "model" else None
     if found is not None and found.name == name and found.toml_table:
