@@ -47,7 +47,7 @@ def no_work(monkeypatch):
     def work(*_, **__):
         raise AssertionError("work has begun")
 
-    for name in ("gearchaos.studyfile.load_study", "gearchaos.studies.load", "gearchaos.store.store.read",
+    for name in ("gearchaos.studyfile.load_study", "gearchaos.studies.load", "gearchaos.store.store.open_store",
                  "gearchaos.datasets.netcdf_bytes"):
         monkeypatch.setattr(name, work)
 

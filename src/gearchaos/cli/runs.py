@@ -81,9 +81,9 @@ def _study(path: Path | None, sets: list[str] | None, refine: bool) -> Study:
 def info(store: StorePath, json_out: Json = False) -> None:
     """Say how far a run is: tiles done, rate, failures."""
     from gearchaos.store.info import summary
-    from gearchaos.store.store import read
+    from gearchaos.store.store import open_store
 
-    found = summary(read(store))
+    found = summary(open_store(store))
     if json_out:
         print_json(found)
     else:
@@ -118,9 +118,9 @@ def _from_file(path: Path) -> xr.Dataset:
 def _from_store(path: Path) -> tuple[xr.Dataset, str]:
     """What a store holds, and how much of it is computed, if not all."""
     from gearchaos.store.info import summary
-    from gearchaos.store.store import read
+    from gearchaos.store.store import open_store
 
-    found = read(path)
+    found = open_store(path)
     state = summary(found)
     if state["tiles_done"] == 0:
         raise InputError("store", "must hold at least one tile for a picture", str(path))
@@ -145,9 +145,9 @@ def export(
 ) -> None:
     """Write what a store holds as NetCDF."""
     check_output("--out", out, DATA_SUFFIXES)
-    from gearchaos.store.store import read
+    from gearchaos.store.store import open_store
 
-    found = read(store)
+    found = open_store(store)
     if not found.finished:
         say(f"{store} is not done: what is not computed is NaN, 0 in whole numbers, or -1 for contact")
     save(found.dataset(), out)
