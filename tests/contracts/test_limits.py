@@ -10,10 +10,10 @@ from typer.testing import CliRunner
 import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.dynamics import Classification
-from gearchaos.errors import MOST, whole_number
+from gearchaos.errors import LARGEST_INTEGER, whole_number
 from gearchaos.execute import machine, tiles
 from gearchaos.model import vary
-from gearchaos.model.switched import switched
+from gearchaos.model.switched import switched_system
 from gearchaos.studies import cost as costs
 from gearchaos.studies.cost import ANNOUNCED_SECONDS, MAX_STEPS, estimate
 from gearchaos.studies.registry import STUDIES
@@ -90,8 +90,8 @@ def test_weak_friction_and_light_wheels_are_taken(beta):
 
 def test_a_number_of_either_end_is_taken():
     assert gc.MeshModel.of(omega=LARGEST, zeta=0.0, J1=SMALLEST).J1 == SMALLEST
-    assert whole_number("n", MOST, 0) == MOST and Classification(longest_period=100_000, transient_lengths=(10**7,),
-        exponent_run=10**6, doublings=3)
+    assert whole_number("n", LARGEST_INTEGER, 0) == LARGEST_INTEGER
+    assert Classification(longest_period=100_000, transient_lengths=(10**7,), exponent_run=10**6, doublings=3)
 
 
 def test_long_values_are_shown_short():
@@ -100,7 +100,7 @@ def test_long_values_are_shown_short():
 
 
 def system(**values):
-    return switched(vary(gc.MeshModel.of(**values), {}))
+    return switched_system(vary(gc.MeshModel.of(**values), {}))
 
 
 POINTS = [{}, {"omega": 0.01}, {"zeta": 30.0}, {"kind": "full", "kappa": 400.0}, {"eps9": 0.1}]
@@ -192,7 +192,8 @@ def test_every_command_says_how_long(command, tmp_path, monkeypatch):
 
 def test_step_matrices_of_many_points_take_a_part_of_the_memory(monkeypatch):
     monkeypatch.setattr(costs, "memory", lambda: GIGABYTE)
-    slow = estimate(switched(vary(gc.MeshModel(stiffness=gc.HarmonicStiffness((0.2,)), omega=1e-3), {})), 10**6, 1)
+    slow = estimate(switched_system(vary(gc.MeshModel(stiffness=gc.HarmonicStiffness((0.2,)), omega=1e-3), {})), 10**6,
+                    1)
     assert slow.max_points(1) * slow.table <= GIGABYTE // 4 and slow.max_points(4) == slow.max_points(1) // 4
     assert estimate(system(), 10**6, 1).max_points(64) == tiles.TILE
 
@@ -222,4 +223,4 @@ def test_no_example_is_refused(path):
     if study.kind is not None:
         cost = study.study(STUDIES[study.kind]).cost
         assert cost.seconds(2) < 7200 and cost.steps < MAX_STEPS / 100
-    assert np.isfinite(estimate(switched(vary(study.model, {})), 1, Classification().max_periods).seconds())
+    assert np.isfinite(estimate(switched_system(vary(study.model, {})), 1, Classification().max_periods).seconds())

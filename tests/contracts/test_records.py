@@ -17,7 +17,7 @@ from gearchaos.dynamics import Classification, Label, Reason, Verdicts
 from gearchaos.dynamics.response import CONTACTS, Response
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, vary
-from gearchaos.model.switched import switched
+from gearchaos.model.switched import switched_system
 from gearchaos.store.writers import Shard
 from gearchaos.studies import warmup
 from gearchaos.studies.plane import shared_coordinates
@@ -221,7 +221,7 @@ def test_a_map_has_the_coordinates_that_its_corners_need():
 
 @pytest.mark.parametrize("dimension", warmup.MODELS)
 def test_the_kernels_warmed_are_of_every_dimension(dimension):
-    assert switched(vary(MeshModel.of(**warmup.MODELS[dimension]), {})).dimension == dimension
+    assert switched_system(vary(MeshModel.of(**warmup.MODELS[dimension]), {})).dimension == dimension
 
 
 def test_warming_up_says_how_long_it_took():

@@ -46,7 +46,7 @@ def axis_label(array: xr.DataArray | xr.Variable, name: str) -> str:
     """Words, symbol and unit of an axis, e.g. ``frequency $\\omega$``; dimensionless units are left out."""
     unit, found = str(array.attrs.get("units", "1")), _quantity(name)
     measured = not set(unit.replace("/", "*").split("*")) <= _SCALES
-    words = (found and found.words) or str(array.attrs.get("long_name", ""))
+    words = (found and found.axis_name) or str(array.attrs.get("long_name", ""))
     sign = symbol(name)
     if measured and found is not None and found.physical is not None and found.physical.tex:
         words, sign = found.physical.long_name or words, f"${found.physical.tex}$"

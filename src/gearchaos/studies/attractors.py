@@ -15,9 +15,9 @@ from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import ExactFlow
 from gearchaos.gears.pair import GearPair
-from gearchaos.model import MeshModel, expand, state_names, vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import switched
+from gearchaos.model import MeshModel, expand_pairs, state_names, vary
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.attractor_set import AttractorSet, attractor_variables, final_states
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.cost import Cost, estimate
@@ -117,7 +117,7 @@ class Attractors(ClassifyingStudy):
         check_memory("starts", self.starts)
         check_memory("kicks", self.kicks, BYTES_PER_DIRECTION)
         sequential = 2 * self.sweep.count * PERIODS_PER_VALUE if self.sweep else 0
-        system = switched(vary(self.model, {}))
+        system = switched_system(vary(self.model, {}))
         motions = self.starts + self.kicks * MOTIONS_PER_DIRECTION
         return estimate(system, motions, self.classification.max_periods, sequential)
 
@@ -133,7 +133,7 @@ class Attractors(ClassifyingStudy):
     @cached_property
     def _initial_states(self) -> np.ndarray:
         """Initial states (d, starts)."""
-        return start(vary(self.model, self._starts), self._flow.system).T
+        return initial_state(vary(self.model, self._starts), self._flow.system).T
 
     @cached_property
     def _flow(self) -> ExactFlow:
@@ -177,7 +177,7 @@ def _check_sweep(model: MeshModel, sweep: Axis) -> float:
     whole_number(f"sweep {sweep.name} count", sweep.count, 2)
     vary(model, {sweep.name: sweep.values})  # checked before any work
     batch = vary(model, {})
-    value, *others = {float(batch[n]) for n in expand({sweep.name: 0.0}, model)}
+    value, *others = {float(batch[n]) for n in expand_pairs({sweep.name: 0.0}, model)}
     if others:
         raise InputError(f"sweep {sweep.name}", "must be one value for both wheels", (value, *others))
     if not sweep.start < value < sweep.stop:
@@ -192,7 +192,7 @@ def _swept_states(model: MeshModel, sweep: Axis) -> np.ndarray:
     up = swept_initial_values(model, Axis(sweep.name, sweep.start, value, sweep.count), True)
     down = swept_initial_values(model, Axis(sweep.name, value, sweep.stop, sweep.count), False)
     ends = {n: np.array([up[n][0, -1], down[n][0, 0]]) for n in up}
-    return start(vary(replace(model, initial={}), ends), switched(vary(model, {}))).T
+    return initial_state(vary(replace(model, initial={}), ends), switched_system(vary(model, {}))).T
 
 
 def _kicks(attractors: AttractorSet, directions: int, progress: bool, **options: Any) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.model import HarmonicStiffness, MeshModel, check, expand, known_names
+from gearchaos.model import HarmonicStiffness, MeshModel, check, expand_pairs, known_names
 
 MAX_COUNT = 1_000_000
 _EXAMPLE = "Write it like eps1=0:0.3:400."
@@ -95,7 +95,7 @@ def _single_names(name: str) -> tuple[str, ...]:
     models.append(MeshModel())
     for model in models:
         try:
-            return tuple(expand({name: 0.0}, model))
+            return tuple(expand_pairs({name: 0.0}, model))
         except InputError:
             continue
     raise unknown_name("axis", name, {n for model in models for n in known_names(model)})

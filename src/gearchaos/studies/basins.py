@@ -14,8 +14,8 @@ from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel, state_names, vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.attractor_set import AttractorSet, attractor_variables, final_states
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.boundary import entropy, smallest_perturbations, uncertainty_exponent
@@ -88,7 +88,7 @@ class Basins(ClassifyingStudy):
 
     @cached_property
     def cost(self) -> Cost:
-        system = switched(vary(self.model, {}))
+        system = switched_system(vary(self.model, {}))
         return estimate(system, self.x.count * self.y.count, self.classification.max_periods)
 
     @cached_property
@@ -98,7 +98,7 @@ class Basins(ClassifyingStudy):
     def compute(
         self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
     ) -> dict[str, np.ndarray]:
-        w = start(vary(self.model, at_cells(self.x, self.y, items)), self._flow.system).T
+        w = initial_state(vary(self.model, at_cells(self.x, self.y, items)), self._flow.system).T
         name = "basins" if progress else None
         return final_states(self._flow, w, settings=self.classification, progress=name, threads=threads)
 
@@ -140,7 +140,7 @@ def _kicks(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, attractors: At
     """
     known = [attractors.members[i] for i in attractors.order()]
     system = attractors.flow.system
-    corners = start(vary(model, {x.name: [0.0, 1.0, 0.0], y.name: [0.0, 0.0, 1.0]}), system)
+    corners = initial_state(vary(model, {x.name: [0.0, 1.0, 0.0], y.name: [0.0, 0.0, 1.0]}), system)
     jacobian = (corners[1:] - corners[0]).T  # of the state with respect to the coordinates of the plane
     whole_state = system.dimension == 2 and np.allclose(jacobian @ jacobian.T, np.eye(2))
     if not whole_state or np.any(index == NOT_COMPUTED) or min(x.count, y.count) < 2:

@@ -16,8 +16,8 @@ from gearchaos.execute.tiles import interleaved
 from gearchaos.flow import ExactFlow
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import COORDINATES, MeshModel, state_names, vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.batch_classification import classify_batch
 from gearchaos.studies.cost import Cost, estimate
@@ -113,7 +113,7 @@ class Bifurcation(ClassifyingStudy):
     @cached_property
     def cost(self) -> Cost:
         sequential = self.axis.count * PERIODS_PER_VALUE if self.mode != "fixed" else 0
-        system = switched(corners(self.model, self.axis), self.names)
+        system = switched_system(corners(self.model, self.axis), self.names)
         return estimate(system, self.axis.count, self.classification.max_periods, sequential)
 
     def compute(
@@ -146,7 +146,7 @@ class Bifurcation(ClassifyingStudy):
             columns: np.ndarray, flow: ExactFlow, points: np.ndarray, found: Verdicts
         ) -> dict[str, np.ndarray]:
             batch = vary(model, {n: v[columns] for n, v in values.items()})
-            initial = start(batch, flow.system).T.copy()
+            initial = initial_state(batch, flow.system).T.copy()
             sections = steady_sections(batch, flow, points, initial, found, self.points) if self.points else {}
             return found.variables() | {f"section_{name}": value for name, value in sections.items()}
 

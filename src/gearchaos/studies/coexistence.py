@@ -12,8 +12,8 @@ from gearchaos.dynamics.response import CONTACTS
 from gearchaos.execute import tiles
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.batch_classification import InitialStates, classify_batch
 from gearchaos.studies.initial_conditions import default_box, spread
@@ -98,10 +98,10 @@ def _from_further_starts(
     def initial_states(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
         position, condition = np.divmod(number, starts)
         positions, points = np.unique(position, return_inverse=True)
-        flow = ExactFlow(switched(vary(model, at_cells(x, y, cells[positions])), names))
+        flow = ExactFlow(switched_system(vary(model, at_cells(x, y, cells[positions])), names))
         initial = {n: v[condition] for n, v in conditions.items()}
         batch = vary(base, at_cells(x, y, cells[position]) | initial)
-        return flow, start(batch, flow.system).T.copy(), points
+        return flow, initial_state(batch, flow.system).T.copy(), points
 
     numbers = (order[:, None].astype(np.int64) * starts + np.arange(starts)).ravel()
     found = _classified(initial_states, numbers, "more starts", **options)
@@ -120,8 +120,8 @@ def _from_sweeps(
         direction, position = np.divmod(number, count)
         initial = {n: np.where(direction == 0, up[n][position], down[n][position]) for n in up}
         batch = vary(base, at_cells(x, y, cells[position]) | initial)
-        system = switched(batch, names)
-        return ExactFlow(system), start(batch, system).T.copy(), np.arange(len(number))
+        system = switched_system(batch, names)
+        return ExactFlow(system), initial_state(batch, system).T.copy(), np.arange(len(number))
 
     found = _classified(initial_states, np.concatenate([order, order.astype(np.int64) + count]), "swept", **options)
     return {n: v.reshape(2, -1).T for n, v in found.items()}

@@ -10,7 +10,7 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import coordinates
-from gearchaos.validation import number_of
+from gearchaos.validation import to_float
 
 _HALF_WIDTH = {"": 3.0, "_dot": 2.0}
 """Half width of the default range of a displacement and of a velocity, dimensionless."""
@@ -36,7 +36,7 @@ def _checked_range(field: str, ends: Any) -> tuple[float, float]:
     rule, advice = "must be two finite numbers, the smaller one first", "E.g. {'x1': (-3, 3)}."
     if isinstance(ends, (str, bytes)) or not isinstance(ends, Iterable) or len(pair := tuple(ends)) != 2:
         raise InputError(field, rule, ends, advice)
-    low, high = (number_of(field, end) for end in pair)
+    low, high = (to_float(field, end) for end in pair)
     if low >= high:
         raise InputError(field, rule, (low, high), advice)
     return low, high

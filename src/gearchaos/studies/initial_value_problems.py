@@ -9,8 +9,8 @@ import numpy as np
 
 from gearchaos.flow import ExactFlow
 from gearchaos.model import Batch, MeshModel, vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
 
 
 class InitialValueProblems(NamedTuple):
@@ -52,5 +52,5 @@ def initial_value_problems(
         Number of equidistant instants of the mesh period that the flow can record; see `ExactFlow`.
     """
     batch = vary(model, values or {})
-    system = switched(batch, names)
-    return InitialValueProblems(batch, ExactFlow(system, samples), start(batch, system).T.copy())
+    system = switched_system(batch, names)
+    return InitialValueProblems(batch, ExactFlow(system, samples), initial_state(batch, system).T.copy())

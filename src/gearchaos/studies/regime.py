@@ -14,7 +14,7 @@ from gearchaos.dynamics.labels import label_and_period
 from gearchaos.dynamics.spectrum import spectral_class
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel, vary
-from gearchaos.model.switched import switched
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.sections import steady_sections
@@ -81,7 +81,7 @@ class Regime(ClassifyingStudy):
 
     @cached_property
     def cost(self) -> Cost:
-        return estimate(switched(vary(self.model, {})), 1, self.classification.max_periods)
+        return estimate(switched_system(vary(self.model, {})), 1, self.classification.max_periods)
 
     def verdict(self) -> Verdict:
         """The verdict on the motion; see `regime`."""

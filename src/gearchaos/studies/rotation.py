@@ -10,8 +10,8 @@ import numpy as np
 
 from gearchaos.flow import ExactFlow, Measure
 from gearchaos.model import Batch
-from gearchaos.model.coordinates import error_at_start, initial_values, relative_rotation
-from gearchaos.model.switched import rotation_decay, switched
+from gearchaos.model.coordinates import initial_values, relative_rotation, transmission_error_at_start
+from gearchaos.model.switched import rotation_decay, switched_system
 
 
 def at_sections(
@@ -37,7 +37,7 @@ def at_sections(
         States from which the sections follow; by default those that the motions have reached. The mean rotation of the
         motions is kept.
     """
-    names, error = flow.system.names, error_at_start(batch)[0]
+    names, error = flow.system.names, transmission_error_at_start(batch)[0]
     end = flow.advance(initial, before, points=points, measured=True)
     first = end.w if orbit is None else orbit
     x1 = initial_values(batch)["x1"] + end.measures[Measure.VELOCITY]
@@ -80,6 +80,6 @@ def within_periods(batch: Batch, names: tuple[str, ...], samples: np.ndarray) ->
     """The change of x2 (N, M) since the start of the mesh period, at M samples (N, M, d) of each of N periods."""
     periods, count, d = samples.shape
     first = np.nan_to_num(samples[:, 0].T)
-    flow = ExactFlow(switched(batch, (*names, "x2")), count)
+    flow = ExactFlow(switched_system(batch, (*names, "x2")), count)
     w = np.concatenate([first, np.zeros((1, periods))])
     return flow.advance(w, 1, points=np.zeros(periods, dtype=int), sample=True).samples[0, :, d].T

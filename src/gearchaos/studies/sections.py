@@ -7,7 +7,7 @@ import numpy as np
 from gearchaos.dynamics import Verdicts
 from gearchaos.flow import ExactFlow
 from gearchaos.model import Batch
-from gearchaos.model.coordinates import bearings_differ, error_at_start, to_physical, weakly_damped
+from gearchaos.model.coordinates import bearings_differ, to_physical, transmission_error_at_start, weakly_damped
 from gearchaos.studies import rotation
 
 
@@ -38,7 +38,7 @@ def steady_sections(
     """
     out = flow.advance(verdicts.w, count, points=points, sections=count).sections
     number = verdicts.periods_run[:, None] + np.arange(1, count + 1)
-    error, error_dot = error_at_start(batch)
+    error, error_dot = transmission_error_at_start(batch)
     return to_physical(
         batch, flow.system.names, np.moveaxis(out, (0, 1, 2), (1, 2, 0)), number * flow.system.period[points, None],
         error[:, None], error_dot[:, None], _rotation(batch, flow, points, initial, verdicts, out),

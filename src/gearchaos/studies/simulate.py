@@ -13,8 +13,8 @@ from gearchaos.execute.machine import check_memory
 from gearchaos.flow import CHATTER, DIVERGED, DIVERGED_AT, OK, ExactFlow
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import Batch, MeshModel, backlash, mesh_stiffness, transmission_error, vary
-from gearchaos.model.coordinates import error_at_start, start, to_physical
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import initial_state, to_physical, transmission_error_at_start
+from gearchaos.model.switched import switched_system
 from gearchaos.studies import rotation
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.initial_value_problems import InitialValueProblems, initial_value_problems
@@ -84,7 +84,7 @@ class Simulate(Study):
 
     @cached_property
     def cost(self) -> Cost:
-        system = switched(vary(self.model, {}))
+        system = switched_system(vary(self.model, {}))
         return estimate(system, 1, self.periods + self.transient, samples=self.samples or 0)
 
     @cached_property
@@ -137,7 +137,7 @@ def _rotation(batch: Batch, flow: ExactFlow, w: np.ndarray, transient: int) -> n
     """x2 (N + 1,) after the transient and at the sections w (N, d); None if the bearings do not differ."""
     if "x2_dot" not in flow.system.names:
         return None
-    initial, point = start(batch, flow.system).T.copy(), np.zeros(1, dtype=int)
+    initial, point = initial_state(batch, flow.system).T.copy(), np.zeros(1, dtype=int)
     return rotation.at_sections(batch, flow, point, initial, np.array([transient]), w[:, :, None])[0]
 
 
@@ -146,7 +146,7 @@ def _section(batch: Batch, names: tuple[str, ...], w: np.ndarray, transient: int
     number = np.arange(1, len(w) + 1)
     tau = (transient + number) * batch.model.period
     known = None if x2 is None else x2[None, 1:]
-    values = to_physical(batch, names, w[None], tau[None], *error_at_start(batch), known)
+    values = to_physical(batch, names, w[None], tau[None], *transmission_error_at_start(batch), known)
     data: dict[str, Any] = {f"section_{n}": variable(f"section_{n}", ("period",), v[0]) for n, v in values.items()}
     data["period"] = ("period", number, {"long_name": "mesh period after the transient", "units": "T"})
     data["tau_section"] = variable("tau", ("period",), tau)

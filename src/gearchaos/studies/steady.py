@@ -10,7 +10,7 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.gears.pair import GearPair, as_model
 from gearchaos.model import COORDINATES, MeshModel, vary
-from gearchaos.model.coordinates import drifts, error_at_start, without_drift
+from gearchaos.model.coordinates import reset_mean_rotation, rotation_drifts, transmission_error_at_start
 from gearchaos.model.switched import coordinates
 from gearchaos.studies.simulate import simulate
 from gearchaos.studies.verdict import Verdict
@@ -67,9 +67,9 @@ def _initial_values(model: MeshModel, point: dict[str, float]) -> dict[str, floa
     """
     initial, batch = {name: point[name] for name in COORDINATES[model.kind]}, vary(model, {})
     names = coordinates(batch)
-    if not drifts(batch, names)[0]:
+    if not rotation_drifts(batch, names)[0]:
         return initial
     if "y" in names:
         point = {**point, "y": point["y1"] - point["y2"], "y_dot": point["y1_dot"] - point["y2_dot"]}
-    kept = without_drift(batch, names, np.array([[point[n] for n in names]]), *error_at_start(batch))
+    kept = reset_mean_rotation(batch, names, np.array([[point[n] for n in names]]), *transmission_error_at_start(batch))
     return initial | {n: float(v[0]) for n, v in kept.items()}

@@ -9,8 +9,14 @@ import numpy as np
 
 from gearchaos.flow import OK, ExactFlow
 from gearchaos.model import COORDINATES, Batch, MeshModel, vary
-from gearchaos.model.coordinates import drifts, error_at_start, start, to_physical, without_drift
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import (
+    initial_state,
+    reset_mean_rotation,
+    rotation_drifts,
+    to_physical,
+    transmission_error_at_start,
+)
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.axis import Axis
 
 PERIODS_PER_VALUE = 400
@@ -48,8 +54,8 @@ def swept_initial_values(
 
 def _initial_state(batch: Batch) -> dict[str, np.ndarray]:
     """The physical initial state by name, each (P,)."""
-    system = switched(batch)
-    return _physical(batch, system.names, start(batch, system), np.zeros(batch.size))
+    system = switched_system(batch)
+    return _physical(batch, system.names, initial_state(batch, system), np.zeros(batch.size))
 
 
 def _final_state(batch: Batch) -> dict[str, np.ndarray]:
@@ -58,19 +64,19 @@ def _final_state(batch: Batch) -> dict[str, np.ndarray]:
     A drifting mean rotation is reset to its initial value: after many columns z would lose digits as the difference of
     large x1 and x2.
     """
-    system = switched(batch)
-    out = ExactFlow(system).advance(start(batch, system).T.copy(), PERIODS_PER_VALUE)
+    system = switched_system(batch)
+    out = ExactFlow(system).advance(initial_state(batch, system).T.copy(), PERIODS_PER_VALUE)
     w = np.where(out.status == OK, out.w, np.nan).T
     values = _physical(batch, system.names, w, PERIODS_PER_VALUE * system.period)
-    drifting = drifts(batch, system.names)
+    drifting = rotation_drifts(batch, system.names)
     if not np.any(drifting):
         return values
-    reset = without_drift(batch, system.names, w, *error_at_start(batch))
+    reset = reset_mean_rotation(batch, system.names, w, *transmission_error_at_start(batch))
     return {n: np.where(drifting, reset[n], v) if n in reset else v for n, v in values.items()}
 
 
 def _physical(batch: Batch, names: tuple[str, ...], w: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
     """Physical coordinates by name, each (P,), of states w (P, d) at the times τ (P,)."""
-    error, error_dot = (e[:, None] for e in error_at_start(batch))
+    error, error_dot = (e[:, None] for e in transmission_error_at_start(batch))
     values = to_physical(batch, names, w[:, None], tau[:, None], error, error_dot)
     return {n: values[n][:, 0] for n in COORDINATES[batch.model.kind]}

@@ -12,8 +12,8 @@ from gearchaos.dynamics import classify
 from gearchaos.execute.machine import cores
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
 
 MODELS: dict[int, dict[str, Any]] = {
     2: {"kind": "torsional"},
@@ -40,7 +40,7 @@ def _run(dimension: int) -> tuple[int, float]:
     """Classify one motion of this dimension, which compiles all kernels; returns the dimension and the seconds."""
     begin = time.perf_counter()
     batch = vary(MeshModel.of(**MODELS[dimension]), {})
-    system = switched(batch)
+    system = switched_system(batch)
     assert system.dimension == dimension
-    classify(ExactFlow(system), start(batch, system).T.copy())
+    classify(ExactFlow(system), initial_state(batch, system).T.copy())
     return dimension, time.perf_counter() - begin

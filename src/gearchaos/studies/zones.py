@@ -15,7 +15,7 @@ from gearchaos.execute.machine import check_memory
 from gearchaos.flow import WIDTH, ExactFlow
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel, state_names
-from gearchaos.model.switched import switched
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.batch_classification import InitialStates, classify_batch
 from gearchaos.studies.coexistence import coexisting, signature
@@ -118,7 +118,7 @@ class Zones(ClassifyingStudy):
         if self.starts > 1:
             motions *= self.starts + 2
             sequential = 2 * self.x.count * PERIODS_PER_VALUE * -(-self.y.count // WIDTH)
-        system = switched(corners(self.model, self.x, self.y))
+        system = switched_system(corners(self.model, self.x, self.y))
         return estimate(system, motions, self.classification.max_periods, sequential)
 
     def compute(

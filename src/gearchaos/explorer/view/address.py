@@ -10,7 +10,7 @@ from gearchaos.errors import InputError
 from gearchaos.explorer.view.bounds import CELLS, QUERY, bounded
 from gearchaos.explorer.view.planes import value_on
 from gearchaos.explorer.view.state import STIFFNESSES, View, check_known, standard, stiffness_name
-from gearchaos.model import COORDINATES, KINDS, HarmonicStiffness, MeshModel, expand
+from gearchaos.model import COORDINATES, KINDS, HarmonicStiffness, MeshModel, expand_pairs
 from gearchaos.studies.axis import Axis
 
 _PAGE = ("kind", "stiffness", "x", "y", "at", "colour", "line", "start", "units")
@@ -78,7 +78,7 @@ def _model(given: Mapping[str, str]) -> MeshModel:
     check_known("kind", kind, KINDS)
     check_known("stiffness", stiffness, STIFFNESSES)
     model, values = _default_model(kind, stiffness), {n: v for n, v in given.items() if n not in _PAGE}
-    expand(dict.fromkeys(values, 0.0), model)  # an unknown name is refused before its value is read
+    expand_pairs(dict.fromkeys(values, 0.0), model)  # an unknown name is refused before its value is read
     return model.with_values({n: bounded(n, v) for n, v in values.items()})
 
 
