@@ -10,7 +10,7 @@ from matplotlib.colors import to_hex
 from gearchaos.explorer.panels.labels import label
 from gearchaos.explorer.panels.style import PALETTE, Put, empty_figure
 from gearchaos.plot._axes import cell_extent
-from gearchaos.plot._bifurcation import INK_SCALE, density
+from gearchaos.plot._bifurcation import DENSITY_COLOURS, DENSITY_EXPONENT, density
 from gearchaos.plot._classes import motion_class
 
 _ROWS = 240
@@ -18,9 +18,6 @@ _ROWS = 240
 
 _RIBBON = 0.05
 """Height of the strip with the kinds of motion, as a share of the range of displacements."""
-
-_GAMMA = 0.22
-"""Exponent that makes low densities visible."""
 
 
 class BifurcationFigure:
@@ -30,7 +27,7 @@ class BifurcationFigure:
         self._put = put
         self.figure = empty_figure(ticks=6, x_range=Range1d(0, 1), y_range=Range1d(0, 1))
         self.figure.grid.visible = False
-        ink = LinearColorMapper(palette=[to_hex(INK_SCALE(i / 255)) for i in range(256)], low=0, high=1)
+        ink = LinearColorMapper(palette=[to_hex(DENSITY_COLOURS(i / 255)) for i in range(256)], low=0, high=1)
         classes = LinearColorMapper(palette=PALETTE, low=-0.5, high=len(PALETTE) - 0.5)
         self.ink, self.ribbon = (ColumnDataSource({n: [] for n in ("image", "x", "y", "dw", "dh")}) for _ in range(2))
         for source, mapper in ((self.ink, ink), (self.ribbon, classes)):
@@ -48,7 +45,7 @@ class BifurcationFigure:
         axis = str(found[name].dims[0])
         values = found[name].transpose(..., "point").values
         low, high = _limits(values)
-        shades = density(values, low, high, _ROWS).T ** _GAMMA
+        shades = density(values, low, high, _ROWS).T ** DENSITY_EXPONENT
         left, right, _, _ = cell_extent(found[axis].values, np.arange(2.0))
         top = high + _RIBBON * (high - low)
         place = {"x": [left], "dw": [right - left]}
@@ -59,11 +56,6 @@ class BifurcationFigure:
         self._put(self.figure.y_range, start=low, end=top)
         self._put(self.figure.xaxis[0], axis_label=label(found[axis], axis))
         self._put(self.figure.yaxis[0], axis_label=label(found[name], "z"))
-
-    def clear(self) -> None:
-        """Draw nothing."""
-        for source in (self.ink, self.ribbon):
-            source.data = {n: [] for n in ("image", "x", "y", "dw", "dh")}
 
 
 def _limits(values: np.ndarray) -> tuple[float, float]:

@@ -9,9 +9,7 @@ from bokeh.models import ColumnDataSource, Line
 from gearchaos.explorer.panels.labels import label
 from gearchaos.explorer.panels.style import INK, Put, empty_figure
 from gearchaos.plot._axes import mesh_period
-
-_PERIODS = 12
-"""Mesh periods shown."""
+from gearchaos.plot._dossier import HISTORY_PERIODS
 
 _SAMPLES = 3000
 """Largest number of samples drawn."""
@@ -39,7 +37,7 @@ class HistoryFigure:
             Dimensionless mesh period.
         """
         time = (tau - tau[0]) / period
-        inside = time <= _PERIODS
+        inside = time <= HISTORY_PERIODS
         values = (time[inside], motion["z"].values[inside])
         self._put(self.source, data={n: v[:_SAMPLES].astype(np.float32) for n, v in zip("xy", values, strict=True)})
         self._put(self.figure.yaxis[0], axis_label=label(motion["z"], "z"))

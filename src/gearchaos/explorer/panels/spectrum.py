@@ -8,13 +8,10 @@ from bokeh.models import ColumnDataSource, FixedTicker, Line, Range1d
 
 from gearchaos.explorer.panels.labels import label
 from gearchaos.explorer.panels.style import INK, Put, empty_figure
-from gearchaos.plot._spectrum import amplitudes
+from gearchaos.plot._spectrum import FLOOR, amplitudes
 
 _ORDERS = 6
 """Highest order of the mesh frequency shown."""
-
-_FLOOR = 1e-7
-"""Smallest amplitude shown, as a share of the largest."""
 
 
 class SpectrumFigure:
@@ -32,7 +29,7 @@ class SpectrumFigure:
         """Draw the spectrum of a velocity, in any unit; ``motion`` is dimensionless and has its times."""
         order, amplitude = amplitudes(motion.assign(z_dot=(velocity.dims, velocity.values)), "z_dot")
         inside = order <= _ORDERS
-        least = max(float(amplitude[inside].max()) * _FLOOR, 1e-37)
+        least = max(float(amplitude[inside].max()) * FLOOR, 1e-37)
         values = (order[inside], np.maximum(amplitude[inside], least))
         self._put(self.source, data={n: v.astype(np.float32) for n, v in zip("xy", values, strict=True)})
         self._put(self.figure.yaxis[0], axis_label=label(velocity, "z_dot").replace("velocity", "amplitude of", 1))
