@@ -1,10 +1,10 @@
-"""How fast the explorer answers, measured in a headless browser; and whether its memory stays bounded.
+"""Response times of the explorer, measured in a headless browser, and its memory over time.
 
     python benchmarks/explorer.py                 click to dossier, slider to portrait, maps
     python benchmarks/explorer.py --minutes 30    random clicks and drags, with the memory of the server
 
-Times are taken in the page, by its own clock, from the event to the end of the first frame after the answer is in the
-document, with all its figures painted.
+Times are measured in the page, from the event to the end of the first frame after the answer is in the document and all
+its figures are painted.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from gearchaos.studies.warmup import warmup
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 KINDS = {"torsional": "kind=torsional", "full": "kind=full"}
-_CLOSED = 5
+_CANCELLED_AFTER = 5
 """Seconds after which the computations of a page that was closed have ended."""
 
 MAP = "x=omega:0.2:3.0&y=eps1:0.0:0.3"
 
-_WAIT = """
+_STOPWATCH = """
 window.measured = new Promise((done) => {
   const html = () => document.querySelector(PLACE).innerHTML
   let began, before
@@ -50,12 +50,12 @@ window.measured = new Promise((done) => {
 
 
 def watch(page: Page, event: str, place: str, answer: str) -> None:
-    """Set ``window.measured`` to the milliseconds from an event until the answer is painted.
+    """Set ``window.measured`` to a promise of the milliseconds from an event until the answer is painted.
 
     ``place`` and ``answer`` are selectors: the answer is there when the HTML of the place has changed and an element
     matches ``answer``.
     """
-    script = _WAIT
+    script = _STOPWATCH
     for name, value in (("EVENT", event), ("PLACE", place), ("ANSWER", answer)):
         script = script.replace(name, json.dumps(value))
     page.evaluate(script)
@@ -85,7 +85,7 @@ def browser():
 
 
 def opened(chromium, url: str, errors: list[str] | None = None) -> Page:
-    """A page with its first dossier, and whatever goes wrong on it in ``errors``."""
+    """A page with its first dossier; errors of its script are appended to ``errors``."""
     page = chromium.new_page(viewport={"width": 1366, "height": 768})
     if errors is not None:
         page.on("pageerror", lambda e: errors.append(str(e)))
@@ -101,8 +101,8 @@ def inside(page: Page) -> dict[str, float]:
     return {"left": box["x"] + 75, "top": box["y"] + 45, "width": box["width"] - 125, "height": box["height"] - 105}
 
 
-def _rest(page: Page, rest: bool) -> None:
-    """Wait until all computations have ended, or a short time while they run."""
+def _wait_for_rest(page: Page, rest: bool) -> None:
+    """Wait until all computations have ended; without ``rest``, only for a short time."""
     if rest:
         page.wait_for_selector(".busy.idle", timeout=120_000)
     page.wait_for_timeout(300 if rest else 900)
@@ -114,7 +114,7 @@ def clicks(chromium, url: str, kind: str, count: int, rest: bool) -> list[tuple[
     page.wait_for_timeout(3000)
     frame, out = inside(page), []
     for _ in range(count):
-        _rest(page, rest)
+        _wait_for_rest(page, rest)
         watch(page, "pointerdown", "#verdict", ".verdict:not([data-stage='verdict'])")
         page.mouse.click(frame["left"] + chance.random() * frame["width"],
                          frame["top"] + chance.random() * frame["height"])
@@ -124,30 +124,30 @@ def clicks(chromium, url: str, kind: str, count: int, rest: bool) -> list[tuple[
     return out
 
 
-def slides(chromium, url: str, count: int, rest: bool) -> list[float]:
+def slider_moves(chromium, url: str, count: int, rest: bool) -> list[float]:
     """Milliseconds from a move of the slider to the redrawn portrait."""
     page, out = opened(chromium, f"{url}?{KINDS['torsional']}&{MAP}&at=1.0,0.2"), []
     page.wait_for_timeout(3000)
     box = page.locator(".field-omega input[type=range]").bounding_box()
     for i in range(count):
-        _rest(page, rest)
+        _wait_for_rest(page, rest)
         watch(page, "pointerdown", "#verdict", ".verdict")
-        share = 0.1 + 0.8 * (0.382 * i % 1)  # far from the handle: a click there moves nothing
+        share = 0.1 + 0.8 * (0.382 * i % 1)  # far from the handle, since a click on the handle does not move it
         page.mouse.click(box["x"] + box["width"] * share, box["y"] + box["height"] / 2)
         out.append(page.evaluate("window.measured"))
     page.close()
     return out
 
 
-def maps(chromium, url: str, kind: str, most: float) -> dict[str, float]:
-    """Seconds from a new page to its coarse map, to its fine map, and to its complete map, if it gets there."""
-    time.sleep(_CLOSED)
+def maps(chromium, url: str, kind: str, timeout: float) -> dict[str, float]:
+    """Seconds from opening a page to its coarse map, its fine map and its complete map; ``timeout`` for each."""
+    time.sleep(_CANCELLED_AFTER)
     page, began = chromium.new_page(viewport={"width": 1366, "height": 768}), time.perf_counter()
     page.goto(f"{url}?{KINDS[kind]}&{MAP}&at=1.3,0.21")
     out = {"opened": time.perf_counter() - began}
     for name, condition in (("coarse", "stride <= 8"), ("fine", "stride <= 1"), ("all", "share >= 1")):
         try:
-            page.wait_for_function(_HOW_FAR.replace("CONDITION", condition), timeout=1000 * most)
+            page.wait_for_function(_MAP_PROGRESS.replace("CONDITION", condition), timeout=1000 * timeout)
         except TimeoutError:
             break
         out[name] = time.perf_counter() - began
@@ -156,7 +156,7 @@ def maps(chromium, url: str, kind: str, most: float) -> dict[str, float]:
 
 
 def first_maps(chromium, url: str, count: int) -> list[float]:
-    """Seconds from another damping to the first map with it, while the map before is computed."""
+    """Seconds from a change of the damping to the first map with it, while the previous map is being computed."""
     page, out = opened(chromium, f"{url}?{KINDS['torsional']}&{MAP}"), []
     for i in range(count):
         page.wait_for_timeout(3000)
@@ -169,48 +169,48 @@ def first_maps(chromium, url: str, count: int) -> list[float]:
     return out
 
 
-_HOW_FAR = """() => {
+_MAP_PROGRESS = """() => {
   const {stride, share} = document.querySelector("[data-stride]")?.dataset ?? {stride: Infinity, share: 0}
   return CONDITION
 }"""
 
 
-def lasting(minutes: float) -> Iterator[tuple[str, object]]:
+def endurance(minutes: float) -> Iterator[tuple[str, object]]:
     """Random clicks, drags, zooms, sliders and keys, with a check after every 20 that the page still answers.
 
-    Memory is reported every minute: the final value alone would not tell a leak from a working set that has filled up.
+    Memory is reported every minute: a final value alone would not distinguish a leak from caches that have filled.
     """
     errors: list[str] = []
     with served() as (url, process), browser() as chromium:
         page, chance, done, waits = opened(chromium, url, errors), random.Random(2), 0, []
-        _exercise(page, chance, 60)
+        _act_at_random(page, chance, 60)
         began = time.monotonic()
         for minute in count():
             yield f"memory after {minute} min, MiB", _memory(process, page)
             if minute >= minutes:
                 break
             while time.monotonic() < began + 60 * (minute + 1):
-                _exercise(page, chance, 20)
-                waits.append(_answered(page, errors))
+                _act_at_random(page, chance, 20)
+                waits.append(_wait_for_verdict(page, errors))
                 done += 20
         page.wait_for_selector(".busy.idle", timeout=240_000)
         yield "memory at rest, MiB", _memory(process, page)
     yield "summary", {"actions": done, "errors": errors, "longest wait for an answer, s": max(waits)}
 
 
-def _answered(page: Page, errors: list[str]) -> float:
+def _wait_for_verdict(page: Page, errors: list[str]) -> float:
     """Seconds until the final verdict is that of the point in the address bar."""
     began = time.monotonic()
     page.wait_for_timeout(500)  # until the address is updated
     try:
-        page.wait_for_function(_ANSWERED, timeout=60_000)
+        page.wait_for_function(_VERDICT_IS_CURRENT, timeout=60_000)
     except TimeoutError as error:
         said = {name: page.locator(name).inner_text() for name in ("#busy", "#message", "#verdict")}
         raise RuntimeError(f"no answer at {page.evaluate('location.search')}: {said}; {errors}") from error
     return time.monotonic() - began
 
 
-_ANSWERED = """() => {
+_VERDICT_IS_CURRENT = """() => {
   const verdict = document.querySelector(".verdict[data-final='1'] .label span")
   if (!verdict) return false
   const shown = verdict.innerText.split(", ").map((part) => Number(part.split("= ")[1]))
@@ -220,7 +220,7 @@ _ANSWERED = """() => {
 
 
 def _memory(process: psutil.Process, page: Page) -> dict[str, float]:
-    """MiB of the server and of its two processes, and of the page's script after its garbage is collected."""
+    """MiB of the server and of its two worker processes, and of the page's script after garbage collection."""
     session = page.context.new_cdp_session(page)
     session.send("HeapProfiler.collectGarbage")
     heap = session.send("Runtime.getHeapUsage")["usedSize"]
@@ -231,30 +231,31 @@ def _memory(process: psutil.Process, page: Page) -> dict[str, float]:
     return {name: round(size / 2**20, 1) for name, size in sizes.items()}
 
 
-def _exercise(page: Page, chance: random.Random, count: int) -> None:
+def _act_at_random(page: Page, chance: random.Random, count: int) -> None:
+    """Perform ``count`` random actions of a visitor."""
     frame = inside(page)
 
-    def spot() -> tuple[float, float]:
+    def random_point() -> tuple[float, float]:
         return (frame["left"] + chance.random() * frame["width"], frame["top"] + chance.random() * frame["height"])
 
     for _ in range(count):
         what = chance.choice(("click", "click", "click", "drag", "wheel", "slide", "key", "reset"))
         if what == "click":
-            page.mouse.click(*spot())
+            page.mouse.click(*random_point())
         elif what == "drag":
-            page.mouse.move(*spot())
+            page.mouse.move(*random_point())
             page.mouse.down()
-            page.mouse.move(*spot(), steps=5)
+            page.mouse.move(*random_point(), steps=5)
             page.mouse.up()
         elif what == "wheel":
-            page.mouse.move(*spot())
+            page.mouse.move(*random_point())
             page.mouse.wheel(0, chance.choice((-200, 200)))
         elif what == "slide":
             slider = page.locator(f".field-{chance.choice(('omega', 'q0'))} input[type=range]")
-            if (box := slider.bounding_box()) is not None:  # its form may be being replaced
+            if (box := slider.bounding_box()) is not None:  # None while its form is replaced
                 page.mouse.click(box["x"] + box["width"] * chance.random(), box["y"] + box["height"] / 2)
         elif what == "key":
-            page.mouse.click(*spot())
+            page.mouse.click(*random_point())
             page.keyboard.press(chance.choice(("ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown")))
         else:
             page.locator("select[name=select-preset]").select_option(index=chance.randrange(1, 4))
@@ -262,40 +263,42 @@ def _exercise(page: Page, chance: random.Random, count: int) -> None:
 
 
 def _summary(found: list[tuple[str, float]]) -> dict[str, object]:
-    wild = [ms for label, ms in found if label == "chaotic"]
-    calm = [ms for label, ms in found if label != "chaotic"]
+    """Statistics of times (label of the motion, ms), for all and by kind of motion."""
+    chaotic = [ms for label, ms in found if label == "chaotic"]
+    others = [ms for label, ms in found if label != "chaotic"]
     return {
         **_spread([ms for _, ms in found]),
-        "chaotic": wild and statistics.median(wild), "others": calm and statistics.median(calm),
-        "points": len(found), "chaotic points": len(wild),
+        "chaotic": chaotic and statistics.median(chaotic), "others": others and statistics.median(others),
+        "points": len(found), "chaotic points": len(chaotic),
     }
 
 
-def measure(points: int, most: float) -> Iterator[tuple[str, object]]:
-    """All the times."""
+def measure(points: int, timeout: float) -> Iterator[tuple[str, object]]:
+    """All response times: name and statistics."""
     with served() as (url, _), browser() as chromium:
         opened(chromium, url).close()
         for rest, when in ((True, "at rest"), (False, "while others compute")):
             for kind in KINDS:
                 yield f"click to dossier, {kind}, {when}, ms", _summary(clicks(chromium, url, kind, points, rest))
-            yield f"slider to portrait, {when}, ms", _spread(slides(chromium, url, points, rest))
+            yield f"slider to portrait, {when}, ms", _spread(slider_moves(chromium, url, points, rest))
         yield "first map with another damping, s", _spread(first_maps(chromium, url, points))
         for kind in KINDS:
-            yield f"map, {kind}, s", maps(chromium, url, kind, most)
+            yield f"map, {kind}, s", maps(chromium, url, kind, timeout)
 
 
 def _spread(found: list[float]) -> dict[str, float]:
+    """Median and maximum."""
     return {"median": statistics.median(found), "most": max(found)}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--minutes", type=float, help="click and drag at random for so long instead")
-    parser.add_argument("--count", type=int, default=20, help="clicks and slides")
-    parser.add_argument("--most", type=float, default=60, help="longest wait for each stage of a map, s")
+    parser.add_argument("--minutes", type=float, help="instead, act at random for this time")
+    parser.add_argument("--count", type=int, default=20, help="clicks and slider moves")
+    parser.add_argument("--timeout", type=float, default=60, help="for each stage of a map, s")
     chosen = parser.parse_args()
     list(warmup())
-    for name, found in lasting(chosen.minutes) if chosen.minutes else measure(chosen.count, chosen.most):
+    for name, found in endurance(chosen.minutes) if chosen.minutes else measure(chosen.count, chosen.timeout):
         print(f"{name}: {json.dumps(found)}", flush=True)
 
 

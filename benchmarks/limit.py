@@ -1,4 +1,4 @@
-"""How near the kernels are to what one core can do: operations a mesh period needs, the machine's rates, the ratio.
+"""How close the kernels are to the limit of one core: operations per mesh period, rates of the machine, their ratio.
 
 Prints the table of docs/limit.md for the trajectories of `throughput.py`'s mixed setting.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 import ctypes
 import os
 import time
+from collections.abc import Callable
 
 import numpy as np
 from peers.c_rk4 import compiled
@@ -16,12 +17,17 @@ from throughput import LANES, ROUNDS, Bench, timed
 from gearchaos.flow.kernels.constants import ORDER
 
 _WIDE = 4
+"""Doubles in a vector register."""
+
 _DOUBLE = 8
+"""Bytes of a double."""
+
 _COLUMNS = {"steps": 1, "switches": 2, "affine": 0, "segments": 0, "bytes": 0}
+"""Columns of the table, with the number of digits after the point."""
 
 
 def rates() -> tuple[float, float, float]:
-    """Multiply-adds per µs, and bytes per µs loaded and added from the first- and from the second-level cache."""
+    """Rates of this machine: multiply-adds per µs, and bytes per µs loaded from the first- and second-level caches."""
     library = compiled("rates.c")
     library.multiply_adds.restype = library.loads.restype = ctypes.c_double
     rounds = 3_000_000
@@ -36,7 +42,8 @@ def rates() -> tuple[float, float, float]:
     return found[0], found[1], found[2]
 
 
-def _best(call, amount: float) -> float:
+def _best(call: Callable[[], object], amount: float) -> float:
+    """``amount`` per µs, in the fastest of five calls."""
     times = []
     for _ in range(5):
         begin = time.perf_counter()
@@ -45,8 +52,8 @@ def _best(call, amount: float) -> float:
     return amount / min(times) / 1e6
 
 
-def needs(bench: Bench) -> dict[str, float]:
-    """What a period needs on the average, in multiply-adds and bytes; see docs/limit.md."""
+def operations(bench: Bench) -> dict[str, float]:
+    """Mean steps, switches, multiply-adds and loaded bytes per trajectory and mesh period; see docs/limit.md."""
     d, n = bench.system.dimension, float(bench.flow.step_count.mean())
     wave, series = 3 * (ORDER + 1), ORDER * (1 + (d - 1) * (d + 2))
     exits, finish = ORDER - 2 + 2 * 3 * ORDER, ORDER * d
@@ -58,7 +65,7 @@ def needs(bench: Bench) -> dict[str, float]:
 
 
 def main() -> None:
-    """Measure the machine, then both cases."""
+    """Measure the rates of the machine, then print the table for d = 2 and 4."""
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     fused, first, second = rates()
@@ -68,7 +75,7 @@ def main() -> None:
           "limit / measured |\n|" + " --- |" * 10)
     for kind in ("d2", "d4"):
         bench = Bench(kind, "mixed")
-        need = needs(bench)
+        need = operations(bench)
         advance = bench.running["gearchaos"]["advance"]
         ours = float(np.median([timed(advance, bench.w, 50) for _ in range(ROUNDS)]))
         arithmetic = (need["affine"] + need["segments"]) / fused

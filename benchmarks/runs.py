@@ -1,8 +1,8 @@
-"""What it costs to write a map to disk as it is computed, and to compute it elsewhere.
+"""The cost of storing a map while it is computed, and of computing it in other processes.
 
 Compares, on the same cells of figure 2a: the function in memory; a run into a store in threads; in two processes; on
-two Dask workers. They take turns, so that a slow moment of the machine meets them all; prints every wall and CPU time
-(of processes, too, but not of Dask's workers), and at last the medians and their ratios.
+two Dask workers. The methods alternate, so that variations of the machine's speed affect all of them. Prints all wall
+and CPU times (including those of processes, but not of Dask workers), then the medians and their ratios.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from gearchaos.studies.zones import Zones
 
 
 def timed(work: Callable[[], object]) -> tuple[float, float]:
-    """Wall and CPU seconds."""
+    """Wall and CPU seconds of a call, with its child processes that have ended."""
     begin, before = time.perf_counter(), _cpu()
     work()
     return time.perf_counter() - begin, _cpu() - before
@@ -39,19 +39,21 @@ def _cpu() -> float:
     return sum(u.ru_utime + u.ru_stime for u in used)
 
 
-def study(cells: int, patience: int) -> Zones:
+def study(cells: int, longest_transient: int) -> Zones:
+    """The study of figure 2a with about this number of cells."""
     side = isqrt(cells)
     axes = Axis("omega", 0.2, 3.0, side), Axis("eps1", 0.0, 0.3, side)
-    return Zones(MeshModel.of(q0=0.1), *axes, settings=Classification(longest_transient=patience))
+    return Zones(MeshModel.of(q0=0.1), *axes, settings=Classification(longest_transient=longest_transient))
 
 
 def store(chosen: Zones, path: Path, pool: pools.PoolFactory) -> None:
-    """Compute a whole study into a store."""
+    """Compute a study into a store."""
     outcome = run_into_store(chosen, path, pool=pool)
     assert outcome.done == outcome.count, outcome.failed
 
 
 def into_store(chosen: Zones, pool: pools.PoolFactory) -> Callable[[], object]:
+    """A function that computes a study into a store in a temporary folder."""
     def work() -> None:
         with tempfile.TemporaryDirectory() as folder:
             store(chosen, Path(folder) / "s.zarr", pool)
@@ -62,16 +64,16 @@ def into_store(chosen: Zones, pool: pools.PoolFactory) -> Callable[[], object]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cells", type=int, default=1_000_000)
-    parser.add_argument("--patience", type=int, default=800)
-    parser.add_argument("--ways", default="memory,threads")
+    parser.add_argument("--longest-transient", type=int, default=800)
+    parser.add_argument("--methods", default="memory,threads")
     parser.add_argument("--rounds", type=int, default=3)
     given = parser.parse_args()
-    chosen = study(given.cells, given.patience)
-    study(100, given.patience).run()  # compiled, or loaded from the cache
+    chosen = study(given.cells, given.longest_transient)
+    study(100, given.longest_transient).run()  # compiled, or loaded from the cache
     with ExitStack() as stack:
-        ways = {name: _way(name, chosen, stack) for name in given.ways.split(",")}
-        times = dict[str, list[tuple[float, float]]]((name, []) for name in ways)
-        for _, (name, work) in product(range(given.rounds), ways.items()):
+        methods = {name: _method(name, chosen, stack) for name in given.methods.split(",")}
+        times = dict[str, list[tuple[float, float]]]((name, []) for name in methods)
+        for _, (name, work) in product(range(given.rounds), methods.items()):
             times[name].append(timed(work))
             print(f"{name:10} {times[name][-1][0]:8.1f} s wall {times[name][-1][1]:8.1f} s CPU", flush=True)
     middle = {name: np.median(every, axis=0) for name, every in times.items()}
@@ -81,16 +83,17 @@ def main() -> None:
         print(f"{name:10} {wall:8.1f} s wall {cpu:8.1f} s CPU, medians: {ratios}")
 
 
-def _way(way: str, chosen: Zones, stack: ExitStack) -> Callable[[], object]:
-    if way == "memory":
+def _method(method: str, chosen: Zones, stack: ExitStack) -> Callable[[], object]:
+    """The function to time for a method: "memory", "threads", "processes" or "dask"."""
+    if method == "memory":
         return lambda: chosen.run(threads=2)
-    if way == "dask":
+    if method == "dask":
         from distributed import LocalCluster
 
         local = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
         cluster = stack.enter_context(LocalCluster(**local))
         return into_store(chosen, pools.dask_workers(cluster.scheduler_address))
-    return into_store(chosen, pools.thread_pool(2) if way == "threads" else pools.process_pool(2))
+    return into_store(chosen, pools.thread_pool(2) if method == "threads" else pools.process_pool(2))
 
 
 if __name__ == "__main__":

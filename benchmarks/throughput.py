@@ -1,9 +1,9 @@
-"""gearchaos against its peers on the same trajectories, side by side in one run on one core; then on all cores.
+"""Speed of gearchaos and of other integrators on the same trajectories, on one core in one run; then on all cores.
 
 Prints tables; ``--json FILE`` also writes {"ratios": {"d2": {peer: …}, …}, "errors": {…}, "us": {…}, "settings": {…},
-"two_cores": …, "two_cores_arithmetic": …}, a ratio being the peer's time over ours, the median over interleaved rounds,
-and ``--plot FILE`` draws work against precision. Absolute times mean little on a shared machine; ratios from one run
-mean more.
+"two_cores": …, "two_cores_arithmetic": …}, where a ratio is the time of a peer divided by that of gearchaos, the
+median over interleaved rounds; ``--plot FILE`` draws time against error. On a shared machine only
+ratios from one run are meaningful.
 """
 
 from __future__ import annotations
@@ -37,40 +37,44 @@ SETTINGS: dict[str, tuple[float, float, dict[str, float]]] = {
     "chaotic": (0.95, 1.05, {"q0": 0.05, "eps1": 0.1}),
     "impacts": (1.5, 2.5, {"q0": 0.02, "eps1": 0.3}),
 }
-"""Range of ω, and the other parameters."""
+"""Range of ω, and the other parameters, of each setting."""
 
 LANES = 4096
-FEW = 256
+"""Trajectories of gearchaos in a round."""
+
+FEW_LANES = 256
+"""Trajectories of slower peers in a round."""
+
 ROUNDS = 7
 CORES = os.cpu_count() or 1
 Advance = Callable[[np.ndarray, int], np.ndarray]
 PEERS: dict[str, tuple[str, str, tuple, int, int]] = {
     "c_rk4_200": ("c_rk4", "CRk4", (200,), LANES, 20),
     "c_rk4_1000": ("c_rk4", "CRk4", (1000,), LANES // 4, 10),
-    "numba_rk4_200": ("numba_rk4", "NumbaRk4", (200,), FEW, 10),
-    "heyoka": ("heyoka_peer", "Heyoka", (1,), FEW, 10),
-    "heyoka_batch": ("heyoka_peer", "Heyoka", (4,), FEW, 10),
+    "numba_rk4_200": ("numba_rk4", "NumbaRk4", (200,), FEW_LANES, 10),
+    "heyoka": ("heyoka_peer", "Heyoka", (1,), FEW_LANES, 10),
+    "heyoka_batch": ("heyoka_peer", "Heyoka", (4,), FEW_LANES, 10),
     "pynamicalsys_200": ("pynamicalsys_peer", "Pynamicalsys", (200,), 8, 2),
     "jitcode_1e-9": ("jitcode_peer", "Jitcode", (1e-9,), 8, 2),
     "diffrax_1e-9": ("diffrax_peer", "Diffrax", (1e-9,), 64, 2),
     "scipy_dop853_1e-9": ("scipy_peer", "Scipy", ("DOP853", 1e-9), 4, 2),
     "scipy_lsoda_1e-9": ("scipy_peer", "Scipy", ("LSODA", 1e-9), 4, 2),
 }
-"""Module, class, its settings, lanes and periods a round."""
+"""Of each peer its module, class, arguments, trajectories and mesh periods in a round."""
 
-FIRST_FOUR = ("c_rk4_200", "heyoka", "heyoka_batch")
-"""Who also runs the special settings."""
+SPECIAL_PEERS = ("c_rk4_200", "heyoka", "heyoka_batch")
+"""Peers that run in all settings; the others run in the mixed setting only."""
 
 _PRECISION = {
-    "C RK4": ("c_rk4", "CRk4", [(n,) for n in (100, 200, 500, 1000, 2000)], FEW),
+    "C RK4": ("c_rk4", "CRk4", [(n,) for n in (100, 200, 500, 1000, 2000)], FEW_LANES),
     "SciPy DOP853": ("scipy_peer", "Scipy", [("DOP853", 10.0**-k) for k in (5, 7, 9, 11)], 4),
     "SciPy LSODA": ("scipy_peer", "Scipy", [("LSODA", 10.0**-k) for k in (5, 7, 9, 11)], 4),
-    "heyoka": ("heyoka_peer", "Heyoka", [(1,)], FEW),
+    "heyoka": ("heyoka_peer", "Heyoka", [(1,)], FEW_LANES),
 }
 
 
 class Bench:
-    """Trajectories of one kind in one setting, and what every peer made of them."""
+    """Trajectories of one model in one setting, and the results of every peer on them."""
 
     def __init__(self, kind: str, setting: str) -> None:
         low, high, values = SETTINGS[setting]
@@ -87,7 +91,7 @@ class Bench:
         }
 
     def add(self, name: str) -> None:
-        """Set a peer up and check its first period; a peer that cannot run is reported, whatever the cause."""
+        """Set up a peer and compare its first period with the reference; a peer that cannot run is reported."""
         module, kind, arguments, lanes, periods = PEERS[name]
         try:
             self.rows[name] = self._row(*self.peer(module, kind, arguments, lanes), periods)
@@ -95,7 +99,7 @@ class Bench:
             self.rows[name] = f"not run: {type(failure).__name__}: {failure}"
 
     def peer(self, module: str, kind: str, arguments: tuple, lanes: int) -> tuple[Advance, np.ndarray]:
-        """A peer on evenly spread lanes, so that every one sees all of the range."""
+        """``advance`` of a peer, and its lanes (L,): equidistant ones, so that all peers cover the range of ω."""
         chosen = np.arange(lanes) * (LANES // lanes)
         make = getattr(importlib.import_module(f"peers.{module}"), kind)
         return make(self.system.take(chosen), *arguments).advance, chosen
@@ -110,14 +114,14 @@ class Bench:
         return {name: row for name, row in self.rows.items() if not isinstance(row, str)}
 
     def run(self) -> None:
-        """One round after another, every peer in each, so that a slow spell of the machine hits all alike."""
+        """Time every peer in each round, so that variations of the machine's speed affect all of them."""
         for _ in range(ROUNDS):
             for row in self.running.values():
                 row["times"].append(timed(row["advance"], row["w"], row["periods"]))
         ours = self.running["gearchaos"]
         for row in self.running.values():
             row["ratio"] = float(np.median(np.array(row["times"]) / np.array(ours["times"])))
-        exact = self.running.get("heyoka")  # the one peer that is as exact; its difference from us is ours from it
+        exact = self.running.get("heyoka")  # the only peer of the same accuracy: their difference is the error of both
         ours["error"] = exact["error"] if exact else float("nan")
 
     def print(self) -> None:
@@ -130,38 +134,38 @@ class Bench:
                 print(f"{name:18} {np.median(row['times']):10.3f} {row['ratio']:8.2f} {row['error']:18.1e}")
 
     def column(self, key: Callable[[dict], float]) -> dict[str, float | str]:
-        """One number of every peer, or why it did not run."""
+        """One number for every peer, or the reason why it did not run."""
         return {name: row if isinstance(row, str) else key(row) for name, row in self.rows.items()}
 
 
 def timed(advance: Advance, w: np.ndarray, periods: int) -> float:
-    """Microseconds per trajectory and period."""
+    """Microseconds per trajectory and mesh period of one call."""
     begin = time.perf_counter()
     advance(w, periods)
     return (time.perf_counter() - begin) / w.shape[1] / periods * 1e6
 
 
 def all_cores(bench: Bench) -> tuple[float, float]:
-    """How many times one core's throughput all reach together: with the flow, and with arithmetic that shares nothing,
-    which is what the machine gives at the time.
+    """Throughput of all cores relative to one: of the flow, and of arithmetic without shared memory.
 
-    As in a map every thread has a flow of its own, and a round takes seconds: a core that was idle needs some tenths of
-    a second to come to speed, and threads that wake together may share one for a tick of the scheduler.
+    The second is the limit of the machine. As in a map, every thread has a flow of its own. A round takes seconds,
+    since an idle core reaches its full clock rate only after some tenths of a second, and threads that start together
+    may share a core until the scheduler moves them.
     """
     parts = [np.ascontiguousarray(bench.w[:, i::CORES]) for i in range(CORES)]
     flows = [ExactFlow(bench.system.take(np.arange(LANES)[i::CORES])) for i in range(CORES)]
-    numbers = np.ones((CORES, 2048))[:, :1024]  # no two share a line of the cache
+    numbers = np.ones((CORES, 2048))[:, :1024]  # no two rows share a cache line
     works: tuple[Callable[[int], Any], ...] = (
         lambda i: flows[i].advance(parts[i], 6000), lambda i: _arithmetic(numbers[i], 24_000_000),
     )
-    _arithmetic(numbers[0], 1)  # compiled
+    _arithmetic(numbers[0], 1)  # compiles it
     with ThreadPoolExecutor(CORES) as pool:
         flow, arithmetic = np.median([[_together(pool, work) for work in works] for _ in range(ROUNDS)], axis=0)
     return float(flow), float(arithmetic)
 
 
 def _together(pool: Executor, work: Callable[[int], Any]) -> float:
-    """How many times as long a part for each core takes one after the other as side by side."""
+    """Time of one part per core in sequence, divided by the time of all parts in parallel."""
     begin = time.perf_counter()
     for i in range(CORES):
         work(i)
@@ -179,7 +183,7 @@ def _arithmetic(x, times):
 
 
 def draw_precision(bench: Bench, path: Path) -> None:
-    """Time of a period against its error, every peer at several settings."""
+    """Draw the time of a mesh period against its error, for every peer at several settings."""
     import matplotlib.pyplot as plt
 
     figure, ax = plt.subplots(figsize=(6.4, 4.2), layout="constrained")
@@ -191,7 +195,7 @@ def draw_precision(bench: Bench, path: Path) -> None:
             error = np.median(np.abs(advance(w, 1) - bench.reference[:, chosen]).max(axis=0))
             points.append((max(error, 1e-16), min(timed(advance, w, 2) for _ in range(3))))
         ax.loglog(*zip(*points, strict=True), mark + "-", label=name)
-    ours = bench.running["gearchaos"]  # as far from heyoka, the last, as heyoka is from it
+    ours = bench.running["gearchaos"]  # its error is the difference from heyoka, drawn last
     ax.loglog(points[-1][0], np.median(ours["times"]), "*", color="black", markersize=14, label="gearchaos")
     ax.set(xlabel="median error of one mesh period", ylabel="µs per trajectory and mesh period",
            title=f"Work and precision, {bench.name}")
@@ -210,7 +214,7 @@ def _parsed() -> argparse.Namespace:
 
 
 def main() -> None:
-    """Run what is asked for, mixed settings first."""
+    """Run the models and settings that the arguments choose."""
     given = _parsed()
     cores = os.sched_getaffinity(0) if hasattr(os, "sched_setaffinity") else set()
     if cores:
@@ -219,7 +223,7 @@ def main() -> None:
     for setting in given.settings.split(","):
         for kind in given.kinds.split(","):
             bench = benches.setdefault(setting, {})[kind] = Bench(kind, setting)
-            for name in PEERS if setting == "mixed" else FIRST_FOUR:
+            for name in PEERS if setting == "mixed" else SPECIAL_PEERS:
                 bench.add(name)
             bench.run()
             bench.print()

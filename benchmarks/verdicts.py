@@ -1,4 +1,4 @@
-"""Time that a map saves by ending each cell as soon as it is classified, instead of running all cells equally long.
+"""The time saved in a map by stopping each cell once it is classified, compared with equally long runs of all cells.
 
 Both run figure 2a with the same kernels, tiles and threads. The fixed run of a cell is the longest transient that the
 adaptive one allows, then 250 periods with a tangent vector for the exponent, then 96 periods for the response. Prints
@@ -29,12 +29,17 @@ from gearchaos.studies.zones import zones
 
 STUDY = all_figures()[2].studies["a"]
 _SECTIONS = 257
+"""Stroboscopic states in which a period is sought; the longest that can be found is 128T."""
+
 _RETURN = 1e-6
+"""Largest difference of states one period apart."""
+
 _POSITIVE = 1e-3
+"""Smallest exponent that counts as chaos."""
 
 
 def fixed(axes: list[Axis], transient: int) -> np.ndarray:
-    """The period of every cell, -1 for chaos, 0 for neither, after a transient of the same length for all."""
+    """The period of every cell, -1 for chaos, 0 for neither; (rows * columns,), after the same transient for all."""
     found = np.zeros(axes[0].count * axes[1].count, dtype=int)
     order = np.arange(len(found)).reshape(axes[1].count, axes[0].count).T.ravel()
 
@@ -63,7 +68,7 @@ def _period(sections: np.ndarray) -> np.ndarray:
 
 
 def adaptive(axes: list[Axis], longest_transient: int) -> np.ndarray:
-    """The same by `zones` with this longest transient."""
+    """The result of `zones` with this longest transient, in the form of `fixed`."""
     found = zones(STUDY.mesh_model, *axes, settings=Classification(longest_transient=longest_transient))
     return np.where(found.label == Label.CHAOTIC, -1, found.period).ravel()
 

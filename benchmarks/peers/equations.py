@@ -27,7 +27,7 @@ class Equations(NamedTuple):
 
 
 def equations(system: SwitchedAffine, point: int) -> Equations:
-    """Those of one parameter point; the contact ratio must be 1.5 and the forcing of one harmonic."""
+    """The equations of one parameter point; the contact ratio must be 1.5 and the forcing of one harmonic."""
     return Equations(
         system.A[point], system.b[point], system.f0[point], float(system.f_cos[point, 0]),
         float(system.f_sin[point, 0]), float(system.omega[point]), system.levels[point],

@@ -11,7 +11,7 @@ from gearchaos.dynamics import Label
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import map as maps
 from gearchaos.explorer.jobs import point_studies
-from gearchaos.explorer.jobs.dossier import dossier, followed
+from gearchaos.explorer.jobs.dossier import dossier, final_verdict
 from gearchaos.explorer.jobs.map_grid import MapGrid
 from gearchaos.explorer.panels.attractors import choices
 from gearchaos.explorer.panels.labels import plain
@@ -19,7 +19,7 @@ from gearchaos.explorer.view import bounds, state
 from gearchaos.explorer.view.address import from_query, to_query
 from gearchaos.explorer.view.planes import axis_names
 from gearchaos.explorer.view.presets import presets
-from gearchaos.explorer.view.state import View, first_view, standard, stiffness_name
+from gearchaos.explorer.view.state import View, stiffness_name, view_of
 from gearchaos.explorer.web.server import address, check_port
 from gearchaos.model import COORDINATES, KINDS
 from gearchaos.paper.settings import all_figures
@@ -41,7 +41,7 @@ def test_every_figure_has_a_preset_with_its_own_model():
     assert {int("".join(c for c in key if c.isdigit())) for key in presets()} == set(all_figures())
     assert presets()["6"].view.y.name == "q0" and presets()["6"].view.line == "y"
     assert presets()["13b"].view.point == all_figures()[13].studies["b"].mesh_model
-    assert presets()["10"].view.y == gc.Axis("kappa", 0.2, 10.0, bounds.CELLS[1])
+    assert presets()["10"].view.y == gc.Axis("kappa", 0.2, 10.0, bounds.MAP_CELLS[1])
 
 
 def test_a_view_with_everything_changed_survives_the_address_bar():
@@ -51,8 +51,8 @@ def test_a_view_with_everything_changed_survives_the_address_bar():
         stiffness=gc.HarmonicStiffness((0.2, 0.05), (0.1,)), initial={"x1": 0.5, "y2_dot": -0.25},
     )
     view = replace(
-        standard(model), y=gc.Axis("c2", 0.0, 0.1, 300), at=(1.1, 0.07), colour="v_rms", line="y",
-        start=(("x1", 2.0), ("x1_dot", 1e-17)), physical=True,
+        view_of(model), y=gc.Axis("c2", 0.0, 0.1, 300), at=(1.1, 0.07), colour="v_rms", line="y",
+        initial=(("x1", 2.0), ("x1_dot", 1e-17)), physical=True,
     )
     again = from_query(to_query(view), START)
     assert again == view and again.point == view.point
@@ -105,7 +105,7 @@ def test_every_axis_on_offer_can_be_an_axis(kind):
     view = START.with_kind(kind)
     for name in axis_names(view.model):
         if name != "omega":
-            low, high, _, _ = bounds.span(name)
+            low, high, _, _ = bounds.value_range(name)
             assert view.with_axes(view.x, gc.Axis(name, low, high, 300)).y.name == name
 
 
@@ -121,14 +121,14 @@ def test_kinds_and_stiffnesses_change_and_change_back():
 def test_keys_move_the_point_by_cells_and_stop_at_what_a_parameter_may_be():
     moved = START.stepped(1, -1)
     assert moved.at == pytest.approx((1.6 + 2.8 / 399, 0.15 - 0.3 / 299), abs=1e-4)
-    assert START.stepped(-10**6, 0).at[0] == bounds.span("omega").least
+    assert START.stepped(-10**6, 0).at[0] == bounds.value_range("omega").least
 
 
 def test_a_view_beyond_the_bounds_of_the_explorer_is_refused():
     with pytest.raises(InputError, match="count"):
         replace(START, x=gc.Axis("omega", 0.2, 3.0, 4000))
     with pytest.raises(InputError, match="harmonic"):
-        first_view(gc.MeshModel.of(eps12=0.1))
+        view_of(gc.MeshModel.of(eps12=0.1))
 
 
 @pytest.mark.parametrize(("text", "shown"), [
@@ -149,9 +149,9 @@ def test_symbols_become_plain_text(text, shown):
 def test_the_last_verdict_of_a_dossier_is_that_of_regime(model):
     found = list(dossier(model))
     assert found[1].motion is not None
-    found += [] if found[-1].final else list(followed(model, found[-1].verdict.label))
+    found += [] if found[-1].final else list(final_verdict(model, found[-1].verdict.label))
     for i, later in enumerate(found[1:], start=1):
-        found[i] = later.after(found[i - 1])
+        found[i] = later.with_motion_of(found[i - 1])
     assert found[-1].final and found[-1].verdict == gc.regime(model) and found[-1].motion is found[1].motion
     assert (found[-1].portrait is None) == (found[-1].verdict.period is not None)
     assert all(f.verdict.period is None for f in found if not f.final)
@@ -159,15 +159,16 @@ def test_the_last_verdict_of_a_dossier_is_that_of_regime(model):
 
 def test_chaos_that_was_a_transient_gets_the_motion_it_came_to():
     model = gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)
-    (found,) = followed(model, "chaotic")
+    (found,) = final_verdict(model, "chaotic")
     assert found.final and found.portrait is None and found.motion.identical(list(dossier(model))[-1].motion)
 
 
 def test_a_motion_sent_once_stays_with_its_point():
     first, then = dossier(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206))
     (other,) = dossier(gc.MeshModel.of(kind="single", omega=2.0, z=30.0))
-    assert first.after(then).motion is then.motion and then.after(first) is then
-    assert first.after(None).motion is None and first.after(other).motion is None and other.after(then).motion is None
+    assert first.with_motion_of(then).motion is then.motion and then.with_motion_of(first) is then
+    assert first.with_motion_of(None).motion is None and first.with_motion_of(other).motion is None
+    assert other.with_motion_of(then).motion is None
 
 
 def test_a_motion_that_diverges_has_a_dossier_too():
@@ -183,11 +184,11 @@ def test_a_map_is_coarse_first_and_every_cell_is_in_the_end_that_of_zones(small)
     whole = gc.zones(small.model, small.x, small.y)
     for name in ("label", "period"):
         assert np.array_equal(found[-1].shown(found[-1].dataset[name].values, 0), whole[name].values)
-    assert found[-1].level("v_rms").values == pytest.approx(whole["v_rms"].values, rel=1e-9)
+    assert found[-1].measure("v_rms").values == pytest.approx(whole["v_rms"].values, rel=1e-9)
 
 
 def test_chaos_shows_before_it_is_outlasted_and_every_cell_is_judged_in_the_end(monkeypatch):
-    monkeypatch.setattr(state, "CELLS", (40, 30))
+    monkeypatch.setattr(state, "MAP_CELLS", (40, 30))
     monkeypatch.setattr(maps, "_INTERVAL", 0.0)
     view = replace(START, x=gc.Axis("omega", 1.2, 1.5, 40), y=gc.Axis("eps1", 0.18, 0.24, 30), at=(1.3, 0.2))
     found = list(maps.refined(view))
@@ -195,11 +196,11 @@ def test_chaos_shows_before_it_is_outlasted_and_every_cell_is_judged_in_the_end(
     chaotic = waiting.chaotic_so_far
     assert chaotic.sum() > 100 and np.any(waiting.dataset["label"].values.ravel()[chaotic] == 0)
     assert np.all(waiting.labels().values.ravel()[chaotic] == Label.CHAOTIC)
-    assert np.isfinite(waiting.level("v_rms").values).all()  # each shows that of the nearest cell that has one
+    assert np.isfinite(waiting.measure("v_rms").values).all()  # each shows that of the nearest cell that has one
     assert not found[-1].chaotic_so_far.any() and np.all(found[-1].dataset["label"] != 0)
     whole = gc.zones(view.model, view.x, view.y, settings=maps.FULL)
     assert found[-1].dataset["label"].identical(whole["label"])
-    assert found[-1].level("v_rms").values == pytest.approx(whole["v_rms"].values, rel=1e-8, nan_ok=True)
+    assert found[-1].measure("v_rms").values == pytest.approx(whole["v_rms"].values, rel=1e-8, nan_ok=True)
 
 
 def test_every_cell_of_a_coarse_map_shows_the_nearest_one_computed():
@@ -216,15 +217,15 @@ def test_the_map_of_attractors_counts_them():
     view = replace(presets()["3c"].view, colour="attractors", x=gc.Axis("omega", 2.2, 2.4, 400),
                    y=gc.Axis("eps1", 0.04, 0.06, 300))
     first = next(iter(maps.refined(view)))
-    assert "attractors" in first.dataset and np.nanmax(first.level("attractors").values) >= 2
-    rows = np.isfinite(first.level("attractors").values).any(axis=1)
+    assert "attractors" in first.dataset and np.nanmax(first.measure("attractors").values) >= 2
+    rows = np.isfinite(first.measure("attractors").values).any(axis=1)
     assert rows.sum() == 4 and not rows[4:].any()  # rows that are not computed yet show nothing
 
 
 def test_a_diagram_is_coarse_first_and_lies_along_the_line():
     view = replace(START, line="y", x=gc.Axis("omega", 0.5, 1.5, 400), at=(1.0, 0.1))
     found = [d for d in point_studies.bifurcation(view, 4, 1) if d]
-    assert [d.sizes["eps1"] for d in found] == [bounds.COLUMNS // 4, bounds.COLUMNS]
+    assert [d.sizes["eps1"] for d in found] == [bounds.DIAGRAM_COLUMNS // 4, bounds.DIAGRAM_COLUMNS]
 
 
 @pytest.mark.parametrize("chosen", [False, True])
@@ -238,25 +239,25 @@ def test_basins_start_from_the_point_s_other_initial_values(monkeypatch, kind, g
     asked = []
     monkeypatch.setattr(point_studies, "Basins", lambda model, x, y, **_: asked.append((model, x, y)))
     monkeypatch.setattr(point_studies, "_in_parts", lambda *_: iter(()))
-    view = standard(gc.MeshModel.of(kind=kind, omega=1.0, q0=0.1, eps1=0.1, **({} if chosen else given)))
-    view = replace(view, start=tuple(given.items()) if chosen else ())
+    view = view_of(gc.MeshModel.of(kind=kind, omega=1.0, q0=0.1, eps1=0.1, **({} if chosen else given)))
+    view = replace(view, initial=tuple(given.items()) if chosen else ())
     assert list(point_studies.basins(view)) == [] and len(asked) == 2
     for model, x, y in asked:
         assert {n: v for n, v in model.initial.items() if n not in (x.name, y.name)} == kept
 
 
 def test_a_start_in_the_plane_of_basins_keeps_the_other_initial_values_of_the_motion_chosen():
-    view = replace(standard(gc.MeshModel.of(kind="full", y2=0.1)), start=(("x1", 2.0), ("y1", 0.3)))
-    started = view.started({"x1": -1.0, "x1_dot": 0.5})
-    assert dict(started.start) == {"x1": -1.0, "x1_dot": 0.5, "y1": 0.3}
-    assert dict(started.point.initial) == {"x1": -1.0, "x1_dot": 0.5, "y1": 0.3, "y2": 0.1}
-    assert dict(replace(view, start=()).started({"x1": -1.0}).start) == {"x1": -1.0}
-    relative = replace(standard(gc.MeshModel(kind="single")), start=(("x1", 2.0),))
-    assert dict(relative.started({"z": 0.5, "z_dot": 0.0}).start) == {"z": 0.5, "z_dot": 0.0}
+    view = replace(view_of(gc.MeshModel.of(kind="full", y2=0.1)), initial=(("x1", 2.0), ("y1", 0.3)))
+    changed = view.with_changed_initial({"x1": -1.0, "x1_dot": 0.5})
+    assert dict(changed.initial) == {"x1": -1.0, "x1_dot": 0.5, "y1": 0.3}
+    assert dict(changed.point.initial) == {"x1": -1.0, "x1_dot": 0.5, "y1": 0.3, "y2": 0.1}
+    assert dict(replace(view, initial=()).with_changed_initial({"x1": -1.0}).initial) == {"x1": -1.0}
+    relative = replace(view_of(gc.MeshModel(kind="single")), initial=(("x1", 2.0),))
+    assert dict(relative.with_changed_initial({"z": 0.5, "z_dot": 0.0}).initial) == {"z": 0.5, "z_dot": 0.0}
 
 
 def test_the_point_of_an_axis_of_initial_values_begins_at_the_model_s_own():
-    view = standard(gc.MeshModel.of(kind="full", y1=0.3))
+    view = view_of(gc.MeshModel.of(kind="full", y1=0.3))
     names = ("x1", "x1_dot", "y1", "y2", "y2_dot")
     at = [view.with_axes(view.x, gc.Axis(name, -3.0, 3.0, 300)).at[1] for name in names]
     assert at == [1.0, 0.0, 0.3, 0.0, 0.0]
@@ -265,7 +266,7 @@ def test_the_point_of_an_axis_of_initial_values_begins_at_the_model_s_own():
 def test_the_motions_of_a_point_come_with_a_start_that_leads_to_each():
     (found,) = point_studies.attractors(presets()["4"].view)
     for choice in choices(found):
-        view = replace(presets()["4"].view, start=choice.start)
+        view = replace(presets()["4"].view, initial=choice.initial)
         assert choice.name.startswith(gc.regime(view.point).label)
 
 

@@ -26,7 +26,7 @@ class Worker:
         self.jobs[panel] = job
         self.asked.append(panel)
 
-    def drop(self, owner, panel=None):
+    def cancel(self, owner, panel=None):
         for name in [panel] if panel else list(self.jobs):
             self.jobs.pop(name, None)
 
@@ -135,11 +135,11 @@ def test_a_motion_of_a_point_that_was_left_is_not_shown(page):
 
 def test_a_preliminary_verdict_is_followed_until_the_point_moves(page):
     page.dossier(final=False)
-    assert "chaos" not in page.quick.jobs  # its motion comes first
+    assert "final verdict" not in page.quick.jobs  # its motion comes first
     page.dossier(final=False, motion=xr.Dataset())
-    assert page.quick.jobs["chaos"].steps.args == (VIEW.point, "chaotic")
+    assert page.quick.jobs["final verdict"].steps.args == (VIEW.point, "chaotic")
     page.move(VIEW.moved(1.0, 0.1))
-    assert "chaos" not in page.quick.jobs
+    assert "final verdict" not in page.quick.jobs
 
 
 def test_a_map_without_the_present_colouring_is_not_shown(page):

@@ -17,7 +17,7 @@ from gearchaos.explorer.jobs.dossier import dossier
 from gearchaos.explorer.panels.spectrum import SpectrumFigure
 from gearchaos.explorer.view.pair import pair_at
 from gearchaos.explorer.view.presets import preset_of, presets
-from gearchaos.explorer.view.state import first_view
+from gearchaos.explorer.view.state import view_of
 from gearchaos.explorer.view.study_text import as_python, as_toml
 from gearchaos.explorer.view.wheels import are_alike, made_alike
 from gearchaos.studyfile import load_study
@@ -43,7 +43,7 @@ def test_copied_python_builds_the_same_model(key):
 
 @pytest.mark.parametrize("stiffness", ["two-level", "harmonics"])
 def test_copied_toml_is_a_study_file_of_the_same_model(tmp_path, stiffness):
-    view = replace(presets()["3c"].view.with_stiffness(stiffness), start=(("z", 0.3), ("z_dot", -0.1)))
+    view = replace(presets()["3c"].view.with_stiffness(stiffness), initial=(("z", 0.3), ("z_dot", -0.1)))
     path = tmp_path / "study.toml"
     path.write_text(as_toml(view), encoding="utf-8")
     study = load_study(path)
@@ -63,7 +63,7 @@ PAIR = load_study(Path(__file__).parents[2] / "examples" / "physical_pair.toml")
     lambda view: view.with_value("y1", 0.4), lambda view: view.with_stiffness("harmonics"),
 ])
 def test_a_copied_study_file_keeps_the_pair_at_the_point(tmp_path, change):
-    view = change(first_view(PAIR.model, *axes_of(PAIR)))
+    view = change(view_of(PAIR.model, *axes_of(PAIR)))
     path = tmp_path / "pair.toml"
     path.write_text(as_toml(view, PAIR.pair), encoding="utf-8")
     study = load_study(path)
@@ -74,7 +74,7 @@ def test_a_copied_study_file_keeps_the_pair_at_the_point(tmp_path, change):
 
 
 def test_other_kinds_of_a_pair_keep_it_and_what_no_pair_has_is_a_model(tmp_path):
-    view, path = first_view(PAIR.model), tmp_path / "pair.toml"
+    view, path = view_of(PAIR.model), tmp_path / "pair.toml"
     for changed, kept in (
         (view.with_kind("torsional"), True), (view.with_kind("single"), True), (view.with_value("J1", 3.0), False),
     ):
@@ -87,7 +87,7 @@ def test_other_kinds_of_a_pair_keep_it_and_what_no_pair_has_is_a_model(tmp_path)
 
 
 def test_copied_python_scales_to_the_units_on_show():
-    view = first_view(PAIR.model)
+    view = view_of(PAIR.model)
     names: dict = {}
     exec("import gearchaos as gc\n" + re.search(r"^pair = .*$", as_python(view, PAIR.pair), re.M)[0], names)
     assert names["pair"] == PAIR.pair and "physical" not in as_python(view)
@@ -105,7 +105,7 @@ def test_a_preset_is_found_again_until_another_model_is_set(key):
 
 
 def test_wheels_are_alike_only_if_all_their_values_are():
-    view = first_view(PAIR.model)
+    view = view_of(PAIR.model)
     assert are_alike(START.operating_point) and not are_alike(view.operating_point)
     alike = made_alike(view).operating_point
     assert are_alike(alike) and alike.J2 == view.operating_point.J1

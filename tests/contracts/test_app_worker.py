@@ -81,7 +81,7 @@ def test_a_page_that_was_closed_is_forgotten():
     gone, other = Recorder(1000, gate), Recorder(1)
     worker.submit("a", "map", gone.job())
     worker.submit("b", "map", other.job())
-    worker.drop("a")
+    worker.cancel("a")
     gate.set()
     assert other.over.wait(10)
     assert gone.taken <= 1 and gone.shown == []
@@ -111,7 +111,7 @@ def test_what_is_left_is_closed_by_the_thread_that_ran_it_and_errors_there_do_no
             raise RuntimeError("on the way out")
 
     worker, begun, last = Worker("test"), threading.Event(), Recorder(1)
-    worker.submit("a", "map", Job(work, lambda _: (begun.set(), worker.drop("a", "map")), lambda _: None))
+    worker.submit("a", "map", Job(work, lambda _: (begun.set(), worker.cancel("a", "map")), lambda _: None))
     assert begun.wait(10)
     worker.submit("a", "map", last.job())
     assert last.over.wait(10) and closed == ["test"]

@@ -276,7 +276,7 @@ def test_nothing_is_opened_for_what_is_refused(narrow):
 
 def test_too_few_samples_have_no_spectrum():
     for periods, samples in ((1, 1), (5, 1)):
-        with pytest.raises(InputError, match="two samples a mesh period"):
+        with pytest.raises(InputError, match="two samples per mesh period"):
             plot.spectrum(gc.simulate(gc.MeshModel(), periods, samples=samples), ax=fresh().subplots())
 
 

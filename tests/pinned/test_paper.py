@@ -1,4 +1,4 @@
-"""The 2008 study: settings as data, judges, and the report."""
+"""The 2008 study: settings as data, checks of claims, and the report."""
 
 from __future__ import annotations
 
@@ -24,17 +24,18 @@ from gearchaos.model import MeshModel, TwoLevelStiffness, mesh_stiffness
 from gearchaos.paper import build, claims, settings
 from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.claims import _motions, _read
-from gearchaos.paper.claims._judge import records
+from gearchaos.paper.claims._check import records
 from gearchaos.paper.claims._maps import first_harmonic
-from gearchaos.paper.claims._outcome import JUDGES, Outcome
+from gearchaos.paper.claims._outcome import CHECKS, Outcome
 from gearchaos.paper.figures import LAYOUTS, draw
-from gearchaos.paper.findings import second_opinion
+from gearchaos.paper.findings import spectral_comparison
 from gearchaos.paper.output import writable_folder
 from gearchaos.paper.page import _flat, _maths
 from gearchaos.studies import load
 
 TINY = settings.Quality(
-    "tiny", zones=(12, 9), basins=(40, 40), patience=1500, bifurcation=(12, 8), portrait=64, trajectory=12, dpi=100
+    "tiny", zones=(12, 9), basins=(40, 40), longest_transient=1500, bifurcation=(12, 8), portrait=64, trajectory=12,
+    dpi=100,
 )
 STATED = {
     "2a", "3a", "3b", "4a", "4b", "4c", "4d", "4e", "5a", "6a", "6b", "6c", "6d", "6e", "7a", "7b", "7c", "7d", "7e",
@@ -117,8 +118,8 @@ def test_figure_4_shows_the_five_motions_that_starts_end_on(tiny_bench):
 # --- claims -----------------------------------------------------------------------------------------------------------
 
 
-def test_every_record_has_a_judge_and_every_judge_a_record():
-    assert set(records()) == set(JUDGES)
+def test_every_record_has_a_check_and_every_check_a_record():
+    assert set(records()) == set(CHECKS)
     assert set(records()) >= STATED
 
 
@@ -133,7 +134,7 @@ def test_claims_of_a_figure_are_those_of_its_records():
 
 
 @pytest.fixture(scope="module")
-def draft_bench():
+def draft_cache():
     return ComputationCache(settings.quality("draft"))
 
 
@@ -142,8 +143,8 @@ def draft_bench():
     ("6d", "misprint"), ("8a", "holds"), ("13a", "holds"), ("13b", "holds"),
     ("14b", "holds within the printed digits"), ("15b", "holds"),
 ])
-def test_verdicts_on_the_statements_of_the_paper(draft_bench, name, verdict):
-    (claim,) = claims.judge_all(draft_bench, [name])
+def test_verdicts_on_the_statements_of_the_paper(draft_cache, name, verdict):
+    (claim,) = claims.check_all(draft_cache, [name])
     assert claim.verdict == verdict
     cited = json.dumps(claim.evidence["verdicts"])
     assert "multiplier" in cited or "exponent" in cited
@@ -185,10 +186,10 @@ def test_only_contradictions_and_unknown_misprints_fail():
     assert claims.failed(good + bad) == bad
 
 
-def test_runs_are_unbroken_stretches():
+def test_intervals_are_unbroken():
     values, flags = np.arange(6.0), np.array([1, 1, 0, 0, 1, 0], dtype=bool)
-    assert _read.runs(values, flags) == [(0.0, 1.0), (4.0, 4.0)]
-    assert _read.runs(values, ~(values < 9)) == []
+    assert _read.intervals(values, flags) == [(0.0, 1.0), (4.0, 4.0)]
+    assert _read.intervals(values, ~(values < 9)) == []
 
 
 def labelled(period: np.ndarray) -> xr.Dataset:
@@ -198,21 +199,21 @@ def labelled(period: np.ndarray) -> xr.Dataset:
                        "v_rms": (("y", "x"), period + 0.5)})
 
 
-def test_likeness_counts_the_cells_that_keep_their_class():
+def test_similarity_counts_the_cells_that_keep_their_class():
     one = np.ones((6, 6), dtype=int)
     one[:, 3:] = 2
     two = np.roll(one, 1, axis=1)
     two[:, 0] = 1
-    assert _read.likeness(labelled(one), labelled(one)) == {"same_class": 1.0, "v_rms_correlation": 1.0}
-    assert _read.likeness(labelled(one), labelled(two))["same_class"] == pytest.approx(5 / 6, abs=1e-4)
+    assert _read.similarity(labelled(one), labelled(one)) == {"same_class": 1.0, "v_rms_correlation": 1.0}
+    assert _read.similarity(labelled(one), labelled(two))["same_class"] == pytest.approx(5 / 6, abs=1e-4)
 
 
-def test_the_spectral_opinion_is_told_where_it_differs():
+def test_the_spectral_class_is_reported_where_it_differs():
     ds = gc.bifurcation(gc.MeshModel.of(omega=1.0, q0=0.1), gc.Axis("eps1", 0.2, 0.23, 7), points=128)
-    assert "says the same in all of 7 columns" in second_opinion(ds, "eps1")
+    assert "says the same in all of 7 columns" in spectral_comparison(ds, "eps1")
     wrong = ds.assign(label=ds["label"].copy(data=np.full(7, 4, dtype=np.int8)), period=ds["period"] * 0)
-    assert "says the same in 0 of 7 columns" in second_opinion(wrong, "eps1")
-    assert "not undecided" in second_opinion(wrong, "eps1")
+    assert "says the same in 0 of 7 columns" in spectral_comparison(wrong, "eps1")
+    assert "not undecided" in spectral_comparison(wrong, "eps1")
 
 
 def portrait(x: np.ndarray, y: np.ndarray) -> xr.Dataset:
@@ -348,7 +349,7 @@ def test_page_shows_figures_corrections_verdicts_and_run(page):
 
 
 def test_a_contradicted_statement_makes_the_exit_code_one(tmp_path, monkeypatch):
-    monkeypatch.setitem(JUDGES, "9a", lambda cache: Outcome("contradicted", "nothing", {"label": "1T"}))
+    monkeypatch.setitem(CHECKS, "9a", lambda cache: Outcome("contradicted", "nothing", {"label": "1T"}))
     monkeypatch.setattr(claims, "claims_of", lambda figures: ["9a"])
     assert build(tmp_path, [1], "draft", progress=False) == 1
     assert "Not confirmed: 9a" in (tmp_path / "index.html").read_text()
@@ -364,7 +365,7 @@ def test_a_failure_leaves_no_half_written_file(tmp_path, monkeypatch):
     assert {p.name for p in tmp_path.iterdir()} == {"fig01.png", "claims.json"}
 
 
-def test_a_failed_drawing_is_raised_and_stops_what_is_judged(tmp_path, monkeypatch):
+def test_a_failed_drawing_is_raised_and_stops_the_checks(tmp_path, monkeypatch):
     left = []
 
     def endless(cache, names):
@@ -380,7 +381,7 @@ def test_a_failed_drawing_is_raised_and_stops_what_is_judged(tmp_path, monkeypat
         time.sleep(0.2)
         raise RuntimeError("no ink")
 
-    monkeypatch.setattr(claims, "judge_all", endless)
+    monkeypatch.setattr(claims, "check_all", endless)
     monkeypatch.setattr("gearchaos.paper.report.draw", broken)
     with pytest.raises(RuntimeError, match="no ink"):
         build(tmp_path, [1], "draft", progress=False)

@@ -23,7 +23,7 @@ _MAIN = f"""
 import os, signal
 import {bounds.__name__} as bounds
 if "FEW_CELLS" in os.environ:
-    bounds.CELLS = {FEW_CELLS}
+    bounds.MAP_CELLS = {FEW_CELLS}
 from gearchaos.cli import main
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits that it is ignored
 main()

@@ -12,7 +12,7 @@ import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.explorer.jobs.export import FILES
 from gearchaos.explorer.view.address import to_query
-from gearchaos.explorer.view.bounds import span
+from gearchaos.explorer.view.bounds import value_range
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import COLOURS
 from gearchaos.studyfile import load_study
@@ -80,7 +80,7 @@ def test_sliders_and_numbers_change_the_motion(visit):
     assert view.at == (1.0, 0.05) and one.label() == "1T"
     box = one.page.locator(".field-omega input[type=range]").bounding_box()
     view = one.after(lambda: one.page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + box["height"] / 2))
-    assert view.at[0] == pytest.approx(sum(span("omega")[:2]) / 2, abs=0.02)
+    assert view.at[0] == pytest.approx(sum(value_range("omega")[:2]) / 2, abs=0.02)
     view = one.after(lambda: one.type("zeta", "0.08"))
     assert view.model.zeta == 0.08
 
@@ -212,13 +212,13 @@ def test_other_motions_basins_and_the_diagram(visit):
     one.page.wait_for_selector("#others button:has-text('3T')").click()
     one.page.wait_for_selector(".verdict[data-label='3T'][data-final='1']")
     one.page.wait_for_function("location.search.includes('start=')")  # the address follows
-    assert gc.regime(one.view.point).label == "3T" and one.view.start
+    assert gc.regime(one.view.point).label == "3T" and one.view.initial
     one.page.click("button:has-text('basins of this point')")
     one.page.wait_for_selector("#basin-legend .entry")
     one.page.wait_for_function(DIAGRAM)
     box = one.page.locator("#line .plot").bounding_box()
     view = one.after(lambda: one.page.locator("#line .plot").click(position={"x": box["width"] / 2, "y": 100}))
-    assert view.at[0] != 2.3 and view.at[1] == 0.05 and view.start == ()
+    assert view.at[0] != 2.3 and view.at[1] == 0.05 and view.initial == ()
 
 
 def test_the_preset_of_basins_computes_them_and_stays_chosen(visit):
@@ -242,10 +242,10 @@ def test_numbers_can_be_read_whole_in_their_fields(visit, size):
     assert one.page.locator(".field input[type=text]").evaluate_all(clipped) == []
 
 
-def test_the_second_opinion_says_that_it_decides_nothing(visit):
+def test_the_spectral_class_says_that_the_verdict_does_not_rest_on_it(visit):
     one = visit("?" + to_query(presets()["13b"].view))
-    text = one.page.locator(".opinion").inner_text()
-    assert one.label() == "quasi-periodic" and "would say chaotic" in text
+    text = one.page.locator(".spectral").inner_text()
+    assert one.label() == "quasi-periodic" and "points alone: chaotic." in text
     assert "the verdict rests on the Lyapunov exponents" in text
 
 

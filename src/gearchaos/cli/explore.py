@@ -46,7 +46,7 @@ def explore(
 def _view(loaded: LoadedStudy, texts: list[str], no_arguments: bool) -> View:
     """The first view: axes of the command line, otherwise of the study file; without arguments the paper's figure 2."""
     from gearchaos.explorer.view.presets import presets
-    from gearchaos.explorer.view.state import first_view
+    from gearchaos.explorer.view.state import view_of
     from gearchaos.studies.axis import parse_axis
 
     given = [parse_axis(text, "--axis") for text in texts]
@@ -57,7 +57,7 @@ def _view(loaded: LoadedStudy, texts: list[str], no_arguments: bool) -> View:
         return presets()["2"].view
     options = loaded.options_for("zones")
     axes = given or [options[name] for name in ("x", "y") if name in options]
-    return first_view(loaded.model, *axes)
+    return view_of(loaded.model, *axes)
 
 
 def _serve(running: Any, page: str | None) -> None:

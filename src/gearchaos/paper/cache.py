@@ -24,7 +24,7 @@ SAMPLES = 64
 
 
 class _Requests(threading.local):
-    """Keys of the results that each thread has asked for."""
+    """Keys of the results that each thread has requested."""
 
     def __init__(self) -> None:
         self.keys: list[str] = []
@@ -50,7 +50,7 @@ class ComputationCache:
     @property
     def settings(self) -> Classification:
         """Classification settings of maps."""
-        return Classification(longest_transient=self.quality.patience)
+        return Classification(longest_transient=self.quality.longest_transient)
 
     def figure(self, figure: Figure) -> dict[str, xr.Dataset]:
         """The Datasets of one figure, by the names of its studies."""
@@ -70,13 +70,13 @@ class ComputationCache:
         self._requests.keys.append(key)
         with self._locks.setdefault(key, threading.RLock()):
             if key not in self._known:
-                with self.requested_keys():  # keys that it asks for itself are not counted as the caller's
+                with self.requested_keys():  # keys requested by compute() do not count as requested by the caller
                     self._known[key] = compute()
         return self._known[key]
 
     @contextmanager
     def requested_keys(self) -> Iterator[list[str]]:
-        """The keys that this thread asks for within the context, in order."""
+        """The keys that this thread requests within the context, in order."""
         before, self._requests.keys = self._requests.keys, []
         try:
             yield self._requests.keys
@@ -88,21 +88,22 @@ class ComputationCache:
         return self._known.get(key)
 
     def regime(self, **values: Any) -> Verdict:
-        """The verdict at one operating point, given by short names."""
-        return self.cached(f"the verdict at {_words(values)}", lambda: regime(MeshModel.of(**values)))
+        """The verdict at one operating point, given by the names that `MeshModel.of` takes."""
+        return self.cached(f"the verdict at {_described(values)}", lambda: regime(MeshModel.of(**values)))
 
     def points(self, count: int, **values: Any) -> xr.Dataset:
-        """A stroboscopic portrait of so many points at one operating point."""
+        """A stroboscopic portrait of ``count`` points at one operating point."""
         return self.cached(
-            f"{count} stroboscopic points at {_words(values)}",
+            f"{count} stroboscopic points at {_described(values)}",
             lambda: simulate(MeshModel.of(**values), count, transient=TRANSIENT),
         )
 
-    def scan(self, axis: Axis, *, patient: bool = False, **values: Any) -> xr.Dataset:
-        """A fine scan along one axis for the verdicts; ``patient`` outlasts long chaotic transients."""
+    def scan(self, axis: Axis, *, long_transients: bool = False, **values: Any) -> xr.Dataset:
+        """Verdicts on a fine scan along one axis; with ``long_transients``, chaotic ones may last longer than usual."""
         return self.cached(
-            f"{_range(axis)} at {_words(values)}{', waited for longer' if patient else ''}",
-            lambda: bifurcation(MeshModel.of(**values), axis, points=0, settings=REGIME_SETTINGS if patient else None),
+            f"{_range(axis)} at {_described(values)}{', waited for longer' if long_transients else ''}",
+            lambda: bifurcation(
+                MeshModel.of(**values), axis, points=0, settings=REGIME_SETTINGS if long_transients else None),
         )
 
     def map(self, model: MeshModel, x: Axis, y: Axis) -> xr.Dataset:
@@ -113,7 +114,7 @@ class ComputationCache:
         )
 
 
-def _words(values: Mapping[str, Any]) -> str:
+def _described(values: Mapping[str, Any]) -> str:
     return ", ".join(f"{name} = {value}" for name, value in sorted(values.items()))
 
 
@@ -153,14 +154,14 @@ def _trajectory(cache: ComputationCache, study: FigureStudy) -> xr.Dataset:
 
 
 def _attractors(cache: ComputationCache, study: FigureStudy) -> dict[str, xr.Dataset]:
-    """One closed orbit for every wanted period that the starts ended on, each on an attractor of its own."""
+    """Orbits of the periods to show, by name such as "4T_2" for the second 4T attractor; only those that were found."""
     found = cache.study(int(study.starts[:-1]), study.starts[-1])
     periods = found["attractor_period"].values
     out: dict[str, xr.Dataset] = {}
     for n in sorted(set(study.periods)):
         wanted = np.flatnonzero(periods == n)[: study.periods.count(n)]
-        for place, index in enumerate(wanted, start=1):
-            out[f"{n}T_{place}"] = _orbit(study.mesh_model, found, int(index))
+        for i, index in enumerate(wanted, start=1):
+            out[f"{n}T_{i}"] = _orbit(study.mesh_model, found, int(index))
     return out
 
 
@@ -181,4 +182,4 @@ _KINDS: dict[str, Callable[[ComputationCache, FigureStudy], Any]] = {
     "trajectory": _trajectory,
     "attractors": _attractors,
 }
-"""A kind of study by the name that `settings.toml` uses."""
+"""The function for each kind of study in `settings.toml`."""

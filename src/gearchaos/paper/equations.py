@@ -1,4 +1,4 @@
-"""The model's equations, typeset once by matplotlib so that they look the same in every browser."""
+"""The equations of the model, typeset by matplotlib so that they look the same in every browser."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ _STYLE: Any = {"mathtext.fontset": "stix", "svg.fonttype": "path", "svg.hashsalt
 
 @cache
 def equations() -> list[dict[str, Any]]:
-    """Number, spoken name, SVG (base64) and width in em of every equation."""
+    """Number, alternative text, SVG (base64) and width in em of every equation."""
     out = []
-    for number, spoken, rows in _EQUATIONS:
+    for number, alt_text, rows in _EQUATIONS:
         svg = _svg(rows)
         points = float(svg.split('width="', 1)[1].split("pt", 1)[0])
-        out.append({"number": number, "spoken": spoken, "width": round(points / _SIZE, 2),
+        out.append({"number": number, "alt_text": alt_text, "width": round(points / _SIZE, 2),
                     "svg": base64.b64encode(svg.encode()).decode()})
     return out
 
 
 def _svg(rows: tuple[tuple[str, str], ...]) -> str:
-    """Rows of (left, right) parts, several of them aligned where the parts meet."""
+    """SVG of an equation of rows (left, right); several rows are aligned where the left parts end."""
     with matplotlib.rc_context(_STYLE):
         figure = Figure(figsize=(9, 4))
         if len(rows) == 1:

@@ -1,4 +1,4 @@
-"""What a figure shows in numbers: sentences made from its Datasets, never from expectations."""
+"""What a figure shows, in numbers: sentences computed from its Datasets."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from scipy.ndimage import binary_dilation
 from gearchaos.dynamics.spectrum import spectral_class
 from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.settings import Figure, FigureStudy
-from gearchaos.paper.words import percent, symbol
+from gearchaos.paper.text import percent, symbol
 from gearchaos.plot import MOTION_CLASSES, attractor_names, motion_class
 from gearchaos.studies import motions
 
 
 def findings(cache: ComputationCache, figure: Figure, data: Mapping[str, xr.Dataset]) -> list[str]:
-    """One sentence or two for every panel whose study has something to count."""
+    """The sentences about a figure: one text for each of its panels whose kind of study is in `_SENTENCES`."""
     if figure.layout == "coexisting":
         return [_coexisting(data)]
     out = []
-    panels = [(name, study) for name, study in figure.studies.items() if study.kind in _SPEAKERS]
+    panels = [(name, study) for name, study in figure.studies.items() if study.kind in _SENTENCES]
     for name, study in panels:
         lead = f"({name[0]}) " if len(panels) > 1 else ""
-        out.append(lead + _SPEAKERS[study.kind](cache, study, data[name]))
+        out.append(lead + _SENTENCES[study.kind](cache, study, data[name]))
     return out
 
 
@@ -40,16 +40,16 @@ def _zones(cache: ComputationCache, study: FigureStudy, ds: xr.Dataset) -> str:
     y, x = (int(i) for i in np.unravel_index(np.nanargmax(level), level.shape))
     (x_name, y_name) = study.axes
     where = f"{symbol(x_name)} = {float(ds[x_name][x]):.3g}, {symbol(y_name)} = {float(ds[y_name][y]):.3g}"
-    lost = float((ds["contact"].values > 0).mean())
+    separated = float((ds["contact"].values > 0).mean())
     return (
         f"Shares of the {ds.sizes[x_name]} × {ds.sizes[y_name]} cells: {shares(ds)}. V_RMS runs from "
         f"{np.nanmin(level):.3g} to {np.nanmax(level):.3g} (at {where}), its median is {np.nanmedian(level):.3g}. "
-        f"Teeth lose contact in {percent(lost)} of the cells.{_locked(ds)}"
+        f"Teeth lose contact in {percent(separated)} of the cells.{_locked(ds)}"
     )
 
 
 def _locked(ds: xr.Dataset) -> str:
-    """How many of the cells beside tori are locked to an orbit of a higher order, if there are tori."""
+    """The share of cells next to quasi-periodic ones that are periodic with a high order; empty without tori."""
     kinds = motion_class(ds["label"], ds["period"])
     tori, higher = kinds == _TORUS, kinds == _HIGHER
     if not tori.any():
@@ -66,7 +66,7 @@ def _basins(cache: ComputationCache, study: FigureStudy, ds: xr.Dataset) -> str:
     parts = [
         f"{n} {percent(float(s))}" for n, s in zip(attractor_names(ds), ds["attractor_fraction"].values, strict=True)
     ]
-    return f"{ds['attractor'].size} starts end on {len(parts)} attractors: {', '.join(parts)}."
+    return f"{ds['attractor'].size} initial states lead to {len(parts)} attractors: {', '.join(parts)}."
 
 
 def _bifurcation(cache: ComputationCache, study: FigureStudy, ds: xr.Dataset) -> str:
@@ -78,11 +78,11 @@ def _bifurcation(cache: ComputationCache, study: FigureStudy, ds: xr.Dataset) ->
             f" Chaos occurs between {symbol(axis)} = {values[0]:.4g} and {values[-1]:.4g}, with exponents up to "
             f"{float(ds['lyapunov'].max()):.3f}.{_onset(ds, axis)}"
         )
-    return f"{text} {second_opinion(ds, axis)}"
+    return f"{text} {spectral_comparison(ds, axis)}"
 
 
 def _onset(ds: xr.Dataset, axis: str) -> str:
-    """Between which columns chaos first sets in, with the exponents on both sides."""
+    """The two columns between which chaos first sets in, with their largest exponents."""
     first = int(np.argmax(motion_class(ds["label"], ds["period"]) == _CHAOTIC))
     if first == 0:
         return ""
@@ -94,13 +94,14 @@ def _onset(ds: xr.Dataset, axis: str) -> str:
     )
 
 
-_ASKED = 120
-_NAMED = 4
+_COLUMNS_COMPARED = 120
+_COLUMNS_LISTED = 4
+"""Largest number of columns that are compared, and of those that differ and are listed."""
 
 
-def second_opinion(ds: xr.Dataset, axis: str) -> str:
-    """Where the spectrum of the stroboscopic points, the paper's own way, says something else than the verdict."""
-    columns = np.unique(np.linspace(0, ds.sizes[axis] - 1, _ASKED).astype(int))
+def spectral_comparison(ds: xr.Dataset, axis: str) -> str:
+    """The columns whose class by the spectrum of stroboscopic points, as in the paper, differs from the verdict."""
+    columns = np.unique(np.linspace(0, ds.sizes[axis] - 1, _COLUMNS_COMPARED).astype(int))
     names, differing = motions(ds["label"], ds["period"]), []
     for i in columns:
         points = np.stack([ds[f"section_{n}"].values[i] for n in ("z", "z_dot")], axis=1)
@@ -108,11 +109,11 @@ def second_opinion(ds: xr.Dataset, axis: str) -> str:
         if found != names[i]:
             differing.append(f"{float(ds[axis][i]):.4g} ({found}, not {names[i]})")
     if not differing:
-        return f"The spectrum of the stroboscopic points says the same in all of {len(columns)} columns asked."
-    listed = ", ".join(differing[:_NAMED]) + (", …" if len(differing) > _NAMED else "")
+        return f"The spectrum of the stroboscopic points says the same in all of {len(columns)} columns compared."
+    listed = ", ".join(differing[:_COLUMNS_LISTED]) + (", …" if len(differing) > _COLUMNS_LISTED else "")
     return (
         f"The spectrum of the stroboscopic points says the same in {len(columns) - len(differing)} of {len(columns)} "
-        f"columns asked; not at {symbol(axis)} = {listed}."
+        f"columns compared; not at {symbol(axis)} = {listed}."
     )
 
 
@@ -130,14 +131,14 @@ def _point(cache: ComputationCache, study: FigureStudy, ds: xr.Dataset) -> str:
 
 def _coexisting(data: Mapping[str, xr.Dataset]) -> str:
     parts = [
-        f"{key.split('_')[0]} (reached by {percent(ds.attrs['share_of_starts'])} of the starts, least stroboscopic z "
-        f"{ds['section_z'].values.min():.4f})"
+        f"{key.split('_')[0]} (reached from {percent(ds.attrs['share_of_starts'])} of the initial states, "
+        f"smallest stroboscopic z {ds['section_z'].values.min():.4f})"
         for key, ds in data.items()
     ]
-    return f"{len(parts)} of the motions shown were found among the starts: {', '.join(parts)}."
+    return f"{len(parts)} of the motions shown were found: {', '.join(parts)}."
 
 
-_SPEAKERS: dict[str, Callable[[ComputationCache, FigureStudy, xr.Dataset], str]] = {
+_SENTENCES: dict[str, Callable[[ComputationCache, FigureStudy, xr.Dataset], str]] = {
     "zones": _zones,
     "basins": _basins,
     "bifurcation": _bifurcation,

@@ -1,4 +1,4 @@
-"""What a run says on stderr while it works."""
+"""Messages on stderr during a run."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from gearchaos.paper.settings import Figure
 
 
 class Log:
-    """Lines on stderr, or silence."""
+    """Writes messages to stderr if ``on``."""
 
     def __init__(self, on: bool) -> None:
         self._console = Console(stderr=True, quiet=not on, highlight=False)
 
     def figure(self, figure: Figure) -> None:
-        """A figure begins."""
+        """The computation of a figure begins."""
         self._console.print(f"[bold]Figure {figure.number}[/bold]  {figure.title}")
 
     def finishing(self) -> None:
@@ -27,9 +27,9 @@ class Log:
         self._console.print("[bold]Last statements and drawings[/bold]")
 
     def end(self, folder: Path, claims: Sequence[Claim], failed: Sequence[Claim]) -> int:
-        """The tally and where the report lies; the exit code."""
+        """Print how many claims have each verdict, which failed, and the path of the report; return the exit code."""
         tally = ", ".join(f"{count} {verdict}" for verdict, count in Counter(c.verdict for c in claims).items())
-        self._console.print(f"{len(claims)} statements judged: {tally or 'none'}.")
+        self._console.print(f"{len(claims)} statements checked: {tally or 'none'}.")
         for claim in failed:
             self._console.print(f"[bold red]{claim.id}: {claim.verdict}[/bold red]  {claim.statement}")
         self._console.print(f"Report: {folder / 'index.html'}")

@@ -1,4 +1,4 @@
-"""Files of the report: checked before work starts, whole or absent afterwards."""
+"""Files of the report: the folder is checked before work starts; files are written as a whole or not at all."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from gearchaos.errors import InputError
 from gearchaos.studies import save
 
 _SMALL = 1000
+"""Variables with at most this many values are not compressed."""
 
 
 def writable_folder(path: str | os.PathLike[str]) -> Path:
-    """The folder, made if need be; `InputError` if files cannot be written in it."""
+    """The folder, created if necessary; raises an `InputError` if files cannot be written in it."""
     folder = Path(path)
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""The page: what the template needs, made from a run."""
+"""The page of the report: the values that its template needs, from a run."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from gearchaos.model import MeshModel
 from gearchaos.paper.claims import VERDICTS, Claim, failed
 from gearchaos.paper.equations import equations
 from gearchaos.paper.settings import Figure, Quality
-from gearchaos.paper.words import symbol
+from gearchaos.paper.text import symbol
 
 _LIBRARIES = ("gearchaos", "numpy", "numba", "scipy", "xarray", "matplotlib")
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """One finished figure: its setting, its picture, what was found, the data files and the seconds it took."""
+class FinishedFigure:
+    """A figure with its settings, its picture as PNG, what was found, its data files, and the seconds that it took."""
 
     setting: Figure
     png: bytes
@@ -43,9 +43,9 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Page:
-    """One run: its figures, its judged statements, and how long judging and all of it took, in seconds."""
+    """The results of a run: figures, claims, and the seconds that the checks of claims and the whole run took."""
 
-    figures: Sequence[Drawn]
+    figures: Sequence[FinishedFigure]
     claims: Sequence[Claim]
     quality: Quality
     claim_seconds: float
@@ -82,7 +82,7 @@ _INDEXED = re.compile(r"(?<!\w)([A-Za-zα-ω])(\d{1,2})(?!\w)|V_RMS")
 
 
 def _maths(text: str) -> Markup:
-    """Plain text with the indices of its symbols set low: x1 becomes x with a lower 1."""
+    """Plain text as HTML, with the indices of symbols as subscripts: x1 becomes x<sub>1</sub>."""
     def lower(match: re.Match) -> str:
         head, index = (match[1], match[2]) if match[1] else ("V", "RMS")
         return f"{head}<sub>{index}</sub>"
@@ -120,7 +120,7 @@ def _times(page: Page) -> Iterator[tuple[str, str, str]]:
         yield "Statements", f"{page.claim_seconds:.1f} s", ""
 
 
-def _figure(drawn: Drawn, claims: Sequence[Claim]) -> dict[str, Any]:
+def _figure(drawn: FinishedFigure, claims: Sequence[Claim]) -> dict[str, Any]:
     """What the template shows of one figure."""
     setting = drawn.setting
     width, height = struct.unpack(">II", drawn.png[16:24])  # the PNG header
@@ -133,7 +133,7 @@ def _figure(drawn: Drawn, claims: Sequence[Claim]) -> dict[str, Any]:
 
 
 def _settings(figure: Figure) -> list[str]:
-    """The model of every panel in words, each once."""
+    """The parameters of every panel as text; panels with equal parameters share a line."""
     lines: dict[str, list[str]] = {}
     for name, study in figure.studies.items():
         values = ", ".join(f"{symbol(k)} = {v}" for k, v in study.model.items() if k != "kind")
@@ -145,7 +145,7 @@ def _settings(figure: Figure) -> list[str]:
 
 
 def _ranges(figure: Figure) -> list[dict[str, str]]:
-    """Every axis range once, with its origin."""
+    """Every axis range once, and whether it is given or assumed."""
     seen: dict[tuple[str, str], dict[str, str]] = {}
     for study in figure.studies.values():
         for name, r in study.axes.items():
@@ -165,7 +165,7 @@ _PLURAL = {
 
 
 def _outcome(claims: Sequence[Claim]) -> str:
-    """The tally as a sentence, and what failed."""
+    """The number of claims by verdict as a sentence, and the claims that failed."""
     parts = [f"{count} {verdict if count == 1 else _PLURAL.get(verdict, verdict)}" for verdict, count in _tally(claims)]
     text = f"Of {len(claims)} statements: {', '.join(parts)}."
     wrong = failed(claims)
@@ -179,7 +179,7 @@ def _claim(claim: Claim) -> dict[str, Any]:
 
 
 def _flat(evidence: Mapping[str, Any], lead: str = "") -> Iterator[tuple[str, str]]:
-    """Nested evidence as lines of name and value."""
+    """Nested evidence as pairs (name, value) of text."""
     for key, value in evidence.items():
         name = f"{lead}{str(key).replace('_', ' ')}"
         if isinstance(value, Mapping) and any(isinstance(v, (Mapping, list)) for v in value.values()):
@@ -206,7 +206,7 @@ def _corrections() -> list[dict[str, str]]:
 
 
 def _defaults() -> list[tuple[str, str, str]]:
-    """The defaults of the models as they are in the code."""
+    """Symbol, value and meaning of the default parameters of the models."""
     m = MeshModel(kind="full")
     s: Any = m.stiffness
     return [

@@ -1,4 +1,4 @@
-"""The report: figures, claims and provenance of one run in a single self-contained page, with data beside it."""
+"""The report of a run: a self-contained page with figures, claims and provenance, and the data in files beside it."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ from gearchaos.paper.figures import draw
 from gearchaos.paper.findings import findings
 from gearchaos.paper.log import Log
 from gearchaos.paper.output import save_data, writable_folder
-from gearchaos.paper.page import Drawn, Page, render
+from gearchaos.paper.page import FinishedFigure, Page, render
 
 
 def build(
     out_dir: str | os.PathLike[str], figures: Iterable[int] | None = None, quality: str = "paper", progress: bool = True
 ) -> int:
-    """Reproduce the paper: figures, claims, and the report that holds both.
+    """Reproduce the paper: compute its figures, check its claims, and write a report.
 
     Parameters
     ----------
     out_dir : path
-        Gets index.html, figNN.png, claims.json and data/; made if need be.
+        Folder for index.html, figNN.png, claims.json and data/; created if necessary.
     figures : iterable of int, optional
         Which figures, with the claims that belong to them; all if left out.
     quality : {"paper", "draft"}
-        How finely to compute.
+        Resolution of maps, diagrams and portraits.
     progress : bool
-        Tell on stderr what is being done.
+        Report progress on stderr.
 
     Returns
     -------
@@ -54,16 +54,16 @@ def build(
     InputError
         For an unknown figure or quality, or a folder that cannot be written; before any work.
     """
-    chosen, level = settings.chosen_figures(figures), settings.quality(quality)
+    chosen, resolution = settings.chosen_figures(figures), settings.quality(quality)
     folder = writable_folder(out_dir)
     start, log = time.perf_counter(), Log(progress)
-    done = _figures(ComputationCache(level, progress=progress), log, folder, chosen.values())
-    judged = [claim for one in done for claim in one.judged.result().claims]
-    judged_in = sum(one.judged.result().seconds for one in done)
-    write_bytes(folder / "claims.json", _json([c.to_dict() for c in judged]))
-    page = Page([one.drawn() for one in done], judged, level, judged_in, time.perf_counter() - start)
+    done = _figures(ComputationCache(resolution, progress=progress), log, folder, chosen.values())
+    claims = [claim for one in done for claim in one.checked.result().claims]
+    claim_seconds = sum(one.checked.result().seconds for one in done)
+    write_bytes(folder / "claims.json", _json([c.to_dict() for c in claims]))
+    page = Page([one.finished() for one in done], claims, resolution, claim_seconds, time.perf_counter() - start)
     write_bytes(folder / "index.html", render(page).encode())
-    return log.end(folder, judged, claims_.failed(judged))
+    return log.end(folder, claims, claims_.failed(claims))
 
 
 @dataclass(frozen=True)
@@ -88,46 +88,50 @@ def _computed(cache: ComputationCache, log: Log, figures: Iterable[settings.Figu
 
 
 @dataclass(frozen=True)
-class _Judged:
-    """The statements about a figure, judged, and the seconds that took."""
+class _Checked:
+    """The claims of a figure, and the seconds that their checks took."""
 
     claims: list[claims_.Claim]
     seconds: float
 
 
 @dataclass(frozen=True)
-class _UnderWay:
-    """A computed figure: its picture with the seconds that drawing took, its data files and its statements to come."""
+class _FigureInProgress:
+    """A computed figure, and what other threads make of it: picture and seconds of drawing, data files, claims."""
 
     computed: _Computed
     picture: Future[tuple[bytes, float]]
     files: Future[list[str]]
-    judged: Future[_Judged]
+    checked: Future[_Checked]
 
     @property
     def parts(self) -> tuple[Future[Any], ...]:
-        return self.picture, self.files, self.judged
+        """All that is made in other threads."""
+        return self.picture, self.files, self.checked
 
-    def drawn(self) -> Drawn:
+    def finished(self) -> FinishedFigure:
+        """The figure with its picture and data files; waits until they are made."""
         png, seconds = self.picture.result()
-        return Drawn(
+        return FinishedFigure(
             self.computed.setting, png, self.computed.found, self.files.result(), self.computed.seconds, seconds
         )
 
 
-def _figures(cache: ComputationCache, log: Log, folder: Path, figures: Iterable[settings.Figure]) -> list[_UnderWay]:
-    """Every figure computed, and drawn, saved and judged while others are computed.
+def _figures(
+    cache: ComputationCache, log: Log, folder: Path, figures: Iterable[settings.Figure]
+) -> list[_FigureInProgress]:
+    """Compute every figure; draw it, save its data and check its claims while others are computed.
 
-    Raises what went wrong with one of them before the next, not only at the end.
+    An error in another thread is raised before the next figure is computed, not only at the end.
     """
-    under_way = list[_UnderWay]()
-    with _single_threads(3) as (drawing, saving, judging):
+    under_way = list[_FigureInProgress]()
+    with _single_threads(3) as (drawing, saving, checking):
         for done in _computed(cache, log, figures):
             for part in (part for before in under_way for part in before.parts if part.done()):
                 part.result()
-            under_way.append(_UnderWay(
+            under_way.append(_FigureInProgress(
                 done, drawing.submit(_draw, folder, done), saving.submit(_save, folder, done),
-                judging.submit(_judge, cache, done.setting.number),
+                checking.submit(_check, cache, done.setting.number),
             ))
         log.finishing()
         parts = [part for one in under_way for part in one.parts]
@@ -138,7 +142,7 @@ def _figures(cache: ComputationCache, log: Log, folder: Path, figures: Iterable[
 
 @contextmanager
 def _single_threads(count: int) -> Iterator[list[Pool]]:
-    """Pools of one thread each, which work through their items in order; an error in the context cancels all."""
+    """Pools of one thread each, which execute their items in order; an error in the context cancels all of them."""
     cancelled = threading.Event()
     with ExitStack() as stack:
         pools = [stack.enter_context(thread_pool(1)()) for _ in range(count)]
@@ -155,7 +159,7 @@ def _single_threads(count: int) -> Iterator[list[Pool]]:
 
 
 def _draw(folder: Path, done: _Computed) -> tuple[bytes, float]:
-    """Draw one figure and write it; the picture and the seconds it took."""
+    """Draw one figure and write it; returns the picture and the seconds that this took."""
     start = time.perf_counter()
     png = draw(done.setting, done.data, done.dpi)
     write_bytes(folder / f"fig{done.setting.number:02d}.png", png)
@@ -163,7 +167,7 @@ def _draw(folder: Path, done: _Computed) -> tuple[bytes, float]:
 
 
 def _save(folder: Path, done: _Computed) -> list[str]:
-    """Save the data of one figure; the names of the files."""
+    """Save the data of one figure; returns the names of the files."""
     number, files = done.setting.number, []
     for name, ds in done.data.items():
         files.append(f"data/fig{number:02d}{'' if len(name) == 1 else '_'}{name}.nc")
@@ -171,11 +175,11 @@ def _save(folder: Path, done: _Computed) -> list[str]:
     return files
 
 
-def _judge(cache: ComputationCache, number: int) -> _Judged:
-    """Judge the statements about one figure."""
+def _check(cache: ComputationCache, number: int) -> _Checked:
+    """Check the claims of one figure."""
     start = time.perf_counter()
-    judged = claims_.judge_all(cache, claims_.claims_of([number]))
-    return _Judged(judged, time.perf_counter() - start)
+    claims = claims_.check_all(cache, claims_.claims_of([number]))
+    return _Checked(claims, time.perf_counter() - start)
 
 
 def _json(value: object) -> bytes:

@@ -14,8 +14,17 @@ from gearchaos.model import MeshModel
 
 
 @dataclass(frozen=True)
-class Range:
-    """The range of one axis, and whether the paper gives it or it is assumed."""
+class AxisRange:
+    """The range of one axis.
+
+    Attributes
+    ----------
+    start, stop : float
+    range : {"given", "assumed"}
+        Whether the paper states the range.
+    why : str
+        What an assumed range rests on.
+    """
 
     start: float
     stop: float
@@ -32,22 +41,23 @@ class FigureStudy:
     kind : {"zones", "basins", "bifurcation", "portrait", "trajectory", "attractors"}
     model : mapping
         Values for `MeshModel.of`.
-    axes : mapping of str to Range
+    axes : mapping of str to AxisRange
         One or two axes by parameter or initial value.
     starts : str
-        Of ``attractors``: figure and study whose basins find them, e.g. "3c".
+        For ``attractors``: the figure and study of the basins in which they are found, e.g. "3c".
     periods : tuple of int
-        Of ``attractors``: the periods to show.
+        For ``attractors``: the periods of the motions to show.
     """
 
     kind: str
     model: Mapping[str, Any]
-    axes: Mapping[str, Range] = field(default_factory=dict)
+    axes: Mapping[str, AxisRange] = field(default_factory=dict)
     starts: str = ""
     periods: tuple[int, ...] = ()
 
     @property
     def mesh_model(self) -> MeshModel:
+        """The model of the study."""
         return MeshModel.of(**self.model)
 
 
@@ -65,12 +75,12 @@ class Figure:
 
 @dataclass(frozen=True)
 class Quality:
-    """How finely to compute: cells (x, y) and patience of maps, (columns, points) of diagrams, and so on."""
+    """Resolution of the figures; `settings.toml` describes the fields."""
 
     name: str
     zones: tuple[int, int]
     basins: tuple[int, int]
-    patience: int
+    longest_transient: int
     bifurcation: tuple[int, int]
     portrait: int
     trajectory: int
@@ -95,13 +105,13 @@ def _figure(number: int, table: Mapping[str, Any]) -> Figure:
 
 
 def _study(entry: Mapping[str, Any]) -> FigureStudy:
-    axes = {name: Range(**values) for name, values in entry.get("axes", {}).items()}
+    axes = {name: AxisRange(**values) for name, values in entry.get("axes", {}).items()}
     rest = {key: value for key, value in entry.items() if key not in ("axes", "periods")}
     return FigureStudy(axes=axes, periods=tuple(entry.get("periods", ())), **rest)
 
 
 def chosen_figures(numbers: Any = None) -> dict[int, Figure]:
-    """The figures with these numbers (all if None), in order of number; `InputError` for one that does not exist."""
+    """The figures with these numbers, in order, all if None; raises an `InputError` for an unknown number."""
     known = all_figures()
     wanted = list(known if numbers is None else numbers)
     for number in wanted:
@@ -113,7 +123,7 @@ def chosen_figures(numbers: Any = None) -> dict[int, Figure]:
 
 
 def quality(name: str) -> Quality:
-    """The quality of that name; `InputError` with the nearest known one if there is none."""
+    """The quality of this name; raises an `InputError`, with the most similar name, if there is none."""
     table = _document()["quality"]
     if name not in table:
         raise unknown_name("quality", name, table)

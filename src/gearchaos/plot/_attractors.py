@@ -1,4 +1,4 @@
-"""All attractors of one operating point: their stroboscopic points and shares of the starts."""
+"""All attractors of one operating point: their stroboscopic points and shares of the initial states."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from gearchaos.gears.results import unit_in
-from gearchaos.plot._axes import axis_label, new_axes, settle
-from gearchaos.plot._basins import NUMBERED, attractor_colours, attractor_legend, mark_orbit
+from gearchaos.plot._axes import axis_label, new_axes, widen_degenerate_axes
+from gearchaos.plot._basins import ATTRACTOR_VARIABLES, attractor_colours, attractor_legend, mark_orbit
 from gearchaos.plot._checks import check
 from gearchaos.plot._phase import mark_backlash
 
@@ -25,30 +25,31 @@ def attractors(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -
     ax : Axes, optional
         Where to draw; a new figure if left out.
     legend : bool
-        Add a legend of the attractors with their shares of the starts, above the axes.
+        Add a legend of the attractors with their shares of the initial states, above the axes.
 
     Returns
     -------
     Axes
     """
     sections = dict.fromkeys((f"attractor_section_{n}" for n in _PLANE), ("number", "point"))
-    check(ds, "attractors", attractor=("start",), **NUMBERED, **sections)
+    check(ds, "attractors", attractor=("start",), **ATTRACTOR_VARIABLES, **sections)
     ax = new_axes(ax)
-    order = np.argsort(ds["attractor_period"].values == 0, kind="stable")[::-1]  # others lie below periodic ones
+    order = np.argsort(ds["attractor_period"].values == 0, kind="stable")[::-1]  # periodic orbits last, on top
     colours, x, y = attractor_colours(ds), *(ds[n].values for n in sections)
     for i in order:
         _draw(ax, x[i], y[i], colours[i], bool(ds["attractor_period"][i] > 0))
-    across, up = (axis_label(ds[f"attractor_section_{n}"], n) for n in _PLANE)
-    ax.set(xlabel=across, ylabel=up)
-    settle(ax, *(unit_in(ds, n) for n in _PLANE))
+    horizontal, vertical = (axis_label(ds[f"attractor_section_{n}"], n) for n in _PLANE)
+    ax.set(xlabel=horizontal, ylabel=vertical)
+    widen_degenerate_axes(ax, *(unit_in(ds, n) for n in _PLANE))
     mark_backlash(ax, unit_in(ds, "z"), ax.axvline)
     if legend:
         attractor_legend(ax, ds)
     return ax
 
 
-def _draw(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str, orbit: bool) -> None:
-    if orbit:
+def _draw(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str, periodic: bool) -> None:
+    """Draw the stroboscopic points ``x``, ``y`` (points,) of one attractor."""
+    if periodic:
         mark_orbit(ax, x, y, colour)
     else:
         ax.plot(x, y, "o", color=colour, markersize=1.2, markeredgewidth=0, zorder=1)

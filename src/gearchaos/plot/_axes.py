@@ -1,4 +1,4 @@
-"""What all pictures share: new Axes, axis labels, limits and the edges of cells."""
+"""Helpers that all pictures share: new Axes, axis labels, axis limits, edges of cells."""
 
 from __future__ import annotations
 
@@ -15,15 +15,18 @@ from gearchaos.gears.results import unit_in
 from gearchaos.quantities import Quantity, find
 
 _SCALES = {"1", "delta", "omega0", "c0", "T"}
-"""Factors of dimensionless units, (2.8)-(2.11). An axis shows only units that have others."""
+"""Reference quantities of the dimensionless units, (2.8)-(2.11). A unit made of these alone is not shown on an axis."""
 
-_LETTER, _SHORTEST = 0.078, 12
-"""Width of a letter of a label in inches; least number of letters in a line."""
+_CHARACTER_WIDTH = 0.078
+"""Mean width of a character of an axis label, in inches."""
+
+_SHORTEST_LINE = 12
+"""Smallest number of characters in a line of a wrapped label."""
 
 _ROUNDING = 1e-9
-"""Relative difference below which values count as equal."""
+"""Relative difference below which two values are treated as equal."""
 
-_LEAST_SPREAD = 0.05
+_DEGENERATE_HALF_WIDTH = 0.05
 """Half width of an axis along which all values are equal, relative to their magnitude."""
 
 
@@ -43,33 +46,33 @@ def symbol(name: str) -> str:
 
 
 def axis_label(array: xr.DataArray | xr.Variable, name: str) -> str:
-    """Words, symbol and unit of an axis, e.g. ``frequency $\\omega$``; dimensionless units are left out."""
+    """Description, symbol and unit of a variable, e.g. ``frequency $\\omega$``; dimensionless units are left out."""
     unit, found = str(array.attrs.get("units", "1")), _quantity(name)
-    measured = not set(unit.replace("/", "*").split("*")) <= _SCALES
+    dimensional = not set(unit.replace("/", "*").split("*")) <= _SCALES
     words = (found and found.axis_name) or str(array.attrs.get("long_name", ""))
-    sign = symbol(name)
-    if measured and found is not None and found.physical is not None and found.physical.tex:
-        words, sign = found.physical.long_name or words, f"${found.physical.tex}$"
-    text = f"{words} {sign}" if words and sign.startswith("$") and words != name else words or sign
-    return f"{text} [{unit.replace('*', ' ')}]" if measured else text
+    tex = symbol(name)
+    if dimensional and found is not None and found.physical is not None and found.physical.tex:
+        words, tex = found.physical.long_name or words, f"${found.physical.tex}$"
+    text = f"{words} {tex}" if words and tex.startswith("$") and words != name else words or tex
+    return f"{text} [{unit.replace('*', ' ')}]" if dimensional else text
 
 
 def _quantity(name: str) -> Quantity | None:
-    """The quantity of this very name; that of ``x1`` is not meant by ``section_x1``."""
+    """The quantity with exactly this name; `find` also returns that of ``x1`` for ``section_x1``."""
     found = find(name)
     return found if found is not None and found.name == name else None
 
 
 def wrapped(text: str, inches: float) -> str:
-    """A text broken into lines of about this width in inches, in the font size of labels."""
-    letters = max(_SHORTEST, int(inches / _LETTER))
-    if len(re.sub(r"\$[^$]*\$", "xxx", text)) <= letters:
+    """A label broken into lines of at most about ``inches``, for the default font size of labels."""
+    characters = max(_SHORTEST_LINE, int(inches / _CHARACTER_WIDTH))
+    if len(re.sub(r"\$[^$]*\$", "xxx", text)) <= characters:
         return text
-    return textwrap.fill(text, letters, break_long_words=False, break_on_hyphens=False)
+    return textwrap.fill(text, characters, break_long_words=False, break_on_hyphens=False)
 
 
 def cell_extent(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float]:
-    """The outer edges (left, right, bottom, top) of equidistant cells with the given centres."""
+    """Outer edges (left, right, bottom, top) of cells with equidistant centres ``x`` (columns,) and ``y`` (rows,)."""
     return (*_edges(np.asarray(x, float)), *_edges(np.asarray(y, float)))
 
 
@@ -79,7 +82,7 @@ def _edges(centres: np.ndarray) -> tuple[float, float]:
 
 
 def mesh_period(ds: xr.Dataset) -> float:
-    """The mesh period in the unit of time of a Dataset: T = 2π/ω in units of τ, or in ms."""
+    """The mesh period in the unit of time of a Dataset: T = 2π/ω in units of τ, or its value in ms."""
     if "model" not in ds.attrs:
         raise InputError("dataset", "must carry the attributes of its study", sorted(map(str, ds.attrs)),
                          "xarray drops them in arithmetic, unless xarray.set_options(keep_attrs=True) is set.")
@@ -92,8 +95,8 @@ def plane(ds: xr.Dataset, name: str) -> tuple[str, str]:
     return str(horizontal), str(vertical)
 
 
-def trim(ax: Axes, ds: xr.Dataset, horizontal: str, vertical: str) -> None:
-    """Label both axes, and limit them to the outermost cell centres, so that they span the stated ranges."""
+def label_and_limit(ax: Axes, ds: xr.Dataset, horizontal: str, vertical: str) -> None:
+    """Label both axes of a plane, and limit them to the outermost cell centres: the ranges that the study was given."""
     x, y = ds[horizontal], ds[vertical]
     ax.set(xlabel=axis_label(x, horizontal), ylabel=axis_label(y, vertical))
     if x.size > 1:
@@ -102,27 +105,27 @@ def trim(ax: Axes, ds: xr.Dataset, horizontal: str, vertical: str) -> None:
         ax.set_ylim(float(y[0]), float(y[-1]))
 
 
-def spread_out(low: float, high: float, unit: float) -> tuple[float, float]:
-    """Limits of an axis: those given, or wider ones if they differ by rounding errors alone.
+def widened_limits(low: float, high: float, unit: float) -> tuple[float, float]:
+    """Limits of an axis: ``low`` and ``high``, or wider ones if these are equal up to rounding errors.
 
     Parameters
     ----------
     low, high : float
-        Least and largest value shown.
+        Smallest and largest value shown.
     unit : float
-        A typical magnitude along the axis, e.g. half the backlash, for values near 0.
+        A typical magnitude along the axis, e.g. half the backlash: the scale of the limits if all values are near 0.
     """
     middle, size = (low + high) / 2, max(abs(low), abs(high), unit)
     if high - low > _ROUNDING * size:
         return low, high
-    return middle - _LEAST_SPREAD * size, middle + _LEAST_SPREAD * size
+    return middle - _DEGENERATE_HALF_WIDTH * size, middle + _DEGENERATE_HALF_WIDTH * size
 
 
-def settle(ax: Axes, x: float | None = None, y: float | None = None) -> None:
+def widen_degenerate_axes(ax: Axes, x: float | None = None, y: float | None = None) -> None:
     """Widen the axes along which all values are equal up to rounding errors.
 
-    ``x`` and ``y`` are typical magnitudes, as ``unit`` in `spread_out`; an axis with None stays as it is.
+    ``x`` and ``y`` are typical magnitudes, as ``unit`` of `widened_limits`; an axis with None is not changed.
     """
     for unit, (low, high), limit in ((x, ax.dataLim.intervalx, ax.set_xlim), (y, ax.dataLim.intervaly, ax.set_ylim)):
-        if unit is not None and (wide := spread_out(low, high, unit)) != (low, high):
+        if unit is not None and (wide := widened_limits(low, high, unit)) != (low, high):
             limit(wide)

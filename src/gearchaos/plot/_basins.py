@@ -11,19 +11,25 @@ from matplotlib.colors import ListedColormap, to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 
-from gearchaos.plot._axes import cell_extent, new_axes, plane, trim
+from gearchaos.plot._axes import cell_extent, label_and_limit, new_axes, plane
 from gearchaos.plot._checks import Dims, check
-from gearchaos.plot._classes import GROUND, MOTION_CLASSES, motion_class
+from gearchaos.plot._classes import MOTION_CLASSES, NOT_COMPUTED_STYLE, motion_class
 from gearchaos.plot._legends import legend as draw_legend
 from gearchaos.plot._legends import patches
 
+_SUBHARMONIC = [c.name for c in MOTION_CLASSES].index("other sub-harmonic")
 _SUBHARMONIC_COLOURS = ("#f28cc0", "#a971e5", "#b8860b", "#7aa81e", "#00a7b5", "#8c564b")
-_SUBHARMONIC = 4
-NUMBERED: dict[str, Dims] = dict.fromkeys(("attractor_label", "attractor_period", "attractor_fraction"), ("number",))
-"""Variables that every attractor has, and their dimensions."""
+"""Colours of the orbits of the class "other sub-harmonic", one for each period."""
+
+ATTRACTOR_VARIABLES: dict[str, Dims] = dict.fromkeys(
+    ("attractor_label", "attractor_period", "attractor_fraction"), ("number",))
+"""Variables that hold one value for each attractor, with their dimensions."""
 
 UNDECIDED = "#4d4d4d"
+"""Colour of initial states whose motion is undecided."""
+
 _UNDECIDED_INDEX = -1
+"""Value of ``attractor`` for an undecided motion; smaller values are cells that are not computed."""
 
 
 def basins(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, points: bool = True) -> Axes:
@@ -44,28 +50,28 @@ def basins(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, point
     -------
     Axes
     """
-    check(ds, "basins", attractor=2, **NUMBERED)
+    check(ds, "basins", attractor=2, **ATTRACTOR_VARIABLES)
     ax = new_axes(ax)
     horizontal, vertical = plane(ds, "attractor")
     colours = attractor_colours(ds)
     index = ds["attractor"].values
     if np.any(index < _UNDECIDED_INDEX):
-        ax.patch.set(**GROUND)
+        ax.patch.set(**NOT_COMPUTED_STYLE)
     ax.imshow(
         np.ma.masked_less(index, _UNDECIDED_INDEX), origin="lower", aspect="auto", interpolation="nearest",
         interpolation_stage="rgba", cmap=ListedColormap([UNDECIDED, *colours]), vmin=-1.5, vmax=len(colours) - 0.5,
         extent=cell_extent(ds[horizontal].values, ds[vertical].values),
     )
     if points:
-        _mark(ds, ax, horizontal, vertical, colours)
-    trim(ax, ds, horizontal, vertical)
+        _mark_orbits(ds, ax, horizontal, vertical, colours)
+    label_and_limit(ax, ds, horizontal, vertical)
     if legend:
         attractor_legend(ax, ds)
     return ax
 
 
 def attractor_names(ds: xr.Dataset) -> list[str]:
-    """A name for every attractor: its kind of motion, with primes if several are of the same kind."""
+    """A name for every attractor: its kind of motion, with primes to tell apart those of the same kind."""
     kinds = motion_class(ds["attractor_label"], ds["attractor_period"])
     periods = ds["attractor_period"].values
     plain = [f"{n}T" if k <= _SUBHARMONIC else MOTION_CLASSES[k].name for k, n in zip(kinds, periods, strict=True)]
@@ -82,8 +88,8 @@ def attractor_colours(ds: xr.Dataset) -> list[str]:
         base = MOTION_CLASSES[kind].colour
         if kind == _SUBHARMONIC:
             base = _SUBHARMONIC_COLOURS[others.index(int(n)) % len(_SUBHARMONIC_COLOURS)]
-        before = sum(kinds[j] == kind and periods[j] == n for j in range(i))
-        colours.append(_shade(base, before))
+        earlier = sum(kinds[j] == kind and periods[j] == n for j in range(i))
+        colours.append(_shade(base, earlier))
     return colours
 
 
@@ -94,7 +100,7 @@ def _shade(colour: str, step: int) -> str:
     return to_hex((red, green, blue))
 
 
-def _mark(ds: xr.Dataset, ax: Axes, horizontal: str, vertical: str, colours: list[str]) -> None:
+def _mark_orbits(ds: xr.Dataset, ax: Axes, horizontal: str, vertical: str, colours: list[str]) -> None:
     """Mark the points of every periodic attractor."""
     names = [f"attractor_section_{n}" for n in (horizontal, vertical)]
     if not all(n in ds for n in names):
@@ -111,12 +117,12 @@ def mark_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str) -> None:
 
 
 def attractor_legend(host: Axes | Figure, ds: xr.Dataset, **options: Any) -> Legend:
-    """A legend of the attractors with their shares of the starts; ``options`` are those of ``host.legend``."""
+    """A legend of the attractors with their shares of the initial states; ``options`` are passed to ``host.legend``."""
     names, shares = attractor_names(ds), ds["attractor_fraction"].values
     entries = [(c, f"{n} ({_percent(s)})") for c, n, s in zip(attractor_colours(ds), names, shares, strict=True)]
     index = ds["attractor"].values
-    if (lost := float((index[index >= _UNDECIDED_INDEX] < 0).mean())) > 0:
-        entries.append((UNDECIDED, f"undecided ({_percent(lost)})"))
+    if (undecided := float((index[index >= _UNDECIDED_INDEX] < 0).mean())) > 0:
+        entries.append((UNDECIDED, f"undecided ({_percent(undecided)})"))
     not_computed = bool(np.any(index < _UNDECIDED_INDEX))
     return draw_legend(host, patches(entries, not_computed), **options)
 

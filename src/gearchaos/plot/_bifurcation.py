@@ -9,14 +9,19 @@ from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 
 from gearchaos.errors import InputError, whole_number
 from gearchaos.gears.results import unit_in
-from gearchaos.plot._axes import axis_label, cell_extent, new_axes, spread_out
+from gearchaos.plot._axes import axis_label, cell_extent, new_axes, widened_limits
 from gearchaos.plot._checks import check, check_name
 from gearchaos.plot._portrait import first_coordinate
 from gearchaos.plot._ribbon import ribbon as draw_ribbon
 
-INK_SCALE = LinearSegmentedColormap.from_list("ink", ["#ffffff", "#7f93b8", "#1d2b53", "#060a1c"])
+DENSITY_COLOURS = LinearSegmentedColormap.from_list("ink", ["#ffffff", "#7f93b8", "#1d2b53", "#060a1c"])
+DENSITY_EXPONENT = 0.22
+"""Darkness is the density of points to this power, so that low densities are visible."""
+
 _MARGIN = 0.03
-_MOST_ROWS = 10_000
+"""Margin above and below the points, relative to their range."""
+
+_MAX_ROWS = 10_000
 
 
 def bifurcation(
@@ -26,8 +31,8 @@ def bifurcation(
     """Draw a bifurcation diagram as an image of point densities.
 
     Every value of the parameter is one column of pixels. The darkness of a pixel is the fraction of the points of its
-    column that lie in it. So the detail of thousands of columns is visible, and the size of the file does not depend on
-    the number of points.
+    column that lie in it. Thousands of columns stay legible, and the size of the file does not depend on the number of
+    points.
 
     Parameters
     ----------
@@ -50,13 +55,13 @@ def bifurcation(
         raise InputError("dataset", "must have stroboscopic points", "a bifurcation with points=0",
                          "gearchaos.plot.lyapunov draws its exponents.")
     check_name(ds, "name", name, (axis, "point"), "section_")
-    rows = whole_number("rows", rows, 1, _MOST_ROWS)
+    rows = whole_number("rows", rows, 1, _MAX_ROWS)
     ax, section = new_axes(ax), ds[f"section_{name}"]
-    low, high = _span(section.values, unit_in(ds, name))
+    low, high = _vertical_limits(section.values, unit_in(ds, name))
     centres = low + (np.arange(rows) + 0.5) * (high - low) / rows
     ax.imshow(
-        density(section.values, low, high, rows).T, origin="lower", aspect="auto", cmap=INK_SCALE,
-        norm=PowerNorm(0.22, vmin=0, vmax=1), interpolation="antialiased", interpolation_stage="data",
+        density(section.values, low, high, rows).T, origin="lower", aspect="auto", cmap=DENSITY_COLOURS,
+        norm=PowerNorm(DENSITY_EXPONENT, vmin=0, vmax=1), interpolation="antialiased", interpolation_stage="data",
         extent=cell_extent(ds[axis].values, centres),
     )
     ax.set(xlabel=axis_label(ds[axis], axis), ylabel=axis_label(section, name))
@@ -67,9 +72,10 @@ def bifurcation(
     return ax
 
 
-def _span(values: np.ndarray, unit: float) -> tuple[float, float]:
+def _vertical_limits(values: np.ndarray, unit: float) -> tuple[float, float]:
+    """Limits of the image for all points, with a margin; ``unit`` as of `widened_limits`."""
     known = values[np.isfinite(values)]
-    low, high = spread_out(*((float(known.min()), float(known.max())) if known.size else (-unit, unit)), unit)
+    low, high = widened_limits(*((float(known.min()), float(known.max())) if known.size else (-unit, unit)), unit)
     margin = _MARGIN * (high - low)
     return low - margin, high + margin
 

@@ -1,4 +1,4 @@
-"""The two characteristics of Fig. 1b: mesh stiffness over time and backlash function over displacement."""
+"""The two characteristics of Fig. 1b: mesh stiffness against time, backlash function against displacement."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from gearchaos.plot._axes import new_axes
 from gearchaos.plot._checks import check_positive
 from gearchaos.plot._phase import INK
 
-_MOST_PERIODS = 1000
-_GUIDE: dict[str, Any] = {"color": "0.55", "linewidth": 0.7, "linestyle": (0, (4, 3))}
+_MAX_PERIODS = 1000
+_REFERENCE_LINE: dict[str, Any] = {"color": "0.55", "linewidth": 0.7, "linestyle": (0, (4, 3))}
 
 
 def stiffness(model: MeshModel | GearPair | None = None, ax: Axes | None = None, *, periods: int = 2) -> Axes:
-    """Draw the mesh stiffness over the reference stiffness, c(t)/c0 = χ(τ), (2.16) or (2.7).
+    """Draw the mesh stiffness divided by the reference stiffness, c(t)/c0 = χ(τ), (2.16) or (2.7), against time.
 
     Parameters
     ----------
     model : MeshModel or GearPair, optional
-        Has the stiffness; by default the paper's.
+        The model with the stiffness; by default the paper's.
     periods : int
         Number of mesh periods to show.
 
@@ -34,46 +34,47 @@ def stiffness(model: MeshModel | GearPair | None = None, ax: Axes | None = None,
     Axes
     """
     model = MeshModel() if model is None else as_model(model)
-    periods = whole_number("periods", periods, 1, _MOST_PERIODS)
+    periods = whole_number("periods", periods, 1, _MAX_PERIODS)
     ax = new_axes(ax)
     if isinstance(model.stiffness, TwoLevelStiffness):
         _two_level(model.stiffness, ax, periods)
     else:
         t = np.linspace(0, periods, 400 * periods + 1)
         ax.plot(t, mesh_stiffness(model, t * model.period), color=INK, linewidth=1.4)
-    ax.axhline(1, zorder=0, **_GUIDE)
+    ax.axhline(1, zorder=0, **_REFERENCE_LINE)
     ax.set(xlabel="time $t/T$", ylabel="mesh stiffness $c(t)/c_0$", xlim=(0, periods))
     return ax
 
 
 def _two_level(wave: TwoLevelStiffness, ax: Axes, periods: int) -> None:
+    """Draw a two-level stiffness, with its levels and the durations T1 and T2 of both."""
     split, high, low = wave.contact_ratio - 1, 1 + wave.chi1, 1 - wave.chi2
     edges = np.concatenate([[k, k + split] for k in range(periods)] + [[periods]])
     levels = np.tile([high, low], periods)
     ax.stairs(levels, edges, baseline=None, color=INK, linewidth=1.4)
     ax.set_ylim(min(low, high) - 0.35, max(low, high) + 0.3)
     for start, end, name in ((0, split, "$T_1$"), (split, 1, "$T_2$")):
-        _span(ax, start, end, min(low, high) - 0.13, name)
-    _span(ax, 0, 1, min(low, high) - 0.27, "$T$")
+        _dimension_line(ax, start, end, min(low, high) - 0.13, name)
+    _dimension_line(ax, 0, 1, min(low, high) - 0.27, "$T$")
     for level, name in ((high, r"$1+\chi_1$"), (low, r"$1-\chi_2$")):
         ax.annotate(name, (1, level), (4, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
                     va="center", annotation_clip=False)
 
 
-def _span(ax: Axes, start: float, end: float, y: float, name: str) -> None:
-    """Draw a dimension line with its name."""
+def _dimension_line(ax: Axes, start: float, end: float, y: float, name: str) -> None:
+    """Draw a dimension line (an arrow with two heads) from ``start`` to ``end``, with a name at its middle."""
     ax.annotate("", (start, y), (end, y), arrowprops={"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "lw": 0.7})
     ax.text((start + end) / 2, y, name, ha="center", va="center",
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0})
 
 
 def backlash(ax: Axes | None = None, *, reach: float = 3.0) -> Axes:
-    """Draw the backlash characteristic F(u)/Δ over u/Δ, (2.6), which is f(z) of (2.13).
+    """Draw the backlash characteristic F(u)/Δ against u/Δ, (2.6), which is f(z) of (2.13).
 
     Parameters
     ----------
     reach : float
-        Half the width of the axis, in half backlashes Δ.
+        Half the width of the axis, in units of the half backlash Δ.
 
     Returns
     -------
@@ -87,7 +88,7 @@ def backlash(ax: Axes | None = None, *, reach: float = 3.0) -> Axes:
     ax.axvline(0, color="0.7", linewidth=0.6)
     ax.axvspan(-1, 1, color="#f4f1e8", zorder=0)
     ax.plot(u, backlash_function(u), color=INK, linewidth=1.4)
-    _span(ax, -1, 1, 0.42 * (reach - 1), r"$2\Delta$")
+    _dimension_line(ax, -1, 1, 0.42 * (reach - 1), r"$2\Delta$")
     for z, name in ((-1, "back flank"), (1, "front flank")):
         ax.text(z * (1 + reach) / 2, -z * 0.5 * (reach - 1), name, ha="center", va="center", color="0.35")
     ax.text(0, -0.5 * (reach - 1), "free", ha="center", va="center", color="0.35")

@@ -1,4 +1,4 @@
-"""Checks of the Datasets and arguments of pictures; the error says which picture shows a Dataset instead."""
+"""Checks of the Datasets and arguments of pictures; an error names the picture that can draw the Dataset."""
 
 from __future__ import annotations
 
@@ -12,12 +12,16 @@ from gearchaos.quantities import Rule
 from gearchaos.validation import LARGEST, check_rule, to_float
 
 Dims = int | tuple[str, ...]
-"""Number of dimensions that a variable must have, each with a coordinate, or the names of its dimensions."""
+"""Number of dimensions that a variable must have, each with a coordinate; or the names of its dimensions."""
 
-_CODES = ("label", "period", "attractor", "attractor_label", "attractor_period")
-_FLAGGED = ("label", "attractor_label")
+_INTEGERS = ("label", "period", "attractor", "attractor_label", "attractor_period")
+"""Variables that must hold integers."""
+
+_LABELS = ("label", "attractor_label")
+"""Variables whose codes must have names, in the CF attributes ``flag_values`` and ``flag_meanings``."""
+
 _MAY_BE_EMPTY = "number"
-"""Dimension of attractors, of which there are none if all motions are undecided."""
+"""The dimension of attractors. There are none if all motions are undecided."""
 
 _DRAWN_BY = {
     "zones": "zones or level", "bifurcation": "bifurcation, or lyapunov", "basins": "basins",
@@ -26,16 +30,16 @@ _DRAWN_BY = {
 
 
 def check(dataset: Any, study: str, **variables: Dims) -> None:
-    """Raise `InputError` unless a Dataset is the result of a study with these variables.
+    """Raise `InputError` unless a Dataset is a result with these variables.
 
     Parameters
     ----------
     dataset : Dataset
-        What a picture is made of.
+        What the picture is to show.
     study : str
-        Which study's results have such variables, for the message.
+        The study whose results have these variables, for the message.
     variables : int or tuple of str
-        Dimensions by name of variable, see `Dims`.
+        Dimensions of each variable, see `Dims`, by the name of the variable.
     """
     check_dataset(dataset)
     if all(_fits(dataset, name, dims) for name, dims in variables.items()):
@@ -52,16 +56,16 @@ def check(dataset: Any, study: str, **variables: Dims) -> None:
 def check_dataset(dataset: Any) -> None:
     """Raise `InputError` unless this is a Dataset."""
     if not isinstance(dataset, xr.Dataset):
-        raise InputError("dataset", "must be an xarray.Dataset, as the studies return", _short(dataset),
+        raise InputError("dataset", "must be an xarray.Dataset, as the studies return", _described(dataset),
                          "gearchaos.load reads one from a file.")
 
 
 def check_name(
     dataset: xr.Dataset, field: str, name: str, dims: Dims, prefix: str = "", also: tuple[str, ...] = ()
 ) -> None:
-    """Raise `InputError` unless a Dataset has a variable of this name, after a prefix, with such dimensions.
+    """Raise `InputError` unless a Dataset has the variable ``prefix + name`` with these dimensions.
 
-    The message lists the names that are possible, and those in ``also``.
+    The message lists the names that are accepted, and those in ``also``.
     """
     fitting = [str(n) for n in dataset.data_vars if str(n).startswith(prefix) and _fits(dataset, str(n), dims)]
     fitting = [n for n in fitting if not _fault(dataset[n])]
@@ -77,7 +81,7 @@ def check_positive(field: str, value: Any, most: float = LARGEST) -> float:
 
 
 def _fits(dataset: xr.Dataset, name: str, dims: Dims) -> bool:
-    """Whether a Dataset has a variable with such dimensions."""
+    """Whether a Dataset has a variable with these dimensions."""
     if name not in dataset.variables:
         return False
     found = dataset[name].dims
@@ -87,7 +91,7 @@ def _fits(dataset: xr.Dataset, name: str, dims: Dims) -> bool:
 
 
 def _check_content(dataset: xr.Dataset, study: str, variables: dict[str, Dims]) -> None:
-    """Raise `InputError` unless the variables and their axes have types and values as a study writes them."""
+    """Raise `InputError` unless variables and axes have the types and values that studies give them."""
     over_axes = [name for name, dims in variables.items() if isinstance(dims, int)]
     axes = dataset[over_axes[0]].dims if over_axes else ("tau",) if "tau" in variables else ()
     faults = [_fault(dataset[name]) for name in variables]
@@ -99,33 +103,33 @@ def _check_content(dataset: xr.Dataset, study: str, variables: dict[str, Dims]) 
 
 
 def _fault(array: xr.DataArray) -> str:
-    """What is wrong with a variable, in words; empty if it is right."""
-    if array.dtype.kind not in ("biu" if array.name in _CODES else "biuf"):
+    """What is wrong with a variable; an empty text if nothing is."""
+    if array.dtype.kind not in ("biu" if array.name in _INTEGERS else "biuf"):
         return f"{array.name} of type {array.dtype}"
     if array.size == 0 and array.dims != (_MAY_BE_EMPTY,):
         return f"{array.name} without values"
-    return "" if array.name not in _FLAGGED or flags(array) else f"{array.name} whose codes are not named"
+    return "" if array.name not in _LABELS or flags(array) else f"{array.name} whose codes are not named"
 
 
 def _axis_fault(axis: xr.DataArray) -> str:
-    """What is wrong with the coordinate of a dimension, in words; empty if it is right."""
+    """What is wrong with the coordinate of a dimension; an empty text if nothing is."""
     if fault := _fault(axis):
         return fault
     if not np.isfinite(axis.values).all():
         return f"{axis.name} that is not finite"
     rising = np.diff(axis.values) > 0
-    whole = np.all(rising) or np.all(np.diff(axis.values) < 0)  # the user may have reversed it
-    return "" if whole else f"{axis.name} that neither rises nor falls throughout"
+    monotonic = np.all(rising) or np.all(np.diff(axis.values) < 0)  # a user may have reversed the axis
+    return "" if monotonic else f"{axis.name} that neither rises nor falls throughout"
 
 
 def flags(array: xr.DataArray) -> dict[int, str]:
-    """The names of the codes of a variable from its CF attributes; empty if these are missing or inconsistent."""
+    """Names of the codes of a variable, from its CF attributes; empty if these are missing or inconsistent."""
     codes, names = np.ravel(array.attrs.get("flag_values", ())), array.attrs.get("flag_meanings", "")
     if codes.dtype.kind not in "iu" or not isinstance(names, str) or len(codes) != len(names.split()):
         return {}
     return dict(zip(codes.tolist(), names.split(), strict=True))
 
 
-def _short(value: object) -> object:
-    """A text as it is, and the type of any other value."""
+def _described(value: object) -> object:
+    """A value for an error message: a text as it is, any other value by its type."""
     return value if isinstance(value, str) else f"a {type(value).__name__}"

@@ -1,4 +1,4 @@
-"""Classes of cells with a name and a colour: kinds of motion, contact states, counts."""
+"""The classes of the cells of a map, each with a name and a colour: kinds of motion, contact states, counts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gearchaos.plot._checks import flags
 
 
 class MotionClass(NamedTuple):
-    """A class of cells: its name in the legend and its colour."""
+    """A class of the cells of a map: its name in the legend, and its colour."""
 
     name: str
     colour: str
@@ -30,7 +30,7 @@ MOTION_CLASSES: tuple[MotionClass, ...] = (
     MotionClass("undecided", "#4d4d4d"),
     MotionClass("diverged", "#111111"),
 )
-"""Colours differ by at least 25 CIELAB units also under protanopia, deuteranopia and tritanopia."""
+"""Kinds of motion. Colours differ by at least 25 CIELAB units, also under protanopia, deuteranopia and tritanopia."""
 
 CONTACT_CLASSES: tuple[MotionClass, ...] = (
     MotionClass("permanent", "#abcdff"),
@@ -38,23 +38,30 @@ CONTACT_CLASSES: tuple[MotionClass, ...] = (
     MotionClass("two-sided", "#c03a1e"),
     MotionClass("no contact", "#4d4d4d"),
 )
-"""By the codes of ``contact``."""
+"""Contact states; the index is the code of ``contact``."""
 
 NOT_COMPUTED = -1
-GROUND: dict[str, Any] = {"facecolor": "white", "edgecolor": "0.6", "hatch": "////"}
-"""Appearance of cells that are not computed."""
+"""Index of the class of cells that are not computed."""
+
+NOT_COMPUTED_STYLE: dict[str, Any] = {"facecolor": "white", "edgecolor": "0.6", "hatch": "////"}
+"""Appearance of cells that are not computed: properties of a matplotlib patch."""
 
 _YES_NO = (MotionClass("no", "#f4f1e8"), MotionClass("yes", "#c03a1e"))
-_QUESTIONS = ("hysteresis", "transient_chaos", "inferred")
-_MOST_NAMED = 9
+_YES_NO_VARIABLES = ("hysteresis", "transient_chaos", "inferred")
+"""Variables whose codes 0 and 1 mean no and yes."""
+
+_MAX_LEGEND_CLASSES = 9
 """Largest number of classes with a legend; more are shown by a colour bar."""
 
 _LAST_NAMED_PERIOD = 4
-_BY_MEANING = {"quasi-periodic": 5, "chaotic": 6, "undecided": 7, "diverged": 8}
+"""Longest period, in mesh periods, that has a class of its own."""
+
+_BY_MEANING = {c.name: i for i, c in enumerate(MOTION_CLASSES) if i > _LAST_NAMED_PERIOD}
+"""Index of the classes of motion that are not periodic, by the meaning of the code of ``label``."""
 
 
 def motion_class(label: xr.DataArray, period: xr.DataArray) -> np.ndarray:
-    """Index into `MOTION_CLASSES` of every cell; `NOT_COMPUTED` where a run has not computed it yet.
+    """Index into `MOTION_CLASSES` of every cell; `NOT_COMPUTED` in cells that are not computed yet.
 
     Parameters
     ----------
@@ -79,21 +86,21 @@ def motion_class(label: xr.DataArray, period: xr.DataArray) -> np.ndarray:
 def named_classes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionClass, ...]] | None:
     """The index of every cell into the classes of a variable, and those classes; None for a continuous variable.
 
-    The index is `NOT_COMPUTED` where a run has not computed the cell yet.
+    The index is `NOT_COMPUTED` in cells that are not computed yet.
     """
     if ds[name].dtype.kind not in "iu":
         return None
     if name == "label":
         return motion_class(ds["label"], ds["period"]), MOTION_CLASSES
     index, classes = _contact(ds, name) if name.startswith("contact") else _coded(ds[name])
-    if len(classes) > _MOST_NAMED:
+    if len(classes) > _MAX_LEGEND_CLASSES:
         return None
-    blank = ds["label"].values == 0 if "label" in ds else np.zeros(index.shape, bool)
-    return np.where(blank, NOT_COMPUTED, index), classes
+    missing = ds["label"].values == 0 if "label" in ds else np.zeros(index.shape, bool)
+    return np.where(missing, NOT_COMPUTED, index), classes
 
 
 def _contact(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionClass, ...]]:
-    """Contact states by cell. Diverged motions, whose code is also that of no contact, have a class of their own."""
+    """Contact states. Diverged motions have the code of no contact, but are shown as a class of their own."""
     index = ds[name].values.astype(int)
     if name == "contact" and "label" in ds:
         diverged = motion_class(ds["label"], ds["period"]) == _BY_MEANING["diverged"]
@@ -102,9 +109,9 @@ def _contact(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionClass, 
 
 
 def _coded(array: xr.DataArray) -> tuple[np.ndarray, tuple[MotionClass, ...]]:
-    """Classes of any other variable: yes and no, codes with names, or counts in the colours of a scale."""
+    """Classes of any other variable: no and yes; codes with names; or counts, coloured by a scale."""
     values = array.values.astype(int)
-    if array.name in _QUESTIONS:
+    if array.name in _YES_NO_VARIABLES:
         return values, _YES_NO
     if named := flags(array):
         codes = np.array(list(named))

@@ -13,15 +13,20 @@ from gearchaos.plot._phase import check_samples, phase
 from gearchaos.plot._portrait import portrait
 from gearchaos.plot._spectrum import spectrum
 
-_PERIODS = 12
+HISTORY_PERIODS = 12
 """Largest number of mesh periods in the time history."""
 
-_ROOM, _LEAST = np.array([6.4, 4.8]), 0.5
-"""Size of a figure in inches from which on the font has its full size, and the smallest scale of the font."""
+_FULL_SIZE = np.array([6.4, 4.8])
+"""Width and height in inches of the smallest figure with a font of full size."""
+
+_SMALLEST_SCALE = 0.5
+"""Smallest scale of the font, in smaller figures."""
 
 _LONG = 64
-_LINE, _THIN = 0.8, 0.25
-"""Trajectories of more than _LONG mesh periods are drawn with thin lines; widths of lines in points."""
+"""Trajectories of more mesh periods than this are drawn with thin lines."""
+
+_LINE_WIDTH, _THIN_LINE_WIDTH = 0.8, 0.25
+"""Widths of lines, in points."""
 
 
 def dossier(ds: xr.Dataset, *, title: str = "", figure: Figure | None = None) -> Figure:
@@ -48,17 +53,17 @@ def dossier(ds: xr.Dataset, *, title: str = "", figure: Figure | None = None) ->
 
 
 def _scale(figure: Figure) -> float:
-    """Scale of the font, which is smaller in a small figure."""
-    return float(np.clip(min(figure.get_size_inches() / _ROOM), _LEAST, 1))
+    """Scale of the font: 1, or less in a small figure."""
+    return float(np.clip(min(figure.get_size_inches() / _FULL_SIZE), _SMALLEST_SCALE, 1))
 
 
 def _draw(ds: xr.Dataset, figure: Figure, title: str) -> None:
-    (time, plane), (points, lines) = figure.subplots(2, 2)
-    history(ds, "z", time, periods=min(_PERIODS, ds.sizes["period"]))
-    phase(ds, "z", ax=plane, linewidth=_LINE if ds.sizes["period"] <= _LONG else _THIN)
-    portrait(ds, "z", ax=points)
-    spectrum(ds, "z_dot", lines)
+    axes = figure.subplots(2, 2).ravel()
+    history(ds, "z", axes[0], periods=min(HISTORY_PERIODS, ds.sizes["period"]))
+    phase(ds, "z", ax=axes[1], linewidth=_LINE_WIDTH if ds.sizes["period"] <= _LONG else _THIN_LINE_WIDTH)
+    portrait(ds, "z", ax=axes[2])
+    spectrum(ds, "z_dot", axes[3])
     views = ("Time history", "Phase trajectory", "Stroboscopic portrait", "Spectrum")
-    for ax, name in zip((time, plane, points, lines), views, strict=True):
+    for ax, name in zip(axes, views, strict=True):
         ax.set_title(name, fontsize="medium")
     figure.suptitle(title)

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from gearchaos.errors import InputError
 from gearchaos.gears.results import unit_in
-from gearchaos.plot._axes import axis_label, mesh_period, new_axes, settle
+from gearchaos.plot._axes import axis_label, mesh_period, new_axes, widen_degenerate_axes
 from gearchaos.plot._checks import check_positive
 from gearchaos.plot._phase import INK, check_samples
 
@@ -33,11 +33,11 @@ def history(
     check_samples(ds, {"name": name})
     shown = None if periods is None else check_positive("periods", periods)
     if ds.sizes["tau"] < 2:
-        raise InputError("dataset", "must have two samples at least", ds.sizes["tau"], "Call simulate with samples=64.")
+        raise InputError("dataset", "must have at least two samples", ds.sizes["tau"], "Call simulate with samples=64.")
     ax = new_axes(ax)
     time = (ds["tau"].values - float(ds["tau"][0])) / mesh_period(ds)
     ax.plot(time, ds[name].values, color=INK, linewidth=0.8)
     ax.set(xlabel=r"time $\tau/T$ (mesh periods)", ylabel=axis_label(ds[name], name))
     ax.set_xlim(0, shown or float(time[-1]))
-    settle(ax, y=unit_in(ds, name))
+    widen_degenerate_axes(ax, y=unit_in(ds, name))
     return ax

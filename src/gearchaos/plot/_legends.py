@@ -12,23 +12,23 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.patches import Patch
 
-from gearchaos.plot._classes import GROUND
+from gearchaos.plot._classes import NOT_COMPUTED_STYLE
 
 _STYLE: dict[str, Any] = {
     "loc": "lower left", "bbox_to_anchor": (0, 1.01, 1, 0), "borderaxespad": 0, "frameon": False,
     "handlelength": 1.1, "columnspacing": 1.0, "handletextpad": 0.5, "alignment": "left",
 }
 _COLUMNS = 4
-"""Number of columns of the legend of a figure."""
+"""Largest number of columns of a legend that belongs to a Figure."""
 
 _PAD = 0.09
-"""Upper bound of the padding in inches that a layout leaves at both sides of an Axes together."""
+"""Upper bound of the padding, in inches, that a layout engine leaves left and right of an Axes together."""
 
 
 def patches(entries: list[tuple[str, str]], not_computed: bool) -> list[Patch]:
-    """A square for every (colour, name), and a hatched one if there are cells that are not computed."""
+    """Legend handles: a square for every (colour, name), and a hatched one if some cells are not computed."""
     squares = [Patch(facecolor=c, edgecolor="0.35", linewidth=0.5, label=name) for c, name in entries]
-    return [*squares, Patch(**GROUND, linewidth=0.5, label="not computed")] if not_computed else squares
+    return [*squares, Patch(**NOT_COMPUTED_STYLE, linewidth=0.5, label="not computed")] if not_computed else squares
 
 
 def legend(host: Axes | Figure, handles: Sequence[Artist], of: Axes | None = None, **options: Any) -> Legend:
@@ -39,32 +39,32 @@ def legend(host: Axes | Figure, handles: Sequence[Artist], of: Axes | None = Non
     host : Axes or Figure
         Where the legend is drawn.
     handles : sequence of Artist
-        Its entries.
+        The entries.
     of : Axes, optional
-        The Axes whose width the legend may take, if ``host`` is a strip of it.
+        The Axes whose width limits that of the legend, if ``host`` is a strip above it.
     options
-        Of ``host.legend``. With ``ncols``, or on a Figure, the number of columns is not fitted.
+        Passed to ``host.legend``. With ``ncols``, or on a Figure, the number of columns is not fitted to the width.
     """
     options = {**_STYLE, "handles": handles, **options}
     if isinstance(host, Figure) or "ncols" in options:
         return host.legend(**{"ncols": min(len(handles), _COLUMNS), **options})
-    room = _room(of or host)
-    for size, columns in _shapes(len(handles)):
+    width = _available_width(of or host)
+    for size, columns in _layouts(len(handles)):
         made = host.legend(**options, ncols=columns, fontsize=size)
-        if made.get_window_extent().width <= room:
+        if made.get_window_extent().width <= width:
             break
-    _make_way(of or host, made)
+    _make_space_above(of or host, made)
     return made
 
 
-def _shapes(count: int) -> Iterator[tuple[str, int]]:
-    """Font sizes and numbers of columns in the order of preference: a smaller font before a single column."""
+def _layouts(count: int) -> Iterator[tuple[str, int]]:
+    """Font sizes and numbers of columns in order of preference: a smaller font is preferred to a single column."""
     for size in (rcParams["legend.fontsize"], "small"):
         yield from ((size, columns) for columns in range(count, 1, -1))
     yield "small", 1
 
 
-def _room(ax: Axes) -> float:
+def _available_width(ax: Axes) -> float:
     """Width in pixels from the left edge of an Axes, after layout, to the right edge of its grid cell."""
     figure, spec = ax.get_figure(root=False), ax.get_subplotspec()
     assert figure is not None
@@ -77,7 +77,7 @@ def _room(ax: Axes) -> float:
     return right - left - labels - _PAD * figure.dpi
 
 
-def _make_way(ax: Axes, made: Legend) -> None:
+def _make_space_above(ax: Axes, made: Legend) -> None:
     """Lower the Axes of a figure without layout engine if the legend would be cut off at the top."""
     figure = ax.get_figure(root=True)
     assert figure is not None

@@ -13,7 +13,7 @@ from matplotlib.image import AxesImage
 
 from gearchaos.errors import InputError
 from gearchaos.gears.results import unit_in
-from gearchaos.plot._axes import axis_label, cell_extent, new_axes, plane, spread_out, trim, wrapped
+from gearchaos.plot._axes import axis_label, cell_extent, label_and_limit, new_axes, plane, widened_limits, wrapped
 from gearchaos.plot._checks import check, check_name
 from gearchaos.plot._classes import named_classes
 from gearchaos.plot._zones import class_legend, draw_classes
@@ -21,24 +21,26 @@ from gearchaos.quantities import Rule
 from gearchaos.validation import check_rule, to_float
 
 _NO_VALUE = "0.75"
+"""Colour of cells without a value."""
 
 
 def level(
     ds: xr.Dataset, name: str = "v_rms", ax: Axes | None = None, *, cmap: str = "viridis", clip: float = 1.0,
     colorbar: bool = True,
 ) -> Axes:
-    """Draw a variable over a plane of two parameters: continuous ones in a colour map, codes and counts as classes.
+    """Draw a variable over a plane of two parameters: a continuous one by a colour scale, codes and counts as classes.
 
     Parameters
     ----------
     ds : Dataset
-        From `gearchaos.zones`; NaN cells stay grey.
+        From `gearchaos.zones`; cells without a value (NaN) are grey.
     name : str
         Variable with dims (y, x). Codes, such as ``contact``, and small whole numbers are classes with a legend.
     cmap : str
         A perceptually uniform matplotlib colormap.
     clip : float
-        Percentage of the cells that the colour scale cuts off at its upper end, so that a few peaks do not set it.
+        Percentage of the cells, those with the largest values, that lie above the colour scale: otherwise a few peaks
+        would determine the scale.
     colorbar : bool
         Add a colour bar to the right, or the legend of the classes above.
 
@@ -48,28 +50,28 @@ def level(
     """
     check(ds, "zones", label=2, period=2)
     check_name(ds, "name", name, 2)
-    clip = _checked_shades(cmap, clip)
+    clip = _checked_clip(cmap, clip)
     ax = new_axes(ax)
     horizontal, vertical = plane(ds, name)
     extent, title = cell_extent(ds[horizontal].values, ds[vertical].values), axis_label(ds[name], name)
-    found = named_classes(ds, name)
+    classes = named_classes(ds, name)
     values = ds[name].values
-    if found:
-        draw_classes(found[0], ax, extent, found[1])
+    if classes:
+        draw_classes(classes[0], ax, extent, classes[1])
     else:
-        image = _shaded(ax, values, extent, cmap, clip, unit_in(ds, name))
-    trim(ax, ds, horizontal, vertical)
+        image = _draw_continuous(ax, values, extent, cmap, clip, unit_in(ds, name))
+    label_and_limit(ax, ds, horizontal, vertical)
     inches = ax.get_window_extent().transformed(ax.figure.dpi_scale_trans.inverted())
-    if colorbar and found:
-        class_legend(ax, *found, title=wrapped(title, inches.width))
+    if colorbar and classes:
+        class_legend(ax, *classes, title=wrapped(title, inches.width))
     elif colorbar:
-        beyond = bool(np.any(values > image.norm.vmax))
+        clipped = bool(np.any(values > image.norm.vmax))
         label = wrapped(title, inches.height)
-        ax.figure.colorbar(image, ax=ax, extend="max" if beyond else "neither", pad=0.02, label=label)
+        ax.figure.colorbar(image, ax=ax, extend="max" if clipped else "neither", pad=0.02, label=label)
     return ax
 
 
-def _checked_shades(cmap: Any, clip: Any) -> float:
+def _checked_clip(cmap: Any, clip: Any) -> float:
     """``clip`` as a float; raises `InputError` unless it is a percentage and the colormap exists."""
     if not isinstance(cmap, Colormap) and cmap not in list(colormaps):
         raise InputError("cmap", "must be a colormap of matplotlib", cmap, "E.g. 'viridis' or 'magma'.")
@@ -78,13 +80,13 @@ def _checked_shades(cmap: Any, clip: Any) -> float:
     return percent
 
 
-def _shaded(
+def _draw_continuous(
     ax: Axes, values: np.ndarray, extent: tuple[float, float, float, float], cmap: str, clip: float, unit: float
 ) -> AxesImage:
-    """The image of a continuous variable, (rows, columns); its colour scale leaves out ``clip`` percent at the top."""
+    """The image of a continuous variable (rows, columns), ``clip`` percent of its values are above the colour scale."""
     known = values[np.isfinite(values)]
     low, high = (np.min(known), np.percentile(known, 100 - clip)) if known.size else (0.0, unit)
-    low, high = spread_out(float(low), float(high), unit)
+    low, high = widened_limits(float(low), float(high), unit)
     ax.set_facecolor(_NO_VALUE)
     return ax.imshow(
         values, origin="lower", aspect="auto", interpolation="nearest", cmap=cmap, vmin=low, vmax=high, extent=extent,

@@ -1,4 +1,4 @@
-"""The Lyapunov diagram: the largest exponent as one parameter changes."""
+"""The Lyapunov diagram: the largest exponent against one parameter."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from gearchaos.plot._axes import axis_label, new_axes
 from gearchaos.plot._checks import check
 from gearchaos.plot._legends import legend as draw_legend
+from gearchaos.plot._phase import INK, STROBE
 
 
 def lyapunov(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -29,8 +30,8 @@ def lyapunov(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax.axhline(0, color="0.25", linewidth=0.7)
     low, high = ds["lyapunov_lo"].values, ds["lyapunov_hi"].values
     band = ax.fill_between(x, low, high, color="#8fa6d3", linewidth=0, label="99 % confidence interval")
-    (line,) = ax.plot(x, value, color="#1d2b53", linewidth=0.4, label="largest exponent")
-    ax.fill_between(x, 0, value, where=value > 0, color="#c03a1e", alpha=0.25, linewidth=0)
+    (line,) = ax.plot(x, value, color=INK, linewidth=0.4, label="largest exponent")
+    ax.fill_between(x, 0, value, where=value > 0, color=STROBE, alpha=0.25, linewidth=0)
     ax.set(xlabel=axis_label(ds[axis], str(axis)), ylabel=axis_label(ds["lyapunov"], "lyapunov"))
     ax.set_xlim(float(x[0]), float(x[-1]) if len(x) > 1 else None)
     draw_legend(ax, [band, line])

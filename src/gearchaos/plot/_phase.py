@@ -1,4 +1,4 @@
-"""The phase trajectory: velocity over displacement."""
+"""The phase trajectory: velocity against displacement."""
 
 from __future__ import annotations
 
@@ -9,18 +9,21 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from gearchaos.gears.results import unit_in
-from gearchaos.plot._axes import axis_label, new_axes, settle
+from gearchaos.plot._axes import axis_label, new_axes, widen_degenerate_axes
 from gearchaos.plot._checks import check, check_name, check_positive
 
 INK = "#1d2b53"
+"""Colour of lines and points in all pictures: dark blue."""
+
 STROBE = "#c03a1e"
+"""Colour of stroboscopic points on a trajectory, and of what is emphasised: red."""
 
 
 def phase(
     ds: xr.Dataset, x: str = "z", y: str | None = None, ax: Axes | None = None, *, section: bool = True,
     linewidth: float = 0.8,
 ) -> Axes:
-    """Draw a trajectory in a plane of two coordinates, by default one and its velocity.
+    """Draw a trajectory in a plane of two coordinates, by default a displacement and its velocity.
 
     Parameters
     ----------
@@ -51,7 +54,7 @@ def phase(
             markeredgewidth=0, zorder=3,
         )
     ax.set(xlabel=axis_label(ds[x], x), ylabel=axis_label(ds[y], y))
-    settle(ax, unit_in(ds, x), unit_in(ds, y))
+    widen_degenerate_axes(ax, unit_in(ds, x), unit_in(ds, y))
     for name, line in ((x, ax.axvline), (y, ax.axhline)):
         if name == "z":
             mark_backlash(ax, unit_in(ds, "z"), line)
@@ -59,14 +62,14 @@ def phase(
 
 
 def check_samples(ds: xr.Dataset, names: dict[str, str]) -> None:
-    """Raise `InputError` unless a Dataset has samples over time of these variables; ``names`` are by argument."""
+    """Raise `InputError` unless a Dataset has samples over time of these variables; ``names`` by argument name."""
     check(ds, "simulate with samples", tau=("tau",))
     for field, name in names.items():
         check_name(ds, field, name, ("tau",))
 
 
 def mark_backlash(ax: Axes, half_backlash: float, line: Callable[..., Any]) -> None:
-    """Draw a line at both ends of the backlash and keep the limits of the axes."""
+    """Draw both ends of the backlash, by ``line`` (``ax.axvline`` or ``ax.axhline``); the limits of the axes stay."""
     limits = ax.get_xlim(), ax.get_ylim()
     for z in (-half_backlash, half_backlash):
         line(z, color="0.45", linewidth=0.7, linestyle=(0, (4, 3)), zorder=0)

@@ -7,18 +7,21 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from gearchaos.gears.results import unit_in
-from gearchaos.plot._axes import axis_label, new_axes, settle
+from gearchaos.plot._axes import axis_label, new_axes, widen_degenerate_axes
 from gearchaos.plot._checks import check, check_name, check_positive
 from gearchaos.plot._phase import INK
 
-_FEW, _LARGE, _SMALL = 200, 3.5, 0.55
-"""Up to this number of points markers have the largest diameter; largest and smallest diameter, in points."""
+_FEW = 200
+"""Up to this number of points markers have the largest diameter."""
+
+_LARGEST, _SMALLEST = 3.5, 0.55
+"""Largest and smallest diameter of markers, in typographic points."""
 
 
 def portrait(
     ds: xr.Dataset, x: str | None = None, y: str | None = None, ax: Axes | None = None, *, size: float | None = None
 ) -> Axes:
-    """Draw the stroboscopic points in a plane of two coordinates, by default one and its velocity.
+    """Draw the stroboscopic points in a plane of two coordinates, by default a displacement and its velocity.
 
     Parameters
     ----------
@@ -39,18 +42,18 @@ def portrait(
     for field, name in zip("xy", names, strict=True):
         check_name(ds, field, name, ("period",), "section_")
     ax, units = new_axes(ax), [unit_in(ds, n) for n in names]
-    across, up = (ds[f"section_{n}"] for n in names)
-    few = _size(distinct(across.values / units[0], up.values / units[1]))
-    size = few if size is None else check_positive("size", size)
-    ax.plot(across.values, up.values, "o", color=INK, markersize=size, markeredgewidth=0, rasterized=True)
-    ax.set(xlabel=axis_label(across, names[0]), ylabel=axis_label(up, names[1]))
-    settle(ax, *units)
+    horizontal, vertical = (ds[f"section_{n}"] for n in names)
+    default = _size(distinct(horizontal.values / units[0], vertical.values / units[1]))
+    size = default if size is None else check_positive("size", size)
+    ax.plot(horizontal.values, vertical.values, "o", color=INK, markersize=size, markeredgewidth=0, rasterized=True)
+    ax.set(xlabel=axis_label(horizontal, names[0]), ylabel=axis_label(vertical, names[1]))
+    widen_degenerate_axes(ax, *units)
     return ax
 
 
 def _size(count: int) -> float:
-    """Diameter of markers, within limits, for which the area of all markers together is constant."""
-    return float(np.clip(_LARGE * np.sqrt(_FEW / count), _SMALL, _LARGE))
+    """Diameter of markers such that all of them together have a constant area; within limits."""
+    return float(np.clip(_LARGEST * np.sqrt(_FEW / count), _SMALLEST, _LARGEST))
 
 
 def first_coordinate(ds: xr.Dataset) -> str:

@@ -1,4 +1,4 @@
-"""The picture of any result."""
+"""The picture of the result of any study."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from gearchaos.plot._portrait import portrait
 from gearchaos.plot._zones import zones
 
 MOTION = "motion"
+"""The colouring of a map by kind of motion; the other colourings are names of variables."""
 
 
 def result(ds: xr.Dataset, colour: str | None = None) -> Figure:
@@ -50,8 +51,8 @@ def result(ds: xr.Dataset, colour: str | None = None) -> Figure:
         raise InputError("dataset", "must be the result of a study", kind or sorted(map(str, ds.variables)),
                          f"It carries the name of its study in attrs['study']: {', '.join(_PICTURES)}.")
     check_colour(ds, colour)
-    drawn = _PICTURES[kind](ds) if colour is None or colour == MOTION else level(ds, colour)
-    figure = drawn.get_figure(root=True)
+    artist = _PICTURES[kind](ds) if colour is None or colour == MOTION else level(ds, colour)
+    figure = artist.get_figure(root=True)
     assert figure is not None
     return figure
 
@@ -61,7 +62,8 @@ def check_colour(ds: xr.Dataset, colour: str | None) -> None:
     if colour is None:
         return
     if (kind := ds.attrs.get("study")) != "zones":
-        raise InputError("colour", "must be left out for a result that is no map of zones", colour, f"It is of {kind}.")
+        raise InputError("colour", "must be left out for a result that is not a map of zones", colour,
+                         f"It is of {kind}.")
     if colour != MOTION:
         check_name(ds, "colour", colour, 2, also=(MOTION,))
 

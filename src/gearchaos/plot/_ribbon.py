@@ -1,4 +1,4 @@
-"""A strip of colours along an axis: the kind of motion at each value of a parameter."""
+"""A strip of colours above a diagram: the kind of motion at each value of the parameter."""
 
 from __future__ import annotations
 

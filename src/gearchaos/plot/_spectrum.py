@@ -12,13 +12,13 @@ from gearchaos.plot._axes import axis_label, mesh_period, new_axes
 from gearchaos.plot._checks import check_positive
 from gearchaos.plot._phase import INK, check_samples
 
-_RANGE = 1e-7
+FLOOR = 1e-7
 """Smallest amplitude shown, relative to the largest one."""
 
-_LEAST = 1e-30
-"""Smallest amplitude shown of a variable that is constant, in its unit."""
+_ABSOLUTE_FLOOR = 1e-30
+"""Smallest amplitude shown of a constant variable, in units of that variable."""
 
-_MOST_ORDERS = 1000
+_MAX_ORDERS = 1000
 
 
 def spectrum(ds: xr.Dataset, name: str = "z_dot", ax: Axes | None = None, *, orders: float = 6.0) -> Axes:
@@ -38,10 +38,10 @@ def spectrum(ds: xr.Dataset, name: str = "z_dot", ax: Axes | None = None, *, ord
     Axes
     """
     check_samples(ds, {"name": name})
-    orders = check_positive("orders", orders, _MOST_ORDERS)
+    orders = check_positive("orders", orders, _MAX_ORDERS)
     order, amplitude = amplitudes(ds, name)
     ax, shown = new_axes(ax), order <= orders
-    floor = max(float(amplitude[shown].max()) * _RANGE, _LEAST * unit_in(ds, name))
+    floor = max(float(amplitude[shown].max()) * FLOOR, _ABSOLUTE_FLOOR * unit_in(ds, name))
     ax.semilogy(order[shown], np.maximum(amplitude[shown], floor), color=INK, linewidth=0.7)
     ax.set(xlabel="frequency in mesh orders $f/f_z$", ylabel=f"amplitude of {axis_label(ds[name], name)}")
     ax.set_xlim(0, orders)
@@ -51,14 +51,20 @@ def spectrum(ds: xr.Dataset, name: str = "z_dot", ax: Axes | None = None, *, ord
 
 
 def amplitudes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Orders of the mesh frequency and one-sided amplitudes of a variable, over a whole number of mesh periods."""
+    """One-sided amplitude spectrum of a variable, over the largest whole number of mesh periods.
+
+    Returns
+    -------
+    orders, amplitudes : (N,) arrays of float
+        Frequencies in orders of the mesh frequency; amplitudes in the unit of the variable.
+    """
     tau, values = ds["tau"].values, ds[name].values
     per_period = round(mesh_period(ds) / (tau[1] - tau[0])) if len(tau) > 1 else 0
     periods = len(values) // per_period if per_period > 1 else 0
     if periods == 0:
-        raise InputError("dataset", "must have two samples a mesh period, over one at least", len(tau),
-                         "Call simulate with samples=64.")
-    spectrum_ = np.fft.rfft(values[: periods * per_period]) / (periods * per_period)
-    size = np.abs(spectrum_)
-    size[1:] *= 2
-    return np.arange(len(size)) / periods, size
+        raise InputError("dataset", "must have at least two samples per mesh period, over at least one mesh period",
+                         len(tau), "Call simulate with samples=64.")
+    coefficients = np.fft.rfft(values[: periods * per_period]) / (periods * per_period)
+    amplitude = np.abs(coefficients)
+    amplitude[1:] *= 2
+    return np.arange(len(amplitude)) / periods, amplitude

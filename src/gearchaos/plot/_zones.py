@@ -12,9 +12,9 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 
-from gearchaos.plot._axes import cell_extent, new_axes, plane, trim
+from gearchaos.plot._axes import cell_extent, label_and_limit, new_axes, plane
 from gearchaos.plot._checks import check
-from gearchaos.plot._classes import GROUND, MOTION_CLASSES, NOT_COMPUTED, MotionClass, motion_class
+from gearchaos.plot._classes import MOTION_CLASSES, NOT_COMPUTED, NOT_COMPUTED_STYLE, MotionClass, motion_class
 from gearchaos.plot._legends import legend as draw_legend
 from gearchaos.plot._legends import patches
 
@@ -40,7 +40,7 @@ def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axe
     horizontal, vertical = plane(ds, "label")
     classes = motion_class(ds["label"], ds["period"])
     draw_classes(classes, ax, cell_extent(ds[horizontal].values, ds[vertical].values))
-    trim(ax, ds, horizontal, vertical)
+    label_and_limit(ax, ds, horizontal, vertical)
     if legend:
         class_legend(ax, classes)
     return ax
@@ -50,14 +50,14 @@ def draw_classes(
     index: np.ndarray, ax: Axes, extent: tuple[float, float, float, float],
     classes: Sequence[MotionClass] = MOTION_CLASSES,
 ) -> None:
-    """Colour cells (rows, columns) by the index of their class; those not computed are hatched."""
+    """Colour cells by their class, ``index`` (rows, columns) into ``classes``; hatched if not computed."""
     ax.imshow(
         np.ma.masked_equal(index, NOT_COMPUTED), origin="lower", aspect="auto", interpolation="nearest",
         cmap=ListedColormap([c.colour for c in classes]), vmin=-0.5, vmax=len(classes) - 0.5,
         extent=extent, interpolation_stage="rgba",
     )
     if np.any(index == NOT_COMPUTED):
-        ax.patch.set(**GROUND)
+        ax.patch.set(**NOT_COMPUTED_STYLE)
 
 
 def class_legend(
@@ -75,9 +75,9 @@ def class_legend(
     classes : sequence of MotionClass
         All classes.
     of : Axes, optional
-        The Axes whose width the legend may take, if ``host`` is a strip of it.
+        The Axes whose width limits that of the legend, if ``host`` is a strip above it.
     options
-        Of ``host.legend``.
+        Passed to ``host.legend``.
     """
     present = [(classes[i].colour, classes[i].name) for i in np.unique(index) if i != NOT_COMPUTED]
     return draw_legend(host, patches(present, bool(np.any(index == NOT_COMPUTED))), of, **options)

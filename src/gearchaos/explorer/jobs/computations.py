@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import xarray as xr
 
 from gearchaos.explorer.jobs import export, point_studies
-from gearchaos.explorer.jobs.dossier import Dossier, dossier, followed
+from gearchaos.explorer.jobs.dossier import Dossier, dossier, final_verdict
 from gearchaos.explorer.jobs.map import COARSE, refined
 from gearchaos.explorer.jobs.map_grid import Map
 from gearchaos.explorer.jobs.worker import Job, Worker
@@ -61,9 +61,9 @@ class Computations:
     view : View
         The view that the page shows first.
     workers : (Worker, Worker)
-        For the motion at the point and files, and for all that takes long.
+        The first computes the motion at the point, and files; the second all that takes long.
     call_soon : callable
-        Has a function called in the thread of the page.
+        Takes a function and calls it, later, in the thread of the page.
     display : Display
 
     Attributes
@@ -94,7 +94,7 @@ class Computations:
         self._awaits_map = True
 
     def update(self, view: View) -> None:
-        """Compute the motion at the point of another view, and its map, where they differ from those before."""
+        """Show another view: compute the motion at its point and its map, unless they are those of the view before."""
         before, self._view = self._view, view
         self._awaits_update = True
         if before.point != view.point:
@@ -103,7 +103,7 @@ class Computations:
             self._ask_map()
 
     def update_rest(self, before: View) -> None:
-        """Compute what else differs between a view before and the present one."""
+        """Compute what else differs between an earlier view and the present one."""
         self._awaits_update = False
         if before.line_key != self._view.line_key:
             self._ask_diagram()
@@ -114,12 +114,12 @@ class Computations:
     def close(self) -> None:
         """Cancel everything."""
         for worker in (self._quick, self._slow):
-            worker.drop(self._owner)
+            worker.cancel(self._owner)
 
     # --- requests --------------------------------------------------------------------------------------------------
 
     def ask_basins(self) -> None:
-        """Compute the basins of the point, once the page shows that point and a first map."""
+        """Compute the basins of the point, as soon as the page shows that point and a first map."""
         self._basins_wait = self._awaits_map or self._awaits_update
         if not self._basins_wait:
             view = self._view
@@ -140,8 +140,8 @@ class Computations:
         self._ask(self._quick, f"{kind}.{suffix}", steps, lambda found: self._display.save_file(*found))
 
     def _ask_dossier(self) -> None:
-        self._quick.drop(self._owner, "chaos")
-        self._pending.discard("chaos")
+        self._quick.cancel(self._owner, "final verdict")
+        self._pending.discard("final verdict")
         self._ask(self._quick, "motion", partial(dossier, self._view.point), self._show_dossier)
 
     def _ask_map(self) -> None:
@@ -156,8 +156,8 @@ class Computations:
         self._ask(self._slow, "diagram", steps, self._show_diagram, 2 * _DELAY)
 
     def _ask_attractors(self) -> None:
-        """Compute the other motions of the point; basins and motions of the point before are cleared."""
-        self._slow.drop(self._owner, "basins")
+        """Compute the other motions of the point; remove the basins and motions of the previous point."""
+        self._slow.cancel(self._owner, "basins")
         self._ended("basins", None)
         self._display.clear_point_studies()
         steps = partial(point_studies.attractors, self._view)
@@ -185,7 +185,7 @@ class Computations:
         self._show_busy()
 
     def _ended(self, panel: str, message: str | None) -> None:
-        """A panel has its last result, or an error message in its place."""
+        """The job of a panel has ended, after its last result or with an error message."""
         self._pending.discard(panel)
         self._show_busy()
         if message:
@@ -196,7 +196,7 @@ class Computations:
 
     def _show_busy(self, compiling: bool = False) -> None:
         share = 0.0 if self.map is None else self.map.share
-        progress = f"map {100 * share:.0f} %" if share < 1 else "map (following chaos)"
+        progress = f"map {100 * share:.0f} %" if share < 1 else "map (final verdicts of chaotic cells)"
         self._display.show_busy([progress if p == "map" else p for p in sorted(self._pending)], compiling)
 
     def show_map(self, found: Map) -> None:
@@ -222,14 +222,14 @@ class Computations:
             self._ask_diagram(1)
 
     def _show_dossier(self, found: Dossier) -> None:
-        """Show a motion, unless the point has moved since; if its verdict is preliminary, ask for the final one."""
+        """Show a motion, unless the point has moved since; compute the final verdict if this one is preliminary."""
         if found.model != self._view.point:
             return
-        self.dossier = found = found.after(self.dossier)
+        self.dossier = found = found.with_motion_of(self.dossier)
         self._display.show_dossier(found)
-        if found.stage == "followed":
-            steps = partial(followed, found.model, found.verdict.label)
-            self._ask(self._quick, "chaos", steps, self._show_dossier)
+        if found.stage == "preliminary":
+            steps = partial(final_verdict, found.model, found.verdict.label)
+            self._ask(self._quick, "final verdict", steps, self._show_dossier)
 
     def _show_diagram(self, found: xr.Dataset) -> None:
         if found:

@@ -1,4 +1,4 @@
-"""The motion at one point: its verdict, its time history, more points of its portrait; each as soon as it is known."""
+"""The motion at one point: its verdict, its time history and more points of its portrait, each once it is computed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import xarray as xr
 
-from gearchaos.explorer.view.bounds import PORTRAIT
+from gearchaos.explorer.view.bounds import PORTRAIT_POINTS
 from gearchaos.model import COORDINATES, MeshModel
 from gearchaos.studies.regime import REGIME_SETTINGS, regime
 from gearchaos.studies.simulate import simulate
@@ -17,14 +17,15 @@ from gearchaos.studies.verdict import Verdict
 QUICK = replace(REGIME_SETTINGS, exponent_run=1000, doublings=0, longest_transient=0, averaging_periods=200)
 """Settings of the first verdict.
 
-Its transients are as long as those of `gearchaos.regime`, so a stable orbit found in them is the verdict of that
-function. A motion that has not converged by then gets a short exponent run only, and its verdict is preliminary.
+Its transients are as long as those of `gearchaos.regime`, so a stable orbit that is found within them has the
+verdict of that function. For a motion that has not converged by then, exponents from a short run give a preliminary
+verdict.
 """
 
 
 @dataclass(frozen=True)
 class Dossier:
-    """What is known of the motion at a point.
+    """What is known about the motion at a point.
 
     Attributes
     ----------
@@ -47,13 +48,13 @@ class Dossier:
 
     @property
     def stage(self) -> str:
-        """How complete it is: "verdict" (no motion yet), "followed" (verdict preliminary), or "complete"."""
+        """How complete it is: "verdict" (no time history yet), "preliminary" (the verdict is), or "complete"."""
         if self.motion is None and self.verdict.section:
             return "verdict"
-        return "complete" if self.final else "followed"
+        return "complete" if self.final else "preliminary"
 
-    def after(self, before: Dossier | None) -> Dossier:
-        """With the time history of an earlier dossier of the same motion, which is not computed and sent twice."""
+    def with_motion_of(self, before: Dossier | None) -> Dossier:
+        """The dossier with the time history of an earlier one of the same motion, so that it is computed only once."""
         if before is None or self.motion is not None:
             return self
         same = (before.model, before.verdict.label) == (self.model, self.verdict.label)
@@ -63,7 +64,7 @@ class Dossier:
 def dossier(model: MeshModel) -> Generator[Dossier]:
     """The motion of a model: its verdict, then its time history, then more points of its portrait.
 
-    If the verdict is preliminary, `followed` computes the final one.
+    If the verdict is preliminary, `final_verdict` computes the final one.
     """
     verdict = regime(model, settings=QUICK)
     found = Dossier(model, verdict, final=verdict.periods_spent <= sum(QUICK.transient_lengths))
@@ -74,7 +75,7 @@ def dossier(model: MeshModel) -> Generator[Dossier]:
             yield from _with_portrait(found)
 
 
-def followed(model: MeshModel, label: str) -> Generator[Dossier]:
+def final_verdict(model: MeshModel, label: str) -> Generator[Dossier]:
     """The final verdict on a motion with a preliminary one, and more points of its portrait.
 
     The time history is included only if the verdict differs from ``label``, the preliminary one.
@@ -87,8 +88,8 @@ def followed(model: MeshModel, label: str) -> Generator[Dossier]:
 
 
 def _with_portrait(found: Dossier) -> Generator[Dossier]:
-    """`PORTRAIT` stroboscopic points of a motion that is not periodic."""
+    """`PORTRAIT_POINTS` stroboscopic points of a motion that is not periodic."""
     verdict = found.verdict
     if verdict.period is None and verdict.section:
         on_attractor = {n: verdict.section[n][-1] for n in COORDINATES[found.model.kind]}
-        yield replace(found, portrait=simulate(replace(found.model, initial=on_attractor), PORTRAIT))
+        yield replace(found, portrait=simulate(replace(found.model, initial=on_attractor), PORTRAIT_POINTS))

@@ -1,4 +1,4 @@
-"""Files to save: pictures and data of the map and of the motion, made in memory."""
+"""Files that a visitor can save, made in memory: pictures and data of the map and of the motion."""
 
 from __future__ import annotations
 

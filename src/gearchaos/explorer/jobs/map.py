@@ -1,4 +1,4 @@
-"""The map of motions, coarse first and then ever finer.
+"""The map of motions, computed on a coarse lattice of cells first and then on finer ones.
 
 Two coarse lattices of cells are classified with short transients. Then all cells are classified, lattice by lattice.
 Motions that a stage leaves unresolved are collected, and the next stage continues them from their present states.
@@ -39,17 +39,17 @@ FULL = Classification(transient_lengths=(64, 320), longest_period=16, exponent_r
 """Settings for all cells."""
 
 _TILE_SECONDS = 0.4
-"""Computing time of one tile: after it another page, or a newer map, gets the thread."""
+"""Computing time of one tile. A thread can turn to another page or to a newer map only after a tile."""
 
 _SMALLEST_TILE, _LARGEST_TILE = 256, 4096
-"""In cells."""
+"""Limits of the size of a tile, in cells."""
 
 _INTERVAL = 1.0
-"""Seconds between two maps shown."""
+"""Least number of seconds between two maps shown."""
 
 
 def refined(view: View) -> Generator[Map]:
-    """The map of a view, ever finer."""
+    """The map of a view, from the coarsest lattice to all cells."""
     return _attractor_map(view) if view.colour == "attractors" else _motion_map(view)
 
 
@@ -83,12 +83,12 @@ def _motion_map(view: View) -> Generator[Map]:
 
 
 def _collect(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
-    """The variables of the map, of the verdicts found."""
+    """The variables of the map, from the verdicts found."""
     return found.variables()
 
 
 def _by_column(cells: np.ndarray, columns: int) -> np.ndarray:
-    """Cells (N,) column by column: where x is the frequency, neighbours then share their step grids."""
+    """Cells (N,) sorted by column: if x is the frequency, neighbours then share their step grids."""
     return cells[np.argsort(cells % columns, kind="stable")]
 
 
@@ -96,7 +96,7 @@ def _by_column(cells: np.ndarray, columns: int) -> np.ndarray:
 class _Stages:
     """The classification of the cells of a map, stage by stage.
 
-    ``rate`` has the cells that one thread classified per second, by stage.
+    ``rate`` is the number of cells that one thread classifies per second, by stage.
     """
 
     classifier: BatchClassifier
@@ -105,7 +105,7 @@ class _Stages:
     rate: dict[str, float] = field(default_factory=dict)
 
     def run(self, stage: str, unresolved: Unresolved, stride: int) -> Generator[Map, None, Unresolved]:
-        """Take one stage of all cells unresolved, with maps in between; returns those still unresolved after it."""
+        """Run one stage for all unresolved cells, and yield maps meanwhile; returns the cells that stay unresolved."""
         rest, shown = {0: unresolved.take(slice(0))}, time.monotonic()
         for tile, (cells, variables, left) in tiles.run(
             partial(self._classify, stage, unresolved), self._tiles(stage, len(unresolved.number)),
@@ -130,7 +130,7 @@ class _Stages:
     def _classify(
         self, stage: str, unresolved: Unresolved, tile: slice
     ) -> tuple[np.ndarray, dict[str, np.ndarray], Unresolved]:
-        """One stage of one tile, as of `BatchClassifier.run_stage`; measures its rate."""
+        """Run one stage for one tile, with the result of `BatchClassifier.run_stage`, and measure its rate."""
         began = time.perf_counter()
         found = self.classifier.run_stage(stage, unresolved, tile)
         self.rate[stage] = (tile.stop - tile.start) / (time.perf_counter() - began)
@@ -148,5 +148,5 @@ def _attractor_map(view: View) -> Generator[Map]:
             if grid.known[row].all():
                 continue
             grid.put(study.compute(grid.number[row]), grid.number[row])
-            grid.source[row : row + stride] = grid.level_source[row : row + stride] = grid.number[row]
+            grid.source[row : row + stride] = grid.measure_source[row : row + stride] = grid.number[row]
             yield grid.map(study, stride)

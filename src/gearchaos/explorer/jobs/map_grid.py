@@ -14,27 +14,29 @@ from gearchaos.studies.zones import Zones
 
 @dataclass(frozen=True)
 class Map:
-    """A map as far as it is computed.
+    """A map, possibly before all of its cells are computed.
 
     Attributes
     ----------
     dataset : xarray.Dataset
         As from `gearchaos.zones`; ``label`` is 0 in cells that are not computed yet.
     source : (rows, columns) of int
-        Number of the cell whose kind of motion each cell shows: its own once it is computed; -1 if there is none.
-    level_source : (rows, columns) of int
-        The same for response levels such as ``v_rms``, which a chaotic motion has only after its verdict.
+        Number of the cell whose kind of motion is shown in each cell: its own number once it is computed, before that
+        the number of a computed cell nearby, or -1 if there is none.
+    measure_source : (rows, columns) of int
+        The same for response measures such as ``v_rms``. It differs from ``source`` in cells that are chaotic so far:
+        their measures are computed after the verdict.
     chaotic_so_far : (cells,) of bool
-        Cells with chaotic motion up to now whose verdict is still open, since it may be a transient.
+        Cells without a verdict whose motion has been chaotic up to now; this may be a transient.
     stride : int
-        Distance between the rows and columns that are being computed.
+        Distance between the rows, and between the columns, of the lattice that is being computed.
     share : float
         Share of the cells that are computed or chaotic so far.
     """
 
     dataset: xr.Dataset
     source: np.ndarray
-    level_source: np.ndarray
+    measure_source: np.ndarray
     chaotic_so_far: np.ndarray
     stride: int
     share: float
@@ -46,13 +48,13 @@ class Map:
         return label.copy(data=np.where(chaotic, label.dtype.type(Label.CHAOTIC), label))
 
     def shown(self, values: np.ndarray, nothing: float) -> np.ndarray:
-        """Values (rows, columns) as the cells show them, ``nothing`` where there is nothing to show yet."""
+        """Of the values (rows, columns) of all cells, the one that each cell shows; ``nothing`` if none yet."""
         return np.where(self.source >= 0, values.ravel()[self.source], np.asarray(nothing, values.dtype))
 
-    def level(self, name: str) -> xr.Variable:
-        """A response level (rows, columns) as the cells show it, NaN where there is nothing to show yet."""
-        level = self.dataset[name].variable
-        return level.copy(data=np.where(self.level_source >= 0, level.values.ravel()[self.level_source], np.nan))
+    def measure(self, name: str) -> xr.Variable:
+        """The response measure that each cell shows, (rows, columns); NaN if it shows none yet."""
+        found = self.dataset[name].variable
+        return found.copy(data=np.where(self.measure_source >= 0, found.values.ravel()[self.measure_source], np.nan))
 
 
 class MapGrid:
@@ -62,8 +64,8 @@ class MapGrid:
     ----------
     number : (rows, columns) of int
     requested, known, chaotic_so_far : (rows, columns) of bool
-        Cells whose computation was asked for; that have a verdict; that are chaotic so far, without a verdict.
-    source, level_source : (rows, columns) of int
+        Cells whose computation has been requested; that have a verdict; that have none, but are chaotic so far.
+    source, measure_source : (rows, columns) of int
         As of `Map`.
     found : dict of str to (cells,) array
         Variables of the map by name.
@@ -73,7 +75,7 @@ class MapGrid:
         self.shape = (rows, columns)
         self.number = np.arange(rows * columns, dtype=np.int32).reshape(self.shape)
         self.requested, self.known, self.chaotic_so_far = (np.zeros(self.shape, dtype=bool) for _ in range(3))
-        self.source, self.level_source = (np.full(self.shape, -1, dtype=np.int32) for _ in range(2))
+        self.source, self.measure_source = (np.full(self.shape, -1, dtype=np.int32) for _ in range(2))
         self.found: dict[str, np.ndarray] = {}
 
     def request(self, stride: int) -> np.ndarray:
@@ -92,7 +94,7 @@ class MapGrid:
         self.chaotic_so_far.flat[cells] = False
 
     def put_chaotic_so_far(self, cells: np.ndarray, stride: int) -> None:
-        """Show some cells as chaotic until their verdict is known."""
+        """Show some cells (N,) of the lattice with this stride as chaotic until their verdict is known."""
         self.chaotic_so_far.flat[cells] = True
         self._spread(cells, stride, self.source)
 
@@ -101,16 +103,19 @@ class MapGrid:
         return np.flatnonzero(self.known.ravel() & np.isin(self.found["label"], (Label.CHAOTIC, Label.UNDECIDED)))
 
     def reopen(self, cells: np.ndarray) -> None:
-        """Have some cells computed again; until then they show what they showed before."""
+        """Mark cells (N,) as to be computed again; until then they keep what they show."""
         self.requested.flat[cells] = self.known.flat[cells] = False
 
     def show(self, cells: np.ndarray, stride: int) -> None:
-        """Show some cells of the lattice with this stride in all cells nearest to them."""
-        for target in (self.source, self.level_source):
+        """Show the values of some cells (N,) of the lattice with this stride also in the cells around them."""
+        for target in (self.source, self.measure_source):
             self._spread(cells, stride, target)
 
     def _spread(self, cells: np.ndarray, stride: int, target: np.ndarray) -> None:
-        """Enter each cell as the source of all cells within half a stride; beyond the last row and column of all."""
+        """Make each cell of a lattice the source of the cells around it, up to half a stride away.
+
+        Cells of the last row and column of the lattice are the source of all cells beyond them.
+        """
         row, column = np.divmod(cells, self.shape[1])
         for down in range(-(stride // 2), max(1, stride)):
             for right in range(-(stride // 2), max(1, stride)):
@@ -119,7 +124,7 @@ class MapGrid:
                 target[r[inside], c[inside]] = cells[inside]
 
     def _nearest(self, index: np.ndarray, offset: int, stride: int, dimension: int) -> np.ndarray:
-        """Whether the row (or column) at an offset exists and is nearest to the row ``index`` of the lattice, (N,)."""
+        """Whether the row (or column) ``index + offset`` exists and ``index`` is its nearest lattice row, (N,)."""
         half, size, moved = max(1, (stride + 1) // 2), self.shape[dimension], index + offset
         return (moved >= 0) & (moved < size) & ((offset < half) | (index + stride >= size))
 
@@ -127,5 +132,5 @@ class MapGrid:
         """The map of what is known now; its arrays are copies."""
         found = {n: v.copy() for n, v in self.found.items()}
         share = float((self.known | self.chaotic_so_far).mean())
-        sources = self.source.copy(), self.level_source.copy()
+        sources = self.source.copy(), self.measure_source.copy()
         return Map(study.finish(found), *sources, self.chaotic_so_far.ravel().copy(), stride, share)

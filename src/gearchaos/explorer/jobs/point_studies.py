@@ -9,7 +9,7 @@ import xarray as xr
 
 from gearchaos.datasets import variable
 from gearchaos.dynamics import Classification
-from gearchaos.explorer.view.bounds import BASIN, COLUMNS, POINTS, STARTS
+from gearchaos.explorer.view.bounds import BASIN_CELLS, DIAGRAM_COLUMNS, DIAGRAM_POINTS, INITIAL_STATES
 from gearchaos.explorer.view.state import View
 from gearchaos.model import MeshModel
 from gearchaos.studies.attractors import Attractors
@@ -20,7 +20,7 @@ from gearchaos.studies.initial_conditions import default_box
 from gearchaos.studies.study import Study
 
 _SETTINGS = Classification(doublings=2, longest_transient=1500)
-"""Shorter transients than those of `gearchaos.regime`: a page needs many motions within seconds."""
+"""Transients are shorter than those of `gearchaos.regime`, since a page needs many motions within seconds."""
 
 _PARTS = 8
 """Parts in which a fine study is computed; it can be cancelled between them."""
@@ -33,8 +33,8 @@ def bifurcation(view: View, *strides: int) -> Generator[xr.Dataset]:
     """
     axis = view.line_axis
     for stride in strides:
-        along = Axis(axis.name, axis.start, axis.stop, COLUMNS // stride)
-        study = Bifurcation(view.operating_point, along, points=POINTS, settings=_SETTINGS)
+        along = Axis(axis.name, axis.start, axis.stop, DIAGRAM_COLUMNS // stride)
+        study = Bifurcation(view.operating_point, along, points=DIAGRAM_POINTS, settings=_SETTINGS)
         yield from _in_parts(study, _PARTS if stride == 1 else 1)
 
 
@@ -45,24 +45,24 @@ def basins(view: View) -> Generator[xr.Dataset]:
     without a result.
     """
     for share in (4, 1):
-        x, y = basin_axes(view.point, (BASIN[0] // share, BASIN[1] // share))
+        x, y = basin_axes(view.point, (BASIN_CELLS[0] // share, BASIN_CELLS[1] // share))
         in_plane = view.point.with_values({axis.name: axis.start for axis in (x, y)})
         yield from _in_parts(Basins(in_plane, x, y, settings=_SETTINGS), _PARTS if share == 1 else 1)
 
 
 def basin_axes(model: MeshModel, count: tuple[int, int]) -> tuple[Axis, Axis]:
-    """Displacement and velocity of wheel 1, or the relative ones of the single model, with so many values each."""
+    """Displacement and velocity of wheel 1, or relative ones for the single model, with ``count`` values along each."""
     (x, ends), (y, heights) = list(default_box(model).items())[:2]
     return Axis(x, *ends, count[0]), Axis(y, *heights, count[1])
 
 
 def attractors(view: View) -> Generator[xr.Dataset]:
-    """All motions found from `STARTS` initial states.
+    """The motions that `INITIAL_STATES` initial states lead to.
 
-    Beside the variables of `gearchaos.attractors` the Dataset has ``attractor_start_NAME``: initial values that lead
-    to each motion.
+    In addition to the variables of `gearchaos.attractors` the Dataset has ``attractor_start_NAME``: initial values that
+    lead to each motion.
     """
-    found = Attractors(view.operating_point, STARTS, settings=_SETTINGS).run()
+    found = Attractors(view.operating_point, INITIAL_STATES, settings=_SETTINGS).run()
     index = found["attractor"].values
     first = np.array([int(np.flatnonzero(index == i)[0]) for i in range(found.sizes.get("number", 0))], dtype=int)
     yield found.assign({

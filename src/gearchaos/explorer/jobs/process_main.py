@@ -24,7 +24,7 @@ def main(niceness: int) -> None:
     """Answer requests on stdin until it is closed; priority is lowered by ``niceness`` after the first answer."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, whose end closes the pipe
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what is printed must not get between the answers
+    os.dup2(2, 1)  # text that is printed must not get between the answers
     with contextlib.suppress(BrokenPipeError):
         _Requests(sys.stdin.buffer, answers).serve(niceness)
     os._exit(0)  # without waiting for threads that still compute

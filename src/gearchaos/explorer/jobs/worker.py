@@ -1,8 +1,8 @@
-"""A thread that computes for all pages: one step of one job at a time, pages in turn, the newest request first.
+"""A thread that computes for all pages, one step of one job at a time, in turn.
 
-A job is a generator. The thread takes one step of it in a worker process, hands on the result, and then looks whose
-turn it is. So a newer request of a panel replaces an older one between two steps, and no page waits for the whole map
-of another.
+A job is a generator. The thread takes one step of it in a worker process, delivers the result, and then chooses the
+next job. So a new request of a panel replaces an older one between two steps, and no page waits for the whole map of
+another.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ log = logging.getLogger(__name__)
 
 @dataclass
 class Job:
-    """What one panel of a page asked for.
+    """A computation for one panel of a page.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Job:
     end : callable
         Called once after the last result, with None or an error message; not called for a job that was replaced.
     delay : float
-        Seconds to wait before the first step, since another request may follow at once.
+        Seconds to wait before the first step, in case another request replaces this one.
     compiling : callable
         Called when a step in another process has to compile kernels first.
     """
@@ -75,18 +75,18 @@ class Worker:
         job.due = time.monotonic() + job.delay
         with self._change:
             panels = self._jobs.setdefault(owner, OrderedDict())
-            self._cancel(panels.get(panel))
+            self._cancel_job(panels.get(panel))
             panels[panel] = job
             self._change.notify_all()
 
-    def drop(self, owner: str, panel: str | None = None) -> None:
+    def cancel(self, owner: str, panel: str | None = None) -> None:
         """Cancel the job of a panel, or all jobs of a page."""
         with self._change:
             if panel is None:
                 for job in self._jobs.pop(owner, OrderedDict()).values():
-                    self._cancel(job)
+                    self._cancel_job(job)
             else:
-                self._cancel(self._jobs.get(owner, OrderedDict()).pop(panel, None))
+                self._cancel_job(self._jobs.get(owner, OrderedDict()).pop(panel, None))
             self._change.notify_all()
 
     def stop(self) -> None:
@@ -97,8 +97,8 @@ class Worker:
         if self._process is not None:
             self._process.end()
 
-    def _cancel(self, job: Job | None) -> None:
-        """Ask the running step to stop, and keep the generator for the thread to close: only it may do so."""
+    def _cancel_job(self, job: Job | None) -> None:
+        """Ask the running step to stop; the generator is closed later by the worker's thread, as it must be."""
         if job is not None and job.running is not None:
             if isinstance(job.running, RemoteGenerator):
                 job.running.cancel()
@@ -169,9 +169,9 @@ class Worker:
             log.exception("a request could not be answered")
             message, over = INTERNAL_ERROR, True
         if not self._is_current(owner, panel, job):
-            self._cancel(job)
+            self._cancel_job(job)
         elif over:
-            self.drop(owner, panel)
+            self.cancel(owner, panel)
             self._call(job.end, message)
         else:
             self._call(job.show, result)
@@ -182,4 +182,4 @@ class Worker:
             function(argument)
         except Exception:
             if not self._stopped:
-                log.exception("a result could not be handed on")
+                log.exception("a result could not be delivered")

@@ -1,4 +1,4 @@
-"""A process for long computations, so that the thread that serves pages never waits for Python code that computes.
+"""A process for long computations, so that they do not block the thread that serves pages.
 
 This is the side of the server; `gearchaos.explorer.jobs.process_main` runs in the process. The two exchange pickles
 over pipes.
@@ -30,17 +30,19 @@ COMPILING = "compiling"
 """Message that kernels are being compiled, which takes about half a minute."""
 
 _NICENESS = 15
+"""Niceness of a process of low priority on Unix."""
+
 _LOW_PRIORITY = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0)
-"""On Windows, where there is no niceness."""
+"""Flag of a process of low priority on Windows, where there is no niceness; 0 elsewhere."""
 
 _MALLOC = {"MALLOC_MMAP_THRESHOLD_": "1048576", "MALLOC_TRIM_THRESHOLD_": "1048576"}
-"""Settings with which glibc returns large arrays to the system at once, for the process that computes maps.
+"""Environment of the process that computes maps: glibc then returns the memory of large arrays to the system at once.
 
-By default it keeps ever more of them. Maps take 3 % longer with these settings.
+By default it keeps more and more of it. Maps take 3 % longer with these settings.
 """
 
 Steps = Callable[[], Generator[Any]]
-"""Returns a generator of results; it must be picklable, since it is called in the process."""
+"""A function that returns a generator of results; it must be picklable, since it is called in the process."""
 
 
 class LostError(RuntimeError):
@@ -48,7 +50,7 @@ class LostError(RuntimeError):
 
 
 class WorkerProcess:
-    """A process that computes for one thread. It is replaced when it dies.
+    """A process that computes for one thread, and is replaced if it ends unexpectedly.
 
     It is started by a command, neither forked nor spawned by `multiprocessing`, so that the caller's main module is
     not imported again.
@@ -91,7 +93,7 @@ class WorkerProcess:
             self.send(action, number, steps)
             while (answer := pickle.load(self._process.stdout)) == COMPILING:
                 compiling()
-        except (OSError, ValueError, EOFError, pickle.UnpicklingError) as error:  # how a closed pipe fails
+        except (OSError, ValueError, EOFError, pickle.UnpicklingError) as error:  # raised for a closed pipe
             self._restart()
             raise LostError("the process that computes has ended") from error
         if isinstance(answer, Exception):

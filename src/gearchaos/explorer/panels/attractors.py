@@ -1,4 +1,4 @@
-"""The list of all motions found at the point."""
+"""The list of the coexisting motions found at the point."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ class Choice:
     name, colour : str
     share : float
         Share of the initial states that lead to it.
-    start : tuple of (name, value)
+    initial : tuple of (name, value)
         Initial values that lead to it.
     """
 
     name: str
     colour: str
     share: float
-    start: tuple[tuple[str, float], ...]
+    initial: tuple[tuple[str, float], ...]
 
 
 def choices(found: xr.Dataset) -> list[Choice]:

@@ -1,4 +1,4 @@
-"""The basins of attraction of a point: which initial values lead to which of its motions."""
+"""The basins of attraction at a point: which initial values lead to which motion."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import xarray as xr
 from bokeh.models import ColumnDataSource, Image, LinearColorMapper, Range1d
 
 from gearchaos.explorer.panels.labels import label
-from gearchaos.explorer.panels.style import Legend, Put, empty_figure
+from gearchaos.explorer.panels.style import Legend, SetAttributes, empty_figure
 from gearchaos.plot._axes import cell_extent
 from gearchaos.plot._basins import UNDECIDED, attractor_colours, attractor_names
 
@@ -24,8 +24,8 @@ class BasinsFigure:
     legend : Legend
     """
 
-    def __init__(self, put: Put) -> None:
-        self._put = put
+    def __init__(self, set_attributes: SetAttributes) -> None:
+        self._set = set_attributes
         self.figure = empty_figure(ticks=6, x_range=Range1d(0, 1), y_range=Range1d(0, 1))
         self.figure.update(visible=False)
         self.figure.grid.visible = False
@@ -42,8 +42,8 @@ class BasinsFigure:
         x, y = found[horizontal], found[vertical]
         left, right, bottom, top = cell_extent(x.values, y.values)
         colours = attractor_colours(found)
-        self._put(self.mapper, palette=[UNDECIDED, *colours], low=-1.5, high=len(colours) - 0.5)
-        self._put(self.source, data={
+        self._set(self.mapper, palette=[UNDECIDED, *colours], low=-1.5, high=len(colours) - 0.5)
+        self._set(self.source, data={
             "image": [found["attractor"].values.astype(np.float32)], "x": [left], "y": [bottom],
             "dw": [right - left], "dh": [top - bottom],
         })
@@ -51,10 +51,10 @@ class BasinsFigure:
             (self.figure.x_range, self.figure.xaxis[0], x, horizontal),
             (self.figure.y_range, self.figure.yaxis[0], y, vertical),
         ):
-            self._put(end, start=float(along[0]), end=float(along[-1]))
-            self._put(axis, axis_label=label(along, name))
+            self._set(end, start=float(along[0]), end=float(along[-1]))
+            self._set(axis, axis_label=label(along, name))
         self.axes = (horizontal, vertical)
-        self._put(self.figure, visible=True)
+        self._set(self.figure, visible=True)
         shares = found["attractor_fraction"].values
         names = [f"{n} ({100 * s:.0f} %)" for n, s in zip(attractor_names(found), shares, strict=True)]
         self.legend = Legend(entries=tuple(zip(colours, names, strict=True)))
@@ -62,5 +62,5 @@ class BasinsFigure:
     def clear(self) -> None:
         """Hide the figure."""
         self.legend = Legend()
-        self._put(self.source, data={n: [] for n in _FIELDS})
-        self._put(self.figure, visible=False)
+        self._set(self.source, data={n: [] for n in _FIELDS})
+        self._set(self.figure, visible=False)

@@ -8,29 +8,26 @@ from bokeh.models import ColumnDataSource, Image, LinearColorMapper, Range1d, Sp
 from matplotlib.colors import to_hex
 
 from gearchaos.explorer.panels.labels import label
-from gearchaos.explorer.panels.style import PALETTE, Put, empty_figure
+from gearchaos.explorer.panels.style import PALETTE, SetAttributes, empty_figure
 from gearchaos.plot._axes import cell_extent
-from gearchaos.plot._bifurcation import INK_SCALE, density
+from gearchaos.plot._bifurcation import DENSITY_COLOURS, DENSITY_EXPONENT, density
 from gearchaos.plot._classes import motion_class
 
 _ROWS = 240
 """Rows of the image."""
 
 _RIBBON = 0.05
-"""Height of the strip with the kinds of motion, as a share of the range of displacements."""
-
-_GAMMA = 0.22
-"""Exponent that makes low densities visible."""
+"""Height of the strip with the kinds of motion, relative to the range of displacements."""
 
 
 class BifurcationFigure:
-    """Density of the stroboscopic displacement over one parameter; the strip above shows the kind of motion."""
+    """Density of stroboscopic displacements against one parameter, and a strip above it with the kinds of motion."""
 
-    def __init__(self, put: Put) -> None:
-        self._put = put
+    def __init__(self, set_attributes: SetAttributes) -> None:
+        self._set = set_attributes
         self.figure = empty_figure(ticks=6, x_range=Range1d(0, 1), y_range=Range1d(0, 1))
         self.figure.grid.visible = False
-        ink = LinearColorMapper(palette=[to_hex(INK_SCALE(i / 255)) for i in range(256)], low=0, high=1)
+        ink = LinearColorMapper(palette=[to_hex(DENSITY_COLOURS(i / 255)) for i in range(256)], low=0, high=1)
         classes = LinearColorMapper(palette=PALETTE, low=-0.5, high=len(PALETTE) - 0.5)
         self.ink, self.ribbon = (ColumnDataSource({n: [] for n in ("image", "x", "y", "dw", "dh")}) for _ in range(2))
         for source, mapper in ((self.ink, ink), (self.ribbon, classes)):
@@ -40,7 +37,7 @@ class BifurcationFigure:
 
     def mark(self, at: float) -> None:
         """Draw a vertical line at the point."""
-        self._put(self.marker, location=at)
+        self._set(self.marker, location=at)
 
     def show(self, found: xr.Dataset) -> None:
         """Draw a diagram."""
@@ -48,22 +45,17 @@ class BifurcationFigure:
         axis = str(found[name].dims[0])
         values = found[name].transpose(..., "point").values
         low, high = _limits(values)
-        shades = density(values, low, high, _ROWS).T ** _GAMMA
+        shades = density(values, low, high, _ROWS).T ** DENSITY_EXPONENT
         left, right, _, _ = cell_extent(found[axis].values, np.arange(2.0))
         top = high + _RIBBON * (high - low)
         place = {"x": [left], "dw": [right - left]}
-        self._put(self.ink, data={"image": [shades.astype(np.float32)], "y": [low], "dh": [high - low], **place})
+        self._set(self.ink, data={"image": [shades.astype(np.float32)], "y": [low], "dh": [high - low], **place})
         strip = motion_class(found["label"], found["period"])[None].astype(np.uint8)
-        self._put(self.ribbon, data={"image": [strip], "y": [high], "dh": [top - high], **place})
-        self._put(self.figure.x_range, start=float(found[axis][0]), end=float(found[axis][-1]))
-        self._put(self.figure.y_range, start=low, end=top)
-        self._put(self.figure.xaxis[0], axis_label=label(found[axis], axis))
-        self._put(self.figure.yaxis[0], axis_label=label(found[name], "z"))
-
-    def clear(self) -> None:
-        """Draw nothing."""
-        for source in (self.ink, self.ribbon):
-            source.data = {n: [] for n in ("image", "x", "y", "dw", "dh")}
+        self._set(self.ribbon, data={"image": [strip], "y": [high], "dh": [top - high], **place})
+        self._set(self.figure.x_range, start=float(found[axis][0]), end=float(found[axis][-1]))
+        self._set(self.figure.y_range, start=low, end=top)
+        self._set(self.figure.xaxis[0], axis_label=label(found[axis], axis))
+        self._set(self.figure.yaxis[0], axis_label=label(found[name], "z"))
 
 
 def _limits(values: np.ndarray) -> tuple[float, float]:

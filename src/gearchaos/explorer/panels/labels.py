@@ -68,7 +68,8 @@ def plain(text: str) -> str:
 @cache
 def _plain_symbols() -> dict[str, str]:
     """The symbols of all quantities, dimensionless and with units, by their mathtext."""
-    harmonics = [quantity(f"{family}{order}") for family in HARMONICS for order in range(1, bounds.HARMONICS + 1)]
+    orders = range(1, bounds.HIGHEST_HARMONIC + 1)
+    harmonics = [quantity(f"{family}{order}") for family in HARMONICS for order in orders]
     found = [*PARAMETERS, *STIFFNESS_LEVELS, *harmonics, *COORDINATES, *RESPONSES, *VERDICTS, *RESULTS]
     with_units = {q.physical.tex: q.physical.symbol for q in found if q.physical is not None}
     return with_units | {q.tex: q.symbol for q in found}

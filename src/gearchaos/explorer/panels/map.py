@@ -1,4 +1,4 @@
-"""The map: an image of kinds of motion or of response levels, and a crosshair at the point."""
+"""The map: an image of kinds of motion or of response measures, and a crosshair at the point."""
 
 from __future__ import annotations
 
@@ -24,24 +24,24 @@ from bokeh.palettes import Viridis256
 
 from gearchaos.explorer.jobs.map_grid import Map
 from gearchaos.explorer.panels.labels import in_units, label, symbol, title, unit
-from gearchaos.explorer.panels.style import PALETTE, Legend, Put, empty_figure
-from gearchaos.explorer.view.bounds import span
+from gearchaos.explorer.panels.style import PALETTE, Legend, SetAttributes, empty_figure
+from gearchaos.explorer.view.bounds import value_range
 from gearchaos.gears.pair import GearPair
 from gearchaos.plot._axes import cell_extent
 from gearchaos.plot._classes import MOTION_CLASSES, NOT_COMPUTED, motion_class
 from gearchaos.studies.axis import Axis
 
 _SATURATED = 1.0
-"""Percent of the cells above the colour scale, so that a few peaks do not use up all colours."""
+"""Percentage of the cells whose values lie above the colour scale: otherwise a few peaks would determine the scale."""
 
-_NONE = "#bfbfbf"
-"""Colour of cells whose motion has no such level, or that are not computed yet."""
+_NO_VALUE = "#bfbfbf"
+"""Colour of cells whose motion does not have the response measure, or that are not computed yet."""
 
 _CLASSES: dict[str, Any] = {
     "palette": PALETTE, "low": -0.5, "high": len(PALETTE) - 0.5, "high_color": "#ffffff00",
     "tags": [[c.name for c in MOTION_CLASSES], ""],
 }
-"""Attributes of the colour mapper for kinds of motion; its tags are the names of the colours and the unit of values.
+"""Attributes of the colour mapper for kinds of motion. Its tags are read by `_HOVER`: names of classes, unit of values.
 
 The figure changes the attributes of one mapper, since Bokeh ignores the palette of a mapper that replaces another.
 """
@@ -60,11 +60,11 @@ class MapFigure:
     ----------
     figure : bokeh figure
     legend : Legend
-        Of what is drawn.
+        The legend of the map drawn last.
     """
 
-    def __init__(self, put: Put) -> None:
-        self._put = put
+    def __init__(self, set_attributes: SetAttributes) -> None:
+        self._set = set_attributes
         self.figure = empty_figure(ticks=6, tools="pan,wheel_zoom,reset,save", toolbar_location="above",
                            x_range=Range1d(0, 1), y_range=Range1d(0, 1))
         self.figure.add_tools(BoxZoomTool())
@@ -73,7 +73,7 @@ class MapFigure:
         self.figure.grid.visible = False
         self.figure.background_fill_color = "#fafafa"
         self.image = ColumnDataSource({n: [] for n in ("image", "x", "y", "dw", "dh")})
-        self.mapper = LinearColorMapper(nan_color=_NONE, **_CLASSES)
+        self.mapper = LinearColorMapper(nan_color=_NO_VALUE, **_CLASSES)
         self.bar = ColorBar(
             color_mapper=self.mapper, visible=False, width=10, ticker=BasicTicker(desired_num_ticks=6))
         self.figure.add_layout(self.bar, "right")
@@ -97,57 +97,57 @@ class MapFigure:
             VSpan(x="x", **cross), HSpan(y="y", **cross), Scatter(**ring, line_color="white", line_width=4),
             Scatter(**ring, line_color="black", line_width=2),
         ):
-            self.figure.add_glyph(self.point, glyph, level="overlay")  # drawn without the map
+            self.figure.add_glyph(self.point, glyph, level="overlay")  # can be redrawn without redrawing the map
 
     def set_plane(self, x: Axis, y: Axis) -> None:
         """Show this part of a plane; the old image stays until there is a new one."""
         ranges, axes = (self.figure.x_range, self.figure.y_range), (self.figure.xaxis[0], self.figure.yaxis[0])
         for axis, shown, drawn in zip((x, y), ranges, axes, strict=True):
-            shown.bounds = (span(axis.name).least, span(axis.name).most)
+            shown.bounds = (value_range(axis.name).least, value_range(axis.name).most)
             shown.update(start=axis.start, end=axis.stop, reset_start=axis.start, reset_end=axis.stop)
-            self._put(drawn, axis_label=f"{title(axis.name)} {symbol(axis.name)}".strip())
+            self._set(drawn, axis_label=f"{title(axis.name)} {symbol(axis.name)}".strip())
 
     def mark(self, at: tuple[float, float]) -> None:
         """Move the crosshair to the point."""
-        self._put(self.point, data={"x": [at[0]], "y": [at[1]]})
+        self._set(self.point, data={"x": [at[0]], "y": [at[1]]})
 
     def show(self, found: Map, colour: str, pair: GearPair | None) -> None:
         """Draw a map coloured by a variable, in the units of the pair if there is one."""
         if colour == "motion":
             self._show_classes(found)
         else:
-            self._show_level(found, in_units({colour: found.level(colour)}, pair)[colour], colour)
+            self._show_measure(found, in_units({colour: found.measure(colour)}, pair)[colour], colour)
 
     def _show_classes(self, found: Map) -> None:
         classes = found.shown(motion_class(found.labels(), found.dataset["period"]), NOT_COMPUTED)
         present = [MOTION_CLASSES[i] for i in np.unique(classes) if i != NOT_COMPUTED]
         self.legend = Legend(entries=tuple((c.colour, c.name) for c in present))
-        self._put(self.mapper, **_CLASSES)
-        self._put(self.bar, visible=False)
+        self._set(self.mapper, **_CLASSES)
+        self._set(self.bar, visible=False)
         self._draw(found, classes.astype(np.uint8), "motion")
 
-    def _show_level(self, found: Map, level: xr.Variable, name: str) -> None:
-        values, whole = level.values.astype(np.float32), found.dataset[name].dtype.kind in "iu"
+    def _show_measure(self, found: Map, measure: xr.Variable, name: str) -> None:
+        values, whole = measure.values.astype(np.float32), found.dataset[name].dtype.kind in "iu"
         known = values[np.isfinite(values)]
-        words, units = label(level, name).partition(" [")[0], unit(level)
-        missing = ((_NONE, "none" if found.share == 1 else "none yet"),) if known.size < values.size else ()
+        words, units = label(measure, name).partition(" [")[0], unit(measure)
+        missing = ((_NO_VALUE, "none" if found.share == 1 else "none yet"),) if known.size < values.size else ()
         self.legend = Legend(f"{words} [{units}]" if units else words, missing)
-        self._put(self.mapper, tags=[[], units], **_discrete_scale(known) if whole else _continuous_scale(known))
-        self._put(self.bar.ticker, min_interval=float(whole))
-        self._put(self.bar, visible=True)
+        self._set(self.mapper, tags=[[], units], **_discrete_scale(known) if whole else _continuous_scale(known))
+        self._set(self.bar.ticker, min_interval=float(whole))
+        self._set(self.bar, visible=True)
         self._draw(found, values, words)
 
     def _draw(self, found: Map, image: np.ndarray, words: str) -> None:
         vertical, horizontal = map(str, found.dataset["label"].dims)
         left, right, bottom, top = cell_extent(found.dataset[horizontal].values, found.dataset[vertical].values)
         place: dict[str, Any] = {"x": [left], "y": [bottom], "dw": [right - left], "dh": [top - bottom]}
-        self._put(self.image, data={"image": [image], **place})
+        self._set(self.image, data={"image": [image], **place})
         at = (symbol(horizontal), "$x{0.0000}"), (symbol(vertical), "$y{0.0000}")
-        self._put(self.hover, tooltips=[(words, "@image{custom}"), *at])
+        self._set(self.hover, tooltips=[(words, "@image{custom}"), *at])
 
 
 def _continuous_scale(known: np.ndarray) -> dict[str, Any]:
-    """Attributes of the colour mapper for the known values (N,) of a level."""
+    """Attributes of the colour mapper for the known values (N,) of a response measure."""
     low, high = (float(known.min()), float(np.percentile(known, 100 - _SATURATED))) if known.size else (0.0, 1.0)
     return {"palette": list(Viridis256), "low": low, "high": max(high, low + 1e-9), "high_color": None}
 

@@ -7,7 +7,7 @@ import xarray as xr
 from bokeh.models import ColumnDataSource, DataRange1d, Line, Scatter, Span
 
 from gearchaos.explorer.panels.labels import label
-from gearchaos.explorer.panels.style import BOUNDARY, INK, STROBE, Put, empty_figure
+from gearchaos.explorer.panels.style import BOUNDARY, INK, STROBE, SetAttributes, empty_figure
 
 _SAMPLES = 3072
 """Largest number of samples of the trajectory drawn."""
@@ -17,10 +17,10 @@ _POINTS = 96
 
 
 class PhaseFigure:
-    """Velocity over displacement, the ends of the backlash and the stroboscopic points."""
+    """Velocity against displacement, the ends of the backlash and the stroboscopic points."""
 
-    def __init__(self, put: Put) -> None:
-        self._put = put
+    def __init__(self, set_attributes: SetAttributes) -> None:
+        self._set = set_attributes
         ranges = {"x_range": DataRange1d(), "y_range": DataRange1d()}
         self.figure = empty_figure("Phase (dashed: backlash)", **ranges)
         self.line = ColumnDataSource({"x": [], "y": []})
@@ -36,15 +36,15 @@ class PhaseFigure:
     def show(self, motion: xr.Dataset, backlash: float) -> None:
         """Draw a motion; ``backlash`` is half the backlash in the unit of z."""
         values = (motion["z"].values, motion["z_dot"].values)
-        self._put(self.line, data={n: v[:_SAMPLES].astype(np.float32) for n, v in zip("xy", values, strict=True)})
+        self._set(self.line, data={n: v[:_SAMPLES].astype(np.float32) for n, v in zip("xy", values, strict=True)})
         sections = (motion[f"section_{n}"].values[:_POINTS] for n in ("z", "z_dot"))
-        self._put(self.points, data=dict(zip("xy", map(np.asarray, sections), strict=True)))
+        self._set(self.points, data=dict(zip("xy", map(np.asarray, sections), strict=True)))
         for sign, end in zip((-1, 1), self.ends, strict=True):
-            self._put(end, location=sign * backlash)
-        self._put(self.figure.xaxis[0], axis_label=label(motion["z"], "z"))
-        self._put(self.figure.yaxis[0], axis_label=label(motion["z_dot"], "z_dot"))
+            self._set(end, location=sign * backlash)
+        self._set(self.figure.xaxis[0], axis_label=label(motion["z"], "z"))
+        self._set(self.figure.yaxis[0], axis_label=label(motion["z_dot"], "z_dot"))
 
     def clear(self) -> None:
         """Draw nothing."""
         for source in (self.line, self.points):
-            self._put(source, data={"x": [], "y": []})
+            self._set(source, data={"x": [], "y": []})

@@ -9,18 +9,18 @@ from bokeh.models import ColumnDataSource, Scatter
 from gearchaos.datasets import variable
 from gearchaos.explorer.jobs.dossier import Dossier
 from gearchaos.explorer.panels.labels import in_units, label
-from gearchaos.explorer.panels.style import INK, Put, empty_figure
+from gearchaos.explorer.panels.style import INK, SetAttributes, empty_figure
 from gearchaos.gears.pair import GearPair
 
 _FEW = 64
-"""Up to so many points are drawn large."""
+"""Up to this number of points, markers are large."""
 
 
 class PortraitFigure:
     """Stroboscopic points in the plane of displacement and velocity."""
 
-    def __init__(self, put: Put) -> None:
-        self._put = put
+    def __init__(self, set_attributes: SetAttributes) -> None:
+        self._set = set_attributes
         self.figure = empty_figure("Stroboscopic portrait")
         self.source = ColumnDataSource({"x": [], "y": []})
         self.glyph = Scatter(x="x", y="y", size=6, fill_color=INK, line_color=None)
@@ -29,14 +29,14 @@ class PortraitFigure:
     def show(self, found: Dossier, pair: GearPair | None) -> None:
         """Draw the points of a motion, in the units of the pair if there is one."""
         x, y = _section(found, pair)
-        self._put(self.glyph, size=6 if len(x) <= _FEW else 2)
-        self._put(self.source, data={"x": x.values, "y": y.values})
-        self._put(self.figure.xaxis[0], axis_label=label(x, "z"))
-        self._put(self.figure.yaxis[0], axis_label=label(y, "z_dot"))
+        self._set(self.glyph, size=6 if len(x) <= _FEW else 2)
+        self._set(self.source, data={"x": x.values, "y": y.values})
+        self._set(self.figure.xaxis[0], axis_label=label(x, "z"))
+        self._set(self.figure.yaxis[0], axis_label=label(y, "z_dot"))
 
     def clear(self) -> None:
         """Draw nothing."""
-        self._put(self.source, data={"x": [], "y": []})
+        self._set(self.source, data={"x": [], "y": []})
 
 
 def _section(found: Dossier, pair: GearPair | None) -> tuple[xr.Variable, xr.Variable]:

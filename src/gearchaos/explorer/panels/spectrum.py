@@ -7,21 +7,18 @@ import xarray as xr
 from bokeh.models import ColumnDataSource, FixedTicker, Line, Range1d
 
 from gearchaos.explorer.panels.labels import label
-from gearchaos.explorer.panels.style import INK, Put, empty_figure
-from gearchaos.plot._spectrum import amplitudes
+from gearchaos.explorer.panels.style import INK, SetAttributes, empty_figure
+from gearchaos.plot._spectrum import FLOOR, amplitudes
 
 _ORDERS = 6
 """Highest order of the mesh frequency shown."""
-
-_FLOOR = 1e-7
-"""Smallest amplitude shown, as a share of the largest."""
 
 
 class SpectrumFigure:
     """Amplitudes on a logarithmic scale; those of periodic motions are free of leakage."""
 
-    def __init__(self, put: Put) -> None:
-        self._put = put
+    def __init__(self, set_attributes: SetAttributes) -> None:
+        self._set = set_attributes
         self.figure = empty_figure("Spectrum", y_axis_type="log", x_range=Range1d(0, _ORDERS),
                            x_axis_label="order of the mesh frequency", y_axis_label="amplitude of z′")
         self.figure.xaxis.ticker = FixedTicker(ticks=list(range(_ORDERS + 1)))
@@ -29,14 +26,14 @@ class SpectrumFigure:
         self.figure.add_glyph(self.source, Line(x="x", y="y", line_color=INK, line_width=1))
 
     def show(self, motion: xr.Dataset, velocity: xr.DataArray) -> None:
-        """Draw the spectrum of a velocity, in any unit; ``motion`` is dimensionless and has its times."""
+        """Draw the spectrum of a velocity, in any unit; ``motion``, dimensionless, has the times of the samples."""
         order, amplitude = amplitudes(motion.assign(z_dot=(velocity.dims, velocity.values)), "z_dot")
         inside = order <= _ORDERS
-        least = max(float(amplitude[inside].max()) * _FLOOR, 1e-37)
+        least = max(float(amplitude[inside].max()) * FLOOR, 1e-37)
         values = (order[inside], np.maximum(amplitude[inside], least))
-        self._put(self.source, data={n: v.astype(np.float32) for n, v in zip("xy", values, strict=True)})
-        self._put(self.figure.yaxis[0], axis_label=label(velocity, "z_dot").replace("velocity", "amplitude of", 1))
+        self._set(self.source, data={n: v.astype(np.float32) for n, v in zip("xy", values, strict=True)})
+        self._set(self.figure.yaxis[0], axis_label=label(velocity, "z_dot").replace("velocity", "amplitude of", 1))
 
     def clear(self) -> None:
         """Draw nothing."""
-        self._put(self.source, data={"x": [], "y": []})
+        self._set(self.source, data={"x": [], "y": []})

@@ -11,16 +11,16 @@ from bokeh.plotting import figure
 from gearchaos.plot._classes import MOTION_CLASSES
 from gearchaos.plot._phase import INK, STROBE
 
-Put = Callable[..., None]
-"""Takes a Bokeh model and new values of its attributes, and sends them to the browser.
+SetAttributes = Callable[..., None]
+"""A function that takes a Bokeh model and new values of its attributes, and sends these to the browser.
 
-The model in this process stays as it is; see `gearchaos.explorer.web.messages.Messages.put`.
+The model in this process is not changed; see `gearchaos.explorer.web.messages.Messages.set_attributes`.
 """
 
 PALETTE = [c.colour for c in MOTION_CLASSES]
 BOUNDARY = "#737373"
 
-__all__ = ["BOUNDARY", "INK", "PALETTE", "STROBE", "Legend", "Put", "empty_figure", "motion_colour"]
+__all__ = ["BOUNDARY", "INK", "PALETTE", "STROBE", "Legend", "SetAttributes", "empty_figure", "motion_colour"]
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,9 @@ def motion_colour(label: str) -> str:
 
 
 def empty_figure(title: str = "", ticks: int = 4, **options: Any) -> Any:
-    """A Bokeh figure that fills its element, with about so many ticks per axis.
+    """A Bokeh figure that fills its element, with about ``ticks`` ticks per axis.
 
-    It has no tools unless they are given, since a figure that was zoomed would keep its ranges for the next motion.
+    By default it has no tools: a figure that was zoomed would keep its ranges for the next motion.
     """
     plot = figure(
         title=title or None, sizing_mode="stretch_both", min_height=120, output_backend="canvas",

@@ -15,7 +15,7 @@ from gearchaos.gears.pair import GearPair
 from gearchaos.quantities import quantity
 from gearchaos.studies.verdict import Verdict
 
-_LEVELS = {
+_MEASURES = {
     **{name: quantity(name).title for name in ("v_rms", "z_rms", "z_peak_to_peak", "contact_fraction")},
     "dynamic_factor": quantity("dynamic_factor").long_name,  # its title is too long for a narrow column
 }
@@ -42,9 +42,9 @@ class VerdictText:
     periods : str
         Mesh periods computed.
     rows : list of (str, str)
-        Evidence and response levels: name and value.
+        Names and values of the evidence and of the response measures.
     spectral : str
-        What a classification by the spectrum alone says; empty if there was none.
+        The class by the spectrum of the stroboscopic points alone, or "the same"; empty if there is none.
     evidence : str
         What the verdict rests on.
     """
@@ -62,24 +62,24 @@ class VerdictText:
 
 
 def verdict_text(found: Dossier, view: View, pair: GearPair | None) -> VerdictText:
-    """The text of a dossier, with levels in the units of the pair if there is one."""
+    """The text of a dossier, with response measures in the units of the pair if there is one."""
     v = found.verdict
     where = ", ".join(f"{symbol(a.name)} = {value:g}" for a, value in zip((view.x, view.y), view.at, strict=True))
-    spectral = "say the same" if v.spectral_label == v.label else f"would say {v.spectral_label}"
+    spectral = "the same" if v.spectral_label == v.label else v.spectral_label or ""
     return VerdictText(
         label=v.label, reason=v.reason, colour=motion_colour(v.label), where=where, stage=found.stage,
         final=found.final, periods=f"{v.periods_spent:,}", rows=_rows(v, pair),
-        spectral=spectral if v.spectral_label else "",
+        spectral=spectral,
         evidence="the orbit itself and its multipliers" if v.multipliers else "the Lyapunov exponents",
     )
 
 
 def _rows(v: Verdict, pair: GearPair | None) -> list[tuple[str, str]]:
-    """Evidence and response levels, each with its name."""
+    """Evidence and response measures, each with its name."""
     rows = []
     if v.contact:
         rows.append((quantity("contact").title, f"{v.contact}: {_CONTACT[v.contact]}"))
-    rows += _levels(v, pair)
+    rows += _measures(v, pair)
     if v.multipliers:
         largest = max(map(abs, v.multipliers))
         rows.append(("largest Floquet multiplier |μ|", f"{largest:.6f}"))
@@ -91,9 +91,9 @@ def _rows(v: Verdict, pair: GearPair | None) -> list[tuple[str, str]]:
     return rows
 
 
-def _levels(v: Verdict, pair: GearPair | None) -> list[tuple[str, str]]:
-    """Names of the levels that this motion has, and their values with units."""
-    known = {n: x for n in _LEVELS if (x := getattr(v, n)) is not None}
-    levels = in_units({n: variable(n, (), np.array(x)) for n, x in known.items()}, pair)
-    texts = {n: f"{float(level):.5g}\N{NO-BREAK SPACE}{unit(level)}".strip() for n, level in levels.items()}
-    return [(title, texts[n]) for n, title in _LEVELS.items() if n in known]
+def _measures(v: Verdict, pair: GearPair | None) -> list[tuple[str, str]]:
+    """Names of the response measures that this motion has, and their values with units."""
+    known = {n: x for n in _MEASURES if (x := getattr(v, n)) is not None}
+    measures = in_units({n: variable(n, (), np.array(x)) for n, x in known.items()}, pair)
+    texts = {n: f"{float(value):.5g}\N{NO-BREAK SPACE}{unit(value)}".strip() for n, value in measures.items()}
+    return [(title, texts[n]) for n, title in _MEASURES.items() if n in known]

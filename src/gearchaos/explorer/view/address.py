@@ -7,14 +7,14 @@ from dataclasses import replace
 from urllib.parse import parse_qsl, urlencode
 
 from gearchaos.errors import InputError
-from gearchaos.explorer.view.bounds import CELLS, QUERY, bounded
+from gearchaos.explorer.view.bounds import MAP_CELLS, QUERY_LENGTH, bounded
 from gearchaos.explorer.view.planes import value_on
-from gearchaos.explorer.view.state import STIFFNESSES, View, check_known, standard, stiffness_name
+from gearchaos.explorer.view.state import STIFFNESSES, View, check_known, stiffness_name, view_of
 from gearchaos.model import COORDINATES, KINDS, HarmonicStiffness, MeshModel, expand_pairs
 from gearchaos.studies.axis import Axis
 
-_PAGE = ("kind", "stiffness", "x", "y", "at", "colour", "line", "start", "units")
-"""Names in a query that are no values of the model."""
+_OTHER_NAMES = ("kind", "stiffness", "x", "y", "at", "colour", "line", "start", "units")
+"""Names in a query that do not set a value of the model."""
 
 _UNITS = ("dimensionless", "physical")
 
@@ -30,8 +30,8 @@ def to_query(view: View) -> str:
     out |= {n: repr(v) for n, v in model.initial.items()}
     out |= {n: f"{a.name}:{a.start!r}:{a.stop!r}" for n, a in (("x", view.x), ("y", view.y))}
     out |= {"at": ",".join(map(repr, view.at)), "colour": view.colour, "line": view.line}
-    if view.start:
-        out["start"] = ",".join(f"{n}:{v!r}" for n, v in view.start)
+    if view.initial:
+        out["start"] = ",".join(f"{n}:{v!r}" for n, v in view.initial)
     return urlencode(out | ({"units": "physical"} if view.physical else {}), safe=":,")
 
 
@@ -41,28 +41,29 @@ def from_query(text: str, default: View) -> View:
     Parameters
     ----------
     text : str
-        With or without the leading question mark. What a query leaves out is at its default value.
+        With or without the leading question mark. What it does not name has its default value.
     default : View
         What an empty query shows.
 
     Raises
     ------
     InputError
-        For a name that does not exist, or a value that is not accepted; it names the field.
+        If a name does not exist, or a value is not accepted.
     """
     text = text.removeprefix("?")
     if not text:
         return default
-    if len(text) > QUERY:
-        raise InputError("address", f"must have at most {QUERY} characters", len(text))
+    if len(text) > QUERY_LENGTH:
+        raise InputError("address", f"must have at most {QUERY_LENGTH} characters", len(text))
     given = dict(parse_qsl(text, keep_blank_values=True))
     model = _model(given)
-    usual = standard(model)
-    x, y = (_axis(n, given[n], c) if n in given else getattr(usual, n) for n, c in zip("xy", CELLS, strict=True))
+    usual = view_of(model)
+    counts = dict(zip("xy", MAP_CELLS, strict=True))
+    x, y = (_axis(n, given[n], count) if n in given else getattr(usual, n) for n, count in counts.items())
     at = _two_numbers("at", given["at"]) if "at" in given else (value_on(model, x), value_on(model, y))
     check_known("units", given.get("units", "dimensionless"), _UNITS)
     return View(
-        model, x, y, at, given.get("colour", "motion"), given.get("line", "x"), _start(given.get("start", "")),
+        model, x, y, at, given.get("colour", "motion"), given.get("line", "x"), _initial(given.get("start", "")),
         given.get("units") == "physical",
     )
 
@@ -77,8 +78,8 @@ def _model(given: Mapping[str, str]) -> MeshModel:
     kind, stiffness = given.get("kind", "torsional"), given.get("stiffness", "two-level")
     check_known("kind", kind, KINDS)
     check_known("stiffness", stiffness, STIFFNESSES)
-    model, values = _default_model(kind, stiffness), {n: v for n, v in given.items() if n not in _PAGE}
-    expand_pairs(dict.fromkeys(values, 0.0), model)  # an unknown name is refused before its value is read
+    model, values = _default_model(kind, stiffness), {n: v for n, v in given.items() if n not in _OTHER_NAMES}
+    expand_pairs(dict.fromkeys(values, 0.0), model)  # refuses an unknown name before its value is read
     return model.with_values({n: bounded(n, v) for n, v in values.items()})
 
 
@@ -105,7 +106,7 @@ def _parsed(field: str, text: str) -> float:
         raise InputError(field, "must be two numbers with a comma between", text[:40]) from None
 
 
-def _start(text: str) -> tuple[tuple[str, float], ...]:
+def _initial(text: str) -> tuple[tuple[str, float], ...]:
     """Initial values from ``x1:1.0,x1_dot:0.0``."""
     parts = [part.partition(":") for part in text.split(",") if part]
     for name, _, _ in parts:

@@ -10,33 +10,33 @@ import math
 from gearchaos.errors import InputError
 from gearchaos.quantities import Range, find, parse, parse_harmonic
 
-CELLS = (400, 300)
-"""Columns and rows of the map at its finest."""
+MAP_CELLS = (400, 300)
+"""Columns and rows of the complete map."""
 
-COLUMNS, POINTS = 400, 96
+DIAGRAM_COLUMNS, DIAGRAM_POINTS = 400, 96
 """Columns of the bifurcation diagram, and stroboscopic points in each column."""
 
-BASIN = (160, 160)
+BASIN_CELLS = (160, 160)
 """Columns and rows of the plane of initial values whose basins are shown."""
 
-STARTS = 64
-"""Initial states from which the coexisting motions of one point are sought."""
+INITIAL_STATES = 64
+"""Number of initial states from which the coexisting motions of one point are sought."""
 
 ATTRACTOR_MAP = (48, 36, 6)
 """Columns, rows, and initial states in each cell, of the map of the number of attractors."""
 
-PORTRAIT = 4000
+PORTRAIT_POINTS = 4000
 """Largest number of stroboscopic points in a portrait, one per mesh period."""
 
-HARMONICS = 8
-"""Highest harmonic of the transmission error and of the mesh stiffness."""
+HIGHEST_HARMONIC = 8
+"""Highest order of the harmonics of the transmission error and of the mesh stiffness."""
 
-QUERY = 4000
+QUERY_LENGTH = 4000
 """Largest number of characters in the query of an address."""
 
 
-def span(name: str) -> Range:
-    """The range of a parameter, pair, harmonic or initial value, by its name.
+def value_range(name: str) -> Range:
+    """The range of values that the explorer accepts for a parameter, pair, harmonic or initial value, by its name.
 
     Raises
     ------
@@ -55,20 +55,20 @@ def bounded(name: str, value: object) -> float:
     Raises
     ------
     InputError
-        If it is no finite number, or outside the range that the explorer accepts for this parameter.
+        If it is not a finite number, or outside the range that the explorer accepts for this parameter.
     """
-    found = number(name, value)
-    _, _, least, most = span(name)
+    found = finite_number(name, value)
+    _, _, least, most = value_range(name)
     if not least <= found <= most:
         raise InputError(name, f"must lie in [{least:g}, {most:g}] in the explorer", found)
     parts = parse_harmonic(name)
-    if parts is not None and parts.order is not None and parts.order > HARMONICS:
-        raise InputError(name, f"must be a harmonic of order at most {HARMONICS} in the explorer", parts.order)
+    if parts is not None and parts.order is not None and parts.order > HIGHEST_HARMONIC:
+        raise InputError(name, f"must be a harmonic of order at most {HIGHEST_HARMONIC} in the explorer", parts.order)
     return found
 
 
-def number(name: str, value: object) -> float:
-    """``value`` as a finite float; an `InputError` about the field ``name`` if it is none."""
+def finite_number(name: str, value: object) -> float:
+    """``value`` as a finite float; raises an `InputError` about the field ``name`` if it is not one."""
     try:
         found = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):
@@ -79,5 +79,5 @@ def number(name: str, value: object) -> float:
 
 
 def rounded(value: float, width: float) -> float:
-    """``value`` rounded to about 1/1000 of a range of the given width, so that it is short to read and to type."""
+    """``value`` rounded to 1/1000 to 1/10000 of ``width``, the width of its range, so that it has few digits."""
     return round(value, max(0, 4 - math.floor(math.log10(width)) - 1)) if width > 0 else value

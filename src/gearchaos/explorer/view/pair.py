@@ -15,13 +15,13 @@ _TOLERANCE = 1e-12
 """Relative rounding error allowed for the conversion of a value to SI units and back."""
 
 _Values = dict[str, tuple[tuple[str, ...], float]]
-"""Fields of a `GearPair`: the dimensionless parameters that each follows from, and its value in SI units."""
+"""By field of a `GearPair`: the dimensionless parameters that determine it, and its value in SI units."""
 
 
 def pair_at(pair: GearPair, model: MeshModel) -> GearPair | None:
     """The pair with the mass, mesh stiffness and backlash of ``pair`` whose dimensionless model is ``model``.
 
-    The inverse of (2.11). Values that are equal to the pair's own keep all their digits.
+    The inverse of (2.11). Fields whose dimensionless parameters are those of ``pair`` keep all their digits.
 
     Returns
     -------
@@ -38,7 +38,7 @@ def pair_at(pair: GearPair, model: MeshModel) -> GearPair | None:
     values = {**_mesh(pair, model), **_wheel(pair, model, 1), **_wheel(pair, model, 2)}
     changed: dict[str, Any] = {
         field: value for field, (names, value) in values.items() if any(old[n] != new[n] for n in names)}
-    found = replace(pair, **changed, **_error(pair, own, model), **_stiffness(pair, own, model))
+    found = replace(pair, **changed, **_transmission_error(pair, own, model), **_stiffness(pair, own, model))
     return found if _same(found.to_model(model.kind), model) else None
 
 
@@ -69,7 +69,7 @@ def _wheel(pair: GearPair, model: MeshModel, n: int) -> _Values:
     }
 
 
-def _error(pair: GearPair, own: MeshModel, model: MeshModel) -> dict[str, Any]:
+def _transmission_error(pair: GearPair, own: MeshModel, model: MeshModel) -> dict[str, Any]:
     """The fields of the transmission error, if it differs from the pair's own."""
     if model.error == own.error:
         return {}
@@ -89,7 +89,7 @@ def _stiffness(pair: GearPair, own: MeshModel, model: MeshModel) -> dict[str, An
 
 
 def _same(one: MeshModel, other: MeshModel) -> bool:
-    """Whether two models are equal up to rounding, ignoring supports unless the model has them."""
+    """Whether two models are equal up to rounding; the supports of a model that is not "full" are ignored."""
     ignored = () if one.kind == "full" else [n for pair in _LATERAL for n in PARAMETER_PAIRS[pair]]
     a, b = ({n: v for n, v in m.parameters().items() if n not in ignored} for m in (one, other))
     return a.keys() == b.keys() and bool(np.allclose([*a.values()], [b[n] for n in a], rtol=_TOLERANCE, atol=1e-15))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from gearchaos.errors import InputError
-from gearchaos.explorer.view.bounds import CELLS
+from gearchaos.explorer.view.bounds import MAP_CELLS
 from gearchaos.model import COORDINATES, MeshModel, expand_pairs, known_names, state_names
 from gearchaos.model.names import check_has_effect
 from gearchaos.studies.axis import Axis
@@ -17,7 +17,7 @@ def figure_plane(number: int) -> tuple[Axis, Axis]:
     from gearchaos.paper.settings import all_figures  # here, since worker processes import this module
 
     axes = next(iter(all_figures()[number].studies.values())).axes
-    x, y = (Axis(n, r.start, r.stop, count) for (n, r), count in zip(axes.items(), CELLS, strict=True))
+    x, y = (Axis(n, r.start, r.stop, count) for (n, r), count in zip(axes.items(), MAP_CELLS, strict=True))
     return x, y
 
 
@@ -25,7 +25,7 @@ def axis_names(model: MeshModel) -> list[str]:
     """Parameters that an axis of the map can scan.
 
     A pair stands in place of its two members; parameters that have no effect on this kind of model are left out, and
-    so are initial values. Of the harmonics all present ones are listed, and at least the first.
+    so are initial values. The harmonics listed are those that the model has, and at least the first.
     """
     out = []
     for name in [*known_names(model), *(n for n in model.parameters() if n not in known_names(model))]:
@@ -44,17 +44,17 @@ def _has_effect(name: str, kind: str) -> bool:
 
 
 def initial_values(model: MeshModel) -> dict[str, float]:
-    """Every coordinate of a model at τ = 0 by name: as given, otherwise x1 = 1 and all others 0 as in the paper."""
+    """Every coordinate of a model at τ = 0, by name: as given, otherwise x1 = 1 and all others 0, as in the paper."""
     return {n: 1.0 if n == "x1" else 0.0 for n in COORDINATES[model.kind]} | dict(model.initial)
 
 
 def value_on(model: MeshModel, axis: Axis) -> float:
-    """The model's own value of an axis' parameter, or the middle of the axis if it has no single value.
+    """The value that the model has for the parameter of an axis, or the middle of the axis if it has no single value.
 
-    A pair has no single value where its two members differ.
+    A pair has no single value if its two members differ.
     """
-    values = model.parameters() | initial_values(model)
-    unknown = dict.fromkeys(state_names(model.kind))  # z follows from x, and is not among the values then
-    own = {values.get(n, unknown.get(n, 0.0)) for n in expand_pairs({axis.name: 0}, model)}  # an absent harmonic is 0
-    value = own.pop()
-    return (axis.start + axis.stop) / 2 if value is None or own else value
+    known = model.parameters() | initial_values(model)
+    missing = dict.fromkeys(state_names(model.kind))  # None for z, which follows from x1, x2, ... and is not in `known`
+    values = {known.get(n, missing.get(n, 0.0)) for n in expand_pairs({axis.name: 0}, model)}  # an absent harmonic is 0
+    first = values.pop()
+    return (axis.start + axis.stop) / 2 if first is None or values else first

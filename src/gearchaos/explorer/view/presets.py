@@ -1,12 +1,12 @@
-"""The figures of the 2008 paper as presets of a page, from the same settings as the report's figures."""
+"""The figures of the 2008 paper as presets of a page; their settings are those of `gearchaos.paper`."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cache
 
-from gearchaos.explorer.view.bounds import CELLS
-from gearchaos.explorer.view.state import View, standard
+from gearchaos.explorer.view.bounds import MAP_CELLS
+from gearchaos.explorer.view.state import View, view_of
 from gearchaos.model import MeshModel, expand_pairs, state_names
 from gearchaos.paper.settings import Figure, FigureStudy, all_figures
 from gearchaos.studies.axis import Axis
@@ -37,8 +37,8 @@ def presets() -> dict[str, Preset]:
     out = {}
     for number, figure in all_figures().items():
         studies = {n: s for n, s in figure.studies.items() if not n.endswith("_section")}
-        if not studies:  # a drawing of the system
-            out[str(number)] = Preset(f"Figure {number}: {figure.title}", standard(MeshModel()))
+        if not studies:  # figure 1, a drawing of the gear pair
+            out[str(number)] = Preset(f"Figure {number}: {figure.title}", view_of(MeshModel()))
         for name, study in studies.items():
             key = f"{number}{name if len(studies) > 1 else ''}"
             title = f"Figure {key}: {_title(figure, study, len(studies))}"
@@ -59,7 +59,7 @@ def preset_of(view: View, last: str = "") -> str:
 
 
 def _plane(view: View) -> tuple[object, ...]:
-    """Kind of model, the two parameters scanned, and the values of all others; not the part of the plane in view."""
+    """Kind of model, the two parameters of the map, and the values of all others; not the ranges of the map."""
     model, names = view.model, (view.x.name, view.y.name)
     scanned = expand_pairs(dict.fromkeys(names), model)
     kept = {n: v for n, v in (model.parameters() | dict(model.initial)).items() if n not in scanned}
@@ -83,11 +83,11 @@ def _view(study: FigureStudy) -> View:
     """
     model = study.mesh_model
     scanned = {n: r for n, r in study.axes.items() if n not in state_names(model.kind)}
-    view = standard(model)
+    view = view_of(model)
     if len(scanned) == 2:
-        x, y = (Axis(n, r.start, r.stop, c) for (n, r), c in zip(scanned.items(), CELLS, strict=True))
+        x, y = (Axis(n, r.start, r.stop, c) for (n, r), c in zip(scanned.items(), MAP_CELLS, strict=True))
         return replace(view, x=x, y=y, at=((x.start + x.stop) / 2, (y.start + y.stop) / 2))
     for name, r in scanned.items():
-        y = Axis(name, r.start, r.stop, CELLS[1])
+        y = Axis(name, r.start, r.stop, MAP_CELLS[1])
         return replace(view, y=y, at=(view.at[0], (r.start + r.stop) / 2), line="y")
     return view

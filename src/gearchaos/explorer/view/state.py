@@ -1,4 +1,4 @@
-"""The state of a page: the model, the map, the point."""
+"""The state of a page: the model, the axes of the map, the point chosen on it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.explorer.view.bounds import CELLS, bounded, number, rounded, span
+from gearchaos.explorer.view.bounds import MAP_CELLS, bounded, finite_number, rounded, value_range
 from gearchaos.explorer.view.planes import axis_names, figure_plane, value_on
 from gearchaos.model import KINDS, HarmonicStiffness, MeshModel, TwoLevelStiffness, expand_pairs, state_names
 from gearchaos.quantities import quantity
@@ -31,7 +31,7 @@ STIFFNESSES = ("two-level", "harmonics")
 
 @dataclass(frozen=True)
 class View:
-    """All that determines what a page shows.
+    """The state of a page: everything that determines what it shows.
 
     Attributes
     ----------
@@ -45,15 +45,15 @@ class View:
         The variable by which the map is coloured, one of `COLOURS`.
     line : {"x", "y"}
         The axis along which the bifurcation diagram runs through the point.
-    start : tuple of (name, value)
-        Initial values of another motion chosen at the point; empty for the model's own.
+    initial : tuple of (name, value)
+        Initial values of another motion chosen at the point; empty for those of the model.
     physical : bool
         Whether results are shown in the units of the physical pair.
 
     Raises
     ------
     InputError
-        Naming the field, the rule, the value and what to do.
+        If a value is not accepted; it has the field, the rule, the value and advice.
     """
 
     model: MeshModel
@@ -62,14 +62,14 @@ class View:
     at: tuple[float, float]
     colour: str = "motion"
     line: str = "x"
-    start: tuple[tuple[str, float], ...] = ()
+    initial: tuple[tuple[str, float], ...] = ()
     physical: bool = False
 
     def __post_init__(self) -> None:
         check_known("colour", self.colour, COLOURS)
         check_known("line", self.line, LINES)
         _check_model(self.model)
-        for axis, value, count in zip((self.x, self.y), self.at, CELLS, strict=True):
+        for axis, value, count in zip((self.x, self.y), self.at, MAP_CELLS, strict=True):
             for end in (axis.start, axis.stop, value):
                 bounded(axis.name, end)
             if axis.count != count:
@@ -85,11 +85,11 @@ class View:
     @cached_property
     def point(self) -> MeshModel:
         """The operating point, with the initial values of the motion chosen there."""
-        return self.operating_point.with_values(dict(self.start)) if self.start else self.operating_point
+        return self.operating_point.with_values(dict(self.initial)) if self.initial else self.operating_point
 
     @cached_property
     def map_key(self) -> tuple[Any, ...]:
-        """What the map depends on: views with equal keys have the same map."""
+        """What the map depends on: two views have the same map if their keys are equal."""
         corner = self.model.with_values({self.x.name: self.x.start, self.y.name: self.y.start})
         return corner, self.x, self.y, self.colour == "attractors"
 
@@ -105,13 +105,13 @@ class View:
         return self.operating_point.with_values({axis.name: axis.start}), axis
 
     def with_axes(self, x: Axis, y: Axis) -> View:
-        """The same model over another plane, or another part of this one; the point keeps its values where it can."""
+        """The same model over another plane, or another part of this one; the parameters at the point stay the same."""
         return replace(self, model=self.operating_point, x=x, y=y, at=_values_on(self.operating_point, x, y))
 
     def with_axis(self, which: str, name: str) -> View:
-        """Another parameter along the axis ``which`` ("x" or "y"), over the range of its slider.
+        """The view with another parameter along the axis ``which`` ("x" or "y"), over the range of its slider.
 
-        If the other axis has that parameter, the axes are swapped.
+        If the other axis has that parameter, the axes are exchanged.
         """
         old, other = (self.x, self.y) if which == "x" else (self.y, self.x)
         if name == old.name:
@@ -119,82 +119,76 @@ class View:
         if name == other.name:
             x, y = (Axis(a.name, a.start, a.stop, b.count) for a, b in ((self.y, self.x), (self.x, self.y)))
             return self.with_axes(x, y)
-        new = Axis(name, span(name).low, span(name).high, old.count)
+        new = Axis(name, value_range(name).low, value_range(name).high, old.count)
         return self.with_axes(new, self.y) if which == "x" else self.with_axes(self.x, new)
 
     def moved(self, x: float, y: float) -> View:
-        """The same with the point elsewhere, and the model's own initial values there."""
-        return replace(self, at=(_accepted(self.x, x), _accepted(self.y, y)), start=())
+        """The view with another point, and the initial values of the model."""
+        return replace(self, at=(_accepted(self.x, x), _accepted(self.y, y)), initial=())
 
     def stepped(self, columns: int, rows: int) -> View:
-        """The point moved by a number of cells of the map."""
+        """The view with the point moved by a number of cells of the map."""
         size = [(a.stop - a.start) / (a.count - 1) for a in (self.x, self.y)]
         return self.moved(self.at[0] + columns * size[0], self.at[1] + rows * size[1])
 
     def zoomed(self, x: tuple[float, float], y: tuple[float, float]) -> View:
-        """Another part of the plane, between these ends."""
+        """The view of another part of the plane, between these ends (low, high) of both axes."""
         axes = [
             Axis(a.name, float(low), float(high), a.count)
             for a, (low, high) in zip((self.x, self.y), (x, y), strict=True)
         ]
         return replace(self, x=axes[0], y=axes[1])
 
-    def with_start(self, start: tuple[tuple[str, float], ...]) -> View:
-        """The motion at the point from these initial values."""
-        return replace(self, start=start)
+    def with_initial(self, initial: tuple[tuple[str, float], ...]) -> View:
+        """The view with the motion at the point from these initial values."""
+        return replace(self, initial=initial)
 
-    def started(self, values: Mapping[str, float]) -> View:
-        """The motion at the point from these initial values; the others of a motion chosen before stay."""
-        chosen = replace(self.operating_point, initial={}).with_values(dict(self.start)).with_values(values)
-        return replace(self, start=tuple(chosen.initial.items()))
+    def with_changed_initial(self, values: Mapping[str, float]) -> View:
+        """The view with these initial values changed; those of a motion chosen before stay otherwise."""
+        chosen = replace(self.operating_point, initial={}).with_values(dict(self.initial)).with_values(values)
+        return replace(self, initial=tuple(chosen.initial.items()))
 
     def with_value(self, name: str, value: object) -> View:
-        """A parameter or initial value set by name; a parameter of the map moves the point."""
+        """The view with a parameter or initial value set; setting a parameter of the map moves the point."""
         accepted = bounded(name, value)
         for i, axis in enumerate((self.x, self.y)):
             if expand_pairs({name: 0.0}, self.model).keys() == expand_pairs({axis.name: 0.0}, self.model).keys():
-                return replace(self, at=(accepted, self.at[1]) if i == 0 else (self.at[0], accepted), start=())
+                return replace(self, at=(accepted, self.at[1]) if i == 0 else (self.at[0], accepted), initial=())
             if expand_pairs({name: 0.0}, self.model).keys() & expand_pairs({axis.name: 0.0}, self.model).keys():
                 raise InputError(name, f"must be left to the axis {axis.name}", accepted, "Choose another axis first.")
-        return replace(self, model=self.model.with_values({name: accepted}), start=())
+        return replace(self, model=self.model.with_values({name: accepted}), initial=())
 
     def with_kind(self, kind: str) -> View:
-        """The same pair as another kind of model; axes that this kind does not have are replaced by the default."""
+        """The view with another kind of model; axes of parameters that it does not have are replaced by the default."""
         check_known("kind", kind, KINDS)
         model = _as_kind(self.operating_point, kind)
         x, y = self._axes_for(model)
         if x.name == y.name:
             x, y = figure_plane(2)
-        return replace(self, model=model, x=x, y=y, at=_values_on(model, x, y), start=())
+        return replace(self, model=model, x=x, y=y, at=_values_on(model, x, y), initial=())
 
     def with_stiffness(self, name: str) -> View:
-        """The same with the other kind of mesh stiffness, at its default values."""
+        """The view with this kind of mesh stiffness, at its default values, unless it has it already."""
         check_known("stiffness", name, STIFFNESSES)
         if name == stiffness_name(self.model):
             return self
         stiffness = TwoLevelStiffness() if name == "two-level" else HarmonicStiffness((0.25,))
         model = replace(self.operating_point, stiffness=stiffness)
         x, y = self._axes_for(model)
-        return replace(self, model=model, x=x, y=y, at=_values_on(model, x, y), start=())
+        return replace(self, model=model, x=x, y=y, at=_values_on(model, x, y), initial=())
 
     def _axes_for(self, model: MeshModel) -> tuple[Axis, Axis]:
         """The present axes, each replaced by that of the paper's figure 2 if the model does not have its parameter."""
         names = axis_names(model)
-        x, y = (a if a.name in names else usual for a, usual in zip((self.x, self.y), figure_plane(2), strict=True))
+        x, y = (a if a.name in names else default for a, default in zip((self.x, self.y), figure_plane(2), strict=True))
         return x, y
 
 
-def standard(model: MeshModel) -> View:
-    """A model over the plane of the paper's figure 2."""
-    x, y = figure_plane(2)
-    return View(model, x, y, _values_on(model, x, y))
-
-
-def first_view(model: MeshModel, x: Axis | None = None, y: Axis | None = None) -> View:
-    """A model over these axes, whose counts are ignored; an axis left out is that of the paper's figure 2."""
+def view_of(model: MeshModel, x: Axis | None = None, y: Axis | None = None) -> View:
+    """The view of a model over these axes, whose counts are ignored; by default the axes of the paper's figure 2."""
     x, y = (
-        Axis(a.name, a.start, a.stop, n) if a else usual
-        for a, usual, n in zip((x, y), figure_plane(2), CELLS, strict=True)
+        Axis(a.name, a.start, a.stop, n) if a else default
+        for a, default, n in zip((x, y), figure_plane(2), MAP_CELLS, strict=True)
     )
     return View(model, x, y, _values_on(model, x, y))
 
@@ -211,19 +205,19 @@ def check_known(field: str, value: str, names: Iterable[str]) -> None:
 
 
 def _check_model(model: MeshModel) -> None:
-    """Raise unless every value is in the range that the explorer accepts."""
+    """Raise an `InputError` unless every value is in the range that the explorer accepts."""
     for name, value in {**model.parameters(), **model.initial}.items():
         bounded(name, value)
 
 
 def _accepted(axis: Axis, value: float) -> float:
     """The nearest value that the explorer accepts, rounded to about what one pixel resolves."""
-    _, _, least, most = span(axis.name)
-    return rounded(min(max(number(axis.name, value), least), most), axis.stop - axis.start)
+    _, _, least, most = value_range(axis.name)
+    return rounded(min(max(finite_number(axis.name, value), least), most), axis.stop - axis.start)
 
 
 def _values_on(model: MeshModel, x: Axis, y: Axis) -> tuple[float, float]:
-    """The model's own values of the parameters of both axes."""
+    """The values that the model has for the parameters of both axes."""
     return value_on(model, x), value_on(model, y)
 
 

@@ -15,7 +15,7 @@ from gearchaos.model import SCALARS, MeshModel, TwoLevelStiffness
 from gearchaos.studies.axis import Axis
 
 _CLASSES = re.compile(r"\b(MeshModel|TransmissionError|TwoLevelStiffness|HarmonicStiffness)\(")
-"""Classes in the representation of a model, which a script names as ``gc.MeshModel`` and so on."""
+"""Names of classes in the ``repr`` of a model; a script has to write ``gc.MeshModel`` and so on."""
 
 
 def as_python(view: View, pair: GearPair | None = None) -> str:

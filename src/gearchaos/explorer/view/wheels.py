@@ -10,7 +10,7 @@ _WHEELS = ("J", "beta", "mu", "kappa", "zeta_support")
 
 
 def equal(model: MeshModel, pair: str) -> bool:
-    """Whether both values of a pair of `PARAMETER_PAIRS` are the same, or the model has neither."""
+    """Whether both members of a pair of `PARAMETER_PAIRS` have the same value; true also if the model has neither."""
     values = model.parameters()
     return len({values.get(name) for name in PARAMETER_PAIRS[pair]}) == 1
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from gearchaos.explorer.view.bounds import HARMONICS
+from gearchaos.explorer.view.bounds import HIGHEST_HARMONIC
 from gearchaos.explorer.view.presets import preset_of, presets
 from gearchaos.explorer.view.state import View, stiffness_name
 from gearchaos.explorer.view.wheels import are_alike, equal, made_alike
@@ -16,10 +16,13 @@ from gearchaos.explorer.web.messages import Messages
 from gearchaos.model import PARAMETER_PAIRS
 
 _NUMBER = ".8g"
-"""How a field shows a number, so that all of it fits; the address has all digits."""
+"""Format of a number in a field, which is short enough to be visible as a whole; the address has all digits."""
 
 Change = Callable[[View], View]
-"""Returns the view that a visitor asks for, given the present one; raises `InputError` if that is impossible."""
+"""A function that takes the present view and returns the one that a visitor asks for.
+
+It raises `InputError` if that view is impossible.
+"""
 
 
 class Controls:
@@ -40,18 +43,18 @@ class Controls:
         self._layout: Any = None
 
     def change_of(self, name: str, value: Any) -> Change | None:
-        """What setting a field or menu to a value changes, or None if there is none of this name."""
+        """The change made by setting a field or menu to a value; None if there is no field or menu of this name."""
         if name in _MENUS:
             if name == "preset" and str(value) in presets():
                 self._preset = str(value)
             return lambda view: _MENUS[name](view, str(value))
         if name in field_values(self._view):
-            exact = float(f"{value:.10g}") if isinstance(value, float) else value  # without the rounding of a slider
+            exact = float(f"{value:.10g}") if isinstance(value, float) else value  # without a slider's rounding error
             return lambda view: view.with_value(name, exact)
         return None
 
     def change_of_button(self, name: Any) -> Change | None:
-        """What pressing a button changes, or None."""
+        """The change made by pressing a button; None if there is none."""
         if name == "alike":
             return self._toggle_alike()
         if name == "units" and self._has_pair:
@@ -61,7 +64,7 @@ class Controls:
         return None
 
     def _toggle_alike(self) -> Change | None:
-        """Show both wheels apart, or give wheel 2 the values of wheel 1."""
+        """Show separate fields for both wheels; or common ones, after giving wheel 2 the values of wheel 1."""
         self._merge_wheels = not (self._merge_wheels and are_alike(self._view.model))
         self.show(self._view)
         return made_alike if self._merge_wheels and not are_alike(self._view.model) else None
@@ -69,7 +72,7 @@ class Controls:
     def _one_more(self, family: str) -> Change | None:
         """Add the next harmonic of a family."""
         number = 1 + len(harmonics_of(family, self._view.model.parameters()))
-        return (lambda view: view.with_value(f"{family}{number}", 0.01)) if number <= HARMONICS else None
+        return (lambda view: view.with_value(f"{family}{number}", 0.01)) if number <= HIGHEST_HARMONIC else None
 
     def show(self, view: View) -> None:
         """Show a view; the form is replaced only if it has other fields."""
@@ -96,4 +99,4 @@ _MENUS: dict[str, Callable[[View, str], View]] = {
     "x": lambda view, name: view.with_axis("x", name), "y": lambda view, name: view.with_axis("y", name),
     "colour": lambda view, name: replace(view, colour=name), "line": lambda view, name: replace(view, line=name),
 }
-"""What choosing from a menu changes; an impossible view is refused by `View`."""
+"""The change made by choosing from a menu; an impossible view is refused by `View`."""

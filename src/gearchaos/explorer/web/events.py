@@ -1,4 +1,4 @@
-"""What a visitor does on the page - clicks, keys, zooming, the form - and what each of them asks the session for.
+"""What a visitor does on the page (clicks, keys, zooming, the form), and the request to the session that results.
 
 A browser may send anything, so every value is checked, and every error becomes a message on the page.
 """
@@ -15,14 +15,14 @@ from bokeh.events import DoubleTap, PointEvent, PressUp, RangesUpdate, Tap
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs.export import FILES
 from gearchaos.explorer.jobs.worker import INTERNAL_ERROR
-from gearchaos.explorer.view.bounds import number
+from gearchaos.explorer.view.bounds import finite_number
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.web.session import Session
 
 log = logging.getLogger(__name__)
 
-_SETTLED = 250
-"""Milliseconds without panning or zooming after which the map in view is computed."""
+_ZOOM_DELAY = 250
+"""Milliseconds after the last change of the ranges of the map until the map of the new ranges is computed."""
 
 _CLICKS = (Tap, DoubleTap, PressUp)
 """Events of Bokeh that are clicks: two in quick succession are a DoubleTap, and a slow one is a press."""
@@ -57,7 +57,7 @@ class Events:
                 figure.figure.on_event(click, partial(self._checked, action))
 
     def _checked(self, action: Callable[[Any], None], value: Any) -> None:
-        """Do something; an error becomes a message on the page."""
+        """Perform an action; an error becomes a message on the page."""
         try:
             action(value)
         except InputError as error:
@@ -82,15 +82,15 @@ class Events:
         self._session.start_in_basins(event.x, event.y)
 
     def _zoomed(self, event: RangesUpdate) -> None:
-        """The map was panned or zoomed: compute it once that has ended."""
-        numbers = [number("end", end) for end in (event.x0, event.x1, event.y0, event.y1)]
+        """Compute the map of the new ranges, once panning or zooming has ended."""
+        numbers = [finite_number("end", end) for end in (event.x0, event.x1, event.y0, event.y1)]
         ends = (numbers[0], numbers[1]), (numbers[2], numbers[3])
         if self._is_shown(ends):
             return
         document = self._session.page.map.figure.document
         if self._timeout is not None:
             document.remove_timeout_callback(self._timeout)
-        self._timeout = document.add_timeout_callback(partial(self._zoom, ends), _SETTLED)
+        self._timeout = document.add_timeout_callback(partial(self._zoom, ends), _ZOOM_DELAY)
 
     def _zoom(self, ends: _Ends) -> None:
         self._timeout = None
@@ -98,7 +98,7 @@ class Events:
             self._session.change(lambda view: view.zoomed(*ends))
 
     def _is_shown(self, ends: _Ends) -> bool:
-        """Whether these are the ends of the present axes, to a small part of a cell."""
+        """Whether these are the ends of the present axes, up to a small fraction of a cell."""
         view = self._session.view
         return all(
             max(abs(low - a.start), abs(high - a.stop)) < 1e-6 * (a.stop - a.start)
@@ -134,7 +134,7 @@ class Events:
         """One of the motions of the point, by its number."""
         choices = self._session.page.choices
         if isinstance(value, int) and 0 <= value < len(choices):
-            self._session.choose_start(choices[value].start)
+            self._session.choose_initial(choices[value].initial)
 
     def _save(self, value: Any) -> None:
         """A file, by its name in `FILES`."""

@@ -1,4 +1,4 @@
-"""The form of the page: which parameters, menus and buttons it has for a view."""
+"""The form of the page: the fields, menus and buttons that it has for a view."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from gearchaos.explorer.panels.labels import symbol, title
-from gearchaos.explorer.view.bounds import span
+from gearchaos.explorer.view.bounds import value_range
 from gearchaos.explorer.view.planes import axis_names, initial_values
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import COLOURS, LINES, STIFFNESSES, View, stiffness_name
@@ -20,7 +20,7 @@ _GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("Wheels and bearings", ("J", "J1", "J2", "beta", "beta1", "beta2")),
     ("Supports", ("mu", "mu1", "mu2", "kappa", "kappa1", "kappa2", "zeta_support", "zeta_support1", "zeta_support2")),
 )
-"""Groups of fields: parameters, pairs, and families of harmonics."""
+"""Headings of the form, each with its fields: parameters, pairs, and families of harmonics."""
 
 _KINDS = {
     "single": "single: relative motion (2.17)", "torsional": "torsional: rigid supports",
@@ -69,7 +69,7 @@ class Group:
 
 @dataclass(frozen=True)
 class Form:
-    """All of the form: menus and buttons at its top, and the groups of fields."""
+    """The form: the menus and buttons at its top, and the groups of fields."""
 
     menus: tuple[Menu, ...]
     buttons: tuple[Button, ...]
@@ -131,7 +131,7 @@ def field_values(view: View) -> dict[str, float]:
 
 
 def _field(name: str) -> Field:
-    slider = span(name)
+    slider = value_range(name)
     return Field(name, title(name) or "start", symbol(name), slider.low, slider.high, f"{slider.step:.6g}")
 
 

@@ -1,7 +1,7 @@
 """Checks on every request and every message before they are answered.
 
 Pages of other sites must not reach the server. A browser says in ``Origin`` which site a request comes from. That is
-not enough: an attacker can have a name of his own resolve to this machine (DNS rebinding), so that ``Origin`` and
+not enough: an attacker can let his own domain name resolve to this machine (DNS rebinding), so that ``Origin`` and
 ``Host`` agree. Therefore the name in ``Host`` is checked as well.
 """
 
@@ -24,17 +24,17 @@ from tornado.web import ErrorHandler
 
 from gearchaos.explorer.web.hosts import own_host
 
-MESSAGE = 2**20
+LARGEST_MESSAGE = 2**20
 """Largest number of bytes in a message; a page sends a few thousand at most."""
 
 _SESSIONS = ("bokeh-token", "bokeh-session-id")
-"""Arguments with which a request could name a session of Bokeh; here every page gets a new session."""
+"""Arguments by which a request could choose a session of Bokeh. They are refused: every page gets a new session."""
 
-_PARTS = 3
-"""Frames of a message: header, metadata, content."""
+_FRAMES = 3
+"""Number of frames in a message: header, metadata, content."""
 
 _ANSWERS = {"PULL-DOC-REQ": ServerSession.pull, "PATCH-DOC": ServerSession.patch}
-"""The types of message that a page sends, and what answers each."""
+"""The types of message that a page sends, and the function that answers each."""
 
 _INVALID = "not a message of this page"
 """Reason given when a connection is closed."""
@@ -58,13 +58,13 @@ def refusal(request: HTTPServerRequest, target: Any, host: str) -> int | None:
 
 
 class Socket(WSHandler):
-    """A page's WebSocket connection.
+    """The WebSocket connection of a page.
 
-    A message that no page sends closes it, or gets an answer without details of this program.
+    A message that no page would send closes the connection, or is answered without details of this program.
     """
 
     def __init__(self, *args: Any, **options: Any) -> None:
-        self._parts: list[str] = []
+        self._frames: list[str] = []
         super().__init__(*args, **options)
 
     def check_origin(self, origin: str) -> bool:
@@ -83,10 +83,10 @@ class Socket(WSHandler):
         if isinstance(fragment, bytes) or self.connection is None:
             self._refuse()
             return
-        self._parts.append(fragment)
-        if len(self._parts) == _PARTS:
-            parts, self._parts = self._parts, []
-            await self._answer_message(*parts)
+        self._frames.append(fragment)
+        if len(self._frames) == _FRAMES:
+            frames, self._frames = self._frames, []
+            await self._answer_message(*frames)
 
     async def _answer_message(self, header: str, metadata: str, content: str) -> None:
         try:
@@ -115,11 +115,11 @@ class Socket(WSHandler):
 _SERVED: dict[Any, Any] = {
     WSHandler: Socket, DocHandler: DocHandler, StaticHandler: StaticHandler, IcoHandler: IcoHandler,
 }
-"""Handlers of Bokeh that are served, and what replaces each; all others answer 404."""
+"""Handlers of Bokeh that are served, each with its replacement; all others answer 404."""
 
 
 class GuardedTornado(BokehTornado):
-    """Bokeh's Tornado application behind these checks; session tokens are signed.
+    """Bokeh's Tornado application with these checks; session tokens are signed.
 
     Parameters
     ----------
@@ -131,8 +131,8 @@ class GuardedTornado(BokehTornado):
     def __init__(self, applications: Any, host: str, **options: Any) -> None:
         self._host = host
         super().__init__(
-            applications, websocket_max_message_size_bytes=MESSAGE, sign_sessions=True, secret_key=os.urandom(32),
-            **options,
+            applications, websocket_max_message_size_bytes=LARGEST_MESSAGE, sign_sessions=True,
+            secret_key=os.urandom(32), **options,
         )
 
     def get_handler_delegate(

@@ -1,4 +1,4 @@
-"""Names by which a ``Host`` header may name the server."""
+"""Names of the server that a ``Host`` header may contain."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ _HOST = re.compile(r"(?P<name>[a-z0-9._-]+|\[[0-9a-f:.]+\])(:[0-9]{1,5})?")
 def own_host(header: str, host: str) -> bool:
     """Whether a ``Host`` header names a server that listens at ``host``; the port is ignored, since tunnels change it.
 
-    If the server listens at an address that other machines reach, every IP address is accepted: only a name can be
-    made to point to another machine (DNS rebinding).
+    If the server listens at an address that other machines can reach, every IP address is accepted: DNS rebinding needs
+    a name.
     """
     match = _HOST.fullmatch(header.lower())
     if match is None:

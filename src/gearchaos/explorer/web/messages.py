@@ -1,6 +1,6 @@
-"""Messages between Python and the page's script, beside what Bokeh sends for figures.
+"""Messages between Python and the page's script, in addition to those that Bokeh sends for figures.
 
-They are data sources of Bokeh: it copies a change of one side to the other.
+They are data sources of Bokeh, which copies a change on one side to the other.
 
 ========== ================== ===========================================================================
 source     written by         content
@@ -24,14 +24,14 @@ from bokeh.models import ColumnDataSource, CustomJS
 from gearchaos.explorer.web.html import static_text
 
 ELEMENTS = ("parameters", "axes", "line-choose", "busy", "message", "legend", "verdict", "others", "basin-legend")
-"""Elements of the page whose HTML changes. As Bokeh widgets each change would have the page laid out again."""
+"""Elements of the page whose HTML changes. As Bokeh widgets, each change would lay out the page again."""
 
 
 class Messages:
     """The messages of one page.
 
-    All that changes at about the same time is sent as one update, since the browser draws after each message. Nothing
-    is sent before the page's script says that it runs.
+    Changes at about the same time are sent as one update, since the browser draws after each message. Nothing is sent
+    before the page's script reports that it runs.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Messages:
         self._page_ready = self._update_scheduled = False
 
     def attach(self, document: Any, root: Any) -> None:
-        """Run the page's script once the page is loaded; the sources are kept in step as a part of ``root``."""
+        """Run the page's script once the page is loaded; as tags of the model ``root`` the sources are synchronised."""
         self._document = document
         root.tags = list(self._sources().values())
         document.js_on_event(DocumentReady, self._script)
@@ -70,7 +70,7 @@ class Messages:
         """Set the query of the address bar, without an entry in the history, and the texts for the clipboard."""
         self._page_state.data = {"address": [f"?{query}"], "python": [python], "toml": [toml]}
 
-    def put(self, model: Any, **attributes: Any) -> None:
+    def set_attributes(self, model: Any, **attributes: Any) -> None:
         """Set attributes of the browser's copy of a Bokeh model; the model in this process stays as it is."""
         self._models.setdefault(model.id, {}).update(attributes)
         self._schedule_update()
@@ -82,7 +82,7 @@ class Messages:
             self._schedule_update()
 
     def set_values(self, values: dict[str, Any]) -> None:
-        """Set what the form shows, by name."""
+        """Set the values that the form shows, by the name of the field."""
         self._values = values
         self._schedule_update()
 
@@ -107,7 +107,7 @@ class Messages:
         self._updates.data = update
 
     def _on_request(self, _: str, __: Any, data: dict[str, Any]) -> None:
-        """Do what the page's script asks for; malformed requests are ignored."""
+        """Perform the action that the page's script asks for; malformed requests are ignored."""
         action, value = (data.get(name) for name in ("action", "value"))
         if not (isinstance(action, list) and isinstance(value, list) and action and value):
             return

@@ -14,6 +14,7 @@ from gearchaos.model import MeshModel
 from gearchaos.studies.axis import Axis
 
 _HEIGHT = 900
+"""Height of the page in a notebook, in pixels."""
 
 
 @dataclass(frozen=True)
@@ -40,16 +41,16 @@ class Explorer:
 def explore(
     model: MeshModel | GearPair | None = None, x: Axis | None = None, y: Axis | None = None, *, port: int = 0,
 ) -> Explorer:
-    """The explorer: a map of motions in the browser, and for any point of it the motion behind it.
+    """The explorer: a map of motions in the browser, and for any point of the map the motion there.
 
     Parameters
     ----------
     model : MeshModel or GearPair, optional
-        The first model on show; the paper's defaults if left out. For a pair results can be shown in its units.
+        The model to begin with; the paper's defaults if left out. For a pair, results can be shown in its units.
     x, y : Axis, optional
         Axes of the map, whose counts are ignored; mesh frequency and error amplitude if left out.
     port : int
-        Port of this machine to listen at; any free one by default. Other machines cannot reach it.
+        Port to listen at; any free one by default. Other machines cannot reach it.
 
     Returns
     -------
@@ -62,10 +63,10 @@ def explore(
         For values outside the bounds of the explorer, or if ``gearchaos[app]`` is not installed.
     """
     check_installed()
-    from gearchaos.explorer.view.state import first_view
+    from gearchaos.explorer.view.state import view_of
 
     pair = model if isinstance(model, GearPair) else None
-    view = first_view(pair.to_model() if pair else model or MeshModel(), x, y)  # type: ignore[union-attr, arg-type]
+    view = view_of(pair.to_model() if pair else model or MeshModel(), x, y)  # type: ignore[union-attr, arg-type]
     port = check_port(LOCAL[0], port)
     running = _started(view, pair, port)
     return Explorer(address(LOCAL[0], port), running)

@@ -43,17 +43,21 @@ class Page:
     map, diagram, basins, history, phase, portrait, spectrum
         The figures.
     choices : list of Choice
-        The motions that the page offers.
+        The motions that the page offers as buttons.
     """
 
     def __init__(self, pair: GearPair | None) -> None:
         self._pair = pair
         self.messages = Messages()
         self.controls = Controls(self.messages, pair is not None)
-        put = self.messages.put
-        self.map, self.diagram, self.basins = MapFigure(put), BifurcationFigure(put), BasinsFigure(put)
-        self.history, self.phase = HistoryFigure(put), PhaseFigure(put)
-        self.portrait, self.spectrum = PortraitFigure(put), SpectrumFigure(put)
+        set_attributes = self.messages.set_attributes
+        self.map = MapFigure(set_attributes)
+        self.diagram = BifurcationFigure(set_attributes)
+        self.basins = BasinsFigure(set_attributes)
+        self.history = HistoryFigure(set_attributes)
+        self.phase = PhaseFigure(set_attributes)
+        self.portrait = PortraitFigure(set_attributes)
+        self.spectrum = SpectrumFigure(set_attributes)
         self.choices: list[Choice] = []
         self.show_choices([])
         self._plane: tuple[Any, ...] = ()

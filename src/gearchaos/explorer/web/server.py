@@ -1,4 +1,4 @@
-"""The server; it listens at this machine alone unless another address is given."""
+"""The server of the page. Only this machine can reach it, unless another address to listen at is given."""
 
 from __future__ import annotations
 
@@ -18,11 +18,13 @@ if TYPE_CHECKING:
     from gearchaos.gears.pair import GearPair
 
 PORT = 5006
-_SWITCH_INTERVAL = 0.001
-"""Seconds after which Python switches threads, so that the result of a process is soon shown."""
+"""The port that the server listens at by default."""
 
-_CLOSED = 3000
-"""Milliseconds after which the session of a page that was closed is removed."""
+_SWITCH_INTERVAL = 0.001
+"""Seconds after which Python switches threads, so that results of the worker processes are shown soon."""
+
+_UNUSED_LIFETIME = 3000
+"""Milliseconds after which the session of a closed page is removed."""
 
 
 def check_installed() -> None:
@@ -74,34 +76,34 @@ def server(view: View, pair: GearPair | None = None, *, host: str = LOCAL[0], po
     _warm_up(view, *workers)
     try:
         from gearchaos.explorer.web.application import application  # here, while the processes start
-        from gearchaos.explorer.web.guard import MESSAGE, GuardedTornado
+        from gearchaos.explorer.web.guard import LARGEST_MESSAGE, GuardedTornado
 
         tornado = GuardedTornado(
             {"/": application(view, pair, workers)}, host,
-            check_unused_sessions_milliseconds=1000, unused_session_lifetime_milliseconds=_CLOSED,
+            check_unused_sessions_milliseconds=1000, unused_session_lifetime_milliseconds=_UNUSED_LIFETIME,
         )
-        return _listening(tornado, host, port, MESSAGE)
+        return _listening(tornado, host, port, LARGEST_MESSAGE)
     except BaseException:
         for worker in workers:
             worker.stop()
         raise
 
 
-def _listening(tornado: Any, host: str, port: int, most: int) -> Any:
-    """A server of an application; the body of a request has at most ``most`` bytes."""
+def _listening(tornado: Any, host: str, port: int, largest_body: int) -> Any:
+    """A server of an application; the body of a request has at most ``largest_body`` bytes."""
     from bokeh.server.server import BaseServer
     from bokeh.server.util import bind_sockets
     from tornado.httpserver import HTTPServer
     from tornado.ioloop import IOLoop
 
     sockets, _ = bind_sockets(host, port)
-    http = HTTPServer(tornado, max_body_size=most)
+    http = HTTPServer(tornado, max_body_size=largest_body)
     http.add_sockets(sockets)
     return BaseServer(IOLoop.current(), tornado, http)
 
 
 def _warm_up(view: View, quick: Worker, slow: Worker) -> None:
-    """Load or compile the kernels that a page needs, before the first visitor comes."""
+    """Load or compile the kernels that a page needs, before the first page is opened."""
     from gearchaos.explorer.jobs.dossier import dossier
     from gearchaos.explorer.jobs.map import warm_up
 

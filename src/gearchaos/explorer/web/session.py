@@ -1,4 +1,4 @@
-"""One visitor's page: its present view, the computations for it, and the display of their results."""
+"""The session of one page: its present view, the computations for it, and the display of their results."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from gearchaos.explorer.view.state import View
 from gearchaos.explorer.web.page import Page
 from gearchaos.gears.pair import GearPair
 
-_LATER = 120
-"""Milliseconds between a change of the point and the update of the rest of the page."""
+_REST_DELAY = 120
+"""Milliseconds between a change of the view and the update of all that is not the crosshair, the motion or the map."""
 
 _numbers = count(1)
 
@@ -45,7 +45,7 @@ class Session:
         self.page = Page(pair)
         self.computations = Computations(f"session-{next(_numbers)}", view, workers, self._call_soon, self)
         self._update_later: Any = None  # the timeout after which the rest of the page is updated
-        self._basins_view = view  # the view whose basins are on show
+        self._basins_view = view  # the view whose basins are shown
         self.page.show_view(view)
 
     def start(self) -> None:
@@ -60,7 +60,7 @@ class Session:
     # --- the view changes ------------------------------------------------------------------------------------------
 
     def change(self, change: Callable[[View], View]) -> None:
-        """Show the view that a change leads to; if it is impossible, say why and keep the present one."""
+        """Change the view; if that is impossible, keep the present one and show an error message."""
         try:
             view = change(self.view)
         except InputError as error:
@@ -71,33 +71,33 @@ class Session:
         self._show(view)
 
     def start_in_basins(self, x: float, y: float) -> None:
-        """Show the motion that starts from a point in the plane of the basins on show."""
+        """Show the motion from a point in the plane of the basins shown."""
         if axes := self.page.basins.axes:
-            start = self._basins_view.started(dict(zip(axes, (x, y), strict=True))).start
-            self.choose_start(start)
+            view = self._basins_view.with_changed_initial(dict(zip(axes, (x, y), strict=True)))
+            self.choose_initial(view.initial)
 
-    def choose_start(self, start: tuple[tuple[str, float], ...]) -> None:
+    def choose_initial(self, initial: tuple[tuple[str, float], ...]) -> None:
         """Show the motion at the point from other initial values."""
-        self.change(lambda view: view.with_start(start))
+        self.change(lambda view: view.with_initial(initial))
 
     def ask_file(self, kind: str, suffix: str) -> None:
-        """Make a file of what is on show."""
+        """Make a file of the map or of the motion shown."""
         self.computations.ask_file(kind, suffix, self.page.units(self.view))
 
     def _show(self, view: View) -> None:
         """Show another view; only what differs is computed.
 
-        The crosshair and the motion at the point come first. The rest follows a little later: each part of it would
-        keep the event loop from showing the motion.
+        The crosshair, the motion at the point and the map come first. The rest follows after `_REST_DELAY`, since each
+        part of it would delay the display of the motion.
         """
         before, self.view = self.view, view
         self.page.mark(view)
         self.computations.update(view)
         if self._update_later is None:
-            self._update_later = self._document.add_timeout_callback(partial(self._update_rest, before), _LATER)
+            self._update_later = self._document.add_timeout_callback(partial(self._update_rest, before), _REST_DELAY)
 
     def _update_rest(self, before: View) -> None:
-        """Bring the rest of the page from an earlier view to the present one."""
+        """Update the rest of the page from an earlier view to the present one."""
         self._update_later, view = None, self.view
         if not self._alive:
             return
@@ -134,7 +134,7 @@ class Session:
         self.page.show_choices(choices(found))
 
     def clear_point_studies(self) -> None:
-        """Remove the basins and the motions of the point before."""
+        """Remove the basins and the list of motions of the previous point."""
         self.page.clear_basins()
         self.page.show_choices([])
 

@@ -1,6 +1,6 @@
-"""The statements of the paper, judged: `judge_all` computes, compares and returns one record per statement."""
+"""The statements of the paper, checked: `check_all` computes, compares and returns one `Claim` for each statement."""
 
-from gearchaos.paper.claims._judge import Claim, claims_of, failed, judge_all
+from gearchaos.paper.claims._check import Claim, check_all, claims_of, failed
 from gearchaos.paper.claims._outcome import VERDICTS
 
-__all__ = ["VERDICTS", "Claim", "claims_of", "failed", "judge_all"]
+__all__ = ["VERDICTS", "Claim", "check_all", "claims_of", "failed"]

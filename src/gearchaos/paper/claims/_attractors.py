@@ -1,4 +1,4 @@
-"""Statements about coexisting motions: figures 3 and 4, judged by the attractors that many starts end on."""
+"""Statements about coexisting motions: figures 3 and 4, checked by the attractors that many initial states lead to."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.paper.cache import ComputationCache
-from gearchaos.paper.claims._outcome import CONTRADICTED, HOLDS, MISPRINT, Outcome, graded, judge
+from gearchaos.paper.claims._outcome import CONTRADICTED, HOLDS, MISPRINT, Outcome, check, graded
 from gearchaos.plot import attractor_names
 
-_COMPUTED = "The motion that every start of the plane ends on, and the attractors told apart."
+_COMPUTED = "The motion that every initial state of the plane leads to, by attractor."
 
 
 def _shares(ds: xr.Dataset) -> dict[str, float]:
-    """Share of the starts that end on each attractor, by its name."""
+    """Share of the initial states that lead to each attractor, by its name."""
     return {n: round(float(s), 4) for n, s in zip(attractor_names(ds), ds["attractor_fraction"].values, strict=True)}
 
 
-@judge("3a", "3b")
+@check("3a", "3b")
 def two_kinds(cache: ComputationCache, name: str) -> Outcome:
     ds = cache.study(3, name[1])
     kinds: dict[str, float] = {}
@@ -31,45 +31,46 @@ def two_kinds(cache: ComputationCache, name: str) -> Outcome:
     return Outcome(graded(enough), _COMPUTED, evidence)
 
 
-@judge("3c")
+@check("3c")
 def many_at_high_frequency(cache: ComputationCache) -> Outcome:
     counts = {panel: len(_shares(cache.study(3, panel))) for panel in "abc"}
     evidence = {"attractors": counts, "share_by_attractor_3c": _shares(cache.study(3, "c"))}
     return Outcome(graded(counts["c"] > max(counts["a"], counts["b"])), _COMPUTED, evidence)
 
 
-@judge("4a", "4b", "4c", "4e")
+@check("4a", "4b", "4c", "4e")
 def exists(cache: ComputationCache, name: str) -> Outcome:
     period = {"4a": 1, "4b": 3, "4c": 4, "4e": 5}[name]
-    ds, places = _of_period(cache, period)
-    return Outcome(graded(len(places) > 0), _COMPUTED, _orbits(ds, places))
+    ds, indices = _of_period(cache, period)
+    return Outcome(graded(len(indices) > 0), _COMPUTED, _orbits(ds, indices))
 
 
-@judge("4d")
+@check("4d")
 def second_of_four(cache: ComputationCache) -> Outcome:
-    ds, places = _of_period(cache, 4)
-    return Outcome(graded(len(places) > 1), _COMPUTED, _orbits(ds, places))
+    ds, indices = _of_period(cache, 4)
+    return Outcome(graded(len(indices) > 1), _COMPUTED, _orbits(ds, indices))
 
 
-@judge("4b-caption")
+@check("4b-caption")
 def no_second_period(cache: ComputationCache) -> Outcome:
-    ds, twice = _of_period(cache, 2)
-    _, thrice = _of_period(cache, 3)
-    verdict = HOLDS if len(twice) else MISPRINT if len(thrice) else CONTRADICTED
-    return Outcome(verdict, _COMPUTED, {"2T": _orbits(ds, twice), "3T": _orbits(ds, thrice)},
-                   "" if len(twice) else "3T, as the text says")
+    ds, of_2t = _of_period(cache, 2)
+    _, of_3t = _of_period(cache, 3)
+    verdict = HOLDS if len(of_2t) else MISPRINT if len(of_3t) else CONTRADICTED
+    return Outcome(verdict, _COMPUTED, {"2T": _orbits(ds, of_2t), "3T": _orbits(ds, of_3t)},
+                   "" if len(of_2t) else "3T, as the text says")
 
 
 def _of_period(cache: ComputationCache, period: int) -> tuple[xr.Dataset, np.ndarray]:
+    """The basins of figure 3c, and the indices of the attractors with this period."""
     ds = cache.study(3, "c")
     return ds, np.flatnonzero(ds["attractor_period"].values == period)
 
 
-def _orbits(ds: xr.Dataset, places: np.ndarray) -> dict:
-    """Number of starts, and for each attractor its share and its stroboscopic point of smallest z."""
+def _orbits(ds: xr.Dataset, indices: np.ndarray) -> dict:
+    """Number of initial states, and of each attractor its share of them and its stroboscopic point of smallest z."""
     z, z_dot = (ds[f"attractor_section_{n}"].values for n in ("z", "z_dot"))
     found = []
-    for i in places:
+    for i in indices:
         point = int(np.nanargmin(z[i]))
         found.append({"share_of_starts": round(float(ds["attractor_fraction"][i]), 5),
                       "z": round(float(z[i, point]), 6), "z_dot": round(float(z_dot[i, point]), 6)})

@@ -1,4 +1,4 @@
-"""The verdicts a statement rests on: multipliers, exponents and their intervals of everything its judge looked at."""
+"""The evidence for a statement: multipliers, exponents and their intervals of all motions that its check used."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gearchaos.studies import Verdict, motions
 
 
 def cited(cache: ComputationCache, keys: Iterable[str]) -> dict[str, Any]:
-    """What each of these results says of its motions, by name of the result; results without verdicts are left out."""
+    """The evidence in the results with these keys, by key; results without verdicts are left out."""
     found = {key: _cite(cache.known(key)) for key in dict.fromkeys(keys)}
     return {key: value for key, value in found.items() if value}
 
@@ -40,17 +40,17 @@ def _regime(verdict: Verdict) -> dict[str, Any]:
 
 
 def _cells(ds: xr.Dataset) -> dict[str, Any]:
-    """Of many motions: the weakest orbit, and the ends of all intervals of each kind without an orbit."""
+    """Of a map or scan: for each kind of motion its largest multiplier, or the union of its confidence intervals."""
     label = ds["label"].values
     return {kind.name.lower(): _kind(ds, kind, label == kind) for kind in Label if np.any(label == kind)}
 
 
-def _kind(ds: xr.Dataset, kind: Label, mine: np.ndarray) -> dict[str, Any]:
-    out: dict[str, Any] = {"cells": int(mine.sum())}
+def _kind(ds: xr.Dataset, kind: Label, cells: np.ndarray) -> dict[str, Any]:
+    out: dict[str, Any] = {"cells": int(cells.sum())}
     if kind == Label.PERIODIC:
-        out["largest_multiplier"] = _number(np.nanmax(ds["multiplier"].values[mine]))
+        out["largest_multiplier"] = _number(np.nanmax(ds["multiplier"].values[cells]))
     elif kind != Label.DIVERGED:
-        ends = np.nanmin(ds["lyapunov_lo"].values[mine]), np.nanmax(ds["lyapunov_hi"].values[mine])
+        ends = np.nanmin(ds["lyapunov_lo"].values[cells]), np.nanmax(ds["lyapunov_hi"].values[cells])
         out["exponents_between"] = [_number(end) for end in ends]
     return out
 

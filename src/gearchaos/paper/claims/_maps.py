@@ -13,26 +13,26 @@ from scipy.stats import spearmanr
 
 from gearchaos.model import HarmonicStiffness, MeshModel, TwoLevelStiffness
 from gearchaos.paper.cache import ComputationCache
-from gearchaos.paper.claims._outcome import Outcome, graded, judge
+from gearchaos.paper.claims._outcome import Outcome, check, graded
 from gearchaos.paper.claims._read import (
     is_chaotic,
     is_periodic,
     is_quasi_periodic,
-    likeness,
-    map_classes,
+    similarity,
 )
 from gearchaos.studies import Axis
 
 _OMEGA, _EPS1 = Axis("omega", 0.2, 3.0, 60), Axis("eps1", 0.0, 0.3, 40)
 _COMPARED = "Two maps of 60 × 40 cells over (ω, ε1), compared cell by cell."
-_PLAIN: dict[str, Any] = {"q0": 0.1}
+_REFERENCE: dict[str, Any] = {"q0": 0.1}
+"""The torsional model of Fig. 2, to whose map those of other models are compared."""
 
 
-def _plain_map(cache: ComputationCache) -> xr.Dataset:
-    return cache.map(MeshModel.of(**_PLAIN), _OMEGA, _EPS1)
+def _reference_map(cache: ComputationCache) -> xr.Dataset:
+    return cache.map(MeshModel.of(**_REFERENCE), _OMEGA, _EPS1)
 
 
-@judge("2a")
+@check("2a")
 def resonances(cache: ComputationCache) -> Outcome:
     ds = cache.scan(Axis("omega", 0.2, 3.0, 401), q0=0.1, eps1=0.005)
     omega, level = ds["omega"].values, ds["v_rms"].values
@@ -45,7 +45,7 @@ def resonances(cache: ComputationCache) -> Outcome:
                    {"raised_levels": found, "reached": reached})
 
 
-@judge("2b")
+@check("2b")
 def level_in_chaos(cache: ComputationCache) -> Outcome:
     ds = cache.study(2, "a")
     low = ds.sel(omega=slice(None, 2.0))
@@ -57,45 +57,49 @@ def level_in_chaos(cache: ComputationCache) -> Outcome:
     return Outcome(graded(inside > outside and lower > 0), "Levels of the cells of Fig. 2 at ω < 2.", evidence)
 
 
-@judge("beta")
+@check("beta")
 def bearing_friction(cache: ComputationCache) -> Outcome:
-    other = cache.map(MeshModel.of(**_PLAIN, beta=0.0), _OMEGA, _EPS1)
+    other = cache.map(MeshModel.of(**_REFERENCE, beta=0.0), _OMEGA, _EPS1)
     fine = {str(q0): cache.regime(omega=1.0, eps1=0.1, beta=0.0, q0=q0).label for q0 in (0.0164, 0.01645, 0.0165)}
     remark = f"fine windows do move: the three values of 6b then give {', '.join(fine.values())}"
     return _compared(cache, other, {"labels_of_6b_with_beta_0": fine}, remark)
 
 
-@judge("chi")
+@check("chi")
 def sine_stiffness(cache: ComputationCache) -> Outcome:
     square = TwoLevelStiffness()
     sine = first_harmonic(square)
-    model = replace(MeshModel.of(**_PLAIN), stiffness=sine)
+    model = replace(MeshModel.of(**_REFERENCE), stiffness=sine)
     return _compared(cache, cache.map(model, _OMEGA, _EPS1), {"amplitude": round(sine.amplitudes[0], 6)})
 
 
 def first_harmonic(wave: TwoLevelStiffness) -> HarmonicStiffness:
-    """The first Fourier harmonic of (2.16) about its mean of 1, which it has for χ1 (α − 1) = χ2 (2 − α)."""
+    """The first Fourier harmonic of (2.16) about a mean of 1, which is its mean if χ1 (α − 1) = χ2 (2 − α)."""
     share = wave.contact_ratio - 1
     amplitude = 2 / np.pi * (wave.chi1 + wave.chi2) * np.sin(np.pi * share)
     return HarmonicStiffness((float(amplitude),), (float(np.pi * share),))
 
 
 def _compared(cache: ComputationCache, other: xr.Dataset, extra: dict, remark: str = "") -> Outcome:
-    """Likeness to the plain map, beside that of the same model from other starts."""
-    plain = _plain_map(cache)
-    found, scale = likeness(plain, other), _restarted(cache)
-    evidence = {**found, **extra, "chaotic_share": [_share(plain), _share(other)],
-                "same_model_from_x1_0.5": scale}
-    return Outcome(graded(_alike(found, scale, plain.label.size)), _COMPARED, evidence, remark)
+    """Whether a map is as similar to the reference map as that of the same model from another initial state."""
+    reference = _reference_map(cache)
+    found, baseline = similarity(reference, other), _from_another_state(cache)
+    evidence = {**found, **extra, "chaotic_share": [_share(reference), _share(other)],
+                "same_model_from_x1_0.5": baseline}
+    return Outcome(graded(_similar(found, baseline, reference.label.size)), _COMPARED, evidence, remark)
 
 
-def _restarted(cache: ComputationCache) -> dict[str, float]:
-    """What coexisting motions alone make of a map: the plain model from another start."""
-    return likeness(_plain_map(cache), cache.map(MeshModel.of(**_PLAIN, x1=0.5), _OMEGA, _EPS1))
+def _from_another_state(cache: ComputationCache) -> dict[str, float]:
+    """Similarity of the reference map to that of the same model from another initial state, x1 = 0.5.
+
+    The maps differ only by coexisting motions, so this is the baseline for other changes of the model.
+    """
+    return similarity(_reference_map(cache), cache.map(MeshModel.of(**_REFERENCE, x1=0.5), _OMEGA, _EPS1))
 
 
-def _alike(found: dict[str, float], scale: dict[str, float], cells: int) -> bool:
-    share = scale["same_class"]
+def _similar(found: dict[str, float], baseline: dict[str, float], cells: int) -> bool:
+    """Whether no fewer cells keep their class than in the baseline, up to two standard errors."""
+    share = baseline["same_class"]
     return found["same_class"] >= share - 2 * np.sqrt(2 * share * (1 - share) / cells)
 
 
@@ -103,29 +107,30 @@ def _share(ds: xr.Dataset) -> float:
     return round(float(is_chaotic(ds).mean()), 4)
 
 
-@judge("rho")
+@check("rho")
 def stiff_supports(cache: ComputationCache) -> Outcome:
-    """In the setting of Fig. 10; the same comparison over all amplitudes is told beside it."""
-    omega, held = Axis("omega", 0.2, 3.0, 281), {"eps1": 0.05, **_PLAIN}
+    """In the setting of Fig. 10; the evidence also has the same comparison over the whole plane of Fig. 2."""
+    omega, held = Axis("omega", 0.2, 3.0, 281), {"eps1": 0.05, **_REFERENCE}
     rigid = cache.scan(omega, **held)
-    scale = likeness(rigid, cache.scan(omega, **held, x1=0.5))
-    found = {kappa: likeness(rigid, cache.scan(omega, kind="full", kappa=kappa, **held)) for kappa in _STIFFNESSES}
-    alike = {kappa: _alike(f, scale, omega.count) for kappa, f in found.items()}
-    plane = likeness(_plain_map(cache), cache.map(MeshModel.of(kind="full", kappa=20.0, **_PLAIN), _OMEGA, _EPS1))
-    evidence = {"by_kappa": {f"{k:g}": v for k, v in found.items()}, "same_model_from_x1_0.5": scale,
-                "whole_plane_of_fig_2_at_kappa_20": plane, "there_same_model_from_x1_0.5": _restarted(cache)}
+    baseline = similarity(rigid, cache.scan(omega, **held, x1=0.5))
+    found = {kappa: similarity(rigid, cache.scan(omega, kind="full", kappa=kappa, **held)) for kappa in _STIFFNESSES}
+    alike = {kappa: _similar(f, baseline, omega.count) for kappa, f in found.items()}
+    full = cache.map(MeshModel.of(kind="full", kappa=20.0, **_REFERENCE), _OMEGA, _EPS1)
+    plane = similarity(_reference_map(cache), full)
+    evidence = {"by_kappa": {f"{k:g}": v for k, v in found.items()}, "same_model_from_x1_0.5": baseline,
+                "whole_plane_of_fig_2_at_kappa_20": plane, "there_same_model_from_x1_0.5": _from_another_state(cache)}
     return Outcome(
         graded(all(alike[k] for k in _STIFFNESSES if k >= 20) and not alike[_STIFFNESSES[0]]),
         "Verdicts on 281 frequencies for every κ, compared with the torsional model.", evidence,
         f"over amplitudes up to 0.3 differences remain at κ = 20: {plane['same_class']:.0%} of the cells keep their "
-        f"class, {_restarted(cache)['same_class']:.0%} would if only the start differed",
+        f"class, {_from_another_state(cache)['same_class']:.0%} would if only the initial state differed",
     )
 
 
 _STIFFNESSES = (10.0, 20.0, 30.0, 50.0)
 
 
-@judge("5a")
+@check("5a")
 def chaos_at_small_load(cache: ComputationCache) -> Outcome:
     ds = cache.study(5, "a")
     chaos, q0 = is_chaotic(ds), ds["q0"].values
@@ -138,7 +143,7 @@ def chaos_at_small_load(cache: ComputationCache) -> Outcome:
                    "The chaotic cells of Fig. 5.", evidence, f"chaos takes 2 % of a row up to q0 = {last:.3f}")
 
 
-@judge("5b")
+@check("5b")
 def calm_at_high_frequency(cache: ComputationCache) -> Outcome:
     ds = cache.study(5, "a")
     level, high = ds["v_rms"].values, ds["omega"].values > 2
@@ -148,7 +153,7 @@ def calm_at_high_frequency(cache: ComputationCache) -> Outcome:
     return Outcome(graded(all(a < 0.5 * b for a, b in pairs)), "Levels of the cells of Fig. 5.", evidence)
 
 
-@judge("10a")
+@check("10a")
 def chaos_moves_up(cache: ComputationCache) -> Outcome:
     ds = cache.study(10, "a")
     chaos = is_chaotic(ds)
@@ -170,35 +175,24 @@ def _band(ds: xr.Dataset, cells: np.ndarray) -> dict[str, float]:
             "rank_correlation": round(float(spearmanr(kappa, mean).statistic), 4)}
 
 
-@judge("10b")
+@check("10b")
 def new_kind(cache: ComputationCache) -> Outcome:
     share = float(is_quasi_periodic(cache.study(10, "a")).mean())
     return Outcome(graded(share >= 0.01), "The cells of Fig. 10.", {"share_of_quasi_periodic_cells": round(share, 4)})
 
 
-@judge("11a")
+@check("11a")
 def rimmed_chaos(cache: ComputationCache) -> Outcome:
     ds = cache.study(11, "a").sel(omega=slice(0.9, 1.2), eps1=slice(0.0, 0.1))
     chaos = is_chaotic(ds)
-    beside = _grown(chaos) & ~chaos
-    rim = is_quasi_periodic(ds) | (is_periodic(ds) & (ds["period"].values > 4))
-    on_rim = float(rim[beside].mean()) if beside.any() else 0.0
+    beside = ndimage.binary_dilation(chaos) & ~chaos  # cells with a chaotic one among their four neighbours
+    on_rim = float(_high_order(ds)[beside].mean()) if beside.any() else 0.0
     evidence = {"share_of_chaotic_cells": round(float(chaos.mean()), 4), "cells_beside_chaos": int(beside.sum()),
                 "share_of_them_quasi_periodic_or_high_order": round(on_rim, 4),
-                "share_over_the_whole_plane": round(float(_rim_share(cache)), 4)}
+                "share_over_the_whole_plane": round(float(_high_order(cache.study(11, "a")).mean()), 4)}
     return Outcome(graded(chaos.mean() >= 0.01 and on_rim >= 0.1), "The cells of Fig. 11 around ω = 1.", evidence)
 
 
-def _rim_share(cache: ComputationCache) -> float:
-    classes = map_classes(cache.study(11, "a"))
-    return float(np.isin(classes, (4, 5)).mean())
-
-
-def _grown(flags: np.ndarray) -> np.ndarray:
-    """The flags and their four neighbours."""
-    out = flags.copy()
-    out[1:] |= flags[:-1]
-    out[:-1] |= flags[1:]
-    out[:, 1:] |= flags[:, :-1]
-    out[:, :-1] |= flags[:, 1:]
-    return out
+def _high_order(ds: xr.Dataset) -> np.ndarray:
+    """Whether each cell is quasi-periodic or periodic with a period above 4T."""
+    return is_quasi_periodic(ds) | (is_periodic(ds) & (ds["period"].values > 4))

@@ -10,9 +10,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from gearchaos.paper.cache import ComputationCache
-from gearchaos.paper.claims._outcome import Outcome, graded, judge
+from gearchaos.paper.claims._outcome import Outcome, check, graded
 from gearchaos.paper.claims._read import summary
-from gearchaos.paper.words import symbol
+from gearchaos.paper.text import symbol
 
 _LOAD = {"omega": 1.0, "eps1": 0.1}
 _AMPLITUDE = {"omega": 1.0, "q0": 0.1}
@@ -26,33 +26,33 @@ _CHAOTIC: dict[str, dict[str, Any]] = {
     "9c": {"kind": "single", "q0": 0.12, "omega": 1.7, "eps1": 0.09},
     "15a": {"kind": "full", "kappa": 0.5, "omega": 0.9, "eps1": 0.1, "q0": 0.128},
 }
-_VERDICT = "The verdict at this point from the paper's start, with the largest Lyapunov exponent."
+_VERDICT = "The verdict at this point from the paper's initial state, with the largest Lyapunov exponent."
 
 
-@judge(*_CHAOTIC)
+@check(*_CHAOTIC)
 def chaotic(cache: ComputationCache, name: str) -> Outcome:
     found = cache.regime(**_CHAOTIC[name])
     return Outcome(graded(found.label == "chaotic"), _VERDICT, summary(found))
 
 
-@judge("15b")
+@check("15b")
 def quasi_periodic(cache: ComputationCache) -> Outcome:
     found = cache.regime(kind="full", kappa=0.5, omega=0.9, eps1=0.1, q0=0.135)
     return Outcome(graded(found.label == "quasi-periodic"), _VERDICT, summary(found))
 
 
-@judge("9b")
+@check("9b")
 def sub_harmonic(cache: ComputationCache) -> Outcome:
     found = cache.regime(**_AMPLITUDE, eps1=0.231)
     return Outcome(graded((found.period or 0) > 1), _VERDICT, summary(found))
 
 
-@judge("6b")
+@check("6b")
 def doublings_over_load(cache: ComputationCache) -> Outcome:
     return _exact_labels(cache, "q0", {0.0164: "4T", 0.01645: "8T", 0.0165: "12T"}, _LOAD)
 
 
-@judge("8a")
+@check("8a")
 def doublings_over_amplitude(cache: ComputationCache) -> Outcome:
     return _exact_labels(cache, "eps1", {0.206: "8T", 0.208: "16T", 0.209: "32T"}, _AMPLITUDE)
 
@@ -64,14 +64,14 @@ def _exact_labels(cache: ComputationCache, name: str, wanted: dict[float, str], 
     return Outcome(graded(same), "The verdict at each value.", evidence)
 
 
-@judge("8b")
+@check("8b")
 def chaos_after_the_cascade(cache: ComputationCache) -> Outcome:
     found = {value: cache.regime(**_AMPLITUDE, eps1=value) for value in (0.2095, 0.21)}
     chaos = any(r.label == "chaotic" for r in found.values())
     return Outcome(graded(chaos), "The verdict at two values.", {f"ε1 = {v}": summary(r) for v, r in found.items()})
 
 
-@judge("13a", "13b")
+@check("13a", "13b")
 def closed_curves(cache: ComputationCache, name: str) -> Outcome:
     eps1, wanted = {"13a": (0.04, 1), "13b": (0.205, 2)}[name]
     found = cache.regime(**_SOFT, eps1=eps1)
@@ -102,7 +102,7 @@ def curves(ds: xr.Dataset) -> tuple[int, float]:
 _BEYOND = np.round(np.linspace(0.068, 0.079, 12), 4)
 
 
-@judge("7e")
+@check("7e")
 def similar_fractals(cache: ComputationCache) -> Outcome:
     found = {float(q0): cache.regime(**_LOAD, q0=float(q0)) for q0 in _BEYOND}
     chaos = [q0 for q0, regime in found.items() if regime.label == "chaotic"]

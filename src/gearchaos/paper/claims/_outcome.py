@@ -1,4 +1,4 @@
-"""What a judge returns, and the register of judges."""
+"""The outcome of the check of a statement, and the registry of checks."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ DIGITS = "holds within the printed digits"
 MISPRINT = "misprint"
 CONTRADICTED = "contradicted"
 VERDICTS = (HOLDS, DIGITS, MISPRINT, CONTRADICTED)
-"""As printed; with numbers read as rounded or read off a diagram; printed wrongly, with what does hold; neither."""
+"""It holds as printed; it holds if its numbers are rounded or read off a diagram; it is a misprint; none of these."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """The verdict of one judge.
+    """The outcome of one check.
 
     Attributes
     ----------
     verdict : one of `VERDICTS`.
-    computed : what was computed, in words.
+    computed : what was computed, as a sentence.
     evidence : the numbers computed in this run, ready for JSON.
-    instead : what does hold, where the printed numbers do not exactly.
+    instead : what holds instead, if the statement does not hold exactly as printed.
     """
 
     verdict: str
@@ -35,26 +35,26 @@ class Outcome:
     instead: str = ""
 
 
-Judge = Callable[["ComputationCache"], Outcome]
-JUDGES: dict[str, Judge] = {}
-"""Judges by the id of the statement in `records.toml`."""
+Check = Callable[["ComputationCache"], Outcome]
+CHECKS: dict[str, Check] = {}
+"""Checks by the id of the statement in `records.toml`."""
 
 
-def judge(*names: str) -> Callable[[Callable[..., Outcome]], Callable[..., Outcome]]:
-    """Register a judge; with several ids it is called with the id as a second argument."""
+def check(*names: str) -> Callable[[Callable[..., Outcome]], Callable[..., Outcome]]:
+    """Decorator that registers the check of a statement; with several ids, the id is its second argument."""
 
     def register(function: Callable[..., Outcome]) -> Callable[..., Outcome]:
         for name in names:
-            JUDGES[name] = function if len(names) == 1 else _for(function, name)
+            CHECKS[name] = function if len(names) == 1 else _for(function, name)
         return function
 
     return register
 
 
-def _for(function: Callable[..., Outcome], name: str) -> Judge:
+def _for(function: Callable[..., Outcome], name: str) -> Check:
     return lambda cache: function(cache, name)
 
 
 def graded(exact: bool, rounded: bool = False) -> str:
-    """The verdict of a plain comparison: as printed, within the printed digits, or neither."""
+    """The verdict of a comparison: `HOLDS` if ``exact``, else `DIGITS` if ``rounded``, else `CONTRADICTED`."""
     return HOLDS if exact else DIGITS if rounded else CONTRADICTED

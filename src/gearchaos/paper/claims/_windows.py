@@ -1,4 +1,4 @@
-"""Statements about ranges of one parameter: where windows of periodic or quasi-periodic motion begin and end."""
+"""Statements about ranges of one parameter: where a kind of motion begins and ends."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from gearchaos.paper.claims._outcome import (
     HOLDS,
     MISPRINT,
     Outcome,
+    check,
     graded,
-    judge,
 )
 from gearchaos.paper.claims._read import (
+    intervals,
     is_chaotic,
     is_periodic,
     is_quasi_periodic,
     on_torus,
-    runs,
     summary,
 )
 from gearchaos.studies import Axis, motions
 
 _LOAD = {"omega": 1.0, "eps1": 0.1}
-_SCAN = "Verdicts on a fine scan of the range, each from the paper's start."
+_SCAN = "Verdicts on a fine scan of the range, each from the paper's initial state."
 
 
-@judge("6a")
+@check("6a")
 def end_of_chaos(cache: ComputationCache) -> Outcome:
-    """Where the last chaotic column before the 2T range stands, and how much of the range below it is chaotic."""
-    fine = cache.scan(Axis("q0", 0.0495, 0.052, 51), patient=True, **_LOAD)
+    """The last chaotic column, and the share of chaotic columns below it."""
+    fine = cache.scan(Axis("q0", 0.0495, 0.052, 51), long_transients=True, **_LOAD)
     q0 = fine["q0"].values
     end = float(q0[is_chaotic(fine)].max())
     whole = cache.study(6, "a")
@@ -50,20 +50,20 @@ def end_of_chaos(cache: ComputationCache) -> Outcome:
     )
 
 
-@judge("6c")
+@check("6c")
 def third_window(cache: ComputationCache) -> Outcome:
-    inside = _labels(cache.scan(Axis("q0", 0.02486, 0.02499, 14), patient=True, **_LOAD))
-    around = cache.scan(Axis("q0", 0.0247, 0.0252, 101), patient=True, **_LOAD)
-    window = runs(around["q0"].values, around["period"].values == 3)
+    inside = _labels(cache.scan(Axis("q0", 0.02486, 0.02499, 14), long_transients=True, **_LOAD))
+    around = cache.scan(Axis("q0", 0.0247, 0.0252, 101), long_transients=True, **_LOAD)
+    window = intervals(around["q0"].values, around["period"].values == 3)
     evidence = {"inside": dict(Counter(inside)), "windows_of_3T": [[round(a, 6), round(b, 6)] for a, b in window]}
     return Outcome(graded(set(inside) == {"3T"}), _SCAN, evidence)
 
 
-@judge("6d")
+@check("6d")
 def sixth_after_third(cache: ComputationCache) -> Outcome:
     printed = cache.regime(**_LOAD, q0=0.0255)
-    around = cache.scan(Axis("q0", 0.02505, 0.0256, 111), patient=True, **_LOAD)
-    window = runs(around["q0"].values, around["period"].values == 6)
+    around = cache.scan(Axis("q0", 0.02505, 0.0256, 111), long_transients=True, **_LOAD)
+    window = intervals(around["q0"].values, around["period"].values == 6)
     evidence = {"at_0.0255": summary(printed), "windows_of_6T": [[round(a, 6), round(b, 6)] for a, b in window]}
     if printed.label == "6T":
         return Outcome(HOLDS, _SCAN, evidence)
@@ -71,11 +71,11 @@ def sixth_after_third(cache: ComputationCache) -> Outcome:
     return Outcome(MISPRINT if window else CONTRADICTED, _SCAN, evidence, where)
 
 
-@judge("6e")
+@check("6e")
 def sixth_alone(cache: ComputationCache) -> Outcome:
     printed = cache.regime(**_LOAD, q0=0.047)
-    around = cache.scan(Axis("q0", 0.04695, 0.04705, 101), patient=True, **_LOAD)
-    window = runs(around["q0"].values, around["period"].values == 6)
+    around = cache.scan(Axis("q0", 0.04695, 0.04705, 101), long_transients=True, **_LOAD)
+    window = intervals(around["q0"].values, around["period"].values == 6)
     rounds = [(a, b) for a, b in window if b > 0.04695 and a < 0.04705]
     evidence = {"at_0.047": summary(printed), "windows_of_6T": [[round(a, 6), round(b, 6)] for a, b in window]}
     return Outcome(graded(printed.label == "6T", bool(rounds)), _SCAN, evidence,
@@ -85,16 +85,16 @@ def sixth_alone(cache: ComputationCache) -> Outcome:
 _SOFT: dict[str, Any] = {"kind": "full", "kappa": 0.5, "omega": 1.05, "q0": 0.1}
 
 
-@judge("12a")
+@check("12a")
 def first_torus(cache: ComputationCache) -> Outcome:
     return _torus(cache.scan(Axis("eps1", 0.030, 0.050, 61), **_SOFT), "eps1", 0.033, 0.048, 0.0025)
 
 
-@judge("12b")
+@check("12b")
 def second_torus(cache: ComputationCache) -> Outcome:
     ds = cache.scan(Axis("eps1", 0.19, 0.22, 61), **_SOFT)
     eps1, names = ds["eps1"].values, np.array(_labels(ds))
-    begin = next((a for a, b in runs(eps1, on_torus(ds)) if a <= 0.205 <= b), np.nan)
+    begin = next((a for a, b in intervals(eps1, on_torus(ds)) if a <= 0.205 <= b), np.nan)
     from_doubled = set(names[eps1 < begin]) == {"2T"}
     return Outcome(
         graded(from_doubled and abs(begin - 0.2) < 1e-3, from_doubled and abs(begin - 0.2) <= 0.01), _SCAN,
@@ -102,20 +102,20 @@ def second_torus(cache: ComputationCache) -> Outcome:
     )
 
 
-@judge("14a")
+@check("14a")
 def torus_over_load(cache: ComputationCache) -> Outcome:
     ds = cache.scan(Axis("q0", 0.125, 0.175, 101), kind="full", kappa=0.5, omega=0.9, eps1=0.1)
     return _torus(ds, "q0", 0.13, 0.17, 0.005)
 
 
-@judge("14b")
+@check("14b")
 def locked_torus(cache: ComputationCache) -> Outcome:
     ds = cache.scan(Axis("q0", 0.155, 0.185, 61), kind="full", kappa=1.0, omega=1.0, eps1=0.1)
     return _torus(ds, "q0", 0.16, 0.18, 0.005)
 
 
 def _torus(ds: xr.Dataset, axis: str, low: float, high: float, tolerance: float) -> Outcome:
-    """Whether a torus lasts throughout a range, or throughout what is left of it within the tolerance."""
+    """Whether the motion is on a torus throughout a range: as printed, or with each end shifted by the tolerance."""
     values, close = ds[axis].values, 1e-9
     torus, strict = on_torus(ds), is_quasi_periodic(ds)
     printed = (values > low + close) & (values < high - close)
@@ -130,7 +130,7 @@ def _torus(ds: xr.Dataset, axis: str, low: float, high: float, tolerance: float)
     return Outcome(graded(bool(exact), bool(near)), _SCAN, evidence, _in_words(ds, values))
 
 
-@judge("14c")
+@check("14c")
 def wider_chaos(cache: ComputationCache) -> Outcome:
     ends = {}
     for name, number, panel in (("6", 6, "a"), ("14a", 14, "a"), ("14b", 14, "b")):
@@ -145,21 +145,21 @@ def _labels(ds: xr.Dataset) -> list[str]:
 
 
 def _in_words(ds: xr.Dataset, values: np.ndarray) -> str:
-    return "; ".join(f"{name} from {a:.5g} to {b:.5g}" for name, a, b in _stretches(ds, values))
+    return "; ".join(f"{name} from {a:.5g} to {b:.5g}" for name, a, b in _label_ranges(ds, values))
 
 
-def _stretches(ds: xr.Dataset, values: np.ndarray) -> list[tuple[str, float, float]]:
-    """Stretches of one label that span at least three columns."""
+def _label_ranges(ds: xr.Dataset, values: np.ndarray) -> list[tuple[str, float, float]]:
+    """Ranges of at least three columns with one label: label, first and last value; sorted by the first value."""
     names = np.array(_labels(ds))
-    out = [(name, a, b) for name in dict.fromkeys(names) for a, b in runs(values, names == name)]
+    out = [(name, a, b) for name in dict.fromkeys(names) for a, b in intervals(values, names == name)]
     step = values[1] - values[0]
     return sorted((s for s in out if s[2] - s[1] > 1.5 * step), key=lambda s: s[1])
 
 
 def _ranges(ds: xr.Dataset, axis: str) -> dict[str, Any]:
-    """The scan in short: what was found where."""
+    """Summary of a scan as evidence: the ranges of each label, and the long periods that occur."""
     return {
         "columns": int(ds.sizes[axis]),
-        "stretches": [[name, round(a, 6), round(b, 6)] for name, a, b in _stretches(ds, ds[axis].values)],
+        "stretches": [[name, round(a, 6), round(b, 6)] for name, a, b in _label_ranges(ds, ds[axis].values)],
         "locked_periods": sorted({int(p) for p in ds["period"].values[is_periodic(ds)] if p > 8}),
     }

@@ -1,4 +1,4 @@
-"""The figures of the paper: one function per layout; the Datasets come from the cache, the settings from the table."""
+"""The figures of the paper: one function per layout, which draws Datasets according to the settings of a figure."""
 
 from gearchaos.paper.figures._draw import LAYOUTS, draw
 

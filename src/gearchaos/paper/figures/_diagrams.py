@@ -19,7 +19,7 @@ def bifurcations(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset
     for ax, (name, ds) in zip(column, data.items(), strict=True):
         plot.bifurcation(ds, "x1", ax)
         if len(data) > 1:
-            _inside(ax, name, _point(setting.studies[name].model))
+            _letter_inside(ax, name, _point(setting.studies[name].model))
 
 
 def bifurcation_and_exponent(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> None:
@@ -29,16 +29,16 @@ def bifurcation_and_exponent(figure: Figure, setting: Setting, data: Mapping[str
     plot.bifurcation(data["a"], "x1", top)
     plot.lyapunov(data["a"], bottom)
     top.set_xlabel("")
-    _inside(top, "a")
-    _inside(bottom, "b")
+    _letter_inside(top, "a")
+    _letter_inside(bottom, "b")
 
 
 def _point(model: Mapping) -> str:
     return rf"$\kappa={model['kappa']}$, $\omega={model['omega']}$"
 
 
-def _inside(ax, name: str, text: str = "") -> None:
-    """A panel letter inside the corner, since the strip and the legend stand above the Axes."""
+def _letter_inside(ax, name: str, text: str = "") -> None:
+    """Write the letter of a panel inside the Axes, if there are a strip and a legend above it."""
     label = f"({name})" + (f"  {text}" if text else "")
     ax.text(0.012, 0.97, label, transform=ax.transAxes, ha="left", va="top",
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5})

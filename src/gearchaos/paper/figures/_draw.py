@@ -1,4 +1,4 @@
-"""From a setting and its Datasets to a finished matplotlib Figure."""
+"""The picture of a figure of the paper, from its settings and Datasets."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ def png(figure: Figure, dpi: int) -> bytes:
     FigureCanvasAgg(figure)
     layout = figure.get_layout_engine()
     assert layout is not None
-    layout.execute(figure)  # it settles in two passes, of which saving does one: ticks depend on sizes, these on labels
+    layout.execute(figure)  # a second pass beside that of savefig: sizes of Axes and tick labels depend on each other
     figure.savefig(
         buffer, format="png", dpi=dpi, facecolor="white", metadata={"Software": "gearchaos"},
-        pil_kwargs={"compress_level": 3},  # smaller than the usual 6 for such pictures, and sooner done
+        pil_kwargs={"compress_level": 3},  # faster than the default 6, and smaller files for these pictures
     )
     return buffer.getvalue()

@@ -11,15 +11,20 @@ from gearchaos import plot
 from gearchaos.paper.figures._style import WIDTH, letter
 from gearchaos.paper.settings import Figure as Setting
 
-_SHOWN_PERIODS = 40
-_TRACE = 0.25
-_TRACED_PERIODS = 120
+_HISTORY_PERIODS = 40
+"""Mesh periods in a time history."""
 
+_TRAJECTORY_PERIODS = 120
+"""Mesh periods in a phase trajectory."""
+
+_THIN_LINE_WIDTH = 0.25
+"""Width of the line of a long trajectory, in points."""
 
 _COEXISTING = (
     ("1T_1", "phase"), ("3T_1", "phase"), ("4T_1", "phase"), ("4T_2", "phase"),
     ("4T_1", "history"), ("4T_2", "history"), ("5T_1", "phase"), ("5T_1", "history"),
 )
+"""The panels of figure 4: name of the orbit, and how it is drawn."""
 
 
 def coexisting(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> None:
@@ -27,10 +32,10 @@ def coexisting(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset])
     figure.set_size_inches(WIDTH, 8.6)
     axes = figure.subplots(4, 2)
     for ax, name, (key, picture) in zip(axes.flat, "abcdefgh", _COEXISTING, strict=True):
-        period, place = key.split("_")
-        letter(ax, name, f"{period}-periodic" + ", second" * (place == "2"))
+        period, index = key.split("_")
+        letter(ax, name, f"{period}-periodic" + ", second" * (index == "2"))
         if key not in data:
-            ax.text(0.5, 0.5, "no start of this run ended on it", transform=ax.transAxes, ha="center")
+            ax.text(0.5, 0.5, "not found in this run", transform=ax.transAxes, ha="center")
         elif picture == "phase":
             plot.phase(data[key], "z", ax=ax)
         else:
@@ -53,9 +58,9 @@ def dossiers(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -
     axes = figure.subplots(4, 2, height_ratios=(0.8, 0.9, 1.15, 1.15))
     for column, name in enumerate(("a", "b")):
         ds = data[name]
-        plot.history(ds, "x1_dot", axes[0, column], periods=_SHOWN_PERIODS)
+        plot.history(ds, "x1_dot", axes[0, column], periods=_HISTORY_PERIODS)
         plot.spectrum(ds, "x1_dot", axes[1, column])
-        plot.phase(_traced(ds), "x1", ax=axes[2, column], section=False, linewidth=_TRACE)
+        plot.phase(_first_part(ds), "x1", ax=axes[2, column], section=False, linewidth=_THIN_LINE_WIDTH)
         plot.portrait(data[f"{name}_section"], "x1", ax=axes[3, column])
         letter(axes[0, column], name, rf"$\varepsilon_1={setting.studies[name].model['eps1']}$")
     for row in axes:
@@ -67,20 +72,20 @@ def trajectories_and_portraits(figure: Figure, setting: Setting, data: Mapping[s
     figure.set_size_inches(WIDTH, 6.0)
     axes = figure.subplots(2, 2)
     for row, name in enumerate(("a", "b")):
-        plot.phase(_traced(data[name]), "x1", ax=axes[row, 0], section=False, linewidth=_TRACE)
+        plot.phase(_first_part(data[name]), "x1", ax=axes[row, 0], section=False, linewidth=_THIN_LINE_WIDTH)
         plot.portrait(data[f"{name}_section"], "x1", ax=axes[row, 1])
         letter(axes[row, 0], name, rf"$\varepsilon_1={setting.studies[name].model['eps1']}$, phase trajectory")
         letter(axes[row, 1], name, "stroboscopic portrait")
 
 
-def _traced(ds: xr.Dataset) -> xr.Dataset:
-    """The first part of a long motion: more would fill the plane with ink."""
+def _first_part(ds: xr.Dataset) -> xr.Dataset:
+    """The first `_TRAJECTORY_PERIODS` of a motion; all of a long one would fill the plane."""
     samples = ds.sizes["tau"] // ds.sizes["period"]
-    return ds.isel(tau=slice(0, _TRACED_PERIODS * samples))
+    return ds.isel(tau=slice(0, _TRAJECTORY_PERIODS * samples))
 
 
 def _share_limits(axes) -> None:
-    """The same vertical limits for all, so that heights compare."""
+    """Give all Axes the same vertical limits, so that they can be compared."""
     low = min(ax.get_ylim()[0] for ax in axes)
     high = max(ax.get_ylim()[1] for ax in axes)
     for ax in axes:

@@ -1,4 +1,4 @@
-"""The look of the printed page: sizes in inches, type in points, one panel letter per panel."""
+"""Style of the figures: width in inches, sizes of fonts and lines in points, letters of panels."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import Any
 from matplotlib.axes import Axes
 
 WIDTH = 7.2
+"""Width of every figure, in inches."""
+
 STYLE: Any = {
     "font.family": "STIXGeneral",
     "mathtext.fontset": "stix",

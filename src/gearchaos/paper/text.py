@@ -1,4 +1,4 @@
-"""Words and numbers for people: symbols in plain text, shares in percent."""
+"""Plain text for the report: symbols of parameters, shares in percent."""
 
 from __future__ import annotations
 
@@ -11,5 +11,5 @@ def symbol(name: str) -> str:
 
 
 def percent(share: float) -> str:
-    """A share in percent with a sensible number of digits."""
+    """A share in percent with one digit after the point below 10 %."""
     return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.1f} %" if share >= 0.001 else "below 0.1 %"

@@ -1,4 +1,4 @@
-"""From records and judges to claims."""
+"""Checks of the statements: from the records in `records.toml` and the functions in `CHECKS` to claims."""
 
 from __future__ import annotations
 
@@ -10,14 +10,22 @@ from importlib.resources import files
 from typing import Any
 
 from gearchaos.paper.cache import ComputationCache
-from gearchaos.paper.claims import _attractors, _maps, _motions, _windows  # noqa: F401 - they register their judges
+from gearchaos.paper.claims import _attractors, _maps, _motions, _windows  # noqa: F401 - they register their checks
 from gearchaos.paper.claims._evidence import cited
-from gearchaos.paper.claims._outcome import CONTRADICTED, JUDGES, MISPRINT
+from gearchaos.paper.claims._outcome import CHECKS, CONTRADICTED, MISPRINT
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One statement of the paper with its verdict; the fields of claims.json."""
+    """One statement of the paper with its verdict; its fields are those of claims.json.
+
+    Attributes
+    ----------
+    id, figure, where, statement, setting, criterion, expected
+        From the record of the statement in `records.toml`.
+    verdict, computed, evidence, instead
+        From the `Outcome` of its check; ``evidence`` also has the verdicts on all motions computed for it.
+    """
 
     id: str
     figure: int
@@ -32,7 +40,7 @@ class Claim:
     expected: str = ""
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON-ready."""
+        """The fields by name, ready for JSON."""
         return asdict(self)
 
 
@@ -52,20 +60,20 @@ def claims_of(figures: Iterable[int]) -> list[str]:
     return [name for name, record in records().items() if record["figure"] in wanted]
 
 
-def judge_all(cache: ComputationCache, names: Iterable[str]) -> list[Claim]:
-    """Judge the statements with these ids."""
-    return [_judged(cache, name) for name in names]
+def check_all(cache: ComputationCache, names: Iterable[str]) -> list[Claim]:
+    """Check the statements with these ids."""
+    return [_checked(cache, name) for name in names]
 
 
-def _judged(cache: ComputationCache, name: str) -> Claim:
-    with cache.requested_keys() as asked:
-        outcome = asdict(JUDGES[name](cache))
-    outcome["evidence"] |= {"verdicts": cited(cache, asked)}
+def _checked(cache: ComputationCache, name: str) -> Claim:
+    with cache.requested_keys() as keys:
+        outcome = asdict(CHECKS[name](cache))
+    outcome["evidence"] |= {"verdicts": cited(cache, keys)}
     return Claim(id=name, **records()[name], **outcome)
 
 
 def failed(claims: Iterable[Claim]) -> list[Claim]:
-    """Claims that should hold and do not: contradicted, or an unexpected misprint."""
+    """Claims that should hold but do not: those contradicted, and misprints that are not expected."""
     return [
         c for c in claims
         if c.verdict == CONTRADICTED or (c.verdict == MISPRINT and c.expected != MISPRINT)
