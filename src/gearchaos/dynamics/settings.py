@@ -85,6 +85,7 @@ for each of the 20 blocks of the confidence interval."""
 
 
 def _field(name: str) -> str:
+    """Name of a field in error messages."""
     return f"classification.{name}"
 
 

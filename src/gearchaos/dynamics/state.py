@@ -166,6 +166,7 @@ class ClassificationState:
         return found
 
     def _approaching(self, w: np.ndarray, lanes: np.ndarray, found: orbits.Orbits) -> np.ndarray:
+        """`orbits.approaching` for motions in the states w (d, lanes)."""
         return orbits.approaching(self.flow, w, self.points[lanes], found, _APPROACH_PERIODS)
 
     def _assign_orbits(self, lanes: np.ndarray, found: orbits.Orbits, reason: Reason) -> None:

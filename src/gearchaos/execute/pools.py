@@ -138,6 +138,7 @@ def _begin_worker() -> None:
 
 
 def _end_with_parent() -> None:
+    """Wait for the end of the parent process, then exit."""
     parent = parent_process()
     if parent is not None:
         parent.join()
@@ -220,6 +221,7 @@ def slurm_job() -> dict[str, Any]:
 
 
 def _distributed() -> Any:
+    """The package distributed; raises `InputError` if it is not installed."""
     try:
         import distributed
     except ImportError:
@@ -228,10 +230,13 @@ def _distributed() -> Any:
 
 
 def _missing(package: str) -> InputError:
+    """The error that a package for clusters is not installed."""
     return InputError("cluster", f"needs {package}", None, "Install it with: pip install 'gearchaos[cluster]'.")
 
 
 def _dask_pool(client: Any) -> Pool:
+    """The pool of the workers that a Dask client reaches."""
+
     def workers() -> int:
         try:
             return max(1, sum(client.nthreads().values()))

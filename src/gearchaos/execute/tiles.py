@@ -99,4 +99,5 @@ def run(
 
 
 def _size(tile: slice) -> int:
+    """Number of work items in a tile."""
     return tile.stop - tile.start

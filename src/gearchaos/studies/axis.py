@@ -13,6 +13,8 @@ from gearchaos.errors import InputError, unknown_name
 from gearchaos.model import HarmonicStiffness, MeshModel, check, expand_pairs, known_names
 
 MAX_COUNT = 1_000_000
+"""Largest number of values of an axis."""
+
 _EXAMPLE = "Write it like eps1=0:0.3:400."
 
 
@@ -102,6 +104,7 @@ def _single_names(name: str) -> tuple[str, ...]:
 
 
 def _number(field: str, value: object) -> float:
+    """A finite number as float; raises `InputError` for anything else."""
     if isinstance(value, (str, bytes, bool)) or not hasattr(value, "__float__"):
         raise InputError(field, "must be a number", value, _EXAMPLE)
     number = float(value)
@@ -111,6 +114,7 @@ def _number(field: str, value: object) -> float:
 
 
 def _count(name: str, value: object) -> int:
+    """The number of values of the axis of this name; raises `InputError` unless it is from 1 to `MAX_COUNT`."""
     if isinstance(value, bool) or not hasattr(value, "__index__") or not 1 <= value.__index__() <= MAX_COUNT:
         rule = f"must be a whole number from 1 to {MAX_COUNT}"
         raise InputError(f"axis {name} count", rule, value, _EXAMPLE)

@@ -147,6 +147,7 @@ class _Results:
         self.arrays: dict[str, np.ndarray] = {}
 
     def put(self, rows: np.ndarray, values: dict[str, np.ndarray]) -> None:
+        """Put values (L, ...) by name into rows (L,); arrays are made when a name first appears."""
         for name, value in values.items():
             if name not in self.arrays:
                 self.arrays[name] = np.zeros((self.count, *value.shape[1:]), value.dtype)

@@ -44,21 +44,21 @@ def swept_initial_values(
     state: dict[str, np.ndarray] = {}
     for column in range(axis.count) if up else range(axis.count)[::-1]:
         values = {**others, axis.name: np.full(rows, axis.values[column])}
-        initial = _initial_state(vary(model, values))
+        initial = _physical_initial_state(vary(model, values))
         state = {n: np.where(np.isfinite(x), x, initial[n]) for n, x in state.items()} or initial
         for name, value in state.items():
             out[name][:, column] = value
-        state = _final_state(vary(replace(model, initial={}), {**values, **state}))
+        state = _physical_final_state(vary(replace(model, initial={}), {**values, **state}))
     return out
 
 
-def _initial_state(batch: Batch) -> dict[str, np.ndarray]:
+def _physical_initial_state(batch: Batch) -> dict[str, np.ndarray]:
     """The physical initial state by name, each (P,)."""
     system = switched_system(batch)
     return _physical(batch, system.names, initial_state(batch, system), np.zeros(batch.size))
 
 
-def _final_state(batch: Batch) -> dict[str, np.ndarray]:
+def _physical_final_state(batch: Batch) -> dict[str, np.ndarray]:
     """The physical state after `PERIODS_PER_VALUE` by name, each (P,); NaN where the motion diverged.
 
     A drifting mean rotation is reset to its initial value: after many columns z would lose digits as the difference of

@@ -55,6 +55,7 @@ class Verdict:
 
     @property
     def _label(self) -> Label:
+        """Kind of motion as its code."""
         return Label(int(self.verdicts.label[0]))
 
     @property
