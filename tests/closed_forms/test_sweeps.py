@@ -5,7 +5,7 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.dynamics import Classification
-from gearchaos.studies.coexistence import _distinct
+from gearchaos.studies.coexistence import _count_distinct
 from gearchaos.studies.sweep import carried
 
 CARRY = 400
@@ -89,8 +89,8 @@ def test_motions_of_a_cell_are_one_if_their_mean_points_agree_to_a_millionth():
     known = np.ones((5, 3), dtype=bool)
     known[2, 1], known[4], period[3, 2] = False, False, 4
     motions = {"label": label, "period": period, "centre_z": centre, "centre_z_dot": np.zeros((5, 3))}
-    assert _distinct(motions, known).tolist() == [1, 2, 1, 2, 0]
-    assert _distinct({**motions, "centre_z_dot": centre, "centre_z": 0 * centre}, known).tolist() == [1, 2, 1, 2, 0]
+    assert _count_distinct(motions, known).tolist() == [1, 2, 1, 2, 0]
+    assert _count_distinct({**motions, "centre_z_dot": centre, "centre_z": 0 * centre}, known).tolist() == [1, 2, 1, 2, 0]
 
 
 def test_a_sweep_that_runs_away_starts_anew():
