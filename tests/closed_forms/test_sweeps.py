@@ -90,8 +90,8 @@ def test_motions_of_a_cell_are_one_if_their_mean_points_agree_to_a_millionth():
     known[2, 1], known[4], period[3, 2] = False, False, 4
     motions = {"label": label, "period": period, "centre_z": centre, "centre_z_dot": np.zeros((5, 3))}
     assert _count_distinct(motions, known).tolist() == [1, 2, 1, 2, 0]
-    assert _count_distinct({**motions, "centre_z_dot": centre, "centre_z": 0 * centre}, known).tolist() == [1, 2, 1, 2,
-        0]
+    motions |= {"centre_z_dot": centre, "centre_z": 0 * centre}
+    assert _count_distinct(motions, known).tolist() == [1, 2, 1, 2, 0]
 
 
 def test_a_sweep_that_runs_away_starts_anew():

@@ -22,12 +22,13 @@ def explore(
     study: StudyPath = None,
     sets: Sets = None,
     axis: AxisTexts = None,
-    host: Annotated[str, typer.Option(metavar="ADDRESS", help="Where to listen; this machine alone by default.")]
-    = "127.0.0.1",
+    host: Annotated[
+        str, typer.Option(metavar="ADDRESS", help="Address to listen on; by default only this machine can connect.")
+    ] = "127.0.0.1",
     port: Annotated[int, typer.Option(metavar="N", help="Port; 0 for any that is free.")] = 5006,
     no_open: Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")] = False,
 ) -> None:
-    """A map of motions in the browser, and wherever one points, the motion behind it."""
+    """Open a page in the browser with a map of motions, and the motion at the point that is clicked."""
     from gearchaos.explorer.web.hosts import LOCAL
     from gearchaos.explorer.web.server import address, check_installed, check_port, server
 

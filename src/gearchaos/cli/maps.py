@@ -40,10 +40,10 @@ def bifurcation(
     sets: Sets = None,
     axis: AxisTexts = None,
     points: Annotated[
-        int | None, typer.Option(min=0, help="Stroboscopic points per column; 0 for the verdicts alone.")
+        int | None, typer.Option(min=0, help="Stroboscopic points per column; 0 for verdicts only.")
     ] = None,
     mode: Annotated[
-        str | None, typer.Option(metavar="fixed|up|down", help="Same start, or the state carried along.")
+        str | None, typer.Option(metavar="fixed|up|down", help="Columns from the model's initial values, or a sweep.")
     ] = None,
     plot: Plot = None,
     json_out: Json = False,
@@ -60,9 +60,12 @@ def zones(
     study: StudyPath = None,
     sets: Sets = None,
     axis: AxisTexts = None,
-    starts: Annotated[int | None, typer.Option(help="Starts in each cell, to find all its motions.")] = None,
+    starts: Annotated[
+        int | None, typer.Option(help="Number of initial states in each cell, to find all its motions.")
+    ] = None,
     refine: Annotated[
-        int | None, typer.Option(metavar="N", help="Every N-th row and column first, finer where neighbours differ.")
+        int | None,
+        typer.Option(metavar="N", help="Every N-th row and column; more cells only where neighbours differ."),
     ] = None,
     plot: Plot = None,
     json_out: Json = False,

@@ -16,9 +16,9 @@ from gearchaos.errors import InputError
 def paper(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the report.", readable=False)],
     figures: Annotated[str | None, typer.Option(metavar="2,6,9", help="Only these figures.")] = None,
-    quality: Annotated[str, typer.Option(metavar="draft|paper", help="How finely to compute.")] = "paper",
+    quality: Annotated[str, typer.Option(metavar="draft|paper", help="Number of cells and columns.")] = "paper",
 ) -> None:
-    """Reproduce the 2008 paper: every figure, every claim judged, one report."""
+    """Reproduce the 2008 paper: a report with every figure, and every claim compared with computed values."""
     numbers = None if figures is None else _figure_numbers(figures)
     from gearchaos.paper.report import build
     from gearchaos.paper.settings import chosen_figures

@@ -32,15 +32,15 @@ def simulate(
     study: StudyPath = None,
     sets: Sets = None,
     periods: Annotated[int | None, typer.Option(min=1, help="Mesh periods to record.")] = None,
-    transient: Annotated[int | None, typer.Option(min=0, help="Mesh periods to let pass before.")] = None,
-    samples: Annotated[int | None, typer.Option(min=1, help="Instants per period, for --out.")] = None,
+    transient: Annotated[int | None, typer.Option(min=0, help="Mesh periods before these.")] = None,
+    samples: Annotated[int | None, typer.Option(min=1, help="Instants per period of the trajectory in --out.")] = None,
     json_out: Json = False,
     out: OutIfWanted = None,
     physical: Physical = False,
 ) -> None:
-    """Follow one motion and show it once per mesh period."""
+    """Integrate one motion and show its stroboscopic section, one state per mesh period."""
     if samples is not None and out is None:
-        raise InputError("--samples", "needs --out", samples, "Stdout shows the stroboscopic section alone.")
+        raise InputError("--samples", "needs --out", samples, "Stdout shows only the stroboscopic section.")
     check_output("--out", out, DATA_SUFFIXES)
     loaded = load(study, sets, physical)
     if periods is None and "periods" not in loaded.options_for("simulate"):
@@ -63,7 +63,7 @@ def simulate(
 def regime(
     study: StudyPath = None, sets: Sets = None, plot: Plot = None, json_out: Json = False, physical: Physical = False
 ) -> None:
-    """Say what the mesh does at one operating point, with the evidence."""
+    """Classify the motion at one operating point, and print the evidence."""
     check_output("--plot", plot, PLOT_SUFFIXES)
     loaded = load(study, sets, physical)
     from gearchaos.studies.regime import Regime
@@ -107,19 +107,21 @@ def attractors(
     study: StudyPath = None,
     sets: Sets = None,
     starts: Annotated[
-        int | None, typer.Option(help="Starts, 256 by default, spread over ±3 half backlashes and ±2 in velocity.")
+        int | None,
+        typer.Option(help="Number of initial states, 256 by default, within ±3 half backlashes and ±2 in velocity."),
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Another seed gives other starts.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of the initial states.")] = None,
     sweep: Annotated[
-        str | None, typer.Option(metavar="NAME=LOW:HIGH:COUNT", help="Also sweep this from both ends to its value.")
+        str | None,
+        typer.Option(metavar="NAME=LOW:HIGH:COUNT", help="Also sweep this parameter from both ends to its value."),
     ] = None,
     kicks: Annotated[
-        int | None, typer.Option(help="Directions in which to look for the smallest kick out of a basin.")
+        int | None, typer.Option(help="Directions in which to search the smallest perturbation that leaves a basin.")
     ] = None,
     out: OutIfWanted = None,
     json_out: Json = False,
 ) -> None:
-    """Find all motions of one operating point, with the shares of the starts that lead to them."""
+    """Find all attractors of one operating point, with the share of the initial states that lead to each."""
     check_output("--out", out, DATA_SUFFIXES)
     loaded = load(study, sets)
     from gearchaos.studies.attractors import Attractors

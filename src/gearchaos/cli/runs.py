@@ -31,21 +31,23 @@ COARSE = 8
 @app.command()
 def run(
     study: StudyPath,
-    out: Annotated[Path, typer.Option("--out", metavar="DIR.zarr", help="The store, new or to go on with.")],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR.zarr", help="Store, new or of an earlier run.")],
     sets: Sets = None,
-    tile: Annotated[int | None, typer.Option(min=1, help="Most cells, columns or starts in a tile.")] = None,
-    threads: Annotated[int | None, typer.Option(min=1, help="Tiles computed at once; one per core by default.")] = None,
-    processes: Annotated[int | None, typer.Option(min=1, help="Compute in so many processes instead.")] = None,
+    tile: Annotated[
+        int | None, typer.Option(min=1, help="Largest number of cells, columns or starts in a tile.")
+    ] = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="Threads; one per core by default.")] = None,
+    processes: Annotated[int | None, typer.Option(min=1, help="Processes, instead of threads.")] = None,
     scheduler: Annotated[str | None, typer.Option(metavar="tcp://…", help="Compute on a Dask cluster.")] = None,
     cluster: Annotated[str | None, typer.Option(metavar="slurm", help="Compute in Slurm jobs.")] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Slurm jobs, with --cluster; 1 by default.")] = None,
     refine: Annotated[
-        bool, typer.Option("--refine", help="Compute a map coarsely, and finer only where neighbours differ.")
+        bool, typer.Option("--refine", help="Compute a coarse map, and more cells only where neighbours differ.")
     ] = False,
     shard: Annotated[str | None, typer.Option(metavar="I/N", help="Only every N-th tile, from the I-th.")] = None,
     json_out: Json = False,
 ) -> None:
-    """Compute the study of a file into a store, or go on where an earlier run stopped."""
+    """Compute the study of a file into a store, or continue an earlier run."""
     from gearchaos.execute.pools import pool_from_options
     from gearchaos.store.run import run_into_store
     from gearchaos.store.writers import Shard
@@ -81,7 +83,7 @@ def _study(path: Path | None, sets: list[str] | None, refine: bool) -> Study:
 
 @app.command()
 def info(store: StorePath, json_out: Json = False) -> None:
-    """Say how far a run is: tiles done, rate, failures."""
+    """Show the progress of a run: tiles done, rate, failures."""
     from gearchaos.store.info import summary
     from gearchaos.store.store import open_store
 
@@ -104,7 +106,7 @@ def plot(
         str | None, typer.Option(metavar="NAME", help="What a map is coloured by: motion, v_rms, contact, …")
     ] = None,
 ) -> None:
-    """Draw any saved result, or what a store holds, also of a run that is not done."""
+    """Draw any saved result, or the store of a finished or unfinished run."""
     target = out or _default_picture(result, colour)
     check_output("--out", target, PLOT_SUFFIXES)
     dataset, note = _from_store(result) if result.is_dir() else (_from_file(result), "")
@@ -146,11 +148,11 @@ def export(
     store: StorePath,
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="NetCDF file to write.", readable=False)],
 ) -> None:
-    """Write what a store holds as NetCDF."""
+    """Write the result in a store as NetCDF."""
     check_output("--out", out, DATA_SUFFIXES)
     from gearchaos.store.store import open_store
 
     found = open_store(store)
     if not found.finished:
-        say(f"{store} is not done: what is not computed is NaN, 0 in whole numbers, or -1 for contact")
+        say(f"{store} is not done: values not yet computed are NaN, 0 in variables of integers, or -1 for contact")
     save(found.dataset(), out)

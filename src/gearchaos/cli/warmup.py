@@ -8,7 +8,7 @@ from gearchaos.cli.options import app
 
 @app.command()
 def warmup() -> None:
-    """Compile all kernels now, so that no later run has to."""
+    """Compile all kernels now, so that no later command has to."""
     from gearchaos.studies.warmup import MODELS
     from gearchaos.studies.warmup import warmup as run
 

@@ -31,7 +31,7 @@ from gearchaos.model import (
 )
 
 PhysicalValue = Any
-"""A float in SI, a text with a unit such as "3 mm", or a pint quantity; a float once the pair is built."""
+"""A float in SI, a text with a unit such as "3 mm", or a pint quantity; the fields of a `GearPair` are floats."""
 
 
 @dataclass(frozen=True, kw_only=True)

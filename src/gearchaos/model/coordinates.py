@@ -155,7 +155,7 @@ def to_physical(
     names : tuple of str
         The d coordinates of the dynamic state.
     w : (P, S, d)
-        States on the motion from those initial values, or on one that differs from it in the relative motion alone.
+        States of the motion from those initial values, or of one that differs from it only in the relative motion.
     tau : (P, S)
         Times since the initial values.
     error, error_dot : broadcastable to (P, S)

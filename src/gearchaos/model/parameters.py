@@ -52,7 +52,7 @@ class MeshModel:
     beta1, beta2 : float, optional
         Bearing friction b_n/(2 m ω0 R_n²); 0.01 unless the kind is ``single``, where it must be 0.
     mu1, mu2, kappa1, kappa2, zeta_support1, zeta_support2 : float
-        Masses m_n/m, support stiffnesses c_n/c0 and support damping ratios k_n/(2 m_n ω0), used by ``full`` alone.
+        Masses m_n/m, support stiffnesses c_n/c0 and support damping ratios k_n/(2 m_n ω0), used only by ``full``.
     error : TransmissionError
         Static transmission error ε(τ).
     stiffness : TwoLevelStiffness or HarmonicStiffness
@@ -162,7 +162,8 @@ class MeshModel:
         ----------
         values : mapping
             Parameters (``omega``), pairs (``q0`` sets q1 and q2), harmonics (``eps3``), initial values (``x1_dot``),
-            ``kind``, or a whole ``error``, ``stiffness`` or ``initial``.
+            ``kind``, ``error`` (a `TransmissionError`), ``stiffness`` (an object of either class), or ``initial``
+            (a mapping).
 
         Raises
         ------

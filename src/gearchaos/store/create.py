@@ -1,4 +1,4 @@
-"""Creating a store, and repairing those of its files that hold no results of tiles."""
+"""Creating a store, and repairing those of its files that are not chunks."""
 
 from __future__ import annotations
 

@@ -172,7 +172,7 @@ def _pair_and_model(
         return None, model if kind is None else model.with_values({"kind": kind})
     if tables.model is not None:
         given = list(tables.model.model_fields_set)
-        raise InputError("[model]", "must be left out beside [gearpair]", given, "The pair is the model.")
+        raise InputError("[model]", "must be left out beside [gearpair]", given, "The pair determines the model.")
     values = validated(GearPairTable, {**tables.gearpair.model_dump(), **pair_values}, "gearpair").model_dump()
     pair = GearPair(**{f.name: values[f.name] for f in fields(GearPair)})
     return pair, pair.to_model(kind if kind is not None else values["kind"])
