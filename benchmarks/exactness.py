@@ -14,7 +14,7 @@ from peers.heyoka_peer import Heyoka
 
 from gearchaos.flow import ExactFlow, Measure
 from gearchaos.model import MeshModel, vary
-from gearchaos.model.switched import SwitchedAffine, switched
+from gearchaos.model.switched import SwitchedAffine, switched_system
 
 KINDS = {
     "d2": ({"kind": "torsional"}, 0.5), "d4": ({"kind": "full"}, 0.3),
@@ -34,7 +34,7 @@ _BISECTIONS = 50
 def random_system(kind: dict, count: int, rng: np.random.Generator) -> SwitchedAffine:
     """A system of ``count`` points with random parameters."""
     values = {name: rng.uniform(*ends, count) for name, ends in RANGES.items()}
-    return switched(vary(MeshModel.of(**kind), values))
+    return switched_system(vary(MeshModel.of(**kind), values))
 
 
 def grazing(

@@ -46,13 +46,13 @@ def study(cells: int, longest_transient: int) -> Zones:
     return Zones(MeshModel.of(q0=0.1), *axes, settings=Classification(longest_transient=longest_transient))
 
 
-def store(chosen: Zones, path: Path, pool: pools.PoolMaker) -> None:
+def store(chosen: Zones, path: Path, pool: pools.PoolFactory) -> None:
     """Compute a study into a store."""
     outcome = run_into_store(chosen, path, pool=pool)
     assert outcome.done == outcome.count, outcome.failed
 
 
-def into_store(chosen: Zones, pool: pools.PoolMaker) -> Callable[[], object]:
+def into_store(chosen: Zones, pool: pools.PoolFactory) -> Callable[[], object]:
     """A function that computes a study into a store in a temporary folder."""
     def work() -> None:
         with tempfile.TemporaryDirectory() as folder:

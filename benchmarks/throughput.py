@@ -23,8 +23,8 @@ import numpy as np
 
 from gearchaos.flow import ExactFlow, Measure
 from gearchaos.model import MeshModel, vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
 
 KINDS: dict[str, dict[str, Any]] = {
     "d2": {"kind": "torsional"},
@@ -79,10 +79,10 @@ class Bench:
     def __init__(self, kind: str, setting: str) -> None:
         low, high, values = SETTINGS[setting]
         batch = vary(MeshModel.of(**KINDS[kind], **values), {"omega": np.linspace(low, high, LANES)})
-        self.name, self.system = f"{kind} {setting}", switched(batch)
+        self.name, self.system = f"{kind} {setting}", switched_system(batch)
         assert self.system.dimension == int(kind[1:])
         self.flow = ExactFlow(self.system)
-        self.w = self.flow.advance(start(batch, self.system).T.copy(), 200).w
+        self.w = self.flow.advance(initial_state(batch, self.system).T.copy(), 200).w
         counted = self.flow.advance(self.w, 20, measured=True)
         self.switches = float(counted.measures[Measure.SWITCHES].mean() / 20)
         self.reference = self.flow.advance(self.w, 1).w

@@ -20,8 +20,8 @@ from gearchaos.dynamics.lyapunov import from_growth
 from gearchaos.execute import tiles
 from gearchaos.flow import ExactFlow
 from gearchaos.model import vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
 from gearchaos.paper.settings import all_figures
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.plane import at_cells
@@ -45,9 +45,9 @@ def fixed(axes: list[Axis], transient: int) -> np.ndarray:
 
     def work(tile: slice) -> np.ndarray:
         batch = vary(STUDY.mesh_model, at_cells(*axes, order[tile]))
-        system = switched(batch)
+        system = switched_system(batch)
         flow, tangent = ExactFlow(system), np.full((1, 2, system.points), np.sqrt(0.5))
-        settled = flow.advance(start(batch, system).T.copy(), transient, sections=_SECTIONS)
+        settled = flow.advance(initial_state(batch, system).T.copy(), transient, sections=_SECTIONS)
         run = flow.advance(settled.w, 250, tangent=tangent, growth=True)
         flow.advance(run.w, 96, measured=True)
         exponent = from_growth(run.growth, system.period)

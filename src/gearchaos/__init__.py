@@ -1,4 +1,4 @@
-"""gearchaos: what will this gear mesh do?
+"""gearchaos: the motions of gear pairs with backlash, from periodic to chaotic.
 
 >>> import gearchaos as gc
 >>> gc.regime(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)).label
@@ -11,18 +11,19 @@ from importlib import import_module
 from typing import Any
 
 _MODULES = {
-    "GearPair": "gears.pair", "HarmonicStiffness": "model", "InputError": "errors", "MeshModel": "model",
-    "TransmissionError": "model", "TwoLevelStiffness": "model", "physical": "gears.results",
-    "explore": "explorer.web.notebook",
-    "Axis": "studies.axis", "Classification": "dynamics.settings", "Regime": "studies.regime",
-    "attractors": "studies.attractors", "basins": "studies.basins",
-    "bifurcation": "studies.bifurcation", "load": "datasets", "regime": "studies.regime",
-    "save": "datasets", "simulate": "studies.simulate", "steady": "studies.steady",
-    "zones": "studies.zones", "run": "store.run",
-    "Attractors": "studies.attractors", "Basins": "studies.basins", "Bifurcation": "studies.bifurcation",
-    "Simulate": "studies.simulate", "Verdict": "studies.verdict", "Zones": "studies.zones",
+    "InputError": "errors",
+    "HarmonicStiffness": "model", "MeshModel": "model", "TransmissionError": "model", "TwoLevelStiffness": "model",
+    "GearPair": "gears.pair", "physical": "gears.results",
+    "Axis": "studies.axis", "Classification": "dynamics.settings", "Verdict": "studies.verdict",
+    "Attractors": "studies.attractors", "attractors": "studies.attractors",
+    "Basins": "studies.basins", "basins": "studies.basins",
+    "Bifurcation": "studies.bifurcation", "bifurcation": "studies.bifurcation",
+    "Regime": "studies.regime", "regime": "studies.regime",
+    "Simulate": "studies.simulate", "simulate": "studies.simulate", "steady": "studies.steady",
+    "Zones": "studies.zones", "zones": "studies.zones",
+    "load": "datasets", "save": "datasets", "run": "store.run", "explore": "explorer.web.notebook",
 }
-"""The submodule that defines each public name. ``__init__.pyi`` says the same to type checkers and editors."""
+"""The submodule that defines each public name. ``__init__.pyi`` lists the same names for type checkers and editors."""
 
 _SUBPACKAGES = ("dynamics", "flow", "plot", "studies")
 
@@ -30,7 +31,7 @@ __all__ = [*_MODULES, *_SUBPACKAGES, "__version__"]
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name on first use, so that `import gearchaos` and `gearchaos --help` load nothing heavy."""
+    """Import a public name on first use: `import gearchaos` and `gearchaos --help` load neither Numba nor xarray."""
     if name == "__version__":
         from importlib.metadata import version
 

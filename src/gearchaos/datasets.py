@@ -1,4 +1,4 @@
-"""Datasets, the results of studies: attributes of their variables, provenance, saving and loading."""
+"""The Datasets that studies return: attributes of their variables, provenance, saving and loading."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import numpy as np
 from gearchaos.dynamics import REASONS, Label, Reason, motion_name
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
-from gearchaos.files import DATA_SUFFIXES, NO_FILE, check_target, write_bytes
+from gearchaos.files import DATA_SUFFIXES, NOT_REGULAR, check_target, write_bytes
 from gearchaos.model import HarmonicStiffness, MeshModel, Stiffness, TransmissionError, TwoLevelStiffness
 from gearchaos.quantities import parse, quantity
 
@@ -32,51 +32,66 @@ def describe(name: str) -> dict[str, str]:
     return {"long_name": prefix + (found.long_name or found.name), "units": found.unit}
 
 
-def flags(enum_names: dict[int, str]) -> dict[str, Any]:
-    """Attributes that name the integer codes of a variable, by the CF conventions."""
+def flag_attributes(meanings: dict[int, str]) -> dict[str, Any]:
+    """Attributes with the meanings of the integer codes of a variable, by the CF conventions."""
     return {
-        "flag_values": np.array(list(enum_names), dtype=np.int8),
-        "flag_meanings": " ".join(n.replace(" ", "_") for n in enum_names.values()),
+        "flag_values": np.array(list(meanings), dtype=np.int8),
+        "flag_meanings": " ".join(m.replace(" ", "_") for m in meanings.values()),
     }
 
 
-_CODES = {
-    "label": flags({int(v): v.name.lower().replace("_", "-") for v in Label}),
-    "contact": flags(dict(enumerate(CONTACTS))),
-    "contact_worst": flags(dict(enumerate(CONTACTS))),
-    "reason": {**flags({int(r): r.name.lower() for r in Reason}),
+_CODE_ATTRIBUTES = {
+    "label": flag_attributes({int(v): v.name.lower().replace("_", "-") for v in Label}),
+    "contact": flag_attributes(dict(enumerate(CONTACTS))),
+    "contact_worst": flag_attributes(dict(enumerate(CONTACTS))),
+    "reason": {**flag_attributes({int(r): r.name.lower() for r in Reason}),
                "comment": "; ".join(f"{int(r)}: {REASONS[r]}" for r in Reason)},
 }
+"""Attributes of the variables that hold integer codes, by name without prefix."""
 
 
 def variable(name: str, dims: tuple[str, ...], values: np.ndarray, coded: bool = True) -> xr.Variable:
-    """A variable described by its name: ``long_name``, ``units`` and, if ``coded``, the meanings of its codes."""
-    import xarray as xr
+    """A variable with the attributes that belong to its name.
 
-    codes = _CODES.get(parse(name).base, {}) if coded else {}
+    Parameters
+    ----------
+    name : str
+        Name of a quantity; see `gearchaos.quantities.find`.
+    dims : tuple of str
+        One name for each dimension of ``values``.
+    values : array
+        Any shape.
+    coded : bool
+        False if the values are not the integer codes that variables of this name usually hold, as ``contact`` along a
+        trajectory, which is −1, 0 or 1; the meanings of the codes are then left out.
+    """
+    import xarray as xr  # here, since it takes half a second to load, and a printed verdict needs no Dataset
+
+    codes = _CODE_ATTRIBUTES.get(parse(name).base, {}) if coded else {}
     return xr.Variable(dims, values, {**describe(name), **codes})
 
 
 def new_dataset(
     data: Mapping[str, Any], coords: Mapping[str, Any] | None = None, attrs: Mapping[str, Any] | None = None
 ) -> xr.Dataset:
-    """A Dataset of some variables.
-
-    Here and in `variable` xarray is imported when it is first used: with pandas it takes half a second, which what
-    needs no Dataset, as a verdict on the command line, does not wait for.
-    """
+    """``xarray.Dataset(data, coords, attrs)``, with xarray imported at the first use, as in `variable`."""
     import xarray as xr
 
     return xr.Dataset(data, coords, attrs)
 
 
 def motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:
-    """The names of motions: "3T" for a periodic one, else the kind of motion, or "not computed".
+    """The names of motions: "3T" for a periodic one, otherwise the kind of motion, or "not computed".
 
     Parameters
     ----------
     labels, periods : DataArray of int
-        Of one shape; codes of `Label`, 0 where nothing was computed, and periods in mesh periods.
+        Of the same shape, with N elements: codes of `Label`, 0 where nothing was computed, and periods in mesh periods.
+
+    Returns
+    -------
+    list of str
+        N names, in C order.
     """
     pairs = zip(labels.values.ravel().tolist(), periods.values.ravel().tolist(), strict=True)
     return [motion_name(Label(label), period) if label else "not computed" for label, period in pairs]
@@ -97,17 +112,17 @@ def model_from_json(text: str) -> MeshModel:
 
 
 def _model(values: dict[str, Any]) -> MeshModel:
-    """The model with the fields that `model_json` wrote."""
+    """The model with these fields, as decoded from the JSON of `model_json`."""
     stiffness: type[Stiffness] = TwoLevelStiffness
     if values.pop("stiffness_kind") == "harmonics":
         stiffness = HarmonicStiffness
     parts = {"error": TransmissionError, "stiffness": stiffness}
-    made = {n: kind(**{k: _hashable(v) for k, v in values[n].items()}) for n, kind in parts.items()}
+    made = {n: kind(**{k: _tuple_for_list(v) for k, v in values[n].items()}) for n, kind in parts.items()}
     return MeshModel(**{**values, **made})
 
 
-def _hashable(value: Any) -> Any:
-    """A value of a waveform, with tuples for the lists of JSON."""
+def _tuple_for_list(value: Any) -> Any:
+    """A tuple for a list of JSON; any other value as it is."""
     return tuple(value) if isinstance(value, list) else value
 
 
@@ -120,7 +135,7 @@ def _fields(model: MeshModel) -> dict[str, Any]:
 
 
 def _stiffness_kind(model: MeshModel) -> str:
-    """The kind of stiffness, as study files call it."""
+    """The kind of stiffness, as in study files."""
     return "two-level" if isinstance(model.stiffness, TwoLevelStiffness) else "harmonics"
 
 
@@ -134,7 +149,7 @@ def provenance(study: str, model: MeshModel, **settings: Any) -> dict[str, Any]:
     model : MeshModel
         Its model.
     settings
-        Its other arguments, which JSON must be able to hold.
+        The other arguments of the study, which must be serialisable as JSON.
     """
     return {
         "study": study, "model": model_json(model), "settings": json.dumps(settings, sort_keys=True),
@@ -156,19 +171,19 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     Parameters
     ----------
     dataset : Dataset
-        From any study.
+        The result of any study.
     path : path
-        Its suffix must be one of NetCDF or HDF5, or empty.
+        Its suffix must be one of `DATA_SUFFIXES`, or empty.
 
     Raises
     ------
     InputError
-        For something else than a Dataset, another suffix, or a path that cannot be written to.
+        If ``dataset`` is not a Dataset, the suffix is another, or the path cannot be written to.
     """
     target = Path(path)
     _check_savable(dataset, target)
     check_target("path", target)
-    write_bytes(target, netcdf(dataset))
+    write_bytes(target, netcdf_bytes(dataset))
 
 
 def _check_savable(dataset: Any, target: Path) -> None:
@@ -182,19 +197,19 @@ def _check_savable(dataset: Any, target: Path) -> None:
                          "It is NetCDF that is written; dataset.to_dataframe().to_csv(path) writes a table.")
 
 
-def netcdf(dataset: xr.Dataset) -> memoryview:
+def netcdf_bytes(dataset: xr.Dataset) -> memoryview:
     """The bytes of a NetCDF file (HDF5) with checksums that holds a Dataset.
 
     The file is made in memory, since the HDF5 library cannot recover from a full disk. This takes about as much memory
     as the Dataset.
     """
     content = io.BytesIO()
-    _checked(dataset).to_netcdf(content, engine="h5netcdf")  # type: ignore[call-overload]
+    _with_checksums(dataset).to_netcdf(content, engine="h5netcdf")  # type: ignore[call-overload]
     return content.getbuffer()
 
 
-def _checked(dataset: xr.Dataset) -> xr.Dataset:
-    """The same Dataset with checksums switched on, by which a reader detects damaged numbers.
+def _with_checksums(dataset: xr.Dataset) -> xr.Dataset:
+    """The same Dataset, to be written with a Fletcher-32 checksum of every array, by which readers detect damage.
 
     HDF5 has no checksums for scalars and texts.
     """
@@ -211,22 +226,22 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     Raises
     ------
     InputError
-        For a path without file, a file that is not NetCDF, or a damaged one.
+        If there is no file at the path, or it is damaged or not NetCDF.
     """
     import xarray as xr
 
     if not Path(path).is_file():
-        raise InputError("path", "must be a NetCDF file", str(path), _instead(Path(path)))
+        raise InputError("path", "must be a NetCDF file", str(path), _path_advice(Path(path)))
     try:
         with xr.open_dataset(path, engine="h5netcdf") as dataset:
             return dataset.load()
-    except (OSError, KeyError) as error:  # KeyError where the record of a name is damaged
+    except (OSError, KeyError) as error:  # KeyError if the entry of a name is damaged
         raise InputError("path", "must be a NetCDF file, whole and readable", str(path),
                          f"If gearchaos saved it, it is damaged: save it again. ({error})") from error
 
 
-def _instead(path: Path) -> str:
+def _path_advice(path: Path) -> str:
     """Advice for a path at which there is no regular file."""
     if path.is_dir():
         return "xarray.open_zarr reads the folder of a run."
-    return f"It is {NO_FILE}." if path.exists() else "There is no such file."
+    return f"It is {NOT_REGULAR}." if path.exists() else "There is no such file."

@@ -1,4 +1,4 @@
-"""The exception for wrong input. Failures of a computation, such as a diverging motion, are data and not exceptions."""
+"""The exception for invalid input. A motion that diverges is no error: it is a result with a label of its own."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import difflib
 import numbers
 from collections.abc import Iterable
 
-MOST = 2**53
-"""Largest whole number that is accepted by default; up to it all whole numbers are floats."""
+LARGEST_INTEGER = 2**53
+"""Largest integer that is accepted by default; up to it every integer is exactly a float."""
 
 
 class InputError(ValueError):
-    """A value from outside that breaks a rule.
+    """A value given by the user that breaks a rule.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ class InputError(ValueError):
     value : object
         The value.
     advice : str
-        What to do, or why the rule exists, in sentences; may be empty.
+        What to do, or why the rule exists, in complete sentences; may be empty.
     """
 
     def __init__(self, field: str, rule: str, value: object, advice: str = "") -> None:
@@ -34,20 +34,22 @@ class InputError(ValueError):
         return type(self), (self.field, self.rule, self.value, self.advice)
 
 
-_SHOWN = 200
-"""Largest number of characters of a value in a message; of a longer one the beginning and the end are shown."""
+_MAX_SHOWN = 200
+"""Most characters of a value that a message shows in full; of a longer one it shows the beginning and the end."""
 
 
 def _shown(value: object) -> str:
-    """A value as it stands in a message."""
+    """The text of a value in a message."""
     try:
         text = repr(value.item()) if hasattr(value, "item") and getattr(value, "size", 1) == 1 else repr(value)
     except ValueError:  # Python refuses to convert an integer of more than 4300 digits
         return "a number too long to show"
-    return text if len(text) <= _SHOWN else f"{text[: _SHOWN // 2]} … {text[-_SHOWN // 4 :]} ({len(text):,} characters)"
+    if len(text) <= _MAX_SHOWN:
+        return text
+    return f"{text[: _MAX_SHOWN // 2]} … {text[-_MAX_SHOWN // 4 :]} ({len(text):,} characters)"
 
 
-def whole_number(field: str, value: object, least: int, most: int = MOST) -> int:
+def whole_number(field: str, value: object, least: int, most: int = LARGEST_INTEGER) -> int:
     """The value as an int; raises `InputError` unless it is a whole number from ``least`` to ``most``."""
     if isinstance(value, bool) or not isinstance(value, numbers.Integral) or value < least:
         raise InputError(field, f"must be a whole number of at least {least}", value)
@@ -57,7 +59,7 @@ def whole_number(field: str, value: object, least: int, most: int = MOST) -> int
 
 
 def unknown_name(field: str, name: str, known: Iterable[str]) -> InputError:
-    """The error for an unknown name, which lists the known ones and suggests the most similar one."""
+    """The error for an unknown name, which lists the known names and suggests the most similar one."""
     known = sorted(known)
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
     advice = f"Did you mean {near[0]!r}?" if near else ""

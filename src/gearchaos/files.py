@@ -1,4 +1,4 @@
-"""Reading and writing of whole files, and checks of their paths."""
+"""Reading and atomic writing of whole files, and checks of their paths."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from uuid import uuid4
 from gearchaos.errors import InputError
 
 DATA_SUFFIXES = (".nc", ".nc4", ".netcdf", ".h5", ".hdf5")
-"""Suffixes of files of results, which are NetCDF-4 and thus HDF5."""
+"""Suffixes of files of results: NetCDF-4, which is HDF5."""
 
-NO_FILE = "not a regular file but a device, a pipe or a socket"
+NOT_REGULAR = "not a regular file but a device, a pipe or a socket"
+"""What an error message says of a path that is neither a regular file nor a folder."""
 
 
 def check_target(field: str, path: Path) -> None:
     """Raise `InputError` unless a file can be written at ``path``.
 
-    Its folder must exist, and what is there already must be a regular file, since it is replaced.
+    The folder must exist. If something already exists at the path, it must be a regular file, which will be replaced.
     """
     try:
         mode = path.stat().st_mode
@@ -29,7 +30,7 @@ def check_target(field: str, path: Path) -> None:
         why = f"{getattr(error, 'strerror', error)}."
         raise InputError(field, "must be a path that can be written to", str(path), why) from None
     if mode is not None and not stat.S_ISREG(mode):
-        what = "a folder" if stat.S_ISDIR(mode) else NO_FILE
+        what = "a folder" if stat.S_ISDIR(mode) else NOT_REGULAR
         raise InputError(field, "must be a file", str(path), f"It is {what}.")
     if not path.parent.is_dir():
         raise InputError(field, "must lie in an existing folder", str(path), "Create the folder first.")
@@ -38,12 +39,12 @@ def check_target(field: str, path: Path) -> None:
 def read_bytes(path: Path, most: int = -1) -> bytes:
     """The content of a regular file.
 
-    Raises OSError if the file cannot be read, if it has more than ``most`` bytes (unless that is negative), or if it is
-    not a regular file: reading a pipe or a device might never end.
+    Raises OSError if the file cannot be read, if it has more than ``most`` bytes (no limit if that is negative), or if
+    it is not a regular file: reading a pipe or a device might never end.
     """
     mode = path.stat().st_mode
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):  # opening a folder raises a clear error below
-        raise OSError(errno.EINVAL, f"It is {NO_FILE}", str(path))
+        raise OSError(errno.EINVAL, f"It is {NOT_REGULAR}", str(path))
     with path.open("rb") as file:
         content = file.read(most + 1 if most >= 0 else most)
     if 0 <= most < len(content):
@@ -52,16 +53,16 @@ def read_bytes(path: Path, most: int = -1) -> bytes:
 
 
 def write_bytes(path: Path, content: bytes | memoryview) -> None:
-    """Write a file as a whole: it appears, or replaces an older one, when all of its content is written.
+    """Write a file atomically: it appears, or replaces an older one, only when all of its content is written.
 
-    Several processes and machines may write the same file at once. A process that is killed while it writes leaves a
-    hidden file that ends in ``.partial``. Raises OSError, with the path, if the file cannot be written.
+    Several processes and machines may write the same file at the same time. A process that is killed while it writes
+    leaves a hidden file that ends in ``.partial``. Raises OSError, with the path, if the file cannot be written.
     """
-    draft = path.with_name(f".{uuid4().hex}.partial")  # the file's own name could make this too long
+    partial = path.with_name(f".{uuid4().hex}.partial")  # the file's own name could make this too long
     try:
-        draft.write_bytes(content)
-        os.replace(draft, path)
+        partial.write_bytes(content)
+        os.replace(partial, path)
     except OSError as error:  # the error of a full disk has no path
         raise OSError(error.errno, error.strerror or str(error), str(path)) from error
     finally:
-        draft.unlink(missing_ok=True)
+        partial.unlink(missing_ok=True)

@@ -9,7 +9,7 @@ import gearchaos as gc
 from gearchaos.dynamics import Label, Reason
 from gearchaos.flow import ExactFlow
 from gearchaos.model import vary
-from gearchaos.model.switched import switched
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.attractor_set import Attractor, AttractorSet, _statistics
 from gearchaos.studies.initial_conditions import default_box, spread
 
@@ -17,7 +17,7 @@ SINGLE = gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05)
 
 
 def flow_of(model):
-    return ExactFlow(switched(vary(model, {})))
+    return ExactFlow(switched_system(vary(model, {})))
 
 
 def attractor(section, period=0, neutral=False):

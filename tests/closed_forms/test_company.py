@@ -12,8 +12,8 @@ from gearchaos.dynamics.columns import MOTION
 from gearchaos.execute import tiles
 from gearchaos.flow import ExactFlow
 from gearchaos.model import vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.refine import refined
 
 SHORT = Classification(longest_transient=800, doublings=1, averaging_periods=16)
@@ -35,8 +35,8 @@ def random_points(count, ranges):
 def verdicts(kind, values, chosen):
     """Everything `classify` says of the chosen points, arrays (L, ...) by name."""
     batch = vary(gc.MeshModel.of(kind=kind), {n: v[chosen] for n, v in values.items()})
-    system = switched(batch)
-    found = classify(ExactFlow(system), start(batch, system).T.copy(), settings=SHORT)
+    system = switched_system(batch)
+    found = classify(ExactFlow(system), initial_state(batch, system).T.copy(), settings=SHORT)
     return {n: np.moveaxis(found[n], c.dims.index(MOTION), 0) for n, c in found.declared().items()}
 
 
@@ -57,10 +57,10 @@ def test_a_run_does_not_depend_on_whose_slots_it_shares(case):
     """More lanes than there are slots for, of many step counts, that leave one after the other."""
     kind, ranges = KINDS[case]
     batch = vary(gc.MeshModel.of(kind=kind), random_points(150, ranges))
-    flow, rng = ExactFlow(system := switched(batch)), np.random.default_rng(7)
+    flow, rng = ExactFlow(system := switched_system(batch)), np.random.default_rng(7)
     assert len(np.unique(flow.step_count)) > 10
     points, periods = rng.integers(0, 150, 500), rng.integers(0, 12, 500)
-    w = start(batch, system).T[:, points] + rng.normal(0.0, 0.3, (system.dimension, 500))
+    w = initial_state(batch, system).T[:, points] + rng.normal(0.0, 0.3, (system.dimension, 500))
     frame = np.repeat(np.eye(system.dimension)[:, :, None], 500, axis=2)
     options = {"growth": True, "sections": 4, "measured": True}
     whole = flow.advance(w, periods, points=points, tangent=frame, **options)

@@ -9,9 +9,9 @@ import gearchaos as gc
 from gearchaos.dynamics import classify
 from gearchaos.flow import ExactFlow, Measure
 from gearchaos.model import COORDINATES, vary
-from gearchaos.model.coordinates import error_at_start, start, without_drift
-from gearchaos.model.switched import switched
-from gearchaos.studies.sweep import carried
+from gearchaos.model.coordinates import initial_state, reset_mean_rotation, transmission_error_at_start
+from gearchaos.model.switched import switched_system
+from gearchaos.studies.sweep import swept_initial_values
 
 FRICTIONS = (0.0, 1e-30, 1e-14, 1e-10, 1e-8, 1e-6, 1e-4, 1.9e-3, 2.1e-3, 0.01, 0.05)
 
@@ -71,9 +71,9 @@ def test_sections_of_a_verdict_go_on_from_the_trajectory(friction):
 def test_an_orbit_turns_with_the_mean_velocity_that_friction_allows(friction):
     """Over a round x1' has the mean (q1 − q2)/(2β1 + 2β2), 0 here; Newton alone misses it by rounding over friction."""
     batch = vary(gc.MeshModel.of(beta1=friction, beta2=0.0), {})
-    system = switched(batch)
+    system = switched_system(batch)
     flow = ExactFlow(system)
-    found = classify(flow, start(batch, system).T.copy())
+    found = classify(flow, initial_state(batch, system).T.copy())
     assert found.period[0] == 1
     out = flow.advance(found.w, 1, measured=True)
     assert abs(out.measures[Measure.VELOCITY][0]) < 1e-13
@@ -87,9 +87,9 @@ def test_a_sweep_carries_z_whatever_the_mean_rotation_does(up, friction):
     axis = gc.Axis("omega", 1.0, 1.4, 30)
     torques = {"q1": 0.14, "q2": 0.1, "eps1": 0.05, "zeta": 0.05}
     pair = gc.MeshModel.of(**torques, **friction)
-    z = carried(gc.MeshModel.of(kind="single", **torques, x1=1.0), axis, up)["z"]
-    x = carried(pair, axis, up)
-    error, _ = error_at_start(vary(pair, {}))
+    z = swept_initial_values(gc.MeshModel.of(kind="single", **torques, x1=1.0), axis, up)["z"]
+    x = swept_initial_values(pair, axis, up)
+    error, _ = transmission_error_at_start(vary(pair, {}))
     np.testing.assert_allclose(x["x1"] - x["x2"] - error, z, rtol=0, atol=2e-6 if friction.get("beta") else 1e-11)
     assert max(np.abs(x[n]).max() for n in ("x1", "x2")) < 10
 
@@ -98,13 +98,14 @@ def test_a_sweep_carries_z_whatever_the_mean_rotation_does(up, friction):
 def test_a_state_without_its_drift_is_the_same_relative_motion(kind):
     model = gc.MeshModel.of(kind=kind, q1=0.2, q2=0.1, eps1=0.1, beta1=0.02, x1=0.7, x2=0.2, x1_dot=0.3)
     batch = vary(model, {})
-    system = switched(batch)
-    w = ExactFlow(system).advance(start(batch, system).T.copy(), 50).w.T
-    kept = without_drift(batch, system.names, w, *error_at_start(batch))
+    system = switched_system(batch)
+    w = ExactFlow(system).advance(initial_state(batch, system).T.copy(), 50).w.T
+    kept = reset_mean_rotation(batch, system.names, w, *transmission_error_at_start(batch))
     there = {name: w[:, i] for i, name in enumerate(system.names) if name.startswith("y")}
     if kind == "full":
         there = {"y1": w[:, 3], "y1_dot": w[:, 4], "y2": 0 * w[:, 3], "y2_dot": 0 * w[:, 4]}
-    again = start(vary(gc.MeshModel.of(kind=kind, q1=0.2, q2=0.1, eps1=0.1, beta1=0.02), {**kept, **there}), system)
+    pair = gc.MeshModel.of(kind=kind, q1=0.2, q2=0.1, eps1=0.1, beta1=0.02)
+    again = initial_state(vary(pair, {**kept, **there}), system)
     np.testing.assert_allclose(again, w, rtol=0, atol=1e-14)
     assert (kept["x1"] + kept["x2"]) / 2 == pytest.approx(0.45)
 

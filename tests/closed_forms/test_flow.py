@@ -13,16 +13,16 @@ from scipy.linalg import expm
 
 from gearchaos.flow import DIVERGED, OK, ExactFlow, Measure
 from gearchaos.model import HarmonicStiffness, MeshModel, vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import coordinates, switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import coordinates, switched_system
 
 KINDS = ("single", "torsional", "full")
 
 
 def flow_of(model, values=None):
     batch = vary(model, values or {})
-    system = switched(batch)
-    return ExactFlow(system), start(batch, system).T.copy()
+    system = switched_system(batch)
+    return ExactFlow(system), initial_state(batch, system).T.copy()
 
 
 def random_model(draw):
@@ -182,8 +182,8 @@ def test_trajectories_may_each_have_their_own_number_of_periods(kind):
 
 def test_measuring_and_sampling_do_not_change_the_motion():
     batch = vary(MeshModel.of(eps1=0.1, omega=0.95), {})
-    system = switched(batch)
-    w = start(batch, system).T.copy()
+    system = switched_system(batch)
+    w = initial_state(batch, system).T.copy()
     plain = ExactFlow(system).advance(w, 5)
     measured = ExactFlow(system).advance(w, 5, measured=True)
     sampled = ExactFlow(system, samples=50).advance(w, 5, sample=True)
@@ -200,8 +200,8 @@ def test_measures_are_those_of_a_densely_sampled_motion(values):
     """Twenty motions, impacts and all; samples miss an extreme by no more than their largest second difference."""
     rng, periods, samples = np.random.default_rng(5), 12, 1500
     batch = vary(MeshModel.of(q0=0.05, **values), {"omega": rng.uniform(0.5, 2.5, 20), "eps1": rng.uniform(0, 0.3, 20)})
-    system = switched(batch)
-    w = start(batch, system).T.copy()
+    system = switched_system(batch)
+    w = initial_state(batch, system).T.copy()
     found = ExactFlow(system).advance(w, periods, measured=True).measures
     sampled = ExactFlow(system, samples=samples).advance(w, periods, sample=True)
     out = sampled.samples
@@ -257,12 +257,12 @@ import json
 import numpy as np
 from gearchaos.flow import ExactFlow, Measure, near_returns, newton_search, next_round
 from gearchaos.model import HarmonicStiffness, MeshModel, vary
-from gearchaos.switched import switched
+from gearchaos.model.switched import switched
 
 def results(stiffness):
     model = MeshModel.of(kind="torsional", omega=2.0, eps1=0.2)
     model = MeshModel(**{**model.__dict__, "stiffness": HarmonicStiffness((0.3,), ())}) if stiffness else model
-    flow, w = ExactFlow(switched(vary(model, {}))), np.array([[1.0], [0.1]])
+    flow, w = ExactFlow(switched_system(vary(model, {}))), np.array([[1.0], [0.1]])
     unit = np.eye(2)[:, :, None]
     out, grown = flow.advance(w, 1, tangent=unit, measured=True), flow.advance(w, 2, tangent=unit, growth=True)
     search, busy = newton_search(w), np.arange(1)

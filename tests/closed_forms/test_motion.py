@@ -9,15 +9,15 @@ from gearchaos.dynamics.spectrum import amplitudes, spectral_class
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow, near_returns, newton_search, next_round
 from gearchaos.model import MeshModel, vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import SwitchedAffine, switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import SwitchedAffine, switched_system
 
 
 def verdict(settings=None, values=None, **model):
     batch = vary(MeshModel.of(**model), values or {})
-    system = switched(batch)
+    system = switched_system(batch)
     flow = ExactFlow(system)
-    return flow, classify(flow, start(batch, system).T.copy(), settings=settings)
+    return flow, classify(flow, initial_state(batch, system).T.copy(), settings=settings)
 
 
 def test_a_linear_motion_has_its_closed_form_multipliers():

@@ -5,10 +5,10 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.dynamics import Classification
-from gearchaos.studies.coexistence import _distinct
-from gearchaos.studies.sweep import carried
+from gearchaos.studies.coexistence import _count_distinct
+from gearchaos.studies.sweep import swept_initial_values
 
-CARRY = 400
+PERIODS_PER_VALUE = 400
 """Mesh periods at every value, as docs/verdicts.md says."""
 
 BENT = gc.MeshModel.of(q0=0.1, eps1=0.02)
@@ -31,7 +31,7 @@ def arrivals(model, name, values):
     for value in values:
         here = model.with_values({name: value, **state})
         out.append(here)
-        state = state_after(here, CARRY)
+        state = state_after(here, PERIODS_PER_VALUE)
     return out
 
 
@@ -43,7 +43,7 @@ def arrivals(model, name, values):
 def test_a_sweep_carries_the_state_from_value_to_value(model, up):
     axis = gc.Axis("omega", 0.62, 0.74, 3)
     values = axis.values if up else axis.values[::-1]
-    found = carried(model, axis, up)
+    found = swept_initial_values(model, axis, up)
     for column, start in enumerate(arrivals(model, "omega", values)):
         here = {n: v[0, column if up else -1 - column] for n, v in found.items()}
         gap = start.initial.get("x1", 1.0) - start.initial.get("x2", 0.0)
@@ -89,22 +89,23 @@ def test_motions_of_a_cell_are_one_if_their_mean_points_agree_to_a_millionth():
     known = np.ones((5, 3), dtype=bool)
     known[2, 1], known[4], period[3, 2] = False, False, 4
     motions = {"label": label, "period": period, "centre_z": centre, "centre_z_dot": np.zeros((5, 3))}
-    assert _distinct(motions, known).tolist() == [1, 2, 1, 2, 0]
-    assert _distinct({**motions, "centre_z_dot": centre, "centre_z": 0 * centre}, known).tolist() == [1, 2, 1, 2, 0]
+    assert _count_distinct(motions, known).tolist() == [1, 2, 1, 2, 0]
+    assert _count_distinct({**motions, "centre_z_dot": centre, "centre_z": 0 * centre}, known).tolist() == [1, 2, 1, 2,
+        0]
 
 
 def test_a_sweep_that_runs_away_starts_anew():
     """Far beyond the backlash the varying stiffness drives the motion ever on, by parametric resonance."""
     model = gc.MeshModel.of(kind="single", omega=2.0, z=30.0)
-    found = carried(model, gc.Axis("omega", 2.0, 2.1, 2), True)
+    found = swept_initial_values(model, gc.Axis("omega", 2.0, 2.1, 2), True)
     assert np.all(np.isfinite(found["z"]))
     np.testing.assert_array_equal(found["z"][0], [30.0, 30.0])
 
 
 def test_rows_of_a_sweep_do_not_mix():
     values = np.array([0.01, 0.02, 0.03])
-    together = carried(BENT, gc.Axis("omega", 0.6, 0.8, 3), True, {"eps1": values})
+    together = swept_initial_values(BENT, gc.Axis("omega", 0.6, 0.8, 3), True, {"eps1": values})
     for row, value in enumerate(values):
-        alone = carried(BENT.with_values({"eps1": value}), gc.Axis("omega", 0.6, 0.8, 3), True)
+        alone = swept_initial_values(BENT.with_values({"eps1": value}), gc.Axis("omega", 0.6, 0.8, 3), True)
         for name in together:
             np.testing.assert_array_equal(together[name][row], alone[name][0])

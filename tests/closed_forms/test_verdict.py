@@ -9,8 +9,8 @@ from gearchaos.dynamics.lyapunov import from_growth
 from gearchaos.dynamics.recurrence import candidates
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import SwitchedAffine, switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import SwitchedAffine, switched_system
 from gearchaos.studies.attractors import Attractors
 from gearchaos.studies.basins import Basins
 from gearchaos.studies.bifurcation import Bifurcation
@@ -23,8 +23,8 @@ SHORT = Classification(transient_lengths=(80,), longest_period=8, exponent_run=2
 
 def flow_of(values=None, **model):
     batch = vary(MeshModel.of(**model), values or {})
-    system = switched(batch)
-    return ExactFlow(system), start(batch, system).T.copy()
+    system = switched_system(batch)
+    return ExactFlow(system), initial_state(batch, system).T.copy()
 
 
 def state_at(flow, w, periods=9):
@@ -346,8 +346,8 @@ def test_a_rotation_hardly_braked_makes_no_torus(friction):
     """Torques that differ speed it up all the while: its exponent near zero says nothing of the relative motion."""
     model = MeshModel.of(omega=1.0, eps1=0.206, q1=0.1, q2=0.11, beta1=friction, beta2=0.0)
     batch = vary(model, {})
-    system = switched(batch)
+    system = switched_system(batch)
     settings = Classification(transient_lengths=(80, 160), exponent_run=1000, doublings=0)
-    found = classify(ExactFlow(system), start(batch, system).T.copy(), settings=settings, response=False)
+    found = classify(ExactFlow(system), initial_state(batch, system).T.copy(), settings=settings, response=False)
     assert abs(found.exponent[0, 0]) < 5e-4
     assert Label(int(found.label[0])) == Label.UNDECIDED

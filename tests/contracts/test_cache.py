@@ -13,7 +13,7 @@ from numba import typeof
 from gearchaos.flow import ExactFlow, exact
 from gearchaos.flow.kernels import compilation
 from gearchaos.model import MeshModel, vary
-from gearchaos.model.switched import switched
+from gearchaos.model.switched import switched_system
 
 PROGRAM = """
 import sys, time
@@ -101,7 +101,7 @@ def test_one_compiled_kernel_serves_every_call(lanes, options, monkeypatch):
     """What `gearchaos warmup` compiles, from one lane, must be what a map runs."""
     seen = set()
     monkeypatch.setattr(exact, "advance_packs", lambda *given: seen.add(tuple(map(typeof, given))))
-    flow = ExactFlow(switched(vary(MeshModel.of(kind="torsional"), {})))
+    flow = ExactFlow(switched_system(vary(MeshModel.of(kind="torsional"), {})))
     flow.advance(np.zeros((2, 1)), 1)
     tangent = np.zeros((2, 2, lanes)) if options.get("tangent") else None
     for periods in (5, np.arange(1, lanes + 1)):

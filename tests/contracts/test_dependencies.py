@@ -24,11 +24,15 @@ ROOT = Path(__file__).parents[2]
 PRIVATE = {
     "numba": {
         "numba.core.config": ("CACHE_DIR", "DISABLE_JIT"),
+        "numba.np.arraymath": ("_check_blas",),
         "numba.core.event": ("Listener", "Event", "register"),
         "numba.core.caching": ("FunctionCache", "FunctionCache._save_overload"),
         "numba.core.dispatcher": ("Dispatcher.enable_caching", "Dispatcher.stats"),
         "numba.core.base": ("BaseContext.make_array", "BaseContext.get_constant", "BaseContext.get_dummy_value"),
         "numba.core.cgutils": ("get_or_insert_function",),
+        "numba.core.codegen": ("JITCodeLibrary._optimize_functions", "JITCodeLibrary._optimize_final_module",
+                               "JITCodeLibrary._finalize_final_module"),
+        "numba.core.compiler": ("Compiler", "CompilerBase.__init__"),
         "numba.core.typing": ("signature",),
         "numba.core.typing.templates": ("ConcreteTemplate", "infer_global"),
         "numba.extending": ("intrinsic", "overload", "lower_builtin", "register_model", "models.PrimitiveModel"),

@@ -43,11 +43,11 @@ def test_a_store_that_cannot_be_written_to_ends_the_run():
         _error(ended(error=OSError("no space")))
 
 
-@pytest.mark.parametrize(("ahead", "submitted"), [(None, 14), (lambda: 1, 1)])
-def test_a_pool_is_given_twice_as_many_items_as_it_computes_at_once_unless_told_otherwise(ahead, submitted):
+@pytest.mark.parametrize(("max_pending", "submitted"), [(None, 14), (lambda: 1, 1)])
+def test_a_pool_is_given_twice_as_many_items_as_it_computes_at_once_unless_told_otherwise(max_pending, submitted):
     given = []
     executor = SimpleNamespace(submit=lambda work, item: given.append(item) or ended(item))
-    results = pools.Pool(executor, lambda: 7).results(str, range(50), ahead)
+    results = pools.Pool(executor, lambda: 7).results(str, range(50), max_pending)
     next(results)
     assert given == list(range(submitted))
 
@@ -64,5 +64,5 @@ def test_a_scheduler_that_does_not_answer_is_refused(monkeypatch, error):
 
 def test_threads_share_the_cores_that_few_tiles_leave():
     with pools.thread_pool(6)() as pool:
-        assert pool.width() == 6
+        assert pool.workers() == 6
         assert [pool.threads_per_item(tiles) for tiles in (1, 2, 3, 4, 6, 50)] == [6, 3, 2, 1, 1, 1]

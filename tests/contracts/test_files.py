@@ -10,7 +10,8 @@ from typer.testing import CliRunner
 import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.files import write_bytes
-from gearchaos.studyfile import LARGEST, load_study
+from gearchaos.studyfile import load_study
+from gearchaos.studyfile.loading import MAX_BYTES
 
 SMALL = xr.Dataset({"z": ("tau", [1.0, 2.0])})
 COMMANDS = {
@@ -46,8 +47,8 @@ def no_work(monkeypatch):
     def work(*_, **__):
         raise AssertionError("work has begun")
 
-    for name in ("gearchaos.studyfile.load_study", "gearchaos.studies.load", "gearchaos.store.store.read",
-                 "gearchaos.datasets.netcdf"):
+    for name in ("gearchaos.studyfile.load_study", "gearchaos.studies.load", "gearchaos.store.store.open_store",
+                 "gearchaos.datasets.netcdf_bytes"):
         monkeypatch.setattr(name, work)
 
 
@@ -105,9 +106,9 @@ def test_what_is_no_file_is_no_saved_result(pipe, no_waiting):
 
 def test_a_study_file_has_a_largest_size(tmp_path):
     path = tmp_path / "study.toml"
-    path.write_bytes(b"[model]\nomega = 1.5 #".ljust(LARGEST))
+    path.write_bytes(b"[model]\nomega = 1.5 #".ljust(MAX_BYTES))
     assert load_study(path).model.omega == 1.5
-    path.write_bytes(b"[model]\nomega = 1.5 #".ljust(LARGEST + 1))
+    path.write_bytes(b"[model]\nomega = 1.5 #".ljust(MAX_BYTES + 1))
     with pytest.raises(gc.InputError, match=r"study file must be a readable file; got .*more than 1,000,000 bytes"):
         load_study(path)
 

@@ -10,12 +10,12 @@ from typer.testing import CliRunner
 import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.dynamics import Classification
-from gearchaos.errors import MOST, whole_number
+from gearchaos.errors import LARGEST_INTEGER, whole_number
 from gearchaos.execute import machine, tiles
 from gearchaos.model import vary
-from gearchaos.model.switched import switched
+from gearchaos.model.switched import switched_system
 from gearchaos.studies import cost as costs
-from gearchaos.studies.cost import LONG, MOST_STEPS, estimate
+from gearchaos.studies.cost import ANNOUNCED_SECONDS, MAX_STEPS, estimate
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studyfile import load_study
 from gearchaos.validation import LARGEST, SMALLEST
@@ -90,8 +90,8 @@ def test_weak_friction_and_light_wheels_are_taken(beta):
 
 def test_a_number_of_either_end_is_taken():
     assert gc.MeshModel.of(omega=LARGEST, zeta=0.0, J1=SMALLEST).J1 == SMALLEST
-    assert whole_number("n", MOST, 0) == MOST and Classification(longest_period=100_000, transient_lengths=(10**7,),
-        exponent_run=10**6, doublings=3)
+    assert whole_number("n", LARGEST_INTEGER, 0) == LARGEST_INTEGER
+    assert Classification(longest_period=100_000, transient_lengths=(10**7,), exponent_run=10**6, doublings=3)
 
 
 def test_long_values_are_shown_short():
@@ -100,7 +100,7 @@ def test_long_values_are_shown_short():
 
 
 def system(**values):
-    return switched(vary(gc.MeshModel.of(**values), {}))
+    return switched_system(vary(gc.MeshModel.of(**values), {}))
 
 
 POINTS = [{}, {"omega": 0.01}, {"zeta": 30.0}, {"kind": "full", "kappa": 400.0}, {"eps9": 0.1}]
@@ -143,9 +143,9 @@ def test_the_estimate_covers_what_harmonics_cost(values):
 
 def test_harmonics_make_nothing_too_long_to_begin(monkeypatch):
     plain, waves = system(kind="single"), system(kind="single", eps64=0.1)
-    assert estimate(plain, 1, 10).cost == 1.0
+    assert estimate(plain, 1, 10).step_cost == 1.0
     found = estimate(waves, 1, 10)
-    monkeypatch.setattr(costs, "_NEVER", 1.001 * found.seconds() / found.cost)
+    monkeypatch.setattr(costs, "_MAX_SECONDS", 1.001 * found.seconds() / found.step_cost)
     assert estimate(waves, 1, 10).seconds() == found.seconds()
 
 
@@ -159,8 +159,8 @@ def test_time_grows_with_work_and_falls_with_threads():
 
 
 @pytest.mark.parametrize(("seconds", "words"), [
-    (LONG - 0.01, None), (45, "45 seconds"), (300, "5 minutes"), (3 * 3600, "3 hours"), (400 * 86400, "400 days"),
-    (9e8, "29 years"),
+    (ANNOUNCED_SECONDS - 0.01, None), (45, "45 seconds"), (300, "5 minutes"), (3 * 3600, "3 hours"),
+    (400 * 86400, "400 days"), (9e8, "29 years"),
 ])
 def test_long_work_says_how_long(seconds, words, monkeypatch, capsys):
     monkeypatch.setattr(costs.Cost, "seconds", lambda *_: seconds)
@@ -183,7 +183,7 @@ def test_every_command_says_how_long(command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "s.toml").write_text('[study]\nkind = "simulate"\nperiods = 2\n')
     assert "may take" not in CliRunner().invoke(app, command).stderr
-    monkeypatch.setattr(costs, "LONG", 0.0)
+    monkeypatch.setattr(costs, "ANNOUNCED_SECONDS", 0.0)
     (tmp_path / "again").mkdir()
     monkeypatch.chdir(tmp_path / "again")
     result = CliRunner().invoke(app, [c.replace("s.toml", "../s.toml") for c in command])
@@ -192,9 +192,10 @@ def test_every_command_says_how_long(command, tmp_path, monkeypatch):
 
 def test_step_matrices_of_many_points_take_a_part_of_the_memory(monkeypatch):
     monkeypatch.setattr(costs, "memory", lambda: GIGABYTE)
-    slow = estimate(switched(vary(gc.MeshModel(stiffness=gc.HarmonicStiffness((0.2,)), omega=1e-3), {})), 10**6, 1)
-    assert slow.largest(1) * slow.table <= GIGABYTE // 4 and slow.largest(4) == slow.largest(1) // 4
-    assert estimate(system(), 10**6, 1).largest(64) == tiles.TILE
+    slow = estimate(switched_system(vary(gc.MeshModel(stiffness=gc.HarmonicStiffness((0.2,)), omega=1e-3), {})), 10**6,
+                    1)
+    assert slow.max_points(1) * slow.table <= GIGABYTE // 4 and slow.max_points(4) == slow.max_points(1) // 4
+    assert estimate(system(), 10**6, 1).max_points(64) == tiles.TILE
 
 
 @pytest.mark.parametrize(("longest", "most"), [(64, tiles.TILE), (640, 1000), (50_000, 16)])
@@ -212,7 +213,7 @@ def test_tiles_of_any_size_give_the_same_map(monkeypatch):
     axes, short = (gc.Axis("omega", 0.5, 1.0, 9), gc.Axis("eps1", 0, 0.2, 5)), Classification(longest_transient=400,
         doublings=1)
     whole = gc.zones(model, *axes, starts=2, settings=short)
-    monkeypatch.setattr(costs.Cost, "largest", lambda *_: 8)
+    monkeypatch.setattr(costs.Cost, "max_points", lambda *_: 8)
     assert gc.zones(model, *axes, starts=2, settings=short).identical(whole)
 
 
@@ -221,5 +222,5 @@ def test_no_example_is_refused(path):
     study = load_study(path)
     if study.kind is not None:
         cost = study.study(STUDIES[study.kind]).cost
-        assert cost.seconds(2) < 7200 and cost.steps < MOST_STEPS / 100
-    assert np.isfinite(estimate(switched(vary(study.model, {})), 1, Classification().most).seconds())
+        assert cost.seconds(2) < 7200 and cost.steps < MAX_STEPS / 100
+    assert np.isfinite(estimate(switched_system(vary(study.model, {})), 1, Classification().max_periods).seconds())

@@ -15,8 +15,8 @@ from gearchaos.store import create
 from gearchaos.store import run as module
 from gearchaos.store.info import summary
 from gearchaos.store.record import differences, from_record, to_record
-from gearchaos.store.store import TileStatus, read
-from gearchaos.store.tiles import Grid, cut
+from gearchaos.store.store import TileStatus, open_store
+from gearchaos.store.tiles import Grid, divide
 from gearchaos.store.writers import Shard
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studies.study import Study
@@ -87,7 +87,7 @@ def test_a_tile_that_fails_is_tried_three_times_and_costs_no_time(tmp_path, monk
     outcome = module.run_into_store(MAP, tmp_path / "map.zarr", tile=16)
     assert (outcome.done, outcome.failed, outcome.count) == (3, {1: "ValueError: no"}, 4)
     assert sorted(tries) == [(0, 1), (1, 1), (1, 2), (1, 3), (2, 1), (3, 1)]
-    mark = read(tmp_path / "map.zarr").statuses()[1]
+    mark = open_store(tmp_path / "map.zarr").statuses()[1]
     assert (mark.done, mark.seconds, mark.attempt, mark.error) == (False, 0.0, 3, "ValueError: no")
 
 
@@ -113,7 +113,7 @@ def test_a_study_of_one_tile_is_computed_with_its_store(tmp_path):
     (mark,) = store.statuses().values()
     assert mark.done and mark.attempt == 1 and mark.error is None and 0 < mark.seconds < 600
     assert store.complete and not store.finished and store.damaged_tiles() == [] and store.damaged_files() == []
-    again = read(store.path)
+    again = open_store(store.path)
     assert again.study == MAP and again.grid == store.grid and again.arrays == store.arrays
 
 
@@ -138,7 +138,7 @@ def test_tiles_are_as_square_as_may_be(shape, block, size, tile):
         grid = dict(zip("yx", shape, strict=True))  # noqa: RUF012 -- it stands for a property
 
     Rectangle.block = dict(zip("yx", block, strict=True))
-    assert cut(Rectangle(MAP.model), size) == Grid(shape, tile)
+    assert divide(Rectangle(MAP.model), size) == Grid(shape, tile)
 
 
 def test_shards_share_the_tiles_out():

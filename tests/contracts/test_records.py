@@ -17,7 +17,7 @@ from gearchaos.dynamics import Classification, Label, Reason, Verdicts
 from gearchaos.dynamics.response import CONTACTS, Response
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, vary
-from gearchaos.model.switched import switched
+from gearchaos.model.switched import switched_system
 from gearchaos.store.writers import Shard
 from gearchaos.studies import warmup
 from gearchaos.studies.plane import shared_coordinates
@@ -110,14 +110,22 @@ def test_a_verdict_has_complex_multipliers_that_become_pairs_in_json():
     assert found.to_dict()["multipliers"] == [[m.real, m.imag] for m in found.multipliers]
 
 
-def test_the_regime_command_loads_neither_pandas_nor_scipy_special():
+def test_the_regime_command_loads_neither_pandas_nor_scipy_s_special_functions_and_linear_algebra():
     """They take half a second, and the verdict none of it."""
     command = ["gearchaos", "regime", "--set", "eps1=0.206", "--json"]
     code = (f"import sys; sys.argv = {command}\nfrom gearchaos.cli import main\ntry: main()\nexcept SystemExit: pass\n"
-            "print([m for m in ('pandas', 'xarray', 'scipy.special') if m in sys.modules])")
+            "print([m for m in ('pandas', 'xarray', 'scipy.special', 'scipy.linalg') if m in sys.modules])")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     document, loaded = done.stdout.splitlines()
     assert json.loads(document)["label"] == "8T" and loaded == "[]"
+
+
+def test_a_command_can_import_scipy_s_linear_algebra_after_numba():
+    """`attractors` needs it for the intervals of the shares."""
+    code = ("import sys; from gearchaos.cli import main; sys.argv = ['gearchaos', 'attractors', '--starts', '4', "
+            "'--set', 'kind=single']; main()")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0 and "share of the starts" in done.stdout, done.stderr
 
 
 def test_verdicts_are_compared_copied_and_shown_by_their_values():
@@ -213,7 +221,7 @@ def test_a_map_has_the_coordinates_that_its_corners_need():
 
 @pytest.mark.parametrize("dimension", warmup.MODELS)
 def test_the_kernels_warmed_are_of_every_dimension(dimension):
-    assert switched(vary(MeshModel.of(**warmup.MODELS[dimension]), {})).dimension == dimension
+    assert switched_system(vary(MeshModel.of(**warmup.MODELS[dimension]), {})).dimension == dimension
 
 
 def test_warming_up_says_how_long_it_took():

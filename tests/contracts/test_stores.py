@@ -12,7 +12,7 @@ from gearchaos.dynamics import Classification
 from gearchaos.store.info import summary
 from gearchaos.store.record import from_record, to_record
 from gearchaos.store.run import run
-from gearchaos.store.store import read
+from gearchaos.store.store import open_store
 
 
 def small_map():
@@ -47,17 +47,18 @@ NO_MARKS = {
 def test_a_mark_of_wrong_content_is_no_mark(mark, whole, tmp_path):
     path = copy(whole, tmp_path)
     (path / "run" / "tiles" / "2.json").write_text(json.dumps(mark))
-    assert 2 not in read(path).statuses() and summary(read(path))["tiles_done"] == read(path).grid.count - 1
-    assert run(small_map(), path).done == read(path).grid.count
+    store = open_store(path)
+    assert 2 not in store.statuses() and summary(store)["tiles_done"] == store.grid.count - 1
+    assert run(small_map(), path).done == open_store(path).grid.count
 
 
 @pytest.mark.parametrize("name", ["77777", "-1", "01", "1e3", "9" * 30, "²"])
 def test_a_mark_of_no_tile_is_no_mark(name, whole, tmp_path):
     path = copy(whole, tmp_path)
     (path / "run" / "tiles" / f"{name}.json").write_text(json.dumps(MARK))
-    state = summary(read(path))
+    state = summary(open_store(path))
     assert state["tiles_done"] == state["tiles"] and state["pieces_done"] == state["pieces"]
-    xr.testing.assert_identical(read(path).dataset(), read(whole).dataset())
+    xr.testing.assert_identical(open_store(path).dataset(), open_store(whole).dataset())
 
 
 NO_STUDIES = {
@@ -76,8 +77,8 @@ def test_a_study_of_wrong_content_is_refused(name, content, whole, tmp_path):
     path = copy(whole, tmp_path)
     words = json.loads((path / "run" / "study.json").read_text())
     (path / "run" / "study.json").write_text(json.dumps(words | {name: content}))
-    with pytest.raises(gc.InputError, match=rf"store must hold a sound run/study\.json; got .*damaged.*{name}"):
-        read(path)
+    with pytest.raises(gc.InputError, match=rf"store must hold an undamaged run/study\.json; got .*damaged.*{name}"):
+        open_store(path)
 
 
 @pytest.mark.parametrize("grid", [{"shape": [12, 17], "tile": [3, 4]}, {"shape": [12, 16], "tile": [13, 16]}])
@@ -85,7 +86,7 @@ def test_a_grid_that_does_not_fit_the_study_is_refused(grid, whole, tmp_path):
     path = copy(whole, tmp_path)
     words = json.loads((path / "run" / "study.json").read_text())
     (path / "run" / "study.json").write_text(json.dumps(words | {"grid": grid}))
-    for action in (lambda: read(path).dataset(), lambda: run(small_map(), path)):
+    for action in (lambda: open_store(path).dataset(), lambda: run(small_map(), path)):
         with pytest.raises(gc.InputError, match="do not fit the study's"):
             action()
 
@@ -100,10 +101,10 @@ def test_an_option_that_the_study_does_not_have_is_refused(option):
 def test_sums_of_wrong_content_are_written_anew(sums, whole, tmp_path):
     path = copy(whole, tmp_path)
     (path / "run" / "sums.json").write_text(sums)
-    with pytest.raises(gc.InputError, match=r"Run it again to mend run/sums\.json"):
-        read(path).dataset()
+    with pytest.raises(gc.InputError, match=r"Run it again to repair run/sums\.json"):
+        open_store(path).dataset()
     run(small_map(), path)
-    xr.testing.assert_identical(read(path).dataset(), read(whole).dataset())
+    xr.testing.assert_identical(open_store(path).dataset(), open_store(whole).dataset())
 
 
 def test_a_link_to_nothing_is_no_target(tmp_path):
@@ -122,8 +123,8 @@ def test_a_pipe_in_a_store_counts_as_damage_and_nobody_waits_for_it(name, whole,
     path = copy(whole, tmp_path)
     (path / name).unlink(missing_ok=True)
     os.mkfifo(path / name)
-    found, own = read(path), "tiles" not in name and "/c/" not in name
-    assert found.statuses().keys() == read(whole).statuses().keys() - ({2} if name.endswith("/2.json") else set())
+    found, own = open_store(path), "tiles" not in name and "/c/" not in name
+    assert found.statuses().keys() == open_store(whole).statuses().keys() - ({2} if name.endswith("/2.json") else set())
     assert found.damaged_files() == ([name] if own else [])
     assert own or found.damaged_tiles() == ([0] if "/c/" in name else [])
 
@@ -133,24 +134,24 @@ def test_a_store_whose_study_is_a_pipe_is_refused(whole, tmp_path, no_waiting):
     (path / "run" / "study.json").unlink()
     os.mkfifo(path / "run" / "study.json")
     with pytest.raises(gc.InputError, match=r"store must be a folder that gearchaos run made; .*not a regular file"):
-        read(path)
+        open_store(path)
 
 
 @pytest.mark.parametrize("name", ["omega/c/0", "eps1/c/0"])
 def test_sums_that_do_not_name_every_own_file_are_written_anew(name, whole, tmp_path):
     path = copy(whole, tmp_path)
-    file, kept = path / "run" / "sums.json", read(whole).dataset()
+    file, kept = path / "run" / "sums.json", open_store(whole).dataset()
     file.write_text(json.dumps({n: s for n, s in json.loads(file.read_text()).items() if n != name}))
     (path / name).write_bytes((path / name).read_bytes()[::-1])
-    assert read(path).damaged_files() == ["run/sums.json"]
+    assert open_store(path).damaged_files() == ["run/sums.json"]
     run(small_map(), path)
-    xr.testing.assert_identical(read(path).dataset(), kept)
+    xr.testing.assert_identical(open_store(path).dataset(), kept)
 
 
 def test_a_file_that_is_no_part_of_a_store_does_no_harm(whole, tmp_path):
     path = copy(whole, tmp_path)
     (path / "notes.txt").write_text("mine")
-    assert read(path).damaged_files() == []
+    assert open_store(path).damaged_files() == []
 
 
 def test_tiles_that_are_not_those_of_the_arrays_are_refused(whole, tmp_path):
@@ -159,8 +160,8 @@ def test_tiles_that_are_not_those_of_the_arrays_are_refused(whole, tmp_path):
     words = json.loads(file.read_text())
     words["grid"]["tile"][1] *= 2
     file.write_text(json.dumps(words))
-    for action in (lambda: read(path).dataset(), lambda: run(small_map(), path)):
-        with pytest.raises(gc.InputError, match=r"store must hold a sound run/study\.json; .*those of its arrays"):
+    for action in (lambda: open_store(path).dataset(), lambda: run(small_map(), path)):
+        with pytest.raises(gc.InputError, match=r"store must hold an undamaged run/study\.json; .*those of its arrays"):
             action()
 
 
@@ -170,9 +171,9 @@ def test_what_is_no_file_where_one_must_be_is_refused(make, name, whole, tmp_pat
     path = copy(whole, tmp_path)
     (path / name).unlink()
     make(path / name)
-    with pytest.raises(gc.InputError, match=rf"store must be sound; .*mend .*{name}"):
-        read(path).dataset()
-    with pytest.raises(gc.InputError, match=rf"store must have files where its own lie; got '.*{name}'.* Remove it"):
+    with pytest.raises(gc.InputError, match=rf"store must be undamaged; .*repair .*{name}"):
+        open_store(path).dataset()
+    with pytest.raises(gc.InputError, match=rf"store must have a file at this path; got '.*{name}'.* Remove it"):
         run(small_map(), path)
 
 
@@ -180,5 +181,5 @@ def test_a_file_where_a_folder_must_be_is_refused(whole, tmp_path):
     path = copy(whole, tmp_path)
     shutil.rmtree(path / "omega")
     (path / "omega").write_text("mine")
-    with pytest.raises(gc.InputError, match=r"store must have folders where its own lie; got '.*omega'.* Remove it"):
+    with pytest.raises(gc.InputError, match=r"store must have a folder at this path; got '.*omega'.* Remove it"):
         run(small_map(), path)

@@ -193,8 +193,8 @@ def test_attractors_come_with_shares_and_do_not_depend_on_threads_or_tiles(monke
     low, share, high = (data[f"attractor_fraction{end}"].values for end in ("_lo", "", "_hi"))
     assert np.all((low < share) & (share < high))
     xr.testing.assert_identical(data, gc.attractors(model, 512, threads=1))
-    monkeypatch.setattr(tiles, "_LEAST", 5)
-    monkeypatch.setattr(tiles, "_LAST", 64)
+    monkeypatch.setattr(tiles, "_MIN_PER_THREAD", 5)
+    monkeypatch.setattr(tiles, "_FINAL_DIVISOR", 64)
     xr.testing.assert_identical(data, gc.attractors(model, 512))
     other = gc.attractors(model, 512, seed=1)
     assert np.all(np.abs(other.attractor_fraction - data.attractor_fraction) < 0.1)
@@ -260,8 +260,8 @@ def test_a_map_with_many_starts_counts_the_motions_of_each_cell():
 
 @pytest.mark.parametrize("count", [0, 1, 511, 5000, 123_457])
 @pytest.mark.parametrize("threads", [1, 2, 7])
-def test_work_is_dealt_once(count, threads):
-    order = tiles.dealt(count, threads)
+def test_interleaved_work_is_all_done_once(count, threads):
+    order = tiles.interleaved(count, threads)
     np.testing.assert_array_equal(np.sort(order), np.arange(count))
     share = order[: count // threads]
     assert np.all(np.diff(share) == threads)

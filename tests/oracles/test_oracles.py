@@ -11,8 +11,8 @@ from scipy.optimize import brentq
 import gearchaos as gc
 from gearchaos.flow import OK, ExactFlow
 from gearchaos.model import HarmonicStiffness, MeshModel, TransmissionError, TwoLevelStiffness, vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
 
 heyoka_oracle = pytest.importorskip(
     "tests.oracles.heyoka_oracle", reason="heyoka is not installed", exc_type=ImportError
@@ -67,8 +67,8 @@ def _start_names(kind: str) -> tuple[str, ...]:
 
 def _one_period(model: MeshModel, values: dict[str, np.ndarray]) -> tuple[tuple[str, ...], np.ndarray]:
     batch = vary(model, values)
-    system = switched(batch)
-    out = ExactFlow(system).advance(start(batch, system).T.copy(), 1)
+    system = switched_system(batch)
+    out = ExactFlow(system).advance(initial_state(batch, system).T.copy(), 1)
     assert np.all(out.status == OK)
     return system.names, out.w
 
@@ -96,7 +96,7 @@ def _worst(model: MeshModel, values: dict[str, np.ndarray]) -> float:
 @pytest.mark.parametrize("case", DIMENSIONS)
 def test_one_period_from_random_states(case, stiffness):
     model, values = _random(case, stiffness)
-    assert len(switched(vary(model, values)).names) == int(case[0])
+    assert len(switched_system(vary(model, values)).names) == int(case[0])
     assert _worst(model, values) <= 1e-11
 
 
@@ -130,7 +130,7 @@ def test_one_period_from_a_flat_start(stiffness):
 def _relative(model: MeshModel, values: dict[str, np.ndarray]) -> np.ndarray:
     """z and z' at the start, (2, points)."""
     batch = vary(model, values)
-    return start(batch, switched(batch))[:, :2].T
+    return initial_state(batch, switched_system(batch))[:, :2].T
 
 
 def _move_to(model: MeshModel, values: dict[str, np.ndarray], z: np.ndarray) -> None:

@@ -6,7 +6,7 @@ import pytest
 import gearchaos as gc
 from gearchaos.model import HarmonicStiffness, MeshModel, mesh_stiffness, transmission_error, vary
 from gearchaos.model.coordinates import from_physical
-from gearchaos.model.switched import coordinates, same, switched
+from gearchaos.model.switched import coordinates, equal_ratios, switched_system
 from tests.oracles import scipy_oracle
 from tests.oracles.march import NAMES
 
@@ -66,7 +66,7 @@ def states_of(model, names, rng, tau, contact):
 def test_the_system_is_the_equations_of_the_paper(name, contact):
     """w' = A w + f(τ) − b χ(τ)(w[0] − σ), in the middle of either stiffness level."""
     model, rng = model_of(name, chi1=0.3, chi2=0.2, contact_ratio=1.4), np.random.default_rng(contact + 1)
-    system = switched(vary(model, {}))
+    system = switched_system(vary(model, {}))
     for share, level in ((0.2, 0), (0.7, 1)):
         tau = share * model.period
         physical, w = states_of(model, system.names, rng, tau, contact)
@@ -89,7 +89,7 @@ def steady_waves(name, **values):
 def test_the_static_force_is_the_mean_one_of_a_steady_motion(name):
     model, motion = steady_waves(name)
     assert np.all(motion.contact == 1)
-    static = switched(vary(model, {})).static_force[0]
+    static = switched_system(vary(model, {})).static_force[0]
     assert float(motion.mesh_force.mean()) == pytest.approx(static, rel=1e-9)
     both = model.beta1 + model.beta2  # the torques balance: q1 − 2β1 v = S = q2 + 2β2 v at one mean speed v
     assert static == pytest.approx((model.q1 * model.beta2 + model.q2 * model.beta1) / both, rel=1e-14)
@@ -98,7 +98,7 @@ def test_the_static_force_is_the_mean_one_of_a_steady_motion(name):
 def test_without_friction_the_static_force_is_what_speeds_both_wheels_up_alike():
     """(q1 − S)/J1 = (S − q2)/J2."""
     model, motion = steady_waves("beta/J alike", beta=0.0)
-    static = switched(vary(model, {})).static_force[0]
+    static = switched_system(vary(model, {})).static_force[0]
     assert float(motion.mesh_force.mean()) == pytest.approx(static, rel=1e-9)
     assert (model.q1 - static) / model.J1 == pytest.approx((static - model.q2) / model.J2, rel=1e-12)
 
@@ -113,12 +113,12 @@ def test_the_rms_velocity_is_that_of_the_first_wheel(name):
 def test_the_mean_speed_is_that_at_which_friction_takes_the_spare_torque():
     model, motion = steady_waves("beta/J alike")
     mean = (model.q1 - model.q2) / (2 * (model.beta1 + model.beta2))
-    assert switched(vary(model, {})).velocity0[0] == pytest.approx(mean, rel=1e-14)
+    assert switched_system(vary(model, {})).velocity0[0] == pytest.approx(mean, rel=1e-14)
     assert float(motion.x1_dot.mean()) == pytest.approx(mean, rel=1e-9)
 
 
 def test_without_friction_unequal_torques_have_no_mean_speed():
-    assert switched(vary(model_of("beta/J alike", beta=0.0), {})).velocity0[0] == 0
+    assert switched_system(vary(model_of("beta/J alike", beta=0.0), {})).velocity0[0] == 0
 
 
 def test_ratios_are_the_same_to_rounding_and_no_further():
@@ -126,7 +126,7 @@ def test_ratios_are_the_same_to_rounding_and_no_further():
     factors, model = np.random.default_rng(0).uniform(0.1, 10, 1000), MeshModel.of(J1=2.0, beta1=0.01)
 
     def alike(off):
-        return same(vary(model, {"beta2": 0.01 * factors * (1 + off), "J2": 2.0 * factors}), "beta", "J")
+        return equal_ratios(vary(model, {"beta2": 0.01 * factors * (1 + off), "J2": 2.0 * factors}), "beta", "J")
 
     assert np.all(alike(0.0))
     for off in (1e-12, 1e-6):
@@ -136,7 +136,7 @@ def test_ratios_are_the_same_to_rounding_and_no_further():
 
 def test_harmonics_of_the_stiffness_come_as_cosines_and_sines():
     model = MeshModel(stiffness=HarmonicStiffness((0.3, 0.2), (0.0, 0.7)))
-    system, tau = switched(vary(model, {})), np.linspace(0, model.period, 50)
+    system, tau = switched_system(vary(model, {})), np.linspace(0, model.period, 50)
     phase = np.outer(tau, [1, 2]) * model.omega
     chi = system.levels[0, 0] + np.cos(phase) @ system.chi_cos[0] + np.sin(phase) @ system.chi_sin[0]
     np.testing.assert_allclose(chi, mesh_stiffness(model, tau), atol=1e-14)
@@ -144,7 +144,7 @@ def test_harmonics_of_the_stiffness_come_as_cosines_and_sines():
 
 
 def test_points_are_taken_in_order():
-    system = switched(vary(MeshModel.of(), {"omega": [1.0, 2.0, 3.0]}))
+    system = switched_system(vary(MeshModel.of(), {"omega": [1.0, 2.0, 3.0]}))
     part = system.take(np.array([2, 0]))
     assert part.points == 2 and part.names == system.names
     np.testing.assert_array_equal(part.period, 2 * np.pi / np.array([3.0, 1.0]))

@@ -19,8 +19,8 @@ import numpy as np
 from gearchaos.dynamics.lyapunov import from_growth
 from gearchaos.flow import OK, ExactFlow
 from gearchaos.model import vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
 from gearchaos.paper import settings
 
 TABLE = Path(__file__).with_name("brute_force.csv")
@@ -51,8 +51,8 @@ def cells(figure: int) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
 def flow_of(figure: int, values: dict[str, np.ndarray]) -> tuple[ExactFlow, np.ndarray]:
     """The flow of the cells and their starts (d, cells)."""
     batch = vary(settings.all_figures()[figure].studies["a"].mesh_model, values)
-    system = switched(batch)
-    return ExactFlow(system), start(batch, system).T.copy()
+    system = switched_system(batch)
+    return ExactFlow(system), initial_state(batch, system).T.copy()
 
 
 def returned(sections: np.ndarray) -> np.ndarray:

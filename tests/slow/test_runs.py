@@ -27,11 +27,11 @@ from gearchaos.execute import pools
 from gearchaos.store.chunks import CODECS, write_chunk
 from gearchaos.store.info import summary
 from gearchaos.store.record import differences, to_record
-from gearchaos.store.run import _store as remembered
+from gearchaos.store.run import _cached_store as remembered
 from gearchaos.store.run import run_into_store as run
-from gearchaos.store.store import read
-from gearchaos.store.tiles import Grid, cut
-from gearchaos.store.writers import Shard, writing
+from gearchaos.store.store import open_store
+from gearchaos.store.tiles import Grid, divide
+from gearchaos.store.writers import Shard, write_lock
 
 SHORT = Classification(longest_transient=800, doublings=1, averaging_periods=16)
 SINGLE = gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05, q0=0.1)
@@ -85,7 +85,7 @@ def test_a_store_opens_as_what_the_function_returns(name, tmp_path):
         warnings.simplefilter("error")
         opened = xr.open_zarr(path).load()
     xr.testing.assert_identical(opened, study.run())
-    assert read(path).study == study
+    assert open_store(path).study == study
     again = []
     assert run(study, path, say=again.append).done == outcome.count
     assert len(again) == 1 and "are done already" in again[0]
@@ -179,12 +179,12 @@ def test_a_run_killed_many_times_loses_nothing(calm, tmp_path, deaths):
             wait_for_tiles(process, path, 1)
             assert process.poll() is None, "the study is too short to be killed so often"
             time.sleep(rng.uniform(0, 0.1))
-            kept |= {n: m for n, m in read(path).statuses().items() if m.done and n not in kept}
+            kept |= {n: m for n, m in open_store(path).statuses().items() if m.done and n not in kept}
             process.kill()
             kills += 1
     assert "are done already" in finish(start(study, path))
     assert len(kept) >= deaths
-    assert kept.items() <= read(path).statuses().items()  # with their times: none was computed again
+    assert kept.items() <= open_store(path).statuses().items()  # with their times: none was computed again
     assert files(path) == files(calm)
 
 
@@ -217,22 +217,22 @@ def test_shards_in_processes_of_their_own_fill_one_store(calm, tmp_path):
     shards = [start(study, path, "--shard", f"{i}/3") for i in (1, 2, 3)]
     for shard in shards:
         finish(shard)
-    store = read(path)
+    store = open_store(path)
     assert store.finished and summary(store)["tiles_done"] == store.grid.count
     assert files(path) == files(calm)
 
 
 def test_a_second_writer_is_refused(whole):
     folder = whole / "run" / "writers"
-    with writing(folder, Shard()):
+    with write_lock(folder, Shard()):
         for shard in (Shard(), Shard(1, 2)):
-            with pytest.raises(gc.InputError, match=r"another writer.*a run is writing"), writing(folder, shard):
+            with pytest.raises(gc.InputError, match=r"another writer.*a run is writing"), write_lock(folder, shard):
                 pass
-    with writing(folder, Shard(1, 2)), writing(folder, Shard(2, 2)):
+    with write_lock(folder, Shard(1, 2)), write_lock(folder, Shard(2, 2)):
         for shard in (Shard(), Shard(1, 2), Shard(1, 3)):
-            with pytest.raises(gc.InputError, match=r"shard ./2 is writing"), writing(folder, shard):
+            with pytest.raises(gc.InputError, match=r"shard ./2 is writing"), write_lock(folder, shard):
                 pass
-    with writing(folder, Shard()):
+    with write_lock(folder, Shard()):
         pass
 
 
@@ -269,14 +269,14 @@ def test_damaged_files_of_the_store_itself_are_made_anew(tmp_path, name, lost, h
     study, path, said = STUDIES[name], tmp_path / "s.zarr", []
     run(study, path)
     good = data(path)
-    file = path / lost.format(array={"zones": "label", "basins": "attractor"}[name], axis=study.axes[0].name)
+    file = path / lost.format(array={"zones": "label", "basins": "attractor"}[name], axis=study.x.name)
     content = file.read_bytes()
     if how == "missing":
         file.unlink()
     else:
         file.write_bytes(content[: len(content) // 2])
-    with pytest.raises(gc.InputError, match="must be sound"):
-        read(path).dataset()
+    with pytest.raises(gc.InputError, match="must be undamaged"):
+        open_store(path).dataset()
     run(study, path, say=said.append)
     assert any("written anew" in line for line in said)
     xr.testing.assert_identical(data(path), good)
@@ -297,11 +297,11 @@ def test_shards_that_finish_at_once_do_not_collide(tmp_path):
 def test_many_shards_may_start_at_once_beside_old_locks(whole):
     folder = whole / "run" / "writers"
     for old in (Shard(), Shard(1, 3), Shard(2, 3)):
-        with writing(folder, old):
+        with write_lock(folder, old):
             pass
 
     def enter(number):
-        with writing(folder, Shard(number, 4)):
+        with write_lock(folder, Shard(number, 4)):
             time.sleep(0.01)
 
     for _ in range(20):
@@ -318,25 +318,25 @@ def test_other_versions_are_told(whole, tmp_path):
     assert any(line.startswith("warning: the store was begun with other versions, gearchaos_version") for line in said)
     (path / "run" / "study.json").write_text(json.dumps({**words, "format": 77}))
     with pytest.raises(gc.InputError, match="store must have format 1; got 77"):
-        read(path)
+        open_store(path)
 
 
 def test_a_damaged_mark_is_computed_again(whole, tmp_path):
     path = copy(whole, tmp_path)
     (path / "run" / "tiles" / "2.json").write_text('{"done": tr')
-    assert 2 not in read(path).statuses()
-    assert run(small_map(), path).done == read(path).grid.count
+    assert 2 not in open_store(path).statuses()
+    assert run(small_map(), path).done == open_store(path).grid.count
 
 
 def test_what_is_no_store_and_what_is_damaged_is_refused(whole, tmp_path):
     with pytest.raises(gc.InputError, match="store must be a folder that gearchaos run made"):
-        read(tmp_path)
+        open_store(tmp_path)
     path = copy(whole, tmp_path)
     text = (path / "run" / "study.json").read_text()
     for bad in (text[:300], "[]", text.replace('"zones"', '"nonsense"')):
         (path / "run" / "study.json").write_text(bad)
-        with pytest.raises(gc.InputError, match=r"store must hold a sound|must be one of"):
-            read(path)
+        with pytest.raises(gc.InputError, match=r"store must hold an undamaged|must be one of"):
+            open_store(path)
 
 
 def test_another_study_is_refused_with_the_difference(whole, tmp_path):
@@ -366,7 +366,7 @@ def test_a_tile_that_raises_is_tried_again_and_reported(tmp_path, monkeypatch, t
     remembered.cache_clear()
     if failed:
         assert outcome.failed == {0: "ValueError: a cosmic ray"}
-        assert summary(read(tmp_path / "s.zarr"))["failed"] == {"0": "ValueError: a cosmic ray"}
+        assert summary(open_store(tmp_path / "s.zarr"))["failed"] == {"0": "ValueError: a cosmic ray"}
         assert run(study, tmp_path / "s.zarr").failed == {}
 
 
@@ -448,7 +448,7 @@ def test_bad_options_are_refused_before_anything_is_made(tmp_path, arguments, wo
 
 @pytest.mark.parametrize(("text", "words"), [
     (STUDY.replace("patience", "patiense"), "key of [budget] must be one of"),
-    (STUDY.replace('kind = "zones"', 'kind = "regime"').replace("x =", "#").replace("y =", "#"), "study.kind must be"),
+    (STUDY.replace('kind = "zones"', 'kind = "picture"').replace("x =", "#").replace("y =", "#"), "study.kind must be"),
     (STUDY.split("[study]")[0], "study.kind must be given"),
     (STUDY.replace("x =", "# x ="), "study must give x and y"),
     ('[study]\nkind = "simulate"\n', "study.periods must be given"),
@@ -464,7 +464,7 @@ def test_tiles_cover_the_grid_once():
         pieces = np.concatenate([grid.items(n) for n in range(grid.count)])
         assert sorted(pieces) == list(range(int(np.prod(shape))))
         assert [grid.size(n) for n in range(grid.count)] == [len(grid.items(n)) for n in range(grid.count)]
-    rows = cut(STUDIES["zones with starts"], 20)
+    rows = divide(STUDIES["zones with starts"], 20)
     assert rows.tile == (2, 9)
 
 
@@ -473,7 +473,7 @@ def test_what_a_dying_writer_leaves_is_no_data_and_is_cleared(whole, tmp_path):
     run(small_map(), path, tile=20, shard=Shard(1, 2))
     for folder in [path, *(p for p in path.rglob("*") if p.is_dir())]:
         (folder / ".0.cut short.partial").write_bytes(b"half")
-    store = read(path)
+    store = open_store(path)
     assert (store.damaged_tiles(), store.damaged_files()) == ([], [])
     assert store.dataset().sizes == data(whole).sizes
     assert run(small_map(), path).done == store.grid.count
@@ -487,7 +487,7 @@ def test_what_a_dying_writer_leaves_is_no_data_and_is_cleared(whole, tmp_path):
 ])
 def test_tiles_are_large_but_some_can_share(side, options, tile):
     axes = gc.Axis("omega", 0.5, 1.1, side), gc.Axis("eps1", 0.05, 0.3, side)
-    assert cut(gc.Zones(gc.MeshModel(), *axes, **options, settings=SHORT)).tile == tile
+    assert divide(gc.Zones(gc.MeshModel(), *axes, **options, settings=SHORT)).tile == tile
 
 
 def test_checksums_are_there(whole):
@@ -589,6 +589,6 @@ def test_a_study_of_which_nothing_can_be_computed_makes_no_store(tmp_path, monke
         raise ValueError("a cosmic ray")
 
     monkeypatch.setattr(gc.Zones, "compute", fail)
-    with pytest.raises(gc.InputError, match=r"study must have pieces that can be computed.*a cosmic ray"):
+    with pytest.raises(gc.InputError, match=r"study must have work items that can be computed.*a cosmic ray"):
         run(study, tmp_path / "s.zarr", tile=tile)
     assert not (tmp_path / "s.zarr").exists()

@@ -1,6 +1,6 @@
-"""The command line: arguments in; files, one JSON document or a readable page out."""
+"""The command line: commands that write files, and print one JSON document or a page of text."""
 
-# Commands join the application as they are imported: --help lists them in this order.
+# Importing a module adds its commands to the application; --help lists them in this order.
 from gearchaos.cli import warmup, paper, point, maps, explore, runs  # noqa: F401, I001
 from gearchaos.cli.options import app, main
 

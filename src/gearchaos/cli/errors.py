@@ -1,8 +1,9 @@
-"""What a command raises becomes one line on stderr and an exit code; never a traceback for bad input."""
+"""Errors of commands, reported as one line on stderr and an exit code; bad input never gives a traceback."""
 
 from __future__ import annotations
 
 import errno
+import itertools
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,29 +15,31 @@ from typer.core import TyperGroup
 from gearchaos.errors import InputError
 
 BAD_INPUT, INTERRUPTED = 2, 130
+"""Exit codes."""
 
 
 class Commands(TyperGroup):
-    """The group of all commands, with their errors in words."""
+    """The group of all commands, which reports their errors."""
 
     def make_context(self, *arguments: Any, **options: Any) -> Any:
-        with _in_words():  # --version and --help write while arguments are read
+        with _reported():  # --version and --help print while arguments are parsed
             _check_stdout()
             return super().make_context(*arguments, **options)
 
     def invoke(self, ctx: Any) -> Any:
-        with _in_words():
+        with _reported():
             return super().invoke(ctx)
 
 
 def _check_stdout() -> None:
-    """Raise `InputError` if results would be lost, or go to the first file that is opened in place of stdout."""
+    """Raise `InputError` if stdout is closed: results would be lost, or written to the next file that is opened."""
     if sys.stdout is None:
         raise InputError("stdout", "must be open", "closed", "Send it to a file, or to /dev/null.")
 
 
 @contextmanager
-def _in_words() -> Iterator[None]:
+def _reported() -> Iterator[None]:
+    """Report errors that concern the user as a message and an exit code."""
     try:
         yield
     except InputError as error:
@@ -44,7 +47,7 @@ def _in_words() -> Iterator[None]:
     except MemoryError:
         _fail("error: not enough memory. Ask for fewer cells, points or periods.", BAD_INPUT)
     except OSError as error:
-        if error.errno == errno.EPIPE:  # the reader of a pipe has gone: typer ends quietly
+        if error.errno == errno.EPIPE:  # the reader of the pipe has ended: typer exits silently
             raise
         _fail(f"error: {error}", BAD_INPUT)
     except KeyboardInterrupt:
@@ -52,25 +55,34 @@ def _in_words() -> Iterator[None]:
 
 
 def _fail(message: str, code: int) -> None:
+    """Print a message and end the command with an exit code."""
     say(message)
     raise typer.Exit(code) from None
 
 
 def say(message: str) -> None:
-    """Print a message for people, unless stderr is closed; stdout is for results."""
-    if sys.stderr is not None:  # else print would take stdout
+    """Print a message for the user on stderr, unless that is closed; stdout is for results."""
+    if sys.stderr is not None:  # otherwise print would use stdout
         print(message, file=sys.stderr, flush=True)
 
 
-def tell_of_compiling() -> None:
-    """Say so if kernels have to be compiled, since nothing else happens meanwhile."""
+def announce_compilation() -> None:
+    """Print a message whenever the compilation of a kernel begins, and how many there are at most."""
     from gearchaos.flow import on_compile
 
-    told: list[bool] = []
+    count = itertools.count(1)
 
-    def tell() -> None:
-        if not told:
-            told.append(True)
+    def announce() -> None:
+        number = next(count)
+        if number == 1:
             say("compiling the kernels, once after an install or an update; gearchaos warmup does it for all models")
+        say(f"compiling kernel {number} of at most {_KERNELS}{_LONGEST if number == 2 else ''}")
 
-    on_compile(tell)
+    on_compile(announce)
+
+
+_KERNELS = 4
+"""Kernels that Python calls, each compiled once for a dimension of the state."""
+
+_LONGEST = ", which takes the longest"
+"""The second one advances the motion; the first makes its tables."""

@@ -43,8 +43,8 @@ def explore(
     _serve(running, None if no_open else address(host, port))
 
 
-def _view(loaded: LoadedStudy, texts: list[str], nothing_said: bool) -> View:
-    """What the page begins with: the axes of the command line, else of the study file, else the paper's figure 2."""
+def _view(loaded: LoadedStudy, texts: list[str], no_arguments: bool) -> View:
+    """The first view: axes of the command line, otherwise of the study file; without arguments the paper's figure 2."""
     from gearchaos.explorer.view.presets import presets
     from gearchaos.explorer.view.state import view_of
     from gearchaos.studies.axis import parse_axis
@@ -53,7 +53,7 @@ def _view(loaded: LoadedStudy, texts: list[str], nothing_said: bool) -> View:
     if len(given) not in (0, 2):
         raise InputError("--axis", "must be given twice or not at all", texts,
                          "E.g. --axis omega=0.2:3:400 --axis eps1=0:0.3:300.")
-    if nothing_said and not given:
+    if no_arguments and not given:
         return presets()["2"].view
     options = loaded.options_for("zones")
     axes = given or [options[name] for name in ("x", "y") if name in options]
@@ -61,6 +61,7 @@ def _view(loaded: LoadedStudy, texts: list[str], nothing_said: bool) -> View:
 
 
 def _serve(running: Any, page: str | None) -> None:
+    """Run a Bokeh server until it is interrupted, and open a page of it in the browser, if one is given."""
     if page:
         running.io_loop.add_callback(webbrowser.open, page)
     with contextlib.suppress(KeyboardInterrupt):

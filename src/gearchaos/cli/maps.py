@@ -1,4 +1,4 @@
-"""The commands that scan parameters or initial values: diagrams, maps, basins."""
+"""The commands that scan parameters or initial values: bifurcation diagrams, zones and basins."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def bifurcation(
     physical: Physical = False,
 ) -> None:
     """Scan one parameter: stroboscopic points, verdicts and exponents."""
-    target = _Target(out, plot, json_out, physical)
-    _run("bifurcation", study, sets, axis, target, points=points, mode=mode)
+    output = _Output(out, plot, json_out, physical)
+    _run("bifurcation", study, sets, axis, output, points=points, mode=mode)
 
 
 @app.command()
@@ -69,8 +69,8 @@ def zones(
     physical: Physical = False,
 ) -> None:
     """Map the kinds of motion over two parameters."""
-    target = _Target(out, plot, json_out, physical)
-    _run("zones", study, sets, axis, target, starts=starts, refine=refine)
+    output = _Output(out, plot, json_out, physical)
+    _run("zones", study, sets, axis, output, starts=starts, refine=refine)
 
 
 @app.command()
@@ -84,13 +84,13 @@ def basins(
     physical: Physical = False,
 ) -> None:
     """Map the basins of attraction over two initial values."""
-    target = _Target(out, plot, json_out, physical)
-    _run("basins", study, sets, axis, target)
+    output = _Output(out, plot, json_out, physical)
+    _run("basins", study, sets, axis, output)
 
 
 @dataclass(frozen=True)
-class _Target:
-    """Where a map goes, and in which form."""
+class _Output:
+    """Options for the output of a map."""
 
     out: Path
     plot: Path | None
@@ -99,20 +99,20 @@ class _Target:
 
 
 def _run(
-    kind: str, study: Path | None, sets: list[str] | None, axis: list[str] | None, target: _Target, **options: Any
+    kind: str, study: Path | None, sets: list[str] | None, axis: list[str] | None, output: _Output, **options: Any
 ) -> None:
     """Check everything, compute the study, and write its files."""
-    check_output("--out", target.out, DATA_SUFFIXES)
-    check_output("--plot", target.plot, PLOT_SUFFIXES)
-    loaded = load(study, sets, target.physical)
+    check_output("--out", output.out, DATA_SUFFIXES)
+    check_output("--plot", output.plot, PLOT_SUFFIXES)
+    loaded = load(study, sets, output.physical)
     from gearchaos.studies.registry import study_class
 
     chosen = loaded.study(study_class(kind), **_axes(kind, loaded, axis or []), **given(**options))
-    _finish(chosen, chosen.run(progress=True), loaded, target)
+    _finish(chosen, chosen.run(progress=True), loaded, output)
 
 
 def _axes(kind: str, loaded: LoadedStudy, texts: list[str]) -> dict[str, Axis]:
-    """The axes of the command line by field; fewer than needed replace those of the study file by name."""
+    """The axes by field of the study. Axes of the command line replace those of the study file with the same name."""
     from gearchaos.studies.axis import parse_axis
     from gearchaos.studies.registry import study_class
 
@@ -131,12 +131,12 @@ def _axes(kind: str, loaded: LoadedStudy, texts: list[str]) -> dict[str, Axis]:
     return dict(zip(names, parsed, strict=True))
 
 
-def _finish(study: Study, dataset: xr.Dataset, loaded: LoadedStudy, target: _Target) -> None:
-    """Write the files, and print what is in them."""
-    dataset = in_units(dataset, loaded, target.physical)
-    save(dataset, target.out)
-    draw(dataset, target.plot)
-    if target.json_out:
-        files = {"out": str(target.out), "plot": None if target.plot is None else str(target.plot)}
+def _finish(study: Study, dataset: xr.Dataset, loaded: LoadedStudy, output: _Output) -> None:
+    """Write the files of a map, and print its JSON summary if it is wanted."""
+    dataset = in_units(dataset, loaded, output.physical)
+    save(dataset, output.out)
+    draw(dataset, output.plot)
+    if output.json_out:
+        files = {"out": str(output.out), "plot": None if output.plot is None else str(output.plot)}
         axes = [asdict(getattr(study, name)) for name in study.axis_fields]
         print_json({"study": study.kind, **files, "axes": axes, **summary(study.kind, dataset)})

@@ -1,6 +1,6 @@
-"""The application, and the options and inputs that its commands share.
+"""The application, and the options that its commands share.
 
-Only typer and rich load with this module; a command imports the heavy rooms when it runs.
+This module imports only typer and rich; a command imports slow-loading modules when it runs.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearchaos.cli.errors import Commands, tell_of_compiling
+from gearchaos.cli import startup
+from gearchaos.cli.errors import Commands, announce_compilation
 from gearchaos.errors import InputError
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-# readable=False: what a file must allow is checked, and said, in the words of the project
+# readable=False: typer does not check files; gearchaos does, with its own error messages
 StudyPath = Annotated[Path | None, typer.Argument(metavar="STUDY", help="Study file, TOML.", readable=False)]
 Sets = Annotated[
     list[str] | None,
@@ -48,11 +49,13 @@ Physical = Annotated[bool, typer.Option("--physical", help="µm, mm/s, N, Hz; fo
 
 
 def main() -> None:
-    """Entry point of the ``gearchaos`` command."""
+    """Entry point of the ``gearchaos`` command, in a process of its own."""
+    startup.own_process = True
     app(prog_name="gearchaos")
 
 
 def _version(wanted: bool) -> None:
+    """Print the version and exit, if it is wanted."""
     if wanted:
         from importlib.metadata import version
 
@@ -70,11 +73,12 @@ def _options(
 
 
 def load(study: Path | None, sets: list[str] | None, physical: bool = False) -> LoadedStudy:
-    """The study of a file with the values set over it, checked; say so if kernels have to be compiled."""
+    """The content of a study file with the values of ``--set``; also lets the user know when kernels are compiled."""
+    startup.load_numba()
     from gearchaos.studyfile import load_study, parse_set
 
     loaded = load_study(study, parse_set(sets or []))
-    tell_of_compiling()
+    announce_compilation()
     if physical and loaded.pair is None:
         file = None if study is None else str(study)
         raise InputError("--physical", "needs a study file with a [gearpair] table", file)
@@ -82,12 +86,12 @@ def load(study: Path | None, sets: list[str] | None, physical: bool = False) -> 
 
 
 def given(**options: Any) -> dict[str, Any]:
-    """The options that the command line gives."""
+    """The options that are given on the command line, i.e. are not None."""
     return {name: value for name, value in options.items() if value is not None}
 
 
 def in_units(dataset: xr.Dataset, loaded: LoadedStudy, physical: bool) -> xr.Dataset:
-    """A result in the units of the pair, if it is to be in physical ones."""
+    """A result, with ``physical`` in the units of the gear pair."""
     if not physical or loaded.pair is None:
         return dataset
     from gearchaos.gears.results import physical as scaled

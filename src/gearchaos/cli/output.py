@@ -1,4 +1,4 @@
-"""Output of commands: files of data, pictures, JSON; paths are checked before any work starts."""
+"""Output of commands: data files, pictures and JSON. Paths are checked before anything is computed."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def draw(dataset: xr.Dataset, path: Path | None, *, colour: str | None = None, n
 
 
 def draw_dossier(dataset: xr.Dataset, title: str, path: Path) -> None:
-    """Write the dossier of one motion as a complete file."""
+    """Write the picture of one motion (history, phase trajectory, portrait, spectrum) as a complete file."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -115,8 +115,8 @@ def _finite(value: Any) -> Any:
 def attractor_list(dataset: xr.Dataset) -> dict[str, Any]:
     """The JSON document of the attractors of one operating point.
 
-    It holds a row for each attractor, the fraction of the starts that are diverged or undecided, the number of starts,
-    and the index of the attractor that each sweep ends in.
+    It has an entry for each attractor, the fraction of initial states that diverge or stay undecided, the number of
+    initial states, and the index of the attractor in which each sweep ends.
     """
     from gearchaos.dynamics.response import CONTACTS
     from gearchaos.studies import motions
@@ -146,11 +146,11 @@ _ATTRACTOR_FIELDS = (
     "fraction", "fraction_lo", "fraction_hi", "v_rms", "contact_fraction", "dynamic_factor", "lyapunov",
     "lyapunov_lo", "lyapunov_hi", "multiplier", "residual",
 )
-"""Variables of each attractor that are keys of its JSON."""
+"""The variables ``attractor_<name>`` that are keys of the JSON of an attractor."""
 
 
 def section(dataset: xr.Dataset) -> dict[str, list[float]]:
-    """The stroboscopic section of a simulation: τ and every coordinate by name."""
+    """The stroboscopic section of a simulation: τ and every coordinate by name, one value per mesh period."""
     return {short: dataset[name].values.tolist() for short, name in _section_names(dataset).items()}
 
 
@@ -166,7 +166,7 @@ def _section_names(dataset: xr.Dataset) -> dict[str, str]:
 
 
 def summary(kind: str, dataset: xr.Dataset) -> dict[str, Any]:
-    """The JSON summary of a map: the number of cells of each motion; of basins, the attractors and their shares."""
+    """The JSON summary of a map: the number of cells of each motion; for basins, the attractors and their shares."""
     from gearchaos.studies import motions
 
     if kind == "basins":

@@ -1,4 +1,4 @@
-"""Pages of text on stdout."""
+"""Results as pages of text on stdout."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from gearchaos.studyfile import LoadedStudy
 
 _SHOWN_ROWS = 20
-"""Number of rows of a stroboscopic section that are printed."""
+"""Most rows of a stroboscopic section that are printed."""
 
 _FILE_WIDTH = 160
 """Width of a page in characters where stdout is not a terminal."""
 
 
 def print_section(dataset: xr.Dataset) -> None:
-    """The last rows of a stroboscopic section."""
+    """Print the last rows of a stroboscopic section."""
     columns, units = section(dataset), section_units(dataset)
     rows = list(zip(*columns.values(), strict=True))
     table = Table(title=f"Stroboscopic section, last {min(_SHOWN_ROWS, len(rows))} of {len(rows)} periods")
@@ -39,13 +39,13 @@ def print_section(dataset: xr.Dataset) -> None:
 
 
 def print_run(found: dict[str, Any]) -> None:
-    """The progress of a run; ``found`` is from `gearchaos.store.info.summary`."""
+    """Print the progress of a run; ``found`` is from `gearchaos.store.info.summary`."""
     table = Table(show_header=False)
     table.add_row("study", found["study"])
-    share = f"{found['tiles_done']} of {found['tiles']} ({found['pieces_done'] / found['pieces']:.1%} of the pieces)"
-    table.add_row("tiles done", share)
+    share = found["pieces_done"] / found["pieces"]
+    table.add_row("tiles done", f"{found['tiles_done']} of {found['tiles']} ({share:.1%} of the work items)")
     if found["pieces_per_second"] is not None and found["seconds_left"]:
-        table.add_row("rate", f"{found['pieces_per_second']:,.0f} pieces a second")
+        table.add_row("rate", f"{found['pieces_per_second']:,.0f} work items a second")
         table.add_row("left, at that rate", f"{timedelta(seconds=round(found['seconds_left']))}")
     table.add_row("computed", f"{timedelta(seconds=round(found['seconds']))}, added up over all workers")
     table.add_row("machines", ", ".join(found["machines"]) or "none yet")
@@ -56,7 +56,7 @@ def print_run(found: dict[str, Any]) -> None:
 
 
 def print_regime(verdict: Verdict, loaded: LoadedStudy, physical: bool) -> None:
-    """The verdict at one operating point: the motion, its evidence, and every measure that has a title."""
+    """Print the verdict at one operating point: the motion, its evidence, and every quantity that has a title."""
     values, scales = verdict.to_dict(), None if loaded.pair is None else loaded.pair.scales
     table = Table(show_header=False)
     table.add_row("motion", f"{verdict.label}: {verdict.reason}")
@@ -71,7 +71,7 @@ def print_regime(verdict: Verdict, loaded: LoadedStudy, physical: bool) -> None:
 
 
 def _measured(name: str, value: Any, scales: Scales | None, physical: bool) -> str:
-    """A value with its value in units in brackets, if it has any, or with ``physical`` the value in units alone."""
+    """A value with its value in physical units in brackets, if it has one; with ``physical`` only the latter."""
     unit = None if scales is None or value is None else unit_of(name, scales)
     if unit is None:
         return _shown(value)
@@ -80,7 +80,7 @@ def _measured(name: str, value: Any, scales: Scales | None, physical: bool) -> s
 
 
 def print_attractors(dataset: xr.Dataset) -> None:
-    """Every attractor of an operating point, a row each."""
+    """Print the attractors of an operating point, one per row."""
     found = attractor_list(dataset)
     table = Table(title=f"Attractors found from {found['starts']} starts: {len(found['attractors'])}")
     numbers = {"dynamic factor": "dynamic_factor", "λ1": "lyapunov", "max |μ|": "multiplier"}
@@ -102,13 +102,13 @@ def print_attractors(dataset: xr.Dataset) -> None:
 
 
 def _print(table: Table) -> None:
-    """Print a table as wide as the terminal."""
+    """Print a table in the width of the terminal."""
     console = Console()
     Console(width=console.width if console.is_terminal else _FILE_WIDTH).print(table)
 
 
 def _exponents(values: dict[str, Any], scales: Scales | None) -> str:
-    """A line for each Lyapunov exponent with its interval, per unit of τ, or per second with scales."""
+    """A line for each Lyapunov exponent with its interval, per unit of τ; with scales, per second."""
     factor, unit = (1.0, "") if scales is None else (scales.rate, " 1/s")
     digits = 5 if scales is None else 1
     rows = zip(values["lyapunov"], values["lyapunov_ci"], strict=True)
@@ -117,7 +117,7 @@ def _exponents(values: dict[str, Any], scales: Scales | None) -> str:
 
 
 def _shown(value: Any) -> str:
-    """A value of a table; "none" where it does not exist."""
+    """A value as text; "none" for None and NaN."""
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return "none"
     return f"{value:.6g}" if isinstance(value, float) else str(value)

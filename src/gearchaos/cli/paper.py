@@ -29,7 +29,7 @@ def paper(
 
 
 def _compile_for_paper() -> None:
-    """On a cold cache, compile for both of the paper's models at once: one core each."""
+    """If nothing is compiled yet, compile the kernels of both of the paper's models at the same time, one core each."""
     from gearchaos.flow import cache_is_empty
     from gearchaos.studies.warmup import warmup as run
 

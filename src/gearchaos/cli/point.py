@@ -1,4 +1,4 @@
-"""The commands for one operating point: its motion, its verdict, all its motions."""
+"""The commands for one operating point: one motion, its verdict, and all attractors."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def regime(
 
 
 def _regime_document(verdict: Verdict, loaded: LoadedStudy, physical: bool) -> dict[str, Any]:
-    """The verdict with all its evidence; in physical units also the mesh frequency, and the units by name."""
+    """The JSON document of a verdict; in physical units it also has the mesh frequency, and the units by name."""
     if not physical or loaded.pair is None:
         return verdict.to_dict()
     from gearchaos.gears.scales import scaled_numbers
@@ -92,7 +92,7 @@ def _regime_document(verdict: Verdict, loaded: LoadedStudy, physical: bool) -> d
 
 
 def _draw_steady(loaded: LoadedStudy, verdict: Verdict, path: Path, physical: bool) -> None:
-    """The picture of the motion behind a verdict, if it stays bounded."""
+    """Write the picture of the motion of a verdict, if it is bounded."""
     if not verdict.section:
         say(f"no picture: the motion {verdict.label}")
         return

@@ -1,4 +1,4 @@
-"""Commands for long studies: run them into a store, look at it, draw and export it."""
+"""The commands for long runs: compute a study into a store, show its progress, draw and export what is computed."""
 
 from __future__ import annotations
 
@@ -22,8 +22,10 @@ if TYPE_CHECKING:
 
 StorePath = Annotated[Path, typer.Argument(metavar="DIR.zarr", help="A store that gearchaos run made.", readable=False)]
 FAILED = 1
+"""Exit code if a tile failed."""
+
 COARSE = 8
-"""Spacing of the first lattice of a refined map where the study file gives none."""
+"""Spacing of the rows and columns of a refined map that are computed first, if the study file does not set it."""
 
 
 @app.command()
@@ -44,11 +46,11 @@ def run(
     json_out: Json = False,
 ) -> None:
     """Compute the study of a file into a store, or go on where an earlier run stopped."""
-    from gearchaos.execute.pools import choose
+    from gearchaos.execute.pools import pool_from_options
     from gearchaos.store.run import run_into_store
     from gearchaos.store.writers import Shard
 
-    pool = choose(threads, processes, scheduler, cluster, jobs)
+    pool = pool_from_options(threads, processes, scheduler, cluster, jobs)
     chosen = _study(study, sets, refine)
     part = None if shard is None else Shard.parse(shard)
     outcome = run_into_store(chosen, out, tile=tile, pool=pool, shard=part, say=say, progress=True)
@@ -61,7 +63,7 @@ def run(
 
 
 def _study(path: Path | None, sets: list[str] | None, refine: bool) -> Study:
-    """The study that a file describes."""
+    """The study that a file describes; raises `InputError` unless it is complete."""
     loaded = load(path, sets)
     if loaded.kind is None:
         raise InputError("study.kind", "must be given", None, "Write [study] with a kind in the study file.")
@@ -81,9 +83,9 @@ def _study(path: Path | None, sets: list[str] | None, refine: bool) -> Study:
 def info(store: StorePath, json_out: Json = False) -> None:
     """Say how far a run is: tiles done, rate, failures."""
     from gearchaos.store.info import summary
-    from gearchaos.store.store import read
+    from gearchaos.store.store import open_store
 
-    found = summary(read(store))
+    found = summary(open_store(store))
     if json_out:
         print_json(found)
     else:
@@ -103,24 +105,25 @@ def plot(
     ] = None,
 ) -> None:
     """Draw any saved result, or what a store holds, also of a run that is not done."""
-    target = out or _beside(result, colour)
+    target = out or _default_picture(result, colour)
     check_output("--out", target, PLOT_SUFFIXES)
     dataset, note = _from_store(result) if result.is_dir() else (_from_file(result), "")
     draw(dataset, target, colour=colour, note=note)
 
 
 def _from_file(path: Path) -> xr.Dataset:
+    """The Dataset of a saved file."""
     from gearchaos.studies import load as read_file
 
     return read_file(path)
 
 
 def _from_store(path: Path) -> tuple[xr.Dataset, str]:
-    """What a store holds, and how much of it is computed, if not all."""
+    """The Dataset of a store, and a note of how much of it is computed, empty if all is."""
     from gearchaos.store.info import summary
-    from gearchaos.store.store import read
+    from gearchaos.store.store import open_store
 
-    found = read(path)
+    found = open_store(path)
     state = summary(found)
     if state["tiles_done"] == 0:
         raise InputError("store", "must hold at least one tile for a picture", str(path))
@@ -128,12 +131,12 @@ def _from_store(path: Path) -> tuple[xr.Dataset, str]:
     return found.dataset(), note
 
 
-def _beside(result: Path, colour: str | None) -> Path:
-    """The picture of a result, beside it and of its name, even where that is given as "."; a colour is named too."""
-    whole = Path(os.path.normpath(result.absolute()))
-    if not whole.name:
+def _default_picture(result: Path, colour: str | None) -> Path:
+    """The path of the picture of a result: in the same folder, with the same name and that of the colour, if given."""
+    absolute = Path(os.path.normpath(result.absolute()))  # "." and ".." have no name of their own
+    if not absolute.name:
         raise InputError("result", "must be a saved file, or a folder that gearchaos run made", str(result))
-    named = whole if result.name != whole.name else result
+    named = absolute if result.name != absolute.name else result
     suffix = f"_{re.sub(r'[^a-z0-9_]', '_', colour)}" if colour else ""
     return named.with_name(f"{named.stem}{suffix}.png")
 
@@ -145,9 +148,9 @@ def export(
 ) -> None:
     """Write what a store holds as NetCDF."""
     check_output("--out", out, DATA_SUFFIXES)
-    from gearchaos.store.store import read
+    from gearchaos.store.store import open_store
 
-    found = read(store)
+    found = open_store(store)
     if not found.finished:
         say(f"{store} is not done: what is not computed is NaN, 0 in whole numbers, or -1 for contact")
     save(found.dataset(), out)

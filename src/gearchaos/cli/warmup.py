@@ -1,4 +1,4 @@
-"""The command that compiles."""
+"""The command that compiles all kernels."""
 
 from __future__ import annotations
 

@@ -1,12 +1,13 @@
-"""What motion is it: recurrence, periodic orbits, Floquet multipliers, Lyapunov exponents, spectra, the verdict."""
+"""Classification of motions by recurrence, periodic orbits, Floquet multipliers, Lyapunov exponents and spectra."""
 
-from gearchaos.dynamics.labels import REASONS, Label, Reason, motion_name
+from gearchaos.dynamics.labels import ON_ATTRACTOR, REASONS, Label, Reason, motion_name
 from gearchaos.dynamics.settings import Classification
 from gearchaos.dynamics.stages import STAGES, classify, conclude
 from gearchaos.dynamics.state import ClassificationState
 from gearchaos.dynamics.verdicts import Verdicts
 
 __all__ = [
+    "ON_ATTRACTOR",
     "REASONS",
     "STAGES",
     "Classification",

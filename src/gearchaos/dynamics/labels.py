@@ -15,6 +15,10 @@ class Label(IntEnum):
     DIVERGED = 5
 
 
+ON_ATTRACTOR = (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC)
+"""Labels of motions that are on an attractor."""
+
+
 class Reason(IntEnum):
     """Reason for a verdict; `REASONS` has the texts."""
 

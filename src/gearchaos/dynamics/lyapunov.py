@@ -11,22 +11,23 @@ from gearchaos.dynamics.series import time_last, time_sum
 from gearchaos.flow import ExactFlow
 
 BLOCKS = 20
-"""Number of consecutive blocks of a run; the scatter of their means gives the confidence interval."""
+"""Number of consecutive blocks of a run; the standard deviation of their means gives the confidence interval."""
 
 _QUANTILE = 2.8609346064649794
 """Quantile 0.995 of Student's t with BLOCKS − 1 = 19 degrees of freedom: the half width of a 99 % interval in standard
 errors. It is written out because importing scipy.special takes a tenth of a second."""
 
-_MAX_TRACE_DEFECT = 1e-6
-"""Largest |Σ ln|μ| − tr A · nT| at which all multipliers of an orbit are taken as resolved."""
+_MAX_LOG_DETERMINANT_ERROR = 1e-6
+"""Largest |Σ ln|μ| − tr A · nT| at which all multipliers of an orbit count as resolved."""
 
 _SMALLEST_RESOLVED = 1e-6
-"""Smallest multiplier that is then still trusted, relative to the norm of the monodromy matrix."""
+"""Where they do not: the smallest multiplier that still counts as resolved, relative to the Frobenius norm of the
+monodromy matrix."""
 
 
 @dataclass(frozen=True)
 class Exponents:
-    """Lyapunov exponents ``value`` (K, L) per unit τ, and the ends ``low`` and ``high`` of their intervals."""
+    """Lyapunov exponents ``value`` per unit of τ, and the ends ``low`` and ``high`` of their intervals, all (K, L)."""
 
     value: np.ndarray
     low: np.ndarray
@@ -46,8 +47,8 @@ def from_growth(growth: np.ndarray, period: np.ndarray) -> Exponents:
     Returns
     -------
     Exponents
-        With 99 % intervals by Student's t for the means of `BLOCKS` consecutive blocks: successive periods are
-        correlated, blocks hardly. The first periods that do not fill a block are dropped.
+        With 99 % intervals by Student's t from the means of `BLOCKS` consecutive blocks: successive periods are
+        correlated, means of long blocks much less. The first N mod `BLOCKS` periods are dropped.
     """
     length = len(growth) // BLOCKS
     series = time_last(growth[-length * BLOCKS :])
@@ -58,31 +59,41 @@ def from_growth(growth: np.ndarray, period: np.ndarray) -> Exponents:
 
 
 def of_orbits(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> np.ndarray:
-    """Lyapunov exponents (d, L) of periodic orbits, ln|μ|/(nT), exact.
+    """Exact Lyapunov exponents (d, L) of periodic orbits, ln|μ|/(nT), per unit of τ.
 
-    The multipliers must multiply to exp(tr A · nT). Where they do not, the smallest are below the rounding errors of
-    the monodromy matrix. Then all that are small against its norm are replaced by the growth of orthonormalised tangent
-    vectors, and the last exponent is what remains of the trace.
+    Parameters
+    ----------
+    flow : ExactFlow
+    points : (L,)
+        Parameter point of each orbit.
+    orbits : Orbits
+
+    Notes
+    -----
+    The product of the multipliers is det(monodromy) = exp(tr A · nT). Where the computed multipliers violate this, the
+    smallest are below the rounding errors of the monodromy matrix. Exponents of multipliers that are small against its
+    norm are then taken from the growth of orthonormalised tangent vectors, and the last exponent is the trace minus the
+    sum of the others.
     """
     duration = orbits.period * flow.system.period[points]
     modulus = np.abs(orbits.multipliers)
     with np.errstate(divide="ignore"):
         exponents = np.log(modulus).T / duration
-    defect = np.abs(exponents.sum(axis=0) - flow.system.trace[points]) * duration
-    lost = np.flatnonzero(~(defect < _MAX_TRACE_DEFECT))
-    if len(lost) == 0:
+    error = np.abs(exponents.sum(axis=0) - flow.system.trace[points]) * duration
+    inexact = np.flatnonzero(~(error < _MAX_LOG_DETERMINANT_ERROR))
+    if len(inexact) == 0:
         return exponents
-    norm = np.linalg.norm(orbits.monodromy[lost], axis=(1, 2))
-    grown = _aligned_growth(flow, points[lost], orbits.take(lost)) / duration[lost]
-    exponents[:, lost] = np.where(_SMALLEST_RESOLVED * norm < modulus[lost].T, exponents[:, lost], grown)
-    exponents[-1, lost] = grown.sum(axis=0) - exponents[:-1, lost].sum(axis=0)
+    norm = np.linalg.norm(orbits.monodromy[inexact], axis=(1, 2))
+    growth = _aligned_growth(flow, points[inexact], orbits.take(inexact)) / duration[inexact]
+    exponents[:, inexact] = np.where(_SMALLEST_RESOLVED * norm < modulus[inexact].T, exponents[:, inexact], growth)
+    exponents[-1, inexact] = growth.sum(axis=0) - exponents[:-1, inexact].sum(axis=0)
     return exponents
 
 
 def _aligned_growth(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> np.ndarray:
     """Logarithms (d, L) of the growth of orthonormal tangent vectors over one period of each orbit.
 
-    The growth is taken in the second period, after the first has aligned the vectors.
+    The vectors align with the Lyapunov vectors in the first period; the growth is that of the second.
     """
     w, tangent = orbits.w, tangent_frame(flow.dimension, len(points))
     for _ in range(2):
@@ -96,6 +107,6 @@ def _aligned_growth(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> np.n
 
 
 def tangent_frame(d: int, lanes: int) -> np.ndarray:
-    """Orthonormal tangent vectors in general position, (d vectors, d coordinates, lanes)."""
+    """Orthonormal tangent vectors in general position, the same for all lanes, (d vectors, d coordinates, lanes)."""
     vectors = np.linalg.qr(np.ones((d, d)) + np.diag(np.arange(1.0, d + 1)))[0].T
     return np.repeat(vectors[:, :, None], lanes, axis=2)

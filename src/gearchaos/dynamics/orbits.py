@@ -1,4 +1,4 @@
-"""Periodic orbits to rounding, by Newton's method on the n-th iterate of the stroboscopic map with its derivative."""
+"""Periodic orbits converged to rounding errors, by Newton's method on the n-th iterate of the stroboscopic map."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ import numpy as np
 from gearchaos.flow import RESIDUAL, ExactFlow, Measure, newton_search, next_round
 
 ON_ORBIT = 1e-8
-"""A state within this distance of an orbit, in every coordinate, is on it."""
+"""A state counts as on an orbit if no coordinate differs by more than this."""
 
 _NEWTON_ROUNDS = 12
 _SAME_POINT = 1e-6
-"""Largest distance at which an orbit has returned to a point."""
+"""An orbit has returned to a point if no coordinate differs by more than this."""
 
 _DEFECTIVE = 1e8
-"""Condition number from which a matrix of eigenvectors is taken as singular."""
+"""Condition number from which a matrix of eigenvectors counts as singular."""
 
 _NEUTRAL = 1e-9
-"""Largest distance of the largest multiplier of a neutral orbit from the unit circle."""
+"""The largest multiplier μ of a neutral orbit satisfies ||μ| − 1| < this."""
 
-_WEAK_BRAKING = 1e-5
-"""Share of the mean rotation's velocity lost in one period of the orbit, below which Newton's method does not find
-that velocity to better than 1e-11."""
+_WEAK_DAMPING = 1e-5
+"""Share of the mean rotation's velocity lost to bearing damping in one period of the orbit, below which Newton's method
+does not find that velocity to better than 1e-11."""
 
 _MULTIPLIER_ERROR = 1e-14
-"""Error of the modulus of a multiplier per mesh period, from rounding. The largest found was half of it, on 28 000
-undamped orbits of one or 16 periods."""
+"""Bound of the rounding error of the modulus of a multiplier, per mesh period of the orbit. The largest error found was
+half of it, on 28 000 undamped orbits of period 1 or 16."""
 
 
 @dataclass(frozen=True)
 class Orbits:
-    """Periodic orbits of L trajectories, as Newton's method left them.
+    """Results of Newton's method for periodic orbits, one for each of L trajectories.
 
     Attributes
     ----------
@@ -55,13 +55,13 @@ class Orbits:
     multipliers: np.ndarray
 
     def take(self, which: np.ndarray) -> Orbits:
-        """The chosen orbits."""
+        """The orbits selected by the index ``which``."""
         return Orbits(
             self.w[:, which], self.period[which], self.residual[which], self.monodromy[which], self.multipliers[which]
         )
 
     def put(self, which: np.ndarray, other: Orbits) -> None:
-        """Replace the chosen orbits by others."""
+        """Replace the orbits selected by the index ``which``."""
         self.w[:, which], self.period[which], self.residual[which] = other.w, other.period, other.residual
         self.monodromy[which], self.multipliers[which] = other.monodromy, other.multipliers
 
@@ -78,7 +78,7 @@ class Orbits:
 
     @property
     def neutral(self) -> np.ndarray:
-        """Whether the largest multiplier lies on the unit circle, so that neighbours neither approach nor leave."""
+        """Whether the largest multiplier lies on the unit circle, (L,): neighbours neither approach nor leave."""
         return self.converged & (np.abs(np.abs(self.multipliers).max(axis=1, initial=0.0) - 1.0) < _NEUTRAL)
 
 
@@ -98,17 +98,17 @@ def polish(
     period : (L,)
         Period of each in mesh periods.
     reach : float
-        Give up farther than this from the guess in some coordinate.
+        Stop where a coordinate differs by more than this from the guess.
     expansion : float
-        Give up where a multiplier has this modulus or more.
+        Stop where a multiplier has this modulus or more.
 
     Returns
     -------
     Orbits
-        Not converged where Newton's method gave up, or stagnated twice.
+        Not converged where Newton's method was stopped, or failed twice to halve the residual.
     """
     search, active = newton_search(w), np.arange(w.shape[1])
-    unit = np.repeat(np.eye(flow.dimension)[:, :, None], len(active), axis=2)  # they become the monodromy matrices
+    unit = np.repeat(np.eye(flow.dimension)[:, :, None], len(active), axis=2)  # advanced to the monodromy matrices
     for _ in range(_NEWTON_ROUNDS):
         if len(active) == 0:
             break
@@ -128,15 +128,15 @@ def _multipliers(matrix: np.ndarray) -> np.ndarray:
 
 
 def with_mean_velocity(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray) -> np.ndarray:
-    """Points w (d, L) of orbits of the given periods (L,), with the exact velocity of the mean rotation.
+    """Points w (d, L) of orbits with periods (L,), corrected to the exact velocity of the mean rotation.
 
-    Where the bearings hardly brake the mean rotation, Newton's method finds its velocity with the rounding error
-    divided by the share of it that is lost in a period. The balance of torques gives it exactly.
+    Where bearing damping is weak, Newton's method amplifies the rounding error of that velocity by the inverse of the
+    share that is lost in a period. The balance of torques gives the velocity exactly.
     """
     system = flow.system
     duration = period * system.period[points]
     loss = system.rotation_decay[points] * duration
-    weak = np.flatnonzero((loss > 0) & (loss < _WEAK_BRAKING))
+    weak = np.flatnonzero((loss > 0) & (loss < _WEAK_DAMPING))
     if len(weak):
         out = flow.advance(w[:, weak], period[weak], points=points[weak], measured=True)
         excess = out.measures[Measure.VELOCITY] / duration[weak] - system.mean_velocity[points[weak]]
@@ -160,8 +160,8 @@ def approaching(
     orbits : Orbits
         The orbit of each.
     max_periods : int
-        Each motion is followed until its distance should have halved, but not for longer than this, in mesh periods,
-        and at least for one period of its orbit.
+        Each motion is followed until its distance should have halved, for this many mesh periods at most, but at
+        least for one period of its orbit.
 
     Returns
     -------

@@ -10,7 +10,7 @@ _TOLERANCE = 1e-3
 """Largest distance of a near return, relative to the size of the motion."""
 
 _PREVIOUS_TOLERANCE = 0.01
-"""The same for the return one period earlier."""
+"""Largest distance of the near return one period earlier, relative to the size of the motion."""
 
 
 def candidates(sections: np.ndarray, longest: int, count: int) -> np.ndarray:
@@ -32,7 +32,7 @@ def candidates(sections: np.ndarray, longest: int, count: int) -> np.ndarray:
 
     Notes
     -----
-    The return one period earlier must be a near return too: a chaotic motion passes close to its present state now and
-    then, but seldom twice in a row.
+    The return one period earlier must be a near return too: a chaotic motion sometimes passes close to its present
+    state, but seldom twice in a row.
     """
     return near_returns(sections, min(longest, (len(sections) - 1) // 2), _TOLERANCE, _PREVIOUS_TOLERANCE, count)

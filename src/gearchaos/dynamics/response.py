@@ -18,7 +18,7 @@ CONTACTS = ("permanent", "one-sided", "two-sided", "none")
 class Response(Columns):
     """Response measures of L motions, each (L,), dimensionless as in (2.10)-(2.12).
 
-    Averages and extrema are over one period of an orbit, or over `Classification.averaging_periods` of another motion.
+    Averages and extrema are over one period of an orbit, or `Classification.averaging_periods` for other motions.
     A new measure is declared here, computed in `compute_response`, and described in the table of quantities.
     """
 
@@ -47,12 +47,12 @@ def compute_response(
 
     Parameters
     ----------
-    measures : (MEASURES, L)
-        Integrals and extrema over the duration, with rows as numbered in `flow.layout`.
+    measures : (len(Measure), L)
+        Integrals and extrema over the duration, with rows as numbered by `flow.Measure`.
     duration : (L,)
-        In units of τ.
+        Duration in units of τ.
     periods : (L,)
-        The same in mesh periods.
+        Duration in mesh periods.
     static_force : (L,)
         Mesh force of the static load.
     """
@@ -76,7 +76,7 @@ def compute_response(
 
 
 def _contact(m: np.ndarray, fraction: np.ndarray) -> np.ndarray:
-    """Indices into `CONTACTS`. Which of the flanks carries the load does not matter."""
+    """Indices (L,) into `CONTACTS` from measures m (len(Measure), L); front and back flank are treated alike."""
     front, back = m[Measure.FRONT_TIME] > 0, m[Measure.BACK_TIME] > 0
     permanent = fraction > 1 - 1e-12
     return np.select([front & back, permanent, front | back], [2, 0, 1], default=3).astype(np.int8)

@@ -1,4 +1,4 @@
-"""Sums over time that do not depend on the batch: bit for bit the same whichever other trajectories it contains.
+"""Sums over time with results that do not depend, bit for bit, on the other trajectories of the batch.
 
 NumPy sums a contiguous axis pairwise and any other axis in sequence, which rounds differently. Therefore the time axis
 is made contiguous before it is summed.

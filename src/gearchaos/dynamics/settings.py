@@ -1,4 +1,4 @@
-"""Settings of the classification: the lengths of its runs."""
+"""Settings of the classification: lengths of its transient, exponent and averaging runs."""
 
 from __future__ import annotations
 
@@ -16,15 +16,14 @@ class Classification:
     Attributes
     ----------
     transient_lengths : tuple of int
-        Lengths of consecutive runs through the transient. After each one, every motion that nearly returns is tested
+        Lengths of consecutive runs in which the transient decays. After each one, motions with a near return are tested
         for a periodic orbit. Each length exceeds ``longest_period``.
     longest_period : int
-        Longest period searched for during the transient. In the exponent runs periods up to four times as long are
-        searched for.
+        Longest period searched for after transient runs; after exponent runs the limit is four times as long.
     exponent_run : int
-        Length of the first run for the Lyapunov exponents of a motion that has not returned.
+        Length of the first run for the Lyapunov exponents of a motion without a periodic orbit so far.
     doublings : int
-        How often that run is repeated with twice the length while the motion is unresolved.
+        How many times the exponent run is repeated, each time twice as long, while the motion is unresolved.
     longest_transient : int
         A motion with a positive exponent is followed for this long before it is called chaotic, since chaos may be
         transient: of 2000 random cells of the paper's maps one in 50 settles on an orbit only after more than 1280
@@ -50,7 +49,7 @@ class Classification:
         if isinstance(lengths, str) or not isinstance(lengths, Iterable):
             raise InputError(_field("transient_lengths"), "must be a list of whole numbers", lengths,
                              "E.g. (80, 80, 160).")
-        lengths = tuple(whole_number(_field("transient_lengths"), n, 3, _MOST) for n in lengths)
+        lengths = tuple(whole_number(_field("transient_lengths"), n, 3, _MAX_PERIODS) for n in lengths)
         object.__setattr__(self, "transient_lengths", lengths)
         for name, (least, most) in _RANGES.items():
             whole_number(_field(name), getattr(self, name), least, most)
@@ -58,14 +57,14 @@ class Classification:
             if length <= self.longest_period:
                 raise InputError("classification", f"must have runs longer than longest_period = {self.longest_period}",
                                  length, "A return after n periods shows only in more than n sections.")
-        if self.exponent_run << self.doublings > _MOST:
-            raise InputError(_field("exponent_run"), f"must be at most {_MOST:,} periods after all doublings",
+        if self.exponent_run << self.doublings > _MAX_PERIODS:
+            raise InputError(_field("exponent_run"), f"must be at most {_MAX_PERIODS:,} periods after all doublings",
                              f"{self.exponent_run} x 2^{self.doublings}", "Lower classification.doublings.")
 
     @property
-    def most(self) -> int:
-        """Upper bound of the mesh periods computed for one motion: transients, the exponent runs before and after the
-        longest transient, and the averages."""
+    def max_periods(self) -> int:
+        """Upper bound of the mesh periods computed for one motion: transient runs, exponent runs before and after the
+        longest transient, and averages."""
         runs = self.exponent_run * (2 ** (self.doublings + 1) - 1)
         return sum(self.transient_lengths) + 2 * runs + self.longest_transient + self.averaging_periods
 
@@ -74,17 +73,19 @@ FORMER_NAMES = {
     "looks": "transient_lengths", "longest": "longest_period", "exponent": "exponent_run", "extensions": "doublings",
     "patience": "longest_transient", "measured": "averaging_periods",
 }
-"""The fields by their names in ``[budget]`` of earlier study files and in the records of stores."""
+"""Fields by their former names, used in ``[budget]`` of earlier study files and in the records of stores."""
 
-_MOST = 10_000_000
+_MAX_PERIODS = 10_000_000
 _RANGES = {
-    "longest_period": (1, 100_000), "exponent_run": (21, _MOST), "doublings": (0, 20), "longest_transient": (0, _MOST),
-    "averaging_periods": (1, _MOST),
+    "longest_period": (1, 100_000), "exponent_run": (21, _MAX_PERIODS), "doublings": (0, 20),
+    "longest_transient": (0, _MAX_PERIODS), "averaging_periods": (1, _MAX_PERIODS),
 }
-"""Smallest and largest values. An exponent needs 20 blocks after a twentieth of its run is dropped."""
+"""Smallest and largest value of each field. An exponent run of 21 periods without its first twentieth is one period
+for each of the 20 blocks of the confidence interval."""
 
 
 def _field(name: str) -> str:
+    """Name of a field in error messages."""
     return f"classification.{name}"
 
 

@@ -1,15 +1,16 @@
-"""Amplitude spectra over whole mesh periods, which have no leakage, and the class of motion they suggest."""
+"""Amplitude spectra over whole mesh periods, without leakage, and the class of motion that they suggest."""
 
 from __future__ import annotations
 
 import numpy as np
 
 _REPEAT_TOLERANCE = 1e-6
-"""Largest range of the stroboscopic points that count as one, relative to the largest coordinate (at least 1)."""
+"""Largest range of stroboscopic points that count as the same, relative to the largest coordinate (at least 1)."""
 
 _LINE_POWER = 1 - 1e-5
 _LINE_SHARE = 1 / 6
-"""A quasi-periodic motion has this share of its power in this share of the spectral lines."""
+"""A spectrum is quasi-periodic if its strongest lines, a share `_LINE_SHARE` of all lines, contain at least the share
+`_LINE_POWER` of the power."""
 
 
 def amplitudes(series: np.ndarray, periods: int) -> tuple[np.ndarray, np.ndarray]:

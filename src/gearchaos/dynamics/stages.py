@@ -1,4 +1,4 @@
-"""The classification of motions in three stages, each for the motions that the one before left unresolved."""
+"""The classification of motions in three stages, each for the motions that the previous one left unresolved."""
 
 from __future__ import annotations
 
@@ -19,20 +19,23 @@ _CHAOS_INTERVAL = 2560
 """Mesh periods between two tests of whether a chaotic motion has settled on an orbit."""
 
 _MAX_SECTION_VALUES = 4_000_000
-"""Number of values that the sections recorded at once may have, so that memory does not grow with the batch."""
+"""Largest number of values of the sections recorded at once, which bounds the memory for any batch size."""
 
 _TORUS_DIGITS = 4.0
-"""Least digits to which weighted Birkhoff averages of a quasi-periodic motion agree."""
+"""Smallest number of decimal digits to which weighted Birkhoff averages of a quasi-periodic motion agree."""
 
 _ZERO_EXPONENT = 5e-4
-"""Largest |λ1| of a quasi-periodic motion, and rate of decay below which a mean rotation counts as neutral."""
+"""Upper bound of |λ1| of a quasi-periodic motion, and of the decay rate of a mean rotation that counts as neutral, per
+unit of τ."""
 
 _CHAOTIC_EXPONENT = 1e-3
-"""λ1 of a chaotic motion is larger than this."""
+"""Lower bound of λ1 of a chaotic motion, per unit of τ."""
 
 _MAX_TRACE_ERROR = 1e-6
+"""Largest |sum of the exponents − trace| of a consistent run, per unit of τ."""
+
 _TRACE_CHECK_PERIODS = 32
-"""Length of the run that checks the sum of all exponents where only the largest was computed."""
+"""Length in mesh periods of the run that checks the sum of all exponents where only the largest was computed."""
 
 
 def classify(
@@ -64,7 +67,7 @@ def classify(
 
 
 def _transient_stage(state: ClassificationState) -> None:
-    """Follow all motions through their transients, and classify those that return to a stable orbit."""
+    """Run all motions through their transients, and classify those that reach a stable periodic orbit."""
     for periods in state.settings.transient_lengths:
         state.run_transient(state.unresolved, periods)
 
@@ -86,7 +89,7 @@ def _chaos_stage(state: ClassificationState) -> None:
     periods_run = state.verdicts.periods_run
     while len(lanes := lanes[~state.resolved[lanes] & (periods_run[lanes] < end)]):
         before = periods_run[lanes]
-        for periods in np.unique(before):  # the tests of a motion fall on the same periods whatever the batch
+        for periods in np.unique(before):  # so that when a motion is tested does not depend on the batch
             until = min(end, (periods // _CHAOS_INTERVAL + 1) * _CHAOS_INTERVAL)
             state.run_transient(lanes[before == periods], max(2 * settings.longest_period + 1, int(until - periods)))
     state.assign(_classify_by_exponents(state, state.unresolved), Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
@@ -96,14 +99,15 @@ def _chaos_stage(state: ClassificationState) -> None:
 STAGES: dict[str, Callable[[ClassificationState], None]] = {
     "transients": _transient_stage, "exponents": _exponent_stage, "chaos": _chaos_stage,
 }
-"""The stages by name, in order. After the last one every motion is classified. Each takes longer than the one before,
-for fewer motions: a study collects the unresolved motions of all its tiles before the next stage."""
+"""The stages by name, in order. After the last one every motion is classified. Each stage runs longer than the previous
+one and for fewer motions, so a study collects the unresolved motions of all its tiles before the next stage."""
 
 
 def conclude(state: ClassificationState, *, response: bool = True) -> Verdicts:
-    """The verdicts on motions that are all classified, after the check of their exponents' sum.
+    """Finish a classification in which every motion is resolved, and return the verdicts.
 
-    With ``response`` their response measures are computed; without it they are missing.
+    The sum of the exponents of each motion is compared with the trace. With ``response`` the response measures are
+    computed; without it they are missing.
     """
     verdicts = state.verdicts
     _check_trace(state)
@@ -116,7 +120,7 @@ def conclude(state: ClassificationState, *, response: bool = True) -> Verdicts:
 
 
 def _classify_by_exponents(state: ClassificationState, lanes: np.ndarray) -> np.ndarray:
-    """Classify motions on runs of doubling length, except the chaotic ones, whose numbers are returned."""
+    """Classify motions by exponent runs of doubling length, except chaotic ones, whose numbers are returned."""
     length, chaotic = state.settings.exponent_run, lanes[:0]
     for _ in range(state.settings.doublings + 1):
         size = max(1, _MAX_SECTION_VALUES // (length * state.flow.dimension))
@@ -128,9 +132,10 @@ def _classify_by_exponents(state: ClassificationState, lanes: np.ndarray) -> np.
 
 
 def _exponent_run(state: ClassificationState, lanes: np.ndarray, length: int) -> np.ndarray:
-    """Compute exponents over one run, and classify what is periodic or quasi-periodic; (lanes,): which are chaotic.
+    """Compute exponents over one run, and classify periodic and quasi-periodic motions.
 
-    The first twentieth of the run, in which the tangent vectors align, is dropped.
+    Returns which motions are chaotic, (lanes,) of bool. The first twentieth of the run, in which the tangent vectors
+    align, is dropped.
     """
     tangent = lyapunov.tangent_frame(state.flow.dimension, len(lanes))[: None if state.all_exponents else 1]
     out = state.flow.advance(
@@ -148,11 +153,11 @@ def _exponent_run(state: ClassificationState, lanes: np.ndarray, length: int) ->
 
 
 def _classify_tori(state: ClassificationState, lanes: np.ndarray, z: np.ndarray, growth: np.ndarray) -> None:
-    """Classify motions as quasi-periodic whose sections z (N, lanes) fill a smooth curve and whose λ1 is zero.
+    """Classify motions as quasi-periodic if their sections z (N, lanes) fill a smooth curve and their λ1 is zero.
 
     A slow spiral onto an orbit looks smooth too. Therefore λ1 must be zero in both halves of the run. It is taken from
-    weighted Birkhoff averages of ``growth`` (N, K, lanes): tangent vectors on a torus grow slowly without an exponent,
-    and the interval of block means would not contain zero.
+    weighted Birkhoff averages of ``growth`` (N, K, lanes): tangent vectors on a torus grow slower than exponentially,
+    and an interval from block means would not contain zero.
     """
     planar = _is_planar(state, lanes)
     if np.all(planar):
@@ -168,16 +173,16 @@ def _classify_tori(state: ClassificationState, lanes: np.ndarray, z: np.ndarray,
 
 
 def _is_planar(state: ClassificationState, lanes: np.ndarray) -> np.ndarray:
-    """Whether the relative motion has two coordinates only, (lanes,): then damping leaves no room for a torus.
+    """Whether the relative motion has only two coordinates, (lanes,) of bool: damping then excludes a torus.
 
-    A mean rotation that the bearings hardly brake is a third coordinate, with an exponent near zero of its own.
+    A mean rotation with weak bearing damping is a third coordinate; its exponent is near zero.
     """
     neutral_rotation = state.flow.system.rotation_decay[state.points[lanes]] < _ZERO_EXPONENT
     return neutral_rotation & (state.flow.dimension <= 3)
 
 
 def _check_trace(state: ClassificationState) -> None:
-    """Compute the sum of all exponents over a short run for motions of which only the largest is known."""
+    """Record the trace error of motions with one exponent only, from a short run with all d exponents."""
     bounded = ~np.isin(state.verdicts.reason, (Reason.OUT_OF_RANGE, Reason.CHATTER))
     lanes = np.flatnonzero(bounded & np.isnan(state.verdicts.trace_error))
     if len(lanes):
@@ -190,7 +195,7 @@ def _check_trace(state: ClassificationState) -> None:
 
 
 def _compute_response(state: ClassificationState) -> None:
-    """Compute the response over one period of an orbit, or over the averaging periods of another bounded motion."""
+    """Compute response measures over one period of an orbit, or over the averaging periods of other bounded motions."""
     verdicts = state.verdicts
     lanes = np.flatnonzero(verdicts.label != Label.DIVERGED)
     points, period = state.points[lanes], verdicts.period[lanes]

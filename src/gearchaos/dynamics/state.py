@@ -1,4 +1,4 @@
-"""The state of a classification: where each motion is, its verdict so far, and the test of near returns."""
+"""The state of a classification in progress: states of the motions, verdicts so far, the test for periodic orbits."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ _CANDIDATES = 3
 """Number of near returns tried for each motion, shortest period first."""
 
 _MAX_DISTANCE = 0.05
-"""A motion can only be on its orbit if it is within this distance of it in every coordinate."""
+"""A motion is tested against an orbit only if no coordinate differs by more than this."""
 
 _NEWTON_REACH = 3 * _MAX_DISTANCE
-"""Newton's method may go farther than that on its way."""
+"""Newton's method stops where a coordinate differs by more than this from the guess."""
 
 _NEWTON_EXPANSION = 10.0
-"""Newton's method gives up where a multiplier is that large: the orbit is far from stable, or the motion not yet close
+"""Newton's method stops where a multiplier is that large: the orbit is far from stable, or the motion not yet close
 enough to a stable one."""
 
 _APPROACH_PERIODS = 640
-"""Mesh periods for which a motion is followed at most, to see whether it approaches its orbit."""
+"""Largest number of mesh periods for which a motion is followed to test whether it approaches its orbit."""
 
 
 @dataclass
@@ -46,11 +46,11 @@ class ClassificationState:
         Parameter point of each motion.
     settings : Classification
     all_exponents : bool
-        Whether exponent runs compute all d Lyapunov exponents, or only the largest, which decides.
+        Whether exponent runs compute all d Lyapunov exponents, or only the largest, on which the verdict depends.
     verdicts : Verdicts
-        What is known so far; ``verdicts.w`` is the state that each motion has reached.
+        Verdicts so far; ``verdicts.w`` is the current state of each motion.
     chaotic_so_far : (L,) of bool
-        Whether the largest Lyapunov exponent of a run was positive.
+        Whether the largest Lyapunov exponent was positive in an exponent run.
     """
 
     flow: ExactFlow
@@ -66,28 +66,28 @@ class ClassificationState:
         self.chaotic_so_far = np.zeros(w.shape[1], dtype=bool)
 
     def take(self, lanes: np.ndarray) -> ClassificationState:
-        """The state of some motions."""
+        """A copy of the classification state for the motions with these numbers."""
         verdicts = self.verdicts.take(lanes)
         part = ClassificationState(self.flow, self.points[lanes], self.settings, verdicts.w, self.all_exponents)
         part.verdicts, part.chaotic_so_far = verdicts, self.chaotic_so_far[lanes]
         return part
 
-    def progress(self, lanes: np.ndarray) -> dict[str, np.ndarray]:
-        """What the next stage must know of some unresolved motions, arrays (..., lanes) by name; see `resume`."""
+    def checkpoint(self, lanes: np.ndarray) -> dict[str, np.ndarray]:
+        """The data from which the next stage resumes these unresolved motions, arrays (..., lanes) by name."""
         return {
             "w": self.verdicts.w[:, lanes], "periods_run": self.verdicts.periods_run[lanes],
             "chaotic_so_far": self.chaotic_so_far[lanes],
         }
 
-    def resume(self, progress: dict[str, np.ndarray]) -> None:
-        """Continue all motions from where `progress` says they are; empty at the start."""
-        if progress:
-            self.verdicts.w[:], self.verdicts.periods_run[:] = progress["w"], progress["periods_run"]
-            self.chaotic_so_far[:] = progress["chaotic_so_far"]
+    def resume(self, checkpoint: dict[str, np.ndarray]) -> None:
+        """Set all motions to a `checkpoint`; an empty one leaves them at their initial states."""
+        if checkpoint:
+            self.verdicts.w[:], self.verdicts.periods_run[:] = checkpoint["w"], checkpoint["periods_run"]
+            self.chaotic_so_far[:] = checkpoint["chaotic_so_far"]
 
     @property
     def resolved(self) -> np.ndarray:
-        """Whether a motion is classified, (L,) of bool."""
+        """Whether each motion is classified, (L,) of bool."""
         return self.verdicts.label != 0
 
     @property
@@ -96,18 +96,18 @@ class ClassificationState:
         return np.flatnonzero(~self.resolved)
 
     def period_length(self, lanes: np.ndarray) -> np.ndarray:
-        """The mesh period T of some motions, (lanes,), in units of τ."""
+        """The mesh period T of these motions, (lanes,), in units of τ."""
         return self.flow.system.period[self.points[lanes]]
 
     def record_run(self, lanes: np.ndarray, w: np.ndarray, status: np.ndarray, periods: int) -> None:
-        """Record the state (d, lanes) and the status (lanes,) of motions after a run of some mesh periods."""
+        """Record the states w (d, lanes) and statuses (lanes,) of motions after a run of this many mesh periods."""
         self.verdicts.w[:, lanes] = w
         self.verdicts.periods_run[lanes] += periods
         self.assign(lanes[status == DIVERGED], Label.DIVERGED, Reason.OUT_OF_RANGE)
         self.assign(lanes[(status != OK) & (status != DIVERGED)], Label.UNDECIDED, Reason.CHATTER)
 
     def assign(self, lanes: np.ndarray, label: Label, reason: Reason) -> None:
-        """Classify some motions."""
+        """Give these motions a label and a reason."""
         self.verdicts.label[lanes], self.verdicts.reason[lanes] = label, reason
 
     def mark_inconsistent(self, lanes: np.ndarray) -> None:
@@ -117,7 +117,7 @@ class ClassificationState:
         self.verdicts.residual[lanes], self.verdicts.multipliers[lanes] = np.nan, np.nan
 
     def run_transient(self, lanes: np.ndarray, periods: int) -> None:
-        """Follow motions for some mesh periods, and classify those that have then returned to a stable orbit."""
+        """Follow motions for this many mesh periods, and classify those that have reached a stable periodic orbit."""
         if len(lanes) == 0:
             return
         longest = self.settings.longest_period
@@ -131,6 +131,7 @@ class ClassificationState:
         Parameters
         ----------
         lanes : (L,)
+            Numbers of the motions tested.
         sections : (S, d, L)
             Their last stroboscopic states.
         longest : int
@@ -147,14 +148,14 @@ class ClassificationState:
             )
             found = self._with_minimal_periods(guess, lanes[tried])
             distance = np.abs(last - found.w).max(axis=0)
-            owned = found.stable & (distance < _MAX_DISTANCE)
-            owned[owned] = self._approaching(last[:, owned], lanes[tried[owned]], found.take(owned))
-            self._assign_orbits(lanes[tried[owned]], found.take(owned), Reason.ORBIT)
-            owned = found.neutral & ~found.stable & (distance < orbits.ON_ORBIT)
-            self._assign_orbits(lanes[tried[owned]], found.take(owned), Reason.NEUTRAL)
+            reached = found.stable & (distance < _MAX_DISTANCE)
+            reached[reached] = self._approaching(last[:, reached], lanes[tried[reached]], found.take(reached))
+            self._assign_orbits(lanes[tried[reached]], found.take(reached), Reason.ORBIT)
+            neutral = found.neutral & ~found.stable & (distance < orbits.ON_ORBIT)
+            self._assign_orbits(lanes[tried[neutral]], found.take(neutral), Reason.NEUTRAL)
 
     def _with_minimal_periods(self, found: orbits.Orbits, lanes: np.ndarray) -> orbits.Orbits:
-        """The same orbits with minimal periods, and their multipliers over these."""
+        """The same orbits with their minimal periods, and with monodromy matrices and multipliers over these."""
         converged = np.flatnonzero(found.converged)
         points, period = self.points[lanes[converged]], found.period[converged]
         minimal = orbits.minimal_period(self.flow, found.w[:, converged], points, period)
@@ -165,10 +166,11 @@ class ClassificationState:
         return found
 
     def _approaching(self, w: np.ndarray, lanes: np.ndarray, found: orbits.Orbits) -> np.ndarray:
+        """`orbits.approaching` for motions in the states w (d, lanes)."""
         return orbits.approaching(self.flow, w, self.points[lanes], found, _APPROACH_PERIODS)
 
     def _assign_orbits(self, lanes: np.ndarray, found: orbits.Orbits, reason: Reason) -> None:
-        """Classify motions as periodic on their orbits, and record the evidence."""
+        """Classify motions as periodic on their orbits, and record orbit, multipliers and exponents."""
         if len(lanes) == 0:
             return
         verdicts, points = self.verdicts, self.points[lanes]
@@ -180,7 +182,7 @@ class ClassificationState:
         self.set_exponents(lanes, exact, exact, exact)
 
     def set_exponents(self, lanes: np.ndarray, value: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
-        """Record Lyapunov exponents (k, lanes), the largest or all d, and the ends of their intervals."""
+        """Record Lyapunov exponents (k, lanes), k = 1 (the largest) or d (all), and the ends of their intervals."""
         k = len(value)
         verdicts = self.verdicts
         verdicts.exponent[:k, lanes] = value
@@ -189,5 +191,5 @@ class ClassificationState:
             self.set_trace_error(lanes, value.sum(axis=0))
 
     def set_trace_error(self, lanes: np.ndarray, exponent_sum: np.ndarray) -> None:
-        """Record by how much the sum (lanes,) of all exponents differs from the trace of the linear part."""
+        """Record the absolute difference of the sum (lanes,) of all exponents from the trace of the linear part."""
         self.verdicts.trace_error[lanes] = np.abs(exponent_sum - self.flow.system.trace[self.points[lanes]])

@@ -1,4 +1,4 @@
-"""Weighted Birkhoff averages: do the stroboscopic points of a motion fill a smooth curve?
+"""Weighted Birkhoff averages: a test of whether the stroboscopic points of a motion fill a smooth curve.
 
 The averages converge fast on a smooth curve (an invariant torus) and slowly on a fractal set. S. Das, C. B. Dock,
 Y. Saiki, M. Salgado-Flores, E. Sander, J. Wu, J. A. Yorke, *Measuring quasiperiodicity*, EPL 114 (2016) 40005.
@@ -12,7 +12,7 @@ from gearchaos.dynamics.series import time_last
 
 _NEWTON_STEPS = 8
 _FREQUENCY_ROUNDING = 1e-15
-"""A Newton step of the frequency (cycles per mesh period) that is not larger than rounding."""
+"""Newton's method ends at a step of the frequency of at most this, its rounding error in cycles per mesh period."""
 
 
 def _weights(n: int) -> np.ndarray:
@@ -57,8 +57,9 @@ def dominant_frequency(series: np.ndarray) -> np.ndarray:
     frequency, k = np.argmax(spectrum, axis=-1) / n, np.arange(n) - n / 2
     active = np.arange(len(series))
     for _ in range(_NEWTON_STEPS):
-        turned = weighted[active] * np.exp(-2j * np.pi * frequency[active, None] * k)
-        a, b, c = ((turned * (-2j * np.pi * k) ** m).sum(axis=-1) for m in range(3))
+        demodulated = weighted[active] * np.exp(-2j * np.pi * frequency[active, None] * k)
+        # the weighted amplitude at the frequency, and its first and second derivatives
+        a, b, c = ((demodulated * (-2j * np.pi * k) ** m).sum(axis=-1) for m in range(3))
         first = 2 * (a.conj() * b).real
         second = 2 * (np.abs(b) ** 2 + (a.conj() * c).real)
         step = np.clip(np.divide(first, second, out=np.zeros(len(first)), where=second < 0), -0.5 / n, 0.5 / n)

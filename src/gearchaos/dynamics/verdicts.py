@@ -13,14 +13,16 @@ from gearchaos.dynamics.response import Response
 COORDINATE = "coordinate"
 """Name of the dimension of the d coordinates of the dynamic state."""
 
-_SPECTRUM = (COORDINATE, MOTION)
+_EXPONENT_DIMS = (COORDINATE, MOTION)
 
 
 def _largest(exponents: np.ndarray) -> np.ndarray:
+    """The largest exponent (L,) of exponents (d, L)."""
     return exponents[0]
 
 
 def _largest_modulus(multipliers: np.ndarray) -> np.ndarray:
+    """The largest modulus (L,) of multipliers (L, d)."""
     return np.abs(multipliers).max(axis=1)
 
 
@@ -28,9 +30,9 @@ def _largest_modulus(multipliers: np.ndarray) -> np.ndarray:
 class Verdicts(Columns):
     """Verdicts on L motions of a system with d coordinates.
 
-    Arrays are (L,) unless the declaration names other dimensions: "motion" is L, "coordinate" is d. The variables that
-    they become in results, with their types, are part of the file format: single precision for what needs no more, so
-    that a map of ten million cells fits into the memory of a laptop.
+    Arrays are (L,) unless the declaration names other dimensions: "motion" is L, "coordinate" is d. The names and types
+    of the variables in results are part of the file format. Variables that need no more are stored in single precision,
+    so that a map of ten million cells fits into the memory of a laptop.
     """
 
     label: Annotated[np.ndarray, Column(
@@ -42,13 +44,13 @@ class Verdicts(Columns):
     exponent: Annotated[np.ndarray, Column(
         "Lyapunov exponents per unit of τ, largest first: exact for an orbit, weighted Birkhoff averages for a torus, "
         "means over a run for other motions. If only the largest was computed, the others are NaN.",
-        dims=_SPECTRUM, variable="lyapunov", reduce=_largest)]
+        dims=_EXPONENT_DIMS, variable="lyapunov", reduce=_largest)]
     exponent_low: Annotated[np.ndarray, Column(
         "lower end of the interval: the exponent itself for an orbit, the smaller of the averages over the two halves "
         "of the run for a torus, the end of the 99 % confidence interval for other motions",
-        dims=_SPECTRUM, variable="lyapunov_lo", reduce=_largest)]
+        dims=_EXPONENT_DIMS, variable="lyapunov_lo", reduce=_largest)]
     exponent_high: Annotated[np.ndarray, Column(
-        "upper end of the interval", dims=_SPECTRUM, variable="lyapunov_hi", reduce=_largest)]
+        "upper end of the interval", dims=_EXPONENT_DIMS, variable="lyapunov_hi", reduce=_largest)]
     trace_error: Annotated[np.ndarray, Column(
         "|sum of all exponents − trace of the linear part|, per unit of τ", variable="trace_error", stored=np.float32)]
     residual: Annotated[np.ndarray, Column(
@@ -72,7 +74,7 @@ class Verdicts(Columns):
 
     @classmethod
     def unresolved(cls, w: np.ndarray) -> Verdicts:
-        """No verdicts yet on the motions that start from w (d, L)."""
+        """The table of L unresolved motions that start from w (d, L)."""
         verdicts = cls.empty(dict(zip((COORDINATE, MOTION), w.shape, strict=True)))
         verdicts.w[:] = w
         return verdicts

@@ -1,1 +1,1 @@
-"""Work items into results: in threads, in processes, on a cluster; knows no study."""
+"""Computation of work items in threads, in processes and on clusters, for any kind of study."""

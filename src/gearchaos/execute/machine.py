@@ -1,4 +1,4 @@
-"""The machine that computes: its cores and its memory."""
+"""The cores and the memory of this machine."""
 
 from __future__ import annotations
 
@@ -6,22 +6,22 @@ import os
 
 from gearchaos.errors import InputError
 
-_BYTES = 400
-"""What a study keeps of each cell or start, at most."""
+_BYTES_PER_ITEM = 400
+"""Upper bound of the memory that a study needs for each cell or initial state."""
 
 
 def memory() -> int:
-    """Bytes of memory that this machine has."""
+    """Physical memory of this machine in bytes; 8 GiB where the system does not say."""
     return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else 1 << 33
 
 
-def check_memory(name: str, count: int, each: int = _BYTES) -> None:
-    """Raise `InputError` if ``count`` items of ``each`` bytes do not fit into memory."""
-    most = memory() // each
+def check_memory(name: str, count: int, item_bytes: int = _BYTES_PER_ITEM) -> None:
+    """Raise `InputError` for the field ``name`` if ``count`` items of ``item_bytes`` do not fit into memory."""
+    most = memory() // item_bytes
     if count > most:
         raise InputError(name, f"must be at most {most:,} on this machine, by its memory", count)
 
 
 def cores() -> int:
-    """Cores that this process may use: on a shared cluster node those of its job."""
+    """Number of cores that this process may use; on a shared cluster node those of its job."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

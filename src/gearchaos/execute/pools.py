@@ -1,7 +1,7 @@
 """Pools of workers with one interface: threads, processes, the workers of a Dask scheduler, Slurm jobs.
 
-Work items are submitted one by one or as an iterable; results come as they are done; leaving the pool cancels what has
-not begun.
+Work items are submitted one by one or as an iterable, and results are yielded as they complete. Items not yet begun are
+cancelled when iteration stops.
 """
 
 from __future__ import annotations
@@ -21,20 +21,21 @@ from typing import Any, TypeVar
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import cores
 
-KEPT = "What is done is kept; the same command goes on from there."
+RESUME_ADVICE = "What is done is kept; the same command goes on from there."
+"""Last sentence of the messages of errors that interrupt a run."""
 
-_BEAT = 2.0
-"""Seconds between two checks that the workers are still there."""
+_CHECK_INTERVAL = 2.0
+"""Seconds between two checks that the workers can still be reached."""
 
 Item = TypeVar("Item")
 
 
 class PoolLostError(OSError):
-    """The pool is gone, and with it the work items under way."""
+    """The workers of a pool cannot be reached any more; the work items being computed are lost."""
 
 
 def connection_lost(error: BaseException | None) -> bool:
-    """Whether the error of a work item only says that its pool cannot be reached any more.
+    """Whether the error of a work item means that its pool cannot be reached, not that the item failed.
 
     Dask's own error is recognised by its name, since Dask may not be installed.
     """
@@ -48,44 +49,44 @@ class Pool:
     Attributes
     ----------
     executor : concurrent.futures.Executor
-    width : callable
-        Number of work items computed at once, now.
+    workers : callable
+        Function without arguments: the number of work items computed at once, which may change on a cluster.
     check : callable
-        Raises `PoolLostError` if the workers cannot be reached any more.
+        Function without arguments that raises `PoolLostError` if the workers cannot be reached any more.
     threads_per_item : callable
-        Number of threads that each of so many work items may use.
+        Function from the number of remaining work items to the number of threads that each may use.
     """
 
     executor: Executor
-    width: Callable[[], int]
+    workers: Callable[[], int]
     check: Callable[[], None] = lambda: None
     threads_per_item: Callable[[int], int] = lambda items: 1
 
     def submit(self, work: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        """Have one work item computed."""
+        """Submit one work item, ``work(*arguments)``."""
         return self.executor.submit(work, *arguments)
 
     def cancel(self) -> None:
-        """Drop all work items that have not begun, without waiting for those under way."""
+        """Cancel all work items that have not begun, without waiting for those being computed."""
         self.executor.shutdown(wait=False, cancel_futures=True)
 
     def results(
-        self, work: Callable[[Item], Any], items: Iterable[Item], ahead: Callable[[], int] | None = None
+        self, work: Callable[[Item], Any], items: Iterable[Item], max_pending: Callable[[], int] | None = None
     ) -> Iterator[tuple[Item, Future[Any]]]:
-        """Yield every item with the future of ``work(item)`` as it is done.
+        """Yield every item with the future of ``work(item)``, in the order of completion.
 
-        At most ``ahead()`` items, by default twice the width, are submitted at a time, since a submitted item may run
-        to its end after an interrupt. Whoever stops iterating cancels those not yet begun.
+        At most ``max_pending()`` submitted items, by default twice the number of workers, are unfinished at a time: a
+        submitted item may run to its end after an interrupt. Items not yet begun are cancelled when iteration stops.
         """
-        ahead = ahead or (lambda: 2 * self.width())
+        max_pending = max_pending or (lambda: 2 * self.workers())
         rest, waiting = iter(items), dict[Future[Any], Item]()
         try:
             while True:
-                for item in islice(rest, max(0, ahead() - len(waiting))):
+                for item in islice(rest, max(0, max_pending() - len(waiting))):
                     waiting[self.submit(work, item)] = item
                 if not waiting:
                     return
-                done, _ = wait(waiting, timeout=_BEAT, return_when=FIRST_COMPLETED)
+                done, _ = wait(waiting, timeout=_CHECK_INTERVAL, return_when=FIRST_COMPLETED)
                 self.check()
                 for future in done:
                     yield waiting.pop(future), future
@@ -94,60 +95,61 @@ class Pool:
                 future.cancel()
 
 
-PoolMaker = Callable[[], AbstractContextManager[Pool]]
-"""Opens a pool; called again if the pool breaks."""
+PoolFactory = Callable[[], AbstractContextManager[Pool]]
+"""Function that opens a pool; called again if the pool breaks."""
 
 
 class _Threads(ThreadPoolExecutor):
-    """Threads in which work sees the context variables of whoever submits it."""
+    """Threads in which work runs with the context variables of the thread that submits it."""
 
     def submit(self, work: Callable[..., Any], /, *arguments: Any, **options: Any) -> Future[Any]:
         return super().submit(copy_context().run, work, *arguments, **options)
 
 
-def thread_pool(count: int | None = None) -> PoolMaker:
-    """Threads of this process, one per core by default; kernels release the GIL."""
-    width = cores() if count is None else whole_number("threads", count, 1)
+def thread_pool(count: int | None = None) -> PoolFactory:
+    """Threads of this process, by default one per core, which run at the same time since kernels release the GIL."""
+    workers = cores() if count is None else whole_number("threads", count, 1)
 
     @contextmanager
     def opened() -> Iterator[Pool]:
-        with _Threads(width) as executor:
-            yield Pool(executor, lambda: width, threads_per_item=lambda items: max(1, width // items))
+        with _Threads(workers) as executor:
+            yield Pool(executor, lambda: workers, threads_per_item=lambda items: max(1, workers // items))
 
     return opened
 
 
-def process_pool(count: int) -> PoolMaker:
-    """Processes on this machine; if one dies, only its work item has to be computed again."""
-    width = whole_number("processes", count, 1)
+def process_pool(count: int) -> PoolFactory:
+    """Processes on this machine; if one dies, the futures of unfinished work items raise `BrokenExecutor`."""
+    workers = whole_number("processes", count, 1)
 
     @contextmanager
     def opened() -> Iterator[Pool]:
         context = get_context("spawn")
-        with ProcessPoolExecutor(width, mp_context=context, initializer=_begin_worker) as executor:
-            yield Pool(executor, lambda: width)
+        with ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker) as executor:
+            yield Pool(executor, lambda: workers)
 
     return opened
 
 
 def _begin_worker() -> None:
-    """Ignore interrupts, which the parent process handles, and end with the parent."""
+    """Ignore interrupts, which the parent process handles, and exit when the parent does."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_end_with_parent, daemon=True).start()
 
 
 def _end_with_parent() -> None:
+    """Wait for the end of the parent process, then exit."""
     parent = parent_process()
     if parent is not None:
         parent.join()
         os._exit(1)
 
 
-def choose(
+def pool_from_options(
     threads: int | None = None, processes: int | None = None, scheduler: str | None = None, cluster: str | None = None,
     jobs: int | None = None,
-) -> PoolMaker:
-    """The pool that at most one of these options asks for; by default threads, one per core.
+) -> PoolFactory:
+    """The pool that the options of a command select, of which at most one is given; by default one thread per core.
 
     Raises
     ------
@@ -169,8 +171,8 @@ def choose(
     return process_pool(processes) if processes is not None else thread_pool(threads)
 
 
-def dask_workers(address: str) -> PoolMaker:
-    """The workers of a Dask scheduler, which see the store's folder under the same path."""
+def dask_workers(address: str) -> PoolFactory:
+    """The workers of a Dask scheduler; the folder of the store must have the same path on all of them."""
     _client(address).close()  # checked before any work
 
     @contextmanager
@@ -182,6 +184,7 @@ def dask_workers(address: str) -> PoolMaker:
 
 
 def _client(address: str) -> Any:
+    """A client of the Dask scheduler at an address; raises `InputError` if it does not answer."""
     try:
         return _distributed().Client(address, timeout="10s", set_as_default=False)
     except (OSError, ValueError) as error:
@@ -189,10 +192,11 @@ def _client(address: str) -> Any:
 
 
 _MEMORY = "2GB"
+"""Memory of a Slurm job where dask-jobqueue's configuration sets none."""
 
 
-def slurm_jobs(jobs: int) -> PoolMaker:
-    """Jobs of a Slurm cluster, one worker each."""
+def slurm_jobs(jobs: int) -> PoolFactory:
+    """Jobs of a Slurm cluster, with one worker each."""
     _distributed()
     try:
         from dask_jobqueue import SLURMCluster
@@ -210,13 +214,14 @@ def slurm_jobs(jobs: int) -> PoolMaker:
 
 
 def slurm_job() -> dict[str, Any]:
-    """A job is one worker with one core; all else comes from dask-jobqueue's own configuration files."""
+    """Arguments of `SLURMCluster`: one worker with one core per job; dask-jobqueue's configuration sets the others."""
     import dask
 
     return {"cores": 1, "processes": 1, "memory": dask.config.get("jobqueue.slurm.memory", None) or _MEMORY}
 
 
 def _distributed() -> Any:
+    """The package distributed; raises `InputError` if it is not installed."""
     try:
         import distributed
     except ImportError:
@@ -225,18 +230,21 @@ def _distributed() -> Any:
 
 
 def _missing(package: str) -> InputError:
+    """The error that a package for clusters is not installed."""
     return InputError("cluster", f"needs {package}", None, "Install it with: pip install 'gearchaos[cluster]'.")
 
 
 def _dask_pool(client: Any) -> Pool:
-    def width() -> int:
+    """The pool of the workers that a Dask client reaches."""
+
+    def workers() -> int:
         try:
             return max(1, sum(client.nthreads().values()))
         except OSError as error:
-            raise PoolLostError(f"the Dask scheduler is gone. {KEPT}") from error
+            raise PoolLostError(f"the Dask scheduler is gone. {RESUME_ADVICE}") from error
 
     def check() -> None:
         if client.status != "running":
-            raise PoolLostError(f"the Dask scheduler is gone. {KEPT}")
+            raise PoolLostError(f"the Dask scheduler is gone. {RESUME_ADVICE}")
 
-    return Pool(client.get_executor(pure=False), width, check)
+    return Pool(client.get_executor(pure=False), workers, check)

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def bar(name: str | None, total: int, done: int = 0) -> Iterator[Callable[[int], None]]:
-    """A progress bar on stderr that shows the rate and the time left, or none without a name.
+    """A progress bar on stderr that shows the rate and the remaining time; no bar if the name is None.
 
     Yields the function that advances it by a number of items.
     """

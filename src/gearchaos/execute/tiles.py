@@ -1,4 +1,4 @@
-"""Work items divided into tiles, and tiles computed in threads."""
+"""Division of work items into tiles, and computation of tiles in threads."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from gearchaos.execute.pools import thread_pool
 from gearchaos.execute.progress import bar
 
 TILE = 8192
-"""Most trajectories in a tile: a few seconds of work, so that progress shows and an interrupt is soon obeyed."""
+"""Largest number of trajectories in a tile: a few seconds of work, so that progress is seen and interrupts act soon."""
 
-_LEAST = 256
-"""Fewer trajectories do not fill the lanes of one kernel call; they are not worth a thread of their own."""
+_MIN_PER_THREAD = 256
+"""Smallest number of trajectories that justifies a thread: fewer do not fill the lanes of one kernel call."""
 
-_LAST = 16
-"""The last tiles of a thread are this fraction of its share, so that the other threads do not wait long for it."""
+_FINAL_DIVISOR = 16
+"""The smallest tile is the share of one thread divided by this, so that threads end at about the same time."""
 
-_FEW = 5120
-"""If the share of a thread is not larger than this, it is one tile: smaller ones would cost more than the wait."""
+_MAX_UNDIVIDED = 5120
+"""The share of one thread is a single tile up to this number of trajectories: smaller tiles would cost more than the
+wait at the end."""
 
 
 def _workers(threads: int | None) -> int:
@@ -31,17 +32,20 @@ def _workers(threads: int | None) -> int:
     return cores() if threads is None else whole_number("threads", threads, 1)
 
 
-def side_by_side(count: int, threads: int | None = None) -> int:
-    """Number of threads that so many trajectories can fill."""
-    return max(1, min(_workers(threads), count // _LEAST))
+def useful_threads(count: int, threads: int | None = None) -> int:
+    """Number of threads that ``count`` trajectories keep busy."""
+    return max(1, min(_workers(threads), count // _MIN_PER_THREAD))
 
 
 def split(count: int, largest: int = TILE, threads: int | None = None) -> list[slice]:
-    """Consecutive tiles of ``count`` work items, of decreasing size, so that all threads end at about the same time."""
+    """Consecutive tiles of ``count`` work items, of decreasing size so that all threads end at about the same time.
+
+    ``largest`` is the largest number of items in a tile.
+    """
     workers = _workers(threads)
-    if count <= workers * min(_FEW, largest):
-        return _equal(count, max(side_by_side(count, threads), -(-count // largest)))
-    least = min(largest, max(_LEAST, count // (_LAST * workers)))
+    if count <= workers * min(_MAX_UNDIVIDED, largest):
+        return _equal(count, max(useful_threads(count, threads), -(-count // largest)))
+    least = min(largest, max(_MIN_PER_THREAD, count // (_FINAL_DIVISOR * workers)))
     tiles, first = [], 0
     while first < count:
         size = largest if workers == 1 else min(largest, max(least, (count - first) // (2 * workers)))
@@ -50,16 +54,18 @@ def split(count: int, largest: int = TILE, threads: int | None = None) -> list[s
     return tiles
 
 
-def dealt(count: int, threads: int | None = None) -> np.ndarray:
-    """Numbers (count,) of work items, dealt to the threads in turn.
+def interleaved(count: int, threads: int | None = None) -> np.ndarray:
+    """Numbers (count,) of work items in an order that spreads neighbours over the threads.
 
-    Neighbouring items often take alike long: half of a diagram may be chaotic. Dealt out, all shares are alike.
+    Neighbouring items often have similar computing times, for example in a chaotic half of a diagram. The share of
+    thread i out of n is i, i + n, i + 2n, and so on, so that all shares take about equally long.
     """
     workers = _workers(threads)
     return np.concatenate([np.arange(i, count, workers) for i in range(workers)])
 
 
 def _equal(count: int, parts: int) -> list[slice]:
+    """Consecutive tiles of equal size, up to one item."""
     ends = [count * i // parts for i in range(parts + 1)]
     return [slice(first, last) for first, last in pairwise(ends) if last > first]
 
@@ -67,20 +73,22 @@ def _equal(count: int, parts: int) -> list[slice]:
 def run(
     work: Callable[[slice], Any], tiles: Iterable[slice], *, progress: str | None = None, threads: int | None = None,
 ) -> Iterator[tuple[slice, Any]]:
-    """Yield (tile, work(tile)) as tiles finish; kernels release the GIL, so threads use all cores.
+    """Yield (tile, work(tile)) in the order of completion, computed in threads.
 
     Parameters
     ----------
     work : callable
-        Sees the context variables of the caller.
+        Called with a tile, with the context variables of the caller.
     tiles : iterable of slice
-        Without a progress bar they are drawn one by one, as they are needed.
+        Without a progress bar the iterable is consumed as tiles are submitted; with one it is read in advance.
     progress : str, optional
         Name of a progress bar on stderr.
     threads : int, optional
         Tiles computed at once; by default one per core.
 
-    On an interrupt the tiles under way finish and the others are dropped.
+    Notes
+    -----
+    After an interrupt the tiles being computed are finished and the others are cancelled.
     """
     tiles = tiles if progress is None else list(tiles)
     total = sum(map(_size, tiles)) if progress else 0
@@ -91,4 +99,5 @@ def run(
 
 
 def _size(tile: slice) -> int:
+    """Number of work items in a tile."""
     return tile.stop - tile.start

@@ -1,6 +1,6 @@
-"""What the values of a gear pair must obey: each by itself, and together.
+"""The rules for the values of a gear pair: for each value, and for several together.
 
-The checks take a `GearPair`, whose module imports this one.
+The checks take a `GearPair` as Any, since its module imports this one.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears import units
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 
-FIELDS: dict[str, tuple[units.Dimension, Rule | None]] = {
+UNIT_FIELDS: dict[str, tuple[units.Dimension, Rule | None]] = {
     **dict.fromkeys(("I1", "I2"), (units.INERTIA, POSITIVE)),
     **dict.fromkeys(("R1", "R2", "backlash"), (units.LENGTH, POSITIVE)),
     "c0": (units.STIFFNESS, POSITIVE),
@@ -23,25 +23,25 @@ FIELDS: dict[str, tuple[units.Dimension, Rule | None]] = {
     **dict.fromkeys(("c1", "c2"), (units.STIFFNESS, POSITIVE)),
     **dict.fromkeys(("k1", "k2"), (units.DAMPING, NOT_NEGATIVE)),
 }
-"""Fields of `GearPair` with a unit: their dimension and what their number in SI must obey."""
+"""The fields of `GearPair` with a unit: their dimension, and the rule for their number in SI."""
 
-LISTS: dict[str, units.Dimension] = {
+SERIES_FIELDS: dict[str, units.Dimension] = {
     "error_amplitudes": units.LENGTH,
     "error_phases": units.ANGLE,
     "stiffness_amplitudes": units.STIFFNESS,
     "stiffness_phases": units.ANGLE,
 }
-"""Fields with a list of values, one per harmonic, and their dimension."""
+"""The fields with a list of values, one per harmonic, and the dimension of the values."""
 
-OPTIONAL = ("M20", "m1", "m2", "c1", "c2")
-"""Fields that may be None."""
+OPTIONAL_FIELDS = ("M20", "m1", "m2", "c1", "c2")
+"""The fields that may be None."""
 
 _RATIO_TOLERANCE = 0.01
-"""Largest relative difference of the ratio of base radii and that of numbers of teeth."""
+"""Largest relative difference between the ratio of base radii and that of numbers of teeth."""
 
 
 def check_ratio(pair: Any) -> None:
-    """Raise `InputError` unless the base radii are in the ratio of the numbers of teeth."""
+    """Raise `InputError` unless the base radii have the ratio of the numbers of teeth, within `_RATIO_TOLERANCE`."""
     teeth, radii = pair.n1 / pair.n2, pair.R1 / pair.R2
     if abs(radii / teeth - 1) > _RATIO_TOLERANCE:
         raise InputError(
@@ -52,7 +52,7 @@ def check_ratio(pair: Any) -> None:
 
 
 def check_supports(pair: Any) -> None:
-    """Raise `InputError` unless all values of elastic supports are given, or none is."""
+    """Raise `InputError` unless the supports are elastic with all their values given, or rigid with none given."""
     missing = [name for name in ("c1", "c2", "m1", "m2") if getattr(pair, name) is None]
     if missing and not pair.rigid:
         raise InputError(

@@ -1,4 +1,4 @@
-"""A gear pair in SI units and its dimensionless model by (2.1)-(2.11).
+"""`GearPair`: the parameters of a gear pair in SI units, and its dimensionless model by (2.1)-(2.11).
 
 Equation numbers refer to J. Łuczko, *Chaotic vibrations in gear mesh systems*, J. Theor. Appl. Mech. 46(4),
 2008, read with the corrections listed in ``docs/model.md``.
@@ -12,7 +12,14 @@ from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
-from gearchaos.gears.checks import FIELDS, LISTS, OPTIONAL, check_ratio, check_supports, check_waveforms
+from gearchaos.gears.checks import (
+    OPTIONAL_FIELDS,
+    SERIES_FIELDS,
+    UNIT_FIELDS,
+    check_ratio,
+    check_supports,
+    check_waveforms,
+)
 from gearchaos.gears.scales import Scales
 from gearchaos.model import (
     KINDS,
@@ -29,7 +36,7 @@ PhysicalValue = Any
 
 @dataclass(frozen=True, kw_only=True)
 class GearPair:
-    """A pair of spur gears with the parameters of (2.1); wheel 1 drives.
+    """A pair of spur gears with the parameters of (2.1); wheel 1 is the driving one.
 
     A value is a number in SI, or a text with a unit such as ``"3 mm"``. The angles of (2.1) are deviations from uniform
     rotation. Therefore ``M10`` and ``M20`` are the torques that the mesh transmits: the torques at the shafts less the
@@ -45,8 +52,8 @@ class GearPair:
     R1, R2 : length
         Base radii; R1/R2 must equal n1/n2 to 1 %.
     c0 : force/length
-        Reference stiffness of the mesh: ω0 and ζ refer to it, and the varying stiffness is c0 χ(τ). A Fourier stiffness
-        has the time mean c0; a two-level stiffness has c0 (1 + (α − 1) χ1 − (2 − α) χ2).
+        Reference stiffness of the mesh: ω0 and ζ refer to it, and the varying stiffness is c0 χ(τ). The time mean of a
+        Fourier stiffness is c0, that of a two-level stiffness c0 (1 + (α − 1) χ1 − (2 − α) χ2).
     k : force time/length
         Mesh damping.
     backlash : length
@@ -72,7 +79,7 @@ class GearPair:
     Raises
     ------
     InputError
-        Naming the field, the rule, the value and what to do.
+        For a value that breaks a rule. The message has the field, the rule, the value and what to do.
 
     Examples
     --------
@@ -113,20 +120,20 @@ class GearPair:
     def __post_init__(self) -> None:
         for name in ("n1", "n2"):
             self._set(name, units.teeth(name, getattr(self, name)))
-        for name, (dimension, rule) in FIELDS.items():
-            if name not in OPTIONAL or getattr(self, name) is not None:
+        for name, (dimension, rule) in UNIT_FIELDS.items():
+            if name not in OPTIONAL_FIELDS or getattr(self, name) is not None:
                 self._set(name, units.to_si(name, getattr(self, name), dimension, rule))
-        for name, dimension in LISTS.items():
+        for name, dimension in SERIES_FIELDS.items():
             self._set(name, units.list_to_si(name, getattr(self, name), dimension))
         if self.M20 is None:
-            self._set("M20", units.to_si("M20", self.M10 * self.R2 / self.R1, *FIELDS["M20"]))
+            self._set("M20", units.to_si("M20", self.M10 * self.R2 / self.R1, *UNIT_FIELDS["M20"]))
         check_ratio(self)
         check_supports(self)
         check_waveforms(self)
         self._stiffness()  # raises for a stiffness that is not positive
 
     def _set(self, name: str, value: Any) -> None:
-        """Set a field of this frozen object while it is made."""
+        """Set a field while this frozen object is created."""
         object.__setattr__(self, name, value)
 
     @property
@@ -226,13 +233,13 @@ class GearPair:
         return TwoLevelStiffness(**self._levels())
 
     def _levels(self) -> dict[str, float]:
-        """The values of a two-level stiffness that are given, by name."""
+        """The fields of `TwoLevelStiffness` that are given, by name."""
         names = [f.name for f in fields(TwoLevelStiffness)]
         return {name: value for name in names if (value := getattr(self, name)) is not None}
 
 
 def as_model(model: Any) -> MeshModel:
-    """The model of a study: a `MeshModel` itself, that of a `GearPair`; raises `InputError` for anything else."""
+    """A `MeshModel` itself, or the model of a `GearPair`; raises `InputError` for anything else."""
     if isinstance(model, GearPair):
         return model.to_model()
     if not isinstance(model, MeshModel):

@@ -20,20 +20,20 @@ def physical(dataset: xr.Dataset, pair: GearPair) -> xr.Dataset:
     Parameters
     ----------
     dataset : Dataset
-        What a study returned for the pair.
+        The result of a study of the pair.
     pair : GearPair
         The pair whose scales apply.
 
     Returns
     -------
     Dataset
-        The same dims and names; values and ``units`` scaled, x_n as arc lengths R_n φ_n. Labels, shares and
-        ratios stay as they are, and so does ``attrs["model"]``. ``attrs["pair"]`` holds the pair as JSON.
+        The same dims and names, with scaled values and their ``units``; x_n is the arc length R_n φ_n. Labels, shares,
+        ratios and ``attrs["model"]`` stay as they are. ``attrs["pair"]`` holds the pair as JSON.
 
     Raises
     ------
     InputError
-        If the dataset is in physical units already, or an argument is something else.
+        If the dataset is in physical units already, or an argument has another type.
     """
     _check_scalable(dataset, pair)
     coordinates, variables = scaled(dataset.coords, pair.scales), scaled(dataset.data_vars, pair.scales)
@@ -52,7 +52,7 @@ def _check_scalable(dataset: Any, pair: Any) -> None:
 
 
 def unit_in(dataset: xr.Dataset, name: str) -> float:
-    """What one dimensionless unit of a variable is in the units of a Dataset: 1 unless `physical` has scaled it."""
+    """One dimensionless unit of a variable in the units of a Dataset: 1 unless `physical` has scaled the Dataset."""
     if "pair" not in dataset.attrs:
         return 1.0
     unit = unit_of(name, _pair_from_json(dataset.attrs["pair"]).scales)

@@ -1,4 +1,4 @@
-"""Scales between dimensionless quantities and the units of a gear pair, (2.8)-(2.11)."""
+"""Conversion of dimensionless quantities to the physical units of a gear pair, (2.8)-(2.11)."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ class Scales:
     stiffness : float
         c0, N/m.
     frequency : float
-        ω0/2π, Hz: the mesh frequency where omega = 1.
+        ω0/2π, Hz: the mesh frequency at omega = 1.
     rate : float
-        ω0, 1/s: Lyapunov exponents.
+        ω0, 1/s, for Lyapunov exponents.
     torque1, torque2 : float
-        c0 R_n Δ, N m, of the driving and of the driven wheel.
+        c0 R_n Δ, N m, for the driving and the driven wheel.
     """
 
     length: float
@@ -48,7 +48,7 @@ class Scales:
 def unit_of(name: str, scales: Scales) -> tuple[float, str] | None:
     """The value of one dimensionless unit of a quantity in its physical unit, and that unit.
 
-    None for a name without quantity, or a quantity without physical unit.
+    None if the name is not that of a quantity, or the quantity has no physical unit.
     """
     found = find(name)
     if found is None or found.physical is None:
@@ -57,15 +57,16 @@ def unit_of(name: str, scales: Scales) -> tuple[float, str] | None:
 
 
 def scaled(variables: Mapping[Any, Any], scales: Scales) -> dict[str, tuple[Any, Any, dict[str, Any]]]:
-    """Dims, scaled values and attributes of the variables that have a physical unit, by name."""
+    """Dims, scaled values and attributes of those variables, DataArrays by name, that have a physical unit."""
     units = {str(name): unit_of(str(name), scales) for name in variables}
     return {name: _scaled(name, variables[name], *unit) for name, unit in units.items() if unit}
 
 
 def scaled_numbers(values: Mapping[str, Any], scales: Scales) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Numbers, lists of numbers and nested mappings by name, in physical units; and the units by name.
+    """Scale numbers, lists of numbers and nested mappings by name to physical units.
 
-    Values without physical unit stay as they are, and have no entry among the units.
+    Returns the scaled values, and the units by name. A value without physical unit stays as it is and has no entry
+    among the units.
     """
     out, units = dict(values), dict[str, Any]()
     for name, value in values.items():
@@ -84,7 +85,7 @@ def _times(factor: float, value: Any) -> Any:
 
 
 def _scaled(name: str, variable: Any, factor: float, symbol: str) -> tuple[Any, Any, dict[str, Any]]:
-    """Dims, values times a factor and attributes of a variable in another unit."""
+    """Dims, values times ``factor``, and attributes of a variable for the unit with this symbol."""
     if variable.dtype.kind not in "biuf":
         raise InputError("dataset", f"must hold real numbers in {name}", f"type {variable.dtype}", "Compute it again.")
     attrs = {**variable.attrs, "units": symbol}

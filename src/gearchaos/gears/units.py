@@ -1,6 +1,6 @@
-"""Values with units from outside, such as "3 mm", converted to floats in SI.
+"""Conversion of values with units, such as "3 mm", to floats in SI.
 
-pint is used here alone; all other code computes with floats.
+Only this module uses pint; all other code computes with floats.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.quantities import Rule
-from gearchaos.validation import FINITE, obey
+from gearchaos.validation import FINITE, check_rule
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf)"
 _NUMBER_AND_UNIT = re.compile(rf"\s*({_NUMBER})\s*([^\d\s].*|)")
@@ -29,11 +29,11 @@ class Dimension:
     Attributes
     ----------
     name : str
-        With its article, e.g. "a length".
+        Name with article, e.g. "a length".
     unit : str
         SI unit, in the notation of pint.
     example : str
-        A value as one writes it, with a unit.
+        An example of a value with a unit, for error messages.
     """
 
     name: str
@@ -52,8 +52,8 @@ SPEED = Dimension("an angular velocity", "rad/s", "2500 rpm")
 ANGLE = Dimension("an angle", "rad", "30 deg")
 
 LARGEST, SMALLEST = 1e40, 1e-40
-"""Limits of the magnitude of a value in SI other than 0, so that products and quotients of several neither overflow
-nor underflow."""
+"""Limits of the magnitude of a value in SI other than 0, so that products and quotients of several values neither
+overflow nor underflow."""
 
 LEAST_TEETH, MOST_TEETH = 3, 1_000_000
 
@@ -64,29 +64,30 @@ def to_si(field: str, value: Any, dimension: Dimension, rule: Rule | None = None
     Parameters
     ----------
     field : str
-        What an error message calls the value.
+        Name of the value in error messages.
     value : float, str or pint quantity
         A plain number is in SI already; a text has a unit, e.g. "35.2 mm".
     dimension : Dimension
         What the value must be.
     rule : Rule, optional
-        What its number in SI must obey; none if it may have either sign.
+        Rule for the number in SI; without it any sign is allowed.
 
     Raises
     ------
     InputError
-        For a wrong dimension, a unit that does not exist, a text without unit, a value that is not finite or beyond the
-        limits of its magnitude, or one that breaks the rule.
+        For a wrong dimension, an unknown unit, a text without unit, a value that is not finite or whose magnitude is
+        beyond the limits, or one that breaks the rule.
     """
     number = _float(field, _converted(field, value, dimension) if _has_unit(value) else value, dimension)
     advice = f"It is {dimension.name}, e.g. '{dimension.example}'."
-    for one in (FINITE, _magnitude(dimension), *(() if rule is None else (replace(rule, advice=advice),))):
-        obey(field, number, one, value)
+    own = () if rule is None else (replace(rule, advice=advice),)
+    for each in (FINITE, _magnitude_rule(dimension), *own):
+        check_rule(field, number, each, value)
     return number
 
 
-def _magnitude(dimension: Dimension) -> Rule:
-    """The limits of the magnitude of a value."""
+def _magnitude_rule(dimension: Dimension) -> Rule:
+    """The rule that a number in SI of this dimension lies within the limits of magnitude."""
     return Rule(
         lambda v: v == 0 or SMALLEST <= abs(v) <= LARGEST,
         f"must lie between {SMALLEST:g} and {LARGEST:g} {dimension.unit} in size, if it is not 0",
@@ -95,20 +96,20 @@ def _magnitude(dimension: Dimension) -> Rule:
 
 
 def _float(field: str, value: Any, dimension: Dimension) -> float:
-    """One real number as a float."""
+    """One real number as a float; raises `InputError` for anything else."""
     if not _is_real(value):
-        raise _wrong(field, value, dimension)
+        raise _not_convertible(field, value, dimension)
     try:
         return float(value)
     except OverflowError:  # an integer of hundreds of digits
-        rule = _magnitude(dimension)
-        raise InputError(field, rule.words, value, rule.advice) from None
+        rule = _magnitude_rule(dimension)
+        raise InputError(field, rule.text, value, rule.advice) from None
     except (TypeError, ValueError):
-        raise _wrong(field, value, dimension) from None
+        raise _not_convertible(field, value, dimension) from None
 
 
 def _is_real(value: Any) -> bool:
-    """Whether a value can be one real number: not an array, even of one element, and not complex."""
+    """Whether a value is one real number; an array is not, even of one element, nor is a complex number."""
     if isinstance(value, (bool, bytes)) or getattr(value, "ndim", None):
         return False
     return hasattr(value, "__float__") and (isinstance(value, Real) or not isinstance(value, Complex))
@@ -121,7 +122,7 @@ def _has_unit(value: Any) -> bool:
 
 @cache
 def _registry() -> Any:
-    """The units of pint, loaded at the first use since that takes long."""
+    """The unit registry of pint, created at the first use, since that takes long."""
     import pint
 
     return pint.UnitRegistry()
@@ -133,10 +134,10 @@ def _converted(field: str, value: Any, dimension: Dimension) -> float:
         measured = _parsed(value) if isinstance(value, str) else value
         number = float(measured.to(dimension.unit).magnitude)
     except Exception as error:  # pint does not wrap what its tokenizer and arithmetic raise
-        raise _wrong(field, value, dimension, f"{str(error).rstrip('.')}. ") from None
+        raise _not_convertible(field, value, dimension, f"{str(error).rstrip('.')}. ") from None
     if dimension is SPEED and not _ANGLE.search(str(measured.units)):
-        # to pint the radian is the number 1, so that 40 Hz would become 40 rad/s
-        raise _wrong(field, value, dimension, "Hertz and 1/s leave open whether turns or radians are meant. ")
+        # pint treats the radian as the number 1 and would convert 40 Hz to 40 rad/s
+        raise _not_convertible(field, value, dimension, "Hertz and 1/s leave open whether turns or radians are meant. ")
     return number
 
 
@@ -148,7 +149,7 @@ def _parsed(text: str) -> Any:
     return _registry().Quantity(float(match[1]), match[2])
 
 
-def _wrong(field: str, value: object, dimension: Dimension, reason: str = "") -> InputError:
+def _not_convertible(field: str, value: object, dimension: Dimension, reason: str = "") -> InputError:
     """The error for a value that cannot be converted to a dimension."""
     shown = value if isinstance(value, (str, bytes, bool)) or not _has_unit(value) else str(value)
     advice = f"{reason}Write e.g. '{dimension.example}', or a plain number in {dimension.unit}."
@@ -164,7 +165,7 @@ def list_to_si(field: str, values: Any, dimension: Dimension) -> tuple[float, ..
 
 
 def teeth(name: str, value: Any) -> int:
-    """The number of teeth of a wheel, if it is a whole number within limits."""
+    """The number of teeth of a wheel as an int; raises `InputError` unless it is an integer within the limits."""
     try:
         count = None if isinstance(value, bool) else operator.index(value)
     except TypeError:

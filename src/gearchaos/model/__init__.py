@@ -7,20 +7,21 @@ from gearchaos.model.names import (
     KINDS,
     SCALARS,
     Kind,
-    check_one_description,
+    check_initial_consistent,
     check_state_name,
     default_stiffness,
-    expand,
+    expand_pairs,
     known_names,
     state_names,
 )
 from gearchaos.model.parameters import MeshModel
 from gearchaos.model.waveforms import HarmonicStiffness, Stiffness, TransmissionError, TwoLevelStiffness
-from gearchaos.quantities import PAIRS
+from gearchaos.quantities import PARAMETER_PAIRS
 from gearchaos.validation import check
 
 __all__ = [
-    "COORDINATES", "KINDS", "PAIRS", "SCALARS", "Batch", "HarmonicStiffness", "Kind", "MeshModel", "Stiffness",
-    "TransmissionError", "TwoLevelStiffness", "backlash", "check", "check_one_description", "check_state_name",
-    "default_stiffness", "expand", "known_names", "mesh_stiffness", "state_names", "transmission_error", "vary",
+    "COORDINATES", "KINDS", "PARAMETER_PAIRS", "SCALARS", "Batch", "HarmonicStiffness", "Kind", "MeshModel",
+    "Stiffness", "TransmissionError", "TwoLevelStiffness", "backlash", "check", "check_initial_consistent",
+    "check_state_name", "default_stiffness", "expand_pairs", "known_names", "mesh_stiffness", "state_names",
+    "transmission_error", "vary",
 ]

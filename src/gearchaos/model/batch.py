@@ -1,4 +1,4 @@
-"""Many parameter points of one model at once."""
+"""Batches: one model at many parameter points."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.model.names import STATE_NAMES, check_one_description, check_used, expand
+from gearchaos.model.names import STATE_NAMES, check_has_effect, check_initial_consistent, expand_pairs
 from gearchaos.model.parameters import MeshModel
 from gearchaos.model.waveforms import check_stiffness
-from gearchaos.quantities import harmonic
+from gearchaos.quantities import parse_harmonic
 from gearchaos.validation import check
 
 
@@ -25,9 +25,9 @@ class Batch:
     Attributes
     ----------
     model : MeshModel
-        Gives all values that the points share.
+        Has the values that all points share.
     values : mapping of str to (P,)
-        Values that vary, by the names of single parameters and initial values.
+        The values that vary, by the names of parameters (no pairs such as ``q0``) and initial values.
     size : int
         P.
     """
@@ -37,7 +37,7 @@ class Batch:
     size: int
 
     def __getitem__(self, name: str) -> np.ndarray | float:
-        """The value of a single parameter: an array (P,) where it varies, else a float; 0 for a harmonic not given.
+        """The value of a parameter: an array (P,) if it varies, else a float; 0 for a harmonic that is not given.
 
         Raises KeyError for a name that is not a parameter.
         """
@@ -45,43 +45,43 @@ class Batch:
             return self.values[name]
         if name in self._shared:
             return self._shared[name]
-        if harmonic(name):
+        if parse_harmonic(name):
             return 0.0
         raise KeyError(name)
 
     @cached_property
     def _shared(self) -> dict[str, float]:
-        """The parameters of the model; those in ``values`` are not in use."""
+        """The parameters of the model by name; those in ``values`` replace them."""
         return self.model.parameters()
 
     def harmonics(self, amplitude: str, phase: str) -> tuple[np.ndarray, np.ndarray]:
-        """Amplitudes and phases of a Fourier series, each (orders, P); zero orders if there is none.
+        """Amplitudes and phases of a Fourier series, each (H, P) for harmonics 1 to H; H is 0 if there are none.
 
         Parameters
         ----------
         amplitude, phase : str
-            Families of the names: "eps" and "theta", or "c" and "alpha".
+            Names without order: "eps" and "theta", or "c" and "alpha".
         """
-        found = map(harmonic, {**self._shared, **self.values})
+        found = map(parse_harmonic, {**self._shared, **self.values})
         n = max((p.order or 0 for p in found if p and p.family in (amplitude, phase)), default=0)
         rows = [[np.broadcast_to(self[f"{k}{j}"], self.size) for j in range(1, n + 1)] for k in (amplitude, phase)]
         a, p = (np.array(r, dtype=float).reshape(n, self.size) for r in rows)
         return a, p
 
     def take(self, index: np.ndarray) -> Batch:
-        """The batch of the points with these indices, in that order."""
+        """The batch of the points with these indices (N,), in that order."""
         return Batch(self.model, {k: v[index] for k, v in self.values.items()}, len(index))
 
 
 def vary(model: MeshModel, values: Mapping[str, Any]) -> Batch:
-    """A batch: a model with parameters or initial values by name as arrays (P,), checked like single values.
+    """A batch: a model with arrays for some of its parameters or initial values, checked like single values.
 
     Parameters
     ----------
     model : MeshModel
-        Gives all other values.
+        Has all other values.
     values : mapping of str to array_like (P,)
-        Names as in `MeshModel.with_values`.
+        Names as in `MeshModel.with_values`. A scalar is an array of length 1.
 
     Raises
     ------
@@ -89,14 +89,14 @@ def vary(model: MeshModel, values: Mapping[str, Any]) -> Batch:
         For an unknown name, a value that breaks its rule, arrays of several lengths or shapes, or a parameter that has
         no effect in this kind of model.
     """
-    flat = {k: np.atleast_1d(np.asarray(v, dtype=float)) for k, v in expand(values, model).items()}
+    flat = {k: np.atleast_1d(np.asarray(v, dtype=float)) for k, v in expand_pairs(values, model).items()}
     sizes = {v.shape for v in flat.values()} or {(1,)}
     if len(sizes) > 1 or any(len(s) != 1 for s in sizes):
         raise InputError("values", "must be one-dimensional arrays of one common length", sorted(sizes))
     for name, value in flat.items():
         check(name, value)
-        check_used(name, model.kind)
-    check_one_description(n for n in {**model.initial, **flat} if n in STATE_NAMES)
+        check_has_effect(name, model.kind)
+    check_initial_consistent(n for n in {**model.initial, **flat} if n in STATE_NAMES)
     batch = Batch(model, MappingProxyType(flat), next(iter(sizes))[0])
     check_stiffness(*batch.harmonics("c", "alpha"))
     return batch

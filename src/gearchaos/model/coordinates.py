@@ -1,10 +1,11 @@
-"""Conversion between physical coordinates x, y and the dynamic state w.
+"""Conversion between the physical coordinates x, y of the wheels and the dynamic state w; all are dimensionless.
 
-The dynamic state leaves out what has no effect on z: the mean rotation and, where both supports have the same κ/μ and
-damping ratio, the mean lateral motion. Both have closed forms, (2.12), which give all of x and y from w at any time.
+The dynamic state leaves out what has no effect on z: the mean rotation and, if both supports have the same κ/μ and
+damping ratio, the mean lateral motion. Both have closed-form solutions of (2.12), by which all of x and y follow from w
+at any time.
 
-Where the bearings differ, the rotation follows from a first integral of (2.12) divided by the bearing friction. Where
-that friction is too weak to divide by (`weakly_damped`), x2 is integrated along the motion instead.
+If β/J differs between the wheels, the rotation follows from a first integral of (2.12) divided by the bearing friction.
+If that friction is too weak to divide by (`weakly_damped`), x2 is integrated along the motion instead.
 
 Shapes: P points, S times, d coordinates of the dynamic state.
 """
@@ -15,15 +16,15 @@ import numpy as np
 
 from gearchaos.model.batch import Batch
 from gearchaos.model.names import COORDINATES
-from gearchaos.model.switched import SwitchedAffine, rotation_decay, same
+from gearchaos.model.switched import SwitchedAffine, equal_ratios, rotation_decay
 
-_WEAK = 2e-3
+_WEAK_DECAY = 2e-3
 """Damping rate of the mean rotation below which the first integral gives x2 with an error above 1e-11."""
 
 
-def start(batch: Batch, system: SwitchedAffine) -> np.ndarray:
-    """The dynamic state w at τ = 0, (P, d), from the initial values of the model; by default x1 = 1 and the rest 0."""
-    w = from_physical(system.names, initial_values(batch), *error_at_start(batch))
+def initial_state(batch: Batch, system: SwitchedAffine) -> np.ndarray:
+    """The dynamic state w at τ = 0, (P, d), from the initial values of the batch; by default x1 = 1, all others 0."""
+    w = from_physical(system.names, initial_values(batch), *transmission_error_at_start(batch))
     given = {**batch.model.initial, **batch.values}
     for i, name in enumerate(("z", "z_dot")):
         if batch.model.kind == "single" and given.keys() & {"z", "z_dot"}:
@@ -40,8 +41,8 @@ def initial_values(batch: Batch) -> dict[str, np.ndarray]:
     }
 
 
-def error_at_start(batch: Batch) -> tuple[np.ndarray, np.ndarray]:
-    """ε and ε' at τ = 0, and at all whole mesh periods, each (P,)."""
+def transmission_error_at_start(batch: Batch) -> tuple[np.ndarray, np.ndarray]:
+    """ε and ε' at the start of every mesh period, τ = 0, T, 2T, …; each (P,)."""
     a, p = batch.harmonics("eps", "theta")
     order = np.arange(1, len(a) + 1)[:, None]
     return (a * np.cos(p)).sum(axis=0), (order * np.asarray(batch["omega"]) * a * np.sin(p)).sum(axis=0)
@@ -59,7 +60,7 @@ def from_physical(
     x : dict of str to (P,)
         Rotations and lateral displacements with their velocities, by name.
     error, error_dot : (P,)
-        ε and ε' at the same time.
+        Transmission error ε and ε' at the same time.
     """
     known = {
         "y": x["y1"] - x["y2"],
@@ -71,13 +72,13 @@ def from_physical(
 
 
 def bearings_differ(batch: Batch, names: tuple[str, ...]) -> np.ndarray:
-    """Where β/J differs between the wheels, so that the mean rotation depends on the relative motion, bool (P,)."""
-    return np.broadcast_to(~np.asarray(same(batch, "beta", "J")) & ("x2_dot" in names), batch.size)
+    """Whether β/J differs between the wheels, so that the mean rotation depends on the relative motion; bool (P,)."""
+    return np.broadcast_to(~np.asarray(equal_ratios(batch, "beta", "J")) & ("x2_dot" in names), batch.size)
 
 
 def weakly_damped(batch: Batch) -> np.ndarray:
-    """Where bearing friction is too weak for the first integral to give x2 to 1e-11, bool (P,)."""
-    return rotation_decay(batch) < _WEAK
+    """Whether bearing friction is too weak for the first integral to give x2 to 1e-11; bool (P,)."""
+    return rotation_decay(batch) < _WEAK_DECAY
 
 
 def relative_rotation(names: tuple[str, ...], w: np.ndarray, error: np.ndarray, suffix: str = "") -> np.ndarray:
@@ -107,18 +108,19 @@ def _rotation_difference(z: np.ndarray, error: np.ndarray, *lateral: np.ndarray 
     return difference
 
 
-def drifts(batch: Batch, names: tuple[str, ...]) -> np.ndarray:
-    """Where the mean rotation may grow without bound, or does not follow from w to full precision, bool (P,)."""
+def rotation_drifts(batch: Batch, names: tuple[str, ...]) -> np.ndarray:
+    """Whether the mean rotation can grow without bound, or does not follow from w to full precision; bool (P,)."""
     unequal = np.asarray(batch["q1"]) != np.asarray(batch["q2"])
     return (unequal | (bearings_differ(batch, names) & weakly_damped(batch))) & (batch.model.kind != "single")
 
 
-def without_drift(
+def reset_mean_rotation(
     batch: Batch, names: tuple[str, ...], w: np.ndarray, error: np.ndarray, error_dot: np.ndarray
 ) -> dict[str, np.ndarray]:
     """x1 and x2 with their velocities, each (P,), with the mean rotation set back to its initial value.
 
-    The mean rotation has no effect on z, and where both bearings have the same β/J neither has its velocity.
+    Such a state leads to the same relative motion: the mean rotation has no effect on z, and if both wheels have the
+    same β/J, its velocity has none either.
 
     Parameters
     ----------
@@ -131,13 +133,13 @@ def without_drift(
     error, error_dot : (P,)
         ε and ε' at the time of the states.
     """
-    x, share = initial_values(batch), _share(batch, "J")[:, 0]
-    gap, gap_dot = relative_rotation(names, w, error), relative_rotation(names, w, error_dot, "_dot")
+    x, share = initial_values(batch), _first_share(batch, "J")[:, 0]
+    difference, difference_dot = relative_rotation(names, w, error), relative_rotation(names, w, error_dot, "_dot")
     mean, mean_dot = (share * x[f"x1{k}"] + (1 - share) * x[f"x2{k}"] for k in ("", "_dot"))
-    x2, x2_dot = mean - share * gap, mean_dot - share * gap_dot
+    x2, x2_dot = mean - share * difference, mean_dot - share * difference_dot
     if "x2_dot" in names:
         x2_dot = w[:, names.index("x2_dot")]
-    return {"x1": x2 + gap, "x1_dot": x2_dot + gap_dot, "x2": x2, "x2_dot": x2_dot}
+    return {"x1": x2 + difference, "x1_dot": x2_dot + difference_dot, "x2": x2, "x2_dot": x2_dot}
 
 
 def to_physical(
@@ -159,7 +161,7 @@ def to_physical(
     error, error_dot : broadcastable to (P, S)
         ε and ε' at those times.
     x2 : (P, S), optional
-        Rotation of wheel 2 where it was integrated along the motion; NaN where it is computed from the state.
+        Rotation of wheel 2 if it was integrated along the motion; NaN where it is to be computed from the state.
 
     Returns
     -------
@@ -171,105 +173,121 @@ def to_physical(
     if batch.model.kind == "single":
         return relative
     y = _lateral(batch, at, tau) if batch.model.kind == "full" else {}
-    gap = _rotation_difference(at["z"], error, y.get("y1", 0.0), -y.get("y2", 0.0))
-    gap_dot = _rotation_difference(at["z_dot"], error_dot, y.get("y1_dot", 0.0), -y.get("y2_dot", 0.0))
-    return {**_rotation(batch, at, tau, gap, gap_dot, x2), **y, **relative}
+    difference = _rotation_difference(at["z"], error, y.get("y1", 0.0), -y.get("y2", 0.0))
+    difference_dot = _rotation_difference(at["z_dot"], error_dot, y.get("y1_dot", 0.0), -y.get("y2_dot", 0.0))
+    return {**_rotation(batch, at, tau, difference, difference_dot, x2), **y, **relative}
 
 
 def _rotation(
-    batch: Batch, at: dict[str, np.ndarray], tau: np.ndarray, gap: np.ndarray, gap_dot: np.ndarray,
+    batch: Batch, at: dict[str, np.ndarray], tau: np.ndarray, difference: np.ndarray, difference_dot: np.ndarray,
     known: np.ndarray | None,
 ) -> dict[str, np.ndarray]:
-    """x1 and x2 with their velocities from their difference ``gap`` and the mean rotation, or x2 where it is ``known``.
+    """x1 and x2 with their velocities, each (P, S).
+
+    Parameters
+    ----------
+    batch : Batch
+        P points.
+    at : dict of str to (P, S)
+        The dynamic state by name of coordinate.
+    tau : (P, S)
+        Times since the initial values.
+    difference, difference_dot : (P, S)
+        x1 − x2 and its velocity.
+    known : (P, S) or None
+        x2 where it is known; NaN where it is computed here, from the difference and the mean rotation.
 
     The mean rotation follows from the sum of the first two rows of (2.12).
     """
-    mean, mean_dot = _free_rotation(batch, tau)
-    share = _share(batch, "J")
-    x2, x2_dot = mean - share * gap, mean_dot - share * gap_dot
+    mean, mean_dot = _mean_rotation(batch, tau)
+    share = _first_share(batch, "J")
+    x2, x2_dot = mean - share * difference, mean_dot - share * difference_dot
     if "x2_dot" in at:
         x2_dot = at["x2_dot"]
-        x2 = np.where(_column(batch, same(batch, "beta", "J")), x2, _braked(batch, tau, gap, gap_dot, x2_dot))
+        by_integral = _from_first_integral(batch, tau, difference, difference_dot, x2_dot)
+        x2 = np.where(_column(batch, equal_ratios(batch, "beta", "J")), x2, by_integral)
     if known is not None:
         x2 = np.where(np.isnan(known), x2, known)
-    return {"x1": x2 + gap, "x1_dot": x2_dot + gap_dot, "x2": x2, "x2_dot": x2_dot}
+    return {"x1": x2 + difference, "x1_dot": x2_dot + difference_dot, "x2": x2, "x2_dot": x2_dot}
 
 
-def _free_rotation(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mean rotation m = (J1 x1 + J2 x2)/(J1 + J2) and its velocity where both wheels have the same β/J.
+def _mean_rotation(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean rotation m = (J1 x1 + J2 x2)/(J1 + J2) and its velocity, each (P, S), if both wheels have the same β/J.
 
-    It obeys m'' = a − r m' with constant a and r.
+    It is the solution of m'' = a − r m' with constants a and r, the mean torque and damping:
+    m = m(0) + τ m'(0) φ1(−rτ) + a τ² φ2(−rτ), with φ1(x) = (e^x − 1)/x and φ2(x) = (e^x − 1 − x)/x².
     """
-    x, share = initial_values(batch), _share(batch, "J")[:, 0]
+    x, share = initial_values(batch), _first_share(batch, "J")[:, 0]
     inertia = _column(batch, batch["J1"]) + _column(batch, batch["J2"])
     a = (_column(batch, batch["q1"]) - _column(batch, batch["q2"])) / inertia
     r = 2 * (_column(batch, batch["beta1"]) + _column(batch, batch["beta2"])) / inertia
     m, m_dot = (_column(batch, share * x[f"x1{k}"] + (1 - share) * x[f"x2{k}"]) for k in ("", "_dot"))
-    once = twice = np.float64(1.0)  # without velocity and torque nothing depends on them
+    phi1 = phi2 = np.float64(1.0)  # without initial velocity and torque their factors are 0
     if np.any(m_dot) or np.any(a):
-        from scipy.special import hyp1f1  # here, since it takes a tenth of a second to load
+        from scipy.special import hyp1f1  # imported here, since it takes a tenth of a second
 
-        once, twice = hyp1f1(1, 2, -r * tau), hyp1f1(1, 3, -r * tau) / 2  # (1 − e^−s)/s, (s − 1 + e^−s)/s² at s = rτ
-    return m + tau * (m_dot * once + a * tau * twice), m_dot * np.exp(-r * tau) + a * tau * once
+        phi1, phi2 = hyp1f1(1, 2, -r * tau), hyp1f1(1, 3, -r * tau) / 2
+    return m + tau * (m_dot * phi1 + a * tau * phi2), m_dot * np.exp(-r * tau) + a * tau * phi1
 
 
-def _braked(
-    batch: Batch, tau: np.ndarray, gap: np.ndarray, gap_dot: np.ndarray, x2_dot: np.ndarray
+def _from_first_integral(
+    batch: Batch, tau: np.ndarray, difference: np.ndarray, difference_dot: np.ndarray, x2_dot: np.ndarray
 ) -> np.ndarray:
-    """x2 where β/J differs, from a first integral of (2.12); 0 without bearing friction.
+    """x2 (P, S) if β/J differs between the wheels, from a first integral of (2.12); 0 without bearing friction.
 
-    J1 x1' + J2 x2' + 2β1 x1 + 2β2 x2 − (q1 − q2) τ is constant, since the mesh force cancels in it.
+    J1 x1' + J2 x2' + 2β1 x1 + 2β2 x2 − (q1 − q2) τ is constant, since the mesh force cancels in the sum of the first
+    two rows of (2.12).
     """
     x = initial_values(batch)
     J1, J2, b1, b2, q1, q2 = (_column(batch, batch[n]) for n in ("J1", "J2", "beta1", "beta2", "q1", "q2"))
     x1, v1, x2, v2 = (_column(batch, x[n]) for n in COORDINATES["torsional"])
-    held = J1 * v1 + J2 * v2 + 2 * b1 * x1 + 2 * b2 * x2 + (q1 - q2) * tau
-    rest = held - J1 * (gap_dot + x2_dot) - J2 * x2_dot - 2 * b1 * gap
-    friction = np.broadcast_to(2 * (b1 + b2), rest.shape)
-    return np.divide(rest, friction, out=np.zeros(rest.shape), where=friction > 0)
+    momentum = J1 * v1 + J2 * v2 + 2 * b1 * x1 + 2 * b2 * x2 + (q1 - q2) * tau
+    numerator = momentum - J1 * (difference_dot + x2_dot) - J2 * x2_dot - 2 * b1 * difference
+    friction = np.broadcast_to(2 * (b1 + b2), numerator.shape)
+    return np.divide(numerator, friction, out=np.zeros(numerator.shape), where=friction > 0)
 
 
 def _lateral(batch: Batch, at: dict[str, np.ndarray], tau: np.ndarray) -> dict[str, np.ndarray]:
-    """y1 and y2 with their velocities: from the state itself, or from y1 − y2 and the mean lateral motion."""
+    """y1 and y2 with their velocities, each (P, S): from the state, or from y1 − y2 and the mean lateral motion."""
     if "y" not in at:
         return {n: at[n] for n in COORDINATES["full"][4:]}
-    share, out = _share(batch, "mu"), {}
-    for suffix, mean in zip(("", "_dot"), _free_support(batch, tau), strict=True):
+    share, out = _first_share(batch, "mu"), {}
+    for suffix, mean in zip(("", "_dot"), _mean_lateral(batch, tau), strict=True):
         out[f"y1{suffix}"] = mean + (1 - share) * at[f"y{suffix}"]
         out[f"y2{suffix}"] = mean - share * at[f"y{suffix}"]
     return {n: out[n] for n in COORDINATES["full"][4:]}
 
 
-def _free_support(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mean lateral motion m = (μ1 y1 + μ2 y2)/(μ1 + μ2) and its velocity where both supports have the same κ/μ and ζ.
+def _mean_lateral(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean lateral motion m = (μ1 y1 + μ2 y2)/(μ1 + μ2) and its velocity, each (P, S).
 
-    It obeys m'' = −2ζ1 m' − (κ1/μ1) m, a free damped oscillation.
+    If both supports have the same κ/μ and ζ, it is a free damped oscillation, m'' = −2ζ1 m' − (κ1/μ1) m.
     """
-    x, share = initial_values(batch), _share(batch, "mu")[:, 0]
+    x, share = initial_values(batch), _first_share(batch, "mu")[:, 0]
     m, m_dot = (_column(batch, share * x[f"y1{k}"] + (1 - share) * x[f"y2{k}"]) for k in ("", "_dot"))
     damping = _column(batch, batch["zeta_support1"])
     square = _column(batch, batch["kappa1"]) / _column(batch, batch["mu1"])
     root = np.sqrt(damping**2 - square + 0j)
-    decay, spread = np.exp((root - damping) * tau), _divided(root, tau)
+    decay, spread = np.exp((root - damping) * tau), _decay_quotient(root, tau)
     cosine, sine = (decay * (1 + np.exp(-2 * root * tau)) / 2).real, (decay * spread).real
     return m * (cosine + damping * sine) + m_dot * sine, m_dot * (cosine - damping * sine) - square * m * sine
 
 
-def _divided(root: np.ndarray, tau: np.ndarray) -> np.ndarray:
-    """(1 − e^(−2ρτ))/(2ρ) for ρ = ``root``, which tends to τ as ρ tends to 0."""
+def _decay_quotient(root: np.ndarray, tau: np.ndarray) -> np.ndarray:
+    """(1 − e^(−2ρτ))/(2ρ) for ρ = ``root`` (P, 1) and τ (P, S), without cancellation; its limit for ρ → 0 is τ."""
     s = 2 * root * tau
     small = np.abs(s) < 1e-6
     return tau * np.where(small, 1 - s / 2, -np.expm1(-s) / np.where(small, 1, s))
 
 
-def _share(batch: Batch, inertia: str) -> np.ndarray:
+def _first_share(batch: Batch, inertia: str) -> np.ndarray:
     """J1/(J1 + J2) or μ1/(μ1 + μ2), (P, 1)."""
     first, second = (_column(batch, batch[f"{inertia}{n}"]) for n in (1, 2))
     return first / (first + second)
 
 
 def _column(batch: Batch, value: np.ndarray | float) -> np.ndarray:
-    """A value of the points as (P, 1), to be broadcast with times (P, S)."""
+    """A value (P,), or one for all points, as a column (P, 1) that broadcasts with times (P, S)."""
     column = np.empty((batch.size, 1))
     column[:, 0] = value
     return column

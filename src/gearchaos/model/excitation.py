@@ -1,4 +1,4 @@
-"""Transmission error, mesh stiffness and backlash function at given times and displacements."""
+"""Transmission error and mesh stiffness at given times, and the backlash function."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gearchaos.model.waveforms import TwoLevelStiffness
 
 
 def backlash(z: Any) -> Any:
-    """The backlash function f(z) = z − clamp(z, −1, 1), (2.6) and (2.13) corrected; any shape."""
+    """The backlash function f(z) = z − clip(z, −1, 1), (2.6) and (2.13) corrected; z of any shape."""
     return z - np.clip(z, -1.0, 1.0)
 
 

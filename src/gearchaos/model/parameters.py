@@ -1,4 +1,4 @@
-"""The dimensionless gear mesh: the parameters of equations (2.12)-(2.18) of Łuczko (2008) and their defaults.
+"""`MeshModel`: the parameters of the dimensionless equations (2.12)-(2.18) of Łuczko (2008) and their defaults.
 
 Equation numbers refer to J. Łuczko, *Chaotic vibrations in gear mesh systems*, J. Theor. Appl. Mech. 46(4),
 2008, read with the corrections listed in ``docs/model.md``.
@@ -20,14 +20,14 @@ from gearchaos.model.names import (
     SCALARS,
     STATE_NAMES,
     Kind,
-    check_one_description,
+    check_initial_consistent,
     check_state_name,
     default_stiffness,
-    expand,
+    expand_pairs,
 )
 from gearchaos.model.waveforms import HarmonicStiffness, Stiffness, TransmissionError, TwoLevelStiffness
-from gearchaos.quantities import harmonic, parse
-from gearchaos.validation import number_of
+from gearchaos.quantities import parse, parse_harmonic
+from gearchaos.validation import to_float
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,9 @@ class MeshModel:
         ``full`` is (2.12) with lateral motion of both wheels, ``torsional`` its first two rows (rigid supports),
         ``single`` the relative motion (2.17), which has no bearing friction.
     omega : float
-        Mesh frequency over ω0 = sqrt(c0/m), (2.8), where c0 is the reference stiffness, that at χ = 1. A Fourier
-        stiffness has the time mean c0; a two-level stiffness has c0 (1 + (α − 1) χ1 − (2 − α) χ2).
+        Mesh frequency over ω0 = sqrt(c0/m), (2.8), where c0 is the reference stiffness, i.e. the mesh stiffness where
+        χ = 1. The time mean of a Fourier stiffness is c0, that of a two-level stiffness
+        c0 (1 + (α − 1) χ1 − (2 − α) χ2).
     zeta : float
         Mesh damping ratio k/(2 m ω0), with the same ω0.
     J1, J2 : float
@@ -62,14 +63,14 @@ class MeshModel:
     Raises
     ------
     InputError
-        Naming the field, the rule, the value and what to do.
+        For a value that breaks a rule. The message has the field, the rule, the value and what to do.
 
     Examples
     --------
     >>> MeshModel(omega=1.2, q1=0.1, q2=0.1).period
     5.235987755982989
 
-    `MeshModel.of` takes short names:
+    `MeshModel.of` also takes the names of pairs and harmonics:
 
     >>> MeshModel.of(omega=0.8, eps1=0.1, kind="single").error.amplitudes
     (0.1,)
@@ -101,7 +102,7 @@ class MeshModel:
             if getattr(self, name) is None:
                 object.__setattr__(self, name, 0.0 if self.kind == "single" else 0.01)
         for name in SCALARS:
-            object.__setattr__(self, name, number_of(name, getattr(self, name)))
+            object.__setattr__(self, name, to_float(name, getattr(self, name)))
         self._check_single()
         self._check_parts()
         object.__setattr__(self, "initial", MappingProxyType(self._checked_initial()))
@@ -121,12 +122,12 @@ class MeshModel:
                 raise InputError(name, rule, value, advice)
 
     def _checked_initial(self) -> dict[str, float]:
-        """The initial values as floats; raises `InputError` for a wrong name or value, or two descriptions at once."""
+        """The initial values as floats; raises `InputError` for a wrong name or value, or values for z and x."""
         given = {}
         for name, value in self.initial.items():
             check_state_name(self.kind, name)
-            given[name] = number_of(f"initial.{name}", value)
-        check_one_description(given)
+            given[name] = to_float(f"initial.{name}", value)
+        check_initial_consistent(given)
         return given
 
     def __hash__(self) -> int:
@@ -148,9 +149,9 @@ class MeshModel:
 
     @classmethod
     def of(cls, kind: str = "torsional", **values: Any) -> MeshModel:
-        """A model from short names: ``MeshModel.of(kind="full", kappa=0.5, omega=1.05, eps1=0.04)``.
+        """A model from values by name, e.g. ``MeshModel.of(kind="full", kappa=0.5, omega=1.05, eps1=0.04)``.
 
-        Names as in `with_values`. With amplitudes or phases ``c1``, ``alpha1``, ... the stiffness is a Fourier series.
+        Names as in `with_values`. If one of them is ``c1``, ``alpha1``, ..., the stiffness is a Fourier series.
         """
         return cls(kind=kind, stiffness=default_stiffness(values)).with_values(values)  # type: ignore[arg-type]
 
@@ -169,10 +170,10 @@ class MeshModel:
             For an unknown name or a value that breaks its rule.
         """
         friction = {k: v for k, v in values.items() if parse(k).family == "beta"}
-        model = replace(self, **expand(friction, self)) if friction else self
+        model = replace(self, **expand_pairs(friction, self)) if friction else self
         model = _with_kind(model, values["kind"]) if "kind" in values else model
         model = replace(model, **{k: v for k, v in values.items() if k in _PARTS})
-        flat = expand({k: v for k, v in values.items() if k != "kind" and k not in _PARTS}, model)
+        flat = expand_pairs({k: v for k, v in values.items() if k != "kind" and k not in _PARTS}, model)
         scalars = {k: v for k, v in flat.items() if k in SCALARS}
         initial = {k: v for k, v in flat.items() if k in STATE_NAMES}
         waves = {k: v for k, v in flat.items() if k not in scalars and k not in initial}
@@ -181,11 +182,11 @@ class MeshModel:
             **scalars,
             error=_with_harmonics(model.error, waves, "eps", "theta"),
             stiffness=_with_stiffness(model.stiffness, waves),
-            initial={**_compatible(model.initial, initial), **initial},
+            initial={**_kept_initial(model.initial, initial), **initial},
         )
 
     def parameters(self) -> dict[str, float]:
-        """The value of every parameter by name, pairs left out, e.g. ``{"omega": 1.0, ..., "eps1": 0.1}``."""
+        """The value of every parameter by name, without pairs, e.g. ``{"omega": 1.0, ..., "eps1": 0.1}``."""
         flat = {name: getattr(self, name) for name in SCALARS}
         flat.update(_harmonics(self.error, "eps", "theta"))
         if isinstance(self.stiffness, TwoLevelStiffness):
@@ -208,22 +209,22 @@ _PARTS: dict[str, tuple[tuple[type, ...], str, str]] = {
     ),
     "initial": ((Mapping,), "must be a mapping of coordinates to values", "E.g. {'x1': 0.5}."),
 }
-"""Fields of a model that are not numbers: their types, the rule in words, advice."""
+"""The fields of a model that are not numbers: their types, and the rule and advice of the error for another type."""
 
 
 def _rebuild(values: dict[str, Any]) -> MeshModel:
-    """The model with these fields, for pickle."""
+    """The model with these fields; pickle calls it."""
     return MeshModel(**values)
 
 
 @cache
 def _default(kind: str) -> MeshModel:
-    """The model of a kind with all defaults."""
+    """The model of this kind with default values."""
     return MeshModel(kind=kind)  # type: ignore[arg-type]
 
 
 def _with_kind(model: MeshModel, kind: Any) -> MeshModel:
-    """The same parameters in another kind of model; a default bearing friction becomes that of the new kind."""
+    """The model as another kind; bearing friction that has its default value gets the default of the new kind."""
     if kind not in KINDS:
         raise unknown_name("kind", str(kind), KINDS)
     old, new = _default(model.kind), _default(kind)
@@ -243,9 +244,9 @@ def _harmonics(series: TransmissionError | HarmonicStiffness, amplitude: str, ph
 
 
 def _with_harmonics(series: Any, values: Mapping[str, Any], amplitude: str, phase: str) -> Any:
-    """A Fourier series with amplitudes and phases replaced by name; harmonics in between that are not given are 0."""
+    """A Fourier series with amplitudes and phases replaced by name; lower harmonics that are not given are 0."""
     flat = {**_harmonics(series, amplitude, phase), **values}
-    n = max((p.order or 0 for p in map(harmonic, flat) if p and p.family in (amplitude, phase)), default=0)
+    n = max((p.order or 0 for p in map(parse_harmonic, flat) if p and p.family in (amplitude, phase)), default=0)
     return type(series)(
         tuple(flat.get(f"{amplitude}{j}", 0.0) for j in range(1, n + 1)),
         tuple(flat.get(f"{phase}{j}", 0.0) for j in range(1, n + 1)),
@@ -260,8 +261,8 @@ def _with_stiffness(stiffness: Stiffness, values: Mapping[str, Any]) -> Stiffnes
     return replace(stiffness, **{k: v for k, v in values.items() if k in names})
 
 
-def _compatible(old: Mapping[str, float], new: Mapping[str, Any]) -> dict[str, float]:
-    """The old initial values that can stand beside new ones: either z and z_dot or other coordinates, not both."""
+def _kept_initial(old: Mapping[str, float], new: Mapping[str, Any]) -> dict[str, float]:
+    """The old initial values that may be kept with the new ones: a model has either z and z_dot or the others."""
     if not new:
         return dict(old)
     keep = set(RELATIVE) if new.keys() & set(RELATIVE) else set(STATE_NAMES) - set(RELATIVE)

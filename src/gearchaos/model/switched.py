@@ -1,12 +1,12 @@
-"""A gear mesh as a switched affine system, the form that the flow integrates.
+"""A gear mesh as a switched affine system, the form that `gearchaos.flow` integrates.
 
 The coordinates w of every model begin with z and z', the relative displacement along the line of action and its
 velocity, so that the contact state follows from w[0] alone:
 
     w' = A w + f(τ) − b χ(τ) (w[0] − σ) [σ ≠ 0],    σ = 0 free, +1 front flank (z > 1), −1 back flank (z < −1)
 
-The forcing f(τ) is the constant f0, to whose second row, that of z'', the transmission error adds
-Σ_j (f_cos[j] cos jωτ + f_sin[j] sin jωτ). The mesh damping 2ζz' acts in every contact state, as in (2.12).
+The forcing f(τ) is constant, f0, except for its second row, that of z'', which also has the terms of the transmission
+error, Σ_j (f_cos[j] cos jωτ + f_sin[j] sin jωτ). The mesh damping 2ζz' acts in every contact state, as in (2.12).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class SwitchedAffine:
     omega : (P,)
         Mesh frequency; the period is 2π/omega.
     A : (P, d, d)
-        Linear part without mesh spring, with damping and supports.
+        Linear part: damping and supports, without the mesh spring.
     b : (P, d)
         Direction of the mesh spring force; ``b[:, 0] = 0`` and ``b[:, 1] > 0``.
     f0 : (P, d)
@@ -43,16 +43,20 @@ class SwitchedAffine:
     one_split : bool
         Whether that fraction is the same at all points.
     levels : (P, 2)
-        Stiffness χ without its harmonics, in the first fraction of the period and in the rest.
+        Stiffness χ without its harmonics: in the first fraction of the period, and in the rest.
     chi_cos, chi_sin : (P, K)
-        Harmonics that are added to the stiffness level, (2.7).
+        Cosine and sine coefficients of the harmonics of χ, which are added to the level, (2.7).
     velocity : (P, d)
-        Row that gives x1' (z' in the single model) from w, with ``velocity0`` (P,) and ``velocity_cos``,
-        ``velocity_sin`` (P, H) added.
+        Coefficients of the velocity x1' (z' in the single model), which is
+        velocity · w + velocity0 + Σ_j (velocity_cos[j] cos jωτ + velocity_sin[j] sin jωτ).
+    velocity0 : (P,)
+        Its constant term.
+    velocity_cos, velocity_sin : (P, H)
+        Its harmonic terms.
     mean_velocity : (P,)
-        Mean of that velocity over any steady motion; 0 where no bearing brakes.
+        Mean of x1' over a steady motion; 0 without bearing friction.
     rotation_decay : (P,)
-        Rate at which bearing friction brings the mean rotation to that velocity, where it is in the state; else 0.
+        Rate at which bearing friction brings the mean rotation to that velocity; 0 if it is not in the state.
     damping : (P,)
         2ζ, the factor of z' in the mesh force.
     static_force : (P,)
@@ -101,34 +105,34 @@ class SwitchedAffine:
         return np.trace(self.A, axis1=1, axis2=2)
 
     def take(self, index: np.ndarray) -> SwitchedAffine:
-        """The system of the chosen points, in that order."""
+        """The systems of the points with these indices (N,), in that order."""
         return replace(self, **{k: v[index] for k, v in self.__dict__.items() if isinstance(v, np.ndarray)})
 
 
 def coordinates(batch: Batch) -> tuple[str, ...]:
-    """Names of the coordinates of the dynamic state, of which there are d.
+    """The names of the d coordinates of the dynamic state.
 
-    Where both wheels have the same β/J at all points, the mean rotation has no effect on z and is left out; where both
-    supports have the same κ/μ and ζ, so is the mean lateral motion. d is 2 to 7.
+    If both wheels have the same β/J at all points, the mean rotation has no effect on z and is left out. If both
+    supports have the same κ/μ and ζ, the mean lateral motion is left out. d is from 2 to 7.
     """
     names = ["z", "z_dot"]
     if batch.model.kind == "single":
         return tuple(names)
-    if not np.all(same(batch, "beta", "J")):
+    if not np.all(equal_ratios(batch, "beta", "J")):
         names.append("x2_dot")
     if batch.model.kind == "full":
-        alike = np.all(same(batch, "kappa", "mu")) and np.all(batch["zeta_support1"] == batch["zeta_support2"])
+        alike = np.all(equal_ratios(batch, "kappa", "mu")) and np.all(batch["zeta_support1"] == batch["zeta_support2"])
         names += ["y", "y_dot"] if alike else list(COORDINATES["full"][4:])
     return tuple(names)
 
 
-def same(batch: Batch, over: str, under: str) -> np.ndarray:
+def equal_ratios(batch: Batch, over: str, under: str) -> np.ndarray:
     """Whether over1/under1 equals over2/under2 to rounding, bool, broadcastable to (P,).
 
     Parameters
     ----------
     over, under : str
-        Pairs without number, such as "beta" and "J".
+        Names without the number of the wheel, such as "beta" and "J".
     """
     left, right = (np.asarray(batch[f"{over}{n}"]) / np.asarray(batch[f"{under}{n}"]) for n in (1, 2))
     return np.abs(left - right) <= 4e-16 * np.abs(left)
@@ -140,7 +144,7 @@ def rotation_decay(batch: Batch) -> np.ndarray:
     return np.broadcast_to(2 * friction / inertia, batch.size)
 
 
-def switched(batch: Batch, names: tuple[str, ...] | None = None) -> SwitchedAffine:
+def switched_system(batch: Batch, names: tuple[str, ...] | None = None) -> SwitchedAffine:
     """The switched affine system of a batch.
 
     Parameters
@@ -148,8 +152,8 @@ def switched(batch: Batch, names: tuple[str, ...] | None = None) -> SwitchedAffi
     batch : Batch
         P points.
     names : tuple of str, optional
-        Coordinates of the state; by default those of `coordinates`, the fewest that suffice. A last coordinate "x2"
-        after "x2_dot" is integrated with the others and has no effect on them.
+        Coordinates of the state; by default those of `coordinates`, the smallest set. If the last one is "x2", after
+        "x2_dot", it is integrated with the others and has no effect on them.
     """
     names = names or coordinates(batch)
     rows = _Rows(batch, names)
@@ -163,7 +167,7 @@ def switched(batch: Batch, names: tuple[str, ...] | None = None) -> SwitchedAffi
 
 
 class _Rows:
-    """The arrays of a `SwitchedAffine` while they are filled; parameters by name as (P,), columns by coordinate."""
+    """The arrays of a `SwitchedAffine` while its equations are assembled; ``rows[name]`` is a parameter as (P,)."""
 
     def __init__(self, batch: Batch, names: tuple[str, ...]) -> None:
         self.batch, self.names, self.kind = batch, names, batch.model.kind
@@ -195,7 +199,7 @@ class _Rows:
         return [(c, s), (w * s, -w * c), (-(w**2) * c, -(w**2) * s)][derivative]
 
     def add_error(self, derivative: int, factor: np.ndarray | float) -> None:
-        """Add a derivative of ε times a factor to the right side of z'' = …, the only row that it enters."""
+        """Add a derivative of ε times a factor to the right side of the row z'' = …, the only one that ε is in."""
         c, s = self.error_harmonics(derivative)
         factor = np.broadcast_to(factor, self.batch.size)[:, None]
         self.f_cos += factor * c
@@ -208,7 +212,7 @@ class _Rows:
 
 
 def _torsion(rows: _Rows) -> None:
-    """Fill in the torsional part of (2.12): (x1 − x2)'' − ε'' in the row of z'', and the row of x2''."""
+    """Fill in the torsional part of (2.12): (x1 − x2)'' − ε'' in the row of z'', and the row of x2'', if any."""
     J1, J2 = rows["J1"], rows["J2"]
     b1, b2 = rows["beta1"] / J1, rows["beta2"] / J2
     rows.A[:, 0, 1] = 1.0
@@ -227,14 +231,14 @@ def _torsion(rows: _Rows) -> None:
 
 
 def _lateral(rows: _Rows) -> list[tuple[str, float]]:
-    """The lateral coordinates of the state with the signs with which their sum is y1 − y2."""
+    """The lateral coordinates of the state, with the signs with which they add up to y1 − y2."""
     if rows.has("y"):
         return [("y", 1.0)]
     return [("y1", 1.0), ("y2", -1.0)] if rows.has("y1") else []
 
 
 def _add_rotation(rows: _Rows, factor: np.ndarray) -> None:
-    """Add factor (x1' − x2') = factor (z' + ε' − (y1 − y2)') to z''."""
+    """Add factor (P,) times x1' − x2' = z' + ε' − (y1 − y2)' to the right side of the row z'' = …."""
     rows.A[:, 1, 1] += factor
     rows.add_error(1, factor)
     for name, sign in _lateral(rows):
@@ -242,7 +246,7 @@ def _add_rotation(rows: _Rows, factor: np.ndarray) -> None:
 
 
 def _supports(rows: _Rows) -> None:
-    """Fill in the last two rows of (2.12), or their difference where the state has y1 − y2 alone."""
+    """Fill in the last two rows of (2.12), or their difference if the state has only y = y1 − y2."""
     for name, sign in _lateral(rows):
         n = "1" if name in ("y", "y1") else "2"
         y, mu = rows.at(name), rows[f"mu{n}"]
@@ -270,8 +274,8 @@ def _stiffness(batch: Batch) -> dict[str, np.ndarray]:
 def _velocity(rows: _Rows) -> dict[str, np.ndarray]:
     """The fields of a `SwitchedAffine` that give x1' from w.
 
-    Where the mean rotation is not in the state, it is taken at its steady velocity. Without bearing friction unequal
-    torques have no steady velocity, and it is left out.
+    If the mean rotation is not in the state, its velocity is taken to be the steady one. Without bearing friction there
+    is no steady velocity, and it is taken to be 0.
     """
     n, d = rows.b.shape
     row, zero = np.zeros((n, d)), np.zeros(n)
@@ -281,8 +285,8 @@ def _velocity(rows: _Rows) -> dict[str, np.ndarray]:
         return {"velocity": row, "velocity0": zero, "velocity_cos": flat, "velocity_sin": flat,
                 "mean_velocity": zero, "rotation_decay": zero}
     J1, J2, friction = rows["J1"], rows["J2"], rows["beta1"] + rows["beta2"]
-    slip = rows["q1"] - rows["q2"]
-    mean = np.divide(slip, 2 * friction, out=np.zeros(n), where=friction > 0)
+    excess = rows["q1"] - rows["q2"]
+    mean = np.divide(excess, 2 * friction, out=np.zeros(n), where=friction > 0)
     share = np.ones(n) if rows.has("x2_dot") else J2 / (J1 + J2)
     row[:, 1] = share
     for name, sign in _lateral(rows):
@@ -297,8 +301,10 @@ def _velocity(rows: _Rows) -> dict[str, np.ndarray]:
 
 
 def _static_force(rows: _Rows) -> np.ndarray:
-    """Mean mesh force of a steady motion: from the balance of torques with bearing friction, and of accelerations
-    without."""
+    """Mean mesh force of a steady motion, (P,).
+
+    With bearing friction it follows from the balance of torques, without from equal mean accelerations of both wheels.
+    """
     b1, b2, J1, J2 = rows["beta1"], rows["beta2"], rows["J1"], rows["J2"]
     with_friction = b1 + b2 > 0
     left, right = np.where(with_friction, b2, J2), np.where(with_friction, b1, J1)

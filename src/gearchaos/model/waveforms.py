@@ -1,4 +1,4 @@
-"""The periodic functions of a model as values: transmission error (2.15) and mesh stiffness, (2.16) or (2.7)."""
+"""The periodic functions of a model: transmission error, (2.15), and mesh stiffness, (2.16) or (2.7)."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.quantities import Rule
-from gearchaos.validation import number_of, numbers_of, obey
+from gearchaos.validation import check_rule, to_float, to_floats
 
-_STIFF = Rule(
+_POSITIVE_STIFFNESS = Rule(
     lambda v: v > 0, "must keep the mesh stiffness above 0 (its least value is given)", "Lower the amplitudes.")
 
 
@@ -55,7 +55,7 @@ class TwoLevelStiffness:
 
     def __post_init__(self) -> None:
         for f in fields(self):
-            object.__setattr__(self, f.name, number_of(f.name, getattr(self, f.name)))
+            object.__setattr__(self, f.name, to_float(f.name, getattr(self, f.name)))
 
 
 @dataclass(frozen=True)
@@ -82,9 +82,9 @@ Stiffness = TwoLevelStiffness | HarmonicStiffness
 
 
 def _set_series(series: Any, kind: str) -> None:
-    """Check the amplitudes and phases of a new Fourier series and set missing phases to 0."""
-    amplitudes = numbers_of(f"{kind}.amplitudes", series.amplitudes)
-    phases = numbers_of(f"{kind}.phases", series.phases)
+    """Check the amplitudes and phases of a Fourier series that is being created, and set missing phases to 0."""
+    amplitudes = to_floats(f"{kind}.amplitudes", series.amplitudes)
+    phases = to_floats(f"{kind}.phases", series.phases)
     if len(phases) > len(amplitudes):
         raise InputError(
             f"{kind}.phases", f"must not be longer than amplitudes ({len(amplitudes)})", len(phases),
@@ -103,14 +103,14 @@ def check_stiffness(amplitudes: np.ndarray, phases: np.ndarray) -> None:
         c_j and α_j of one series per point.
     """
     if not np.all(np.abs(amplitudes).sum(axis=0) < 1):
-        obey("stiffness.amplitudes", _lower_bound(amplitudes, phases), _STIFF)
+        check_rule("stiffness.amplitudes", _lower_bound(amplitudes, phases), _POSITIVE_STIFFNESS)
 
 
 def _lower_bound(amplitudes: np.ndarray, phases: np.ndarray) -> np.ndarray:
-    """A lower bound, (points,), of 1 + Σ c_j cos(jθ − α_j) over θ.
+    """A lower bound, (points,), of χ(θ) = 1 + Σ c_j cos(jθ − α_j) over all θ.
 
-    It is the least of 256 samples per harmonic less h²/8 max|χ″|, by which the series can be lower between samples h
-    apart.
+    Between samples at a distance h, χ is at most h²/8 max|χ″| below the lower of the two. There are 256 samples per
+    harmonic.
     """
     order = np.arange(1, len(amplitudes) + 1)
     theta = np.linspace(0, 2 * np.pi, 256 * len(amplitudes), endpoint=False)

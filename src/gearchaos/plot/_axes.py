@@ -49,7 +49,7 @@ def axis_label(array: xr.DataArray | xr.Variable, name: str) -> str:
     """Description, symbol and unit of a variable, e.g. ``frequency $\\omega$``; dimensionless units are left out."""
     unit, found = str(array.attrs.get("units", "1")), _quantity(name)
     dimensional = not set(unit.replace("/", "*").split("*")) <= _SCALES
-    words = (found and found.words) or str(array.attrs.get("long_name", ""))
+    words = (found and found.axis_name) or str(array.attrs.get("long_name", ""))
     tex = symbol(name)
     if dimensional and found is not None and found.physical is not None and found.physical.tex:
         words, tex = found.physical.long_name or words, f"${found.physical.tex}$"

@@ -9,7 +9,7 @@ import xarray as xr
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.quantities import Rule
-from gearchaos.validation import LARGEST, number_of, obey
+from gearchaos.validation import LARGEST, check_rule, to_float
 
 Dims = int | tuple[str, ...]
 """Number of dimensions that a variable must have, each with a coordinate; or the names of its dimensions."""
@@ -75,8 +75,8 @@ def check_name(
 
 def check_positive(field: str, value: Any, most: float = LARGEST) -> float:
     """The value as a float; raises `InputError` unless it is greater than 0 and at most ``most``."""
-    number = number_of(field, value)
-    obey(field, number, Rule(lambda v: 0 < v <= most, f"must be greater than 0, at most {most:g}"), value)
+    number = to_float(field, value)
+    check_rule(field, number, Rule(lambda v: 0 < v <= most, f"must be greater than 0, at most {most:g}"), value)
     return number
 
 

@@ -18,7 +18,7 @@ from gearchaos.plot._checks import check, check_name
 from gearchaos.plot._classes import named_classes
 from gearchaos.plot._zones import class_legend, draw_classes
 from gearchaos.quantities import Rule
-from gearchaos.validation import number_of, obey
+from gearchaos.validation import check_rule, to_float
 
 _NO_VALUE = "0.75"
 """Colour of cells without a value."""
@@ -75,8 +75,8 @@ def _checked_clip(cmap: Any, clip: Any) -> float:
     """``clip`` as a float; raises `InputError` unless it is a percentage and the colormap exists."""
     if not isinstance(cmap, Colormap) and cmap not in list(colormaps):
         raise InputError("cmap", "must be a colormap of matplotlib", cmap, "E.g. 'viridis' or 'magma'.")
-    percent = number_of("clip", clip)
-    obey("clip", percent, Rule(lambda v: 0 <= v <= 100, "must be a percentage, from 0 to 100"), clip)
+    percent = to_float("clip", clip)
+    check_rule("clip", percent, Rule(lambda v: 0 <= v <= 100, "must be a percentage, from 0 to 100"), clip)
     return percent
 
 

@@ -1,8 +1,8 @@
-"""Every name that a user meets, once: its symbol, words, units, rule and range.
+"""The public names: symbol, description, units, rule and range of every parameter, coordinate and result.
 
-A parameter, a coordinate, a response measure or a variable of a result is described by one `Quantity`, a row of a table
-in `gearchaos.quantities.tables`. Files, pictures, pages, error messages and the explorer take their texts, units and
-ranges from there. To add a quantity, write its row; the value itself is computed elsewhere.
+Each is described once, by a `Quantity` in one of the tables in `gearchaos.quantities.tables`. Files, pictures, printed
+pages, error messages and the explorer take their texts, units and ranges from there. To add a quantity, add its row;
+the value itself is computed elsewhere.
 
 >>> quantity("section_x1_dot").symbol
 'x₁′'
@@ -10,7 +10,7 @@ ranges from there. To add a quantity, write its row; the value itself is compute
 3
 """
 
-from gearchaos.quantities.lookup import PAIRS, find, harmonic, quantity
+from gearchaos.quantities.lookup import PARAMETER_PAIRS, find, parse_harmonic, quantity
 from gearchaos.quantities.names import PREFIXES, Name, parse
 from gearchaos.quantities.quantity import NOT_NEGATIVE, POSITIVE, Physical, Quantity, Range, Rule
 from gearchaos.quantities.tables import (
@@ -24,7 +24,7 @@ from gearchaos.quantities.tables import (
 )
 
 __all__ = [
-    "COORDINATES", "HARMONICS", "NOT_NEGATIVE", "PAIRS", "PARAMETERS", "POSITIVE", "PREFIXES", "RESPONSES", "RESULTS",
-    "STIFFNESS_LEVELS", "VERDICTS", "Name", "Physical", "Quantity", "Range", "Rule", "find", "harmonic", "parse",
-    "quantity",
+    "COORDINATES", "HARMONICS", "NOT_NEGATIVE", "PARAMETERS", "PARAMETER_PAIRS", "POSITIVE", "PREFIXES", "RESPONSES",
+    "RESULTS", "STIFFNESS_LEVELS", "VERDICTS", "Name", "Physical", "Quantity", "Range", "Rule", "find", "parse",
+    "parse_harmonic", "quantity",
 ]

@@ -1,4 +1,4 @@
-"""Quantities by name, in any form that a name has."""
+"""Look-up of quantities by any form of their names."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from gearchaos.quantities.tables import (
     RESULTS,
     STIFFNESS_LEVELS,
     VERDICTS,
-    numbered,
+    of_order,
 )
 
-PAIRS: dict[str, tuple[str, str]] = {q.name: q.members for q in (*PARAMETERS, *STIFFNESS_LEVELS) if q.members}
-"""Names that set two parameters at once, and those two."""
+PARAMETER_PAIRS: dict[str, tuple[str, str]] = {q.name: q.members for q in (*PARAMETERS, *STIFFNESS_LEVELS) if q.members}
+"""The names that set a parameter of both wheels, such as ``q0``, each with the names of the two parameters."""
 
 _TABLES = (PARAMETERS, STIFFNESS_LEVELS, COORDINATES, RESPONSES, VERDICTS, RESULTS)
 _BY_NAME = {q.name: q for table in _TABLES for q in table}
@@ -27,19 +27,19 @@ _BY_NAME = {q.name: q for table in _TABLES for q in table}
 
 @lru_cache(maxsize=4096)
 def find(name: str) -> Quantity | None:
-    """The quantity of a name in any form; None if there is none.
+    """The quantity of a name; None if there is none.
 
-    The forms are the name of a row of the tables (``omega``, ``x1_dot``), a family of harmonics with an order
-    (``eps3``), and either of these after one of `PREFIXES` (``attractor_section_x1_dot``). The quantity has the name
+    A name is that of a row of the tables (``omega``, ``x1_dot``), or a family of harmonics with an order (``eps3``),
+    either of them with or without one of `PREFIXES` (``attractor_section_x1_dot``). The quantity is the same with and
     without prefix.
     """
     base = parse(name).base
-    parts = harmonic(base)
-    return _BY_NAME.get(base) if parts is None else numbered(HARMONICS[parts.family], parts.order or 0)
+    parts = parse_harmonic(base)
+    return _BY_NAME.get(base) if parts is None else of_order(HARMONICS[parts.family], parts.order or 0)
 
 
 def quantity(name: str) -> Quantity:
-    """The quantity of a name in any form, as in `find`; raises `InputError` if there is none."""
+    """The quantity of a name, see `find`; raises `InputError` if there is none."""
     found = find(name)
     if found is None:
         raise unknown_name("name", name, _BY_NAME)
@@ -47,7 +47,7 @@ def quantity(name: str) -> Quantity:
 
 
 @lru_cache(maxsize=4096)
-def harmonic(name: str) -> Name | None:
+def parse_harmonic(name: str) -> Name | None:
     """The parts of the name of a harmonic, such as ``eps3``, with a family in `HARMONICS` and an order of at least 1.
 
     None for any other name.

@@ -1,4 +1,4 @@
-"""Names taken apart: prefix, family, order, derivative."""
+"""Parsing of names into prefix, family, order and derivative."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 PREFIXES = ("attractor_section_", "attractor_start_", "attractor_", "section_", "start_")
-"""Of variables of a result: one value per attractor, values at stroboscopic sections, initial values."""
+"""Prefixes of variables of a result: ``attractor_`` one value per attractor, ``section_`` values at the stroboscopic
+section, ``start_`` initial values."""
 
 _PARTS = re.compile(r"([A-Za-z_]+?)(0|[1-9][0-9]{0,17})?(_dot)?")
 
@@ -19,9 +20,10 @@ class Name:
     Attributes
     ----------
     family : str
-        What is left without the other parts.
+        The name without prefix, order and derivative.
     order : int or None
-        Harmonic order of ``eps3``; wheel of ``J1`` and ``x1``; 0 of ``q0`` and ``chi0``; None without number.
+        The number in the name: the harmonic order in ``eps3``, the wheel in ``J1`` and ``x1``, 0 in the parameter pairs
+        ``q0`` and ``chi0``; None without a number.
     derivative : int
         1 where the name ends in ``_dot``, for the derivative with respect to τ; else 0.
     prefix : str
@@ -44,7 +46,7 @@ class Name:
 
 @lru_cache(maxsize=4096)
 def parse(name: str) -> Name:
-    """The parts of a name. A text that has not the form of a name is a family as a whole, but for its prefix."""
+    """The parts of a name. Of a text that does not match the pattern of names, all but the prefix is the family."""
     prefix = next((p for p in PREFIXES if name.startswith(p)), "")
     parts = _PARTS.fullmatch(name, len(prefix))
     if parts is None:

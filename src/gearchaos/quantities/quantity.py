@@ -1,4 +1,4 @@
-"""What is known of one quantity: symbol, words, units, rule and range."""
+"""The description of one quantity: names, symbols, units, rule and range."""
 
 from __future__ import annotations
 
@@ -9,25 +9,26 @@ from typing import Any, NamedTuple
 
 @dataclass(frozen=True)
 class Rule:
-    """What a value must obey.
+    """A condition that values must satisfy.
 
     Attributes
     ----------
     holds : callable
-        Takes a float or an array of floats and returns bool or an array of bool, True where the rule is obeyed.
-    words : str
+        Takes a float or an array of floats and returns a bool or an array of bool of the same shape, True where the
+        rule is satisfied.
+    text : str
         The rule as the predicate of a sentence, e.g. "must be greater than 0".
     advice : str
-        What to do where a value breaks it, or why the rule exists; may be empty.
+        What to do if a value breaks the rule, or why the rule exists; may be empty.
     """
 
     holds: Callable[[Any], Any]
-    words: str
+    text: str
     advice: str = ""
 
 
 class Range(NamedTuple):
-    """Values that the explorer offers: ends of the slider, and the least and the largest value that can be typed."""
+    """The values that the explorer offers: ``low`` to ``high`` on the slider, ``least`` to ``most`` when typed."""
 
     low: float
     high: float
@@ -49,13 +50,13 @@ class Physical:
     scale : str
         Field of `gearchaos.gears.scales.Scales` with the SI value of one dimensionless unit.
     factor : float
-        From the SI unit to the unit shown.
+        The SI unit divided by the unit shown, e.g. 1e6 for µm.
     unit : str
         Unit shown, in the notation of UDUNITS, e.g. "N*m".
     long_name : str
-        Name of the quantity when it has this unit; empty if it is the same as without unit.
+        Name of the physical quantity; empty if it is that of the dimensionless one.
     symbol, tex : str
-        Its symbol then, plain and in mathtext; empty if it is the same as without unit.
+        Symbol of the physical quantity, plain and in mathtext; empty if it is that of the dimensionless one.
     """
 
     scale: str
@@ -68,7 +69,7 @@ class Physical:
 
 @dataclass(frozen=True)
 class Quantity:
-    """One quantity.
+    """The description of a parameter, coordinate, response measure or other variable of a result.
 
     Attributes
     ----------
@@ -78,24 +79,25 @@ class Quantity:
         Symbol in plain Unicode ("ε₁") and in mathtext without dollar signs; empty if it has none.
     long_name : str
         ``long_name`` in files; empty if that is the name itself.
-    words : str
-        Short words for an axis of a picture, before the symbol; empty for ``long_name``.
+    axis_name : str
+        Short name on the axis of a picture, before the symbol; if empty, ``long_name`` is used.
     title : str
-        Words for a field of the explorer or a row of the page of a verdict; empty for what has neither.
+        Name of its field in the explorer, or of its row on the printed page of a verdict; empty if it has neither.
     unit : str
         Dimensionless unit, ``units`` in files: a product of delta (half the backlash), omega0, c0 and T (mesh period).
     physical : Physical or None
-        Unit of a gear pair; None for what is a plain number there too.
+        Physical unit for a given gear pair; None if the quantity is a pure number.
     rule : Rule or None
-        What a value must obey beside being finite.
+        What a value must satisfy besides being finite.
     divisor : bool
         Whether the equations divide by it, so that a value other than 0 must not be tiny.
     range : Range or None
-        What the explorer offers; None for what cannot be set.
+        The values that the explorer offers; None for a quantity that cannot be set.
     members : tuple of str
-        The two parameters that a pair sets; empty for all other quantities.
-    home : str
-        Where a study file has it, if not in ``[model]``.
+        For a parameter pair, a name such as ``q0`` that sets the values of both wheels: the names of the two
+        parameters. Empty for all other quantities.
+    toml_table : str
+        Table of a study file in which it is given; empty for ``[model]``.
     """
 
     name: str
@@ -103,7 +105,7 @@ class Quantity:
     tex: str = ""
     _: KW_ONLY
     long_name: str = ""
-    words: str = ""
+    axis_name: str = ""
     title: str = ""
     unit: str = "1"
     physical: Physical | None = None
@@ -111,7 +113,7 @@ class Quantity:
     divisor: bool = False
     range: Range | None = None
     members: tuple[()] | tuple[str, str] = ()
-    home: str = ""
+    toml_table: str = ""
 
 
 POSITIVE = Rule(lambda v: v > 0, "must be greater than 0")

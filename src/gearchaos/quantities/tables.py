@@ -1,4 +1,4 @@
-"""The tables: a row for every quantity that a user meets.
+"""The tables of quantities, one row for each public name.
 
 Equation numbers refer to J. Łuczko, *Chaotic vibrations in gear mesh systems*, J. Theor. Appl. Mech. 46(4), 2008.
 """
@@ -21,7 +21,7 @@ _VELOCITY = Physical("velocity", 1e3, "mm/s")
 _TIME = Physical("time", 1e3, "ms")
 _FORCE = Physical("force", 1.0, "N")
 _RATE = Physical("rate", 1.0, "1/s")
-_STATE: dict[str, Any] = {"range": Range(-3.0, 3.0, -1000.0, 1000.0), "home": "[initial]"}
+_STATE: dict[str, Any] = {"range": Range(-3.0, 3.0, -1000.0, 1000.0), "toml_table": "[initial]"}
 _SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
 
@@ -43,44 +43,49 @@ def _rate(name: str, long_name: str = "", **fields: Any) -> Quantity:
 def _wheels(
     pair: Quantity, letter: str, tex: str, first: dict[str, Any] | None = None, second: dict[str, Any] | None = None,
 ) -> tuple[Quantity, ...]:
-    """A pair and its two members, which are like the pair but for symbols and the fields ``first`` and ``second``."""
+    """A parameter pair and its two members, one per wheel.
+
+    The members have the fields of the pair except for their symbols and the fields ``first`` and ``second``.
+    """
     members = (
-        replace(pair, name=name, symbol=_lowered(letter, n), tex=f"{tex}_{{{n}}}", words="", members=(), **fields or {})
+        replace(
+            pair, name=name, symbol=_indexed(letter, n), tex=f"{tex}_{{{n}}}", axis_name="", members=(), **fields or {},
+        )
         for n, name, fields in zip((1, 2), pair.members, (first, second), strict=True)
     )
     return pair, *members
 
 
-def _lowered(letter: str, index: object) -> str:
+def _indexed(letter: str, index: object) -> str:
     """A letter with a subscript, in Unicode."""
     return letter + str(index).translate(_SUBSCRIPTS)
 
 
 def _torque(wheel: int, long_name: str) -> Physical:
     """The torque M_n on a wheel."""
-    return Physical(f"torque{wheel}", 1.0, "N*m", long_name, _lowered("M", wheel), f"M_{{{wheel}}}")
+    return Physical(f"torque{wheel}", 1.0, "N*m", long_name, _indexed("M", wheel), f"M_{{{wheel}}}")
 
 
 def _support_stiffness(index: object) -> Physical:
     """The stiffness c_n of a support."""
-    return Physical("stiffness", 1.0, "N/m", "", _lowered("c", index), f"c_{{{index}}}")
+    return Physical("stiffness", 1.0, "N/m", "", _indexed("c", index), f"c_{{{index}}}")
 
 
-def numbered(family: Quantity, order: int) -> Quantity:
-    """The harmonic of an order of a family in `HARMONICS`."""
+def of_order(family: Quantity, order: int) -> Quantity:
+    """The quantity of the harmonic of order ``order`` of a family in `HARMONICS`."""
     physical = family.physical
     if physical is not None:
-        physical = replace(physical, symbol=_lowered(physical.symbol, order), tex=f"{physical.tex}_{{{order}}}")
+        physical = replace(physical, symbol=_indexed(physical.symbol, order), tex=f"{physical.tex}_{{{order}}}")
     return replace(
-        family, name=f"{family.name}{order}", symbol=_lowered(family.symbol, order), tex=f"{family.tex}_{{{order}}}",
+        family, name=f"{family.name}{order}", symbol=_indexed(family.symbol, order), tex=f"{family.tex}_{{{order}}}",
         physical=physical,
     )
 
 
 PARAMETERS: tuple[Quantity, ...] = (
     Quantity(
-        "omega", "ω", r"\omega", long_name="mesh frequency", words="frequency", title="mesh frequency", unit="omega0",
-        physical=Physical("frequency", 1.0, "Hz", "mesh frequency", "f_z", "f_z"), divisor=True,
+        "omega", "ω", r"\omega", long_name="mesh frequency", axis_name="frequency", title="mesh frequency",
+        unit="omega0", physical=Physical("frequency", 1.0, "Hz", "mesh frequency", "f_z", "f_z"), divisor=True,
         rule=replace(POSITIVE, advice="It is the mesh frequency over sqrt(c0/m), (2.8)."),
         range=Range(0.2, 3.0, 0.05, 20.0),
     ),
@@ -91,7 +96,7 @@ PARAMETERS: tuple[Quantity, ...] = (
         "J", "J",
     ),
     *_wheels(
-        Quantity("q0", "q₀", "q_0", words="static load", title="torque", physical=_torque(1, "driving torque"),
+        Quantity("q0", "q₀", "q_0", axis_name="static load", title="torque", physical=_torque(1, "driving torque"),
                  range=Range(0.0, 0.3, -100.0, 100.0), members=("q1", "q2")),
         "q", "q", second={"physical": _torque(2, "resisting torque")},
     ),
@@ -106,7 +111,7 @@ PARAMETERS: tuple[Quantity, ...] = (
         "μ", r"\mu",
     ),
     *_wheels(
-        Quantity("kappa", "κ", r"\kappa", words="support stiffness", title="support stiffness", divisor=True,
+        Quantity("kappa", "κ", r"\kappa", axis_name="support stiffness", title="support stiffness", divisor=True,
                  rule=replace(POSITIVE, advice="For a rigid support use kind='torsional'."),
                  physical=_support_stiffness("1,2"), range=Range(0.1, 10.0, 0.005, 1000.0),
                  members=("kappa1", "kappa2")),
@@ -118,54 +123,59 @@ PARAMETERS: tuple[Quantity, ...] = (
         "ζ", r"\zeta",
     ),
 )
-"""Parameters that are numbers of a model, (2.11), in the order of its fields, and before two of them their pair: a name
-that sets the values of both wheels."""
+"""Scalar parameters of a model, (2.11), in the order of its fields. Parameters of the two wheels follow their pair, the
+name that sets both."""
 
 STIFFNESS_LEVELS: tuple[Quantity, ...] = (
     *_wheels(
         Quantity("chi0", "χ₀", r"\chi_0", title="stiffness step", range=Range(-0.5, 0.75, -0.95, 0.95),
-                 members=("chi1", "chi2"), home="[model.stiffness]"),
+                 members=("chi1", "chi2"), toml_table="[model.stiffness]"),
         "χ", r"\chi", {"rule": _STIFF_PART}, {"rule": _SOFT_PART},
     ),
     Quantity(
         "contact_ratio", "α", r"\alpha", title="contact ratio", range=Range(1.0, 2.0, 1.0, 2.0), rule=_CONTACT_RATIO,
-        home="[model.stiffness]",
+        toml_table="[model.stiffness]",
     ),
 )
-"""Parameters of a two-level stiffness, (2.16), with the pair that sets both levels."""
+"""Parameters of a two-level stiffness, (2.16), and the parameter pair that sets both levels."""
 
 HARMONICS: dict[str, Quantity] = {q.name: q for q in (
     Quantity(
-        "eps", "ε", r"\varepsilon", words="error amplitude", title="error amplitude",
+        "eps", "ε", r"\varepsilon", axis_name="error amplitude", title="error amplitude",
         physical=replace(_LENGTH, symbol="e", tex="e"), range=Range(0.0, 0.3, -10.0, 10.0),
-        home="[model.error], as amplitudes or phases",
+        toml_table="[model.error], as amplitudes or phases",
     ),
     Quantity(
         "theta", "θ", r"\theta", title="error phase", range=Range(-3.2, 3.2, -100.0, 100.0),
-        home="[model.error], as amplitudes or phases",
+        toml_table="[model.error], as amplitudes or phases",
     ),
-    Quantity("c", "c", "c", title="stiffness amplitude", range=Range(-0.5, 0.5, -0.95, 0.95), home="[model.stiffness]"),
+    Quantity(
+        "c", "c", "c", title="stiffness amplitude", range=Range(-0.5, 0.5, -0.95, 0.95),
+        toml_table="[model.stiffness]",
+    ),
     Quantity(
         "alpha", "α", r"\alpha", title="stiffness phase", range=Range(-3.2, 3.2, -100.0, 100.0),
-        home="[model.stiffness]",
+        toml_table="[model.stiffness]",
     ),
 )}
-"""Amplitudes and phases of the Fourier series (2.15) and (2.7), by family; a name has the harmonic order: ``eps3``."""
+"""Amplitudes and phases of the Fourier series (2.15) and (2.7), by family. A name is a family and a harmonic order:
+``eps3``."""
 
 COORDINATES: tuple[Quantity, ...] = (
-    _length("z", "dynamic transmission error", symbol="z", tex="z", words="displacement", **_STATE),
-    _velocity("z_dot", "velocity of the dynamic transmission error", symbol="z′", tex=r"\dot{z}", words="velocity",
+    _length("z", "dynamic transmission error", symbol="z", tex="z", axis_name="displacement", **_STATE),
+    _velocity("z_dot", "velocity of the dynamic transmission error", symbol="z′", tex=r"\dot{z}", axis_name="velocity",
               **_STATE),
-    _length("x1", symbol="x₁", tex="x_{1}", words="displacement", **_STATE),
-    _velocity("x1_dot", symbol="x₁′", tex=r"\dot{x}_{1}", words="velocity", **_STATE),
-    _length("x2", symbol="x₂", tex="x_{2}", words="displacement", **_STATE),
-    _velocity("x2_dot", symbol="x₂′", tex=r"\dot{x}_{2}", words="velocity", **_STATE),
+    _length("x1", symbol="x₁", tex="x_{1}", axis_name="displacement", **_STATE),
+    _velocity("x1_dot", symbol="x₁′", tex=r"\dot{x}_{1}", axis_name="velocity", **_STATE),
+    _length("x2", symbol="x₂", tex="x_{2}", axis_name="displacement", **_STATE),
+    _velocity("x2_dot", symbol="x₂′", tex=r"\dot{x}_{2}", axis_name="velocity", **_STATE),
     _length("y1", symbol="y₁", tex="y_{1}", **_STATE),
     _velocity("y1_dot", symbol="y₁′", tex=r"\dot{y}_{1}", **_STATE),
     _length("y2", symbol="y₂", tex="y_{2}", **_STATE),
     _velocity("y2_dot", symbol="y₂′", tex=r"\dot{y}_{2}", **_STATE),
 )
-"""Coordinates and velocities, (2.10) and (2.14): z, arc lengths x of the wheels, displacements y of their centres."""
+"""Coordinates and velocities, (2.10) and (2.14), in units of half the backlash: the relative displacement z, the
+rotations of the wheels as arc lengths x on the base circles, and the displacements y of their centres."""
 
 RESPONSES: tuple[Quantity, ...] = (
     _velocity("v_rms", "rms velocity", symbol="V_RMS", tex=r"V_\mathrm{RMS}", title="rms velocity V_RMS"),
@@ -181,13 +191,13 @@ RESPONSES: tuple[Quantity, ...] = (
     Quantity("switches", long_name="contact switches per mesh period", unit="1/T"),
     Quantity("switches_per_period", long_name="contact switches per mesh period", unit="1/T"),
 )
-"""Response measures of a motion. The page of a verdict shows those with a title, in this order."""
+"""Response measures of a motion. The printed page of a verdict shows those with a title, in this order."""
 
 VERDICTS: tuple[Quantity, ...] = (
     Quantity("label", long_name="kind of motion"),
     Quantity("period", long_name="period", unit="T"),
     Quantity("reason", long_name="reason of the verdict"),
-    _rate("lyapunov", "largest Lyapunov exponent", symbol="λ₁", tex=r"\lambda_1", words="largest exponent"),
+    _rate("lyapunov", "largest Lyapunov exponent", symbol="λ₁", tex=r"\lambda_1", axis_name="largest exponent"),
     _rate("lyapunov_lo", "lower end of its 99 % interval"),
     _rate("lyapunov_hi", "upper end of its 99 % interval"),
     _rate("lyapunov_ci", "99 % intervals of the Lyapunov exponents"),
@@ -203,9 +213,10 @@ VERDICTS: tuple[Quantity, ...] = (
     Quantity("rotation", long_name="rotation number, or a multiple of it", unit="1/T"),
     Quantity("transient_chaos", long_name="whether chaos came before the motion settled"),
     Quantity("periods_spent", long_name="transient and exponent run", title="mesh periods computed", unit="T"),
-    Quantity("spectral_label", long_name="kind of motion by the spectrum alone", title="second opinion (spectrum)"),
+    Quantity("spectral_label", long_name="kind of motion by the spectrum alone", title="kind by the spectrum alone"),
 )
-"""The kind of motion and its evidence. The page of a verdict shows what has a title, after the responses."""
+"""The kind of motion and its evidence. The printed page of a verdict shows the rows with a title, after the response
+measures."""
 
 RESULTS: tuple[Quantity, ...] = (
     Quantity("tau", "τ", r"\tau", long_name="time", unit="1/omega0", physical=_TIME),
@@ -233,4 +244,4 @@ RESULTS: tuple[Quantity, ...] = (
     Quantity("boundary_basin_entropy", long_name="boundary basin entropy", unit="nat"),
     Quantity("uncertainty_exponent", long_name="uncertainty exponent of the boundary"),
 )
-"""Other variables of results: time, force, and what describes a set of attractors or a map."""
+"""Other variables of results: time, mesh force, and variables of attractors, basins and maps."""

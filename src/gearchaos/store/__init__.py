@@ -1,1 +1,1 @@
-"""Studies that survive: computed tile by tile into a store on disk, resumed after any death, spread over machines."""
+"""Durable runs: a study is computed tile by tile into a store on disk, resumed if it stops, shared among machines."""

@@ -1,4 +1,4 @@
-"""The arrays of a store and their metadata."""
+"""The Zarr arrays of a store and their metadata."""
 
 from __future__ import annotations
 
@@ -15,25 +15,26 @@ import zarr
 from gearchaos.errors import InputError
 from gearchaos.store.chunks import CODECS
 from gearchaos.store.tiles import Grid
+from gearchaos.studies.fill_values import fill_value
 from gearchaos.studies.study import Study
-from gearchaos.studies.verdict_variables import blank
 
 FORMAT = 1
+"""Version of the layout of a store; a store of another version cannot be opened."""
 
 ITEMS = "pieces"
-"""Folder of the arrays of work items of a study whose Dataset is made from them at the end."""
+"""Folder of the results of work items, for a study whose Dataset is computed from them at the end."""
 
 
 @dataclass(frozen=True)
 class ArraySpec:
-    """Type of the numbers of an array, and its shape for one work item."""
+    """The dtype of an array of results, and its shape for one work item."""
 
     dtype: str
     shape: tuple[int, ...]
 
 
 def create_arrays(path: Path, study: Study, arrays: dict[str, ArraySpec], grid: Grid) -> None:
-    """Make a new folder with the empty arrays of all work items, and with the coordinates of the Dataset."""
+    """Create a folder with empty arrays for the results of all work items, and with the coordinates of the Dataset."""
     zeros = {n: np.broadcast_to(np.zeros((), a.dtype), (study.count, *a.shape)) for n, a in arrays.items()}
     empty = study.finish(zeros) if study.gridded else xr.Dataset()
     xr.Dataset(coords=empty.coords, attrs=empty.attrs).to_zarr(path, mode="w-", zarr_format=3, consolidated=False)
@@ -42,42 +43,43 @@ def create_arrays(path: Path, study: Study, arrays: dict[str, ArraySpec], grid: 
         labels = empty[name] if study.gridded else None
         group.create_array(
             name, shape=(*grid.shape, *values.shape[1:]), chunks=(*grid.tile, *values.shape[1:]), dtype=values.dtype,
-            fill_value=blank(name, values.dtype), compressors=CODECS,
+            fill_value=fill_value(name, values.dtype), compressors=CODECS,
             dimension_names=None if labels is None else [str(d) for d in labels.dims],
             attributes=None if labels is None else _plain(labels.attrs),
         )
-    zarr.open_group(path / "run", mode="w-", zarr_format=3)  # Zarr warns of a folder in a group that is no group
+    zarr.open_group(path / "run", mode="w-", zarr_format=3)  # as a group, since Zarr warns of other folders
     _consolidate(path)
 
 
 def restore_metadata(path: Path, fresh: Path) -> None:
-    """Copy the files of a newly made, empty store over those of a store; chunks with results stay."""
+    """Replace metadata and coordinates of a store by those of a newly created empty store; results are kept."""
     for one in fresh.rglob("*"):
         _check_kind(path / one.relative_to(fresh), one.is_dir())
     shutil.copytree(fresh, path, dirs_exist_ok=True)
 
 
 def _check_kind(path: Path, folder: bool) -> None:
-    """Raise `InputError` if a file lies where a store has a folder, or the other way round."""
+    """Raise `InputError` if ``path`` is a file but a store has a folder there, or the other way round."""
     if path.exists() and not (path.is_dir() if folder else path.is_file()):
-        kind = "folders" if folder else "files"
-        raise InputError("store", f"must have {kind} where its own lie", str(path), "Remove it and run again.")
+        kind = "folder" if folder else "file"
+        raise InputError("store", f"must have a {kind} at this path", str(path), "Remove it and run again.")
 
 
 def add_results(dataset: xr.Dataset, path: Path) -> None:
     """Add the variables of a finished Dataset to a store."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # Zarr warns that format 3 does not specify strings yet
+        warnings.simplefilter("ignore")  # Zarr warns that format 3 does not yet specify strings
         dataset.to_zarr(path, mode="a", zarr_format=3, consolidated=False)
     _consolidate(path)
 
 
 def _consolidate(path: Path) -> None:
-    """Gather the metadata of all arrays in one file, from which xarray opens the store at once."""
+    """Collect the metadata of all arrays in one file, so that xarray need not search the folder."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Zarr warns that format 3 does not specify this, and of files in run/
         zarr.consolidate_metadata(path, zarr_format=3)
 
 
 def _plain(attributes: dict[Any, Any]) -> dict[str, Any]:
+    """Attributes with lists for NumPy arrays, as JSON needs them."""
     return {str(k): v.tolist() if hasattr(v, "tolist") else v for k, v in attributes.items()}

@@ -13,5 +13,5 @@ def checksums(root: Path, files: Iterable[Path]) -> dict[str, int]:
 
 
 def differing(root: Path, expected: dict[str, int]) -> list[str]:
-    """Names of files that are missing or have another checksum."""
+    """The names of the files that are missing or have a checksum other than the expected one."""
     return [n for n, s in expected.items() if not (root / n).is_file() or zlib.crc32((root / n).read_bytes()) != s]

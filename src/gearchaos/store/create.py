@@ -1,4 +1,4 @@
-"""Making a new store, and repairing the files of a store that hold no results."""
+"""Creating a store, and repairing those of its files that hold no results of tiles."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from gearchaos.studies.study import Study
 
 
 def versions(study: Study) -> dict[str, str]:
-    """Versions of the packages that decide the numbers."""
+    """The versions of the packages on which results depend, by attribute of a Dataset."""
     return {n: v for n, v in provenance(study.kind, study.model).items() if n.endswith("_version")}
 
 
 def create(path: Path, study: Study, grid: Grid) -> Store:
-    """Make a new store, completely or not at all; a study of a single tile is computed with it."""
+    """Create a store, completely or not at all. A study that is a single tile is computed at the same time."""
     if not path.parent.is_dir():
         raise InputError("--out", "must lie in an existing folder", str(path), "Create the folder first.")
-    begin = time.perf_counter()
+    started = time.perf_counter()
     sample = _sample(study, grid)
     arrays = {n: ArraySpec(v.dtype.str, v.shape[1:]) for n, v in sample.items()}
     store = Store(path, study, grid, arrays, versions(study))
@@ -43,25 +43,25 @@ def create(path: Path, study: Study, grid: Grid) -> Store:
         draft.write_checksums()
         if grid.count == 1:
             draft.write(0, sample)
-            draft.set_status(0, TileStatus(True, time.perf_counter() - begin, process_name()))
+            draft.set_status(0, TileStatus(True, time.perf_counter() - started, process_name()))
         os.rename(draft.path, path)
     return store
 
 
 def _sample(study: Study, grid: Grid) -> dict[str, np.ndarray]:
-    """Results of one work item, or of the only tile: they tell names, types and shapes of the arrays."""
+    """Results (L, ...) of one work item, or of the only tile: the arrays get their names, dtypes and shapes."""
     error: Exception | None = None
-    some = [np.array([n]) for n in dict.fromkeys((0, study.count // 2, study.count - 1))]
-    for items in [grid.items(0)] if grid.count == 1 else some:
+    single = [np.array([n]) for n in dict.fromkeys((0, study.count // 2, study.count - 1))]
+    for items in [grid.items(0)] if grid.count == 1 else single:
         try:
             return study.compute(items)
-        except Exception as failure:  # one item may fail; the run reports its tile
+        except Exception as failure:  # one of the items may fail; the run will report its tile
             error = failure
-    raise InputError("study", "must have pieces that can be computed", type(error).__name__, f"{error}")
+    raise InputError("study", "must have work items that can be computed", type(error).__name__, f"{error}")
 
 
 def _write_description(store: Store) -> None:
-    """Write ``run/study.json``, and make the folders of the tiles' statuses and the writers' locks."""
+    """Write ``run/study.json``, and create the folders for the statuses of tiles and the locks of writers."""
     description = {
         "format": FORMAT, "study": to_record(store.study), "grid": asdict(store.grid),
         "arrays": {n: asdict(a) for n, a in store.arrays.items()}, "versions": store.versions, "machine": machine(),
@@ -72,7 +72,10 @@ def _write_description(store: Store) -> None:
 
 
 def repair(store: Store) -> None:
-    """Write metadata and coordinates anew; results that do not lie in tiles are written when the run finishes."""
+    """Write metadata and coordinates again.
+
+    Results that are computed from all tiles are deleted; they are written again when the run finishes.
+    """
     if not store.study.gridded:
         for result in (f for f in store.path.iterdir() if f.is_dir() and f.name not in ("run", ITEMS)):
             shutil.rmtree(result)

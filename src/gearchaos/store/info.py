@@ -1,4 +1,4 @@
-"""Progress of a run as its store shows it, whoever computes it and wherever."""
+"""The progress of a run, as found in its store, wherever it is being computed."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ import numpy as np
 from gearchaos.store.store import Store, TileStatus
 
 _PAUSE = 20.0
+"""An interval without a finished tile is a pause of the run if it is this many times as long as the median interval."""
 
 
 def summary(store: Store) -> dict[str, Any]:
-    """Tiles and work items done, failures, the rate and the time left, as JSON-ready values.
+    """Tiles and work items done, failures, the rate and the time left, as values for JSON.
 
-    ``seconds`` is the computing time of the tiles, summed over all workers; ``pieces_per_second`` is the rate of work
-    items while the run was active, None before two tiles are done.
+    ``pieces`` are work items. ``seconds`` is the computing time of the tiles, summed over all workers;
+    ``pieces_per_second`` is the rate while the run was active, None before two tiles are done.
     """
     statuses, grid = store.statuses(), store.grid
     done = [n for n, s in statuses.items() if s.done]
@@ -36,19 +37,18 @@ def summary(store: Store) -> dict[str, Any]:
 
 
 def _rate(store: Store, statuses: dict[int, TileStatus]) -> float | None:
-    """Work items per second between the times at which tiles were done, without pauses: intervals that are much longer
-    than the median."""
+    """Work items per second between the first and the last finished tile, without pauses; None before two are done."""
     done = sorted((s.at, store.grid.size(n)) for n, s in statuses.items() if s.done)
     if len(done) < 2:
         return None
     times, sizes = np.array(done).T
     steps = np.diff(times)
-    busy = steps <= _PAUSE * np.median(steps) + 1e-3
-    return float(sizes[1:][busy].sum() / max(steps[busy].sum(), 1e-3))
+    active = steps <= _PAUSE * np.median(steps) + 1e-3
+    return float(sizes[1:][active].sum() / max(steps[active].sum(), 1e-3))
 
 
 def _bytes(path: Path) -> int:
-    """Total size of all files; those that vanish meanwhile, as temporary files do, are left out."""
+    """Total size of all files; files that are deleted meanwhile, as temporary ones are, are left out."""
     total = 0
     for folder, _, names in os.walk(path):
         for name in names:

@@ -1,4 +1,4 @@
-"""The machine and the process that compute, as a store records them."""
+"""The machine and the process that compute, as recorded in a store."""
 
 from __future__ import annotations
 
@@ -14,6 +14,6 @@ def process_name() -> str:
 
 
 def machine() -> dict[str, Any]:
-    """Operating system, processor, cores and Python version."""
+    """Operating system, processor architecture, number of cores and Python version."""
     return {"system": platform.platform(), "processor": platform.machine(), "cores": os.cpu_count(),
             "python": platform.python_version()}

@@ -1,4 +1,4 @@
-"""A study as the JSON record that its store keeps: everything that decides its result."""
+"""Conversion of a study to the JSON record in its store, which has everything that determines the result."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from gearchaos.studies.study import Study
 
 
 def to_record(study: Study) -> dict[str, Any]:
-    """All fields of a study as JSON-ready values.
+    """All fields of a study as values for JSON.
 
-    Defaults are written out, so that the record stays whole when a later version has other defaults. The classification
-    settings have the names of format 1, see `FORMER_NAMES`.
+    Default values are included, so that the record does not depend on the defaults of a later version. The
+    classification settings have the names of format 1, ``budget`` and those of `FORMER_NAMES`.
     """
     options = {name: getattr(study, name) for name in study.option_types()}
     settings = getattr(study, "settings", None)
@@ -34,7 +34,7 @@ def to_record(study: Study) -> dict[str, Any]:
 
 
 def from_record(record: Mapping[str, Any]) -> Study:
-    """The inverse of `to_record`; raises `InputError` for a record of no study."""
+    """The inverse of `to_record`; raises `InputError` if the record describes no study."""
     kind = study_class(record["kind"])
     types, axes = kind.option_types(), record["axes"]
     if len(axes) != len(kind.axis_fields):
@@ -50,21 +50,23 @@ def from_record(record: Mapping[str, Any]) -> Study:
 
 
 def _settings_record(settings: Classification) -> dict[str, Any]:
+    """Classification settings by their names in format 1."""
     return {former: getattr(settings, name) for former, name in FORMER_NAMES.items()}
 
 
 def _settings(record: Mapping[str, Any]) -> Classification:
+    """The inverse of `_settings_record`."""
     values: dict[str, Any] = {FORMER_NAMES[former]: value for former, value in record.items()}
     return Classification(**{**values, "transient_lengths": tuple(values["transient_lengths"])})
 
 
-def differences(stored: Mapping[str, Any], asked: Mapping[str, Any], field: str = "") -> list[str]:
-    """Where two records differ: "field: stored value in the store, other value asked for"."""
+def differences(stored: Mapping[str, Any], requested: Mapping[str, Any], field: str = "") -> list[str]:
+    """The differences of two records, each as a text "field: stored value in the store, other value asked for"."""
     out = []
-    for name in sorted(stored.keys() | asked.keys()):
-        one, other, where = stored.get(name), asked.get(name), f"{field}{name}"
-        if isinstance(one, Mapping) and isinstance(other, Mapping):
-            out += differences(one, other, f"{where}.")
-        elif one != other:
-            out.append(f"{where}: {one!r} in the store, {other!r} asked for")
+    for name in sorted(stored.keys() | requested.keys()):
+        old, new, where = stored.get(name), requested.get(name), f"{field}{name}"
+        if isinstance(old, Mapping) and isinstance(new, Mapping):
+            out += differences(old, new, f"{where}.")
+        elif old != new:
+            out.append(f"{where}: {old!r} in the store, {new!r} asked for")
     return out

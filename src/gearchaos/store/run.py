@@ -1,4 +1,4 @@
-"""Running a study: in memory, or into a store that is resumed where an earlier run stopped."""
+"""Running a study: in memory, or into a store, in which a run continues where an earlier one stopped."""
 
 from __future__ import annotations
 
@@ -21,25 +21,27 @@ from gearchaos.execute.progress import bar
 from gearchaos.store.create import create, repair, versions
 from gearchaos.store.machine import process_name
 from gearchaos.store.record import differences, to_record
-from gearchaos.store.store import Store, TileStatus, read
-from gearchaos.store.tiles import cut
-from gearchaos.store.writers import Shard, writing
+from gearchaos.store.store import Store, TileStatus, open_store
+from gearchaos.store.tiles import divide
+from gearchaos.store.writers import Shard, write_lock
 from gearchaos.studies.study import Study
 
 ATTEMPTS = 3
-"""Attempts at a tile before it is reported as failed."""
+"""Number of attempts at a tile before it is reported as failed."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended.
+    """The result of a run into a store.
 
     Attributes
     ----------
-    done, count : int
-        Tiles of the store that are done, and all of its tiles.
+    done : int
+        Number of tiles of the store that are done.
     failed : dict of int to str
-        Errors of the tiles that failed, by number.
+        The errors of the tiles that failed, by number of the tile.
+    count : int
+        Number of all tiles of the store.
     """
 
     done: int
@@ -52,7 +54,7 @@ def run(
     processes: int | None = None, scheduler: str | None = None, cluster: str | None = None, jobs: int | None = None,
     tile: int | None = None, shard: str | None = None, progress: bool = False,
 ) -> xr.Dataset | Outcome:
-    """Run any study.
+    """Compute any study, in memory or into a store.
 
     Parameters
     ----------
@@ -62,44 +64,46 @@ def run(
         Folder of a store: a new one, or one in which an earlier run of the same study stopped. Without it the study is
         computed in memory.
     threads, processes : int, optional
-        Work items, or tiles of a store, computed at once; one thread per core by default. Processes need ``out``.
+        Number of threads, or with ``out`` of processes instead; one thread per core by default. Each computes a part of
+        the study, with ``out`` a tile, at a time.
     scheduler, cluster, jobs
         With ``out``: the address of a Dask scheduler, or ``"slurm"`` and a number of jobs.
     tile : int, optional
-        With ``out``: largest number of work items in a tile, for a new store.
+        With ``out``: largest number of work items (cells, columns, initial values) in a tile, for a new store.
     shard : str, optional
-        With ``out``: "2/3" computes the second third of the tiles; other processes compute the others.
+        With ``out``: "2/3" computes only every third tile from the second; other processes compute "1/3" and "3/3".
     progress : bool
         Show progress bars and messages on stderr.
 
     Returns
     -------
     xarray.Dataset or Outcome
-        The result; with ``out`` the numbers of tiles done and failed. `xarray.open_zarr` opens the store.
+        The result; with ``out`` which tiles are done and failed. `xarray.open_zarr` opens the store.
 
     Raises
     ------
     InputError
-        If an option is wrong, or the folder is no store, holds another study or has another writer.
+        If an option is wrong, or if the folder is not a store, has another study or has another writer.
     OSError
-        If the store cannot be written to, or the workers are lost; what is done is kept.
+        If the store cannot be written to, or the connection to the workers is lost; tiles that are done are kept.
     """
     if not isinstance(study, Study):
         raise InputError("study", "must be a study", f"a {type(study).__name__}", "E.g. gearchaos.Zones(model, x, y).")
-    elsewhere = {"processes": processes, "scheduler": scheduler, "cluster": cluster, "jobs": jobs, "tile": tile,
-                 "shard": shard}
+    store_options = {"processes": processes, "scheduler": scheduler, "cluster": cluster, "jobs": jobs,
+                     "tile": tile, "shard": shard}
     if out is None:
-        for name, value in elsewhere.items():
+        for name, value in store_options.items():
             if value is not None:
                 raise InputError(name, "needs out, the folder of a store", value, "E.g. out='map.zarr'.")
         return study.run(progress=progress, threads=threads)
     return run_into_store(
-        study, out, tile=tile, pool=pools.choose(threads, processes, scheduler, cluster, jobs),
+        study, out, tile=tile, pool=pools.pool_from_options(threads, processes, scheduler, cluster, jobs),
         shard=None if shard is None else Shard.parse(shard), say=_say if progress else _silent, progress=progress,
     )
 
 
 def _say(line: str) -> None:
+    """Print a line on stderr."""
     print(line, file=sys.stderr, flush=True)
 
 
@@ -108,7 +112,7 @@ def _silent(_: str) -> None:
 
 
 def run_into_store(
-    study: Study, path: str | os.PathLike[str], *, tile: int | None = None, pool: pools.PoolMaker | None = None,
+    study: Study, path: str | os.PathLike[str], *, tile: int | None = None, pool: pools.PoolFactory | None = None,
     shard: Shard | None = None, say: Callable[[str], None] = _silent, progress: bool = False,
 ) -> Outcome:
     """Compute a study into a store, or resume it.
@@ -117,30 +121,30 @@ def run_into_store(
     ----------
     study : Study
     path : path
-        The folder of the store, made if it does not exist.
+        The folder of the store, created if it does not exist.
     tile : int, optional
         Largest number of work items in a tile; for a new store only.
-    pool : PoolMaker, optional
+    pool : PoolFactory, optional
         Threads of this process by default; see `gearchaos.execute.pools`.
     shard : Shard, optional
         Compute only these tiles; other processes or machines compute the others into the same store.
     say : callable
-        Takes lines of text for the user.
+        Called with each line of text for the user.
     progress : bool
         Show a progress bar on stderr.
 
     Raises
     ------
     InputError
-        If the folder is no store, holds another study, or has another writer.
+        If the folder is not a store, has another study, or has another writer.
     OSError
-        If the store cannot be written to, or the pool of workers is lost; the tiles done so far are kept.
+        If the store cannot be written to, or the connection to the workers is lost; tiles that are done are kept.
     """
     store, shard = _opened(study, Path(path).absolute(), tile, say, progress), shard or Shard()
-    mine = shard.tiles(store.grid.count)
-    with writing(store.path / "run" / "writers", shard):
-        _repair(store, mine, say)
-        _compute(store, mine, pool or pools.thread_pool(), progress)
+    own_tiles = shard.tiles(store.grid.count)
+    with write_lock(store.path / "run" / "writers", shard):
+        _repair(store, own_tiles, say)
+        _compute(store, own_tiles, pool or pools.thread_pool(), progress)
         if store.complete:
             store.finish(progress=progress)
     statuses = store.statuses()
@@ -149,38 +153,38 @@ def run_into_store(
 
 
 def _opened(study: Study, path: Path, tile: int | None, say: Callable[[str], None], progress: bool) -> Store:
-    """The store at this path, made if it does not exist; tells how long the rest may take."""
+    """The store at this path, created if it does not exist; tells the user how long the rest may take."""
     if path.is_symlink() and not path.exists():
         raise InputError("--out", "must not be a link to nothing", str(path), "Remove it, or make what it points to.")
     if not path.exists():
         try:
             study.cost.announce(progress)
-            return create(path, study, cut(study, tile))
+            return create(path, study, divide(study, tile))
         except OSError:
-            if not path.exists():  # otherwise another shard made it first
+            if not path.exists():  # otherwise another shard has created it meanwhile
                 raise
-    store = read(path)
-    unlike = differences(to_record(store.study), to_record(study))
-    if unlike:
-        raise InputError("store", "must hold the same study", str(path), "; ".join(unlike) + ".")
+    store = open_store(path)
+    differing = differences(to_record(store.study), to_record(study))
+    if differing:
+        raise InputError("store", "must hold the same study", str(path), "; ".join(differing) + ".")
     done = sum(s.done for s in store.statuses().values())
     study.cost.announce(progress and not store.complete)
     say(f"{path.name}: {done} of {store.grid.count} tiles are done already")
     for line in differences(store.versions, versions(study)):
         say(f"warning: the store was begun with other versions, {line}; results may differ in the last digits")
-    if tile is not None and cut(study, tile) != store.grid:
+    if tile is not None and divide(study, tile) != store.grid:
         say(f"the store's own tiles of {' x '.join(map(str, store.grid.tile))} are kept")
     return store
 
 
-def _repair(store: Store, mine: range, say: Callable[[str], None]) -> None:
-    """Write damaged files of the store anew, and clear the status of tiles whose data are damaged."""
+def _repair(store: Store, own_tiles: range, say: Callable[[str], None]) -> None:
+    """Write damaged files of the store again, and clear the status of those of these tiles whose data are damaged."""
     with FileLock(store.path / "run" / "finish.lock"):
         damaged_files = store.damaged_files()
         if damaged_files:
             say(f"damaged files of the store are written anew: {', '.join(damaged_files)}")
             repair(store)
-    damaged = store.damaged_tiles(mine)
+    damaged = store.damaged_tiles(own_tiles)
     for number in damaged:
         store.clear_status(number)
     if damaged:
@@ -188,12 +192,12 @@ def _repair(store: Store, mine: range, say: Callable[[str], None]) -> None:
         (store.path / "run" / "finished").unlink(missing_ok=True)
 
 
-def _compute(store: Store, mine: range, pool: pools.PoolMaker, progress: bool) -> None:
-    """Compute all tiles side by side, then those that failed one at a time, so that only a faulty tile fails again."""
+def _compute(store: Store, own_tiles: range, pool: pools.PoolFactory, progress: bool) -> None:
+    """Compute these tiles in parallel, then those that failed one at a time, so that only a faulty one fails again."""
     statuses, size = store.statuses(), store.grid.size
-    todo, errors = [n for n in mine if not (n in statuses and statuses[n].done)], dict[int, str]()
-    total = sum(map(size, mine))
-    with bar("pieces" if progress else None, total, total - sum(map(size, todo))) as advance:
+    todo, errors = [n for n in own_tiles if not (n in statuses and statuses[n].done)], dict[int, str]()
+    total = sum(map(size, own_tiles))
+    with bar("work items" if progress else None, total, total - sum(map(size, todo))) as advance:
         for attempt in range(1, ATTEMPTS + 1):
             errors = _attempt(store, todo, pool, attempt, advance)
             todo = sorted(errors)
@@ -202,9 +206,9 @@ def _compute(store: Store, mine: range, pool: pools.PoolMaker, progress: bool) -
 
 
 def _attempt(
-    store: Store, todo: list[int], pool: pools.PoolMaker, attempt: int, advance: Callable[[int], None]
+    store: Store, todo: list[int], pool: pools.PoolFactory, attempt: int, advance: Callable[[int], None]
 ) -> dict[int, str]:
-    """Try each of these tiles once; returns the errors of those that failed. A pool that breaks is opened anew."""
+    """Try each of these tiles once, with a new pool if one breaks; returns the errors of those that failed."""
     errors, left = dict[int, str](), list(todo)
     while left:
         done = set[int]()
@@ -222,40 +226,42 @@ def _attempt(
 
 
 def _error(future: Future[str | None]) -> str | None:
-    """The error of a tile as text; raises an error that concerns all tiles."""
+    """The error of a tile as text, None if it has none; raises an error that concerns all tiles."""
     error = None if future.cancelled() else future.exception()
     if future.cancelled() or pools.connection_lost(error):
-        raise pools.PoolLostError(f"the cluster is gone. {pools.KEPT}")
+        raise pools.PoolLostError(f"the cluster is gone. {pools.RESUME_ADVICE}")
     if isinstance(error, BrokenExecutor):
         return "the process that computed it died"
     if isinstance(error, OSError):
-        raise OSError(f"{error}. {pools.KEPT}") from None
+        raise OSError(f"{error}. {pools.RESUME_ADVICE}") from None
     return future.result() if error is None else _text(error)
 
 
 def _text(error: BaseException) -> str:
+    """Type and message of an error."""
     return f"{type(error).__name__}: {error}"
 
 
 def compute_tile(path: str, attempt: int, threads: int, number: int) -> str | None:
-    """Compute one tile of the store at this path and write it; returns its error as text, None if it has none.
+    """Compute a tile of the store at this path, in some number of threads, and write it.
 
-    Raises OSError if the store cannot be written to.
+    Returns the error of the tile as text, None if it has none; raises OSError if the store cannot be written to.
     """
-    store, begin = _store(path, (Path(path) / "run" / "study.json").stat().st_mtime_ns), time.perf_counter()
+    modified = (Path(path) / "run" / "study.json").stat().st_mtime_ns
+    store, started = _cached_store(path, modified), time.perf_counter()
     try:
-        found = store.study.compute(store.grid.items(number), threads=threads)
-    except Exception as error:  # the failure of one tile must not cost the others
+        results = store.study.compute(store.grid.items(number), threads=threads)
+    except Exception as error:  # the failure of one tile must not stop the others
         return _text(error)
     try:
-        store.write(number, found)
-        store.set_status(number, TileStatus(True, time.perf_counter() - begin, process_name(), attempt))
+        store.write(number, results)
+        store.set_status(number, TileStatus(True, time.perf_counter() - started, process_name(), attempt))
     except OSError as error:
         raise OSError(f"the store cannot be written to: {error}") from None
     return None
 
 
 @lru_cache(maxsize=4)
-def _store(path: str, _: int) -> Store:
-    """The store, read once in a process for every state of ``run/study.json``."""
-    return read(Path(path))
+def _cached_store(path: str, modified: int) -> Store:
+    """The store at this path, opened once per process as long as ``run/study.json`` is not modified."""
+    return open_store(Path(path))

@@ -1,4 +1,4 @@
-"""Schemas of the JSON files of a store, checked wherever they are read: a disk or an editor may have changed them.
+"""Schemas of the JSON files of a store. They are checked at every reading, since the files may be damaged or edited.
 
 `gearchaos.store.create` and `gearchaos.store.store` write them.
 """
@@ -23,16 +23,16 @@ from pydantic import (
 
 from gearchaos.files import read_bytes
 
-_MOST = 2**31 - 1
-_Whole = Annotated[int, Field(ge=0, le=_MOST)]
-_Positive = Annotated[int, Field(ge=1, le=_MOST)]
+_MAX_INT = 2**31 - 1
+_Whole = Annotated[int, Field(ge=0, le=_MAX_INT)]
+_Positive = Annotated[int, Field(ge=1, le=_MAX_INT)]
 _Seconds = Annotated[float, Field(ge=0, le=1e12)]
 _Shape = Annotated[tuple[_Positive, ...], Field(min_length=1, max_length=2)]
 _Name = Annotated[str, Field(pattern=r"^\w+$")]
 
 
 def _number_type(text: str) -> str:
-    """The name of a number type of NumPy."""
+    """The text, if it is the name of a NumPy dtype of numbers; otherwise raises ValueError."""
     try:
         if np.dtype(text).kind in "biufc":
             return text
@@ -42,6 +42,8 @@ def _number_type(text: str) -> str:
 
 
 class _Schema(BaseModel):
+    """A JSON object: unknown keys are refused, and types must match exactly."""
+
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
@@ -57,17 +59,21 @@ class TileStatusSchema(_Schema):
 
 
 class _Grid(_Schema):
+    """See `tiles.Grid`."""
+
     shape: _Shape
     tile: _Shape
 
     @model_validator(mode="after")
-    def _alike(self) -> Self:
+    def _same_dimensions(self) -> Self:
         if len(self.shape) != len(self.tile):
-            raise ValueError("must have as many sizes of tiles as of the grid")
+            raise ValueError("must have tiles with as many dimensions as the grid")
         return self
 
 
-class _Layout(_Schema):
+class _ArraySpec(_Schema):
+    """See `arrays.ArraySpec`."""
+
     dtype: Annotated[str, AfterValidator(_number_type)]
     shape: tuple[_Whole, ...]
 
@@ -80,6 +86,8 @@ class _Axis(_Schema):
 
 
 class _Budget(_Schema):
+    """Classification settings by their names in format 1; see `FORMER_NAMES`."""
+
     looks: tuple[int, ...]
     longest: int
     exponent: int
@@ -89,6 +97,8 @@ class _Budget(_Schema):
 
 
 class _Study(_Schema):
+    """See `record.to_record`."""
+
     kind: str
     model: dict[str, Any]
     axes: tuple[_Axis, ...]
@@ -97,38 +107,38 @@ class _Study(_Schema):
 
 
 class FormatSchema(BaseModel):
-    """The format number in ``run/study.json`` of any version."""
+    """The part of ``run/study.json`` that all versions have: the format."""
 
     format: StrictInt
 
 
 class StudySchema(_Schema):
-    """``run/study.json``; the study itself is checked when it is made from its record."""
+    """``run/study.json``; the values of the study are checked when it is created from its record."""
 
     format: int
     study: _Study
     grid: _Grid
-    arrays: dict[_Name, _Layout]
+    arrays: dict[_Name, _ArraySpec]
     versions: dict[str, str]
     machine: dict[str, Any]
 
 
 Checksums = dict[str, int]
-"""``run/sums.json``."""
+"""``run/sums.json``: the CRC-32 of each file by its path."""
 
 Schema = TypeVar("Schema")
 
 
 def read_as(schema: type[Schema], path: Path) -> Schema | None:
-    """The content of a file; None if it is missing, damaged or of another schema."""
+    """The content of a file by its schema; None if it is missing or damaged, or does not fit the schema."""
     try:
-        return parsed(schema, read_bytes(path))
+        return parse_as(schema, read_bytes(path))
     except (OSError, ValueError):
         return None
 
 
-def parsed(schema: type[Schema], content: bytes) -> Schema:
-    """The content of a file; raises ValueError with the field that is wrong, and what is wrong with it."""
+def parse_as(schema: type[Schema], content: bytes) -> Schema:
+    """The content of a file by its schema; raises ValueError that names the first wrong field and its fault."""
     try:
         return TypeAdapter(schema).validate_json(content)
     except ValidationError as error:

@@ -1,4 +1,4 @@
-"""The grid of a study's work items divided into tiles; one tile is one chunk of every array of the store."""
+"""Division of a study into tiles: blocks of its grid of work items, each one chunk of every array of the store."""
 
 from __future__ import annotations
 
@@ -9,17 +9,27 @@ import numpy as np
 
 from gearchaos.studies.study import Study
 
-TILE = 16384
-"""Motions in a tile: some seconds of work, so that little is lost with one, and enough chaotic ones for all lanes."""
+LARGEST_TILE = 16384
+"""Most motions in a tile by default: some seconds of work, which are lost if the run is killed, and enough chaotic
+motions to fill the lanes of the kernels."""
 
-_LEAST, _MANY = 64, 8
+_SMALLEST_TILE = 64
+"""Fewest motions in a tile by default."""
+
+_SHARED = 8
+"""Number of tiles that a study has at least, if they are not smaller than the smallest: several workers share them."""
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Tiles of shape ``tile`` over a grid of work items of this ``shape``; the last along a dimension may be smaller.
+    """A grid of work items divided into tiles. Work items and tiles are numbered in C order.
 
-    Tiles are numbered along rows, as work items are.
+    Attributes
+    ----------
+    shape : tuple of int
+        Shape of the grid of work items.
+    tile : tuple of int
+        Shape of a tile, of the same length. The last tile along a dimension may be smaller.
     """
 
     shape: tuple[int, ...]
@@ -49,19 +59,25 @@ class Grid:
         return prod(p.stop - p.start for p in self.region(number))
 
     def items(self, number: int) -> np.ndarray:
-        """Numbers of a tile's work items, along its rows."""
+        """The numbers of the work items of a tile, (L,), in C order."""
         ranges = [np.arange(p.start, p.stop) for p in self.region(number)]
         return np.ravel_multi_index(np.meshgrid(*ranges, indexing="ij"), self.shape).ravel()
 
 
-def cut(study: Study, size: int | None = None) -> Grid:
-    """Divide a study into tiles of up to ``size`` work items, as square as its blocks allow.
+def divide(study: Study, size: int | None = None) -> Grid:
+    """Divide a study into tiles.
 
-    By default tiles are so large that they fill the kernels' lanes, and small enough to be shared by several workers.
+    Parameters
+    ----------
+    study : Study
+        A tile has the shape of its block, with dimensions doubled as long as ``size`` allows, the shortest first.
+    size : int, optional
+        Largest number of work items in a tile, unless the block of the study is larger. By default tiles are large
+        enough to fill the lanes of the kernels, and small enough to be shared by several workers.
     """
     if size is None:
         motions = study.count * study.motions_per_item
-        size = int(min(TILE, max(_LEAST, motions // _MANY)) / study.motions_per_item)
+        size = int(min(LARGEST_TILE, max(_SMALLEST_TILE, motions // _SHARED)) / study.motions_per_item)
     shape, tile = tuple(study.grid.values()), list(study.block.values())
     while 2 * prod(tile) <= size and (growing := [i for i, n in enumerate(shape) if tile[i] < n]):
         shortest = min(growing, key=lambda i: tile[i])

@@ -1,4 +1,5 @@
-"""Who writes to a store: one run, or the shards of one division, told apart by locks that die with their holder."""
+"""Locks of the writers of a store: a single run, or the shards of one division. They end with the process that holds
+them."""
 
 from __future__ import annotations
 
@@ -11,13 +12,16 @@ from filelock import FileLock, Timeout
 
 from gearchaos.errors import InputError
 
-_ALONE = "all"
-_LOOKING = 2.0
+_WHOLE = "all"
+"""Name of the lock of a run that computes all tiles."""
+
+_CHECK_SECONDS = 2.0
+"""How long a lock must stay taken to count as held by a writer; a process that only checks it releases it at once."""
 
 
 @dataclass(frozen=True)
 class Shard:
-    """The i-th of n parts of a run's tiles, counted from 1: every n-th tile."""
+    """Part ``number`` of ``of`` parts of the tiles of a run, counted from 1: every ``of``-th tile from there."""
 
     number: int = 1
     of: int = 1
@@ -36,18 +40,20 @@ class Shard:
 
     @property
     def name(self) -> str:
-        return _ALONE if self.of == 1 else f"{self.number}-of-{self.of}"
+        """Name of its lock."""
+        return _WHOLE if self.of == 1 else f"{self.number}-of-{self.of}"
 
     def tiles(self, count: int) -> range:
-        """Numbers of its tiles, of so many."""
+        """The numbers of its tiles, where ``count`` is the number of all tiles."""
         return range(self.number - 1, count, self.of)
 
 
 @contextmanager
-def writing(folder: Path, shard: Shard) -> Iterator[None]:
-    """Hold the right to write; raises `InputError` if another run, which is not another of these shards, has it.
+def write_lock(folder: Path, shard: Shard) -> Iterator[None]:
+    """Hold the lock of a shard; raises `InputError` if another writer holds one that excludes it.
 
-    Each takes its own lock first and looks at the others' then, so that of two who come at once none goes on unseen.
+    Shards of the same division do not exclude each other. Every writer first takes its own lock and then checks those
+    of others: of two that start at the same time at least one finds the other.
     """
     own = FileLock(folder / f"{shard.name}.lock", timeout=0)
     try:
@@ -56,28 +62,30 @@ def writing(folder: Path, shard: Shard) -> Iterator[None]:
         raise _refusal(folder, shard.name) from None
     try:
         for lock in folder.glob("*.lock"):
-            if lock.stem != shard.name and not _together(lock.stem, shard) and _held(lock):
+            if lock.stem != shard.name and not _same_division(lock.stem, shard) and _held(lock):
                 raise _refusal(folder, lock.stem)
         yield
     finally:
         own.release()
 
 
-def _together(name: str, shard: Shard) -> bool:
+def _same_division(name: str, shard: Shard) -> bool:
+    """Whether the lock with this name is that of another shard of the same division."""
     return shard.of > 1 and name.endswith(f"-of-{shard.of}")
 
 
 def _held(lock: Path) -> bool:
-    """Whether a writer holds a lock for good, and not another that just looks, as this does."""
+    """Whether a writer holds a lock, rather than a process that checks it, as this function does."""
     try:
-        with FileLock(lock, timeout=_LOOKING):
+        with FileLock(lock, timeout=_CHECK_SECONDS):
             return False
     except Timeout:
         return True
 
 
 def _refusal(folder: Path, name: str) -> InputError:
-    who = "a run" if name == _ALONE else f"shard {name.replace('-of-', '/')}"
+    """The error where the lock with this name is held by another writer."""
+    who = "a run" if name == _WHOLE else f"shard {name.replace('-of-', '/')}"
     return InputError(
         "store", "must not have another writer", str(folder.parents[1]),
         f"{who} is writing to it. Wait for it, or divide the work: --shard 1/2 and --shard 2/2.",

@@ -1,4 +1,4 @@
-"""The attractors of one operating point, told apart by their orbits, or by statistics where there is no orbit."""
+"""The attractors of one operating point, distinguished by their orbits, or by statistics where there is no orbit."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearchaos.datasets import variable
-from gearchaos.dynamics import Classification, ClassificationState, Label, Reason, Verdicts, conclude, orbits
+from gearchaos.dynamics import ON_ATTRACTOR, Classification, ClassificationState, Reason, Verdicts, conclude, orbits
 from gearchaos.flow import ExactFlow
 from gearchaos.studies.batch_classification import classify_batch
 
@@ -16,20 +16,30 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _RESPONSE = ("v_rms", "contact_fraction", "contact", "dynamic_factor")
-_EVIDENCE = (
+"""Response measures that the Datasets report of each attractor."""
+
+_VERDICT_VARIABLES = (
     "reason", "lyapunov", "lyapunov_lo", "lyapunov_hi", "trace_error", "residual", "multiplier", "rotation",
     "periods_spent",
 )
-"""Verdict variables that the Datasets report of each attractor."""
+"""Verdict variables that the Datasets report of each attractor, taken from one motion on it."""
 
-_ON_ATTRACTOR = (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC)
 _SAME_POINT = 1e-6
+"""Points of periodic orbits are the same if no coordinate differs by more than this."""
+
 _SECTIONS = 1024
+"""Number of stroboscopic points by which motions without a period are compared."""
+
 _BLOCKS = 8
-_SPREAD_SHARE = 0.1
+"""Number of blocks of these points; the standard deviation of their averages gives the standard errors."""
+
+_TOLERANCE = 0.1
+"""Two motions agree if their statistics differ by at most this share of the standard deviation of the section, plus
+`_STANDARD_ERRORS` standard errors of the difference."""
+
 _STANDARD_ERRORS = 6.0
 _TILE = 4096
-"""Number of motions matched at once, since their stroboscopic sections take memory."""
+"""Largest number of motions matched at once, which bounds the memory for their stroboscopic sections."""
 
 
 @dataclass
@@ -41,14 +51,14 @@ class Attractor:
     label : int
         Kind of motion, a `Label`.
     period : int
-        In mesh periods; 0 where there is none.
+        Minimal period in mesh periods; 0 where there is none.
     neutral : bool
         Whether neighbouring motions neither approach nor leave it, as at rest without load. All neutral motions of one
         period count as one attractor.
     section : (n, d)
         Stroboscopic points: all of a periodic orbit, `_SECTIONS` of any other attractor.
-    evidence : dict of str to float
-        Verdict variables of a motion on it, by name.
+    verdict_variables : dict of str to float
+        The `_VERDICT_VARIABLES` of a motion on it, by name.
     count : int
         Number of initial states that lead to it.
     """
@@ -57,7 +67,7 @@ class Attractor:
     period: int
     neutral: bool
     section: np.ndarray
-    evidence: dict[str, float]
+    verdict_variables: dict[str, float]
     count: int = 0
 
     def contains(self, w: np.ndarray, sections: np.ndarray) -> np.ndarray:
@@ -68,7 +78,7 @@ class Attractor:
         w : (d, L)
             A stroboscopic state of each motion.
         sections : (S, d, L)
-            Stroboscopic states of each motion from there on; not used for periodic motions.
+            The S stroboscopic states of each motion that follow w; not used for periodic motions.
 
         Returns
         -------
@@ -83,7 +93,7 @@ class Attractor:
         own, others = _statistics(self.section[:, :, None]), _statistics(sections)
         deviation = own[0][1]
         error = np.hypot(own[1], others[1])
-        return np.all(np.abs(own[0] - others[0]) < _SPREAD_SHARE * deviation + _STANDARD_ERRORS * error, axis=(0, 1))
+        return np.all(np.abs(own[0] - others[0]) < _TOLERANCE * deviation + _STANDARD_ERRORS * error, axis=(0, 1))
 
 
 def _statistics(sections: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -95,7 +105,7 @@ def _statistics(sections: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass
 class AttractorSet:
-    """The attractors found so far at one parameter point of a flow, numbered in the order in which they were found."""
+    """The attractors found so far at the parameter point ``point`` of a flow, numbered in the order of discovery."""
 
     flow: ExactFlow
     point: int = 0
@@ -104,7 +114,7 @@ class AttractorSet:
     def find(self, w: np.ndarray, **options: Any) -> np.ndarray:
         """The number (L,) of the attractor that each initial state w (d, L) leads to, −1 for none.
 
-        Options as of `final_states`.
+        ``options`` are those of `final_states`.
         """
         return self.match(final_states(self.flow, w, self.point, **options))
 
@@ -125,15 +135,16 @@ class AttractorSet:
         return index
 
     def _match_tile(self, final: dict[str, np.ndarray]) -> np.ndarray:
+        """`match` for at most `_TILE` motions."""
         index = np.full(len(final["label"]), -1, dtype=np.int32)
         kinds = np.stack([final[n] for n in ("label", "period", "neutral")])
-        for kind in np.unique(kinds[:, np.isin(final["label"], _ON_ATTRACTOR)], axis=1).T:
+        for kind in np.unique(kinds[:, np.isin(final["label"], ON_ATTRACTOR)], axis=1).T:
             same = np.flatnonzero((kinds == kind[:, None]).all(axis=0))
             index[same] = self._match_kind({n: v[same] for n, v in final.items()})
         return index
 
     def _match_kind(self, final: dict[str, np.ndarray]) -> np.ndarray:
-        """The same for motions of one label and period, all neutral or none."""
+        """`match` for motions of the same label and period, either all neutral or none."""
         label, period, neutral = int(final["label"][0]), int(final["period"][0]), bool(final["neutral"][0])
         w, index = final["w"].T, np.full(len(final["label"]), -1, dtype=np.int32)
         sections = self._sections(w, period)
@@ -143,21 +154,21 @@ class AttractorSet:
         while np.any(index < 0):
             first = int(np.flatnonzero(index < 0)[0])
             section = self._orbit_points(w[:, first], period) if period else sections[:, :, first]
-            evidence = {n: float(final[n][first]) for n in _EVIDENCE}
-            self.members.append(Attractor(label, period, neutral, section, evidence))
+            values = {n: float(final[n][first]) for n in _VERDICT_VARIABLES}
+            self.members.append(Attractor(label, period, neutral, section, values))
             same = (index < 0) & self.members[-1].contains(w, sections)
             same[first] = True
             index[same] = len(self.members) - 1
         return index
 
     def contains(self, attractor: Attractor, w: np.ndarray) -> np.ndarray:
-        """Whether motions of the attractor's kind and period at w (d, L) are on it, (L,)."""
+        """Whether motions in the states w (d, L) are on the attractor, (L,); they have its label and period."""
         if w.shape[1] == 0:  # there are no sections to compare
             return np.zeros(0, dtype=bool)
         return attractor.contains(w, self._sections(w, attractor.period))
 
     def _sections(self, w: np.ndarray, period: int) -> np.ndarray:
-        """Stroboscopic states (S, d, L) that tell motions without a period apart; S = 0 for periodic ones."""
+        """Stroboscopic states (S, d, L) by which motions without a period are compared; S = 0 for periodic ones."""
         if period:
             return np.empty((0, *w.shape))
         points = np.full(w.shape[1], self.point)
@@ -174,14 +185,14 @@ class AttractorSet:
         ))
 
     def ranks(self) -> np.ndarray:
-        """The position of each attractor in that order, followed by −1, so that it can be indexed with −1 for none."""
+        """The position of each attractor in the `order`, followed by −1, so that the index −1 (none) gives −1."""
         order = self.order()
         rank = np.full(len(order) + 1, -1, dtype=np.int32)
         rank[order] = np.arange(len(order))
         return rank
 
     def response(self, settings: Classification | None) -> dict[str, np.ndarray]:
-        """The response measures (attractors,) by name."""
+        """The response measures `_RESPONSE`, arrays (attractors,) by name."""
         w = np.stack([a.section[-1] for a in self.members], axis=1)
         points = np.full(len(self.members), self.point)
         state = ClassificationState(self.flow, points, settings or Classification(), w, all_exponents=False)
@@ -200,8 +211,11 @@ def final_states(
     Returns
     -------
     dict of str to (L, ...)
-        ``label``, ``period``, whether the motion is ``neutral``, a final state ``w`` (L, d), and the verdict variables
-        that Datasets report of an attractor.
+        ``label``, ``period``, whether the motion is ``neutral``, its final state ``w`` (L, d), `_VERDICT_VARIABLES`.
+
+    Notes
+    -----
+    ``settings``, ``progress`` and ``threads`` are those of `classify_batch`.
     """
 
     def initial_states(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
@@ -209,7 +223,7 @@ def final_states(
 
     def collect(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
         variables = found.variables()
-        chosen = {n: variables[n] for n in ("label", "period", *_EVIDENCE)}
+        chosen = {n: variables[n] for n in ("label", "period", *_VERDICT_VARIABLES)}
         return {**chosen, "neutral": found.reason == Reason.NEUTRAL, "w": found.w.T}
 
     return classify_batch(
@@ -219,10 +233,10 @@ def final_states(
 
 
 def attractor_variables(attractor_set: AttractorSet, settings: Classification | None) -> dict[str, xr.Variable]:
-    """Label, period, response measures, evidence and section of every attractor, in the order of the set.
+    """Label, period, response measures, verdict variables and section of every attractor, as Datasets contain them.
 
-    The variables are named ``attractor_...`` and have the dim "number"; the section (z and z') also "point", padded
-    with NaN.
+    The variables are named ``attractor_...`` and have the dim "number", in the `AttractorSet.order`; the section (z and
+    z') also has the dim "point", padded with NaN.
     """
     order = attractor_set.order()
     ordered = [attractor_set.members[i] for i in order]
@@ -232,7 +246,7 @@ def attractor_variables(attractor_set: AttractorSet, settings: Classification | 
     }
     response = attractor_set.response(settings) if ordered else {}
     out |= {name: response[name][order] if ordered else np.zeros(0) for name in _RESPONSE}
-    out |= {name: np.array([a.evidence[name] for a in ordered]) for name in _EVIDENCE}
+    out |= {name: np.array([a.verdict_variables[name] for a in ordered]) for name in _VERDICT_VARIABLES}
     out["reason"], out["periods_spent"] = out["reason"].astype(np.int8), out["periods_spent"].astype(np.int32)
     longest = max((len(a.section) for a in ordered), default=0)
     sections = np.full((2, len(ordered), longest), np.nan)

@@ -1,4 +1,4 @@
-"""All motions of one operating point: attractors from many starts, with the shares of the starts they take."""
+"""The attractors of one operating point, found from many initial states, and the share of these that each attracts."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import ExactFlow
 from gearchaos.gears.pair import GearPair
-from gearchaos.model import MeshModel, expand, state_names, vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import switched
+from gearchaos.model import MeshModel, expand_pairs, state_names, vary
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.attractor_set import AttractorSet, attractor_variables, final_states
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.cost import Cost, estimate
@@ -25,12 +25,13 @@ from gearchaos.studies.initial_conditions import checked_box, default_box, sprea
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.perturbation import BYTES_PER_DIRECTION, MOTIONS_PER_DIRECTION, smallest_perturbation
 from gearchaos.studies.study import ClassifyingStudy, option
-from gearchaos.studies.sweep import CARRY, carried
+from gearchaos.studies.sweep import PERIODS_PER_VALUE, swept_initial_values
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _CONFIDENCE = 0.95
+"""Confidence level of the intervals of the shares."""
 
 
 def attractors(
@@ -38,37 +39,38 @@ def attractors(
     seed: int = 0, sweep: Axis | str | None = None, kicks: int = 0, settings: Classification | None = None,
     progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
-    """All motions that many starts lead to at one operating point.
+    """The attractors that many initial states ("starts") lead to at one operating point.
 
     Parameters
     ----------
     model : MeshModel or GearPair
-        The operating point; initial values not in the box are the model's.
+        The operating point. Initial values without a range in ``box`` are those of the model.
     starts : int
-        How many starts: points of a scrambled Sobol sequence.
+        Number of initial states, points of a scrambled Sobol sequence in the box.
     box : mapping of str to (low, high), optional
-        Ranges of initial values; by default ±3 half backlashes and ±2 for the velocities, in every coordinate that
-        matters for the relative motion.
+        Ranges of initial values; by default ±3 half backlashes, and ±2 for velocities, in every coordinate on which the
+        relative motion depends.
     seed : int
-        Another seed gives other starts.
+        Seed of the Sobol sequence.
     sweep : Axis or str, optional
-        A parameter that is also swept slowly to its value in the model, upwards from the axis' first value and
-        downwards from its last, ``count`` values each way.
+        A parameter that is also swept slowly to its value in the model, upwards from the first value of the axis and
+        downwards from the last, with ``count`` values in each sweep.
     kicks : int
-        Directions in which to look for the smallest kick that leaves each attractor; none by default.
+        Number of random directions in which the smallest destabilising perturbation of each attractor (here called
+        kick) is searched; by default it is not searched.
     settings, progress, threads
         As in `zones`.
 
     Returns
     -------
     xarray.Dataset
-        With dim "number": of each attractor its label, period, share of the starts with a 95 % interval
-        (Clopper-Pearson), levels, exponent or multiplier and section. ``attractor(start)`` says where each start led,
-        -1 if it diverged or stayed undecided; ``attractor_up`` and ``attractor_down`` where the sweeps did.
-        ``attractor_kick`` is the length of the smallest sudden change of the state found (Euclid's, in half backlashes
-        and their velocities) after which a motion on the attractor settles elsewhere, NaN if none up to 4 does;
-        ``attractor_kick_change`` and ``attractor_kick_point`` are that change and the state in which it strikes, at the
-        start of a mesh period.
+        For each attractor, along the dim "number": label, period, share of the initial states with its 95 % interval
+        (Clopper-Pearson), response measures, largest exponent or multiplier, and section. ``attractor(start)`` is the
+        number of the attractor that each initial state leads to, -1 for a motion that diverged or is undecided;
+        ``attractor_up`` and ``attractor_down`` are those that the two sweeps end on. ``attractor_kick_change`` is the
+        smallest sudden change of the state that was found after which a motion leaves the attractor,
+        ``attractor_kick_point`` the state at the start of a mesh period to which it is added, and ``attractor_kick``
+        its Euclidean norm in half backlashes and their velocities; NaN if no change up to 4 was found.
 
     Raises
     ------
@@ -83,24 +85,21 @@ def attractors(
 
 @dataclass(frozen=True)
 class Attractors(ClassifyingStudy):
-    """The value behind `attractors`; its work items are the starts. Sweeps and perturbations follow when all are
-    done."""
+    """The study that `attractors` runs. Its work items are the initial states; sweeps and perturbations are computed by
+    `finish`. The fields are the arguments of `attractors`."""
 
     kind: ClassVar[str] = "attractors"
 
-    starts: int = option(
-        256, "Starts, 256 by default, spread over ±3 half backlashes and ±2 in velocity.", least=1, keyword=False)
+    starts: int = option(256, least=1, keyword=False)
     box: Mapping[str, tuple[float, float]] | None = field(default=None, kw_only=True)
-    seed: int = option(0, "Another seed gives other starts.", least=0)
-    sweep: Axis | None = option(
-        None, "Also sweep this from both ends to its value.", metavar="NAME=LOW:HIGH:COUNT")
-    kicks: int = option(0, "Directions in which to look for the smallest kick out of a basin.", least=0)
+    seed: int = option(0, least=0)
+    sweep: Axis | None = option(None)
+    kicks: int = option(0, least=0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        numbers = (("starts", 1), ("seed", 0), ("kicks", 0))
         self._set(sweep=None if self.sweep is None else as_axis(self.sweep, "sweep"),
-                  **{name: whole_number(name, getattr(self, name), least) for name, least in numbers})
+                  **self._whole_numbers("starts", "seed", "kicks"))
         if self.box:
             self._set(box=checked_box(self.box))
         vary(self.model, {n: [low, high] for n, (low, high) in self._box.items()})  # raises for an unknown name
@@ -114,12 +113,13 @@ class Attractors(ClassifyingStudy):
 
     @cached_property
     def cost(self) -> Cost:
-        """Of all starts, sweeps and perturbations; raises where memory does not suffice."""
+        """Bound for all initial states, sweeps and perturbations; raises `InputError` if memory does not suffice."""
         check_memory("starts", self.starts)
         check_memory("kicks", self.kicks, BYTES_PER_DIRECTION)
-        sequential = 2 * self.sweep.count * CARRY if self.sweep else 0
-        system = switched(vary(self.model, {}))
-        return estimate(system, self.starts + self.kicks * MOTIONS_PER_DIRECTION, self.classification.most, sequential)
+        sequential = 2 * self.sweep.count * PERIODS_PER_VALUE if self.sweep else 0
+        system = switched_system(vary(self.model, {}))
+        motions = self.starts + self.kicks * MOTIONS_PER_DIRECTION
+        return estimate(system, motions, self.classification.max_periods, sequential)
 
     @property
     def _box(self) -> Mapping[str, tuple[float, float]]:
@@ -132,8 +132,8 @@ class Attractors(ClassifyingStudy):
 
     @cached_property
     def _initial_states(self) -> np.ndarray:
-        """The same as states (d, starts)."""
-        return start(vary(self.model, self._starts), self._flow.system).T
+        """Initial states (d, starts)."""
+        return initial_state(vary(self.model, self._starts), self._flow.system).T
 
     @cached_property
     def _flow(self) -> ExactFlow:
@@ -153,7 +153,7 @@ class Attractors(ClassifyingStudy):
         attractors.count_starts(index)
         ends: np.ndarray = np.empty(0, dtype=int)
         if self.sweep:
-            ends = attractors.find(_swept(self.model, self.sweep), settings=settings, threads=threads)
+            ends = attractors.find(_swept_states(self.model, self.sweep), settings=settings, threads=threads)
         rank = attractors.ranks()
         swept = zip(("up", "down"), ends, strict=False)
         data = {
@@ -163,19 +163,21 @@ class Attractors(ClassifyingStudy):
             **(_kicks(attractors, self.kicks, progress, settings=settings, threads=threads) if self.kicks else {}),
             **{f"start_{n}": variable(n, ("start",), v) for n, v in self._starts.items()},
         }
-        said = {"starts": self.starts, "seed": self.seed, "box": dict(self._box),
-                "sweep": self.sweep and asdict(self.sweep), "kicks": self.kicks}
-        return new_dataset(data, attrs=provenance("attractors", self.model, **said))
+        options = {
+            "starts": self.starts, "seed": self.seed, "box": dict(self._box),
+            "sweep": self.sweep and asdict(self.sweep), "kicks": self.kicks,
+        }
+        return new_dataset(data, attrs=provenance("attractors", self.model, **options))
 
 
 def _check_sweep(model: MeshModel, sweep: Axis) -> float:
-    """The model's own value of the parameter swept; raises if it cannot be swept to from both sides."""
+    """The model's value of the swept parameter; raises `InputError` if sweeps from both sides cannot reach it."""
     if sweep.name in state_names(model.kind):
         raise InputError(f"sweep {sweep.name}", "must be a parameter, not an initial value", sweep.name)
     whole_number(f"sweep {sweep.name} count", sweep.count, 2)
     vary(model, {sweep.name: sweep.values})  # checked before any work
     batch = vary(model, {})
-    value, *others = {float(batch[n]) for n in expand({sweep.name: 0.0}, model)}
+    value, *others = {float(batch[n]) for n in expand_pairs({sweep.name: 0.0}, model)}
     if others:
         raise InputError(f"sweep {sweep.name}", "must be one value for both wheels", (value, *others))
     if not sweep.start < value < sweep.stop:
@@ -184,17 +186,17 @@ def _check_sweep(model: MeshModel, sweep: Axis) -> float:
     return value
 
 
-def _swept(model: MeshModel, sweep: Axis) -> np.ndarray:
-    """States (d, 2) with which sweeps up and down reach the model's own value of a parameter."""
+def _swept_states(model: MeshModel, sweep: Axis) -> np.ndarray:
+    """States (d, 2) in which sweeps up and down reach the model's value of the swept parameter."""
     value = _check_sweep(model, sweep)
-    up = carried(model, Axis(sweep.name, sweep.start, value, sweep.count), True)
-    down = carried(model, Axis(sweep.name, value, sweep.stop, sweep.count), False)
+    up = swept_initial_values(model, Axis(sweep.name, sweep.start, value, sweep.count), True)
+    down = swept_initial_values(model, Axis(sweep.name, value, sweep.stop, sweep.count), False)
     ends = {n: np.array([up[n][0, -1], down[n][0, 0]]) for n in up}
-    return start(vary(replace(model, initial={}), ends), switched(vary(model, {}))).T
+    return initial_state(vary(replace(model, initial={}), ends), switched_system(vary(model, {}))).T
 
 
 def _kicks(attractors: AttractorSet, directions: int, progress: bool, **options: Any) -> dict[str, Any]:
-    """The smallest perturbation found that leaves each attractor, in the order of the set."""
+    """The smallest destabilising perturbation found of each attractor, as variables, in the `AttractorSet.order`."""
     names = attractors.flow.system.names
     found = [
         smallest_perturbation(
@@ -203,7 +205,7 @@ def _kicks(attractors: AttractorSet, directions: int, progress: bool, **options:
     ]
     none = np.full(len(names), np.nan)
     rows = {
-        "attractor_kick": np.array([p.size if p else np.nan for p in found]),
+        "attractor_kick": np.array([p.norm if p else np.nan for p in found]),
         "attractor_kick_change": np.array([p.change if p else none for p in found]).reshape(-1, len(names)),
         "attractor_kick_point": np.array([p.point if p else none for p in found]).reshape(-1, len(names)),
     }
@@ -212,7 +214,7 @@ def _kicks(attractors: AttractorSet, directions: int, progress: bool, **options:
 
 
 def _shares(attractors: AttractorSet, starts: int) -> dict[str, xr.Variable]:
-    """The share of the starts that each attractor takes, with its interval."""
+    """The share of the initial states that each attractor attracts, with its confidence interval."""
     from scipy.stats import binomtest  # here, since scipy.stats takes a second to load
 
     counts = [attractors.members[i].count for i in attractors.order()]

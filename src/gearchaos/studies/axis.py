@@ -1,4 +1,4 @@
-"""One scanned parameter or initial value: its name, its ends and how many values."""
+"""The axis of a study: equally spaced values of one parameter or initial value."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.model import HarmonicStiffness, MeshModel, check, expand, known_names
+from gearchaos.model import HarmonicStiffness, MeshModel, check, expand_pairs, known_names
 
 MAX_COUNT = 1_000_000
+"""Largest number of values of an axis."""
+
 _EXAMPLE = "Write it like eps1=0:0.3:400."
 
 
@@ -27,12 +29,12 @@ class Axis:
     start, stop : float
         First and last value; ``start < stop``.
     count : int
-        Number of values; with 1 it is ``start`` alone.
+        Number of values; with 1 the only value is ``start``.
 
     Raises
     ------
     InputError
-        For a name that no model has, an end that breaks the rule of its parameter, a reversed or empty range.
+        For a name that no model has, an end outside the range of its parameter, or ``start >= stop``.
 
     Examples
     --------
@@ -63,7 +65,7 @@ class Axis:
 
 
 def as_axis(axis: Any, field: str = "axis") -> Axis:
-    """An axis as it is, or from a text; raises `InputError` for anything else."""
+    """The axis itself, or the axis that a text describes; raises `InputError` for anything else."""
     if isinstance(axis, str):
         return parse_axis(axis, field)
     if not isinstance(axis, Axis):
@@ -90,18 +92,19 @@ def _unreadable(field: str, text: str) -> InputError:
 
 
 def _single_names(name: str) -> tuple[str, ...]:
-    """The canonical names that an axis of this name sets, in whichever model has it."""
+    """Names of the single parameters that an axis of this name sets, in the first kind of model that has them."""
     models = [MeshModel(kind=kind, stiffness=HarmonicStiffness()) for kind in ("full", "single")]
     models.append(MeshModel())
     for model in models:
         try:
-            return tuple(expand({name: 0.0}, model))
+            return tuple(expand_pairs({name: 0.0}, model))
         except InputError:
             continue
     raise unknown_name("axis", name, {n for model in models for n in known_names(model)})
 
 
 def _number(field: str, value: object) -> float:
+    """A finite number as float; raises `InputError` for anything else."""
     if isinstance(value, (str, bytes, bool)) or not hasattr(value, "__float__"):
         raise InputError(field, "must be a number", value, _EXAMPLE)
     number = float(value)
@@ -111,6 +114,7 @@ def _number(field: str, value: object) -> float:
 
 
 def _count(name: str, value: object) -> int:
+    """The number of values of the axis of this name; raises `InputError` unless it is from 1 to `MAX_COUNT`."""
     if isinstance(value, bool) or not hasattr(value, "__index__") or not 1 <= value.__index__() <= MAX_COUNT:
         rule = f"must be a whole number from 1 to {MAX_COUNT}"
         raise InputError(f"axis {name} count", rule, value, _EXAMPLE)

@@ -1,4 +1,4 @@
-"""Which motion from which start: basins of attraction on a plane of initial values."""
+"""Basins of attraction on a plane of initial values."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel, state_names, vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.attractor_set import AttractorSet, attractor_variables, final_states
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.boundary import entropy, smallest_perturbations, uncertainty_exponent
@@ -27,7 +27,8 @@ from gearchaos.studies.study import ClassifyingStudy
 if TYPE_CHECKING:
     import xarray as xr
 
-NOT_YET = -2
+NOT_COMPUTED = -2
+"""Value of ``attractor`` in cells that a run has not computed yet."""
 
 
 def basins(
@@ -39,22 +40,22 @@ def basins(
     Parameters
     ----------
     model : MeshModel or GearPair
-        The operating point; initial values off the plane are the model's.
+        The operating point. Initial values that are not on the axes are those of the model.
     x, y : Axis or str
-        Two coordinates: z and z_dot of the single model, x1, x1_dot, ... of the others.
+        Initial values of two coordinates: z and z_dot of the single model, x1, x1_dot, ... of the others.
     settings, progress, threads
         As in `zones`.
 
     Returns
     -------
     xarray.Dataset
-        ``attractor(y, x)``, an index into the dim "number" or -1 where the motion diverged or stayed undecided (-2
-        where a run has not come to yet);
-        per attractor its label, period, share of the plane, levels, exponent or multiplier, and section. Periodic
-        attractors are told apart by their polished orbits, others by their means and spreads. ``basin_entropy``,
-        ``boundary_basin_entropy`` and ``uncertainty_exponent`` say how tangled the boundaries are, and where
-        the plane is the whole state (all of a model with two coordinates) ``attractor_kick`` is the smallest change
-        of the state that leaves a basin.
+        ``attractor(y, x)``, an index into the dim "number", -1 where the motion diverged or is undecided, -2 where the
+        cell is not computed yet. For each attractor: label, period, share of the plane, response measures, largest
+        exponent or multiplier, and section. Periodic attractors are distinguished by their orbits, others by the mean
+        and standard deviation of their stroboscopic points. ``basin_entropy``, ``boundary_basin_entropy`` and
+        ``uncertainty_exponent`` measure how fractal the boundaries are. Where the plane is the whole state space (of a
+        model with two coordinates) ``attractor_kick`` is the length of the smallest change of the state that leaves the
+        basin.
     """
     return Basins(model, x, y, settings=settings).run(  # type: ignore[arg-type]
         progress=progress, threads=threads)
@@ -62,7 +63,7 @@ def basins(
 
 @dataclass(frozen=True)
 class Basins(ClassifyingStudy):
-    """The value behind `basins`; its work items are the initial states."""
+    """The study that `basins` runs; its work items are the initial states, its fields the arguments of `basins`."""
 
     kind: ClassVar[str] = "basins"
     axis_fields: ClassVar[tuple[str, ...]] = ("x", "y")
@@ -87,8 +88,8 @@ class Basins(ClassifyingStudy):
 
     @cached_property
     def cost(self) -> Cost:
-        system = switched(vary(self.model, {}))
-        return estimate(system, self.x.count * self.y.count, self.classification.most)
+        system = switched_system(vary(self.model, {}))
+        return estimate(system, self.x.count * self.y.count, self.classification.max_periods)
 
     @cached_property
     def _flow(self) -> ExactFlow:
@@ -97,7 +98,7 @@ class Basins(ClassifyingStudy):
     def compute(
         self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
     ) -> dict[str, np.ndarray]:
-        w = start(vary(self.model, at_cells(self.x, self.y, items)), self._flow.system).T
+        w = initial_state(vary(self.model, at_cells(self.x, self.y, items)), self._flow.system).T
         name = "basins" if progress else None
         return final_states(self._flow, w, settings=self.classification, progress=name, threads=threads)
 
@@ -107,7 +108,7 @@ class Basins(ClassifyingStudy):
         attractors = AttractorSet(self._flow)
         index = attractors.match(found)
         attractors.count_starts(index)
-        rank = np.where(found["label"] == 0, NOT_YET, attractors.ranks()[index])
+        rank = np.where(found["label"] == 0, NOT_COMPUTED, attractors.ranks()[index])
         shape = (self.y.count, self.x.count)
         return _dataset(self.model, self.x, self.y, rank.reshape(shape), attractors, self.classification)
 
@@ -115,29 +116,33 @@ class Basins(ClassifyingStudy):
 def _dataset(
     model: MeshModel, x: Axis, y: Axis, index: np.ndarray, attractors: AttractorSet, settings: Classification
 ) -> xr.Dataset:
+    """The Dataset of `basins` from the attractor index (ny, nx) of the cells."""
     known = [attractors.members[i] for i in attractors.order()]
-    shares = np.array([a.count for a in known]) / max(1, np.sum(index != NOT_YET))
-    tangled = dict.fromkeys(("basin_entropy", "boundary_basin_entropy", "uncertainty_exponent"), np.nan)
-    if not np.any(index == NOT_YET):
-        tangled = dict(zip(tangled, (*entropy(index), uncertainty_exponent(index)), strict=True))
+    shares = np.array([a.count for a in known]) / max(1, np.sum(index != NOT_COMPUTED))
+    boundary = dict.fromkeys(("basin_entropy", "boundary_basin_entropy", "uncertainty_exponent"), np.nan)
+    if not np.any(index == NOT_COMPUTED):
+        boundary = dict(zip(boundary, (*entropy(index), uncertainty_exponent(index)), strict=True))
     data = {
         "attractor": variable("attractor", (y.name, x.name), index),
         **attractor_variables(attractors, settings),
         "attractor_fraction": variable("attractor_fraction", ("number",), shares),
         "attractor_kick": variable("attractor_kick", ("number",), _kicks(model, x, y, index, attractors)),
-        **{n: variable(n, (), np.array(v)) for n, v in tangled.items()},
+        **{n: variable(n, (), np.array(v)) for n, v in boundary.items()},
     }
     coords = {a.name: variable(a.name, (a.name,), a.values) for a in (x, y)}
     return new_dataset(data, coords, provenance("basins", model))
 
 
 def _kicks(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, attractors: AttractorSet) -> np.ndarray:
-    """Smallest kicks where the plane is the whole state; elsewhere attractors do not lie in the plane."""
+    """Lengths (attractors,) of the smallest perturbations that leave each basin.
+
+    NaN where the plane is not the whole state space, so that attractors do not lie in it.
+    """
     known = [attractors.members[i] for i in attractors.order()]
     system = attractors.flow.system
-    corners = start(vary(model, {x.name: [0.0, 1.0, 0.0], y.name: [0.0, 0.0, 1.0]}), system)
-    across = (corners[1:] - corners[0]).T  # from the plane's coordinates to the state
-    whole_state = system.dimension == 2 and np.allclose(across @ across.T, np.eye(2))
-    if not whole_state or np.any(index == NOT_YET) or min(x.count, y.count) < 2:
+    corners = initial_state(vary(model, {x.name: [0.0, 1.0, 0.0], y.name: [0.0, 0.0, 1.0]}), system)
+    jacobian = (corners[1:] - corners[0]).T  # of the state with respect to the coordinates of the plane
+    whole_state = system.dimension == 2 and np.allclose(jacobian @ jacobian.T, np.eye(2))
+    if not whole_state or np.any(index == NOT_COMPUTED) or min(x.count, y.count) < 2:
         return np.full(len(known), np.nan)
-    return smallest_perturbations(index, x.values, y.values, [(a.section - corners[0]) @ across for a in known])
+    return smallest_perturbations(index, x.values, y.values, [(a.section - corners[0]) @ jacobian for a in known])

@@ -1,4 +1,4 @@
-"""Classification of many motions in tiles: what a stage leaves unresolved is collected from all tiles for the next."""
+"""Classification of many motions in tiles; each stage takes the unresolved motions of all tiles together."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from gearchaos.execute import tiles
 from gearchaos.flow import WIDTH, ExactFlow
 
 InitialStates = Callable[[np.ndarray], tuple[ExactFlow, np.ndarray, np.ndarray]]
-"""Function of the numbers (L,) of some motions: their flow, initial states (d, L) and parameter points (L,)."""
+"""Function from the numbers (L,) of motions to their flow, initial states (d, L) and parameter points (L,)."""
 
 Collect = Callable[[np.ndarray, ExactFlow, np.ndarray, Verdicts], dict[str, np.ndarray]]
-"""Function of the numbers (L,) of some motions, their flow, points and verdicts: results to keep, (L, ...) by name."""
+"""Function from the numbers (L,) of motions, their flow, points (L,) and verdicts to results, (L, ...) by name."""
 
 _MAX_SECTIONS = 1_100_000
 """Largest number of stroboscopic states that a tile records at once."""
@@ -47,27 +47,27 @@ def classify_batch(
     Returns
     -------
     dict of str to (N, ...)
-        What ``collect`` returns, for all motions.
+        The results that ``collect`` returns, for all motions in the order of their numbers.
 
     Notes
     -----
-    Lyapunov exponents are computed for few motions, and chaotic ones are followed ten times as long as others, to see
-    whether chaos lasts. A single tile has too few of them to fill the vectors of the kernels. Therefore each stage
-    of `STAGES` runs over the unresolved motions of all tiles together.
+    Lyapunov exponents are computed for few motions, and chaotic ones are followed ten times as long as others, since
+    chaos may be transient. A single tile has too few of them to fill the SIMD lanes of the kernels. Therefore each
+    stage of `STAGES` runs over the unresolved motions of all tiles together.
     """
     classifier = BatchClassifier(initial_states, collect, settings or Classification(), response)
     results = _Results(len(order))
     largest = min(largest, max(WIDTH, _MAX_SECTIONS // (2 * classifier.settings.longest_period + 1)))
     unresolved = Unresolved(order)
     for stage in STAGES:
-        left = {}
+        remaining = {}
         for tile, (resolved, found, rest) in tiles.run(
             partial(classifier.run_stage, stage, unresolved), tiles.split(len(unresolved.number), largest, threads),
             progress=progress and f"{progress}, {stage}", threads=threads,
         ):
             results.put(resolved, found)
-            left[tile.start] = rest
-        unresolved = concatenated([left[first] for first in sorted(left)])
+            remaining[tile.start] = rest
+        unresolved = concatenated([remaining[first] for first in sorted(remaining)])
         if len(unresolved.number) == 0:
             break
     return results.arrays
@@ -80,22 +80,23 @@ class Unresolved:
     Attributes
     ----------
     number : (L,)
-    progress : dict of str to (..., L)
-        State of each motion after the last stage, as `ClassificationState.progress` gives it; empty before the first.
+        Numbers of the motions.
+    checkpoint : dict of str to (..., L)
+        The `ClassificationState.checkpoint` of the motions after the last stage; empty before the first.
     """
 
     number: np.ndarray
-    progress: dict[str, np.ndarray] = field(default_factory=dict)
+    checkpoint: dict[str, np.ndarray] = field(default_factory=dict)
 
     def take(self, which: slice | np.ndarray) -> Unresolved:
-        """The chosen motions."""
-        return Unresolved(self.number[which], {name: v[..., which] for name, v in self.progress.items()})
+        """The motions selected by the index ``which``."""
+        return Unresolved(self.number[which], {name: v[..., which] for name, v in self.checkpoint.items()})
 
 
 def concatenated(parts: list[Unresolved]) -> Unresolved:
     """The motions of all parts, in order."""
-    progress = {name: np.concatenate([p.progress[name] for p in parts], axis=-1) for name in parts[0].progress}
-    return Unresolved(np.concatenate([p.number for p in parts]), progress)
+    checkpoint = {name: np.concatenate([p.checkpoint[name] for p in parts], axis=-1) for name in parts[0].checkpoint}
+    return Unresolved(np.concatenate([p.number for p in parts]), checkpoint)
 
 
 @dataclass(frozen=True)
@@ -124,14 +125,15 @@ class BatchClassifier:
         chosen = unresolved.take(tile)
         flow, w, points = self.initial_states(chosen.number)
         state = ClassificationState(flow, points, self.settings, w, all_exponents=False)
-        state.resume(chosen.progress)
+        state.resume(chosen.checkpoint)
         STAGES[stage](state)
         resolved, rest = np.flatnonzero(state.resolved), state.unresolved
         number = chosen.number[resolved]
-        return number, self._results(number, state.take(resolved)), Unresolved(chosen.number[rest],
-                                                                               state.progress(rest))
+        remaining = Unresolved(chosen.number[rest], state.checkpoint(rest))
+        return number, self._results(number, state.take(resolved)), remaining
 
     def _results(self, number: np.ndarray, state: ClassificationState) -> dict[str, np.ndarray]:
+        """What ``collect`` returns for the motions with these numbers, which are all resolved."""
         if len(number) == 0:
             return {}
         return self.collect(number, state.flow, state.points, conclude(state, response=self.response))
@@ -145,6 +147,7 @@ class _Results:
         self.arrays: dict[str, np.ndarray] = {}
 
     def put(self, rows: np.ndarray, values: dict[str, np.ndarray]) -> None:
+        """Put values (L, ...) by name into rows (L,); arrays are made when a name first appears."""
         for name, value in values.items():
             if name not in self.arrays:
                 self.arrays[name] = np.zeros((self.count, *value.shape[1:]), value.dtype)

@@ -1,4 +1,4 @@
-"""How the motion changes along one parameter: stroboscopic sections, verdicts and exponents."""
+"""Bifurcation diagrams: stroboscopic sections, verdicts and exponents along one parameter."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import numpy as np
 
 from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics import Classification, Verdicts
-from gearchaos.errors import InputError, unknown_name, whole_number
+from gearchaos.errors import InputError, unknown_name
 from gearchaos.execute.machine import check_memory
-from gearchaos.execute.tiles import dealt
+from gearchaos.execute.tiles import interleaved
 from gearchaos.flow import ExactFlow
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import COORDINATES, MeshModel, state_names, vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.batch_classification import classify_batch
 from gearchaos.studies.cost import Cost, estimate
@@ -25,18 +25,21 @@ from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.plane import corners, shared_coordinates
 from gearchaos.studies.sections import steady_sections
 from gearchaos.studies.study import ClassifyingStudy, option
-from gearchaos.studies.sweep import CARRY, carried
+from gearchaos.studies.sweep import PERIODS_PER_VALUE, swept_initial_values
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MODES = ("fixed", "up", "down")
-_KEPT = 4_000_000
-"""Numbers of stroboscopic sections that a tile of columns records at once, at most, but for 64 columns."""
-_POINT = 24
-"""Bytes that each coordinate of a stroboscopic point takes, until it is saved."""
-PER_COLUMN = Classification(exponent_run=1000, doublings=2)
-"""Columns are few: each is worth an exponent that draws a clean curve."""
+_MAX_TILE_VALUES = 4_000_000
+"""Largest number of values that the sections of a tile may have, unless the tile has only `_MIN_TILE` columns."""
+
+_MIN_TILE = 64
+_BYTES_PER_COORDINATE = 24
+"""Memory that each coordinate of a stroboscopic point takes until it is saved."""
+
+BIFURCATION_SETTINGS = Classification(exponent_run=1000, doublings=2)
+"""A diagram has few columns, so each is given longer exponent runs than a cell of a map, for smooth exponent curves."""
 
 
 def bifurcation(
@@ -48,21 +51,21 @@ def bifurcation(
     Parameters
     ----------
     model : MeshModel or GearPair
-        Everything but the parameter that varies.
+        All parameters but the one that varies.
     axis : Axis or str
         The parameter and its range, as a text "eps1=0:0.3:400".
     points : int
         Stroboscopic points per column; 0 for the verdicts alone.
     mode : {"fixed", "up", "down"}
-        Start every column from the model's initial values, or carry the state from column to column upwards or
-        downwards, as a slow sweep of the machine would; both directions together show hysteresis.
+        Start every column from the model's initial values, or from the state that the previous column ended in, upwards
+        or downwards, as in a slow sweep of the parameter; both directions together show hysteresis.
     settings, progress, threads
         As in `zones`.
 
     Returns
     -------
     xarray.Dataset
-        ``section_<coordinate>(axis, point)``, and per column what `zones` tells of a cell.
+        ``section_<coordinate>(axis, point)``, and for each column the variables that `zones` has for a cell.
     """
     study = Bifurcation(model, axis, points=points, mode=mode, settings=settings)  # type: ignore[arg-type]
     return study.run(progress=progress, threads=threads)
@@ -70,21 +73,20 @@ def bifurcation(
 
 @dataclass(frozen=True)
 class Bifurcation(ClassifyingStudy):
-    """The value behind `bifurcation`; its work items are the columns."""
+    """The study that `bifurcation` runs; its work items are the columns, its fields the arguments of `bifurcation`."""
 
     kind: ClassVar[str] = "bifurcation"
     axis_fields: ClassVar[tuple[str, ...]] = ("axis",)
     gridded: ClassVar[bool] = True
-    default_settings: ClassVar[Classification] = PER_COLUMN
+    default_settings: ClassVar[Classification] = BIFURCATION_SETTINGS
 
     axis: Axis
-    points: int = option(128, "Stroboscopic points per column; 0 for the verdicts alone.", least=0)
-    mode: Literal["fixed", "up", "down"] = option(
-        "fixed", "Same start, or the state carried along.", metavar="|".join(MODES))
+    points: int = option(128, least=0)
+    mode: Literal["fixed", "up", "down"] = option("fixed")
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._set(axis=as_axis(self.axis), points=whole_number("points", self.points, 0))
+        self._set(axis=as_axis(self.axis), **self._whole_numbers("points"))
         if self.mode not in MODES:
             raise unknown_name("mode", self.mode, MODES)
         if self.mode != "fixed" and self.axis.name in state_names(self.model.kind):
@@ -92,7 +94,7 @@ class Bifurcation(ClassifyingStudy):
         check_memory("columns", self.axis.count)
         vary(self.model, {self.axis.name: self.axis.values})  # raises for a value that the model refuses
         check_memory("columns times points", self.axis.count * self.points,
-                     _POINT * (2 + len(COORDINATES[self.model.kind])))
+                     _BYTES_PER_COORDINATE * (2 + len(COORDINATES[self.model.kind])))
         _ = self.cost
 
     @property
@@ -105,21 +107,21 @@ class Bifurcation(ClassifyingStudy):
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Coordinates of the dynamic state that serve all columns."""
+        """Names of the coordinates of the dynamic state, the same for all columns."""
         return shared_coordinates(self.model, self.axis)
 
     @cached_property
     def cost(self) -> Cost:
-        sequential = self.axis.count * CARRY if self.mode != "fixed" else 0
-        system = switched(corners(self.model, self.axis), self.names)
-        return estimate(system, self.axis.count, self.classification.most, sequential)
+        sequential = self.axis.count * PERIODS_PER_VALUE if self.mode != "fixed" else 0
+        system = switched_system(corners(self.model, self.axis), self.names)
+        return estimate(system, self.axis.count, self.classification.max_periods, sequential)
 
     def compute(
         self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
     ) -> dict[str, np.ndarray]:
         values = {self.axis.name: self.axis.values}
         if self.mode != "fixed":
-            values.update({n: v[0] for n, v in carried(self.model, self.axis, self.mode == "up").items()})
+            values.update({n: v[0] for n, v in swept_initial_values(self.model, self.axis, self.mode == "up").items()})
         return self._columns({n: v[items] for n, v in values.items()}, progress, threads)
 
     def finish(
@@ -133,22 +135,25 @@ class Bifurcation(ClassifyingStudy):
     def _columns(
         self, values: dict[str, np.ndarray], progress: bool, threads: int | None
     ) -> dict[str, np.ndarray]:
-        """Results of the columns with these values (N,) by name."""
+        """Results of N columns, from the values (N,) of the axis and of initial values by name."""
         model = self.model if self.mode == "fixed" else replace(self.model, initial={})
 
         def initial_states(columns: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
             chosen = initial_value_problems(model, {n: v[columns] for n, v in values.items()}, self.names)
             return chosen.flow, chosen.w, chosen.points
 
-        def collect(columns: np.ndarray, flow: ExactFlow, at: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+        def collect(
+            columns: np.ndarray, flow: ExactFlow, points: np.ndarray, found: Verdicts
+        ) -> dict[str, np.ndarray]:
             batch = vary(model, {n: v[columns] for n, v in values.items()})
-            begin = start(batch, flow.system).T.copy()
-            places = steady_sections(batch, flow, at, begin, found, self.points) if self.points else {}
-            return found.variables() | {f"section_{name}": value for name, value in places.items()}
+            initial = initial_state(batch, flow.system).T.copy()
+            sections = steady_sections(batch, flow, points, initial, found, self.points) if self.points else {}
+            return found.variables() | {f"section_{name}": value for name, value in sections.items()}
 
         (count,) = {len(v) for v in values.values()}
+        most = _MAX_TILE_VALUES // max(1, self.points * len(self.names))
         return classify_batch(
-            initial_states, collect, dealt(count, threads), settings=self.classification,
-            largest=min(self.cost.largest(threads), max(64, _KEPT // max(1, self.points * len(self.names)))),
+            initial_states, collect, interleaved(count, threads), settings=self.classification,
+            largest=min(self.cost.max_points(threads), max(_MIN_TILE, most)),
             progress="bifurcation" if progress else None, threads=threads,
         )

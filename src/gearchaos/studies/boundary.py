@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 _BOX = 5
+"""Side of the boxes of the basin entropy, in cells."""
+
 _DISTANCES = (1, 2, 4, 8, 16)
+"""Distances ε at which the share of uncertain cells is taken, in cells."""
 
 
 def entropy(index: np.ndarray) -> tuple[float, float]:
@@ -37,6 +40,7 @@ def entropy(index: np.ndarray) -> tuple[float, float]:
 
 
 def _mean(values: np.ndarray) -> float:
+    """The mean, NaN of no values."""
     return float(values.mean()) if len(values) else float("nan")
 
 
@@ -84,8 +88,8 @@ def smallest_perturbations(
     Returns
     -------
     (attractors,)
-        Smallest distance of a stroboscopic point from a cell that leads elsewhere, to the accuracy of a cell. NaN where
-        no point lies on a cell of the attractor's own basin, or no cell leads elsewhere.
+        Smallest distance of a stroboscopic point from a cell that does not lead to the attractor, to the accuracy of a
+        cell. NaN where no point lies in a cell of the attractor's own basin, or all cells lead to one attractor.
     """
     from scipy.ndimage import distance_transform_edt  # here, since it takes a tenth of a second to load
 

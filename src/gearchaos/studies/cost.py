@@ -1,4 +1,7 @@
-"""What a study may take, estimated before any work: refused if it cannot end, said if it takes long."""
+"""Upper bounds of the computing time and memory of a study, estimated before any work.
+
+A study that cannot end is refused; for one that may take long the time is announced.
+"""
 
 from __future__ import annotations
 
@@ -9,51 +12,54 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import cores, memory
-from gearchaos.execute.tiles import TILE, side_by_side
+from gearchaos.execute.tiles import TILE, useful_threads
 from gearchaos.flow import WIDTH, least_steps, rate, shared
 from gearchaos.model.switched import SwitchedAffine
 
-MOST_STEPS = 1_000_000
-"""Steps in a mesh period: so many take a tenth of a second."""
+MAX_STEPS = 1_000_000
+"""Largest number of steps in a mesh period; they take a tenth of a second."""
 
-LONG = 20.0
-"""Seconds after which whoever waits wants to know how long."""
+ANNOUNCED_SECONDS = 20.0
+"""A longer computing time, in seconds, is announced."""
 
 _SPEED = 3e7
-"""Steps of eight motions that a core takes in a second, times one more than the coordinates, at least."""
+"""Lower bound of (d + 1) times the steps per second of one core, for a pack of eight motions with d coordinates."""
 
-_OWN, _FORCING, _STIFFNESS = 2.5, 0.2, 0.1
-"""What a step costs, with matrices of its own, if a shared one costs 1; and what each harmonic of the forcing after the
-first, and each of the stiffness, adds. Measured on a motion of many contact switches, and rounded up."""
+_UNSHARED, _FORCING, _STIFFNESS = 2.5, 0.2, 0.1
+"""Cost of a step with matrices of its own, relative to a step with matrices that all steps share; and the additional
+cost of each harmonic of the forcing after the first, and of each harmonic of the stiffness. Measured on a motion with
+many contact switches, and rounded up."""
 
-_NEVER = 100 * 86400 * 365.25
-"""What takes longer, in seconds, was hardly meant."""
+_MAX_SECONDS = 100 * 86400 * 365.25
+"""A study that takes longer, in seconds, is refused: a hundred years."""
 
 _STATES = 3
-"""Contact states, each with its step matrices."""
+"""Number of contact states, each with its own step matrices."""
 
-_SHARE = 4
-"""The part of the memory that step matrices may take: a quarter."""
+_MEMORY_DIVISOR = 4
+"""Step matrices may take the memory of the machine divided by this."""
 
 
 @dataclass(frozen=True)
 class Cost:
-    """How much a study computes at most.
+    """Upper bound of what a study computes.
 
     Attributes
     ----------
-    motions, periods : int
-        So many motions, side by side, are followed for so many mesh periods.
+    motions : int
+        Number of motions, which are computed in parallel.
+    periods : int
+        Mesh periods for which each of them is followed.
     sequential : int
-        Mesh periods of one motion for which all others wait, as in a sweep.
+        Mesh periods that are computed one after another before or after these, as in a sweep.
     steps : int
-        Steps in a mesh period, on the average of the points.
+        Steps in a mesh period, averaged over the parameter points.
     table : int
-        Bytes of the step matrices of the point that has most.
+        Memory of the step matrices of one parameter point in bytes, the largest over the points.
     dimension : int
-        Coordinates of a motion.
-    cost : float
-        Of a step, at most, where 1 is that of one with few harmonics.
+        Number d of coordinates of the dynamic state.
+    step_cost : float
+        Computing time of a step, relative to one with shared matrices and one harmonic.
     """
 
     motions: int
@@ -62,77 +68,78 @@ class Cost:
     steps: int
     table: int
     dimension: int
-    cost: float = 1.0
+    step_cost: float = 1.0
 
     def seconds(self, threads: int | None = None) -> float:
-        """How long it takes at most, in so many threads, by default one per core."""
-        followed = -(-self.motions // WIDTH) * self.periods / side_by_side(self.motions, threads) + self.sequential
-        return followed * self.steps * (self.dimension + 1) * self.cost / _SPEED
+        """Upper bound of the computing time in seconds, with this many threads, by default one per core."""
+        followed = -(-self.motions // WIDTH) * self.periods / useful_threads(self.motions, threads) + self.sequential
+        return followed * self.steps * (self.dimension + 1) * self.step_cost / _SPEED
 
     def warning(self, threads: int | None = None) -> str | None:
-        """How long it may take, in words; None if that is not long."""
+        """A sentence on the computing time and the amount of work; None below `ANNOUNCED_SECONDS`."""
         seconds = self.seconds(threads)
-        if seconds <= LONG:
+        if seconds <= ANNOUNCED_SECONDS:
             return None
-        return f"this may take up to about {_span(seconds)}. {self.size}"
+        return f"this may take up to about {_duration(seconds)}. {self.summary}"
 
     @property
-    def size(self) -> str:
-        """How much it is, in words."""
+    def summary(self) -> str:
+        """A sentence on the amount of work."""
         many = f"{self.motions:,} motions are" if self.motions > 1 else "One motion is"
         return f"{many} followed for at most {self.periods + self.sequential:,} mesh periods of {self.steps:,} steps."
 
-    def largest(self, threads: int | None = None) -> int:
-        """Most parameter points whose step matrices one of so many threads may hold at once."""
-        return int(min(TILE, max(WIDTH, memory() // _SHARE // (threads or cores()) // self.table)))
+    def max_points(self, threads: int | None = None) -> int:
+        """Largest number of parameter points whose step matrices each of this many threads may hold at once."""
+        return int(min(TILE, max(WIDTH, memory() // _MEMORY_DIVISOR // (threads or cores()) // self.table)))
 
     def announce(self, wanted: bool = True, threads: int | None = None) -> None:
-        """Say on stderr how long it may take, if that is long, and if it is wanted."""
+        """Print the `warning` on stderr, if there is one and it is wanted."""
         warning = self.warning(threads) if wanted else None
         if warning:
             print(warning, file=sys.stderr, flush=True)
 
 
 def estimate(system: SwitchedAffine, motions: int, periods: int, sequential: int = 0, samples: int = 0) -> Cost:
-    """What a study takes at most.
+    """Upper bound of the computing time and memory of a study.
 
     Parameters
     ----------
     system : SwitchedAffine
-        At the parameter points that need most: the corners of a map.
+        The equations at the parameter points with the largest cost, such as the corners of a map.
     motions, periods, sequential
         As in `Cost`.
     samples : int
-        Instants of a mesh period that steps must begin at.
+        Number of equidistant instants of a mesh period at which steps must begin; 0 for no such condition.
 
     Raises
     ------
     InputError
-        If it cannot end: a mesh period needs too many steps, or all of them too many years.
+        If a mesh period needs more than `MAX_STEPS` steps, or the study more than a hundred years.
     """
     steps, d = _steps(system), system.dimension
     steps = samples * np.ceil(steps / samples) if samples else steps
     table = (2 if shared(system) and not samples else int(steps.max())) * _STATES * (d * d + d) * 8
-    found = Cost(motions, periods, sequential, int(np.ceil(steps.mean())), table, d, _cost(system))
-    if found.seconds() > _NEVER * found.cost:  # harmonics make it longer, but never too long
-        raise InputError("the study", f"must end within {_span(_NEVER)}", _span(found.seconds()), found.size)
+    found = Cost(motions, periods, sequential, int(np.ceil(steps.mean())), table, d, _step_cost(system))
+    if found.seconds() > _MAX_SECONDS * found.step_cost:  # the limit does not depend on the number of harmonics
+        limit = _duration(_MAX_SECONDS)
+        raise InputError("the study", f"must end within {limit}", _duration(found.seconds()), found.summary)
     return found
 
 
-def _cost(system: SwitchedAffine) -> float:
-    """What a step costs at most, where 1 is a step of one harmonic."""
+def _step_cost(system: SwitchedAffine) -> float:
+    """Computing time of a step, relative to one with shared matrices and one harmonic."""
     forcing, stiffness = system.f_cos.shape[1], system.chi_cos.shape[1]
-    return (1.0 if shared(system) else _OWN) + _FORCING * max(0, forcing - 1) + _STIFFNESS * stiffness
+    return (1.0 if shared(system) else _UNSHARED) + _FORCING * max(0, forcing - 1) + _STIFFNESS * stiffness
 
 
 def _steps(system: SwitchedAffine) -> np.ndarray:
-    """Steps in a mesh period at all points (P,); raises if they are too many."""
+    """Steps in a mesh period at all points (P,); raises `InputError` above `MAX_STEPS`."""
     needed = least_steps(system)
     worst = int(np.argmax(needed))
-    if needed[worst] <= MOST_STEPS:
+    if needed[worst] <= MAX_STEPS:
         return np.ceil(needed)
     raise InputError(
-        "steps of a mesh period", f"must be at most {MOST_STEPS:,}", float(f"{needed[worst]:.3g}"),
+        "steps of a mesh period", f"must be at most {MAX_STEPS:,}", float(f"{needed[worst]:.3g}"),
         f"The fastest rate of the motion is {rate(system)[worst]:.3g}, "
         f"the mesh frequency omega {system.omega[worst]:.3g}: "
         "raise omega or J, or lower zeta, zeta_support or kappa/mu.",
@@ -142,8 +149,8 @@ def _steps(system: SwitchedAffine) -> np.ndarray:
 _UNITS = ((86400 * 365.25, "year"), (86400, "day"), (3600, "hour"), (60, "minute"))
 
 
-def _span(seconds: float) -> str:
-    """A time in words, two digits of it."""
+def _duration(seconds: float) -> str:
+    """A duration as text, rounded to two digits and to the largest unit of which there are at least two."""
     for size, name in _UNITS:
         if seconds >= 2 * size:
             return f"{float(f'{seconds / size:.2g}'):,.0f} {name}s"

@@ -1,4 +1,4 @@
-"""Where to start from: ranges of initial values and points spread evenly over them."""
+"""Sets of initial conditions: ranges of initial values, and points spread evenly over them."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import coordinates
-from gearchaos.validation import number_of
+from gearchaos.validation import to_float
 
 _HALF_WIDTH = {"": 3.0, "_dot": 2.0}
+"""Half width of the default range of a displacement and of a velocity, dimensionless."""
 
 
 def default_box(model: MeshModel) -> dict[str, tuple[float, float]]:
-    """Ranges of the initial values that matter for the relative motion."""
+    """Ranges of the initial values on which the relative motion depends."""
     names = {"z": "x1", "z_dot": "x1_dot", "y": "y1", "y_dot": "y1_dot"} if model.kind != "single" else {}
     chosen = [names.get(n, n) for n in coordinates(vary(model, {}))]
     widths = {n: _HALF_WIDTH["_dot" if n.endswith("_dot") else ""] for n in chosen}
@@ -24,24 +25,25 @@ def default_box(model: MeshModel) -> dict[str, tuple[float, float]]:
 
 
 def checked_box(box: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
-    """Ranges of initial values as they are given, as floats; the names are checked with the model."""
+    """Ranges of initial values as floats; raises `InputError` for anything else. Names are not checked here."""
     if not isinstance(box, Mapping):
         raise InputError("box", "must give a range for each initial value", box, "E.g. {'x1': (-3, 3)}.")
     return {str(name): _checked_range(f"box {name}", ends) for name, ends in box.items()}
 
 
 def _checked_range(field: str, ends: Any) -> tuple[float, float]:
+    """Two finite numbers in ascending order; raises `InputError` for anything else."""
     rule, advice = "must be two finite numbers, the smaller one first", "E.g. {'x1': (-3, 3)}."
     if isinstance(ends, (str, bytes)) or not isinstance(ends, Iterable) or len(pair := tuple(ends)) != 2:
         raise InputError(field, rule, ends, advice)
-    low, high = (number_of(field, end) for end in pair)
+    low, high = (to_float(field, end) for end in pair)
     if low >= high:
         raise InputError(field, rule, (low, high), advice)
     return low, high
 
 
 def spread(box: Mapping[str, tuple[float, float]], starts: int, seed: int) -> dict[str, np.ndarray]:
-    """``starts`` values (starts,) of each initial value in the box, from a scrambled Sobol sequence."""
+    """Values (starts,) of each initial value by name: points in the box from a scrambled Sobol sequence."""
     from scipy.stats import qmc  # here, since scipy.stats takes a second to load
 
     unit = qmc.Sobol(len(box), seed=np.random.default_rng(seed)).random_base2(int(np.ceil(np.log2(starts))))[:starts]

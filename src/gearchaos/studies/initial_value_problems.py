@@ -1,4 +1,4 @@
-"""From a model and varied values to the exact flow and its initial states: the one way into the flow."""
+"""The exact flow of a model with varied parameters, and its initial states."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 
 from gearchaos.flow import ExactFlow
 from gearchaos.model import Batch, MeshModel, vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
 
 
 class InitialValueProblems(NamedTuple):
-    """Equations and initial states of P trajectories, one per parameter point.
+    """Equations and initial states of P trajectories, one at each parameter point.
 
     Attributes
     ----------
@@ -39,18 +39,18 @@ class InitialValueProblems(NamedTuple):
 def initial_value_problems(
     model: MeshModel, values: Mapping[str, Any] | None = None, names: tuple[str, ...] | None = None, samples: int = 0
 ) -> InitialValueProblems:
-    """The flow of a model with parameters and initial values varied, and where its trajectories start.
+    """The flow of a model with varied parameters, and initial states of its trajectories.
 
     Parameters
     ----------
     model : MeshModel
     values : mapping of str to (P,), optional
-        Parameters and initial values by name; without them there is one point, the model's own.
+        Values of parameters and initial values by name; without them there is one point, that of the model.
     names : tuple of str, optional
-        Coordinates of the dynamic state; by default the fewest that will do for these points.
+        Coordinates of the dynamic state; by default the smallest set that describes the motion at all these points.
     samples : int
-        Instants of the mesh period that the flow can record, as of `ExactFlow`.
+        Number of equidistant instants of the mesh period that the flow can record; see `ExactFlow`.
     """
     batch = vary(model, values or {})
-    system = switched(batch, names)
-    return InitialValueProblems(batch, ExactFlow(system, samples), start(batch, system).T.copy())
+    system = switched_system(batch, names)
+    return InitialValueProblems(batch, ExactFlow(system, samples), initial_state(batch, system).T.copy())

@@ -1,6 +1,6 @@
-"""The smallest perturbation that destabilises a motion: a sudden change of the state after which it settles elsewhere.
+"""The smallest destabilising perturbation: a sudden change of the state after which a motion leaves its attractor.
 
-In the literature on multistability its length is the magnitude of the minimal critical (or fatal) shock: L. Halekotte,
+In the literature on multistability its norm is the magnitude of the minimal critical (or fatal) shock: L. Halekotte,
 U. Feudel, *Minimal fatal shocks in multistable complex networks*, Sci. Rep. 10 (2020) 11783.
 """
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.dynamics import Classification, Label, Reason, Verdicts
+from gearchaos.dynamics import ON_ATTRACTOR, Classification, Label, Reason, Verdicts
 from gearchaos.flow import ExactFlow
 from gearchaos.studies.attractor_set import Attractor, AttractorSet
 from gearchaos.studies.batch_classification import classify_batch
@@ -18,39 +18,50 @@ from gearchaos.studies.batch_classification import classify_batch
 _MAX_POINTS = 16
 """Largest number of stroboscopic points of the attractor that are perturbed."""
 
-_LENGTHS = np.geomspace(1e-3, 4.0, 25)
-"""Lengths tried in each random direction."""
+_NORMS = np.geomspace(1e-3, 4.0, 25)
+"""Norms of the perturbations tried in each random direction."""
 
 _IMPROVEMENTS = 12
-_NEIGHBOURS = 32
-_REDUCTIONS = np.array([0.5, 0.7, 0.85, 0.93, 0.97, 0.99])
-"""An improvement tries so many directions near the best one, with these fractions of its length."""
+"""Number of rounds that improve the best perturbation."""
 
-_ELSEWHERE = (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC, Label.DIVERGED)
+_NEIGHBOURS = 32
+"""Number of directions near the best one that a round tries."""
+
+_REDUCTIONS = np.array([0.5, 0.7, 0.85, 0.93, 0.97, 0.99])
+"""Norms that a round tries in each direction, relative to the best one."""
+
+_DECIDED = (*ON_ATTRACTOR, Label.DIVERGED)
 """Labels of motions that can have left the attractor; an undecided motion does not count."""
 
-MOTIONS_PER_DIRECTION = _MAX_POINTS * len(_LENGTHS)
+MOTIONS_PER_DIRECTION = _MAX_POINTS * len(_NORMS)
 """Largest number of motions followed for each direction."""
 
 BYTES_PER_DIRECTION = 1200 * MOTIONS_PER_DIRECTION
-"""Memory they take."""
+"""Upper bound of the memory that they take, in bytes."""
 
 
 @dataclass(frozen=True)
 class Perturbation:
-    """A sudden change of the state: its length ``size``, the ``change`` (d,), and the state ``point`` (d,) it acts on.
+    """A sudden change of the state, in the dimensionless coordinates of the dynamic state.
 
-    In the dimensionless coordinates of the dynamic state, at phase 0.
+    Attributes
+    ----------
+    norm : float
+        Euclidean norm of the change.
+    change : (d,)
+    point : (d,)
+        The state at phase 0 to which the change is added.
     """
 
-    size: float
+    norm: float
     change: np.ndarray
     point: np.ndarray
 
 
 @dataclass(frozen=True)
 class _Search:
-    """Search for perturbations after which motions leave one attractor."""
+    """Search for perturbations after which motions leave an attractor; the fields are those of
+    `smallest_perturbation`."""
 
     flow: ExactFlow
     attractor: Attractor
@@ -64,7 +75,7 @@ class _Search:
             return self.flow, w[:, tile].copy(), np.zeros(len(tile), dtype=int)
 
         def collect(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
-            return {"leaves": np.isin(found.label, _ELSEWHERE) & ~self._returned(found)}
+            return {"leaves": np.isin(found.label, _DECIDED) & ~self._returned(found)}
 
         return classify_batch(
             initial_states, collect, np.arange(w.shape[1]), settings=self.settings, response=False, progress=progress,
@@ -73,37 +84,36 @@ class _Search:
 
     def _returned(self, found: Verdicts) -> np.ndarray:
         """Whether motions ended on the attractor, (L,)."""
-        kind = self.attractor
-        neutral = found.reason == Reason.NEUTRAL
-        same = (found.label == kind.label) & (found.period == kind.period) & (neutral == kind.neutral)
-        alike = np.flatnonzero(same)
+        attractor, neutral = self.attractor, found.reason == Reason.NEUTRAL
+        same = (found.label == attractor.label) & (found.period == attractor.period) & (neutral == attractor.neutral)
+        candidates = np.flatnonzero(same)
         out = np.zeros(len(found.label), dtype=bool)
-        out[alike] = AttractorSet(self.flow).contains(self.attractor, found.w[:, alike])
+        out[candidates] = AttractorSet(self.flow).contains(attractor, found.w[:, candidates])
         return out
 
     def first(self, directions: np.ndarray, progress: str | None) -> Perturbation | None:
-        """The shortest of all perturbations tried in some directions (D, d) after which a motion leaves, if any."""
+        """The shortest perturbation tried in directions (D, d) after which a motion leaves; None if none does."""
         section = self.attractor.section
         points = section[np.unique(np.linspace(0, len(section) - 1, _MAX_POINTS).astype(int))]
         point, direction, step = (
-            i.ravel() for i in np.meshgrid(*(np.arange(n) for n in (len(points), len(directions), len(_LENGTHS))))
+            i.ravel() for i in np.meshgrid(*(np.arange(n) for n in (len(points), len(directions), len(_NORMS))))
         )
-        changes = _LENGTHS[step, None] * directions[direction]
+        changes = _NORMS[step, None] * directions[direction]
         leaving = np.flatnonzero(self.leaves((points[point] + changes).T, progress))
         if len(leaving) == 0:
             return None
         best = leaving[np.argmin(step[leaving])]
-        return Perturbation(float(_LENGTHS[step[best]]), changes[best], points[point[best]])
+        return Perturbation(float(_NORMS[step[best]]), changes[best], points[point[best]])
 
     def improved(self, best: Perturbation, deviation: float, rng: np.random.Generator) -> Perturbation:
-        """A shorter perturbation in about the same direction after which the motion leaves too, or the same one.
+        """A shorter perturbation in a similar direction after which the motion also leaves; ``best`` if none is found.
 
         ``deviation`` is the standard deviation of the random change of direction.
         """
-        unit = best.change / best.size
+        unit = best.change / best.norm
         around = _units(unit + deviation * rng.normal(size=(_NEIGHBOURS, len(unit))) / np.sqrt(len(unit)))
         around[0] = unit
-        changes = (best.size * _REDUCTIONS[:, None, None] * around).reshape(-1, len(unit))
+        changes = (best.norm * _REDUCTIONS[:, None, None] * around).reshape(-1, len(unit))
         leaving = np.flatnonzero(self.leaves((best.point + changes).T))
         if len(leaving) == 0:
             return best
@@ -120,20 +130,21 @@ def smallest_perturbation(
     Parameters
     ----------
     flow : ExactFlow
-        With the operating point as its first parameter point.
+        Its first parameter point is the operating point.
     attractor : Attractor
+        The attractor that the motion leaves.
     directions : int
-        Number of random directions tried, in 25 lengths from 1e-3 to 4, at up to 16 stroboscopic points. The best
-        perturbation is then shortened and turned.
+        Number of random directions tried, with 25 norms from 1e-3 to 4, at up to 16 stroboscopic points. The best
+        perturbation is then improved by random changes of its direction and smaller norms.
     settings, progress, threads
         As in `classify_batch`.
 
     Returns
     -------
     Perturbation or None
-        None if no perturbation up to the length 4 leaves. The length is the Euclidean norm over the d coordinates, in
-        half backlashes and their velocities. It is an upper bound of the smallest: narrow tongues of other basins
-        between the directions are missed.
+        None if none up to the norm 4 was found. The norm is Euclidean over the d coordinates, in half backlashes and
+        their velocities. It is an upper bound of the smallest one: narrow tongues of other basins between the
+        directions are missed.
     """
     search, rng = _Search(flow, attractor, settings, threads), np.random.default_rng(0)
     best = search.first(_units(rng.normal(size=(directions, flow.dimension))), progress)
@@ -148,5 +159,5 @@ def smallest_perturbation(
 
 
 def _units(vectors: np.ndarray) -> np.ndarray:
-    """Unit vectors in the directions of some vectors (N, d)."""
+    """Unit vectors in the directions of vectors (N, d)."""
     return vectors / np.linalg.norm(vectors, axis=1)[:, None]

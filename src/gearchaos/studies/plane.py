@@ -6,14 +6,14 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
-from gearchaos.model import Batch, MeshModel, expand, vary
+from gearchaos.model import Batch, MeshModel, expand_pairs, vary
 from gearchaos.model.switched import coordinates
 from gearchaos.studies.axis import Axis
 
 
 def check_plane(model: MeshModel, x: Axis, y: Axis) -> None:
-    """Raise if a map over these axes is impossible; before any work."""
-    shared = expand({x.name: 0.0}, model).keys() & expand({y.name: 0.0}, model).keys()
+    """Raise `InputError` unless the axes are different, valid for the model, and a map over them fits into memory."""
+    shared = expand_pairs({x.name: 0.0}, model).keys() & expand_pairs({y.name: 0.0}, model).keys()
     if shared:
         both = x.name if x.name == y.name else f"{x.name} and {y.name}, which both set {', '.join(sorted(shared))}"
         raise InputError("axes", "must be two different parameters", both)
@@ -23,20 +23,21 @@ def check_plane(model: MeshModel, x: Axis, y: Axis) -> None:
 
 
 def shared_coordinates(model: MeshModel, *axes: Axis) -> tuple[str, ...]:
-    """Coordinates of the dynamic state that serve all values of the axes, the same for every tile.
+    """Names of the coordinates of the dynamic state, the same for all values of the axes and so for all tiles.
 
-    The conditions for fewer are products of parameters, so where they hold at all corners they hold throughout.
+    The conditions under which a coordinate can be left out are products of parameters. Where they hold at all corners,
+    they hold for all values.
     """
     return coordinates(corners(model, *axes))
 
 
 def corners(model: MeshModel, *axes: Axis) -> Batch:
-    """The model at both ends of all axes."""
+    """The model at all combinations of the ends of the axes."""
     ends = np.meshgrid(*([a.start, a.stop if a.count > 1 else a.start] for a in axes))
     return vary(model, {a.name: c.ravel() for a, c in zip(axes, ends, strict=True)})
 
 
 def at_cells(x: Axis, y: Axis, cells: np.ndarray) -> dict[str, np.ndarray]:
-    """The values of both axes in some cells of a map."""
+    """The values (L,) of both axes, by name, in the cells (L,) of a map."""
     row, column = np.divmod(cells, x.count)
     return {x.name: x.values[column], y.name: y.values[row]}

@@ -1,8 +1,9 @@
-"""A map for a fraction of its cells: a coarse lattice first, then finer ones only where neighbours differ.
+"""Refinement of a map: a coarse lattice of cells is computed first, then finer ones only where neighbours differ.
 
-What is not computed is inferred from the corners of the block it lies in, and says so. At last every boundary is
-followed: as long as a computed cell differs from one inferred nearby, that one is computed too. So a thin tongue is
-found whole wherever the lattice meets it; what lies wholly between lattice lines, and far from any boundary, is missed.
+A cell that is not computed has the motion inferred from the corners of its block of the lattice, and is marked as
+inferred. Finally the boundaries are traced: an inferred cell with a computed cell nearby of another motion is computed
+too, until there is none. So a thin tongue is found entirely wherever a lattice point lies in it. A region that contains
+no lattice point and is far from every boundary is missed.
 """
 
 from __future__ import annotations
@@ -12,147 +13,180 @@ from collections.abc import Callable, Generator
 import numpy as np
 
 from gearchaos.dynamics import Reason
-from gearchaos.studies.verdict_variables import blank
+from gearchaos.studies.fill_values import fill_value
 
 SIDE = 256
-"""Rows and columns of a part that is refined by itself, so that its result does not depend on what is beside it."""
+"""Rows and columns of a part of the map. Each part is refined by itself, so that its result does not depend on which
+other parts are computed with it."""
 
 _NEARBY = np.hypot(*np.mgrid[-4:5, -4:5]) < 4.3
-"""The cells about a cell, itself in the middle, that cast doubt on it if they are computed and of another kind."""
+"""Footprint of the cells near a cell, which is in the middle. A cell is computed if one of these is computed and has
+another motion."""
 
-Cells = Callable[[np.ndarray], dict[str, np.ndarray]]
-"""From the numbers (L,) of some cells what is found of them, arrays (L,) by name."""
+Compute = Callable[[np.ndarray], dict[str, np.ndarray]]
+"""Function from the numbers (L,) of cells to their results, arrays (L,) by name."""
 
-Rounds = Generator[np.ndarray, np.ndarray]
-"""Asks for cells by their places (L,) and takes what kinds of motion they have (L,)."""
+Requests = Generator[np.ndarray, np.ndarray]
+"""Generator that yields the positions (L,) of cells to be computed, and receives their motion codes (L,)."""
 
 
-def refined(compute: Cells, cells: np.ndarray, columns: int, coarse: int) -> dict[str, np.ndarray]:
-    """What is found, or inferred, of some cells (N,) of a map with so many columns, arrays (N,) by name.
+def refined(compute: Compute, cells: np.ndarray, columns: int, coarse: int) -> dict[str, np.ndarray]:
+    """Compute or infer the results of cells of a map.
 
-    They are whole parts of `SIDE` rows and columns of it. ``coarse`` is the first step of the lattice, a power of two.
-    ``inferred`` is 1 where a cell was not computed: it has the label and period of its block's corners, and nothing
-    else. What all parts ask for next is computed together, since a few cells cost nearly as much as many.
+    Parameters
+    ----------
+    compute : callable
+        Function from the numbers (L,) of cells to their results, arrays (L,) by name.
+    cells : (N,)
+        Numbers of the cells; they fill whole parts of `SIDE` rows and columns of the map.
+    columns : int
+        Number of columns of the map.
+    coarse : int
+        Spacing of the first lattice, a power of two.
+
+    Returns
+    -------
+    dict of str to (N,)
+        The results. ``inferred`` is 1 where a cell was not computed: it then has the label and period of the corners of
+        its block, `Reason.INFERRED`, and fill values elsewhere.
+
+    Notes
+    -----
+    The cells that all parts request next are computed together, since a few cells cost nearly as much as many.
     """
-    parts = [_Refinement(places) for places in _parts(cells, columns)]
-    running, found = [part.rounds(coarse) for part in parts], dict[str, np.ndarray]()
-    asked = [next(one) for one in running]
+    parts = [_Refinement(positions) for positions in _parts(cells, columns)]
+    running, found = [part.requests(coarse) for part in parts], dict[str, np.ndarray]()
+    requested = [next(part) for part in running]
     while running:
-        places, ends = np.concatenate(asked), np.cumsum([len(a) for a in asked])
-        new = compute(cells[places])
-        _put(found, new, places, len(cells))
-        answers = [_answer(*pair) for pair in zip(running, np.split(_kinds(new), ends[:-1]), strict=True)]
-        running = [one for one, answer in zip(running, answers, strict=True) if answer is not None]
-        asked = [answer for answer in answers if answer is not None]
+        positions, ends = np.concatenate(requested), np.cumsum([len(r) for r in requested])
+        new = compute(cells[positions])
+        _put(found, new, positions, len(cells))
+        codes = np.split(_motion_codes(new), ends[:-1])
+        following = [_next_request(part, received) for part, received in zip(running, codes, strict=True)]
+        running = [part for part, request in zip(running, following, strict=True) if request is not None]
+        requested = [request for request in following if request is not None]
     found["inferred"] = np.zeros(len(cells), dtype=np.int8)
     for part in parts:
-        _infer(found, *part.guessed())
+        _put_inferred(found, *part.inferred())
     return found
 
 
 def _parts(cells: np.ndarray, columns: int) -> list[np.ndarray]:
-    """Where the cells of every part stand among all, (rows, columns)."""
+    """The positions in ``cells`` of the cells of each part, (rows, columns)."""
     row, column = np.divmod(cells, columns)
     number = (row // SIDE) * (columns // SIDE + 1) + column // SIDE
     order = np.argsort(number, kind="stable")
     parts = np.split(order, np.flatnonzero(np.diff(number[order])) + 1)
-    return [places.reshape(len(np.unique(row[places])), -1) for places in parts]
+    return [positions.reshape(len(np.unique(row[positions])), -1) for positions in parts]
 
 
-def _kinds(found: dict[str, np.ndarray]) -> np.ndarray:
-    """A number for every kind and period of motion."""
+def _motion_codes(found: dict[str, np.ndarray]) -> np.ndarray:
+    """One integer (L,) for each combination of label and period."""
     return found["label"].astype(np.int64) * 2**32 + found["period"]
 
 
-def _put(found: dict[str, np.ndarray], new: dict[str, np.ndarray], places: np.ndarray, count: int) -> None:
-    """Put what is new in its places among all."""
+def _put(found: dict[str, np.ndarray], new: dict[str, np.ndarray], positions: np.ndarray, count: int) -> None:
+    """Put new results (L,) at their positions (L,) in arrays (count,), which are made if they do not exist yet."""
     for name, values in new.items():
         if name not in found:
-            found[name] = np.full(count, blank(name, values.dtype), values.dtype)
-        found[name][places] = values
+            found[name] = np.full(count, fill_value(name, values.dtype), values.dtype)
+        found[name][positions] = values
 
 
-def _answer(one: Rounds, kinds: np.ndarray) -> np.ndarray | None:
-    """What a part asks for after this answer, if anything."""
+def _next_request(part: Requests, codes: np.ndarray) -> np.ndarray | None:
+    """Send a part the motion codes that it requested; returns its next request, or None if it has ended."""
     try:
-        return one.send(kinds)
+        return part.send(codes)
     except StopIteration:
         return None
 
 
-def _infer(found: dict[str, np.ndarray], places: np.ndarray, kinds: np.ndarray) -> None:
-    """Give cells the kinds that were inferred, and say so."""
-    found["label"][places], found["period"][places] = np.divmod(kinds, 2**32)
-    found["reason"][places], found["inferred"][places] = Reason.INFERRED, 1
+def _put_inferred(found: dict[str, np.ndarray], positions: np.ndarray, codes: np.ndarray) -> None:
+    """Put inferred motions at their positions, and mark them as inferred."""
+    found["label"][positions], found["period"][positions] = np.divmod(codes, 2**32)
+    found["reason"][positions], found["inferred"][positions] = Reason.INFERRED, 1
 
 
 class _Refinement:
-    """A rectangle of cells, asked for step by step; blocks that are alike are settled and left alone."""
+    """The refinement of one part of a map.
 
-    def __init__(self, places: np.ndarray) -> None:
-        self.places = places
-        self.known = np.zeros(places.shape, dtype=bool)
-        self.kind = np.zeros(places.shape, dtype=np.int64)
+    Attributes
+    ----------
+    positions : (rows, columns)
+        Positions of the cells among all cells of the computation.
+    computed : (rows, columns) of bool
+        Whether a cell is computed.
+    code : (rows, columns)
+        Motion codes, computed or inferred; 0 where neither is done yet.
+    """
 
-    def rounds(self, coarse: int) -> Rounds:
-        """The places of cells to be computed, again and again; takes their kinds."""
-        step = coarse if min(self.places.shape) > 1 else 1
-        yield from self.add(self.lattice(step))
-        while step > 1:
-            yield from self.add(self.refine(step, beside=step == coarse))
-            step //= 2
-        while (doubtful := self.doubtful()).any():
-            yield from self.add(doubtful)
+    def __init__(self, positions: np.ndarray) -> None:
+        self.positions = positions
+        self.computed = np.zeros(positions.shape, dtype=bool)
+        self.code = np.zeros(positions.shape, dtype=np.int64)
 
-    def lines(self, step: int) -> tuple[np.ndarray, np.ndarray]:
-        """Rows and columns of a lattice, the last ones included."""
-        rows, columns = (np.unique(np.append(np.arange(0, n, step), n - 1)) for n in self.places.shape)
+    def requests(self, coarse: int) -> Requests:
+        """Yield the positions of cells to be computed, lattice by lattice, and receive their motion codes."""
+        spacing = coarse if min(self.positions.shape) > 1 else 1
+        yield from self.request(self.lattice(spacing))
+        while spacing > 1:
+            yield from self.request(self.next_lattice(spacing, with_neighbours=spacing == coarse))
+            spacing //= 2
+        while (contradicted := self.contradicted()).any():
+            yield from self.request(contradicted)
+
+    def lines(self, spacing: int) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and columns of a lattice, which always include the last ones."""
+        rows, columns = (np.unique(np.append(np.arange(0, n, spacing), n - 1)) for n in self.positions.shape)
         return rows, columns
 
-    def lattice(self, step: int) -> np.ndarray:
-        """Which cells (rows, columns) are on it."""
-        out = np.zeros(self.places.shape, dtype=bool)
-        out[np.ix_(*self.lines(step))] = True
+    def lattice(self, spacing: int) -> np.ndarray:
+        """Whether each cell is on the lattice, (rows, columns) of bool."""
+        out = np.zeros(self.positions.shape, dtype=bool)
+        out[np.ix_(*self.lines(spacing))] = True
         return out
 
-    def add(self, wanted: np.ndarray) -> Rounds:
-        """Ask for those of the wanted cells that are not known."""
-        new = wanted & ~self.known
+    def request(self, wanted: np.ndarray) -> Requests:
+        """Request those of the wanted cells (rows, columns) that are not computed yet."""
+        new = wanted & ~self.computed
         if new.any():
-            self.kind[new] = yield self.places[new]
-            self.known |= new
+            self.code[new] = yield self.positions[new]
+            self.computed |= new
 
-    def refine(self, step: int, beside: bool) -> np.ndarray:
-        """Which cells the next lattice has in blocks whose corners differ, or lie ``beside`` such; fill the others."""
+    def next_lattice(self, spacing: int, with_neighbours: bool) -> np.ndarray:
+        """Cells of the lattice of half the spacing in blocks whose corners differ, (rows, columns) of bool.
+
+        With ``with_neighbours`` the blocks next to these are included. The cells of all other blocks are inferred.
+        """
         from scipy.ndimage import binary_dilation  # here, since it takes a tenth of a second to load
 
-        rows, columns = self.lines(step)
-        known, kind = _corners(self.known[np.ix_(rows, columns)]), _corners(self.kind[np.ix_(rows, columns)])
-        complete = known.all(axis=0)
-        mixed = complete & (kind != kind[0]).any(axis=0)
-        finer = binary_dilation(mixed, np.ones((3, 3))) & complete if beside else mixed
-        self._fill(complete & ~finer, rows, columns)
-        return self.lattice(step // 2) & _cover(finer, rows, columns, self.places.shape)
+        rows, columns = self.lines(spacing)
+        computed, code = _corners(self.computed[np.ix_(rows, columns)]), _corners(self.code[np.ix_(rows, columns)])
+        complete = computed.all(axis=0)
+        mixed = complete & (code != code[0]).any(axis=0)
+        finer = binary_dilation(mixed, np.ones((3, 3))) & complete if with_neighbours else mixed
+        self._infer(complete & ~finer, rows, columns)
+        return self.lattice(spacing // 2) & _cells_of_blocks(finer, rows, columns, self.positions.shape)
 
-    def _fill(self, blocks: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> None:
-        """Give the kind of their corners to the cells of some blocks that are not known."""
-        inside = _cover(blocks, rows, columns, self.places.shape) & ~self.known
+    def _infer(self, blocks: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> None:
+        """Give the cells of some blocks that are not computed the motion code of a corner of their block."""
+        inside = _cells_of_blocks(blocks, rows, columns, self.positions.shape) & ~self.computed
         i, j = np.nonzero(inside)
         at = rows[np.searchsorted(rows, i, side="right") - 1], columns[np.searchsorted(columns, j, side="right") - 1]
-        self.kind[i, j] = self.kind[at]
+        self.code[i, j] = self.code[at]
 
-    def doubtful(self) -> np.ndarray:
-        """Which cells were inferred to be other than some cell computed nearby is."""
-        from scipy.ndimage import maximum_filter, minimum_filter  # here, as in `refine`
+    def contradicted(self) -> np.ndarray:
+        """Inferred cells with a computed cell nearby that has another motion code, (rows, columns) of bool."""
+        from scipy.ndimage import maximum_filter, minimum_filter  # here, as in `next_lattice`
 
-        most, least = self.kind.max() + 1, self.kind.min() - 1
-        high = maximum_filter(np.where(self.known, self.kind, least), footprint=_NEARBY)
-        low = minimum_filter(np.where(self.known, self.kind, most), footprint=_NEARBY)
-        return ~self.known & (((high > least) & (high != self.kind)) | ((low < most) & (low != self.kind)))
+        above, below = self.code.max() + 1, self.code.min() - 1
+        high = maximum_filter(np.where(self.computed, self.code, below), footprint=_NEARBY)
+        low = minimum_filter(np.where(self.computed, self.code, above), footprint=_NEARBY)
+        return ~self.computed & (((high > below) & (high != self.code)) | ((low < above) & (low != self.code)))
 
-    def guessed(self) -> tuple[np.ndarray, np.ndarray]:
-        """Places and kinds of the cells that were inferred."""
-        return self.places[~self.known], self.kind[~self.known]
+    def inferred(self) -> tuple[np.ndarray, np.ndarray]:
+        """Positions and motion codes of the inferred cells, each (L,)."""
+        return self.positions[~self.computed], self.code[~self.computed]
 
 
 def _corners(values: np.ndarray) -> np.ndarray:
@@ -160,8 +194,10 @@ def _corners(values: np.ndarray) -> np.ndarray:
     return np.stack([values[:-1, :-1], values[1:, :-1], values[:-1, 1:], values[1:, 1:]])
 
 
-def _cover(blocks: np.ndarray, rows: np.ndarray, columns: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """The cells of some blocks of a lattice, edges included."""
+def _cells_of_blocks(
+    blocks: np.ndarray, rows: np.ndarray, columns: np.ndarray, shape: tuple[int, ...]
+) -> np.ndarray:
+    """The cells, of ``shape``, that lie in or on the edge of the chosen blocks (R - 1, C - 1) of a lattice."""
     inner = np.repeat(np.repeat(blocks, np.diff(rows), axis=0), np.diff(columns), axis=1)
     out = np.zeros(shape, dtype=bool)
     for corner in (out[:-1, :-1], out[1:, :-1], out[:-1, 1:], out[1:, 1:]):

@@ -1,4 +1,4 @@
-"""What the mesh does at one operating point."""
+"""The kind of motion at one operating point."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gearchaos.dynamics.labels import label_and_period
 from gearchaos.dynamics.spectrum import spectral_class
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel, vary
-from gearchaos.model.switched import switched
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.sections import steady_sections
@@ -27,16 +27,16 @@ if TYPE_CHECKING:
 REGIME_SETTINGS = Classification(
     exponent_run=2000, doublings=2, longest_transient=20_000, averaging_periods=1000
 )
-"""A single motion is followed longer than a cell of a map, up to chaotic transients of 20 000 periods."""
+"""A single motion is given longer runs than a cell of a map, for chaotic transients of up to 20 000 periods."""
 
 _SECTION_POINTS = 512
-"""Stroboscopic points of a motion without a period."""
+"""Number of stroboscopic points reported for a motion without a period."""
 
 
 def regime(
     model: MeshModel | GearPair, *, settings: Classification | None = None, progress: bool = False
 ) -> Verdict:
-    """What will this gear mesh do?
+    """Classify the motion of a gear mesh at one operating point.
 
     Parameters
     ----------
@@ -45,18 +45,19 @@ def regime(
     settings : Classification
         Lengths of the runs by which the motion is classified.
     progress : bool
-        Say on stderr how long it may take, if that is long.
+        Announce on stderr a computing time that may be long.
 
     Returns
     -------
     Verdict
-        With the ``label``, the ``reason``, and the evidence: ``multipliers`` of the orbit, all ``lyapunov`` exponents
-        of the dynamic state with their intervals, the response measures, and the stroboscopic ``section``.
+        With the ``label``, the ``reason``, the ``multipliers`` of the orbit, all ``lyapunov`` exponents of the dynamic
+        state with their intervals, the response measures, and the stroboscopic ``section``.
 
     Raises
     ------
     InputError
-        If the model or the settings are none, or the computation does not fit into the memory; before any work.
+        If the model or the settings are of another type, or the motion cannot be computed in a reasonable time; before
+        any work.
     """
     study = Regime(model, settings=settings)  # type: ignore[arg-type]
     study.cost.announce(progress)
@@ -65,7 +66,7 @@ def regime(
 
 @dataclass(frozen=True)
 class Regime(ClassifyingStudy):
-    """The value behind `regime`; its one work item is the motion."""
+    """The study that `regime` runs; its only work item is the motion, its fields the arguments of `regime`."""
 
     kind: ClassVar[str] = "regime"
     default_settings: ClassVar[Classification] = REGIME_SETTINGS
@@ -80,7 +81,7 @@ class Regime(ClassifyingStudy):
 
     @cached_property
     def cost(self) -> Cost:
-        return estimate(switched(vary(self.model, {})), 1, self.classification.most)
+        return estimate(switched_system(vary(self.model, {})), 1, self.classification.max_periods)
 
     def verdict(self) -> Verdict:
         """The verdict on the motion; see `regime`."""
@@ -111,8 +112,8 @@ class Regime(ClassifyingStudy):
             name: variable(name, _dims(name, values), values[0]) for name, values in found.items()
             if not name.startswith("spectral_")
         }
-        said = {"motion": _motion(found, ""), "spectral_label": _motion(found, "spectral_")}
-        return new_dataset(data, attrs={**provenance("regime", self.model), **said})
+        classes = {"motion": _motion(found, ""), "spectral_label": _motion(found, "spectral_")}
+        return new_dataset(data, attrs={**provenance("regime", self.model), **classes})
 
 
 def _motion(found: dict[str, np.ndarray], prefix: str) -> str:
@@ -122,5 +123,5 @@ def _motion(found: dict[str, np.ndarray], prefix: str) -> str:
 
 
 def _dims(name: str, values: np.ndarray) -> tuple[str, ...]:
-    """Dimensions of a variable of `Verdict.to_dataset` without that of the work items."""
+    """Dimensions of a variable of `Verdict.to_dataset`, whose values have the work items as first dimension."""
     return () if values.ndim == 1 else ("point",) if name.startswith("section_") else ("exponent",)

@@ -1,4 +1,4 @@
-"""All kinds of studies by name; study files, stores and the command line find them here."""
+"""All kinds of studies by name, for study files, stores and the command line."""
 
 from __future__ import annotations
 

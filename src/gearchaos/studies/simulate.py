@@ -1,4 +1,4 @@
-"""One trajectory: sampled in time, and its stroboscopic section."""
+"""One trajectory: its stroboscopic section, and samples in time."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from gearchaos.datasets import new_dataset, provenance, variable
-from gearchaos.errors import whole_number
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import CHATTER, DIVERGED, DIVERGED_AT, OK, ExactFlow
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import Batch, MeshModel, backlash, mesh_stiffness, transmission_error, vary
-from gearchaos.model.coordinates import error_at_start, start, to_physical
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import initial_state, to_physical, transmission_error_at_start
+from gearchaos.model.switched import switched_system
 from gearchaos.studies import rotation
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.initial_value_problems import InitialValueProblems, initial_value_problems
@@ -29,7 +28,7 @@ def simulate(
     model: MeshModel | GearPair, periods: int, transient: int = 0, samples: int | None = None, *,
     progress: bool = False,
 ) -> xr.Dataset:
-    """Follow the motion of a gear mesh exactly.
+    """Compute a trajectory of a gear mesh with the exact flow.
 
     Parameters
     ----------
@@ -37,11 +36,12 @@ def simulate(
     periods : int
         Mesh periods to record.
     transient : int
-        Mesh periods to let pass before.
+        Mesh periods before the recorded ones.
     samples : int, optional
-        Record this many equidistant instants per mesh period; without it only the stroboscopic section.
+        Number of equidistant instants recorded in each mesh period; by default only the stroboscopic section is
+        recorded.
     progress : bool
-        Say on stderr how long it may take, if that is long.
+        Announce on stderr a computing time that may be long.
 
     Returns
     -------
@@ -49,36 +49,34 @@ def simulate(
         ``section_<coordinate>(period)`` at τ = T, 2T, ... after the transient; with ``samples`` also the coordinates,
         ``mesh_force`` 2ζz' + χ f(z) and ``contact`` (-1 back flank, 0 free, 1 front flank) over ``tau``.
 
-        The attribute ``status`` is "ok", "diverged" if |z| or |z'| passed 1e8 half backlashes (what came after is
-        NaN), or "chatter" if a step had more contact switches than can be followed.
+        The attribute ``status`` is "ok", "diverged" if |z| or |z'| exceeded 1e8 half backlashes (from there on values
+        are NaN), or "chatter" if a step had more contact switches than can be followed.
 
     Raises
     ------
     InputError
-        If a number is out of range, or what is asked for does not fit this machine's memory.
+        If a number is out of range, or the computation needs more memory than this machine has.
     """
     return Simulate(model, periods, transient, samples).run(progress=progress)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
 class Simulate(Study):
-    """The value behind `simulate`; its one work item is the motion."""
+    """The study that `simulate` runs; its only work item is the motion, its fields the arguments of `simulate`."""
 
     kind: ClassVar[str] = "simulate"
 
-    periods: int = option(MISSING, "Mesh periods to record.", least=1, keyword=False)
-    transient: int = option(0, "Mesh periods to let pass before.", least=0, keyword=False)
-    samples: int | None = option(None, "Instants per period, for --out.", least=1, keyword=False)
+    periods: int = option(MISSING, least=1, keyword=False)
+    transient: int = option(0, least=0, keyword=False)
+    samples: int | None = option(None, least=1, keyword=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._set(periods=whole_number("periods", self.periods, 1),
-                  transient=whole_number("transient", self.transient, 0),
-                  samples=None if self.samples is None else whole_number("samples", self.samples, 1))
+        self._set(**self._whole_numbers("periods", "transient", "samples"))
         samples = self.samples or 0
-        check_memory("periods", self.periods, _SECTION)
-        check_memory("periods times samples", self.periods * samples, _INSTANT)
-        check_memory("samples", samples, (self.cost.table + _NODE * self.cost.steps) // max(1, samples))
+        check_memory("periods", self.periods, _BYTES_PER_SECTION)
+        check_memory("periods times samples", self.periods * samples, _BYTES_PER_SAMPLE)
+        check_memory("samples", samples, (self.cost.table + _BYTES_PER_STEP * self.cost.steps) // max(1, samples))
 
     @property
     def grid(self) -> dict[str, int]:
@@ -86,7 +84,7 @@ class Simulate(Study):
 
     @cached_property
     def cost(self) -> Cost:
-        system = switched(vary(self.model, {}))
+        system = switched_system(vary(self.model, {}))
         return estimate(system, 1, self.periods + self.transient, samples=self.samples or 0)
 
     @cached_property
@@ -97,10 +95,10 @@ class Simulate(Study):
         self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
     ) -> dict[str, np.ndarray]:
         _, flow, w = self._problem
-        before = flow.advance(w, self.transient) if self.transient else None
+        transient = flow.advance(w, self.transient) if self.transient else None
         out = flow.advance(
-            before.w if before else w, self.periods, sections=self.periods, sample=self.samples is not None)
-        codes = {int(run.status[0]) for run in (before, out) if run}
+            transient.w if transient else w, self.periods, sections=self.periods, sample=self.samples is not None)
+        codes = {int(run.status[0]) for run in (transient, out) if run}
         status = DIVERGED if DIVERGED in codes else max(codes)
         sampled = {"samples": out.samples[None, ..., 0]} if self.samples else {}
         return {"sections": out.sections[None, :, :, 0], "status": np.array([status]), **sampled}
@@ -119,35 +117,36 @@ class Simulate(Study):
         return new_dataset(data, attrs={**provenance("simulate", self.model, **settings), **status})
 
 
-_SECTION, _INSTANT = 700, 800
-"""Bytes that a section and a sampled instant take at most, until they are saved."""
+_BYTES_PER_SECTION, _BYTES_PER_SAMPLE = 700, 800
+"""Upper bounds of the memory that a section and a sample take until they are saved."""
 
-_NODE = 200
-"""Bytes that laying out the course of a period takes for every instant of it."""
+_BYTES_PER_STEP = 200
+"""Memory that each step of the step grid of a mesh period takes, besides the step matrices."""
 
 _STATUS = {OK: "ok", DIVERGED: "diverged", CHATTER: "chatter"}
 
 
 def _bounded(w: np.ndarray) -> np.ndarray:
-    """Coordinates with NaN from where the motion left the range that the flow follows; time first, z and z' leading."""
+    """Coordinates w (..., d), time first and z and z' leading, with NaN from the first that exceed `DIVERGED_AT`."""
     inside = np.all(np.abs(w[..., :2]) < DIVERGED_AT, axis=-1)
     kept = np.logical_and.accumulate(inside.ravel()).reshape(inside.shape)
     return np.where(kept[..., None], w, np.nan)
 
 
 def _rotation(batch: Batch, flow: ExactFlow, w: np.ndarray, transient: int) -> np.ndarray | None:
-    """x2 (N + 1,) after the transient and at the sections w (N, d), where the bearings differ."""
+    """x2 (N + 1,) after the transient and at the sections w (N, d); None if the bearings do not differ."""
     if "x2_dot" not in flow.system.names:
         return None
-    begin, point = start(batch, flow.system).T.copy(), np.zeros(1, dtype=int)
-    return rotation.at_sections(batch, flow, point, begin, np.array([transient]), w[:, :, None])[0]
+    initial, point = initial_state(batch, flow.system).T.copy(), np.zeros(1, dtype=int)
+    return rotation.at_sections(batch, flow, point, initial, np.array([transient]), w[:, :, None])[0]
 
 
 def _section(batch: Batch, names: tuple[str, ...], w: np.ndarray, transient: int, x2: np.ndarray | None) -> dict:
+    """Variables over the periods from sections w (N, d), and from x2 (N + 1,) if the bearings differ."""
     number = np.arange(1, len(w) + 1)
     tau = (transient + number) * batch.model.period
     known = None if x2 is None else x2[None, 1:]
-    values = to_physical(batch, names, w[None], tau[None], *error_at_start(batch), known)
+    values = to_physical(batch, names, w[None], tau[None], *transmission_error_at_start(batch), known)
     data: dict[str, Any] = {f"section_{n}": variable(f"section_{n}", ("period",), v[0]) for n, v in values.items()}
     data["period"] = ("period", number, {"long_name": "mesh period after the transient", "units": "T"})
     data["tau_section"] = variable("tau", ("period",), tau)
@@ -157,8 +156,10 @@ def _section(batch: Batch, names: tuple[str, ...], w: np.ndarray, transient: int
 def _trajectory(
     batch: Batch, names: tuple[str, ...], samples: np.ndarray, transient: int, x2: np.ndarray | None
 ) -> dict:
-    """Variables over τ from samples (periods, samples, d + 1), the last column the contact state, and from x2
-    (periods + 1,) at their begin and end where the bearings differ."""
+    """Variables over τ from samples (periods, samples, d + 1), whose last column is the contact state.
+
+    If the bearings differ, x2 (periods + 1,) has the values at the start of the first and the end of each period.
+    """
     model, (periods, per_period, _) = batch.model, samples.shape
     flat = samples.reshape(periods * per_period, -1)
     share = np.tile(np.arange(per_period) / per_period, periods)
@@ -176,5 +177,5 @@ def _trajectory(
 
 
 def _between(batch: Batch, names: tuple[str, ...], samples: np.ndarray, x2: np.ndarray) -> np.ndarray:
-    """x2 (1, N M) at samples (N, M, d), from its values (N,) at the begin of each period."""
+    """x2 (1, N M) at samples (N, M, d), from its values (N,) at the start of each period."""
     return (x2[:, None] + rotation.within_periods(batch, names, samples)).reshape(1, -1)

@@ -1,4 +1,4 @@
-"""The steady motion behind a verdict, sampled in time."""
+"""The steady motion that a verdict is about, sampled in time."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.gears.pair import GearPair, as_model
 from gearchaos.model import COORDINATES, MeshModel, vary
-from gearchaos.model.coordinates import drifts, error_at_start, without_drift
+from gearchaos.model.coordinates import reset_mean_rotation, rotation_drifts, transmission_error_at_start
 from gearchaos.model.switched import coordinates
 from gearchaos.studies.simulate import simulate
 from gearchaos.studies.verdict import Verdict
@@ -22,8 +22,10 @@ _SAMPLES = 64
 """Instants recorded in each mesh period."""
 
 _ORBIT_PERIODS = 8
+"""Number of periods of a periodic motion that are recorded."""
+
 _OTHER_PERIODS = 512
-"""Length of the record: in periods of the orbit, and in mesh periods of a motion without one."""
+"""Number of mesh periods of another motion that are recorded."""
 
 
 def steady(model: MeshModel | GearPair, verdict: Verdict) -> xr.Dataset:
@@ -34,7 +36,7 @@ def steady(model: MeshModel | GearPair, verdict: Verdict) -> xr.Dataset:
     model : MeshModel or GearPair
         The operating point.
     verdict : Verdict
-        The verdict on it, with the stroboscopic points of the motion.
+        The verdict on this model, which contains the stroboscopic points of the motion.
 
     Returns
     -------
@@ -60,13 +62,14 @@ def steady(model: MeshModel | GearPair, verdict: Verdict) -> xr.Dataset:
 def _initial_values(model: MeshModel, point: dict[str, float]) -> dict[str, float]:
     """Initial values that start the motion at a stroboscopic point.
 
-    A mean rotation that drifts starts anew where the model starts it: added to large x1 and x2, z would lose digits.
+    A drifting mean rotation is reset to the initial one of the model, since z loses digits as the difference of large
+    x1 and x2.
     """
     initial, batch = {name: point[name] for name in COORDINATES[model.kind]}, vary(model, {})
     names = coordinates(batch)
-    if not drifts(batch, names)[0]:
+    if not rotation_drifts(batch, names)[0]:
         return initial
     if "y" in names:
         point = {**point, "y": point["y1"] - point["y2"], "y_dot": point["y1_dot"] - point["y2_dot"]}
-    kept = without_drift(batch, names, np.array([[point[n] for n in names]]), *error_at_start(batch))
+    kept = reset_mean_rotation(batch, names, np.array([[point[n] for n in names]]), *transmission_error_at_start(batch))
     return initial | {n: float(v[0]) for n, v in kept.items()}

@@ -1,4 +1,4 @@
-"""What all studies have in common: a frozen value that knows its work items and how to compute them."""
+"""Base classes of all studies: frozen values that define work items and how to compute them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
-from gearchaos.errors import InputError, unknown_name
+from gearchaos.errors import InputError, unknown_name, whole_number
 from gearchaos.gears.pair import as_model
 from gearchaos.model import MeshModel
 from gearchaos.studies.cost import Cost
@@ -21,30 +21,23 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def option(
-    default: Any, text: str, *, least: int | None = None, metavar: str | None = None, keyword: bool = True
-) -> Any:
-    """A field of a study that study files and the command line can set.
+def option(default: Any, *, least: int | None = None, keyword: bool = True) -> Any:
+    """A field of a study that study files can set.
 
     Parameters
     ----------
     default
-        The value where none is given; `dataclasses.MISSING` where one must be given.
-    text : str
-        One line of help.
+        The value if none is given; `dataclasses.MISSING` if one must be given.
     least : int, optional
         Smallest value of a whole number.
-    metavar : str, optional
-        How the help of the command line shows the value.
     keyword : bool
-        Whether it can be given by name alone.
+        Whether it is a keyword-only argument.
     """
-    metadata = {"help": text, "least": least, "metavar": metavar}
-    return field(default=default, kw_only=keyword, metadata=metadata)
+    return field(default=default, kw_only=keyword, metadata={"least": least})
 
 
 def _without_none(annotation: Any) -> Any:
-    """The type of a field that may be None."""
+    """An annotation without the alternative None."""
     types = [t for t in get_args(annotation) if t is not NoneType]
     return types[0] if NoneType in get_args(annotation) else annotation
 
@@ -57,19 +50,19 @@ class Study(ABC):
     anywhere; the result of an item does not depend, bit for bit, on the items that are computed with it.
 
     To add a kind of study, write a subclass in a file of its own and name it in `gearchaos.studies.registry`. Its
-    fields are the specification: study files, stores and the command line read them. `__post_init__` raises
-    `InputError` for whatever is wrong with them, before any work. The class gives ``kind``, the names of its axes, the
-    ``grid``, the ``cost``, and `compute` and `finish`.
+    fields are the specification of the study, which study files and stores read. `__post_init__` raises
+    `InputError` for invalid values, before any work. The class defines ``kind``, ``axis_fields``, ``grid``, ``cost``,
+    `compute` and `finish`. A command of its own goes into `gearchaos.cli`.
 
     Attributes
     ----------
     kind : str
         Name in study files, stores and commands.
     axis_fields : tuple of str
-        Fields that are axes, in the order of the arguments.
+        Names of the fields that are axes, in the order of the arguments.
     gridded : bool
-        Whether the Dataset holds just the arrays of `compute` over the grid, so that it can be had before all items
-        are done.
+        Whether the variables of the Dataset are the arrays of `compute` over the grid, so that a Dataset can be made
+        before all items are computed.
     """
 
     kind: ClassVar[str]
@@ -84,16 +77,16 @@ class Study(ABC):
     @property
     @abstractmethod
     def grid(self) -> dict[str, int]:
-        """Names and sizes of the dimensions of the grid of work items, which are numbered along rows."""
+        """Sizes of the dimensions of the grid of work items by name; items are numbered in row-major order."""
 
     @property
     def block(self) -> dict[str, int]:
-        """Smallest number of items along each dimension that are computed together; a sweep needs a whole row."""
+        """Smallest number of items along each dimension that must be computed together: for a sweep a whole row."""
         return dict.fromkeys(self.grid, 1)
 
     @property
     def motions_per_item(self) -> float:
-        """About how many motions are followed for an item."""
+        """Estimate of the number of motions that are followed for each item."""
         return 1
 
     @property
@@ -111,7 +104,7 @@ class Study(ABC):
     def finish(
         self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
     ) -> xr.Dataset:
-        """The Dataset, from the arrays (N, ...) of all items."""
+        """The Dataset, from the results of `compute` for all items, arrays (N, ...) by name."""
 
     @property
     def count(self) -> int:
@@ -124,7 +117,7 @@ class Study(ABC):
         Parameters
         ----------
         progress : bool
-            Show progress on stderr, and say before if it may take long.
+            Show progress on stderr, and announce a computing time that may be long.
         threads : int, optional
             Tiles computed at once; by default one per core.
         """
@@ -141,7 +134,7 @@ class Study(ABC):
 
     @classmethod
     def of(cls, model: MeshModel, values: Mapping[str, Any]) -> Self:
-        """A study from values by field; raises `InputError` where one is missing, unknown or wrong."""
+        """A study from the values of its fields by name; raises `InputError` if one is missing, unknown or invalid."""
         known = {f.name: f for f in fields(cls)}
         for name in values:
             if name not in known:
@@ -152,25 +145,37 @@ class Study(ABC):
         return cls(model, **values)
 
     def __getstate__(self) -> dict[str, Any]:
-        """The fields alone: what was derived from them is derived again."""
+        """The fields alone; cached properties are computed again from them."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
+    def _whole_numbers(self, *names: str) -> dict[str, int | None]:
+        """Values of these options by name; raises `InputError` unless they are whole numbers of at least ``least``.
+
+        None is accepted where it is the default.
+        """
+        out, declared = {}, {f.name: f for f in fields(self)}
+        for name in names:
+            value, declaration = getattr(self, name), declared[name]
+            omitted = value is None and declaration.default is None
+            out[name] = None if omitted else whole_number(name, value, declaration.metadata["least"])
+        return out
+
     def _set(self, **values: Any) -> None:
-        """Set fields of the frozen value while it is made."""
+        """Set fields of the frozen value in `__post_init__`."""
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
 
 @dataclass(frozen=True)
 class ClassifyingStudy(Study):
-    """A study that says of every motion what kind it is.
+    """A study that classifies motions.
 
     Attributes
     ----------
     default_settings : Classification
-        The classification settings where none are given.
+        The classification settings if none are given.
     settings : Classification
-        Those of this study.
+        The classification settings of this study.
     """
 
     default_settings: ClassVar[Classification] = Classification()
@@ -183,5 +188,5 @@ class ClassifyingStudy(Study):
 
     @property
     def classification(self) -> Classification:
-        """The settings, which are known once the study is made."""
+        """The settings, which `__post_init__` has set where none were given."""
         return self.settings or self.default_settings

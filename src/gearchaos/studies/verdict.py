@@ -1,4 +1,4 @@
-"""The verdict on one motion, with its evidence."""
+"""The verdict on one motion, with the quantities that it is based on."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ class Verdict:
     model : MeshModel
         The operating point, with its initial values.
     verdicts : Verdicts
-        Of this one motion.
+        Table with this one motion.
     section : dict of str to list of float
-        Stroboscopic points of the steady motion, by coordinate: n of a motion of period n, 512 of any other, none of
-        one that diverged.
+        Stroboscopic points of the steady motion, by coordinate: n points for a motion of period n, 512 for any other
+        bounded motion, and empty for a motion that diverged.
     spectral_label : str or None
         The class that the spectrum of z and z' at those points suggests; see `spectral_class`.
     """
@@ -55,6 +55,7 @@ class Verdict:
 
     @property
     def _label(self) -> Label:
+        """Kind of motion as its code."""
         return Label(int(self.verdicts.label[0]))
 
     @property
@@ -64,7 +65,7 @@ class Verdict:
 
     @property
     def reason(self) -> str:
-        """Why this is the verdict."""
+        """The reason for the label, a sentence from `REASONS`."""
         return REASONS[Reason(int(self.verdicts.reason[0]))]
 
     @property
@@ -85,6 +86,7 @@ class Verdict:
 
     @property
     def _known(self) -> np.ndarray:
+        """Whether each exponent is computed, (d,) of bool."""
         return np.isfinite(self.verdicts.exponent[:, 0])
 
     @property
@@ -117,6 +119,7 @@ class Verdict:
         return [*super().__dir__(), *Response.declared()]
 
     def _number(self, name: str) -> float | None:
+        """The value of a column of the verdicts, None where it is not finite."""
         value = float(self.verdicts[name][0])
         return value if math.isfinite(value) else None
 
@@ -138,10 +141,10 @@ class Verdict:
         Returns
         -------
         xarray.Dataset
-            The variables that `zones` has for a cell, as scalars in double precision, and those response measures that
-            it leaves out; ``lyapunov_spectrum``, ``lyapunov_spectrum_lo``, ``lyapunov_spectrum_hi``,
+            The variables that `zones` has for a cell, as scalars in double precision, and the response measures that
+            `zones` omits; ``lyapunov_spectrum``, ``lyapunov_spectrum_lo``, ``lyapunov_spectrum_hi``,
             ``multipliers_real`` and ``multipliers_imag`` over the dim "exponent"; and ``section_<coordinate>`` over the
-            dim "point". The attributes say the model, the ``motion`` and the ``spectral_label``.
+            dim "point". The attributes contain the model, the ``motion`` and the ``spectral_label``.
         """
         v = self.verdicts
         scalars = {n: values[0] for n, values in v.variables(double=True).items()}
@@ -154,5 +157,5 @@ class Verdict:
         data = {n: variable(n, (), value) for n, value in scalars.items()}
         data |= {n: variable(n, ("exponent",), values) for n, values in spectrum.items()}
         data |= {f"section_{n}": variable(f"section_{n}", ("point",), np.array(x)) for n, x in self.section.items()}
-        said = {"motion": self.label, "spectral_label": self.spectral_label or "none"}
-        return new_dataset(data, attrs={**provenance("regime", self.model), **said})
+        classes = {"motion": self.label, "spectral_label": self.spectral_label or "none"}
+        return new_dataset(data, attrs={**provenance("regime", self.model), **classes})

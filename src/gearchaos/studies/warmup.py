@@ -12,8 +12,8 @@ from gearchaos.dynamics import classify
 from gearchaos.execute.machine import cores
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
-from gearchaos.model.coordinates import start
-from gearchaos.model.switched import switched
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
 
 MODELS: dict[int, dict[str, Any]] = {
     2: {"kind": "torsional"},
@@ -23,13 +23,13 @@ MODELS: dict[int, dict[str, Any]] = {
     6: {"kind": "full", "kappa1": 0.4},
     7: {"kind": "full", "beta1": 0.02, "kappa1": 0.4},
 }
-"""A model for each dimension: unequal bearings add one coordinate, unequal supports two."""
+"""Parameters of a model for each dimension d: unequal bearings add one coordinate, unequal supports two."""
 
 
 def warmup(dimensions: Sequence[int] = tuple(MODELS)) -> Iterator[tuple[int, float]]:
-    """Compile the kernels of these dimensions side by side, unless the disk cache has them.
+    """Compile the kernels of these dimensions in parallel, unless they are in the disk cache.
 
-    Yields each dimension with the seconds it took, as they finish.
+    Yields each dimension with its compilation time in seconds, in the order of completion.
     """
     with ProcessPoolExecutor(cores(), mp_context=get_context("spawn")) as pool:
         for done in as_completed([pool.submit(_run, d) for d in dimensions]):
@@ -37,9 +37,10 @@ def warmup(dimensions: Sequence[int] = tuple(MODELS)) -> Iterator[tuple[int, flo
 
 
 def _run(dimension: int) -> tuple[int, float]:
+    """Classify one motion of this dimension, which compiles all kernels; returns the dimension and the seconds."""
     begin = time.perf_counter()
     batch = vary(MeshModel.of(**MODELS[dimension]), {})
-    system = switched(batch)
+    system = switched_system(batch)
     assert system.dimension == dimension
-    classify(ExactFlow(system), start(batch, system).T.copy())
+    classify(ExactFlow(system), initial_state(batch, system).T.copy())
     return dimension, time.perf_counter() - begin

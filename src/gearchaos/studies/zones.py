@@ -1,4 +1,4 @@
-"""What motion for every pair of two parameters: the zones of the paper's figures 2, 5, 10 and 11."""
+"""Maps of the kind of motion over two parameters, as in figures 2, 5, 10 and 11 of the paper."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gearchaos.execute.machine import check_memory
 from gearchaos.flow import WIDTH, ExactFlow
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel, state_names
-from gearchaos.model.switched import switched
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.batch_classification import InitialStates, classify_batch
 from gearchaos.studies.coexistence import coexisting, signature
@@ -24,35 +24,36 @@ from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.plane import at_cells, check_plane, corners, shared_coordinates
 from gearchaos.studies.refine import SIDE, refined
 from gearchaos.studies.study import ClassifyingStudy, option
-from gearchaos.studies.sweep import CARRY
+from gearchaos.studies.sweep import PERIODS_PER_VALUE
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_REFINED = 1 / 8
-"""About this share of a refined map's cells is computed."""
+_COMPUTED_SHARE = 1 / 8
+"""Rough estimate of the share of the cells of a refined map that are computed."""
 
 
 def zones(
     model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, starts: int = 1, refine: int = 1,
     settings: Classification | None = None, progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
-    """A map of motions over two parameters, every cell from the model's initial values.
+    """A map of the kinds of motion over two parameters, with the initial values of the model in every cell.
 
     Parameters
     ----------
     model : MeshModel or GearPair
-        Everything but the two parameters.
+        All parameters but the two of the axes.
     x, y : Axis or str
         Parameters (or initial values) and their ranges, as a text "omega=0.2:3:400".
     starts : int
-        Starts in each cell, the model's own first, the others spread as by `attractors`. With more than one the cells
-        are also reached by slow sweeps along x, upwards and downwards.
+        Number of initial states in each cell: those of the model, and others spread as by `attractors`. With more than
+        one, the motions after slow sweeps along x, upwards and downwards, are also found.
     refine : int
-        Compute every so many-th row and column first, a power of two, and the cells between only where neighbours
-        differ; the others are inferred from them, and say so in ``inferred`` and ``reason``. 1 computes every cell.
+        Spacing of the first lattice of computed rows and columns, a power of two. Cells in between are computed only
+        where neighbours differ; the others are inferred, and marked by ``inferred`` and ``reason``. 1 computes every
+        cell.
     settings : Classification, optional
-        How long to wait and how hard to look in each cell.
+        Lengths of the runs by which motions are classified.
     progress : bool
         Show a progress bar on stderr.
     threads : int, optional
@@ -64,7 +65,8 @@ def zones(
         With dims (y.name, x.name): label, period, reason, largest Lyapunov exponent with its interval, residual and
         largest multiplier of the orbit, response measures, contact, periods spent. With more than one start also the
         number of ``attractors`` found in each cell, ``v_rms_least`` and ``v_rms_most`` among them, ``contact_worst``,
-        ``v_rms_up`` and ``v_rms_down`` after the sweeps, and ``hysteresis``: 1 where these end in different motions.
+        ``v_rms_up`` and ``v_rms_down`` after the sweeps, and ``hysteresis``: 1 where the two sweeps end in different
+        motions.
     """
     study = Zones(model, x, y, starts=starts, refine=refine, settings=settings)  # type: ignore[arg-type]
     return study.run(progress=progress, threads=threads)
@@ -72,7 +74,7 @@ def zones(
 
 @dataclass(frozen=True)
 class Zones(ClassifyingStudy):
-    """The value behind `zones`; its work items are the cells."""
+    """The study that `zones` runs; its work items are the cells, its fields the arguments of `zones`."""
 
     kind: ClassVar[str] = "zones"
     axis_fields: ClassVar[tuple[str, ...]] = ("x", "y")
@@ -80,13 +82,12 @@ class Zones(ClassifyingStudy):
 
     x: Axis
     y: Axis
-    starts: int = option(1, "Starts in each cell, to find all its motions.", least=1)
-    refine: int = option(
-        1, "Every N-th row and column first, finer where neighbours differ.", least=1, metavar="N")
+    starts: int = option(1, least=1)
+    refine: int = option(1, least=1)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._set(x=as_axis(self.x, "x"), y=as_axis(self.y, "y"), starts=whole_number("starts", self.starts, 1))
+        self._set(x=as_axis(self.x, "x"), y=as_axis(self.y, "y"), **self._whole_numbers("starts"))
         check_plane(self.model, self.x, self.y)
         check_memory("cells times starts", self.x.count * self.y.count * self.starts)
         if self.starts > 1 and {self.x.name, self.y.name} & set(state_names(self.model.kind)):
@@ -107,16 +108,18 @@ class Zones(ClassifyingStudy):
     @property
     def motions_per_item(self) -> float:
         if self.refine > 1:
-            return _REFINED
-        return self.starts + 2 if self.starts > 1 else 1  # with the two that the sweeps end in
+            return _COMPUTED_SHARE
+        return self.starts + 2 if self.starts > 1 else 1  # the two sweeps add one motion each
 
     @cached_property
     def cost(self) -> Cost:
-        """With several starts the rows are also swept both ways, `WIDTH` of them at a time."""
+        """Bound for all cells; with several starts also for sweeps along all rows, `WIDTH` rows at a time."""
         motions, sequential = self.x.count * self.y.count, 0
         if self.starts > 1:
-            motions, sequential = motions * (self.starts + 2), 2 * self.x.count * CARRY * -(-self.y.count // WIDTH)
-        return estimate(switched(corners(self.model, self.x, self.y)), motions, self.classification.most, sequential)
+            motions *= self.starts + 2
+            sequential = 2 * self.x.count * PERIODS_PER_VALUE * -(-self.y.count // WIDTH)
+        system = switched_system(corners(self.model, self.x, self.y))
+        return estimate(system, motions, self.classification.max_periods, sequential)
 
     def compute(
         self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
@@ -135,7 +138,7 @@ class Zones(ClassifyingStudy):
 
     @cached_property
     def initial_states(self) -> InitialStates:
-        """From the numbers (L,) of cells their flow, initial states (d, L) and parameter points (L,)."""
+        """Function from the numbers (L,) of cells to their flow, initial states (d, L) and parameter points (L,)."""
         names = shared_coordinates(self.model, self.x, self.y)
 
         def initial_states(cells: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
@@ -145,12 +148,12 @@ class Zones(ClassifyingStudy):
         return initial_states
 
     def _cells(self, cells: np.ndarray, progress: bool, threads: int | None) -> dict[str, np.ndarray]:
-        """Results of some cells (N,), whole rows of them where there is more than one start."""
+        """Results of cells (N,), which are whole rows if there is more than one start."""
         order = np.arange(len(cells), dtype=cells.dtype)
-        if self.x.name == "omega":  # neighbours in a tile then share step counts
+        if self.x.name == "omega":  # so that neighbours in a tile have equal step counts
             order = np.argsort(cells % self.x.count, kind="stable").astype(cells.dtype)
         options: dict[str, Any] = {
-            "settings": self.classification, "threads": threads, "largest": self.cost.largest(threads),
+            "settings": self.classification, "threads": threads, "largest": self.cost.max_points(threads),
         }
         out = classify_batch(
             lambda tile: self.initial_states(cells[tile]), self._collect, order,
@@ -165,10 +168,12 @@ class Zones(ClassifyingStudy):
     def _collect(
         self, _: np.ndarray, flow: ExactFlow, points: np.ndarray, found: Verdicts
     ) -> dict[str, np.ndarray]:
+        """The variables of the verdicts, and what `coexisting` needs if there are several starts."""
         return found.variables() | (signature(flow, points, found) if self.starts > 1 else {})
 
 
 def _checked_refine(refine: int, starts: int) -> int:
+    """The spacing of the first lattice; raises `InputError` unless it is a power of two that is allowed."""
     refine = whole_number("refine", refine, 1)
     if refine > SIDE // 2 or refine & (refine - 1):
         raise InputError("refine", f"must be a power of two, at most {SIDE // 2}", refine)

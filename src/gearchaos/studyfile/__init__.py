@@ -1,4 +1,4 @@
-"""Study files: TOML in, a model and a study out, with values set by name over them.
+"""Study files in TOML, which describe a model and a study of it.
 
 A file has ``[model]`` (with ``[model.error]`` and ``[model.stiffness]``) or ``[gearpair]``, ``[initial]`` and
 ``[study]`` with ``[classification]``; every table is optional. ``StudyFile.model_json_schema()`` describes the layout.

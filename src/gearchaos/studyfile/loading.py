@@ -1,4 +1,4 @@
-"""Study files: TOML in, a model and a study out, with values set by name over them."""
+"""Reading of study files: the model, the study and the classification settings that a file describes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gearchaos.errors import InputError
 from gearchaos.files import read_bytes
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import (
-    PAIRS,
+    PARAMETER_PAIRS,
     HarmonicStiffness,
     MeshModel,
     Stiffness,
@@ -33,31 +33,31 @@ from gearchaos.studyfile.tables import (
     Series,
     StiffnessTable,
     StudyFile,
-    checked,
+    validated,
 )
 
-_ON_PAIR = "gearpair."
+_PAIR_PREFIX = "gearpair."
 
 Kind = TypeVar("Kind", bound=Study)
 
-LARGEST = 1_000_000
-"""Most bytes of a study file; one that is written by hand has some hundreds."""
+MAX_BYTES = 1_000_000
+"""Largest size of a study file; one that is written by hand has some hundreds of bytes."""
 
 
 @dataclass(frozen=True)
 class LoadedStudy:
-    """The content of a study file, with the values set over it.
+    """The content of a study file, with the values that were given to replace some of it.
 
     Attributes
     ----------
     model : MeshModel
         The dimensionless model.
     pair : GearPair or None
-        The physical pair from which the model was made.
+        The gear pair in SI from which the model was made, if the file has one.
     kind : str or None
-        The kind of study that the file describes.
+        The kind of study, if the file has a table ``[study]``.
     options : dict
-        The fields of that study which the file sets, axes included.
+        The fields of the study that the file sets, axes included.
     classification : dict
         The fields of `Classification` that the file sets.
     """
@@ -73,7 +73,15 @@ class LoadedStudy:
         return dict(self.options) if self.kind == kind else {}
 
     def study(self, kind: type[Kind], **options: Any) -> Kind:
-        """A study of this kind with the given options, those of the file, and its classification settings.
+        """A study of the model of this file.
+
+        Parameters
+        ----------
+        kind : type
+            The class of the study. The options of the file are used if it describes a study of this kind; its
+            classification settings are always used.
+        **options
+            Fields of the study; they replace those of the file.
 
         Raises
         ------
@@ -87,14 +95,15 @@ class LoadedStudy:
 
 
 def load_study(path: str | os.PathLike[str] | None = None, values: Mapping[str, Any] | None = None) -> LoadedStudy:
-    """Read a study file and set values by name over it.
+    """Read a study file and replace values by name.
 
     Parameters
     ----------
     path : path, optional
-        A TOML file; left out, the paper's defaults.
+        A TOML file; without it the model has its default values.
     values : mapping, optional
-        Names as in `MeshModel.with_values`, ``kind`` included, or ``gearpair.<field>`` for a physical pair.
+        Values that replace those of the file. Names as in `MeshModel.with_values`, ``kind`` included, or
+        ``gearpair.<field>`` for a field of the gear pair.
 
     Raises
     ------
@@ -104,17 +113,17 @@ def load_study(path: str | os.PathLike[str] | None = None, values: Mapping[str, 
     """
     values = dict(values or {})
     tables = _read(Path(path)) if path is not None else StudyFile()
-    on_pair = {k.removeprefix(_ON_PAIR): v for k, v in values.items() if k.startswith(_ON_PAIR)}
-    on_model = {k: v for k, v in values.items() if not k.startswith(_ON_PAIR)}
-    pair, model = _pair_and_model(tables, on_pair, on_model.pop("kind", None), default_stiffness(on_model))
+    pair_values = {k.removeprefix(_PAIR_PREFIX): v for k, v in values.items() if k.startswith(_PAIR_PREFIX)}
+    model_values = {k: v for k, v in values.items() if not k.startswith(_PAIR_PREFIX)}
+    pair, model = _pair_and_model(tables, pair_values, model_values.pop("kind", None), default_stiffness(model_values))
     for name in tables.initial:
         check_state_name(model.kind, name)
-    model = model.with_values(tables.initial).with_values(on_model)
+    model = model.with_values(tables.initial).with_values(model_values)
     return LoadedStudy(model, pair, *_study(tables.study), _classification(tables))
 
 
 def _classification(tables: StudyFile) -> dict[str, Any]:
-    """What ``[classification]`` sets, or ``[budget]`` of an older file, by field of `Classification`."""
+    """The fields of `Classification` that ``[classification]`` sets, or ``[budget]`` in a file of older versions."""
     if tables.budget is None:
         given = {} if tables.classification is None else tables.classification.model_dump(exclude_none=True)
         return _settings(given)
@@ -132,39 +141,57 @@ def _classification(tables: StudyFile) -> dict[str, Any]:
 
 
 def _settings(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of `Classification`, as they are given in a file."""
+    """Fields of `Classification` from the values of a file: lists become tuples."""
     return {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
 
 
 def _pair_and_model(
-    tables: StudyFile, on_pair: Mapping[str, Any], kind: str | None, stiffness: Stiffness
+    tables: StudyFile, pair_values: Mapping[str, Any], kind: str | None, stiffness: Stiffness
 ) -> tuple[GearPair | None, MeshModel]:
-    """The pair of a file, if it has one, and its model seen as one of this kind, if any is asked for, with this
-    stiffness if it says nothing of it."""
+    """The gear pair and the model of a study file.
+
+    Parameters
+    ----------
+    tables : StudyFile
+    pair_values : mapping
+        Values that replace fields of ``[gearpair]``.
+    kind : str or None
+        Kind of model; None for that of the file.
+    stiffness : Stiffness
+        Used if the file has a ``[model]`` without ``[model.stiffness]``.
+
+    Returns
+    -------
+    (GearPair or None, MeshModel)
+        None if the file has no ``[gearpair]``.
+    """
     if tables.gearpair is None:
-        for name, value in on_pair.items():
-            raise InputError(f"{_ON_PAIR}{name}", "needs a study file with a [gearpair] table", value)
+        for name, value in pair_values.items():
+            raise InputError(f"{_PAIR_PREFIX}{name}", "needs a study file with a [gearpair] table", value)
         model = _model(tables.model or ModelTable(), stiffness)
         return None, model if kind is None else model.with_values({"kind": kind})
     if tables.model is not None:
         given = list(tables.model.model_fields_set)
         raise InputError("[model]", "must be left out beside [gearpair]", given, "The pair is the model.")
-    values = checked(GearPairTable, {**tables.gearpair.model_dump(), **on_pair}, "gearpair").model_dump()
+    values = validated(GearPairTable, {**tables.gearpair.model_dump(), **pair_values}, "gearpair").model_dump()
     pair = GearPair(**{f.name: values[f.name] for f in fields(GearPair)})
     return pair, pair.to_model(kind if kind is not None else values["kind"])
 
 
 def _read(path: Path) -> StudyFile:
+    """The tables of a study file; raises `InputError` if it cannot be read or has wrong keys or types."""
     try:
-        document = tomllib.loads(read_bytes(path, LARGEST).decode("utf-8-sig"))  # some editors write a byte order mark
+        text = read_bytes(path, MAX_BYTES).decode("utf-8-sig")  # some editors write a byte order mark
+        document = tomllib.loads(text)
     except OSError as error:
         raise InputError("study file", "must be a readable file", str(path), f"{error.strerror}.") from None
     except (ValueError, RecursionError) as error:
         raise InputError("study file", "must be valid TOML", str(path), f"{error}.") from None
-    return checked(StudyFile, document)
+    return validated(StudyFile, document)
 
 
 def _model(table: Any, stiffness: Stiffness) -> MeshModel:
+    """The model of ``[model]``, with this stiffness if the table has none."""
     values = table.model_dump(include=set(MODEL_NAMES), exclude_none=True)
     _check_pairs("model", values)
     series = TransmissionError(tuple(table.error.amplitudes) or (0.0,), tuple(table.error.phases))
@@ -175,8 +202,8 @@ def _model(table: Any, stiffness: Stiffness) -> MeshModel:
 
 
 def _check_pairs(table: str, values: Mapping[str, Any]) -> None:
-    """Refuse a pair beside one of its two: which of them holds would depend on their order."""
-    for pair, singles in PAIRS.items():
+    """Raise `InputError` for a parameter pair beside one of its members: the result would depend on the order."""
+    for pair, singles in PARAMETER_PAIRS.items():
         for single in singles:
             if pair in values and single in values:
                 raise InputError(
@@ -186,6 +213,7 @@ def _check_pairs(table: str, values: Mapping[str, Any]) -> None:
 
 
 def _stiffness(table: StiffnessTable) -> Stiffness:
+    """The stiffness of ``[model.stiffness]``; raises `InputError` for a key of the other kind of stiffness."""
     levels = table.model_dump(include={"chi0", "chi1", "chi2", "contact_ratio"}, exclude_none=True)
     series = [name for name in Series.model_fields if getattr(table, name)]
     for name in levels if table.kind == "harmonics" else series:
@@ -196,12 +224,12 @@ def _stiffness(table: StiffnessTable) -> Stiffness:
     if table.kind == "harmonics":
         return HarmonicStiffness(tuple(table.amplitudes) or (0.0,), tuple(table.phases))
     _check_pairs("model.stiffness", levels)
-    singles = {single: v for name, v in levels.items() for single in PAIRS.get(name, (name,))}
+    singles = {single: v for name, v in levels.items() for single in PARAMETER_PAIRS.get(name, (name,))}
     return TwoLevelStiffness(**singles)
 
 
 def _study(table: Any) -> tuple[str | None, dict[str, Any]]:
-    """The kind of study that ``[study]`` names, and the options that it sets."""
+    """The kind of study that ``[study]`` names, None without that table, and the options that it sets."""
     if table is None:
         return None, {}
     given = table.model_dump(exclude_none=True)
@@ -217,18 +245,19 @@ def _study(table: Any) -> tuple[str | None, dict[str, Any]]:
 
 
 def parse_set(texts: Iterable[str]) -> dict[str, Any]:
-    """Values by name from ``name=value`` texts, numbers where numeric; the last one of a name holds."""
+    """Values by name from texts ``name=value``, numbers where possible; the last of several is used."""
     values: dict[str, Any] = {}
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))
         if not (name and equals and value):
             raise InputError("--set", "must read name=value", text, "E.g. --set omega=1.")
-        values.pop(name, None)  # so that it also comes last in order: q0 sets q1 after q1 has been set
+        values.pop(name, None)  # so that it comes last: values are set in order, and q0 also sets q1
         values[name] = _value(value)
     return values
 
 
 def _value(text: str) -> int | float | str:
+    """A text as an integer or a float if it is one."""
     for number in (int, float):
         try:
             return number(text)

@@ -1,4 +1,4 @@
-"""The layout of a study file: its tables with their keys, and errors of a file in words."""
+"""The layout of a study file: its tables and keys as pydantic models, whose errors are turned into `InputError`."""
 
 from __future__ import annotations
 
@@ -10,22 +10,28 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.pair import GearPair
-from gearchaos.model import PAIRS, SCALARS
+from gearchaos.model import PARAMETER_PAIRS, SCALARS
 from gearchaos.quantities import find
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.registry import STUDIES
 
 
 class _Table(BaseModel):
+    """A table of a study file: unknown keys are refused, and types must match exactly."""
+
     model_config = ConfigDict(extra="forbid", strict=True)
 
 
 class Series(_Table):
+    """A Fourier series, one amplitude and one phase in radians per harmonic: ``[model.error]``."""
+
     amplitudes: list[float] = []
     phases: list[float] = []
 
 
 class StiffnessTable(Series):
+    """``[model.stiffness]``, with the keys of both kinds of stiffness."""
+
     kind: Literal["two-level", "harmonics"] = "two-level"
     chi0: float | None = None
     chi1: float | None = None
@@ -34,7 +40,7 @@ class StiffnessTable(Series):
 
 
 def _key_type(type_: Any, least: int | None) -> Any:
-    """The type of a key of ``[study]`` for a field of a study; axes are texts."""
+    """The type of a key of ``[study]`` for a field of a study of this type and this least value; axes are texts."""
     if type_ is Axis:
         return str | None
     return Annotated[type_, Field(ge=least)] | None if least is not None else type_ | None
@@ -46,7 +52,7 @@ def _study_keys() -> dict[str, Any]:
     for kind in STUDIES.values():
         declared = {f.name: f for f in fields(kind)}
         for name, type_ in kind.option_types().items():
-            if declared[name].metadata:  # others can be given in Python alone
+            if declared[name].metadata:  # the others can be given in Python only
                 keys[name] = (_key_type(type_, declared[name].metadata["least"]), None)
         keys |= dict.fromkeys(kind.axis_fields, (str | None, None))
     return keys
@@ -61,6 +67,8 @@ _StudyTable = create_model(
 
 
 class _ClassificationTable(_Table):
+    """``[classification]``; see `Classification`."""
+
     transient_lengths: list[int] | None = None
     longest_period: int | None = None
     exponent_run: int | None = None
@@ -80,8 +88,8 @@ class _FormerClassificationTable(_Table):
     measured: int | None = None
 
 
-MODEL_NAMES = (*SCALARS, *(pair for pair in PAIRS if pair != "chi0"))
-"""Keys of ``[model]`` that are numbers."""
+MODEL_NAMES = (*SCALARS, *(pair for pair in PARAMETER_PAIRS if pair != "chi0"))
+"""The keys of ``[model]`` that are numbers."""
 
 ModelTable = create_model(
     "ModelTable",
@@ -110,12 +118,12 @@ class StudyFile(_Table):
     budget: _FormerClassificationTable | None = None
 
 
-def checked(schema: type[BaseModel], document: Mapping[str, Any], *where: str) -> Any:
-    """A document as a table of the schema; raises `InputError` that names the key. ``where`` names the table itself."""
+def validated(schema: type[BaseModel], document: Mapping[str, Any], *where: str) -> Any:
+    """A document as a table of the schema; raises `InputError` for its first wrong key. ``where`` names the table."""
     try:
         return schema.model_validate(document)
     except ValidationError as error:
-        # a misspelt key explains a missing one, so it comes first
+        # an unknown key is reported first: it may be a missing key misspelt
         first = min(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
         raise _input_error(schema, first, where) from None
 
@@ -125,7 +133,7 @@ def _input_error(schema: type[BaseModel], error: Any, where: tuple[str, ...]) ->
     *table, name = error["loc"]
     if error["type"] == "extra_forbidden":
         title = ".".join((*where, *table))
-        return _unknown(title, str(name), list(_table_at(schema, table).model_fields))
+        return _unknown_key(title, str(name), list(_table_at(schema, table).model_fields))
     field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in (*where, *table, name))
     if error["type"] == "missing":
         return InputError(field[1:], "must be given", None)
@@ -135,7 +143,7 @@ def _input_error(schema: type[BaseModel], error: Any, where: tuple[str, ...]) ->
 
 
 def _table_at(schema: Any, location: Sequence[Any]) -> Any:
-    """The table of the schema that a location names."""
+    """The table of the schema at a location: the names of the tables that lead to it."""
     for name in location:
         annotation = schema.model_fields[name].annotation
         options = getattr(annotation, "__args__", (annotation,))
@@ -143,9 +151,10 @@ def _table_at(schema: Any, location: Sequence[Any]) -> Any:
     return schema
 
 
-def _unknown(title: str, name: str, known: Iterable[str]) -> InputError:
+def _unknown_key(title: str, name: str, known: Iterable[str]) -> InputError:
+    """The error for an unknown key of the table with this title, whose keys are ``known``; "" is the file itself."""
     field = f"key of [{title}]" if title else "table"
     found = find(name) if title == "model" else None
-    if found is not None and found.name == name and found.home:
-        return InputError(field, "must be a parameter of the model itself", name, f"Write it in {found.home}.")
+    if found is not None and found.name == name and found.toml_table:
+        return InputError(field, "must be a parameter of the model itself", name, f"Write it in {found.toml_table}.")
     return unknown_name(field, name, known)

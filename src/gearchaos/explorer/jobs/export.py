@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from gearchaos import plot
-from gearchaos.datasets import netcdf
+from gearchaos.datasets import netcdf_bytes
 
 _DPI = 150
 _MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml", "nc": "application/x-netcdf"}
@@ -60,7 +60,7 @@ def exported(kind: str, suffix: str, dataset: xr.Dataset, colour: str, title: st
     The suffix "nc" gives the Dataset as NetCDF with checksums.
     """
     if suffix == "nc":
-        content, media = bytes(netcdf(dataset)), _MEDIA_TYPES["nc"]
+        content, media = bytes(netcdf_bytes(dataset)), _MEDIA_TYPES["nc"]
     else:
         content, media = picture(kind, suffix, dataset, colour, title)
     yield content, media, f"gearchaos-{kind}.{suffix}"

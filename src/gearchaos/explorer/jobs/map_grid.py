@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.dynamics import Label
-from gearchaos.studies.verdict_variables import blank
+from gearchaos.studies.fill_values import fill_value
 from gearchaos.studies.zones import Zones
 
 
@@ -88,7 +88,7 @@ class MapGrid:
         """Keep the variables found, each (N,), of some cells (N,)."""
         for name, values in found.items():
             if name not in self.found:
-                self.found[name] = np.full(self.number.size, blank(name, values.dtype), values.dtype)
+                self.found[name] = np.full(self.number.size, fill_value(name, values.dtype), values.dtype)
             self.found[name][cells] = values
         self.known.flat[cells] = True
         self.chaotic_so_far.flat[cells] = False

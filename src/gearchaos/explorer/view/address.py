@@ -10,7 +10,7 @@ from gearchaos.errors import InputError
 from gearchaos.explorer.view.bounds import MAP_CELLS, QUERY_LENGTH, bounded
 from gearchaos.explorer.view.planes import value_on
 from gearchaos.explorer.view.state import STIFFNESSES, View, check_known, stiffness_name, view_of
-from gearchaos.model import COORDINATES, KINDS, HarmonicStiffness, MeshModel, expand
+from gearchaos.model import COORDINATES, KINDS, HarmonicStiffness, MeshModel, expand_pairs
 from gearchaos.studies.axis import Axis
 
 _OTHER_NAMES = ("kind", "stiffness", "x", "y", "at", "colour", "line", "start", "units")
@@ -79,7 +79,7 @@ def _model(given: Mapping[str, str]) -> MeshModel:
     check_known("kind", kind, KINDS)
     check_known("stiffness", stiffness, STIFFNESSES)
     model, values = _default_model(kind, stiffness), {n: v for n, v in given.items() if n not in _OTHER_NAMES}
-    expand(dict.fromkeys(values, 0.0), model)  # refuses an unknown name before its value is read
+    expand_pairs(dict.fromkeys(values, 0.0), model)  # refuses an unknown name before its value is read
     return model.with_values({n: bounded(n, v) for n, v in values.items()})
 
 

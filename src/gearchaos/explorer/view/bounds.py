@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from gearchaos.errors import InputError
-from gearchaos.quantities import Range, find, harmonic, parse
+from gearchaos.quantities import Range, find, parse, parse_harmonic
 
 MAP_CELLS = (400, 300)
 """Columns and rows of the complete map."""
@@ -61,7 +61,7 @@ def bounded(name: str, value: object) -> float:
     _, _, least, most = value_range(name)
     if not least <= found <= most:
         raise InputError(name, f"must lie in [{least:g}, {most:g}] in the explorer", found)
-    parts = harmonic(name)
+    parts = parse_harmonic(name)
     if parts is not None and parts.order is not None and parts.order > HIGHEST_HARMONIC:
         raise InputError(name, f"must be a harmonic of order at most {HIGHEST_HARMONIC} in the explorer", parts.order)
     return found

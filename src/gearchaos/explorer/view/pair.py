@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gearchaos.gears.pair import GearPair
-from gearchaos.model import PAIRS, HarmonicStiffness, MeshModel
+from gearchaos.model import PARAMETER_PAIRS, HarmonicStiffness, MeshModel
 
 _LATERAL = ("mu", "kappa", "zeta_support")
 _TOLERANCE = 1e-12
@@ -90,6 +90,6 @@ def _stiffness(pair: GearPair, own: MeshModel, model: MeshModel) -> dict[str, An
 
 def _same(one: MeshModel, other: MeshModel) -> bool:
     """Whether two models are equal up to rounding; the supports of a model that is not "full" are ignored."""
-    ignored = () if one.kind == "full" else [n for pair in _LATERAL for n in PAIRS[pair]]
+    ignored = () if one.kind == "full" else [n for pair in _LATERAL for n in PARAMETER_PAIRS[pair]]
     a, b = ({n: v for n, v in m.parameters().items() if n not in ignored} for m in (one, other))
     return a.keys() == b.keys() and bool(np.allclose([*a.values()], [b[n] for n in a], rtol=_TOLERANCE, atol=1e-15))

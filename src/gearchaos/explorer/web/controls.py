@@ -13,7 +13,7 @@ from gearchaos.explorer.view.wheels import are_alike, equal, made_alike
 from gearchaos.explorer.web.form import field_values, harmonics_of, line_menu, parameter_form, plane_menus
 from gearchaos.explorer.web.html import render
 from gearchaos.explorer.web.messages import Messages
-from gearchaos.model import PAIRS
+from gearchaos.model import PARAMETER_PAIRS
 
 _NUMBER = ".8g"
 """Format of a number in a field, which is short enough to be visible as a whole; the address has all digits."""
@@ -78,7 +78,7 @@ class Controls:
         """Show a view; the form is replaced only if it has other fields."""
         self._view = view
         self._preset, alike = preset_of(view, self._preset), self._merge_wheels and are_alike(view.operating_point)
-        merged = {pair for pair in PAIRS if alike and equal(view.operating_point, pair)}
+        merged = {pair for pair in PARAMETER_PAIRS if alike and equal(view.operating_point, pair)}
         layout = view.model.kind, tuple(view.operating_point.parameters()), view.x.name, view.y.name, merged
         if layout != self._layout:
             self._layout = layout

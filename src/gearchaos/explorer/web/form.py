@@ -10,8 +10,8 @@ from gearchaos.explorer.view.bounds import value_range
 from gearchaos.explorer.view.planes import axis_names, initial_values
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import COLOURS, LINES, STIFFNESSES, View, stiffness_name
-from gearchaos.model import COORDINATES, KINDS, PAIRS
-from gearchaos.quantities import HARMONICS, harmonic
+from gearchaos.model import COORDINATES, KINDS, PARAMETER_PAIRS
+from gearchaos.quantities import HARMONICS, parse_harmonic
 
 _GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("Operation", ("omega", "q0", "q1", "q2")),
@@ -83,7 +83,7 @@ def parameter_form(view: View, merged: Iterable[str], has_pair: bool) -> Form:
     ----------
     view : View
     merged : iterable of str
-        Pairs of `PAIRS` with one field for both members.
+        Pairs of `PARAMETER_PAIRS` with one field for both members.
     has_pair : bool
         Whether results can be shown in physical units.
     """
@@ -125,7 +125,7 @@ def field_values(view: View) -> dict[str, float]:
     A pair has the value of its first member.
     """
     values = view.operating_point.parameters()
-    values |= {pair: values[members[0]] for pair, members in PAIRS.items() if members[0] in values}
+    values |= {pair: values[members[0]] for pair, members in PARAMETER_PAIRS.items() if members[0] in values}
     offered = set(axis_names(view.model))
     return {**{n: v for n, v in values.items() if n in offered}, **initial_values(view.point)}
 
@@ -139,14 +139,14 @@ def _names(entry: str, values: Iterable[str], merged: Iterable[str]) -> list[str
     """The fields of an entry of `_GROUPS`: all harmonics of a family; a pair if merged, otherwise its members."""
     if entry in HARMONICS:
         return harmonics_of(entry, values)
-    if entry not in values or (entry in PAIRS and entry not in merged):
+    if entry not in values or (entry in PARAMETER_PAIRS and entry not in merged):
         return []
-    return [] if any(entry in PAIRS[pair] for pair in merged) else [entry]
+    return [] if any(entry in PARAMETER_PAIRS[pair] for pair in merged) else [entry]
 
 
 def harmonics_of(family: str, names: Iterable[str]) -> list[str]:
     """The names among ``names`` that are harmonics of a family such as "eps"."""
-    return [n for n in names if (parts := harmonic(n)) is not None and parts.family == family]
+    return [n for n in names if (parts := parse_harmonic(n)) is not None and parts.family == family]
 
 
 def _group_buttons(heading: str, view: View) -> tuple[Button, ...]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import threading
 from collections.abc import Callable
 from contextlib import contextmanager
 from functools import cache
@@ -30,9 +31,6 @@ from gearchaos.flow.kernels.linking import KernelCompiler, SubroutineCompiler, T
 
 _OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
 """Kernels release the GIL, divide by zero as NumPy does, and allocate no arrays; nothing but Python calls them."""
-
-_kernels: list[Any] = []
-"""All kernels, in the order of their definition."""
 
 
 @cache
@@ -89,7 +87,6 @@ def _cached(function: Callable[..., Any], compiler: type) -> Any:
     if not config.DISABLE_JIT and _writable():
         with _own_cache():
             compiled._cache = _SharedCache(function)
-    _kernels.append(compiled)
     return compiled
 
 
@@ -120,13 +117,15 @@ def _linked(function: Callable[..., Any], forceinline: bool) -> Any:
 
 def on_compile(call: Callable[[], None]) -> None:
     """Have ``call`` called whenever a kernel is about to be compiled; not when one is loaded from the cache."""
+    nested = threading.local()  # subroutines are compiled while their kernel is
 
     class Listener(event.Listener):
         def on_start(self, event: event.Event) -> None:
-            if any(event.data["dispatcher"] is known for known in _kernels):
+            nested.depth = getattr(nested, "depth", 0) + 1
+            if nested.depth == 1:
                 call()
 
         def on_end(self, event: event.Event) -> None:
-            pass
+            nested.depth -= 1
 
     event.register("numba:compile", Listener())

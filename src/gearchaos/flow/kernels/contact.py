@@ -160,8 +160,7 @@ def find_exits(dims, ws):
     above, below = _gaps(load(ws, at.state), sigma)
     up, down = _signs(sigma)
     exit_at, to, touch, probe = broadcast(_NEVER), sigma, broadcast(-_NEVER), broadcast(_PROBE)
-    unfinished = broadcast(0.0) < load(ws, at.duration)  # lanes without time left only wait for the others
-    s = select(unfinished, broadcast(0.0), broadcast(_NEVER))
+    s = select(broadcast(0.0) < load(ws, at.duration), broadcast(0.0), broadcast(_NEVER))  # lanes at the end wait
     searching, reach = s <= broadcast(1.0), broadcast(_NEVER)
     moved, slope, second = broadcast(0.0), load(ws, at.state + d), broadcast(2.0) * load(ws, at.state + 2 * d)
     for _ in range(_MAX_STRIDES):

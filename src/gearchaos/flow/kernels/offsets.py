@@ -89,6 +89,7 @@ class Harmonics(NamedTuple):
 
     forcing: int  # H
     stiffness: int  # K
+    waves: int  # the larger of both: harmonics whose cosines and sines are needed
     columns: Any  # `Columns` of the parameter array, see `_parameters`
     rows: Any  # `HarmonicRows` of the workspace, see `_harmonic_rows`
     point_rows: int  # rows that depend on a point alone: those before ``state``, and from ``forcing_gains`` on
@@ -99,7 +100,7 @@ def harmonics(d: int, h: int, k: int) -> Harmonics:
     fixed = row_offsets(d)
     rows = HarmonicRows(*_offsets(_harmonic_rows(d, h, k), fixed.total))
     point_rows = fixed.state + rows.total - rows.forcing_gains
-    return Harmonics(h, k, Columns(*_offsets(_parameters(d, h, k))), rows, point_rows)
+    return Harmonics(h, k, max(h, k), Columns(*_offsets(_parameters(d, h, k))), rows, point_rows)
 
 
 @cache

@@ -44,12 +44,12 @@ def _advance_tangents(dims, tangents, before, after, listed, count, ws, varying)
 
     The right-hand side is continuous, so that they do not change at a contact switch. ``tangents`` is `Lanes.tangents`.
     """
-    d, vectors, flat = len(dims), tangents.shape[2], tangents.reshape(-1)
+    d, vectors = len(dims), tangents.shape[2]
     for c in range(vectors):
-        _gather(dims, flat, 2 * vectors * d, (before * vectors + c) * d, listed, count, ws)
+        _gather(dims, tangents, 2 * vectors * d, (before * vectors + c) * d, listed, count, ws)
         state_series(dims, ws, False, varying)
         end_state(dims, ws)
-        _scatter(dims, flat, 2 * vectors * d, (after * vectors + c) * d, listed, count, ws, rows(dims).end)
+        _scatter(dims, tangents, 2 * vectors * d, (after * vectors + c) * d, listed, count, ws, rows(dims).end)
 
 
 @subroutine

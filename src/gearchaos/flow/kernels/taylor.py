@@ -96,7 +96,7 @@ def advance_phases(dims, harmonics, ws):
     """Advance cos jωτ and sin jωτ from the start of the segment by its share; the angle is that of a step at most."""
     at, waves = rows(dims), harmonics.rows.waves
     done = load(ws, at.duration) * load(ws, at.omega) * load(ws, at.share)
-    for j in range(max(harmonics.forcing, harmonics.stiffness)):
+    for j in range(harmonics.waves):
         angle = done * broadcast(j + 1.0)
         square = broadcast(-1.0) * angle * angle
         c = s = broadcast(1.0)

@@ -61,7 +61,7 @@ def fill_step(dims, harmonics, values, steps, ws):
         level = at.levels + int(load_scalar(values, own + LEVEL))
         store_scalar(ws, at.level * WIDTH + l, load_scalar(ws, level * WIDTH + l))
         store_scalar(ws, at.duration * WIDTH + l, load_scalar(values, own + LENGTH))
-        _copy(values, own + WAVES, 2 * max(harmonics.forcing, harmonics.stiffness), ws, harmonics.rows.waves, l)
+        _copy(values, own + WAVES, 2 * harmonics.waves, ws, harmonics.rows.waves, l)
     store(ws, at.duration, broadcast(_TWO_PI) * load(ws, at.duration) / load(ws, at.omega))
 
 

@@ -15,7 +15,7 @@ from gearchaos.model import MeshModel
 from gearchaos.quantities import (
     COORDINATES,
     HARMONICS,
-    PAIRS,
+    PARAMETER_PAIRS,
     PARAMETERS,
     PREFIXES,
     RESPONSES,
@@ -24,8 +24,8 @@ from gearchaos.quantities import (
     VERDICTS,
     Name,
     find,
-    harmonic,
     parse,
+    parse_harmonic,
     quantity,
 )
 
@@ -60,7 +60,7 @@ def test_parts(name, parts):
 
 @pytest.mark.parametrize("name", ["eps0", "eps01", "eps", "eps-1", "eps1_dot", "section_eps1", "q1", "eps²", "eps１"])
 def test_what_is_no_harmonic(name):
-    assert harmonic(name) is None
+    assert parse_harmonic(name) is None
 
 
 @pytest.mark.parametrize("name", ["eps0", "eps", "x3", "x", "omegas", "section_", "J3", "J1_dot", "eps1_dot", ""])
@@ -72,7 +72,7 @@ def test_what_is_no_quantity(name):
 
 def test_every_parameter_and_coordinate_of_every_model_has_a_row_with_a_range():
     models = [MeshModel.of("full", eps3=0.1), MeshModel.of("single", c2=0.1), MeshModel()]
-    for name in {*PAIRS, *(n for m in models for n in m.parameters()), *(q.name for q in COORDINATES)}:
+    for name in {*PARAMETER_PAIRS, *(n for m in models for n in m.parameters()), *(q.name for q in COORDINATES)}:
         low, high, least, most = quantity(name).range
         assert least <= low < high <= most, name
         assert quantity(name).range.step == (high - low) / 400
@@ -80,7 +80,7 @@ def test_every_parameter_and_coordinate_of_every_model_has_a_row_with_a_range():
 
 def test_members_of_pairs_are_parameters():
     names = {q.name for q in (*PARAMETERS, *STIFFNESS_LEVELS)}
-    assert all(set(members) <= names for members in PAIRS.values())
+    assert all(set(members) <= names for members in PARAMETER_PAIRS.values())
 
 
 def test_every_symbol_renders():
@@ -126,7 +126,7 @@ def test_the_documents_table_of_parameters_agrees():
     for names, symbols, default, rule, _ in rows:
         for name, symbol in zip(re.findall(r"`(\w+)`", names.split(" …")[0]), symbols.split(", "), strict=True):
             q = quantity(name)
-            words = "" if q.rule is None else _short(q.rule.words)
+            words = "" if q.rule is None else _short(q.rule.text)
             assert q.symbol.translate(_PLAIN) == symbol
             assert values[name] == float(default.split(";")[0]), name
             assert words == rule.split(";")[0], name
