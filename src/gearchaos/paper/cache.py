@@ -12,7 +12,7 @@ import xarray as xr
 
 from gearchaos.dynamics import Classification
 from gearchaos.model import MeshModel
-from gearchaos.paper.settings import Figure, FigureStudy, Quality, all_figures
+from gearchaos.paper.settings import FigureSettings, FigureStudy, Quality, all_figures
 from gearchaos.studies import Axis, Verdict, basins, bifurcation, regime, simulate, zones
 from gearchaos.studies.regime import REGIME_SETTINGS
 
@@ -52,7 +52,7 @@ class ComputationCache:
         """Classification settings of maps."""
         return Classification(longest_transient=self.quality.longest_transient)
 
-    def figure(self, figure: Figure) -> dict[str, xr.Dataset]:
+    def figure(self, figure: FigureSettings) -> dict[str, xr.Dataset]:
         """The Datasets of one figure, by the names of its studies."""
         data: dict[str, xr.Dataset] = {}
         for name, study in figure.studies.items():
@@ -155,7 +155,7 @@ def _trajectory(cache: ComputationCache, study: FigureStudy) -> xr.Dataset:
 
 def _attractors(cache: ComputationCache, study: FigureStudy) -> dict[str, xr.Dataset]:
     """Orbits of the periods to show, by name such as "4T_2" for the second 4T attractor; only those that were found."""
-    found = cache.study(int(study.starts[:-1]), study.starts[-1])
+    found = cache.study(int(study.found_in[:-1]), study.found_in[-1])
     periods = found["attractor_period"].values
     out: dict[str, xr.Dataset] = {}
     for n in sorted(set(study.periods)):

@@ -10,21 +10,21 @@ from scipy.ndimage import binary_dilation
 
 from gearchaos.dynamics.spectrum import spectral_class
 from gearchaos.paper.cache import ComputationCache
-from gearchaos.paper.settings import Figure, FigureStudy
+from gearchaos.paper.settings import FigureSettings, FigureStudy
 from gearchaos.paper.text import percent, symbol
 from gearchaos.plot import MOTION_CLASSES, attractor_names, motion_class
 from gearchaos.studies import motions
 
 
-def findings(cache: ComputationCache, figure: Figure, data: Mapping[str, xr.Dataset]) -> list[str]:
+def findings(cache: ComputationCache, figure: FigureSettings, data: Mapping[str, xr.Dataset]) -> list[str]:
     """The sentences about a figure: one text for each of its panels whose kind of study is in `_SENTENCES`."""
     if figure.layout == "coexisting":
         return [_coexisting(data)]
     out = []
     panels = [(name, study) for name, study in figure.studies.items() if study.kind in _SENTENCES]
     for name, study in panels:
-        lead = f"({name[0]}) " if len(panels) > 1 else ""
-        out.append(lead + _SENTENCES[study.kind](cache, study, data[name]))
+        letter = f"({name[0]}) " if len(panels) > 1 else ""
+        out.append(letter + _SENTENCES[study.kind](cache, study, data[name]))
     return out
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Console
 
 from gearchaos.paper.claims import Claim
-from gearchaos.paper.settings import Figure
+from gearchaos.paper.settings import FigureSettings
 
 
 class Log:
@@ -18,7 +18,7 @@ class Log:
     def __init__(self, on: bool) -> None:
         self._console = Console(stderr=True, quiet=not on, highlight=False)
 
-    def figure(self, figure: Figure) -> None:
+    def figure(self, figure: FigureSettings) -> None:
         """The computation of a figure begins."""
         self._console.print(f"[bold]Figure {figure.number}[/bold]  {figure.title}")
 

@@ -23,7 +23,7 @@ from markupsafe import Markup, escape
 from gearchaos.model import MeshModel
 from gearchaos.paper.claims import VERDICTS, Claim, failed
 from gearchaos.paper.equations import equations
-from gearchaos.paper.settings import Figure, Quality
+from gearchaos.paper.settings import FigureSettings, Quality
 from gearchaos.paper.text import symbol
 
 _LIBRARIES = ("gearchaos", "numpy", "numba", "scipy", "xarray", "matplotlib")
@@ -33,7 +33,7 @@ _LIBRARIES = ("gearchaos", "numpy", "numba", "scipy", "xarray", "matplotlib")
 class FinishedFigure:
     """A figure with its settings, its picture as PNG, what was found, its data files, and the seconds that it took."""
 
-    setting: Figure
+    setting: FigureSettings
     png: bytes
     found: list[str]
     files: list[str]
@@ -106,7 +106,7 @@ def _provenance(page: Page) -> list[tuple[str, str]]:
     q = page.quality
     return [
         ("quality", q.name), ("zones", f"{q.zones[0]} × {q.zones[1]} cells"),
-        ("basins", f"{q.basins[0]} × {q.basins[1]} starts"),
+        ("basins", f"{q.basins[0]} × {q.basins[1]} initial states"),
         ("diagrams", f"{q.bifurcation[0]} columns of {q.bifurcation[1]} points"),
         ("portraits", f"{q.portrait} points"), ("cores", str(os.cpu_count())), ("machine", platform.machine()),
         ("Python", platform.python_version()), *((name, metadata.version(name)) for name in _LIBRARIES),
@@ -132,7 +132,7 @@ def _figure(drawn: FinishedFigure, claims: Sequence[Claim]) -> dict[str, Any]:
     }
 
 
-def _settings(figure: Figure) -> list[str]:
+def _settings(figure: FigureSettings) -> list[str]:
     """The parameters of every panel as text; panels with equal parameters share a line."""
     lines: dict[str, list[str]] = {}
     for name, study in figure.studies.items():
@@ -144,7 +144,7 @@ def _settings(figure: Figure) -> list[str]:
     return [(f"({', '.join(panels)}) " if several and panels else "") + text for text, panels in lines.items()]
 
 
-def _ranges(figure: Figure) -> list[dict[str, str]]:
+def _ranges(figure: FigureSettings) -> list[dict[str, str]]:
     """Every axis range once, and whether it is given or assumed."""
     seen: dict[tuple[str, str], dict[str, str]] = {}
     for study in figure.studies.values():
@@ -178,10 +178,10 @@ def _claim(claim: Claim) -> dict[str, Any]:
     return {**claim.to_dict(), "evidence": list(_flat(claim.evidence))}
 
 
-def _flat(evidence: Mapping[str, Any], lead: str = "") -> Iterator[tuple[str, str]]:
+def _flat(evidence: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
     """Nested evidence as pairs (name, value) of text."""
     for key, value in evidence.items():
-        name = f"{lead}{str(key).replace('_', ' ')}"
+        name = f"{prefix}{str(key).replace('_', ' ')}"
         if isinstance(value, Mapping) and any(isinstance(v, (Mapping, list)) for v in value.values()):
             yield from _flat(value, f"{name} · ")
         else:

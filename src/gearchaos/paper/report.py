@@ -70,14 +70,14 @@ def build(
 class _Computed:
     """A figure with its data and findings, and the seconds they took."""
 
-    setting: settings.Figure
+    setting: settings.FigureSettings
     data: dict[str, xr.Dataset]
     found: list[str]
     dpi: int
     seconds: float
 
 
-def _computed(cache: ComputationCache, log: Log, figures: Iterable[settings.Figure]) -> Iterator[_Computed]:
+def _computed(cache: ComputationCache, log: Log, figures: Iterable[settings.FigureSettings]) -> Iterator[_Computed]:
     """Compute the figures one after another."""
     for figure in figures:
         log.figure(figure)
@@ -118,7 +118,7 @@ class _FigureInProgress:
 
 
 def _figures(
-    cache: ComputationCache, log: Log, folder: Path, figures: Iterable[settings.Figure]
+    cache: ComputationCache, log: Log, folder: Path, figures: Iterable[settings.FigureSettings]
 ) -> list[_FigureInProgress]:
     """Compute every figure; draw it, save its data and check its claims while others are computed.
 

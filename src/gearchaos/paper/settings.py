@@ -43,7 +43,7 @@ class FigureStudy:
         Values for `MeshModel.of`.
     axes : mapping of str to AxisRange
         One or two axes by parameter or initial value.
-    starts : str
+    found_in : str
         For ``attractors``: the figure and study of the basins in which they are found, e.g. "3c".
     periods : tuple of int
         For ``attractors``: the periods of the motions to show.
@@ -52,7 +52,7 @@ class FigureStudy:
     kind: str
     model: Mapping[str, Any]
     axes: Mapping[str, AxisRange] = field(default_factory=dict)
-    starts: str = ""
+    found_in: str = ""
     periods: tuple[int, ...] = ()
 
     @property
@@ -62,8 +62,19 @@ class FigureStudy:
 
 
 @dataclass(frozen=True)
-class Figure:
-    """One figure of the paper: how it is laid out, what it shows, and the studies behind it."""
+class FigureSettings:
+    """The settings of one figure of the paper.
+
+    Attributes
+    ----------
+    number : int
+    layout : str
+        A key of `gearchaos.paper.figures.LAYOUTS`.
+    title, caption, shows : str
+        The title in the report, the caption in the paper, and a description of the contents.
+    studies : mapping of str to FigureStudy
+        The computations behind the figure, by panel: "a", "b", ...
+    """
 
     number: int
     layout: str
@@ -93,15 +104,15 @@ def _document() -> dict[str, Any]:
 
 
 @cache
-def all_figures() -> dict[int, Figure]:
+def all_figures() -> dict[int, FigureSettings]:
     """Every figure of the paper by number, in order."""
     return {int(number): _figure(int(number), table) for number, table in _document()["figure"].items()}
 
 
-def _figure(number: int, table: Mapping[str, Any]) -> Figure:
+def _figure(number: int, table: Mapping[str, Any]) -> FigureSettings:
     studies = {name: _study(entry) for name, entry in table.get("study", {}).items()}
     text = {key: " ".join(table[key].split()) for key in ("layout", "title", "caption", "shows")}
-    return Figure(number=number, studies=studies, **text)
+    return FigureSettings(number=number, studies=studies, **text)
 
 
 def _study(entry: Mapping[str, Any]) -> FigureStudy:
@@ -110,7 +121,7 @@ def _study(entry: Mapping[str, Any]) -> FigureStudy:
     return FigureStudy(axes=axes, periods=tuple(entry.get("periods", ())), **rest)
 
 
-def chosen_figures(numbers: Any = None) -> dict[int, Figure]:
+def chosen_figures(numbers: Any = None) -> dict[int, FigureSettings]:
     """The figures with these numbers, in order, all if None; raises an `InputError` for an unknown number."""
     known = all_figures()
     wanted = list(known if numbers is None else numbers)

@@ -50,7 +50,7 @@ class Display(Protocol):
 class Computations:
     """The computations of one page, at most one per panel.
 
-    The motion at the point comes first, on a worker of its own. A second worker computes the map, coarse first. Once
+    The motion at the point is computed first, by its own worker. A second worker computes the map, coarse first. Once
     a coarse map is shown it also computes a coarse bifurcation diagram and the other motions of the point; the fine
     diagram follows when the map is complete. Basins and files are computed on request.
 

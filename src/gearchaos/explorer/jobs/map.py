@@ -60,7 +60,7 @@ def warm_up(view: View) -> Generator[None]:
 
 
 def _motion_map(view: View) -> Generator[Map]:
-    """The map from the model's own initial values."""
+    """The map of the motions from the initial values of the model."""
     quick = Zones(view.model, view.x, view.y, settings=QUICK)
     grid = MapGrid(view.x.count, view.y.count)
     for stride in COARSE:

@@ -1,4 +1,4 @@
-"""The cells of a map while it is computed: which are known, and which cell each one is coloured by."""
+"""The cells of a map while it is computed: which have a verdict, and which cell determines the colour of each."""
 
 from __future__ import annotations
 

@@ -31,9 +31,9 @@ class Choice:
 def choices(found: xr.Dataset) -> list[Choice]:
     """The motions of a Dataset from `gearchaos.explorer.jobs.point_studies.attractors`."""
     prefix = "attractor_start_"
-    starts = [n for n in map(str, found.data_vars) if n.startswith(prefix)]
+    variables = [n for n in map(str, found.data_vars) if n.startswith(prefix)]
     return [
         Choice(name, colour, float(found["attractor_fraction"][i]),
-               tuple((n.removeprefix(prefix), float(found[n][i])) for n in starts))
+               tuple((n.removeprefix(prefix), float(found[n][i])) for n in variables))
         for i, (name, colour) in enumerate(zip(attractor_names(found), attractor_colours(found), strict=True))
     ]

@@ -1,1 +1,1 @@
-"""The state of a page: what is asked for, its address, the presets, and the bounds of every value."""
+"""The state of a page: the values that determine it, its address, the presets, and the bounds of every value."""

@@ -8,7 +8,7 @@ from functools import cache
 from gearchaos.explorer.view.bounds import MAP_CELLS
 from gearchaos.explorer.view.state import View, view_of
 from gearchaos.model import MeshModel, expand_pairs, state_names
-from gearchaos.paper.settings import Figure, FigureStudy, all_figures
+from gearchaos.paper.settings import FigureSettings, FigureStudy, all_figures
 from gearchaos.studies.axis import Axis
 
 
@@ -66,7 +66,7 @@ def _plane(view: View) -> tuple[object, ...]:
     return model.kind, names, kept
 
 
-def _title(figure: Figure, study: FigureStudy, parts: int) -> str:
+def _title(figure: FigureSettings, study: FigureStudy, parts: int) -> str:
     """The figure's title, with the values in which its parts differ."""
     if parts == 1:
         return figure.title
@@ -78,8 +78,8 @@ def _title(figure: Figure, study: FigureStudy, parts: int) -> str:
 def _view(study: FigureStudy) -> View:
     """The view of a study.
 
-    A map is shown as it is; a bifurcation diagram along the vertical line through a map over its parameter and the
-    mesh frequency; a single motion as a point in the map of figure 2.
+    A map is shown as a map. A bifurcation diagram is shown along the vertical line through a point of the map over its
+    parameter and the mesh frequency, a single motion as a point of the map of figure 2.
     """
     model = study.mesh_model
     scanned = {n: r for n, r in study.axes.items() if n not in state_names(model.kind)}

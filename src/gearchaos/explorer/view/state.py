@@ -79,7 +79,7 @@ class View:
 
     @cached_property
     def operating_point(self) -> MeshModel:
-        """The model with the parameters of the point, and with its own initial values."""
+        """The model with the parameters of the point, and the initial values of `model`."""
         return self.model.with_values(dict(zip((self.x.name, self.y.name), self.at, strict=True)))
 
     @cached_property

@@ -100,8 +100,8 @@ def parameter_form(view: View, merged: Iterable[str], has_pair: bool) -> Form:
               _group_buttons(heading, view))
         for heading, entries in _GROUPS
     ]
-    start = Group("Start", tuple(map(_field, COORDINATES[view.model.kind])))
-    return Form(menus, buttons, (*groups, start))
+    initial = Group("Initial values", tuple(map(_field, COORDINATES[view.model.kind])))
+    return Form(menus, buttons, (*groups, initial))
 
 
 def plane_menus(view: View) -> tuple[Menu, ...]:
@@ -132,7 +132,7 @@ def field_values(view: View) -> dict[str, float]:
 
 def _field(name: str) -> Field:
     slider = value_range(name)
-    return Field(name, title(name) or "start", symbol(name), slider.low, slider.high, f"{slider.step:.6g}")
+    return Field(name, title(name) or "initial value", symbol(name), slider.low, slider.high, f"{slider.step:.6g}")
 
 
 def _names(entry: str, values: Iterable[str], merged: Iterable[str]) -> list[str]:

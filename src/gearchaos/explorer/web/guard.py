@@ -139,7 +139,7 @@ class GuardedTornado(BokehTornado):
         self, request: HTTPServerRequest, target_class: Any, target_kwargs: Any = None, path_args: Any = None,
         path_kwargs: Any = None,
     ) -> Any:
-        """The handler of a request: the one asked for, or one that refuses."""
+        """The handler of a request, or one that refuses it; called by Bokeh."""
         target = _SERVED.get(target_class, target_class)
         status = refusal(request, target, self._host)
         if status is not None:

@@ -82,14 +82,19 @@ def closed_curves(cache: ComputationCache, name: str) -> Outcome:
 
 
 _POINTS = 4000
+"""Number of points of a portrait that are used."""
+
 _GAP = 0.03
+"""Points at most this far apart belong to the same piece: many times the spacing of points along a curve."""
+
 _SCALES = np.array([0.005, 0.05])
+"""Distances between which the correlation dimension is estimated."""
 
 
 def curves(ds: xr.Dataset) -> tuple[int, float]:
     """Connected pieces of a stroboscopic portrait in all its coordinates, and its correlation dimension.
 
-    Pieces are told apart by gaps many times the spacing along a curve; lengths are in units of the portrait's size.
+    Lengths are relative to the extent of the portrait in each coordinate.
     """
     points = np.stack([ds[n].values[:_POINTS] for n in ds.data_vars if str(n).startswith("section_")], axis=1)
     points = points[:, np.ptp(points, axis=0) > 1e-6]
@@ -99,12 +104,12 @@ def curves(ds: xr.Dataset) -> tuple[int, float]:
     return int(pieces), float(np.log(pairs[1] / pairs[0]) / np.log(_SCALES[1] / _SCALES[0]))
 
 
-_BEYOND = np.round(np.linspace(0.068, 0.079, 12), 4)
+_LARGER_LOADS = np.round(np.linspace(0.068, 0.079, 12), 4)
 
 
 @check("7e")
 def similar_fractals(cache: ComputationCache) -> Outcome:
-    found = {float(q0): cache.regime(**_LOAD, q0=float(q0)) for q0 in _BEYOND}
+    found = {float(q0): cache.regime(**_LOAD, q0=float(q0)) for q0 in _LARGER_LOADS}
     chaos = [q0 for q0, regime in found.items() if regime.label == "chaotic"]
     panels = {panel: cache.study(7, panel) for panel in "abcd"}
     distances = {
@@ -121,12 +126,16 @@ def similar_fractals(cache: ComputationCache) -> Outcome:
 
 
 def distance(a: xr.Dataset, b: xr.Dataset, unit: xr.Dataset) -> float:
-    """How far two portraits lie apart in (x1, x1'), in units of the spread of a third: the mean distance to the nearest
-    point of the other, averaged both ways."""
+    """Distance of the portraits ``a`` and ``b`` in the plane of x1 and x1'.
+
+    The mean distance of a point of one from the nearest point of the other, averaged over both directions. Coordinates
+    are in units of their standard deviation in the portrait ``unit``.
+    """
     spread = _plane(unit).std(axis=0)
     one, two = _plane(a) / spread, _plane(b) / spread
     return round(float(cKDTree(one).query(two)[0].mean() + cKDTree(two).query(one)[0].mean()) / 2, 4)
 
 
 def _plane(ds: xr.Dataset) -> np.ndarray:
+    """The points (N, 2) of a portrait in the plane of x1 and x1'."""
     return np.stack([ds[f"section_{n}"].values[:_POINTS] for n in ("x1", "x1_dot")], axis=1)

@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 
 from gearchaos import plot
 from gearchaos.paper.figures._style import WIDTH
-from gearchaos.paper.settings import Figure as Setting
+from gearchaos.paper.settings import FigureSettings
 
 
-def bifurcations(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> None:
+def bifurcations(figure: Figure, setting: FigureSettings, data: Mapping[str, xr.Dataset]) -> None:
     """Diagrams one below the other, each with its strip of verdicts."""
     figure.set_size_inches(WIDTH, 3.5 * len(data) + 0.3)
     column = figure.subplots(len(data), 1, squeeze=False)[:, 0]
@@ -22,7 +22,7 @@ def bifurcations(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset
             _letter_inside(ax, name, _point(setting.studies[name].model))
 
 
-def bifurcation_and_exponent(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> None:
+def bifurcation_and_exponent(figure: Figure, setting: FigureSettings, data: Mapping[str, xr.Dataset]) -> None:
     """(a) the diagram, (b) the largest exponent over the same axis."""
     figure.set_size_inches(WIDTH, 6.0)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(1.5, 1))

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 
 from gearchaos.paper.figures import _diagrams, _motions, _planes, _system
 from gearchaos.paper.figures._style import STYLE
-from gearchaos.paper.settings import Figure as Setting
+from gearchaos.paper.settings import FigureSettings
 
-Layout = Callable[[Figure, Setting, Mapping[str, xr.Dataset]], None]
+Layout = Callable[[Figure, FigureSettings, Mapping[str, xr.Dataset]], None]
 LAYOUTS: dict[str, Layout] = {
     "system": _system.system,
     "maps": _planes.maps,
@@ -29,7 +29,7 @@ LAYOUTS: dict[str, Layout] = {
 """A layout draws on an empty figure; add one here and name it in `settings.toml`."""
 
 
-def draw(setting: Setting, data: Mapping[str, xr.Dataset], dpi: int = 300) -> bytes:
+def draw(setting: FigureSettings, data: Mapping[str, xr.Dataset], dpi: int = 300) -> bytes:
     """The figure as PNG.
 
     Parameters

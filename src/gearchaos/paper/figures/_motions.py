@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from gearchaos import plot
 from gearchaos.paper.figures._style import WIDTH, letter
-from gearchaos.paper.settings import Figure as Setting
+from gearchaos.paper.settings import FigureSettings
 
 _HISTORY_PERIODS = 40
 """Mesh periods in a time history."""
@@ -27,7 +27,7 @@ _COEXISTING = (
 """The panels of figure 4: name of the orbit, and how it is drawn."""
 
 
-def coexisting(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> None:
+def coexisting(figure: Figure, setting: FigureSettings, data: Mapping[str, xr.Dataset]) -> None:
     """Phase trajectories of the five motions, and the time histories of the two 4T and of the 5T motion."""
     figure.set_size_inches(WIDTH, 8.6)
     axes = figure.subplots(4, 2)
@@ -42,7 +42,7 @@ def coexisting(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset])
             plot.history(data[key], "z_dot", ax)
 
 
-def portraits(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> None:
+def portraits(figure: Figure, setting: FigureSettings, data: Mapping[str, xr.Dataset]) -> None:
     """Stroboscopic portraits, two in a row."""
     rows = (len(data) + 1) // 2
     figure.set_size_inches(WIDTH, 3.1 * rows)
@@ -52,7 +52,7 @@ def portraits(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) 
         letter(ax, name, rf"$q_0={setting.studies[name].model['q0']}$")
 
 
-def dossiers(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> None:
+def dossiers(figure: Figure, setting: FigureSettings, data: Mapping[str, xr.Dataset]) -> None:
     """Two motions in two columns; rows: time history, spectrum, phase trajectory, portrait."""
     figure.set_size_inches(WIDTH, 9.4)
     axes = figure.subplots(4, 2, height_ratios=(0.8, 0.9, 1.15, 1.15))
@@ -67,7 +67,7 @@ def dossiers(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -
         _share_limits(row)
 
 
-def trajectories_and_portraits(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> None:
+def trajectories_and_portraits(figure: Figure, setting: FigureSettings, data: Mapping[str, xr.Dataset]) -> None:
     """One row per motion: phase trajectory at left, portrait at right."""
     figure.set_size_inches(WIDTH, 6.0)
     axes = figure.subplots(2, 2)

@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 
 from gearchaos import plot
 from gearchaos.paper.figures._style import WIDTH, letter
-from gearchaos.paper.settings import Figure as Setting
+from gearchaos.paper.settings import FigureSettings
 
 
-def maps(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> None:
+def maps(figure: Figure, setting: FigureSettings, data: Mapping[str, xr.Dataset]) -> None:
     """(a) the kinds of motion, (b) V_RMS, side by side; the legend below."""
     figure.set_size_inches(WIDTH, 3.75)
     left, right = figure.subplots(1, 2, width_ratios=(1, 1.13))
@@ -27,7 +27,7 @@ def maps(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> No
     plot.class_legend(figure, classes, loc="outside lower center", ncols=9, bbox_to_anchor=None)
 
 
-def basins(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> None:
+def basins(figure: Figure, setting: FigureSettings, data: Mapping[str, xr.Dataset]) -> None:
     """One panel per operating point, each with the legend of its own attractors below it."""
     figure.set_size_inches(WIDTH, 3.5)
     row = figure.subplots(1, len(data), sharey=True)

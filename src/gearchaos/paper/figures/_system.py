@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 
 from gearchaos import plot
 from gearchaos.paper.figures._style import WIDTH, letter
-from gearchaos.paper.settings import Figure as Setting
+from gearchaos.paper.settings import FigureSettings
 
 
-def system(figure: Figure, setting: Setting, data: Mapping[str, xr.Dataset]) -> None:
+def system(figure: Figure, setting: FigureSettings, data: Mapping[str, xr.Dataset]) -> None:
     """(a) the gear pair at left, (b) c(t) above F(u) at right."""
     figure.set_size_inches(WIDTH, 5.4)
     grid = figure.add_gridspec(2, 2, width_ratios=(1.05, 1))
