@@ -30,7 +30,7 @@ STYLE: Any = {
 
 
 def letter(ax: Axes, name: str, text: str = "") -> None:
-    """The panel's letter, with a few words, above its left corner (above the strip and legend if there are any)."""
+    """The panel's letter and a short text above its upper left corner (above the strip and legend if there are any)."""
     ax.annotate(
         f"({name})" + (f"  {text}" if text else ""), (0, 1), (0, 4), xycoords="axes fraction",
         textcoords="offset points", ha="left", va="bottom", fontsize=10,
