@@ -257,7 +257,7 @@ import json
 import numpy as np
 from gearchaos.flow import ExactFlow, Measure, near_returns, newton_search, next_round
 from gearchaos.model import HarmonicStiffness, MeshModel, vary
-from gearchaos.model.switched import switched
+from gearchaos.model.switched import switched_system
 
 def results(stiffness):
     model = MeshModel.of(kind="torsional", omega=2.0, eps1=0.2)

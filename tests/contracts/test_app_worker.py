@@ -176,9 +176,7 @@ def test_what_is_wrong_there_is_told_here(place):
 
 def test_compiling_there_is_told_before_the_answer(place):
     told = []
-    one = "[__import__('numba').njit(lambda x: 2 * x)]"
-    ours = "[__import__('gearchaos.flow.kernels.compilation', fromlist=['_'])]"
-    answers = f"((c._kernels.append(f), f(2))[1] for c in {ours} for f in {one})"  # else it were no kernel of ours
+    answers = "(f(2) for f in [__import__('numba').njit(lambda x: 2 * x)])"
     assert list(place.run(partial(eval, answers), lambda: told.append(True))) == [4]
     assert told
     assert list(place.run(partial(iter, [4]), lambda: told.clear())) == [4] and told
