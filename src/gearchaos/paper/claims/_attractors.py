@@ -9,7 +9,7 @@ from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.claims._outcome import CONTRADICTED, HOLDS, MISPRINT, Outcome, check, graded
 from gearchaos.plot import attractor_names
 
-_COMPUTED = "The motion that every initial state of the plane leads to, by attractor."
+_COMPUTED = "The motion that every start of the plane ends on, and the attractors told apart."
 
 
 def _shares(ds: xr.Dataset) -> dict[str, float]:

@@ -123,7 +123,7 @@ def stiff_supports(cache: ComputationCache) -> Outcome:
         graded(all(alike[k] for k in _STIFFNESSES if k >= 20) and not alike[_STIFFNESSES[0]]),
         "Verdicts on 281 frequencies for every κ, compared with the torsional model.", evidence,
         f"over amplitudes up to 0.3 differences remain at κ = 20: {plane['same_class']:.0%} of the cells keep their "
-        f"class, {_from_another_state(cache)['same_class']:.0%} would if only the initial state differed",
+        f"class, {_from_another_state(cache)['same_class']:.0%} would if only the start differed",
     )
 
 

@@ -26,7 +26,7 @@ _CHAOTIC: dict[str, dict[str, Any]] = {
     "9c": {"kind": "single", "q0": 0.12, "omega": 1.7, "eps1": 0.09},
     "15a": {"kind": "full", "kappa": 0.5, "omega": 0.9, "eps1": 0.1, "q0": 0.128},
 }
-_VERDICT = "The verdict at this point from the paper's initial state, with the largest Lyapunov exponent."
+_VERDICT = "The verdict at this point from the paper's start, with the largest Lyapunov exponent."
 
 
 @check(*_CHAOTIC)

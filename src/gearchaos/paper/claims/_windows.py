@@ -28,7 +28,7 @@ from gearchaos.paper.claims._read import (
 from gearchaos.studies import Axis, motions
 
 _LOAD = {"omega": 1.0, "eps1": 0.1}
-_SCAN = "Verdicts on a fine scan of the range, each from the paper's initial state."
+_SCAN = "Verdicts on a fine scan of the range, each from the paper's start."
 
 
 @check("6a")
