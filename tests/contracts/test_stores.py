@@ -14,6 +14,8 @@ from gearchaos.store.record import from_record, to_record
 from gearchaos.store.run import run
 from gearchaos.store.store import open_store
 
+pytestmark = pytest.mark.slow
+
 
 def small_map():
     axes = gc.Axis("omega", 0.5, 1.1, 16), gc.Axis("eps1", 0.05, 0.3, 12)

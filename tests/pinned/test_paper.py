@@ -33,6 +33,8 @@ from gearchaos.paper.output import writable_folder
 from gearchaos.paper.page import _flat, _maths
 from gearchaos.studies import load
 
+pytestmark = pytest.mark.slow
+
 TINY = settings.Quality(
     "tiny", zones=(12, 9), basins=(40, 40), longest_transient=1500, bifurcation=(12, 8), portrait=64, trajectory=12,
     dpi=100,
