@@ -21,7 +21,8 @@ _MODULES = {
     "Regime": "studies.regime", "regime": "studies.regime",
     "Simulate": "studies.simulate", "simulate": "studies.simulate", "steady": "studies.steady",
     "Zones": "studies.zones", "zones": "studies.zones",
-    "load": "datasets", "save": "datasets", "run": "store.run", "explore": "explorer.web.notebook",
+    "load": "datasets", "save": "datasets", "run": "store.run",
+    "Outcome": "store.run", "explore": "explorer.web.notebook",
 }
 """The submodule that defines each public name. ``__init__.pyi`` lists the same names for type checkers and editors."""
 

@@ -15,6 +15,7 @@ from gearchaos.model import HarmonicStiffness as HarmonicStiffness
 from gearchaos.model import MeshModel as MeshModel
 from gearchaos.model import TransmissionError as TransmissionError
 from gearchaos.model import TwoLevelStiffness as TwoLevelStiffness
+from gearchaos.store.run import Outcome as Outcome
 from gearchaos.store.run import run as run
 from gearchaos.studies.attractors import Attractors as Attractors
 from gearchaos.studies.attractors import attractors as attractors

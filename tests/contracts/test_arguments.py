@@ -130,3 +130,22 @@ def test_save_refuses_what_is_no_dataset(tmp_path):
     for value in (tmp_path / "x.nc", MODEL, None):
         with pytest.raises(InputError, match=r"^dataset must be an xarray.Dataset"):
             gc.save(value, tmp_path / "x.nc")
+
+
+@pytest.mark.parametrize(("options", "words"), [
+    ({"tile": 0}, "tile must be a whole number of at least 1; got 0"),
+    ({"tile": 2.5}, "tile must be a whole number of at least 1; got 2.5"),
+    ({"tile": "4"}, "tile must be a whole number of at least 1; got '4'"),
+    ({"shard": (1, 2)}, "shard must be a text; got (1, 2)"), ({"out": 3}, "out must be a path; got 3"),
+    ({"out": None, "tile": 3}, "tile needs out, the folder of a store; got 3"),
+])
+def test_a_run_refuses_bad_options_before_it_makes_anything(tmp_path, options, words):
+    study = gc.Zones(MODEL, X, Y, settings=QUICK)
+    with pytest.raises(gc.InputError) as error:
+        gc.run(study, **{"out": tmp_path / "s.zarr", **options})
+    assert words in str(error.value) and list(tmp_path.iterdir()) == []
+
+
+def test_only_studies_are_run():
+    with pytest.raises(gc.InputError, match="study must be a study; got 'a MeshModel'"):
+        gc.run(MODEL)

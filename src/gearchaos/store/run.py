@@ -11,11 +11,12 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path
+from typing import overload
 
 import xarray as xr
 from filelock import FileLock
 
-from gearchaos.errors import InputError
+from gearchaos.errors import InputError, whole_number
 from gearchaos.execute import pools
 from gearchaos.execute.progress import bar
 from gearchaos.store.create import create, repair, versions
@@ -49,6 +50,18 @@ class Outcome:
     count: int
 
 
+@overload
+def run(study: Study, out: None = None, *, threads: int | None = None, progress: bool = False) -> xr.Dataset: ...
+
+
+@overload
+def run(
+    study: Study, out: str | os.PathLike[str], *, threads: int | None = None, processes: int | None = None,
+    scheduler: str | None = None, cluster: str | None = None, jobs: int | None = None, tile: int | None = None,
+    shard: str | None = None, progress: bool = False,
+) -> Outcome: ...
+
+
 def run(
     study: Study, out: str | os.PathLike[str] | None = None, *, threads: int | None = None,
     processes: int | None = None, scheduler: str | None = None, cluster: str | None = None, jobs: int | None = None,
@@ -65,7 +78,8 @@ def run(
         computed in memory.
     threads, processes : int, optional
         Number of threads, or with ``out`` of processes instead; one thread per core by default. Each computes a part of
-        the study, with ``out`` a tile, at a time.
+        the study, with ``out`` a tile, at a time. A script that uses processes needs ``if __name__ == "__main__":``
+        around what it does, since every process imports the script.
     scheduler, cluster, jobs
         With ``out``: the address of a Dask scheduler, or ``"slurm"`` and a number of jobs.
     tile : int, optional
@@ -96,6 +110,10 @@ def run(
             if value is not None:
                 raise InputError(name, "needs out, the folder of a store", value, "E.g. out='map.zarr'.")
         return study.run(progress=progress, threads=threads)
+    if not isinstance(out, (str, os.PathLike)):
+        raise InputError("out", "must be a path", out, "E.g. out='map.zarr'.")
+    if shard is not None and not isinstance(shard, str):
+        raise InputError("shard", "must be a text", shard, "E.g. shard='2/3'.")
     return run_into_store(
         study, out, tile=tile, pool=pools.pool_from_options(threads, processes, scheduler, cluster, jobs),
         shard=None if shard is None else Shard.parse(shard), say=_say if progress else _silent, progress=progress,
@@ -140,6 +158,7 @@ def run_into_store(
     OSError
         If the store cannot be written to, or the connection to the workers is lost; tiles that are done are kept.
     """
+    tile = None if tile is None else whole_number("tile", tile, 1)
     store, shard = _opened(study, Path(path).absolute(), tile, say, progress), shard or Shard()
     own_tiles = shard.tiles(store.grid.count)
     with write_lock(store.path / "run" / "writers", shard):
