@@ -149,3 +149,13 @@ def test_a_run_refuses_bad_options_before_it_makes_anything(tmp_path, options, w
 def test_only_studies_are_run():
     with pytest.raises(gc.InputError, match="study must be a study; got 'a MeshModel'"):
         gc.run(MODEL)
+
+
+def test_a_study_of_no_registered_kind_is_not_run_into_a_store(tmp_path):
+    """Its record would be that of another study."""
+    class Other(gc.Zones):
+        pass
+
+    with pytest.raises(gc.InputError, match=r"must be of a kind that gearchaos.studies.registry names"):
+        gc.run(Other(MODEL, X, Y, settings=QUICK), tmp_path / "s.zarr")
+    assert list(tmp_path.iterdir()) == []

@@ -185,3 +185,17 @@ def test_a_file_where_a_folder_must_be_is_refused(whole, tmp_path):
     (path / "omega").write_text("mine")
     with pytest.raises(gc.InputError, match=r"store must have a folder at this path; got '.*omega'.* Remove it"):
         run(small_map(), path)
+
+
+def test_what_is_not_a_store_s_own_survives_its_repair(tmp_path):
+    study = gc.Basins(gc.MeshModel.of(kind="single"), "z=-1:1:3", "z_dot=-1:1:2",
+                      settings=Classification(longest_transient=0, doublings=0))
+    path = tmp_path / "b.zarr"
+    gc.run(study, path)
+    (path / "notes").mkdir()
+    (path / "notes" / "mine.txt").write_text("kept")
+    gc.run(study, path / "inner.zarr")
+    (path / "zarr.json").write_bytes((path / "zarr.json").read_bytes() + b" ")
+    gc.run(study, path)
+    assert (path / "notes" / "mine.txt").read_text() == "kept"
+    assert open_store(path / "inner.zarr").finished and open_store(path).finished

@@ -18,6 +18,7 @@ from gearchaos.files import write_bytes
 from gearchaos.store.arrays import FORMAT, ITEMS, ArraySpec, create_arrays, restore_metadata
 from gearchaos.store.machine import machine, process_name
 from gearchaos.store.record import to_record
+from gearchaos.store.schema import NodeSchema, read_as
 from gearchaos.store.store import Store, TileStatus
 from gearchaos.store.tiles import Grid
 from gearchaos.studies.study import Study
@@ -77,10 +78,21 @@ def repair(store: Store) -> None:
     Results that are computed from all tiles are deleted; they are written again when the run finishes.
     """
     if not store.study.gridded:
-        for result in (f for f in store.path.iterdir() if f.is_dir() and f.name not in ("run", ITEMS)):
+        for result in (f for f in store.path.iterdir() if f.name not in ("run", ITEMS) and _is_array(f)):
             shutil.rmtree(result)
     with tempfile.TemporaryDirectory(dir=store.path.parent, prefix=".gearchaos-") as folder:
         create_arrays(Path(folder) / "fresh", store.study, store.arrays, store.grid)
         restore_metadata(store.path, Path(folder) / "fresh")
     (store.path / "run" / "finished").unlink(missing_ok=True)
     store.write_checksums()
+
+
+def _is_array(folder: Path) -> bool:
+    """Whether a folder is a Zarr array; others in a store are not its own, and stay."""
+    found = read_as(NodeSchema, folder / "zarr.json")
+    return (found is not None and found.node_type == "array") or _is_damaged_array(folder)
+
+
+def _is_damaged_array(folder: Path) -> bool:
+    """Whether a folder holds nothing but chunks and the metadata of an array, which may be damaged or missing."""
+    return folder.is_dir() and {f.name for f in folder.iterdir()} in ({"c", "zarr.json"}, {"c"}, {"zarr.json"})

@@ -25,6 +25,7 @@ from gearchaos.store.record import differences, to_record
 from gearchaos.store.store import Store, TileStatus, open_store
 from gearchaos.store.tiles import divide
 from gearchaos.store.writers import Shard, write_lock
+from gearchaos.studies.registry import STUDIES
 from gearchaos.studies.study import Study
 
 ATTEMPTS = 3
@@ -158,6 +159,9 @@ def run_into_store(
     OSError
         If the store cannot be written to, or the connection to the workers is lost; tiles that are done are kept.
     """
+    if type(study) is not STUDIES.get(study.kind):
+        raise InputError("study", "must be of a kind that gearchaos.studies.registry names",
+                         f"a {type(study).__name__}", "A store records the kind; compute this one in memory.")
     tile = None if tile is None else whole_number("tile", tile, 1)
     store, shard = _opened(study, Path(path).absolute(), tile, say, progress), shard or Shard()
     own_tiles = shard.tiles(store.grid.count)

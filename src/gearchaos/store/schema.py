@@ -112,6 +112,12 @@ class FormatSchema(BaseModel):
     format: StrictInt
 
 
+class NodeSchema(BaseModel):
+    """What a ``zarr.json`` describes: an array or a group."""
+
+    node_type: str
+
+
 class StudySchema(_Schema):
     """``run/study.json``; the values of the study are checked when it is created from its record."""
 
