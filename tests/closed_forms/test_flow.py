@@ -255,7 +255,7 @@ def test_the_kernels_say_the_same_without_the_compiler():
 ALL_OF_IT = """
 import json
 import numpy as np
-from gearchaos.flow import ExactFlow, Measure, near_returns, newton_search, next_round
+from gearchaos.flow import ExactFlow, Measure, near_returns, start_newton_search, newton_iteration
 from gearchaos.model import HarmonicStiffness, MeshModel, vary
 from gearchaos.model.switched import switched_system
 
@@ -265,8 +265,8 @@ def results(stiffness):
     flow, w = ExactFlow(switched_system(vary(model, {}))), np.array([[1.0], [0.1]])
     unit = np.eye(2)[:, :, None]
     out, grown = flow.advance(w, 1, tangent=unit, measured=True), flow.advance(w, 2, tangent=unit, growth=True)
-    search, busy = newton_search(w), np.arange(1)
-    next_round(search, busy, out.w, out.tangent, out.status, 10.0, 1e9)
+    search, busy = start_newton_search(w), np.arange(1)
+    newton_iteration(search, busy, out.w, out.tangent, out.status, 10.0, 1e9)
     sections = flow.advance(w, 5, sections=5).sections
     returns = near_returns(sections, 2, 1e9, 1e9, 2)
     return [a.ravel().tolist() for a in (out.w, out.tangent, out.measures, grown.growth, search.at, returns)]

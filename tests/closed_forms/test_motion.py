@@ -7,7 +7,7 @@ from gearchaos.dynamics import Classification, Label, Reason, classify, orbits, 
 from gearchaos.dynamics.lyapunov import from_growth
 from gearchaos.dynamics.spectrum import amplitudes, spectral_class
 from gearchaos.errors import InputError
-from gearchaos.flow import ExactFlow, near_returns, newton_search, next_round
+from gearchaos.flow import ExactFlow, near_returns, newton_iteration, start_newton_search
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import SwitchedAffine, switched_system
@@ -229,12 +229,12 @@ def test_near_returns_are_those_of_their_definition():
 
 def newton_round(matrix, at, end, *, reach=10.0, expansion=np.inf, residual=None):
     """A search (its second round, with a residual given) after a round of lanes that end there, and who goes on."""
-    search, busy = newton_search(at), np.arange(at.shape[1])
+    search, busy = start_newton_search(at), np.arange(at.shape[1])
     if residual is not None:
         search.residual[:] = residual
     status = np.zeros(len(busy), dtype=np.int64)
     tangent = np.ascontiguousarray(matrix.transpose(2, 1, 0))
-    count = next_round(search, busy, end, tangent, status, reach, expansion)
+    count = newton_iteration(search, busy, end, tangent, status, reach, expansion)
     return search, busy[:count]
 
 

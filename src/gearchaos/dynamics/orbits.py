@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.flow import RESIDUAL, ExactFlow, Measure, newton_search, next_round
+from gearchaos.flow import RESIDUAL, ExactFlow, Measure, newton_iteration, start_newton_search
 
 ON_ORBIT = 1e-8
 """A state counts as on an orbit if no coordinate differs by more than this."""
 
-_NEWTON_ROUNDS = 12
+_MAX_NEWTON_ITERATIONS = 12
 _SAME_POINT = 1e-6
 """An orbit has returned to a point if no coordinate differs by more than this."""
 
@@ -107,14 +107,14 @@ def polish(
     Orbits
         Not converged where Newton's method was stopped, or failed twice to halve the residual.
     """
-    search, active = newton_search(w), np.arange(w.shape[1])
+    search, active = start_newton_search(w), np.arange(w.shape[1])
     unit = np.repeat(np.eye(flow.dimension)[:, :, None], len(active), axis=2)  # advanced to the monodromy matrices
-    for _ in range(_NEWTON_ROUNDS):
+    for _ in range(_MAX_NEWTON_ITERATIONS):
         if len(active) == 0:
             break
         run = flow.advance(search.at[:, active], period[active], points=points[active],
                            tangent=unit[:, :, : len(active)])
-        active = active[: next_round(search, active, run.w, run.tangent, run.status, reach, expansion)]
+        active = active[: newton_iteration(search, active, run.w, run.tangent, run.status, reach, expansion)]
     multipliers = np.zeros((len(period), flow.dimension), complex)
     converged = search.residual <= RESIDUAL
     multipliers[converged] = _multipliers(search.monodromy[converged])

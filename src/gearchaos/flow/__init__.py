@@ -1,18 +1,23 @@
 """The exact flow of switched affine systems: affine steps between contact switches, located switches, tangent vectors
-and measures. It knows nothing of gears, units or files; everything above it imports this package alone."""
+and measures.
 
-from gearchaos.flow.exact import ExactFlow, Flowed, empty_measures
+The package depends on no other part of gearchaos, and deals with no gears, units or files. Other packages use only the
+names exported here.
+"""
+
+from gearchaos.flow.exact import ExactFlow, FlowResult, empty_measures
 from gearchaos.flow.kernels.cancellation import StoppedError, cancel_event
 from gearchaos.flow.kernels.compilation import cache_is_empty, on_compile
 from gearchaos.flow.kernels.constants import CHATTER, DIVERGED, DIVERGED_AT, OK, WIDTH, Measure
-from gearchaos.flow.newton import RESIDUAL, NewtonSearch, newton_search, next_round
-from gearchaos.flow.rates import least_steps, rate
+from gearchaos.flow.newton import RESIDUAL, NewtonSearch, newton_iteration, start_newton_search
+from gearchaos.flow.rates import fastest_rate, min_steps_per_period
 from gearchaos.flow.returns import near_returns
 from gearchaos.flow.system import SwitchedSystem
-from gearchaos.flow.tables import shared
+from gearchaos.flow.tables import steps_share_matrices
 
 __all__ = [
-    "CHATTER", "DIVERGED", "DIVERGED_AT", "OK", "RESIDUAL", "WIDTH", "ExactFlow", "Flowed", "Measure", "NewtonSearch",
-    "StoppedError", "SwitchedSystem", "cache_is_empty", "cancel_event", "empty_measures", "least_steps", "near_returns",
-    "newton_search", "next_round", "on_compile", "rate", "shared",
+    "CHATTER", "DIVERGED", "DIVERGED_AT", "OK", "RESIDUAL", "WIDTH", "ExactFlow", "FlowResult", "Measure",
+    "NewtonSearch", "StoppedError", "SwitchedSystem", "cache_is_empty", "cancel_event", "empty_measures",
+    "fastest_rate", "min_steps_per_period", "near_returns", "newton_iteration", "on_compile", "start_newton_search",
+    "steps_share_matrices",
 ]

@@ -1,5 +1,5 @@
-"""The seam between the flow and everything above it: points, states and a plan in; arrays and a status per trajectory
-out."""
+"""`ExactFlow`: advance batches of trajectories by whole mesh periods, and return their states and measures as
+arrays."""
 
 from __future__ import annotations
 
@@ -15,17 +15,18 @@ from gearchaos.flow.kernels.cancellation import raise_if_cancelled
 from gearchaos.flow.kernels.constants import SLOTS, WIDTH, Measure
 from gearchaos.flow.system import SwitchedSystem
 
-_MAX_MATRIX_SETS = 2
-"""Entries of the step tables that every slot keeps in memory at the same time: one for each level of the stiffness."""
+_MAX_MATRIX_BUFFERS = 2
+"""Most buffers of step matrices that a pack of trajectories has. With two, one for each stiffness level, matrices need
+not be loaded again at every stiffness jump; where steps have more than two different matrices there is one buffer."""
 
-_TICKS = 20_000
-"""Steps between two tests for cancelling: a few hundredths of a second."""
+_STEPS_BETWEEN_CANCEL_CHECKS = 20_000
+"""Steps of all trajectories between two checks for cancellation: a few hundredths of a second."""
 
 System = TypeVar("System", bound=SwitchedSystem)
 
 
 @dataclass(frozen=True)
-class Flowed:
+class FlowResult:
     """Results for L trajectories over whole mesh periods.
 
     Attributes
@@ -35,17 +36,17 @@ class Flowed:
     tangent : (K, d, L)
         Final tangent vectors.
     growth : (periods, K, L)
-        Logarithms of the growth of orthonormalised tangent vectors in each period; 0 once a trajectory has had its
-        periods. Empty if not asked for.
+        Logarithms of the growth of orthonormalised tangent vectors in each period; 0 after a trajectory's last period.
+        Empty if not requested.
     sections : (S, d, L)
-        Coordinates after each of a trajectory's last S periods; NaN before its first.
+        Coordinates after each of a trajectory's last S periods; NaN for periods before its start.
     measures : (len(Measure), L)
-        Rows as numbered by `Measure`; empty if not asked for.
+        Rows as numbered by `Measure`; empty if not requested.
     samples : (periods, samples, d + 1, L)
-        Coordinates and contact state at the sampled instants; empty if not asked for.
+        Coordinates and contact state at the sampled instants; empty if not requested.
     status : (L,)
         `OK`, `DIVERGED` (|z| or |z'| was `DIVERGED_AT` or more, or not a number, at the end of a period) or `CHATTER`
-        (more than 64 contact switches in a step: the state from there on is meaningless).
+        (64 contact switches in a step, or an exit not found: the state from there on is meaningless).
     """
 
     w: np.ndarray
@@ -58,7 +59,7 @@ class Flowed:
 
 
 def empty_measures(lanes: int) -> np.ndarray:
-    """Measures (len(Measure), lanes) of motions of no duration."""
+    """Initial values (len(Measure), ``lanes``) of the measures: zero integrals and infinite extremes."""
     out = np.zeros((len(Measure), lanes))
     out[[Measure.Z_MAX, Measure.Z_DOT_MAX, Measure.FORCE_MAX]] = -np.inf
     out[[Measure.Z_MIN, Measure.Z_DOT_MIN, Measure.FORCE_MIN]] = np.inf
@@ -66,44 +67,47 @@ def empty_measures(lanes: int) -> np.ndarray:
 
 
 class ExactFlow(Generic[System]):
-    """The exact flow of a batch of switched affine systems; tables are built once and serve any number of calls.
+    """The exact flow of a batch of switched affine systems.
+
+    Step tables are built once, when an instance is made; `advance` can then be called any number of times.
 
     Parameters
     ----------
     system : SwitchedSystem
         P parameter points with d coordinates.
     samples : int, optional
-        Make this many equidistant instants of the period available to ``advance(sample=True)``. Every step then has
-        matrices of its own, which costs speed.
+        Number of equidistant instants of the period at which ``advance(sample=True)`` records the state; 0 for none.
+        With samples every step needs its own matrices, which is slower.
 
     Attributes
     ----------
     system : SwitchedSystem
-        As given.
+        The system given.
     dimension : int
-        d.
+        Number of coordinates d.
     step_count : (P,)
-        Steps in a mesh period at each point.
+        Number of steps in a mesh period at each point.
 
     Raises
     ------
     ValueError
-        If samples are asked for and the split of the period differs from point to point.
+        If ``samples`` > 0 and ``system.split`` is not the same at all points.
     """
 
     def __init__(self, system: System, samples: int = 0) -> None:
         self.system = system
         self.dimension = system.dimension
-        (self._points, self._grid), self._samples = prepare_points(system, samples), samples
+        self._samples = samples
+        self._points, self._grid = prepare_points(system, samples)
         self.step_count = self._points.grids.step_count
         entries = int(self._points.steps.entry.max()) + 1
-        self._matrix_sets = entries if entries <= _MAX_MATRIX_SETS else 1
+        self._matrix_buffers = entries if entries <= _MAX_MATRIX_BUFFERS else 1
 
     def advance(
         self, w: np.ndarray, periods: int | np.ndarray, *, points: np.ndarray | None = None,
         tangent: np.ndarray | None = None, growth: bool = False, sections: int = 0, measured: bool = False,
         sample: bool = False,
-    ) -> Flowed:
+    ) -> FlowResult:
         """Advance trajectories by whole mesh periods from phase 0.
 
         Parameters
@@ -111,18 +115,23 @@ class ExactFlow(Generic[System]):
         w : (d, L)
             Coordinates at the start.
         periods : int or (L,)
-            Mesh periods to advance, the same for all trajectories or each its own.
+            Mesh periods to advance: one number for all trajectories, or one for each.
         points : (L,), optional
-            Parameter point of each trajectory; by default trajectory i runs at point i.
+            Index of the parameter point of each trajectory; by default trajectory i has point i.
         tangent : (K, d, L), optional
             Tangent vectors to advance with the states.
         growth : bool
-            Orthonormalise the tangent vectors on the way and record the logarithms of their growth. Without it
-            unit vectors come back as the columns of the monodromy matrix.
+            Orthonormalise the tangent vectors as they are advanced, and record the logarithms of their growth. If
+            false, unit vectors are advanced to the columns of the monodromy matrix.
         sections : int
-            After how many of each trajectory's last periods its state is recorded.
+            Number S of last periods of each trajectory after which its state is recorded.
         measured, sample : bool
-            Integrate the measures; record the state at the sampled instants.
+            Whether to integrate the measures, and to record the state at the sampled instants.
+
+        Returns
+        -------
+        FlowResult
+            New arrays; the arguments are not changed.
 
         Raises
         ------
@@ -131,7 +140,7 @@ class ExactFlow(Generic[System]):
         """
         lanes = w.shape[1]
         points = np.arange(lanes) if points is None else np.asarray(points)
-        ends = np.broadcast_to(np.asarray(periods, dtype=np.int64), lanes).copy()  # kernels know no read-only arrays
+        ends = np.broadcast_to(np.asarray(periods, dtype=np.int64), lanes).copy()  # kernels take writable arrays only
         tangent = np.zeros((0, self.dimension, lanes)) if tangent is None else tangent
         out = self._empty(w, ends, tangent, growth, sections, measured, sample)
         self._run(Call(
@@ -143,12 +152,12 @@ class ExactFlow(Generic[System]):
     def _empty(
         self, w: np.ndarray, periods: np.ndarray, tangent: np.ndarray, growth: bool, sections: int, measured: bool,
         sample: bool,
-    ) -> Flowed:
-        """Results before the first step."""
+    ) -> FlowResult:
+        """Result arrays before the first step, with initial states, tangent vectors and measures."""
         (d, lanes), k, longest = w.shape, len(tangent), int(periods.max(initial=0))
         recorded = np.empty((min(sections, longest), d, lanes))
         recorded[:, :, periods < len(recorded)] = np.nan
-        return Flowed(
+        return FlowResult(
             w=np.array(w, order="C", dtype=float), tangent=np.array(tangent, order="C", dtype=float),
             growth=np.zeros((longest if growth else 0, k, lanes)),
             sections=recorded,
@@ -158,7 +167,10 @@ class ExactFlow(Generic[System]):
         )
 
     def _packs(self, points: np.ndarray, periods: np.ndarray) -> np.ndarray:
-        """Trajectories that share a grid in packs (C, WIDTH), -1 where a pack has none; packs with most steps first."""
+        """Group trajectories with the same step grid into packs: indices (C, WIDTH), -1 for unused positions.
+
+        Packs with the most steps come first.
+        """
         order = np.lexsort((-periods, self._grid[points]))
         order = order[periods[order] > 0]
         grid = self._grid[points[order]]
@@ -171,14 +183,14 @@ class ExactFlow(Generic[System]):
         return out[np.argsort(-steps, kind="stable")]
 
     def _run(self, call: Call) -> None:
-        """Have all packs of a call advanced, unless it is cancelled."""
+        """Advance all packs of a call; raise `StoppedError` if the computation is cancelled."""
         if len(call.packs) == 0:
             return
         points, measuring, dims = self._points, len(call.measures) > 0, (0,) * self.dimension
         count = min(SLOTS, len(call.packs))
         saved = points.harmonics.point_rows if measuring else 0
-        lanes = new_lanes(self.dimension, len(call.tangent), points.table.shape[2], self._matrix_sets, count, saved)
+        lanes = new_lanes(self.dimension, len(call.tangent), points.table.shape[2], self._matrix_buffers, count, saved)
         slots, work = new_slots(count), new_workspace(points.harmonics)
         raise_if_cancelled()
-        while advance_packs(dims, points, call, lanes, slots, work, measuring, _TICKS):
+        while advance_packs(dims, points, call, lanes, slots, work, measuring, _STEPS_BETWEEN_CANCEL_CHECKS):
             raise_if_cancelled()

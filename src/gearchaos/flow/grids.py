@@ -1,43 +1,45 @@
 """Step grids: how each parameter point divides its mesh period into steps.
 
-Points with as many steps share a grid, and are tabulated together.
+Points with the same numbers of steps and orthonormalisations use the same grid; their step tables are computed
+together.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.flow.kernels.arrays import LENGTH, LEVEL, WAVES, Grids, Points, Steps
-from gearchaos.flow.rates import least_steps
+from gearchaos.flow.kernels.arrays import COS_SIN, LENGTH, LEVEL, Grids, Points, Steps
+from gearchaos.flow.rates import min_steps_per_period
 from gearchaos.flow.system import SwitchedSystem
-from gearchaos.flow.tables import harmonics_of, parameter_array, shared, tabulate, tabulated_harmonics
+from gearchaos.flow.tables import harmonics_of, parameter_array, steps_share_matrices, tabulate, tabulated_harmonics
 
-_SHARES = 8
-"""Where the contact ratio differs from point to point, shares of the period are rounded up to eighths."""
+_FRACTIONS = 8
+"""If ``split`` differs from point to point, the number of steps in each part of the period is computed from that part's
+fraction of the period, rounded up to a multiple of 1/8, so that few distinct grids occur."""
 
 _MAX_SPREAD = 8.0
-"""Tangent vectors are orthonormalised before their lengths can differ by more than this factor, in logarithms."""
+"""Tangent vectors are orthonormalised before the logarithm of the ratio of their lengths can exceed this value."""
 
 
 def prepare_points(system: SwitchedSystem, samples: int) -> tuple[Points, np.ndarray]:
-    """Steps and step tables of all points, and the number of each point's grid (P,).
+    """Compute the steps and step tables of all points, and the index of each point's grid (P,).
 
-    Points with the same grid number have the same steps and are orthonormalised at the same ones. ``samples``
-    equidistant instants of the period, or none if 0, are the start of a step.
+    Points with the same grid index have the same steps, and orthonormalise tangent vectors after the same steps. If
+    ``samples`` > 0, a step starts at each of ``samples`` equidistant instants of the period.
     """
-    plans, grid = np.unique(
+    layouts, grid = np.unique(
         np.column_stack([step_counts(system), orthonormalisations(system)]), axis=0, return_inverse=True
     )
     grid, parameters = grid.ravel(), parameter_array(system)
     grids = Grids(*(np.zeros(system.points, np.int64) for _ in Grids._fields))
     parts, tables, steps_before, entries_before = [], [], 0, 0
-    for i, (first, second, cuts) in enumerate(plans.tolist()):
+    for i, (first, second, orthonormalised) in enumerate(layouts.tolist()):
         members = np.flatnonzero(grid == i)
         steps, count = _steps_of_grid(system.take(members), first, second, samples)
         table = tabulate(system.take(members), parameters[members], steps, count)
         number = np.arange(len(members))
         grids.first_step[members] = steps_before + (number * count if len(steps.entry) > count else 0)
-        grids.step_count[members], grids.stride[members] = count, max(1, count // cuts)
+        grids.step_count[members], grids.orthonormalise_every[members] = count, max(1, count // orthonormalised)
         grids.first_entry[members] = entries_before + number * table.shape[1]
         parts.append(steps)
         tables.append(table.reshape(-1, *table.shape[2:]))
@@ -48,7 +50,8 @@ def prepare_points(system: SwitchedSystem, samples: int) -> tuple[Points, np.nda
 
 
 def _steps_of_grid(system: SwitchedSystem, first: int, second: int, samples: int) -> tuple[Steps, int]:
-    """The steps of points with so many of them in both shares of the period, and how many a period has."""
+    """`Steps` of a system with ``first`` and ``second`` steps in the two parts of the period, and their number in a
+    period."""
     split = system.split[:1] if system.one_split else system.split
     if samples and not system.one_split:
         raise ValueError("samples need one contact ratio for all points")
@@ -60,27 +63,27 @@ def _steps_of_grid(system: SwitchedSystem, first: int, second: int, samples: int
 
 
 def step_counts(system: SwitchedSystem) -> np.ndarray:
-    """Steps (P, 2) in both shares of the period, rounded up to few distinct numbers so that points share grids.
+    """Numbers of steps (P, 2) in both parts of the period, rounded up so that few distinct grids occur.
 
     They and `orthonormalisations` depend on the point alone, so that a result does not depend on the other points.
     """
-    needed = np.ceil(least_steps(system))
-    grain = 2.0 ** np.floor(np.log2(np.maximum(needed, 16)) - 3)
-    whole, share = np.ceil(needed / grain) * grain, np.stack([system.split, 1 - system.split], axis=1)
+    needed = np.ceil(min_steps_per_period(system))
+    multiple = 2.0 ** np.floor(np.log2(np.maximum(needed, 16)) - 3)
+    rounded, fraction = np.ceil(needed / multiple) * multiple, np.stack([system.split, 1 - system.split], axis=1)
     if not system.one_split:
-        share = np.ceil(_SHARES * share) / _SHARES
-    return np.maximum(np.ceil(whole[:, None] * share), 1).astype(int)
+        fraction = np.ceil(_FRACTIONS * fraction) / _FRACTIONS
+    return np.maximum(np.ceil(rounded[:, None] * fraction), 1).astype(int)
 
 
 def orthonormalisations(system: SwitchedSystem) -> np.ndarray:
-    """How often tangent vectors are orthonormalised in a period, (P,)."""
-    spread = (np.abs(system.trace) + 1.0) * system.period  # upper bound, in a period, of the logarithm of the factor
+    """Number of orthonormalisations of the tangent vectors in a period, (P,)."""
+    spread = (np.abs(system.trace) + 1.0) * system.period  # bound of the growth of the logarithm in a period
     return 2 ** np.ceil(np.log2(np.maximum(spread / _MAX_SPREAD, 1.0))).astype(int)
 
 
 def steps_of_two_lengths(first: int, second: int, split: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lengths and starts (N, Q) of the steps as shares of the period, for shares ``split`` (Q,): so many equal steps
-    before the stiffness jump, and so many after it."""
+    """Lengths and starts (N, Q) of the steps as fractions of the period: ``first`` equal steps before the stiffness
+    jump at ``split`` (Q,), and ``second`` equal steps after it; N = ``first`` + ``second``."""
     length = np.concatenate([np.tile(split / first, (first, 1)), np.tile((1 - split) / second, (second, 1))])
     start = np.concatenate(
         [np.arange(first)[:, None] * (split / first), split + np.arange(second)[:, None] * ((1 - split) / second)]
@@ -89,10 +92,10 @@ def steps_of_two_lengths(first: int, second: int, split: np.ndarray) -> tuple[np
 
 
 def steps_with_samples(count: int, split: float, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lengths and starts (N, 1) of at least ``count`` steps that begin, among others, at equidistant samples and at the
-    stiffness jump; and the numbers of the steps (samples,) at which the samples are taken."""
-    fine = samples * int(np.ceil(count / samples))
-    start = np.arange(fine) / fine
+    """Lengths and starts (N, 1), as fractions of the period, of at least ``count`` steps, and the indices (samples,) of
+    the steps that start at a sample. Steps also start at the stiffness jump."""
+    equidistant = samples * int(np.ceil(count / samples))
+    start = np.arange(equidistant) / equidistant
     nearest = np.argmin(np.abs(start - split))
     if abs(start[nearest] - split) < 1e-12:
         start[nearest] = split
@@ -104,24 +107,30 @@ def steps_with_samples(count: int, split: float, samples: int) -> tuple[np.ndarr
 
 
 def describe_steps(system: SwitchedSystem, length: np.ndarray, start: np.ndarray, sampled: np.ndarray) -> Steps:
-    """`Steps` of points that share a grid: those of one period if lengths and starts (N, Q) have Q = 1, else those of
-    one period for each point. ``sampled`` are the numbers of the steps at which samples are taken."""
+    """`Steps` of points with the same grid, from their lengths and starts (N, Q), fractions of the period.
+
+    They are the steps of one period if Q = 1, else those of one period for each of Q points. ``sampled`` are the
+    indices of the steps at whose start samples are taken.
+    """
     split = system.split[:1] if system.one_split else system.split
     level = np.all(start >= split - 1e-12, axis=1).astype(np.int64)
     harmonics = np.arange(1, max(system.f_cos.shape[1], system.chi_cos.shape[1]) + 1)
     phase = 2 * np.pi * start.T.ravel()[:, None] * harmonics
-    entry: np.ndarray = _equal_runs(level, length[:, 0]) if shared(system) else np.arange(len(length))
+    entry: np.ndarray = _equal_runs(level, length[:, 0]) if steps_share_matrices(system) else np.arange(len(length))
     sample = np.full(len(length), -1)
     sample[sampled] = np.arange(len(sampled))
     periods = length.shape[1]
     values = np.empty((phase.shape[0], 2 + 2 * len(harmonics)))
     values[:, LENGTH], values[:, LEVEL] = length.T.ravel(), np.tile(level, periods)
-    values[:, WAVES::2], values[:, WAVES + 1 :: 2] = np.cos(phase), np.sin(phase)
+    values[:, COS_SIN::2], values[:, COS_SIN + 1 :: 2] = np.cos(phase), np.sin(phase)
     entry_end = np.searchsorted(entry, entry, side="right")
     return Steps(np.tile(entry, periods), np.tile(entry_end, periods), np.tile(sample, periods), values)
 
 
 def _equal_runs(level: np.ndarray, length: np.ndarray) -> np.ndarray:
-    """Number (N,) the runs of consecutive steps with equal lengths (N,) on one stiffness level (N,)."""
+    """Index (N,) of the run of consecutive steps of equal length on one stiffness level to which each step belongs.
+
+    ``level`` and ``length`` are (N,).
+    """
     new = (np.diff(level) != 0) | (np.abs(np.diff(length)) > 1e-15)
     return np.concatenate([[0], np.cumsum(new)]).astype(np.int64)

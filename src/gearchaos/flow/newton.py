@@ -1,16 +1,20 @@
-"""Newton's method for the periodic orbits of many trajectories, each round of which is one call of the flow."""
+"""Newton's method for periodic orbits, on a batch of trajectories.
+
+Each iteration needs one call of the flow: the caller advances states and unit tangent vectors by the period of the
+orbit, and hands the result to `newton_iteration`.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.flow.kernels.newton import RESIDUAL, NewtonSearch, next_round
+from gearchaos.flow.kernels.newton import RESIDUAL, NewtonSearch, newton_iteration
 
-__all__ = ["RESIDUAL", "NewtonSearch", "newton_search", "next_round"]
+__all__ = ["RESIDUAL", "NewtonSearch", "newton_iteration", "start_newton_search"]
 
 
-def newton_search(w: np.ndarray) -> NewtonSearch:
-    """A search that begins at guesses w (d, L); `next_round` continues it."""
+def start_newton_search(w: np.ndarray) -> NewtonSearch:
+    """A search that starts at guesses w (d, L), to be continued with `newton_iteration`."""
     d, lanes = w.shape
     return NewtonSearch(w.copy(), w.copy(), w.copy(), np.full(lanes, np.inf), np.zeros((lanes, d, d)),
                         np.zeros(lanes, np.int64), np.zeros((2, d, d + 1)))

@@ -1,4 +1,5 @@
-"""How fast the motions of a system can be: the rate that sets the number of steps, and the bounds of z'' and z'''."""
+"""Upper bounds of how fast motions change: the angular rate that sets the number of steps, and bounds of z'' and
+z'''."""
 
 from __future__ import annotations
 
@@ -7,11 +8,17 @@ import numpy as np
 from gearchaos.flow.system import SwitchedSystem
 
 STEP_ANGLE = 0.45
-"""Largest length of a step times the rate of the motion, in radians: 0.45^15 / 15! is 5e-18."""
+"""Largest product of step length and `fastest_rate`, in radians.
+
+The first omitted term of the Taylor polynomial of degree 14 is then 0.45^15 / 15! = 5e-18.
+"""
 
 
-def rate(system: SwitchedSystem) -> np.ndarray:
-    """Upper bound of the angular rates of the motion, (P,): free and contact modes, and the highest harmonics."""
+def fastest_rate(system: SwitchedSystem) -> np.ndarray:
+    """Upper bound of the angular rates of the motion, (P,), in radians per unit of τ.
+
+    It covers the modes in free flight and in contact, and the highest harmonic of forcing and stiffness.
+    """
     contact = system.A.copy()
     contact[:, :, 0] -= system.b * stiffness_bound(system)[:, None]
     modes = np.maximum(_spectral_radius(system.A), _spectral_radius(contact))
@@ -19,15 +26,15 @@ def rate(system: SwitchedSystem) -> np.ndarray:
     return np.maximum(modes, highest * system.omega)
 
 
-def least_steps(system: SwitchedSystem) -> np.ndarray:
-    """Steps that a mesh period needs at least, (P,), not rounded."""
-    return 2 * np.pi / system.omega * rate(system) / STEP_ANGLE
+def min_steps_per_period(system: SwitchedSystem) -> np.ndarray:
+    """Lower bound of the number of steps in a mesh period, (P,), not rounded to integers."""
+    return 2 * np.pi / system.omega * fastest_rate(system) / STEP_ANGLE
 
 
 def _spectral_radius(A: np.ndarray) -> np.ndarray:
     """Upper bound of the largest |eigenvalue| of matrices A (P, d, d): ‖A^16‖^(1/16) in the Frobenius norm.
 
-    Scaled against overflow.
+    A is scaled first, so that its powers do not overflow.
     """
     scale = np.maximum(np.abs(A).max(axis=(1, 2)), 1e-300)
     power = A / scale[:, None, None]
@@ -37,20 +44,22 @@ def _spectral_radius(A: np.ndarray) -> np.ndarray:
 
 
 def stiffness_bound(system: SwitchedSystem) -> np.ndarray:
-    """An upper bound of the stiffness χ(τ), (P,)."""
+    """Upper bound of the stiffness χ(τ), (P,)."""
     return system.levels.max(axis=1) + np.hypot(system.chi_cos, system.chi_sin).sum(axis=1)
 
 
 def bounds(system: SwitchedSystem) -> tuple[np.ndarray, np.ndarray]:
-    """Bounds of |z''| and |z'''| where z is near a boundary and slow: constants (P, 2), factors of |w_i| (P, d).
+    """Bounds of |z''| and |z'''| during a step in which z is near ±1 and z' is small.
 
-    There the spring force and the damping force are small; a factor of 2 covers what they add on a step.
+    Returns constants (P, 2), one for each derivative, and factors (P, d) of |w_i| that hold for both; each bound is the
+    constant plus the sum of factor times |w_i| over i >= 2. Near ±1 and at low speed the spring force and the damping
+    force are small; a factor of 2 covers their contribution within a step.
     """
     A, order = system.A, np.arange(1, system.f_cos.shape[1] + 1)
-    waves = np.hypot(system.f_cos, system.f_sin)
-    second = np.abs(system.f0[:, 1]) + waves.sum(axis=1)
-    reach = STEP_ANGLE / rate(system)
-    spring = np.abs(A[:, 1, 1]) + system.b[:, 1] * stiffness_bound(system) * reach
-    third = spring * second + (waves * order * system.omega[:, None]).sum(axis=1)
+    amplitudes = np.hypot(system.f_cos, system.f_sin)
+    second = np.abs(system.f0[:, 1]) + amplitudes.sum(axis=1)
+    longest_step = STEP_ANGLE / fastest_rate(system)
+    spring = np.abs(A[:, 1, 1]) + system.b[:, 1] * stiffness_bound(system) * longest_step
+    third = spring * second + (amplitudes * order * system.omega[:, None]).sum(axis=1)
     factors = np.maximum(np.abs(A[:, 1, :]), np.abs((A @ A)[:, 1, :]))
     return 2.0 * np.stack([second, third], axis=1), 2.0 * factors

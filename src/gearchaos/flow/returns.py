@@ -1,4 +1,4 @@
-"""Which stroboscopic sections of a motion come close to its last one."""
+"""Near returns of stroboscopic sections: candidates for the period of a motion."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ import numpy as np
 from gearchaos.flow.kernels.returns import BLOCK, search_returns
 
 
-def near_returns(sections: np.ndarray, longest: int, near: float, before: float, count: int) -> np.ndarray:
-    """The smallest numbers of periods n after which each motion returned to its present state, twice in succession.
+def near_returns(
+    sections: np.ndarray, longest: int, tolerance: float, previous_tolerance: float, count: int
+) -> np.ndarray:
+    """The smallest numbers of periods n after which each motion returned close to its state, twice in succession.
 
-    Distances are the largest difference of a coordinate, in units of the larger of 1 and its spread over all sections.
+    The distance of two sections is the largest difference of a coordinate, divided by its range over all sections or by
+    1, whichever is larger.
 
     Parameters
     ----------
@@ -18,21 +21,21 @@ def near_returns(sections: np.ndarray, longest: int, near: float, before: float,
         States of L motions after S successive mesh periods, S > 2 ``longest``.
     longest : int
         Largest n considered.
-    near : float
-        Largest distance between the last section and the one n periods before.
-    before : float
+    tolerance : float
+        Largest distance between the last section and the one n periods before it.
+    previous_tolerance : float
         Largest distance between the sections n and 2 n periods before the last one.
     count : int
-        How many numbers are reported for each motion.
+        Largest number of values n reported for each motion.
 
     Returns
     -------
     (count, L)
-        The numbers in ascending order, filled up with zeros.
+        The values n in ascending order, padded with zeros.
     """
     found = np.zeros((count, sections.shape[2]), dtype=np.int64)
     if longest < 1:
         return found
     scale, close = np.empty((sections.shape[1] + 1, BLOCK)), np.empty(BLOCK, bool)
-    search_returns(sections, longest, near, before, scale, close, found)
+    search_returns(sections, longest, tolerance, previous_tolerance, scale, close, found)
     return found

@@ -1,4 +1,4 @@
-"""What the flow needs to know of a system: arrays, and nothing of their meaning for gears."""
+"""The interface of a switched affine system: the arrays that the flow reads."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ class SwitchedSystem(Protocol):
         w' = A w + f(τ) − b χ(τ) (w[0] − σ) [σ ≠ 0],    σ = 0 if |z| <= 1, 1 if z > 1, −1 if z < −1
 
     with f(τ) = f0, to whose second element Σ_j (f_cos[j] cos jωτ + f_sin[j] sin jωτ), j = 1, ..., H, is added, and
-    χ(τ) = level + Σ_j (chi_cos[j] cos jωτ + chi_sin[j] sin jωτ), j = 1, ..., K. Any object with these arrays will do.
+    χ(τ) = level + Σ_j (chi_cos[j] cos jωτ + chi_sin[j] sin jωτ), j = 1, ..., K.
+    Any object with these attributes can be used.
 
     Attributes
     ----------
@@ -32,17 +33,17 @@ class SwitchedSystem(Protocol):
     f_cos, f_sin : (P, H)
         Harmonic forcing of z''.
     split : (P,)
-        Share of the period with the first stiffness level.
+        Fraction of the period with the first stiffness level.
     one_split : bool
-        Whether that share is the same at all points.
+        Whether ``split`` is the same at all points.
     levels : (P, 2)
-        Stiffness level in the first share of the period and in the rest.
+        Stiffness level in the first part of the period, of length ``split``, and in the rest.
     chi_cos, chi_sin : (P, K)
-        Harmonics of the stiffness about its level.
+        Harmonics of the stiffness, added to its level.
     damping : (P,)
-        Factor of z' in the force that is measured, damping z' + χ (z − σ).
+        Damping coefficient in the mesh force, damping z' + χ (z − σ), whose extremes are measured.
     velocity, velocity0, velocity_cos, velocity_sin : (P, d), (P,), (P, H), (P, H)
-        The velocity that is measured: velocity · w + velocity0, plus harmonics like those of the forcing.
+        The measured velocity: velocity · w + velocity0 + Σ_j (velocity_cos[j] cos jωτ + velocity_sin[j] sin jωτ).
     trace : (P,)
         Trace of A.
     period : (P,)
@@ -91,5 +92,5 @@ class SwitchedSystem(Protocol):
     def dimension(self) -> int: ...
 
     def take(self, index: np.ndarray) -> Self:
-        """The system of the points with these numbers, in that order."""
+        """The system at the points with indices ``index``, in that order."""
         ...

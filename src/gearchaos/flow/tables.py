@@ -11,60 +11,65 @@ from gearchaos.flow.rates import bounds
 from gearchaos.flow.system import SwitchedSystem
 
 _MAX_SHARED_HARMONICS = 4
-"""With more harmonics of the forcing, tables for every step cost less than adding the waves in every step."""
+"""Most harmonics of the forcing for which steps share table entries. With more, one entry for each step is faster than
+adding up the responses to all harmonics in every step."""
 
 
 def harmonics_of(system: SwitchedSystem) -> Harmonics:
-    """The numbers of harmonics of a system, and the offsets that depend on them."""
+    """The numbers of harmonics of a system, and the array offsets that depend on them."""
     return harmonics(system.dimension, system.f_cos.shape[1], system.chi_cos.shape[1])
 
 
 def parameter_array(system: SwitchedSystem) -> np.ndarray:
     """The arrays of a system and its bounds side by side, (P, total), in the order of `offsets.Columns`."""
-    own = dict(zip(("bound0", "bound"), bounds(system), strict=True))
+    computed = dict(zip(("bound0", "bound"), bounds(system), strict=True))
     *names, _ = Columns._fields  # the last one is the total
-    columns = [own[name] if name in own else getattr(system, name) for name in names]
+    columns = [computed[name] if name in computed else getattr(system, name) for name in names]
     return np.ascontiguousarray(np.concatenate([c.reshape(system.points, -1) for c in columns], axis=1))
 
 
-def shared(system: SwitchedSystem) -> bool:
-    """Whether equal steps on one stiffness level share their entry in the step tables.
+def steps_share_matrices(system: SwitchedSystem) -> bool:
+    """Whether steps of equal length on one stiffness level use the same entry of the step tables.
 
-    Every step has its own where the stiffness has harmonics, the split differs from point to point, or the harmonics of
-    the forcing are many.
+    They do not if the stiffness has harmonics, if ``split`` differs from point to point, or if the forcing has more
+    than `_MAX_SHARED_HARMONICS` harmonics.
     """
     return system.one_split and system.chi_cos.shape[1] == 0 and system.f_cos.shape[1] <= _MAX_SHARED_HARMONICS
 
 
 def tabulated_harmonics(system: SwitchedSystem) -> int:
-    """Harmonics of the forcing whose responses have rows of their own in the step tables: all if steps share their
-    entries, else none, and the forcing is part of the constant."""
-    return system.f_cos.shape[1] if shared(system) else 0
+    """Number of forcing harmonics whose responses have separate rows in the step tables.
+
+    All of them if steps share entries; otherwise 0, and the response to the forcing is part of the constant.
+    """
+    return system.f_cos.shape[1] if steps_share_matrices(system) else 0
 
 
 def tabulate(system: SwitchedSystem, parameters: np.ndarray, steps: Steps, count: int) -> np.ndarray:
-    """The step tables of points that share one grid.
+    """Compute the step tables of points with the same grid.
 
     Parameters
     ----------
     system : SwitchedSystem
-        P points.
+        The P points.
     parameters : (P, total)
-        Their `parameter_array`.
+        `parameter_array` of the system.
     steps : Steps
-        The ``count`` steps of one period, or those of one period for each point.
+        The steps of one period, used by all points, or those of one period for each point in turn.
+    count : int
+        Number of steps in a period.
 
     Returns
     -------
     (P, entries, 3, rows)
-        Contact states in the order back, free, front. Rows: E (d * d), constant (d), then the responses to cos jωτ and
-        those to sin jωτ (d each) for all `tabulated_harmonics`.
+        Axis 2: contact states in the order back, free, front. Rows: E (d * d), constant (d), the responses to all cos
+        jωτ (d each), then those to all sin jωτ (d each), j = 1, ..., `tabulated_harmonics`.
     """
-    d, own = system.dimension, tabulated_harmonics(system)
+    d, tabulated = system.dimension, tabulated_harmonics(system)
     described = np.searchsorted(steps.entry[:count], np.arange(steps.entry[count - 1] + 1))
-    table = np.zeros((system.points, len(described), 3, d * d + d + 2 * own * d))
+    table = np.zeros((system.points, len(described), 3, d * d + d + 2 * tabulated * d))
     each = count if len(steps.entry) > count else 0
     first, offsets = each * np.arange(system.points), harmonics_of(system)
     work = new_workspace(offsets)
-    tabulate_steps((0,) * d, parameters, offsets, steps.values, first, described, own, work, table)
+    tabulate_steps((0,) * d, parameters, offsets, steps.values, first, described, tabulated, work, table)
     return table

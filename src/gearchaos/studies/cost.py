@@ -13,7 +13,7 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import cores, memory
 from gearchaos.execute.tiles import TILE, useful_threads
-from gearchaos.flow import WIDTH, least_steps, rate, shared
+from gearchaos.flow import WIDTH, fastest_rate, min_steps_per_period, steps_share_matrices
 from gearchaos.model.switched import SwitchedAffine
 
 MAX_STEPS = 1_000_000
@@ -118,7 +118,7 @@ def estimate(system: SwitchedAffine, motions: int, periods: int, sequential: int
     """
     steps, d = _steps(system), system.dimension
     steps = samples * np.ceil(steps / samples) if samples else steps
-    table = (2 if shared(system) and not samples else int(steps.max())) * _STATES * (d * d + d) * 8
+    table = (2 if steps_share_matrices(system) and not samples else int(steps.max())) * _STATES * (d * d + d) * 8
     found = Cost(motions, periods, sequential, int(np.ceil(steps.mean())), table, d, _step_cost(system))
     if found.seconds() > _MAX_SECONDS * found.step_cost:  # the limit does not depend on the number of harmonics
         limit = _duration(_MAX_SECONDS)
@@ -129,18 +129,19 @@ def estimate(system: SwitchedAffine, motions: int, periods: int, sequential: int
 def _step_cost(system: SwitchedAffine) -> float:
     """Computing time of a step, relative to one with shared matrices and one harmonic."""
     forcing, stiffness = system.f_cos.shape[1], system.chi_cos.shape[1]
-    return (1.0 if shared(system) else _UNSHARED) + _FORCING * max(0, forcing - 1) + _STIFFNESS * stiffness
+    tables = 1.0 if steps_share_matrices(system) else _UNSHARED
+    return tables + _FORCING * max(0, forcing - 1) + _STIFFNESS * stiffness
 
 
 def _steps(system: SwitchedAffine) -> np.ndarray:
     """Steps in a mesh period at all points (P,); raises `InputError` above `MAX_STEPS`."""
-    needed = least_steps(system)
+    needed = min_steps_per_period(system)
     worst = int(np.argmax(needed))
     if needed[worst] <= MAX_STEPS:
         return np.ceil(needed)
     raise InputError(
         "steps of a mesh period", f"must be at most {MAX_STEPS:,}", float(f"{needed[worst]:.3g}"),
-        f"The fastest rate of the motion is {rate(system)[worst]:.3g}, "
+        f"The fastest rate of the motion is {fastest_rate(system)[worst]:.3g}, "
         f"the mesh frequency omega {system.omega[worst]:.3g}: "
         "raise omega or J, or lower zeta, zeta_support or kappa/mu.",
     )

@@ -1,16 +1,29 @@
-"""The compiled part of the flow, and what it needs: compilation, vector types, memory and cancelling.
+"""The compiled part of the flow, with its compilation, vector types, memory layout and cancellation.
 
-Only `gearchaos.flow` imports this package. Every function that Numba compiles is in here, so that one hash of this
-folder tells whether the kernels on disk are still those of the sources (`compilation.py`).
+Only `gearchaos.flow` imports this package. Every function that Numba compiles is in this folder, so that a hash
+of the folder tells whether the kernels cached on disk are up to date (`compilation.py`).
 
 Conventions of all kernels
 --------------------------
 lane
-    One trajectory in a kernel call.
+    One trajectory that is being advanced.
+step grid
+    The division of a mesh period into steps. Steps with the same matrices have one *entry* in the step tables.
 pack
-    `WIDTH` lanes that share a step grid. They are advanced together, one vector instruction for all.
+    `WIDTH` lanes with the same step grid. They are advanced together, one vector instruction for all.
 slot
     The place in memory of a pack that is being advanced; B = slots * `WIDTH` lanes in all.
+tick
+    The time in which the packs in all slots make one step each. Packs need not be at the same step of their periods.
+serve
+    Do what is needed between two steps of a pack: samples, orthonormalisation, results, other step matrices.
+suspect
+    A lane whose contact state may have changed in a step. Its affine step is discarded and *resolved*: repeated with
+    Taylor polynomials, from contact switch to contact switch.
+segment
+    The motion between two contact switches, or between a switch and an end of the step.
+matrix buffer
+    The step matrices of the lanes of a slot for one entry of the step tables, each for its lane's contact state.
 position
     The number of a lane within its pack, 0 to `WIDTH` - 1.
 dims
@@ -22,6 +35,5 @@ vector
 ws
     The rows of a `Workspace`, a flat array of vectors in the order of `offsets.Rows`.
 parity
-    0 or 1: states at even and at odd ticks of the clock have memory of their own, so that a step reads one and writes
-    the other.
+    0 or 1: states at even and at odd ticks have separate memory, so that a step reads one and writes the other.
 """

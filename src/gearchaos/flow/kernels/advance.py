@@ -1,4 +1,4 @@
-"""Many mesh periods of many lanes: the loop over steps that everything else serves."""
+"""The main loop: advance many lanes by many mesh periods, step by step."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from gearchaos.flow.kernels.slots import end_period, load_pack, release_slot
 from gearchaos.flow.kernels.tangents import orthonormalise
 
 _NO_STATE = np.nan
-"""The contact state of a matrix set that holds no matrices: unequal to any."""
+"""Contact state of a matrix buffer without matrices; NaN is unequal to every contact state."""
 
 _NO_TICK = 1 << 62
 """Later than any tick."""
@@ -42,49 +42,49 @@ def _sample(target, lanes, slot, active, parity):
 
 @inlined
 def _load_entry(dims, points, lanes, slots, slot, step, fresh, listed, tick):
-    """Load the step matrices and bounds for the steps that begin with this one; if ``fresh`` the matrix set holds
-    nothing useful yet, else only matrices for other contact states are replaced."""
-    first, active, matrix_set = slot * WIDTH, slots.active[slot], slots.matrix_set[slot]
+    """Load the step matrices and bounds for the steps from ``step`` on that have the same entry. If ``fresh`` the
+    matrix buffer is filled anew, else only matrices of lanes whose contact state has changed are replaced."""
+    first, active, matrix_buffer = slot * WIDTH, slots.active[slot], slots.matrix_buffer[slot]
     if fresh:
         for lane in range(first, first + active):
-            lanes.matrix_sigma[matrix_set, lane] = _NO_STATE
+            lanes.matrix_sigma[matrix_buffer, lane] = _NO_STATE
             length = points.steps.values[lanes.first_step[lane] + step, LENGTH]
             values = points.parameters[lanes.point[lane]]
-            own = slots.matrices[slot] * WIDTH + position_of(lane)
-            load_bounds(dims, values, points.harmonics.columns, length, lanes.vectors, own)
-    valid = bits(load(lanes.matrix_sigma, matrix_set * len(slots.active) + slot) == load(lanes.sigma, slot))
+            first_bound = slots.matrices[slot] * WIDTH + position_of(lane)
+            load_bounds(dims, values, points.harmonics.columns, length, lanes.vectors, first_bound)
+    valid = bits(load(lanes.matrix_sigma, matrix_buffer * len(slots.active) + slot) == load(lanes.sigma, slot))
     count = append_lanes(~valid & ((1 << active) - 1), slot, listed, 0)
     update_matrices(dims, points, lanes, slots, listed, count, tick)
 
 
 @inlined
 def _prepare_steps(dims, points, call, lanes, slots, slot, step, listed, tick):
-    """Prepare a slot for the steps from this one on, and note the step before which it must be served again."""
+    """Prepare a slot for the steps from ``step`` on, and set the step before which it must be served again."""
     first, period, d, steps = slot * WIDTH, slots.period[slot], len(dims), points.steps
-    number, sets, sampling = lanes.first_step[first] + step, len(lanes.matrix_sigma), len(call.samples) > 0
+    number, buffers, sampling = lanes.first_step[first] + step, len(lanes.matrix_sigma), len(call.samples) > 0
     if sampling and steps.sample[number] >= 0:
         _sample(call.samples[period, steps.sample[number]], lanes, slot, slots.active[slot], tick & 1)
-    slots.ahead[slot], slots.step[slot] = step - tick, number - tick
+    slots.step_minus_tick[slot], slots.row_minus_tick[slot] = step - tick, number - tick
     if step == 0 or steps.entry[number - 1] != steps.entry[number]:
-        matrix_set = steps.entry[number] if sets > 1 else np.int64(0)
-        slots.matrix_set[slot] = matrix_set
-        slots.matrices[slot] = slot * rows_per_slot(lanes) + 2 * d + matrix_set * (d + points.table.shape[2])
-        _load_entry(dims, points, lanes, slots, slot, step, sets == 1 or period == 0, listed, tick)
+        matrix_buffer = steps.entry[number] if buffers > 1 else np.int64(0)
+        slots.matrix_buffer[slot] = matrix_buffer
+        slots.matrices[slot] = slot * rows_per_slot(lanes) + 2 * d + matrix_buffer * (d + points.table.shape[2])
+        _load_entry(dims, points, lanes, slots, slot, step, buffers == 1 or period == 0, listed, tick)
     stop = step + 1 if sampling else steps.entry_end[number]
     if len(call.growth) > 0:
-        stride = points.grids.stride[lanes.point[first]]
-        stop = min(stop, (step // stride + 1) * stride)
+        every = points.grids.orthonormalise_every[lanes.point[first]]
+        stop = min(stop, (step // every + 1) * every)
     slots.stop[slot], slots.due[slot] = stop, tick + stop - step
 
 
 @inlined
 def _serve(dims, points, call, lanes, slots, slot, work, tick):
-    """Do what is due between two steps of a slot; if its pack has ended, load the next one."""
+    """Serve a slot between two steps: orthonormalise, end the period, load the next pack if this one has ended."""
     step, parity = slots.stop[slot], tick & 1
     if slots.active[slot] > 0:
         point = lanes.point[slot * WIDTH]
         last = step == points.grids.step_count[point]
-        if len(call.growth) > 0 and (last or step % points.grids.stride[point] == 0):
+        if len(call.growth) > 0 and (last or step % points.grids.orthonormalise_every[point] == 0):
             trajectories = lanes.trajectory[slot * WIDTH : slot * WIDTH + slots.active[slot]]
             growth = call.growth[slots.period[slot]]
             first = (2 * slot + parity) * len(growth) * len(dims)
@@ -102,7 +102,7 @@ def _serve(dims, points, call, lanes, slots, slot, work, tick):
 
 @inlined
 def _serve_due(dims, points, call, lanes, slots, work, tick):
-    """Serve the slots that are due at this tick; returns the next tick at which one is."""
+    """Serve the slots that are due at this tick; returns the next tick at which a slot is due."""
     slot, due = 0, _NO_TICK
     while slot < slots.counters[0]:
         if slots.due[slot] == tick:
@@ -117,17 +117,17 @@ def _serve_due(dims, points, call, lanes, slots, work, tick):
 
 @inlined
 def _affine_steps(dims, points, lanes, slots, suspects, tick):
-    """Make the affine step of all lanes; those for which it may be wrong are written to ``suspects`` (SLOTS,), one bit
-    each."""
+    """Make the affine step of all lanes, and write the suspects of each slot to ``suspects`` (SLOTS,), one bit for each
+    lane."""
     d, even, vectors = len(dims), 1 - (tick & 1), lanes.tangents.shape[2]
     length, first, then = rows_per_slot(lanes), d - d * even, d * even
     for slot in range(slots.counters[0]):
         before, after, bounds = slot * length + first, slot * length + then, load_scalar(slots.matrices, slot)
-        step = load_scalar(slots.step, slot) + tick
+        step = load_scalar(slots.row_minus_tick, slot) + tick
         affine_step(dims, points.tabulated, points.steps.values, step, lanes.vectors, bounds + d, before, after)
         for c in range(vectors):
-            own = 2 * slot * vectors + c
-            before, after = (own + (1 - even) * vectors) * d, (own + even * vectors) * d
+            tangent = 2 * slot * vectors + c
+            before, after = (tangent + (1 - even) * vectors) * d, (tangent + even * vectors) * d
             linear_step(dims, lanes.vectors, bounds + d, lanes.tangents, before, after)
     for slot in range(slots.counters[0]):
         before, after, bounds = slot * length + first, slot * length + then, load_scalar(slots.matrices, slot)
@@ -137,7 +137,7 @@ def _affine_steps(dims, points, lanes, slots, suspects, tick):
 
 @inlined
 def _tick(dims, points, lanes, slots, work, tick, measuring):
-    """One step of all lanes: affine for most, resolved for the suspects."""
+    """One step of all lanes: affine, and resolved for the suspects."""
     _affine_steps(dims, points, lanes, slots, work.suspects, tick)
     if measuring:
         measure_step(dims, points, slots, lanes, work, tick)
@@ -149,10 +149,10 @@ def _tick(dims, points, lanes, slots, work, tick, measuring):
 
 @main_kernel
 def advance_packs(dims, points, call, lanes, slots, work, measuring, ticks):
-    """Advance the packs of a call by their periods, for at most so many ticks; returns whether there is more to do.
+    """Advance the packs of a call by their periods, for at most ``ticks`` ticks; returns whether any are unfinished.
 
     ``points``, ``call``, ``lanes``, ``slots`` and ``work`` are `Points`, `Call`, `Lanes`, `Slots` and `Workspace` of
-    `arrays`. Packs take free slots one after the other, and leave them when their last lane has had its periods.
+    `arrays`. Packs enter free slots in order, and leave them when their last lane has completed its periods.
     """
     due = slots.counters[2]
     for tick in range(due, due + ticks):

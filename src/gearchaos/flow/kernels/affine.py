@@ -1,4 +1,4 @@
-"""One affine step of the pack in a slot, and the lanes for which it may be wrong.
+"""One affine step of the pack in a slot, and the test for lanes in which contact may have changed.
 
 Positions without an active lane are computed too, and their results ignored.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.flow.kernels.arrays import WAVES, position_of, slot_of
+from gearchaos.flow.kernels.arrays import COS_SIN, position_of, slot_of
 from gearchaos.flow.kernels.compilation import inlined, subroutine
 from gearchaos.flow.kernels.constants import WIDTH
 from gearchaos.flow.kernels.simd import (
@@ -27,17 +27,17 @@ _TWO_PI = 6.283185307179586
 
 _POSITIONS = np.array([[i for i in range(WIDTH) if mask >> i & 1] + [0] * (WIDTH - mask.bit_count())
                        for mask in range(1 << WIDTH)], dtype=np.int8)
-"""Positions of the set bits of a mask (256, WIDTH), filled up with zeros."""
+"""Positions of the set bits of each mask (256, WIDTH), padded with zeros."""
 
 _COUNTS = np.array([mask.bit_count() for mask in range(1 << WIDTH)], dtype=np.int8)
-"""Number of set bits of a mask (256,)."""
+"""Number of set bits of each mask (256,)."""
 
 
 @inlined
 def append_lanes(mask, slot, listed, count):
     """Append the lanes of a slot whose bits are set to the ``count`` listed ones; returns the new count.
 
-    `WIDTH` numbers are written always, so that the list must have room for so many more.
+    Always writes `WIDTH` numbers, so ``listed`` must have room for ``count`` + `WIDTH`.
     """
     for i in range(WIDTH):
         store_scalar(listed, count + i, slot * WIDTH + _POSITIONS[mask, i])
@@ -48,7 +48,7 @@ def append_lanes(mask, slot, listed, count):
 def _load_matrices(dims, tabulated, matrices, vectors, first):
     """Copy the step matrices of one lane (rows,) to every `WIDTH`-th float of the vectors from index ``first`` on."""
     d = len(dims)
-    if tabulated == 1:  # one harmonic, the usual forcing: the compiler knows how many there are, and writes no loop
+    if tabulated == 1:  # one harmonic, the usual forcing: a constant number of rows, so that the loop is unrolled
         for i in range(d * d + 3 * d):
             store_scalar(vectors, first + i * WIDTH, matrices[i])
     else:
@@ -58,14 +58,14 @@ def _load_matrices(dims, tabulated, matrices, vectors, first):
 
 @inlined
 def update_matrices(dims, points, lanes, slots, listed, count, tick):
-    """Load the step matrices of the listed lanes whose contact state is no longer that of their matrices."""
+    """Load step matrices for those of the listed lanes whose contact state has changed since theirs were loaded."""
     for m in range(count):
         lane = load_scalar(listed, m)
         slot, sigma = slot_of(lane), load_scalar(lanes.sigma, lane)
-        own = load_scalar(slots.matrix_set, slot) * len(lanes.trajectory) + lane
-        if load_scalar(lanes.matrix_sigma, own) != sigma:
-            store_scalar(lanes.matrix_sigma, own, sigma)
-            step = load_scalar(lanes.first_step, lane) + load_scalar(slots.ahead, slot) + tick
+        index = load_scalar(slots.matrix_buffer, slot) * len(lanes.trajectory) + lane
+        if load_scalar(lanes.matrix_sigma, index) != sigma:
+            store_scalar(lanes.matrix_sigma, index, sigma)
+            step = load_scalar(lanes.first_step, lane) + load_scalar(slots.step_minus_tick, slot) + tick
             entry = load_scalar(points.steps.entry, step)
             first = (load_scalar(slots.matrices, slot) + len(dims)) * WIDTH + position_of(lane)
             matrices = points.table[load_scalar(lanes.first_entry, lane) + entry, int(sigma) + 1]
@@ -74,11 +74,11 @@ def update_matrices(dims, points, lanes, slots, listed, count, tick):
 
 @subroutine
 def load_bounds(dims, values, columns, length, vectors, first):
-    """Write the bounds of one lane that recognise a harmless step, times h² / 8, to every `WIDTH`-th float of the
-    vectors from index ``first`` on: of |z''| and |z'''|, then the factors of |w_i|, i >= 2.
+    """Write the bounds of one lane that `find_suspects` uses to every `WIDTH`-th float of the vectors from index
+    ``first`` on: those of |z''| and |z'''| and the factors of |w_i|, i >= 2 (see `rates.bounds`), all times h² / 8.
 
-    ``values`` (total,) are the parameters of its point, in these ``columns``; ``length`` is that of the step as a share
-    of the period.
+    ``values`` (total,) are the parameters of the lane's point, ``columns`` their `Columns`, ``length`` the length of
+    the step as a fraction of the period.
     """
     h = _TWO_PI * length / values[columns.omega]
     for i in range(2):
@@ -108,7 +108,7 @@ def affine_step(dims, tabulated, values, step, vectors, matrices, before, after)
     ``step`` of ``values``, `Steps.values`; ``tabulated`` is `Points.tabulated`.
     """
     if tabulated == 1:
-        cos, sin = values[step, WAVES], values[step, WAVES + 1]
+        cos, sin = values[step, COS_SIN], values[step, COS_SIN + 1]
         _affine_one_harmonic(dims, cos, sin, vectors, matrices, before, after)
         return
     d = len(dims)
@@ -116,8 +116,8 @@ def affine_step(dims, tabulated, values, step, vectors, matrices, before, after)
         total = load(vectors, matrices + d * d + i)
         for j in range(tabulated):
             cos = matrices + d * d + d + j * d + i
-            total = vfma(load(vectors, cos), broadcast(values[step, WAVES + 2 * j]), total)
-            total = vfma(load(vectors, cos + tabulated * d), broadcast(values[step, WAVES + 2 * j + 1]), total)
+            total = vfma(load(vectors, cos), broadcast(values[step, COS_SIN + 2 * j]), total)
+            total = vfma(load(vectors, cos + tabulated * d), broadcast(values[step, COS_SIN + 2 * j + 1]), total)
         for j in range(d):
             total = vfma(load(vectors, matrices + i * d + j), load(vectors, before + j), total)
         store(vectors, after + i, total)
@@ -125,7 +125,7 @@ def affine_step(dims, tabulated, values, step, vectors, matrices, before, after)
 
 @inlined
 def linear_step(dims, vectors, matrices, tangents, before, after):
-    """after = E before for one tangent vector of all lanes of a slot; E begins at vector ``matrices``."""
+    """after = E before for one tangent vector of each lane of a slot; E begins at vector ``matrices``."""
     d = len(dims)
     for i in range(d):
         total = load(vectors, matrices + i * d) * load(tangents, before)
@@ -136,11 +136,12 @@ def linear_step(dims, vectors, matrices, tangents, before, after):
 
 @inlined
 def find_suspects(dims, sigma, slot, vectors, bounds, before, after):
-    """The lanes of a slot, as bits, whose contact state changed in the step, or may have changed and changed back.
+    """The lanes of a slot, one bit each, whose contact state changed in the step or may have changed and changed back.
 
-    On a step of duration h, z stays within h² max|z''| / 8 of its chord and z' within h² max|z'''| / 8 of its own. A
-    lane has crossed nothing unseen if its gap is wider than the first at both ends, or if its speed has one sign and is
-    larger than the second at both. ``bounds`` is the first vector that `load_bounds` wrote, ``sigma`` is `Lanes.sigma`.
+    On a step of duration h, z differs from its chord by at most h² max|z''| / 8, and z' from its chord by at most h²
+    max|z'''| / 8. A lane stayed in its contact state if its gap, the distance to the nearest boundary, is larger than
+    the first bound at both ends of the step, or if z' has the same sign and is larger than the second bound at both
+    ends. ``bounds`` is the first vector that `load_bounds` wrote, ``sigma`` is `Lanes.sigma`.
     """
     zero, one, slack = broadcast(0.0), broadcast(1.0), broadcast(0.0)
     for i in range(2, len(dims)):

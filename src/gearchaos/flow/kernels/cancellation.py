@@ -6,10 +6,10 @@ import threading
 from contextvars import ContextVar
 
 cancel_event: ContextVar[threading.Event | None] = ContextVar("cancel_event", default=None)
-"""The event that cancels the flow of the current context.
+"""The event that cancels computations of the flow in the current context.
 
-Set the variable in the context in which the computation runs. Some hundredths of a second after the event is set, the
-computation raises `StoppedError`. With None it cannot be cancelled.
+Set the variable in the context in which the computation runs. The computation raises `StoppedError` some hundredths of
+a second after the event is set. If the variable is None, it cannot be cancelled.
 """
 
 

@@ -1,12 +1,13 @@
 """How kernels are compiled: without the GIL, cached on disk under a hash of all kernel sources.
 
 Numba notices an edit of the file of a cached function but not of the files of the functions it calls, so the name of
-the cache directory contains a hash of this whole folder. Nor does Numba synchronise processes that write to the cache
-at the same time: two may choose the same file name for different code, and a third would then run the wrong one.
-Therefore a lock is held while a kernel is written.
+the cache directory contains a hash of this whole folder. Numba does not synchronise processes that write to the cache
+at the same time either: two may choose the same file name for different code, and a third would then run the wrong
+code. Therefore a lock is held while a kernel is written.
 
-The compiler never contracts a product and a sum into one operation by itself: `simd.vfma` says where they are rounded
-once. So the result of a lane depends neither on the vector width of the machine nor on the other lanes.
+The compiler never contracts a product and a sum into one operation by itself: where they are to be rounded once, the
+code calls `simd.vfma`. So the result of a lane depends neither on the vector width of the machine nor on the other
+lanes.
 """
 
 from __future__ import annotations
@@ -30,14 +31,15 @@ from numba.core.caching import FunctionCache
 from gearchaos.flow.kernels.linking import KernelCompiler, SubroutineCompiler, ThoroughCompiler
 
 _OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
-"""Kernels release the GIL, divide by zero as NumPy does, and allocate no arrays; nothing but Python calls them."""
+"""Kernels release the GIL, divide by zero as NumPy does, and allocate no arrays; they need no C wrapper, because no C
+code calls them."""
 
 
 @cache
 def cache_directory() -> Path:
     """The disk cache of compiled kernels: one folder for each state of the kernel sources.
 
-    It lies in NUMBA_CACHE_DIR if that is set, else in the user's cache directory.
+    It is in NUMBA_CACHE_DIR if that is set, else in the user's cache directory.
     """
     digest = hashlib.sha256(numba.__version__.encode())
     for source in sorted(Path(__file__).parent.glob("*.py")):
@@ -72,7 +74,7 @@ def cache_is_empty() -> bool:
 
 @contextmanager
 def _own_cache():
-    """Have Numba use `cache_directory` for the functions decorated inside."""
+    """Make Numba use `cache_directory` for functions compiled inside the context."""
     before = config.CACHE_DIR
     config.CACHE_DIR = str(cache_directory())
     try:
@@ -91,18 +93,18 @@ def _cached(function: Callable[..., Any], compiler: type) -> Any:
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """Decorator: compile a function that Python calls, of numbers, arrays and tuples of them; it is kept on disk."""
+    """Decorator: compile a function that Python calls with numbers, arrays and tuples of them; cached on disk."""
     return _cached(function, KernelCompiler)
 
 
 def main_kernel(function: Callable[..., Any]) -> Any:
-    """Decorator: a kernel in which nearly all time is spent; compiling takes longer, and the code is faster."""
+    """Decorator: like `kernel`, with more optimisation; for the kernel in which nearly all time is spent."""
     return _cached(function, ThoroughCompiler)
 
 
 def subroutine(function: Callable[..., Any]) -> Any:
     """Decorator: compile a function that only kernels and other subroutines call, as part of them."""
-    return _linked(function, forceinline=False)  # said, since Numba would take over what holds for the caller
+    return _linked(function, forceinline=False)  # explicit: by default Numba would use the caller's setting
 
 
 def inlined(function: Callable[..., Any]) -> Any:
@@ -116,8 +118,9 @@ def _linked(function: Callable[..., Any], forceinline: bool) -> Any:
 
 
 def on_compile(call: Callable[[], None]) -> None:
-    """Have ``call`` called whenever a kernel is about to be compiled; not when one is loaded from the cache."""
-    nested = threading.local()  # subroutines are compiled while their kernel is
+    """Register a function to be called whenever a kernel is about to be compiled, but not when one is loaded from the
+    cache."""
+    nested = threading.local()  # compiling a kernel compiles its subroutines; only the kernel counts
 
     class Listener(event.Listener):
         def on_start(self, event: event.Event) -> None:

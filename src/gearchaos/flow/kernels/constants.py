@@ -1,4 +1,4 @@
-"""Constants that the kernels share with the functions around them."""
+"""Constants used by the kernels and by the functions that call them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ ORDER = 14
 """Degree of the Taylor polynomials on a step."""
 
 SLOTS = 32
-"""Packs that one kernel call advances side by side; for d = 2 their step matrices fit the first-level cache."""
+"""Most packs that one kernel call advances at the same time; for d = 2 their step matrices fit the first-level
+cache."""
 
 MAX_SWITCHES = 64
 """Contact switches within one step after which a lane gets the status `CHATTER`."""
@@ -42,9 +43,9 @@ class Measure(IntEnum):
     VELOCITY = 5
     """Integral of x1' (of z' in the single model)."""
     VELOCITY_SQUARE = 6
-    """Integral of its square."""
+    """Integral of the square of that velocity."""
     Z_MAX = 7
-    """Largest z; the other extremes likewise."""
+    """Largest z; the next three are the smallest z and the largest and smallest z'."""
     Z_MIN = 8
     Z_DOT_MAX = 9
     Z_DOT_MIN = 10

@@ -1,7 +1,8 @@
 """Where a segment of motion leaves its contact state: the first root of the gap, never a later one.
 
-Method and proof are in docs/method.md, "Resolving a step". All arguments are vectors, except ``ws`` and numbers of
-rows. Derivatives are with respect to the share s of the segment.
+Method and proof are in docs/method.md, "Resolving a step". All arguments are vectors, except ``ws`` and row indices. s
+in [0, 1] is the fraction of the segment; derivatives are with respect to s. The *gap* is the distance of z from the
+boundary of its contact state, positive inside. A *stride* is a step of the root search, an increment of s.
 """
 
 from __future__ import annotations
@@ -12,21 +13,23 @@ from gearchaos.flow.kernels.offsets import rows
 from gearchaos.flow.kernels.simd import any_true, broadcast, load, select, smaller, store, vabs, vfma, vsqrt
 
 _EXACT = 1e-15
-"""Error of an exit, as a share of the segment, at which the search ends."""
+"""Largest error of an exit, as a fraction of the segment."""
 
 _GRAZING_SPEED = 1e-8
-"""An arrival at the boundary with a smaller |dz/ds| counts as a touch, not as a crossing."""
+"""Where the motion reaches the boundary with a smaller |dz/ds|, it touches it; whether it crosses is decided `_PROBE`
+later."""
 
 _PROBE = 1e-3
-"""How far beyond a touch the sign of the gap decides whether it was a crossing, as a share of the segment."""
+"""Distance beyond a touch at which the sign of the gap decides whether it was a crossing, as a fraction of the
+segment."""
 
 _SMALLEST_WINDOW = 1e-9
 _MAX_STRIDES = 400
-_NEVER = 2.0
-"""A share that no motion reaches, since a segment ends at 1."""
+_BEYOND_END = 2.0
+"""A value of s beyond the end of every segment, which is at 1."""
 
-LOST = 2.0
-"""Contact state of a lane whose exit was not found within the limit of strides."""
+SEARCH_FAILED = 2.0
+"""Value of ``next_sigma`` for a lane whose exit was not found within `_MAX_STRIDES` strides."""
 
 
 @subroutine
@@ -44,14 +47,14 @@ def _safe_stride(gap, slope, second):
     closing = slope < zero
     stride = select(closing, gap + gap, slope + root) / select(closing, root - slope, zero - second)
     rootless = (closing & (square < zero)) | ((zero <= slope) & (zero <= second))
-    return select(rootless, broadcast(_NEVER), stride)
+    return select(rootless, broadcast(_BEYOND_END), stride)
 
 
 @subroutine
 def _signs(sigma):
     """Derivatives with respect to z of the distances from the upper and from the lower boundary.
 
-    A lane in contact has one boundary, which takes the part of both.
+    For a lane in contact, which has one boundary, both are the derivative of its one gap.
     """
     free = sigma == broadcast(0.0)
     return select(free, broadcast(-1.0), sigma), select(free, broadcast(1.0), sigma)
@@ -79,8 +82,8 @@ def _stride(above, below, slope, second, change, ahead, sigma):
     """Safe stride to the nearest boundary, and the contact state beyond it.
 
     ``above`` and ``below`` are the gaps, ``slope`` and ``second`` the derivatives of z; ``change`` bounds how much the
-    second one varies within the distance ``ahead``. Seldom are both boundaries within reach, so that one square root
-    mostly suffices.
+    second one varies within the distance ``ahead``. Mostly at most one boundary can be reached, and one square root is
+    computed.
     """
     one, free = broadcast(1.0), sigma == broadcast(0.0)
     up, down = _signs(sigma)
@@ -103,14 +106,14 @@ def _displacement(ws, first, d, s):
     The difference is formed without z(0), because a lane that starts on a boundary may move from it by less than the
     rounding of z.
     """
-    rate, slope, second = load(ws, first + ORDER * d), broadcast(0.0), broadcast(0.0)
+    quotient, slope, second = load(ws, first + ORDER * d), broadcast(0.0), broadcast(0.0)
     for k in range(ORDER - 1, 0, -1):
         second = vfma(second, s, slope)
-        slope = vfma(slope, s, rate)
-        rate = vfma(rate, s, load(ws, first + k * d))
+        slope = vfma(slope, s, quotient)
+        quotient = vfma(quotient, s, load(ws, first + k * d))
     second = vfma(second, s, slope)
-    slope = vfma(slope, s, rate)
-    return rate * s, slope, second + second
+    slope = vfma(slope, s, quotient)
+    return quotient * s, slope, second + second
 
 
 @subroutine
@@ -123,22 +126,22 @@ def _third_derivative_bound(ws, first, d):
 
 
 @subroutine
-def _crosses(ws, first, d, s, above, below, sigma, beyond):
+def _crosses(ws, first, d, s, above0, below0, sigma, beyond):
     """Whether a lane that touches its boundary at vanishing speed crosses it: whether the gap is negative at s."""
     moved, _, _ = _displacement(ws, first, d, s)
     up, down = _signs(sigma)
-    return select(beyond < broadcast(0.0), vfma(down, moved, below), vfma(up, moved, above)) < broadcast(0.0)
+    return select(beyond < broadcast(0.0), vfma(down, moved, below0), vfma(up, moved, above0)) < broadcast(0.0)
 
 
 @subroutine
 def _next_window(error, speed, stride, ahead):
-    """Upper bound of the distance from the end of this stride to the boundary crossing.
+    """Upper bound of the distance from the end of this stride to the boundary crossing: the window of the next stride.
 
     It is four times the error bound of the stride over the speed, which holds where the motion does not slow down
-    much; infinite if the stride was cut short by the present window. The smaller the window, the sharper are the
-    bounds within it.
+    much; `_BEYOND_END` if the stride was limited by the present window. The smaller the window, the sharper are the
+    bounds within it. If the crossing is not in the window, the next stride ends at most at the end of the window.
     """
-    far = broadcast(_NEVER)
+    far = broadcast(_BEYOND_END)
     window = broadcast(4.0) * error / speed
     smallest = broadcast(_SMALLEST_WINDOW)
     window = select(window < far, select(window < smallest, smallest, window), far)
@@ -147,49 +150,52 @@ def _next_window(error, speed, stride, ahead):
 
 @subroutine
 def find_exits(dims, ws):
-    """Find where each lane leaves its contact state: writes the share of the segment, 1 if it stays, to row ``share``,
-    and the contact state after it to row ``next_sigma`` (`LOST` if the search does not end).
+    """Find where each lane leaves its contact state: writes s at the exit, or 1 if it stays, to row ``end_fraction``,
+    and the contact state after it to row ``next_sigma`` (`SEARCH_FAILED` if the search does not end).
 
-    A start on a boundary and a grazing contact are neither missed nor counted twice: a touch at vanishing speed is
-    decided by the gap a little later. From there the windows of the strides grow with the distance; with a bound for
-    the whole rest of the segment strides would shrink like its square where the gap opens like its cube.
+    A start on a boundary and a grazing contact are neither missed nor counted twice: whether a touch at vanishing speed
+    is a crossing is decided by the sign of the gap a little later. From a touch on, strides are limited to windows
+    proportional to the distance from it: where the gap grows like the cube of that distance, strides from a bound for
+    the whole rest of the segment would only be proportional to its square.
     """
     d = len(dims)
     at = rows(dims)
     sigma, third = load(ws, at.sigma), _third_derivative_bound(ws, at.state, d)
-    above, below = _gaps(load(ws, at.state), sigma)
+    above0, below0 = _gaps(load(ws, at.state), sigma)
     up, down = _signs(sigma)
-    exit_at, to, touch, probe = broadcast(_NEVER), sigma, broadcast(-_NEVER), broadcast(_PROBE)
-    s = select(broadcast(0.0) < load(ws, at.duration), broadcast(0.0), broadcast(_NEVER))  # lanes at the end wait
-    searching, reach = s <= broadcast(1.0), broadcast(_NEVER)
+    exit_at, next_sigma, touch, probe = broadcast(_BEYOND_END), sigma, broadcast(-_BEYOND_END), broadcast(_PROBE)
+    s = select(broadcast(0.0) < load(ws, at.duration), broadcast(0.0), broadcast(_BEYOND_END))  # not if no time is left
+    searching, window_limit = s <= broadcast(1.0), broadcast(_BEYOND_END)
     moved, slope, second = broadcast(0.0), load(ws, at.state + d), broadcast(2.0) * load(ws, at.state + 2 * d)
     for _ in range(_MAX_STRIDES):
-        over, under = vfma(up, moved, above), vfma(down, moved, below)
-        window = smaller(reach, select(touch < broadcast(0.0), broadcast(_NEVER), broadcast(0.5) * (s - touch)))
+        above, below = vfma(up, moved, above0), vfma(down, moved, below0)
+        window = smaller(
+            window_limit, select(touch < broadcast(0.0), broadcast(_BEYOND_END), broadcast(0.5) * (s - touch))
+        )
         ahead = smaller(window, broadcast(1.0) - s)
         change = third * ahead
-        stride, beyond = _stride(over, under, slope, second, change, ahead, sigma)
+        stride, beyond = _stride(above, below, slope, second, change, ahead, sigma)
         speed = vabs(slope)
         error = change * stride * stride
         exact = error <= broadcast(_EXACT) * speed
         leaving = searching & (broadcast(_GRAZING_SPEED) < speed) & exact & (stride <= ahead)
-        near = (stride < broadcast(_PROBE)) & (smaller(over, under) <= broadcast(_EXACT))
+        near = (stride < broadcast(_PROBE)) & (smaller(above, below) <= broadcast(_EXACT))
         touching = searching & (speed <= broadcast(_GRAZING_SPEED)) & ((stride <= broadcast(_EXACT)) | near)
         root = s + stride
-        reach = _next_window(error, speed, stride, ahead)
+        window_limit = _next_window(error, speed, stride, ahead)
         stride = smaller(stride, window)
         if any_true(touching):
-            through = touching & _crosses(ws, at.state, d, s + probe, above, below, sigma, beyond)
+            through = touching & _crosses(ws, at.state, d, s + probe, above0, below0, sigma, beyond)
             leaving, root = leaving | through, select(through, s, root)
             stride = select(touching, probe, stride)
             touch, probe = select(touching, s, touch), select(touching, probe + probe, probe)
-        exit_at, to = select(leaving, root, exit_at), select(leaving, beyond, to)
-        stride = select(leaving, broadcast(_NEVER), stride)
+        exit_at, next_sigma = select(leaving, root, exit_at), select(leaving, beyond, next_sigma)
+        stride = select(leaving, broadcast(_BEYOND_END), stride)
         s = select(searching, s + stride, s)
         searching = s <= broadcast(1.0)
         if not any_true(searching):
             break
         moved, slope, second = _displacement(ws, at.state, d, s)
-    to = select(s <= broadcast(1.0), broadcast(LOST), to)
-    store(ws, at.share, select(exit_at > broadcast(1.0), broadcast(1.0), exit_at))
-    store(ws, at.next_sigma, to)
+    next_sigma = select(s <= broadcast(1.0), broadcast(SEARCH_FAILED), next_sigma)
+    store(ws, at.end_fraction, select(exit_at > broadcast(1.0), broadcast(1.0), exit_at))
+    store(ws, at.next_sigma, next_sigma)

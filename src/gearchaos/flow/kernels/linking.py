@@ -1,11 +1,12 @@
 """Compiling subroutines as part of the kernels that call them.
 
-By default Numba optimises every function, generates its machine code, and does both again for each function that calls
-it, since callers contain copies of what they call. Subroutines are never called from Python. So here their LLVM code is
-only linked into that of their callers, and optimised once, with the whole kernel. Compiling takes half the time.
+By default Numba optimises every function and generates its machine code, and does both again in each function that
+calls it, since callers contain copies of the functions they call. Subroutines are never called from Python. So here
+their LLVM code is only linked into that of their callers, and optimised once, with the whole kernel, which halves the
+compile time.
 
-This uses parts of Numba that are not documented: what a code library does before and after linking, and the constructor
-of the compiler.
+This overrides undocumented parts of Numba: the steps of a code library before and after linking, and the constructor of
+the compiler.
 """
 
 from __future__ import annotations
@@ -18,8 +19,11 @@ from numba.core.compiler import Compiler
 
 
 class _NoEnvironments:
-    """Stands for the code generator where Numba would tell compiled code the address of the Python objects that it
-    needs to raise exceptions: subroutines raise none."""
+    """Replacement for the code generator in a subroutine's library.
+
+    Numba calls `set_env` to give compiled code the address of the Python objects it needs to raise exceptions.
+    Subroutines raise none.
+    """
 
     def set_env(self, name: str, environment: Any) -> None:
         """Do nothing."""
@@ -43,13 +47,13 @@ class _SubroutineLibrary(JITCodeLibrary):
 class _KernelLibrary(JITCodeLibrary):
     """The code of a kernel and of its subroutines."""
 
-    rounds = 1
+    passes = 1
 
     def _optimize_final_module(self) -> None:
         for function in self._final_module.functions:
-            if function.linkage == Linkage.linkonce_odr:  # linked, but called from nowhere else: copies may vanish
+            if function.linkage == Linkage.linkonce_odr:  # not called from outside: LLVM may remove it once inlined
                 function.linkage = Linkage.internal
-        for _ in range(self.rounds):
+        for _ in range(self.passes):
             super()._optimize_final_module()
 
 
@@ -64,16 +68,17 @@ class SubroutineCompiler(Compiler):
 class KernelCompiler(Compiler):
     """Numba's compiler for a kernel."""
 
-    rounds = 1
+    passes = 1
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self.state.library = _KernelLibrary(self.state.targetctx.codegen(), "kernel")
-        self.state.library.rounds = self.rounds
+        self.state.library.passes = self.passes
         self.state.library.enable_object_caching()
 
 
 class ThoroughCompiler(KernelCompiler):
-    """The same with two rounds of optimisation: in the second one LLVM unrolls loops that contain unrolled loops."""
+    """A `KernelCompiler` with two optimisation passes: in the second one LLVM unrolls loops that contain unrolled
+    loops."""
 
-    rounds = 2
+    passes = 2

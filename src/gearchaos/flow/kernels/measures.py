@@ -1,4 +1,4 @@
-"""Measures of a motion, integrated on the Taylor polynomials of its segments: exact to rounding."""
+"""Measures of a motion, computed from the Taylor polynomials of its segments, exact to rounding."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from gearchaos.flow.kernels.simd import (
     vfma,
 )
 from gearchaos.flow.kernels.taylor import (
-    add_wave,
+    add_sinusoid,
     excitation_series,
     horner,
     horner3,
@@ -40,7 +40,8 @@ _NODES = tuple(float(x) for x in (_LEGENDRE[0] + 1) / 2)
 _WEIGHTS = tuple(float(x) for x in _LEGENDRE[1] / 2)
 
 _MARGIN = 0.05
-"""An extreme among the samples of a segment is refined if it is this close to the record, in units of their range."""
+"""The extreme of the samples of a segment is refined if it is this close to the extreme so far, relative to their
+range."""
 
 
 @subroutine
@@ -61,12 +62,12 @@ def output_series(dims, harmonics, ws):
     for j in range(harmonics.forcing):
         cos, sin = load(ws, row.velocity_cos + j), load(ws, row.velocity_sin + j)
         angle = load(ws, at.duration) * load(ws, at.omega) * broadcast(j + 1.0)
-        add_wave(ws, at.velocity, cos, sin, row.waves + 2 * j, angle, False)
+        add_sinusoid(ws, at.velocity, cos, sin, row.cos_sin + 2 * j, angle, False)
 
 
 @subroutine
 def _refined(ws, first, stride, s, end):
-    """The extreme value near s, a vector: two Newton steps on the derivative, kept within 0 and ``end``."""
+    """The extreme value near s, a vector, by two Newton steps on the derivative, limited to 0 <= s <= ``end``."""
     zero = broadcast(0.0)
     for _ in range(2):
         slope, second = zero, zero
@@ -82,13 +83,14 @@ def _refined(ws, first, stride, s, end):
 def _chord_deviation_bound(ws, first, stride):
     """Upper bound of the distance of a polynomial from its chord on any part of the segment.
 
-    u − u^k is at most 1/4, 0.385 and 0.473 for k = 2, 3 and 4, and less than 1 for all k; the terms beyond degree 6 are
-    smaller than the tenth added to the first three.
+    Term c_k s^k deviates from its chord by at most |c_k| max(u − u^k), u in [0, 1], which is 1/4, 0.385 and 0.473 for
+    k = 2, 3 and 4, and less than 1 for all k. The factors of the first three are raised by a tenth, which covers the
+    terms beyond degree 6.
     """
     total = broadcast(0.0)
     for k in range(6, 1, -1):
-        share = 0.275 if k == 2 else (0.43 if k == 3 else (0.52 if k == 4 else 1.0))
-        total = vfma(broadcast(share), vabs(load(ws, first + k * stride)), total)
+        factor = 0.275 if k == 2 else (0.43 if k == 3 else (0.52 if k == 4 else 1.0))
+        total = vfma(broadcast(factor), vabs(load(ws, first + k * stride)), total)
     return total
 
 
@@ -96,9 +98,10 @@ def _chord_deviation_bound(ws, first, stride):
 def _update_extremes(ws, first, stride, end, moving, measures, row):
     """Raise the maximum in ``row`` of the measures, and lower the minimum in the next row, to those of a polynomial.
 
-    On most segments the bound on its distance from the chord shows that it sets no record. On the others samples find
-    the extremes to a few per cent of its range; only where that comes near the record are they refined, and only in the
-    ``moving`` lanes (a mask): the extremes of a lane do not depend on the other lanes.
+    On most segments the bound of its distance from the chord shows that the extremes so far are not exceeded. On the
+    others samples find the extremes to a few per cent of the range; those close to the extremes so far are refined.
+    Only the ``moving`` lanes (a mask), those with time left on the segment, are changed, so that the extremes of a lane
+    do not depend on the other lanes.
     """
     begin, last, deviation = load(ws, first), horner(ws, first, stride, end), _chord_deviation_bound(ws, first, stride)
     top, bottom = load(measures, row), load(measures, row + 1)
@@ -159,7 +162,7 @@ def measure_segment(dims, ws, measures, first):
     """Add a segment, up to its contact switch, to the measures in rows ``first`` to ``first + len(Measure) - 1``."""
     d = len(dims)
     at = rows(dims)
-    end, sigma = load(ws, at.share), load(ws, at.sigma)
+    end, sigma = load(ws, at.end_fraction), load(ws, at.sigma)
     duration, zero = load(ws, at.duration) * end, broadcast(0.0)
     moving = zero < duration
     _add(measures, first + Measure.FRONT_TIME, select(sigma > zero, duration, zero))
@@ -187,7 +190,7 @@ def scatter_measures(measures, target, lane, position):
 
 @inlined
 def prepare_measures(dims, points, lanes, slot, work):
-    """Save for a slot what the measures need of the points of its new lanes."""
+    """Save for a slot the workspace rows that depend on the points of its new lanes."""
     for l in range(WIDTH):
         work.points[l] = lanes.point[slot * WIDTH + l]
     fill_point(dims, points.parameters, points.harmonics, work.points, True, work.rows)
@@ -203,8 +206,8 @@ def _measure_slot(dims, points, slots, lanes, slot, work, tick):
     restore_point_rows(dims, points.harmonics, lanes.point_rows, slot, ws)
     for l in range(WIDTH):
         lane = first + (l if l < active else 0)
-        work.steps[l] = load_scalar(lanes.first_step, lane) + load_scalar(slots.ahead, slot) + tick
-        store_scalar(ws, at.share * WIDTH + l, float(steady >> l & 1))
+        work.steps[l] = load_scalar(lanes.first_step, lane) + load_scalar(slots.step_minus_tick, slot) + tick
+        store_scalar(ws, at.end_fraction * WIDTH + l, float(steady >> l & 1))
     fill_step(dims, points.harmonics, points.steps.values, work.steps, ws)
     for i in range(d):
         store(ws, at.start + i, load(lanes.vectors, slot * rows_per_slot(lanes) + (tick & 1) * d + i))
@@ -219,6 +222,6 @@ def _measure_slot(dims, points, slots, lanes, slot, work, tick):
 
 @inlined
 def measure_step(dims, points, slots, lanes, work, tick):
-    """Add a step to the measures of all lanes except the suspects, which are measured as they are resolved."""
+    """Add a step to the measures of all lanes except the suspects, which are measured when they are resolved."""
     for slot in range(slots.counters[0]):
         _measure_slot(dims, points, slots, lanes, slot, work, tick)

@@ -1,4 +1,4 @@
-"""Arrays whose first byte has an address that the processor favours."""
+"""Arrays aligned to cache lines or to pages of memory."""
 
 from __future__ import annotations
 
@@ -16,6 +16,6 @@ def aligned(*shape: int, to: int = CACHE_LINE) -> np.ndarray:
     With a multiple of `CACHE_LINE` no vector lies in two lines of the cache.
     """
     size, step = prod(shape), to // 8
-    room = np.zeros(size + step)
-    skip = -(room.ctypes.data // 8) % step
-    return room[skip : skip + size].reshape(shape)
+    padded = np.zeros(size + step)
+    skip = -(padded.ctypes.data // 8) % step
+    return padded[skip : skip + size].reshape(shape)

@@ -1,4 +1,5 @@
-"""One round of Newton's method for the periodic orbits of many trajectories."""
+"""One iteration of Newton's method for periodic orbits, w = P(w) with P the map over one period, for many
+trajectories."""
 
 from __future__ import annotations
 
@@ -10,68 +11,70 @@ from gearchaos.flow.kernels.compilation import inlined, kernel, subroutine
 from gearchaos.flow.kernels.constants import OK
 
 RESIDUAL = 1e-10
-"""An orbit counts as converged when one round changes no coordinate by more than this."""
+"""An orbit has converged when P changes no coordinate by more than this."""
 
 _EXACT = 1e-13
-"""Residual below which no further round is made."""
+"""Residual below which no further iteration is made."""
 
-_PATIENCE = 2
-"""So many rounds may fail to halve the residual."""
+_MAX_STALLS = 2
+"""Number of iterations that do not halve the residual after which the search ends."""
 
 _SQUARINGS = 16
 
 
 class NewtonSearch(NamedTuple):
-    """The progress of L trajectories towards their periodic orbits. One *round* is one period of the orbit."""
+    """State of the search for the periodic orbits of L trajectories. An iteration evaluates P, the map over one
+    period."""
 
-    guess: np.ndarray  # (d, L) where the search began
-    at: np.ndarray  # (d, L) where the next round begins
-    w: np.ndarray  # (d, L) the best point so far
-    residual: np.ndarray  # (L,) largest change of a coordinate in the round from w; infinite if there was none
-    monodromy: np.ndarray  # (L, d, d) derivative of that round, once it has converged
-    stalls: np.ndarray  # (L,) rounds that did not halve the residual
+    guess: np.ndarray  # (d, L) initial guess
+    at: np.ndarray  # (d, L) point at which P is evaluated next
+    w: np.ndarray  # (d, L) point with the smallest residual so far
+    residual: np.ndarray  # (L,) largest |P(w) - w| of a coordinate; infinite before the first iteration
+    monodromy: np.ndarray  # (L, d, d) derivative of P at w, set on convergence
+    stalls: np.ndarray  # (L,) number of iterations that did not halve the residual
     scratch: np.ndarray  # (2, d, d + 1)
 
 
 @kernel
-def next_round(search, busy, end, tangent, status, reach, expansion):
-    """Evaluate one round of some trajectories, and set the start of their next one.
+def newton_iteration(search, active, end, tangent, status, max_distance, max_multiplier):
+    """Update the search of some trajectories after one evaluation of P, and set the point of the next one.
 
     Parameters
     ----------
     search : NewtonSearch
-        Is updated.
-    busy : (B,)
-        Numbers of the trajectories. Those that need another round are moved to the front.
+        Updated in place.
+    active : (B,)
+        Indices of the trajectories; on return those that need another iteration are at the front.
     end : (d, B)
-        Where the round that began at ``search.at[:, busy]`` ended.
+        P at ``search.at[:, active]``.
     tangent : (d, d, B)
-        Its monodromy matrices, column c in ``tangent[c]``.
+        Monodromy matrices there, column c in ``tangent[c]``.
     status : (B,)
-        Status of the round.
-    reach : float
-        Give up a trajectory that is farther than this from its guess in some coordinate.
-    expansion : float
-        Give up one with a multiplier of this modulus or more.
+        Status of the flow.
+    max_distance : float
+        End the search of a trajectory that differs from its guess by this or more in some coordinate.
+    max_multiplier : float
+        End the search of a trajectory with a multiplier of this modulus or more.
 
     Returns
     -------
     int
-        How many trajectories need another round. The others have converged, have failed twice to halve the residual,
-        or were given up.
+        Number of trajectories that need another iteration. The others have converged, have failed `_MAX_STALLS` times
+        to halve the residual, or were ended by the two limits.
     """
     count = 0
-    for i in range(len(busy)):
-        lane = busy[i]
-        if _record(search, lane, end, tangent, status, i) and _step(search, lane, tangent, i, reach, expansion):
-            busy[count] = lane
+    for i in range(len(active)):
+        lane = active[i]
+        if (_record(search, lane, end, tangent, status, i)
+                and _step(search, lane, tangent, i, max_distance, max_multiplier)):
+            active[count] = lane
             count += 1
     return count
 
 
 @inlined
 def _record(search, lane, end, tangent, status, i):
-    """Record the round if it is the best so far; returns whether another one is worth trying."""
+    """Record the point if its residual is the smallest so far; returns whether to go on."""
     residual, d = 0.0, len(end)
     for j in range(d):
         change = end[j, i] - search.at[j, lane]
@@ -90,12 +93,12 @@ def _record(search, lane, end, tangent, status, i):
                 for c in range(d):
                     search.monodromy[lane, j, c] = tangent[c, j, i]
     over = residual <= _EXACT or (residual >= best and best <= RESIDUAL)
-    return not over and search.stalls[lane] < _PATIENCE
+    return not over and search.stalls[lane] < _MAX_STALLS
 
 
 @inlined
-def _step(search, lane, tangent, i, reach, expansion):
-    """Newton's step δ from (I − M) δ = P(w) − w; returns whether its end is worth another round."""
+def _step(search, lane, tangent, i, max_distance, max_multiplier):
+    """Newton's step δ from (I − M) δ = P(w) − w; returns whether P is to be evaluated at its end."""
     d = len(search.at)
     system, powers = search.scratch
     for j in range(d):
@@ -105,9 +108,9 @@ def _step(search, lane, tangent, i, reach, expansion):
     if not _solve(system):
         return False
     for j in range(d):
-        if not abs(search.at[j, lane] + system[j, d] - search.guess[j, lane]) < reach:
+        if not abs(search.at[j, lane] + system[j, d] - search.guess[j, lane]) < max_distance:
             return False
-    if _expands(powers, system, expansion):
+    if _expands(powers, system, max_multiplier):
         return False
     for j in range(d):
         search.at[j, lane] += system[j, d]
@@ -151,14 +154,14 @@ def _norm(matrix, d):
 
 
 @subroutine
-def _expands(matrix, room, expansion):
-    """Whether a matrix has an eigenvalue of modulus ``expansion`` or more, to a tenth of a per cent.
+def _expands(matrix, scratch, max_multiplier):
+    """Whether a matrix has an eigenvalue of modulus ``max_multiplier`` or more, to a tenth of a per cent.
 
-    By Gelfand's formula, from the norm of a high power. Both arrays (d, d + 1) are overwritten, except for the last
-    column, which is not part of the matrix.
+    By Gelfand's formula, from the norm of a high power. The matrix is the first d columns of ``matrix`` (d, d + 1).
+    These are overwritten, and those of ``scratch`` (d, d + 1).
     """
     d, logarithm = len(matrix), 0.0
-    if _norm(matrix, d) < expansion:
+    if _norm(matrix, d) < max_multiplier:
         return False
     for _ in range(_SQUARINGS):
         size = _norm(matrix, d)
@@ -167,11 +170,11 @@ def _expands(matrix, room, expansion):
         logarithm = 2 * (logarithm + np.log(size))
         for j in range(d):
             for c in range(d):
-                room[j, c] = matrix[j, c] / size
+                scratch[j, c] = matrix[j, c] / size
         for j in range(d):
             for c in range(d):
                 matrix[j, c] = 0.0
                 for m in range(d):
-                    matrix[j, c] += room[j, m] * room[m, c]
+                    matrix[j, c] += scratch[j, m] * scratch[m, c]
     size = _norm(matrix, d)
-    return size > 0.0 and (logarithm + np.log(size)) / 2**_SQUARINGS >= np.log(expansion)
+    return size > 0.0 and (logarithm + np.log(size)) / 2**_SQUARINGS >= np.log(max_multiplier)

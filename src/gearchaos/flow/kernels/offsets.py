@@ -1,8 +1,8 @@
 """Where each quantity begins in the two packed arrays of the kernels: the parameter array and the workspace.
 
-Both are described by lists of (name, size). Offsets are the running sums of the sizes, so that a new quantity is one
-line here. Offsets that depend on the number of coordinates d alone are constants for the compiler; those that depend on
-the numbers of harmonics H and K come to the kernels in `Harmonics`.
+Both are described by lists of (name, size). Offsets are the running sums of the sizes, so a new quantity needs one line
+here. Offsets that depend on the number of coordinates d alone are constants for the compiler; those that depend on the
+numbers of harmonics H and K are passed to the kernels in `Harmonics`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _TERMS = ORDER + 1
 
 
 def _parameters(d: int, h: int, k: int) -> dict[str, int]:
-    """Columns of the parameter array (P, total): an array of the system, flattened, or a bound of `rates.bounds`."""
+    """Columns of the parameter array (P, total): the flattened arrays of the system, and those of `rates.bounds`."""
     return {
         "A": d * d, "b": d, "f0": d, "levels": 2, "omega": 1, "bound0": 2, "bound": d, "damping": 1, "velocity": d,
         "velocity0": 1, "f_cos": h, "f_sin": h, "chi_cos": k, "chi_sin": k, "velocity_cos": h, "velocity_sin": h,
@@ -50,27 +50,27 @@ def _fixed_rows(d: int) -> dict[str, int]:
         "level": 1,  # stiffness on the step, without its harmonics
         "sigma": 1,  # contact state
         "next_sigma": 1,  # contact state after the segment
-        "share": 1,  # share of the segment up to the contact switch, or 1
-        "gain": 2,  # factors of a cosine and a sine, for the step tables
+        "end_fraction": 1,  # fraction of the segment at the contact switch, or 1
+        "amplitudes": 2,  # amplitudes of a cosine and a sine, for the step tables
     }
 
 
 def _harmonic_rows(d: int, h: int, k: int) -> dict[str, int]:
     """Rows of the workspace after the fixed ones, whose number depends on the harmonics."""
     return {
-        "waves": 2 * max(h, k),  # cos jωτ and sin jωτ at the start of the segment, j = 1, 2, ...
-        "forcing_gains": 2 * h,  # their factors in the forcing of z''
-        "stiffness_gains": 2 * k,  # their factors in the stiffness
-        "damping": 1,  # from here on for the measures: 2ζ
+        "cos_sin": 2 * max(h, k),  # cos jωτ and sin jωτ at the start of the segment, j = 1, 2, ...
+        "forcing_amplitudes": 2 * h,  # their amplitudes in the forcing of z''
+        "stiffness_amplitudes": 2 * k,  # their amplitudes in the stiffness
+        "damping": 1,  # damping coefficient of the mesh force; rows from here on are for the measures
         "velocity": d,  # factors of the coordinates in x1'
         "velocity0": 1,  # constant in x1'
-        "velocity_cos": h,  # factors of the cosines and sines in x1'
+        "velocity_cos": h,  # amplitudes of the cosines and sines in x1'
         "velocity_sin": h,
     }
 
 
 def _offsets(sizes: dict[str, int], first: int = 0) -> list[int]:
-    """Where each of these quantities begins, and where the last one ends."""
+    """Offset of each of these quantities, and the end of the last one."""
     return list(accumulate(sizes.values(), initial=first))
 
 
@@ -89,17 +89,17 @@ class Harmonics(NamedTuple):
 
     forcing: int  # H
     stiffness: int  # K
-    waves: int  # the larger of both: harmonics whose cosines and sines are needed
+    highest: int  # the larger of both: highest harmonic whose cosine and sine are needed
     columns: Any  # `Columns` of the parameter array, see `_parameters`
     rows: Any  # `HarmonicRows` of the workspace, see `_harmonic_rows`
-    point_rows: int  # rows that depend on a point alone: those before ``state``, and from ``forcing_gains`` on
+    point_rows: int  # rows that depend on a point alone: those before ``state``, and from ``forcing_amplitudes`` on
 
 
 def harmonics(d: int, h: int, k: int) -> Harmonics:
     """The offsets for d coordinates, h harmonics of the forcing and k of the stiffness."""
     fixed = row_offsets(d)
     rows = HarmonicRows(*_offsets(_harmonic_rows(d, h, k), fixed.total))
-    point_rows = fixed.state + rows.total - rows.forcing_gains
+    point_rows = fixed.state + rows.total - rows.forcing_amplitudes
     return Harmonics(h, k, max(h, k), Columns(*_offsets(_parameters(d, h, k))), rows, point_rows)
 
 
@@ -124,4 +124,4 @@ def _plain_rows(dims) -> Any:
 
 
 rows: Any = _plain_rows if config.DISABLE_JIT else _constant_rows
-"""``rows(dims)`` in kernels: the same, as constants of the compiler."""
+"""``rows(dims)``: `row_offsets` for kernels, as compile-time constants."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from gearchaos.flow.kernels.arrays import position_of, rows_per_slot, slot_of
 from gearchaos.flow.kernels.compilation import inlined, subroutine
 from gearchaos.flow.kernels.constants import CHATTER, MAX_SWITCHES, WIDTH
-from gearchaos.flow.kernels.contact import LOST, find_exits
+from gearchaos.flow.kernels.contact import SEARCH_FAILED, find_exits
 from gearchaos.flow.kernels.measures import gather_measures, measure_segment, output_series, scatter_measures
 from gearchaos.flow.kernels.offsets import rows
 from gearchaos.flow.kernels.simd import any_true, broadcast, load, load_scalar, select, store, store_scalar
@@ -15,27 +15,28 @@ from gearchaos.flow.kernels.workspace import fill_point, fill_step
 
 @inlined
 def _gather(dims, vectors, length, first, listed, count, ws):
-    """Copy d vectors of the listed lanes to the start rows: those from ``first`` on, of the ``length`` of each slot.
+    """Copy d vectors of the listed lanes to the start rows: vectors ``first`` to ``first + d - 1`` of the ``length``
+    vectors of each slot.
 
     Positions without a lane receive a copy of the first lane.
     """
     start = rows(dims).start * WIDTH
     for l in range(WIDTH):
         lane = load_scalar(listed, l if l < count else 0)
-        own = (slot_of(lane) * length + first) * WIDTH + position_of(lane)
+        index = (slot_of(lane) * length + first) * WIDTH + position_of(lane)
         for i in range(len(dims)):
-            store_scalar(ws, start + i * WIDTH + l, load_scalar(vectors, own + i * WIDTH))
+            store_scalar(ws, start + i * WIDTH + l, load_scalar(vectors, index + i * WIDTH))
 
 
 @inlined
 def _scatter(dims, vectors, length, first, listed, count, ws, row):
-    """Copy d rows of the workspace, from ``row`` on, to d vectors of the listed lanes: those from ``first`` on, of the
-    ``length`` of each slot."""
+    """Copy d rows of the workspace, from ``row`` on, to vectors ``first`` to ``first + d - 1`` of the ``length``
+    vectors of each listed lane's slot."""
     for l in range(count):
         lane = load_scalar(listed, l)
-        own = (slot_of(lane) * length + first) * WIDTH + position_of(lane)
+        index = (slot_of(lane) * length + first) * WIDTH + position_of(lane)
         for i in range(len(dims)):
-            store_scalar(vectors, own + i * WIDTH, load_scalar(ws, (row + i) * WIDTH + l))
+            store_scalar(vectors, index + i * WIDTH, load_scalar(ws, (row + i) * WIDTH + l))
 
 
 @subroutine
@@ -54,15 +55,16 @@ def _advance_tangents(dims, tangents, before, after, listed, count, ws, varying)
 
 @subroutine
 def _switch(dims, harmonics, ws):
-    """Put switching lanes on the boundary in their new contact state, with the rest of the step still to go.
+    """Put switching lanes on the boundary in their new contact state, with the rest of the step as their next
+    segment.
 
-    The others have no time left and stay where they are. Returns whether any lane switches.
+    The other lanes get a segment of duration 0 and do not move. Returns whether any lane switches.
     """
     at, zero = rows(dims), broadcast(0.0)
     sigma, beyond = load(ws, at.sigma), load(ws, at.next_sigma)
-    switching = ((sigma < beyond) | (beyond < sigma)) & (beyond < broadcast(LOST))
+    switching = ((sigma < beyond) | (beyond < sigma)) & (beyond < broadcast(SEARCH_FAILED))
     advance_phases(dims, harmonics, ws)
-    rest = load(ws, at.duration) * (broadcast(1.0) - load(ws, at.share))
+    rest = load(ws, at.duration) * (broadcast(1.0) - load(ws, at.end_fraction))
     store(ws, at.duration, select(switching, rest, zero))
     store(ws, at.sigma, select(switching, beyond, sigma))
     boundary = select(sigma == zero, beyond, sigma)
@@ -71,17 +73,18 @@ def _switch(dims, harmonics, ws):
 
 
 @inlined
-def _mark_lost(dims, lanes, listed, count, ws):
+def _mark_failed_searches(dims, lanes, listed, count, ws):
     """Give lanes whose exit was not found the status `CHATTER`."""
     row = rows(dims).next_sigma
     for l in range(count):
-        if ws[row * WIDTH + l] == LOST:
+        if ws[row * WIDTH + l] == SEARCH_FAILED:
             lanes.status[listed[l]] = CHATTER
 
 
 @inlined
 def _run_segment(dims, points, lanes, listed, count, work, parity, first, measuring):
-    """Advance the pack from the start rows to the next switch or the end of the step, and write the states back there.
+    """Advance the pack from the start rows to the next switch or the end of the step, and write the states to the start
+    rows.
 
     ``parity`` is that of the tick; ``first`` says that this is the first segment of the step.
     """
@@ -106,12 +109,12 @@ def _run_segment(dims, points, lanes, listed, count, work, parity, first, measur
 
 @inlined
 def _begin_step(dims, points, slots, lanes, listed, count, work, tick, measuring):
-    """Fill the workspace with all that the listed lanes need to make their step again."""
+    """Fill the workspace with the states and parameters of the listed lanes at the start of the step."""
     ws, at, parity = work.rows, rows(dims), tick & 1
     for l in range(WIDTH):
         lane = load_scalar(listed, l if l < count else 0)
         work.points[l] = load_scalar(lanes.point, lane)
-        work.steps[l] = load_scalar(lanes.first_step, lane) + load_scalar(slots.ahead, slot_of(lane)) + tick
+        work.steps[l] = load_scalar(lanes.first_step, lane) + load_scalar(slots.step_minus_tick, slot_of(lane)) + tick
         ws[at.sigma * WIDTH + l] = load_scalar(lanes.sigma, lane)
         if measuring:
             gather_measures(work.measures, lanes.measures, lane, l)
@@ -128,7 +131,7 @@ def _resolve_pack(dims, points, slots, lanes, listed, count, work, tick, measuri
     switching, segments = True, 0
     while switching and segments < MAX_SWITCHES:
         _run_segment(dims, points, lanes, listed, count, work, parity, segments == 0, measuring)
-        _mark_lost(dims, lanes, listed, count, ws)
+        _mark_failed_searches(dims, lanes, listed, count, ws)
         switching = _switch(dims, points.harmonics, ws)
         segments += 1
     length = rows_per_slot(lanes)
@@ -143,7 +146,7 @@ def _resolve_pack(dims, points, slots, lanes, listed, count, work, tick, measuri
 
 @inlined
 def resolve(dims, points, slots, lanes, work, total, tick, measuring):
-    """Advance the first ``total`` lanes of ``work.listed`` over one step exactly, whatever contact does in it."""
+    """Advance the first ``total`` lanes of ``work.listed`` over one step, with all contact switches in it."""
     for first in range(0, total, WIDTH):
         count, listed = min(WIDTH, total - first), work.listed[first : first + WIDTH]
         _resolve_pack(dims, points, slots, lanes, listed, count, work, tick, measuring)

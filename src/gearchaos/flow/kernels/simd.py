@@ -1,8 +1,8 @@
 """Vectors of `WIDTH` floats as a Numba type, so that kernels on a pack of lanes read like scalar code.
 
-Written as loops over lanes, kernels would not become vector code: LLVM unrolls short loops before it looks for vectors
-in them. Every operation is that of IEEE 754 on each element, so results do not depend on the vector length of the
-machine. With the compiler off (NUMBA_DISABLE_JIT) the same functions work on NumPy arrays.
+LLVM would not vectorise kernels written as loops over lanes, since it unrolls short loops before it vectorises. Every
+operation is the IEEE 754 operation on each element, so results do not depend on the vector length of the machine. With
+the compiler off (NUMBA_DISABLE_JIT) the same functions work on NumPy arrays.
 """
 
 from __future__ import annotations
@@ -91,9 +91,9 @@ def store(typingctx, array, row, value):
 
 @intrinsic
 def load_scalar(typingctx, array, index):
-    """Element ``index`` of a contiguous array, counted in its memory.
+    """Element ``index`` of a contiguous array of any shape, flattened.
 
-    The index must not be negative: indexing by brackets, which counts negative ones from the end, costs a test.
+    The index must not be negative. This is faster than indexing by brackets, which tests for negative indices.
     """
 
     def codegen(context, builder, signature, args):
@@ -105,7 +105,7 @@ def load_scalar(typingctx, array, index):
 
 @intrinsic
 def store_scalar(typingctx, array, index, value):
-    """Write element ``index`` of a contiguous array, counted in its memory; the index must not be negative."""
+    """Write element ``index`` of a contiguous array of any shape, flattened; the index must not be negative."""
 
     def codegen(context, builder, signature, args):
         data = context.make_array(signature.args[0])(context, builder, args[0]).data
@@ -183,7 +183,7 @@ vfma, vsqrt, vabs = _elementwise("fma", 3), _elementwise("sqrt", 1), _elementwis
 
 
 def _overload_operator(python, operand, method, result):
-    """Give a Python operator on two operands of one type its LLVM instruction."""
+    """Compile a Python operator on two operands of type ``operand`` to the LLVM instruction of ``method``."""
 
     @infer_global(python)
     class Template(ConcreteTemplate):

@@ -1,4 +1,5 @@
-"""Which pack is in which slot: packs of a call enter free slots, and leave them when their periods are done."""
+"""The assignment of packs to slots: packs of a call enter free slots, and leave them when they have completed their
+periods."""
 
 from __future__ import annotations
 
@@ -73,12 +74,13 @@ def _mark_diverged(vectors, state, status, first, active):
 
 @inlined
 def end_period(call, lanes, slots, slot, parity):
-    """Record what is asked for of the lanes of a slot, and end those that have had all their periods."""
+    """Record the requested sections of the lanes of a slot, and store the results of those that have completed their
+    periods."""
     period, active = slots.period[slot] + 1, slots.active[slot]
     first, sections = slot * WIDTH, len(call.sections)
     state = state_index(lanes, len(call.w), first, parity) // WIDTH
     _mark_diverged(lanes.vectors, state, lanes.status, first, active)
-    fewest = call.periods[lanes.trajectory[first + active - 1]]  # lanes are in the order of their periods
+    fewest = call.periods[lanes.trajectory[first + active - 1]]  # lanes are sorted, most periods first
     if fewest - period < max(1, sections):
         for lane in range(first, first + slots.active[slot]):
             left = call.periods[lanes.trajectory[lane]] - period
@@ -92,7 +94,7 @@ def end_period(call, lanes, slots, slot, parity):
 
 @inlined
 def _copy_slot(vectors, slots, to, source):
-    """Copy all vectors of one slot to another, in an array of vectors for so many slots."""
+    """Copy all vectors of slot ``source`` to slot ``to``, in an array of vectors for ``slots`` slots."""
     count = vectors.size // (slots * WIDTH)
     for i in range(count):
         store(vectors, to * count + i, load(vectors, source * count + i))
@@ -100,7 +102,7 @@ def _copy_slot(vectors, slots, to, source):
 
 @inlined
 def _copy_lane(lanes, to, source):
-    """Copy the scalars of one lane to another."""
+    """Copy the scalars of lane ``source`` to lane ``to``."""
     lanes.sigma[to], lanes.status[to] = lanes.sigma[source], lanes.status[source]
     lanes.trajectory[to], lanes.point[to] = lanes.trajectory[source], lanes.point[source]
     lanes.first_step[to], lanes.first_entry[to] = lanes.first_step[source], lanes.first_entry[source]
@@ -110,7 +112,7 @@ def _copy_lane(lanes, to, source):
 
 @inlined
 def release_slot(lanes, slots, slot):
-    """Take a slot out of use when no pack is left for it: the pack in the last used slot moves into it."""
+    """Remove a slot that has no pack from those in use: the pack in the last used slot is moved into it."""
     last, count = slots.counters[0] - 1, len(slots.active)
     slots.counters[0] = last
     _copy_slot(lanes.vectors, count, slot, last)
@@ -118,8 +120,10 @@ def release_slot(lanes, slots, slot):
     _copy_slot(lanes.measures, count, slot, last)
     _copy_slot(lanes.point_rows, count, slot, last)
     slots.active[slot], slots.period[slot] = slots.active[last], slots.period[last]
-    slots.ahead[slot], slots.stop[slot], slots.due[slot] = slots.ahead[last], slots.stop[last], slots.due[last]
-    slots.step[slot], slots.matrix_set[slot] = slots.step[last], slots.matrix_set[last]
+    slots.step_minus_tick[slot], slots.stop[slot], slots.due[slot] = (
+        slots.step_minus_tick[last], slots.stop[last], slots.due[last]
+    )
+    slots.row_minus_tick[slot], slots.matrix_buffer[slot] = slots.row_minus_tick[last], slots.matrix_buffer[last]
     slots.matrices[slot] = slots.matrices[last] - (last - slot) * rows_per_slot(lanes)
     for i in range(WIDTH):
         _copy_lane(lanes, slot * WIDTH + i, last * WIDTH + i)

@@ -6,7 +6,7 @@ from gearchaos.flow.kernels.compilation import kernel, subroutine
 from gearchaos.flow.kernels.constants import ORDER, WIDTH
 from gearchaos.flow.kernels.offsets import rows
 from gearchaos.flow.kernels.simd import broadcast, load
-from gearchaos.flow.kernels.taylor import add_wave, end_state, excitation_series, set_gains, state_series
+from gearchaos.flow.kernels.taylor import add_sinusoid, end_state, excitation_series, set_amplitudes, state_series
 from gearchaos.flow.kernels.workspace import fill_point, fill_step
 
 
@@ -20,7 +20,7 @@ def _clear(ws, first, count):
 @subroutine
 def _respond(dims, ws, forced, varying, table, points, entry, state, first, stride):
     """Advance the pack from the start rows over the step; write coordinate i at its end to ``table[point, entry, state,
-    first + i * stride]``. ``points`` (WIDTH,) says which point each lane has."""
+    first + i * stride]``. ``points`` (WIDTH,) are the indices of the lanes' points."""
     end = rows(dims).end
     state_series(dims, ws, forced, varying)
     end_state(dims, ws)
@@ -31,14 +31,14 @@ def _respond(dims, ws, forced, varying, table, points, entry, state, first, stri
 
 @subroutine
 def _tabulate_step(dims, parameters, harmonics, values, entry, state, tabulated, work, table):
-    """All rows of one entry in one contact state, for the points and steps in the workspace."""
+    """Compute all rows of one entry in one contact state, for the pack of points ``work.points`` at ``work.steps``."""
     d, varying = len(dims), harmonics.stiffness > 0
     at, ws = rows(dims), work.rows
     fill_point(dims, parameters, harmonics, work.points, False, ws)
     fill_step(dims, harmonics, values, work.steps, ws)
     for l in range(WIDTH):
         ws[at.sigma * WIDTH + l] = state - 1.0
-        ws[at.share * WIDTH + l] = 1.0
+        ws[at.end_fraction * WIDTH + l] = 1.0
     excitation_series(dims, harmonics, ws)
     _clear(ws, at.start, d)
     if tabulated > 0:
@@ -50,29 +50,30 @@ def _tabulate_step(dims, parameters, harmonics, values, entry, state, tabulated,
             ws[(at.start + j) * WIDTH + l] = 1.0
         _respond(dims, ws, False, varying, table, work.points, entry, state, j, d)
     if tabulated > 0:
-        _tabulate_waves(dims, parameters, harmonics, entry, state, work, table)
+        _tabulate_responses(dims, parameters, harmonics, entry, state, work, table)
 
 
 @subroutine
-def _tabulate_waves(dims, parameters, harmonics, entry, state, work, table):
-    """Responses to cos jωτ and sin jωτ from rest: to a wave that starts at phase 0, and to one a quarter turn ahead."""
+def _tabulate_responses(dims, parameters, harmonics, entry, state, work, table):
+    """Compute the responses, from rest, to the forcing harmonics as factors of cos jωτ and sin jωτ at the start of the
+    step: to the forcing at phase 0, and to the forcing a quarter period later."""
     d = len(dims)
-    at, ws, column, waves = rows(dims), work.rows, harmonics.columns, harmonics.rows.waves
+    at, ws, column, cos_sin = rows(dims), work.rows, harmonics.columns, harmonics.rows.cos_sin
     _clear(ws, at.start, d)
     _clear(ws, at.constant, d)
     _clear(ws, at.sigma, 1)
     for j in range(harmonics.forcing):
         angle = load(ws, at.duration) * load(ws, at.omega) * broadcast(j + 1.0)
         for l in range(WIDTH):
-            ws[waves * WIDTH + l] = 1.0
-            ws[(waves + 1) * WIDTH + l] = 0.0
+            ws[cos_sin * WIDTH + l] = 1.0
+            ws[(cos_sin + 1) * WIDTH + l] = 0.0
         for quarter in range(2):
             cos, sin = column.f_cos + j, column.f_sin + j
             if quarter == 0:
-                set_gains(parameters, work.points, cos, sin, 1.0, ws, at.gain)
+                set_amplitudes(parameters, work.points, cos, sin, 1.0, ws, at.amplitudes)
             else:
-                set_gains(parameters, work.points, sin, cos, -1.0, ws, at.gain)
-            add_wave(ws, at.forcing, load(ws, at.gain), load(ws, at.gain + 1), waves, angle, True)
+                set_amplitudes(parameters, work.points, sin, cos, -1.0, ws, at.amplitudes)
+            add_sinusoid(ws, at.forcing, load(ws, at.amplitudes), load(ws, at.amplitudes + 1), cos_sin, angle, True)
             first = d * d + d + (quarter * harmonics.forcing + j) * d
             _respond(dims, ws, True, False, table, work.points, entry, state, first, 1)
 
@@ -88,13 +89,13 @@ def tabulate_steps(dims, parameters, harmonics, values, first, steps, tabulated,
     values : (T, 2 + 2 * harmonics)
         `Steps.values` of the grid.
     first : (P,)
-        First step of each point.
+        Index in ``values`` of each point's first step.
     steps : (entries,)
-        Step in its grid that each entry describes.
+        Index within the grid of the first step with each entry.
     tabulated : int
         `Points.tabulated`.
     table : (P, entries, 3, rows)
-        Is filled, see `tables.tabulate`.
+        Overwritten; see `tables.tabulate`.
     """
     for base in range(0, table.shape[0], WIDTH):
         for l in range(WIDTH):

@@ -9,17 +9,17 @@ from gearchaos.flow.kernels.simd import broadcast, load, select, store, vfma, vs
 
 
 @inlined
-def _normalise(dims, tangents, own, lengths):
-    """Divide the tangent vector in rows ``own`` to ``own + d - 1`` by its length, unless that is 0; the length of each
+def _normalise(dims, tangents, row, lengths):
+    """Divide the tangent vector in rows ``row`` to ``row + d - 1`` by its length, unless that is 0; the length of each
     lane is written to ``lengths`` (WIDTH,)."""
     square, zero = broadcast(0.0), broadcast(0.0)
     for i in range(len(dims)):
-        square = vfma(load(tangents, own + i), load(tangents, own + i), square)
+        square = vfma(load(tangents, row + i), load(tangents, row + i), square)
     length = vsqrt(square)
     store(lengths, 0, length)
     for i in range(len(dims)):
-        vector = load(tangents, own + i)
-        store(tangents, own + i, select(zero < length, vector / length, vector))
+        vector = load(tangents, row + i)
+        store(tangents, row + i, select(zero < length, vector / length, vector))
 
 
 @subroutine
@@ -31,15 +31,15 @@ def orthonormalise(dims, tangents, first, lengths, growth, trajectories):
     """
     d = len(dims)
     for c in range(len(growth)):
-        own = first + c * d
+        row = first + c * d
         for e in range(c):
             other, dot = first + e * d, broadcast(0.0)
             for i in range(d):
-                dot = vfma(load(tangents, own + i), load(tangents, other + i), dot)
+                dot = vfma(load(tangents, row + i), load(tangents, other + i), dot)
             dot = broadcast(-1.0) * dot
             for i in range(d):
-                store(tangents, own + i, vfma(dot, load(tangents, other + i), load(tangents, own + i)))
-        _normalise(dims, tangents, own, lengths)
+                store(tangents, row + i, vfma(dot, load(tangents, other + i), load(tangents, row + i)))
+        _normalise(dims, tangents, row, lengths)
         for l in range(len(trajectories)):
             if lengths[l] > 0.0:
                 growth[c, trajectories[l]] += log(lengths[l])

@@ -1,6 +1,6 @@
 """Taylor polynomials of the linear motion on one segment between contact switches, for the lanes of a pack.
 
-With s in [0, 1] the share of the segment, w(s) = Σ_k c_k s^k solves
+With s in [0, 1] the fraction of the segment, w(s) = Σ_k c_k s^k solves
 
     dw/ds = h (A w + f(τ) − b χ(τ) (w[0] − σ)),
 
@@ -27,7 +27,7 @@ def horner(ws, first, stride, s):
 
 @subroutine
 def horner3(ws, first, stride, s, t, u):
-    """The same polynomial at three vectors, in little more time than at one."""
+    """The same polynomial at three vectors, which takes little more time than at one."""
     x = y = z = load(ws, first + ORDER * stride)
     for k in range(ORDER - 1, -1, -1):
         c = load(ws, first + k * stride)
@@ -36,10 +36,10 @@ def horner3(ws, first, stride, s, t, u):
 
 
 @subroutine
-def set_gains(parameters, points, cos, sin, sign, ws, row):
+def set_amplitudes(parameters, points, cos, sin, sign, ws, row):
     """Write two columns of the parameters (P, total) to rows ``row`` and ``row + 1``, the second times ``sign``.
 
-    ``points`` (WIDTH,) says which point each lane has.
+    ``points`` (WIDTH,) are the indices of the lanes' points.
     """
     for l in range(WIDTH):
         ws[row * WIDTH + l] = parameters[points[l], cos]
@@ -47,66 +47,72 @@ def set_gains(parameters, points, cos, sin, sign, ws, row):
 
 
 @subroutine
-def add_wave(ws, first, a, b, phase, angle, fresh):
+def add_sinusoid(ws, first, a, b, phase, angle, fresh):
     """Add the Taylor polynomial of a cos(φ + angle s) + b sin(φ + angle s) to the one in rows ``first`` to
     ``first + ORDER``, or write it there if ``fresh``. cos φ and sin φ are rows ``phase`` and ``phase + 1``; a, b and
     ``angle`` are vectors.
     """
     cos, sin = load(ws, phase), load(ws, phase + 1)
-    value, quarter = vfma(a, cos, b * sin), vfma(b, cos, broadcast(-1.0) * a * sin)  # and a quarter turn later
+    # coefficient 0 of the sinusoid, and of its derivative with respect to φ
+    value, derivative = vfma(a, cos, b * sin), vfma(b, cos, broadcast(-1.0) * a * sin)
     for k in range(ORDER + 1):
         store(ws, first + k, value if fresh else load(ws, first + k) + value)
         step = angle * broadcast(1.0 / (k + 1))
-        value, quarter = step * quarter, broadcast(-1.0) * step * value
+        value, derivative = step * derivative, broadcast(-1.0) * step * value
 
 
 @subroutine
 def excitation_series(dims, harmonics, ws):
-    """Polynomials of the forcing and, for lanes in contact, of the stiffness on the segment; and the columns with which
-    both enter the equations.
+    """Compute the polynomials of the forcing and, for lanes in contact, of the stiffness on the segment.
 
-    The stiffness at the start of the segment is joined with A, as the factor of z − σ; its variation is left to
-    `state_series`.
+    Also computes rows ``stiffness_column``, the factor of z − σ: the first column of A less b times the stiffness at
+    the start of the segment, and ``constant``. The variation of the stiffness is added in `state_series`.
     """
-    at, waves, row = rows(dims), harmonics.rows.waves, harmonics.rows
+    at, cos_sin, row = rows(dims), harmonics.rows.cos_sin, harmonics.rows
     angle = load(ws, at.duration) * load(ws, at.omega)
     contact = load(ws, at.sigma) * load(ws, at.sigma)  # 1 in contact, else 0
     if harmonics.forcing == 0:
         for m in range(ORDER + 1):
             store(ws, at.forcing + m, broadcast(0.0))
     for j in range(harmonics.forcing):
-        a, b = load(ws, row.forcing_gains + 2 * j), load(ws, row.forcing_gains + 2 * j + 1)
-        add_wave(ws, at.forcing, a, b, waves + 2 * j, angle * broadcast(j + 1.0), j == 0)
+        a, b = load(ws, row.forcing_amplitudes + 2 * j), load(ws, row.forcing_amplitudes + 2 * j + 1)
+        add_sinusoid(ws, at.forcing, a, b, cos_sin + 2 * j, angle * broadcast(j + 1.0), j == 0)
     store(ws, at.stiffness, contact * load(ws, at.level))
     if harmonics.stiffness > 0:
         for m in range(1, ORDER + 1):
             store(ws, at.stiffness + m, broadcast(0.0))
     for j in range(harmonics.stiffness):
-        a, b = contact * load(ws, row.stiffness_gains + 2 * j), contact * load(ws, row.stiffness_gains + 2 * j + 1)
-        add_wave(ws, at.stiffness, a, b, waves + 2 * j, angle * broadcast(j + 1.0), False)
+        a, b = (
+            contact * load(ws, row.stiffness_amplitudes + 2 * j),
+            contact * load(ws, row.stiffness_amplitudes + 2 * j + 1),
+        )
+        add_sinusoid(ws, at.stiffness, a, b, cos_sin + 2 * j, angle * broadcast(j + 1.0), False)
     chi, sigma = load(ws, at.stiffness), load(ws, at.sigma)
     for i in range(1, len(dims)):
-        own = load(ws, at.A + i * len(dims))
-        store(ws, at.stiffness_column + i, vfma(load(ws, at.minus_b + i), chi, own))
-        store(ws, at.constant + i, vfma(own, sigma, load(ws, at.f0 + i)))
+        first_column = load(ws, at.A + i * len(dims))
+        store(ws, at.stiffness_column + i, vfma(load(ws, at.minus_b + i), chi, first_column))
+        store(ws, at.constant + i, vfma(first_column, sigma, load(ws, at.f0 + i)))
 
 
 @subroutine
 def advance_phases(dims, harmonics, ws):
-    """Advance cos jωτ and sin jωτ from the start of the segment by its share; the angle is that of a step at most."""
-    at, waves = rows(dims), harmonics.rows.waves
-    done = load(ws, at.duration) * load(ws, at.omega) * load(ws, at.share)
-    for j in range(harmonics.waves):
-        angle = done * broadcast(j + 1.0)
+    """Advance cos jωτ and sin jωτ from the start of the segment to ``end_fraction``, by Taylor polynomials.
+
+    They are accurate since the angle is at most `rates.STEP_ANGLE`.
+    """
+    at, cos_sin = rows(dims), harmonics.rows.cos_sin
+    elapsed_angle = load(ws, at.duration) * load(ws, at.omega) * load(ws, at.end_fraction)
+    for j in range(harmonics.highest):
+        angle = elapsed_angle * broadcast(j + 1.0)
         square = broadcast(-1.0) * angle * angle
         c = s = broadcast(1.0)
         for m in range(ORDER, 0, -2):
             c = vfma(square * broadcast(1.0 / (m * (m - 1))), c, broadcast(1.0))
             s = vfma(square * broadcast(1.0 / (m * (m + 1))), s, broadcast(1.0))
         s = s * angle
-        cos, sin = load(ws, waves + 2 * j), load(ws, waves + 2 * j + 1)
-        store(ws, waves + 2 * j, vfma(cos, c, broadcast(-1.0) * sin * s))
-        store(ws, waves + 2 * j + 1, vfma(sin, c, cos * s))
+        cos, sin = load(ws, cos_sin + 2 * j), load(ws, cos_sin + 2 * j + 1)
+        store(ws, cos_sin + 2 * j, vfma(cos, c, broadcast(-1.0) * sin * s))
+        store(ws, cos_sin + 2 * j + 1, vfma(sin, c, cos * s))
 
 
 @subroutine
@@ -127,10 +133,10 @@ def stiffness_variation(ws, at, d, k, sigma):
 
 @subroutine
 def state_series(dims, ws, forced, varying):
-    """Polynomials of the coordinates from the start rows; without ``forced`` those of a tangent vector.
+    """Polynomials of the coordinates, from the start rows; if not ``forced``, those of a tangent vector.
 
     ``varying`` says that the stiffness has harmonics. The first coordinate is z, the second its derivative. The spring
-    acts on z − σ, formed before the product with the stiffness, so that nothing cancels where contact begins.
+    acts on z − σ, formed before the product with the stiffness, to avoid cancellation where contact begins.
     """
     d = len(dims)
     at = rows(dims)
@@ -156,9 +162,9 @@ def state_series(dims, ws, forced, varying):
 
 @subroutine
 def end_state(dims, ws):
-    """Evaluate the coordinates at the share of the segment, into the end rows."""
+    """Evaluate the coordinates at ``end_fraction``, into the end rows."""
     d = len(dims)
     at = rows(dims)
-    s = load(ws, at.share)
+    s = load(ws, at.end_fraction)
     for i in range(d):
         store(ws, at.end + i, horner(ws, at.state + i, d, s))
