@@ -115,8 +115,8 @@ def stiff_supports(cache: ComputationCache) -> Outcome:
     baseline = similarity(rigid, cache.scan(omega, **held, x1=0.5))
     found = {kappa: similarity(rigid, cache.scan(omega, kind="full", kappa=kappa, **held)) for kappa in _STIFFNESSES}
     alike = {kappa: _similar(f, baseline, omega.count) for kappa, f in found.items()}
-    full = cache.map(MeshModel.of(kind="full", kappa=20.0, **_REFERENCE), _OMEGA, _EPS1)
-    plane = similarity(_reference_map(cache), full)
+    reference = _reference_map(cache)
+    plane = similarity(reference, cache.map(MeshModel.of(kind="full", kappa=20.0, **_REFERENCE), _OMEGA, _EPS1))
     evidence = {"by_kappa": {f"{k:g}": v for k, v in found.items()}, "same_model_from_x1_0.5": baseline,
                 "whole_plane_of_fig_2_at_kappa_20": plane, "there_same_model_from_x1_0.5": _from_another_state(cache)}
     return Outcome(
