@@ -9,7 +9,7 @@ import numpy as np
 
 from gearchaos.flow.kernels.arrays import COS_SIN, position_of, slot_of
 from gearchaos.flow.kernels.compilation import inlined, subroutine
-from gearchaos.flow.kernels.constants import WIDTH
+from gearchaos.flow.kernels.constants import TWO_PI, WIDTH
 from gearchaos.flow.kernels.simd import (
     bits,
     broadcast,
@@ -22,8 +22,6 @@ from gearchaos.flow.kernels.simd import (
     vabs,
     vfma,
 )
-
-_TWO_PI = 6.283185307179586
 
 _POSITIONS = np.array([[i for i in range(WIDTH) if mask >> i & 1] + [0] * (WIDTH - mask.bit_count())
                        for mask in range(1 << WIDTH)], dtype=np.int8)
@@ -80,7 +78,7 @@ def load_bounds(dims, values, columns, length, vectors, first):
     ``values`` (total,) are the parameters of the lane's point, ``columns`` their `Columns`, ``length`` the length of
     the step as a fraction of the period.
     """
-    h = _TWO_PI * length / values[columns.omega]
+    h = TWO_PI * length / values[columns.omega]
     for i in range(2):
         vectors[first + i * WIDTH] = h * h * 0.125 * values[columns.bound0 + i]
     for i in range(2, len(dims)):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from enum import IntEnum
 
+TWO_PI = 6.283185307179586
+
 WIDTH = 8
 """Lanes in a pack, and floats in a vector: one register with 512 bits, two with 256."""
 

@@ -149,6 +149,13 @@ def _next_window(error, speed, stride, ahead):
 
 
 @subroutine
+def _window_after(touch, s):
+    """Half the distance from the last touch at vanishing speed, which limits the strides from there; `_BEYOND_END` if
+    there was none."""
+    return select(touch < broadcast(0.0), broadcast(_BEYOND_END), broadcast(0.5) * (s - touch))
+
+
+@subroutine
 def find_exits(dims, ws):
     """Find where each lane leaves its contact state: writes s at the exit, or 1 if it stays, to row ``end_fraction``,
     and the contact state after it to row ``next_sigma`` (`SEARCH_FAILED` if the search does not end).
@@ -169,9 +176,7 @@ def find_exits(dims, ws):
     moved, slope, second = broadcast(0.0), load(ws, at.state + d), broadcast(2.0) * load(ws, at.state + 2 * d)
     for _ in range(_MAX_STRIDES):
         above, below = vfma(up, moved, above0), vfma(down, moved, below0)
-        window = smaller(
-            window_limit, select(touch < broadcast(0.0), broadcast(_BEYOND_END), broadcast(0.5) * (s - touch))
-        )
+        window = smaller(window_limit, _window_after(touch, s))
         ahead = smaller(window, broadcast(1.0) - s)
         change = third * ahead
         stride, beyond = _stride(above, below, slope, second, change, ahead, sigma)

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from gearchaos.flow.kernels.arrays import COS_SIN, LENGTH, LEVEL
 from gearchaos.flow.kernels.compilation import inlined, subroutine
-from gearchaos.flow.kernels.constants import WIDTH
+from gearchaos.flow.kernels.constants import TWO_PI, WIDTH
 from gearchaos.flow.kernels.offsets import rows
 from gearchaos.flow.kernels.simd import broadcast, load, load_scalar, store, store_scalar
-
-_TWO_PI = 6.283185307179586
 
 
 @inlined
@@ -62,7 +60,7 @@ def fill_step(dims, harmonics, values, steps, ws):
         store_scalar(ws, at.level * WIDTH + l, load_scalar(ws, level * WIDTH + l))
         store_scalar(ws, at.duration * WIDTH + l, load_scalar(values, offset + LENGTH))
         _copy(values, offset + COS_SIN, 2 * harmonics.highest, ws, harmonics.rows.cos_sin, l)
-    store(ws, at.duration, broadcast(_TWO_PI) * load(ws, at.duration) / load(ws, at.omega))
+    store(ws, at.duration, broadcast(TWO_PI) * load(ws, at.duration) / load(ws, at.omega))
 
 
 @inlined
