@@ -1,6 +1,7 @@
 """The public names as users, type checkers and editors see them."""
 
 import ast
+import inspect
 import os
 import subprocess
 import sys
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import gearchaos
+from gearchaos.studies.registry import STUDIES
 
 PACKAGE = Path(gearchaos.__file__).parent
 ROOT = Path(__file__).parents[2]
@@ -20,6 +22,18 @@ reveal_type(gc.zones)
 reveal_type(gc.plot.zones)
 gc.zones(model, "omega=0.5:1:3", "q0=0:1:3", strats=2)
 gc.nonsense
+"""
+VALUES = """
+import gearchaos as gc
+
+def use(pair: gc.GearPair) -> None:
+    x, y = gc.Axis("omega", 0.5, 1.0, 3), "q0=0:1:3"
+    reveal_type(gc.run(gc.Regime(pair)))
+    reveal_type(gc.run(gc.Zones(pair, x, y, starts=2)))
+    reveal_type(gc.run(gc.Zones(pair, x, y), out="zones.zarr"))
+    gc.Simulate(pair, 10, 5), gc.Bifurcation(pair, "omega=1:2:3"), gc.Basins(pair, "z=0:1:3", "v=0:1:3")
+    gc.Attractors(pair, 4, sweep="omega=1:2:3")
+    gc.Zones(pair, x, y, 2)
 """
 
 
@@ -40,18 +54,43 @@ def test_every_public_name_is_there(name):
     assert getattr(gearchaos, name) is not None and name in dir(gearchaos)
 
 
-def test_a_type_checker_sees_names_and_signatures(tmp_path):
-    script = tmp_path / "script.py"
-    script.write_text(SCRIPT)
-    command = [sys.executable, "-m", "mypy", "--config-file", "pyproject.toml", str(script)]
+def mypy(script: str, folder: Path) -> list[str]:
+    """The lines that mypy prints for a script."""
+    file = folder / "script.py"
+    file.write_text(script)
+    command = [sys.executable, "-m", "mypy", "--config-file", "pyproject.toml", str(file)]
     environment = {**os.environ, "MYPYPATH": str(PACKAGE.parent)}
     run = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300)
-    lines = run.stdout.splitlines()
-    assert "def (model: gearchaos.model" in lines[0] and "starts: int" in lines[0], run.stdout + run.stderr
+    return run.stdout.splitlines()
+
+
+def test_a_type_checker_sees_names_and_signatures(tmp_path):
+    lines = mypy(SCRIPT, tmp_path)
+    assert "def (model: gearchaos.model" in lines[0] and "starts: int" in lines[0], lines
     assert lines[0].endswith('-> xarray.core.dataset.Dataset"')
     assert 'Revealed type is "def (' in lines[1]
-    assert 'Unexpected keyword argument "strats"' in run.stdout and 'no attribute "nonsense"' in run.stdout
+    assert 'Unexpected keyword argument "strats"' in lines[2] and 'no attribute "nonsense"' in lines[-2]
     assert "Found 2 errors" in lines[-1]
+
+
+def test_a_type_checker_knows_what_studies_accept_and_what_a_run_returns(tmp_path):
+    lines = mypy(VALUES, tmp_path)
+    assert [line.split('"')[1].split(".")[-1] for line in lines[:3]] == ["Dataset", "Dataset", "Outcome"], lines
+    assert 'Too many positional arguments for "Zones"' in lines[3] and "Found 1 error" in lines[-1]
+
+
+@pytest.mark.parametrize("study", STUDIES.values(), ids=STUDIES)
+def test_the_signature_for_type_checkers_is_that_of_the_dataclass(study):
+    definitions = [n for n in ast.walk(ast.parse(inspect.getsource(study))) if isinstance(n, ast.FunctionDef)]
+    (declared,) = (n.args for n in definitions if n.name == "__init__")
+    actual = inspect.signature(study).parameters.values()
+    assert [a.arg for a in declared.args[1:]] == [p.name for p in actual if p.kind is not p.KEYWORD_ONLY]
+    assert {a.arg for a in declared.kwonlyargs} == {p.name for p in actual if p.kind is p.KEYWORD_ONLY}
+    defaults = zip(declared.args[-len(declared.defaults):], declared.defaults, strict=False)
+    stated = [*defaults, *zip(declared.kwonlyargs, declared.kw_defaults, strict=True)]
+    assert {a.arg: ast.literal_eval(d) for a, d in stated if d is not None} == {
+        p.name: p.default for p in actual if p.default is not p.empty
+    }
 
 
 def test_a_wheel_holds_types_templates_and_data():

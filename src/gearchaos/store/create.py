@@ -88,11 +88,7 @@ def repair(store: Store) -> None:
 
 
 def _is_array(folder: Path) -> bool:
-    """Whether a folder is a Zarr array; others in a store are not its own, and stay."""
-    found = read_as(NodeSchema, folder / "zarr.json")
-    return (found is not None and found.node_type == "array") or _is_damaged_array(folder)
-
-
-def _is_damaged_array(folder: Path) -> bool:
-    """Whether a folder holds nothing but chunks and the metadata of an array, which may be damaged or missing."""
-    return folder.is_dir() and {f.name for f in folder.iterdir()} in ({"c", "zarr.json"}, {"c"}, {"zarr.json"})
+    """Whether a folder is a Zarr array, perhaps with damaged metadata; other folders in a store are not its own."""
+    metadata = folder / "zarr.json"
+    found = read_as(NodeSchema, metadata)
+    return metadata.is_file() and (found is None or found.node_type == "array")

@@ -78,7 +78,7 @@ def attractors(
         If a number or a range is out of bounds; before any work.
     """
     study = Attractors(
-        model, starts, box=box, seed=seed, sweep=sweep, kicks=kicks, settings=settings,  # type: ignore[arg-type]
+        model, starts, box=box, seed=seed, sweep=sweep, kicks=kicks, settings=settings,
     )
     return study.run(progress=progress, threads=threads)
 
@@ -95,6 +95,14 @@ class Attractors(ClassifyingStudy):
     seed: int = option(0, least=0)
     sweep: Axis | None = option(None)
     kicks: int = option(0, least=0)
+
+    if TYPE_CHECKING:  # what `__post_init__` converts is accepted, too
+
+        def __init__(
+            self, model: MeshModel | GearPair, starts: int = 256, *,
+            box: Mapping[str, tuple[float, float]] | None = None, seed: int = 0, sweep: Axis | str | None = None,
+            kicks: int = 0, settings: Classification | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()

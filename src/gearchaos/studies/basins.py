@@ -57,7 +57,7 @@ def basins(
         model with two coordinates) ``attractor_kick`` is the length of the smallest change of the state that leaves the
         basin.
     """
-    return Basins(model, x, y, settings=settings).run(  # type: ignore[arg-type]
+    return Basins(model, x, y, settings=settings).run(
         progress=progress, threads=threads)
 
 
@@ -70,6 +70,12 @@ class Basins(ClassifyingStudy):
 
     x: Axis
     y: Axis
+
+    if TYPE_CHECKING:  # what `__post_init__` converts is accepted, too
+
+        def __init__(
+            self, model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, settings: Classification | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()

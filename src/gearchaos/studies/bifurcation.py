@@ -67,7 +67,7 @@ def bifurcation(
     xarray.Dataset
         ``section_<coordinate>(axis, point)``, and for each column the variables that `zones` has for a cell.
     """
-    study = Bifurcation(model, axis, points=points, mode=mode, settings=settings)  # type: ignore[arg-type]
+    study = Bifurcation(model, axis, points=points, mode=mode, settings=settings)
     return study.run(progress=progress, threads=threads)
 
 
@@ -83,6 +83,13 @@ class Bifurcation(ClassifyingStudy):
     axis: Axis
     points: int = option(128, least=0)
     mode: Literal["fixed", "up", "down"] = option("fixed")
+
+    if TYPE_CHECKING:  # what `__post_init__` converts is accepted, too
+
+        def __init__(
+            self, model: MeshModel | GearPair, axis: Axis | str, *, points: int = 128,
+            mode: Literal["fixed", "up", "down"] = "fixed", settings: Classification | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -59,7 +59,7 @@ def regime(
         If the model or the settings are of another type, or the motion cannot be computed in a reasonable time; before
         any work.
     """
-    study = Regime(model, settings=settings)  # type: ignore[arg-type]
+    study = Regime(model, settings=settings)
     study.cost.announce(progress)
     return study.verdict()
 
@@ -70,6 +70,12 @@ class Regime(ClassifyingStudy):
 
     kind: ClassVar[str] = "regime"
     default_settings: ClassVar[Classification] = REGIME_SETTINGS
+
+    if TYPE_CHECKING:  # what `__post_init__` converts is accepted, too
+
+        def __init__(
+            self, model: MeshModel | GearPair, *, settings: Classification | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()

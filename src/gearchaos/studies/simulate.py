@@ -57,7 +57,7 @@ def simulate(
     InputError
         If a number is out of range, or the computation needs more memory than this machine has.
     """
-    return Simulate(model, periods, transient, samples).run(progress=progress)  # type: ignore[arg-type]
+    return Simulate(model, periods, transient, samples).run(progress=progress)
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,12 @@ class Simulate(Study):
     periods: int = option(MISSING, least=1, keyword=False)
     transient: int = option(0, least=0, keyword=False)
     samples: int | None = option(None, least=1, keyword=False)
+
+    if TYPE_CHECKING:  # what `__post_init__` converts is accepted, too
+
+        def __init__(
+            self, model: MeshModel | GearPair, periods: int, transient: int = 0, samples: int | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()

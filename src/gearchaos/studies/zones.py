@@ -68,7 +68,7 @@ def zones(
         ``v_rms_up`` and ``v_rms_down`` after the sweeps, and ``hysteresis``: 1 where the two sweeps end in different
         motions.
     """
-    study = Zones(model, x, y, starts=starts, refine=refine, settings=settings)  # type: ignore[arg-type]
+    study = Zones(model, x, y, starts=starts, refine=refine, settings=settings)
     return study.run(progress=progress, threads=threads)
 
 
@@ -84,6 +84,13 @@ class Zones(ClassifyingStudy):
     y: Axis
     starts: int = option(1, least=1)
     refine: int = option(1, least=1)
+
+    if TYPE_CHECKING:  # what `__post_init__` converts is accepted, too
+
+        def __init__(
+            self, model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, starts: int = 1, refine: int = 1,
+            settings: Classification | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()
