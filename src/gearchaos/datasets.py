@@ -191,7 +191,8 @@ def _check_savable(dataset: Any, target: Path) -> None:
     import xarray as xr
 
     if not isinstance(dataset, xr.Dataset):
-        raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}", "save(dataset, path).")
+        raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}",
+                         "E.g. save(gc.regime(model).to_dataset(), path) for a verdict.")
     if target.suffix and target.suffix.lower() not in DATA_SUFFIXES:
         raise InputError("path", f"must end in {', '.join(DATA_SUFFIXES)}, or have no ending", str(target),
                          "It is NetCDF that is written; dataset.to_dataframe().to_csv(path) writes a table.")

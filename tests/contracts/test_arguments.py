@@ -84,6 +84,26 @@ def test_what_is_no_axis_is_refused_in_words(name, place, field, axis, message):
     assert "eps1=0:0.3:400" in error.value.advice
 
 
+@pytest.mark.parametrize(("arguments", "message"), [
+    ((3, 0, 1, 4), "axis name must be a text"), (("omega", None, 1, 4), "axis omega start must be a number"),
+    (("omega", 1, np.array([1.0, 2.0]), 4), "axis omega stop must be a number"),
+    (("omega", 1, 2, 3.0), "axis omega count must be a whole number"),
+])
+def test_values_of_an_axis_of_another_type_are_refused(arguments, message):
+    with pytest.raises(InputError, match=f"^{message}"):
+        gc.Axis(*arguments)
+
+
+@pytest.mark.parametrize(("option", "value"), [("threads", 0), ("threads", "2"), ("processes", 0), ("jobs", 0)])
+def test_a_number_of_workers_that_is_no_positive_whole_number_is_refused(option, value, tmp_path):
+    study, slurm = gc.Zones(MODEL, "omega=1:2:2", "eps1=0:0.1:2"), {"cluster": "slurm"} if option == "jobs" else {}
+    with pytest.raises(InputError, match=f"^{option} must be a whole number of at least 1"):
+        gc.run(study, out=tmp_path / "s.zarr", **{option: value}, **slurm)
+    if option == "threads":
+        with pytest.raises(InputError, match=r"^threads must be a whole number of at least 1"):
+            study.run(threads=value)
+
+
 @pytest.mark.parametrize("sweep", [3, ("omega", 0, 1, 2), "omega=1"], ids=str)
 def test_what_is_no_sweep_is_refused_in_words(sweep):
     with pytest.raises(InputError, match=r"^sweep must (be an Axis or a text|read name=start:stop:count)"):

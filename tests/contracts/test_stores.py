@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 
+import numpy as np
 import pytest
 import xarray as xr
 
@@ -112,7 +113,7 @@ def test_sums_of_wrong_content_are_written_anew(sums, whole, tmp_path):
 def test_a_link_to_nothing_is_no_target(tmp_path):
     link = tmp_path / "link.zarr"
     link.symlink_to(tmp_path / "nowhere")
-    with pytest.raises(gc.InputError, match=r"--out must not be a link to nothing; got .*link.zarr"):
+    with pytest.raises(gc.InputError, match=r"out must not be a link to nothing; got .*link.zarr"):
         run(small_map(), link)
     assert list(tmp_path.iterdir()) == [link]
 
@@ -199,3 +200,17 @@ def test_what_is_not_a_store_s_own_survives_its_repair(tmp_path):
     gc.run(study, path)
     assert (path / "notes" / "mine.txt").read_text() == "kept"
     assert open_store(path / "inner.zarr").finished and open_store(path).finished
+
+
+@pytest.mark.parametrize("study", [
+    gc.Attractors(gc.MeshModel.of(kind="single", q0=0.1, eps1=0.15), 24, settings=Classification(doublings=1)),
+    gc.Basins(gc.MeshModel.of(kind="single", q0=0.1, eps1=0.15), "z=-3:3:6", "z_dot=-2:2:4"),
+], ids=lambda study: study.kind)
+def test_motions_that_an_unfinished_run_has_not_computed_are_no_attractor_and_in_no_share(study, tmp_path):
+    run(study, tmp_path / "s.zarr", tile=4, shard="1/2")
+    half, all_motions = open_store(tmp_path / "s.zarr").dataset(), study.run()
+    known = half["attractor"].values != -2
+    assert 8 <= known.sum() < 24 and (half["attractor"].values[known] >= 0).any()
+    counts = [np.sum(half["attractor"].values == n) for n in half["number"].values]
+    assert half["attractor_fraction"].values.tolist() == [c / known.sum() for c in counts]
+    assert not np.any(all_motions["attractor"] == -2)

@@ -433,11 +433,11 @@ def test_info_plot_and_export_of_a_run_half_done(tmp_path):
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
-    (("--shard", "4/3"), "--shard must read i/n with i from 1 to n; got '4/3'"),
-    (("--shard", "one"), "--shard must read i/n"),
-    (("--threads", "1", "--processes", "2"), "--threads and --processes must not be given together"),
-    (("--shard", "²/3"), "--shard must read i/n"),
-    (("--jobs", "3"), "--jobs must be left out without --cluster"),
+    (("--shard", "4/3"), "shard must read i/n with i from 1 to n; got '4/3'"),
+    (("--shard", "one"), "shard must read i/n"),
+    (("--threads", "1", "--processes", "2"), "threads and processes must not be given together"),
+    (("--shard", "²/3"), "shard must read i/n"),
+    (("--jobs", "3"), "jobs must be left out without cluster"),
     (("--cluster", "pbs"), "--cluster must be slurm; got 'pbs'"),
     (("--scheduler", "tcp://127.0.0.1:9"), "--scheduler must be a Dask scheduler that answers"),
 ])

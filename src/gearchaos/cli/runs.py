@@ -154,5 +154,5 @@ def export(
 
     found = open_store(store)
     if not found.finished:
-        say(f"{store} is not done: values not yet computed are NaN, 0 in variables of integers, or -1 for contact")
+        say(f"{store} is not done: values not yet computed are NaN, 0 in integers, -1 for contact, -2 for attractors")
     save(found.dataset(), out)

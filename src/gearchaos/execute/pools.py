@@ -156,16 +156,16 @@ def pool_from_options(
     InputError
         If several are given, or one is wrong.
     """
-    options = {"--threads": threads, "--processes": processes, "--scheduler": scheduler, "--cluster": cluster}
+    options = {"threads": threads, "processes": processes, "scheduler": scheduler, "cluster": cluster}
     given = {name: value for name, value in options.items() if value is not None}
     if jobs is not None and cluster is None:
-        raise InputError("--jobs", "must be left out without --cluster", jobs)
+        raise InputError("jobs", "must be left out without cluster", jobs)
     if len(given) > 1:
         raise InputError(" and ".join(given), "must not be given together", list(given.values()))
     if cluster not in (None, "slurm"):
-        raise InputError("--cluster", "must be slurm", cluster, "For others start a scheduler and give --scheduler.")
+        raise InputError("cluster", "must be slurm", cluster, "For others start a Dask scheduler and give its address.")
     if cluster is not None:
-        return slurm_jobs(jobs or 1)
+        return slurm_jobs(1 if jobs is None else whole_number("jobs", jobs, 1))
     if scheduler is not None:
         return dask_workers(scheduler)
     return process_pool(processes) if processes is not None else thread_pool(threads)
@@ -188,7 +188,7 @@ def _client(address: str) -> Any:
     try:
         return _distributed().Client(address, timeout="10s", set_as_default=False)
     except (OSError, ValueError) as error:
-        raise InputError("--scheduler", "must be a Dask scheduler that answers", address, f"{error}.") from None
+        raise InputError("scheduler", "must be a Dask scheduler that answers", address, f"{error}.") from None
 
 
 _MEMORY = "2GB"

@@ -32,7 +32,7 @@ def versions(study: Study) -> dict[str, str]:
 def create(path: Path, study: Study, grid: Grid) -> Store:
     """Create a store, completely or not at all. A study that is a single tile is computed at the same time."""
     if not path.parent.is_dir():
-        raise InputError("--out", "must lie in an existing folder", str(path), "Create the folder first.")
+        raise InputError("out", "must lie in an existing folder", str(path), "Create the folder first.")
     started = time.perf_counter()
     sample = _sample(study, grid)
     arrays = {n: ArraySpec(v.dtype.str, v.shape[1:]) for n, v in sample.items()}

@@ -178,7 +178,7 @@ def run_into_store(
 def _opened(study: Study, path: Path, tile: int | None, say: Callable[[str], None], progress: bool) -> Store:
     """The store at this path, created if it does not exist; tells the user how long the rest may take."""
     if path.is_symlink() and not path.exists():
-        raise InputError("--out", "must not be a link to nothing", str(path), "Remove it, or make what it points to.")
+        raise InputError("out", "must not be a link to nothing", str(path), "Remove it, or make what it points to.")
     if not path.exists():
         try:
             study.cost.announce(progress)

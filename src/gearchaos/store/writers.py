@@ -28,14 +28,14 @@ class Shard:
 
     def __post_init__(self) -> None:
         if not 1 <= self.number <= self.of:
-            raise InputError("--shard", "must read i/n with i from 1 to n", f"{self.number}/{self.of}", "E.g. 1/3.")
+            raise InputError("shard", "must read i/n with i from 1 to n", f"{self.number}/{self.of}", "E.g. 1/3.")
 
     @classmethod
     def parse(cls, text: str) -> Shard:
         """A shard from "i/n"."""
         number, slash, of = text.partition("/")
         if not (slash and number.strip().isdecimal() and of.strip().isdecimal()):
-            raise InputError("--shard", "must read i/n with i from 1 to n", text, "E.g. 1/3.")
+            raise InputError("shard", "must read i/n with i from 1 to n", text, "E.g. 1/3.")
         return cls(int(number), int(of))
 
     @property

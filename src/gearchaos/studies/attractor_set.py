@@ -24,6 +24,9 @@ _VERDICT_VARIABLES = (
 )
 """Verdict variables that the Datasets report of each attractor, taken from one motion on it."""
 
+NOT_COMPUTED = -2
+"""Number of the attractor of a motion that an unfinished run has not computed yet."""
+
 _SAME_POINT = 1e-6
 """Points of periodic orbits are the same if no coordinate differs by more than this."""
 
@@ -190,6 +193,13 @@ class AttractorSet:
         rank = np.full(len(order) + 1, -1, dtype=np.int32)
         rank[order] = np.arange(len(order))
         return rank
+
+    def numbers(self, index: np.ndarray, label: np.ndarray) -> np.ndarray:
+        """Positions (L,) of the attractors in the `order`, from those in `members` and the labels (L,) of the motions.
+
+        −1 for a motion that is on none, `NOT_COMPUTED` where the label is 0.
+        """
+        return np.where(label == 0, NOT_COMPUTED, self.ranks()[index])
 
     def response(self, settings: Classification | None) -> dict[str, np.ndarray]:
         """The response measures `_RESPONSE`, arrays (attractors,) by name."""

@@ -66,7 +66,8 @@ def attractors(
     xarray.Dataset
         For each attractor, along the dim "number": label, period, share of the initial states with its 95 % interval
         (Clopper-Pearson), response measures, largest exponent or multiplier, and section. ``attractor(start)`` is the
-        number of the attractor that each initial state leads to, -1 for a motion that diverged or is undecided;
+        number of the attractor that each initial state leads to, -1 for a motion that diverged or is undecided, -2 for
+        one that an unfinished store does not have yet;
         ``attractor_up`` and ``attractor_down`` are those that the two sweeps end on. ``attractor_kick_change`` is the
         smallest sudden change of the state that was found after which a motion leaves the attractor,
         ``attractor_kick_point`` the state at the start of a mesh period to which it is added, and ``attractor_kick``
@@ -165,9 +166,9 @@ class Attractors(ClassifyingStudy):
         rank = attractors.ranks()
         swept = zip(("up", "down"), ends, strict=False)
         data = {
-            "attractor": variable("attractor", ("start",), rank[index]),
+            "attractor": variable("attractor", ("start",), attractors.numbers(index, found["label"])),
             **{f"attractor_{n}": variable("attractor", (), rank[i]) for n, i in swept},
-            **attractor_variables(attractors, settings), **_shares(attractors, self.starts),
+            **attractor_variables(attractors, settings), **_shares(attractors, int(np.count_nonzero(found["label"]))),
             **(_kicks(attractors, self.kicks, progress, settings=settings, threads=threads) if self.kicks else {}),
             **{f"start_{n}": variable(n, ("start",), v) for n, v in self._starts.items()},
         }

@@ -48,6 +48,8 @@ class Axis:
     count: int
 
     def __post_init__(self) -> None:
+        if not isinstance(self.name, str):
+            raise InputError("axis name", "must be a text", self.name, "E.g. Axis('eps1', 0, 0.3, 400).")
         singles = _single_names(self.name)
         for end in ("start", "stop"):
             object.__setattr__(self, end, _number(f"axis {self.name} {end}", getattr(self, end)))
@@ -105,7 +107,7 @@ def _single_names(name: str) -> tuple[str, ...]:
 
 def _number(field: str, value: object) -> float:
     """A finite number as float; raises `InputError` for anything else."""
-    if isinstance(value, (str, bytes, bool)) or not hasattr(value, "__float__"):
+    if isinstance(value, (str, bytes, bool)) or not hasattr(value, "__float__") or getattr(value, "shape", ()):
         raise InputError(field, "must be a number", value, _EXAMPLE)
     number = float(value)
     if not math.isfinite(number):

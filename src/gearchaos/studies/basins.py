@@ -16,7 +16,7 @@ from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
-from gearchaos.studies.attractor_set import AttractorSet, attractor_variables, final_states
+from gearchaos.studies.attractor_set import NOT_COMPUTED, AttractorSet, attractor_variables, final_states
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.boundary import entropy, smallest_perturbations, uncertainty_exponent
 from gearchaos.studies.cost import Cost, estimate
@@ -26,9 +26,6 @@ from gearchaos.studies.study import ClassifyingStudy
 
 if TYPE_CHECKING:
     import xarray as xr
-
-NOT_COMPUTED = -2
-"""Value of ``attractor`` in cells that a run has not computed yet."""
 
 
 def basins(
@@ -114,7 +111,7 @@ class Basins(ClassifyingStudy):
         attractors = AttractorSet(self._flow)
         index = attractors.match(found)
         attractors.count_starts(index)
-        rank = np.where(found["label"] == 0, NOT_COMPUTED, attractors.ranks()[index])
+        rank = attractors.numbers(index, found["label"])
         shape = (self.y.count, self.x.count)
         return _dataset(self.model, self.x, self.y, rank.reshape(shape), attractors, self.classification)
 

@@ -121,6 +121,7 @@ class Study(ABC):
         threads : int, optional
             Tiles computed at once; by default one per core.
         """
+        threads = None if threads is None else whole_number("threads", threads, 1)
         self.cost.announce(progress, threads)
         items = np.arange(self.count, dtype=np.int32 if self.count < 2**31 else np.int64)
         found = self.compute(items, progress=progress, threads=threads)
