@@ -105,9 +105,9 @@ def _single_names(name: str) -> tuple[str, ...]:
     raise unknown_name("axis", name, {n for model in models for n in known_names(model)})
 
 
-def _number(field: str, value: object) -> float:
+def _number(field: str, value: Any) -> float:
     """A finite number as float; raises `InputError` for anything else."""
-    if isinstance(value, (str, bytes, bool)) or not hasattr(value, "__float__") or getattr(value, "shape", ()):
+    if isinstance(value, (str, bytes, bool)) or not hasattr(value, "__float__") or np.ndim(value):
         raise InputError(field, "must be a number", value, _EXAMPLE)
     number = float(value)
     if not math.isfinite(number):
