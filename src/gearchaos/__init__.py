@@ -20,7 +20,7 @@ _MODULES = {
     "Bifurcation": "studies.bifurcation", "bifurcation": "studies.bifurcation",
     "Regime": "studies.regime", "regime": "studies.regime",
     "Simulate": "studies.simulate", "simulate": "studies.simulate", "steady": "studies.steady",
-    "Zones": "studies.zones", "zones": "studies.zones",
+    "Zones": "studies.zones", "zones": "studies.zones", "operating_map": "studies.operating_map",
     "load": "datasets", "save": "datasets", "run": "store.run",
     "Outcome": "store.run", "explore": "explorer.web.notebook",
 }

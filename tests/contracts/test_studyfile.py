@@ -5,7 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gearchaos.datasets import model_json
 from gearchaos.errors import InputError
+from gearchaos.gears.operating import operating_model
 from gearchaos.model import HarmonicStiffness, MeshModel, TransmissionError, TwoLevelStiffness
 from gearchaos.studies.axis import Axis, parse_axis
 from gearchaos.studies.bifurcation import Bifurcation
@@ -106,7 +108,8 @@ def test_x_axis_comes_first(study):
 def test_physical_pair(study):
     found = study(PAIR)
     assert found.pair is not None
-    assert found.model == found.pair.to_model()
+    assert found.model == operating_model(found.pair)
+    assert model_json(found.model) == model_json(found.pair.to_model())
     assert found.model.kind == "torsional"
 
 

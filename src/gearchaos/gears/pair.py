@@ -7,7 +7,7 @@ Equation numbers refer to J. Łuczko, *Chaotic vibrations in gear mesh systems*,
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
@@ -170,6 +170,29 @@ class GearPair:
             frequency=rate / (2 * math.pi), rate=rate, torque1=force * self.R1, torque2=force * self.R2,
         )
 
+    def at(self, *, speed: float | None = None, torque: float | None = None) -> GearPair:
+        """The same pair at another speed, rad/s, or driving torque, N m.
+
+        The resisting torque changes in the ratio of the driving ones.
+        """
+        values: dict[str, Any] = {} if speed is None else {"speed": speed}
+        if torque is not None:
+            values |= {"M10": torque, "M20": self._resisting(torque)}
+        return replace(self, **values)
+
+    def _resisting(self, torque: float) -> float | None:
+        """The resisting torque at a driving one, N m; None if they are in balance."""
+        if self.M20 == self.M10 * self.R2 / self.R1:
+            return None
+        if self.M10 == 0:
+            raise InputError("M20", "must be 0 where M10 is, if the torque is to be varied", self.M20,
+                             "The resisting torque changes in the ratio of the driving ones.")
+        return self.M20 * torque / self.M10
+
+    def to_pair(self) -> GearPair:
+        """The pair itself; a `GearDesign` has the same method."""
+        return self
+
     def to_model(self, kind: str | None = None) -> MeshModel:
         """The dimensionless model by (2.11).
 
@@ -237,12 +260,3 @@ class GearPair:
         names = [f.name for f in fields(TwoLevelStiffness)]
         return {name: value for name in names if (value := getattr(self, name)) is not None}
 
-
-def as_model(model: Any) -> MeshModel:
-    """A `MeshModel` itself, or the model of a `GearPair`; raises `InputError` for anything else."""
-    if isinstance(model, GearPair):
-        return model.to_model()
-    if not isinstance(model, MeshModel):
-        advice = "E.g. gearchaos.MeshModel.of(omega=1, eps1=0.1)."
-        raise InputError("model", "must be a MeshModel or a GearPair", f"a {type(model).__name__}", advice)
-    return model

@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gearchaos.errors import InputError
+from gearchaos.gears.operating import Gears, gears_from_json
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.scales import scaled, unit_of
+from gearchaos.gears.scales import Scales, scaled, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def physical(dataset: xr.Dataset, pair: GearPair) -> xr.Dataset:
+def physical(dataset: xr.Dataset, gears: GearPair | None = None) -> xr.Dataset:
     """A result of a study in physical units: µm, mm/s, N, ms, and Hz of mesh frequency.
 
     Parameters
     ----------
     dataset : Dataset
-        The result of a study of the pair.
-    pair : GearPair
-        The pair whose scales apply.
+        The result of a study of the gears.
+    gears : GearPair, optional
+        The gears whose scales apply; may be left out for a result over ``speed`` or ``torque``, which carries its
+        gears.
 
     Returns
     -------
@@ -35,9 +39,24 @@ def physical(dataset: xr.Dataset, pair: GearPair) -> xr.Dataset:
     InputError
         If the dataset is in physical units already, or an argument has another type.
     """
-    _check_scalable(dataset, pair)
-    coordinates, variables = scaled(dataset.coords, pair.scales), scaled(dataset.data_vars, pair.scales)
-    return dataset.assign_coords(coordinates).assign(variables).assign_attrs(pair=json.dumps(asdict(pair)))
+    if gears is None and "gears" in getattr(dataset, "attrs", {}):
+        gears = gears_from_json(dataset.attrs["gears"])
+    _check_scalable(dataset, gears)
+    scales = _scales(dataset, gears)
+    coordinates, variables = scaled(dataset.coords, scales), scaled(dataset.data_vars, scales)
+    return dataset.assign_coords(coordinates).assign(variables).assign_attrs(pair=json.dumps(asdict(gears.to_pair())))
+
+
+def _scales(dataset: xr.Dataset, gears: Gears) -> Scales:
+    """The scales of a result: numbers, or arrays along the coordinate ``torque`` if they depend on it."""
+    if "torque" not in dataset.coords:
+        return gears.to_pair().scales
+    torque = dataset["torque"]
+    found = [gears.at(torque=value).to_pair().scales for value in torque.values.ravel().tolist()]
+    if all(scales == found[0] for scales in found):
+        return found[0]
+    names = [f.name for f in fields(Scales)]
+    return Scales(**{n: torque.copy(data=np.reshape([getattr(s, n) for s in found], torque.shape)) for n in names})
 
 
 def _check_scalable(dataset: Any, pair: Any) -> None:

@@ -92,4 +92,6 @@ def _scaled(name: str, variable: Any, factor: float, symbol: str) -> tuple[Any, 
     found = find(name)
     if found is not None and found.physical is not None and found.physical.long_name:
         attrs["long_name"] = found.physical.long_name
-    return variable.dims, variable.values * factor, attrs
+    if isinstance(factor, float):
+        return variable.dims, variable.values * factor, attrs
+    return variable.dims, (variable * factor).transpose(*variable.dims).values, attrs

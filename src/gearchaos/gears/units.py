@@ -51,6 +51,9 @@ BEARING_FRICTION = Dimension("a rotational damping coefficient", "N*m*s/rad", "1
 SPEED = Dimension("an angular velocity", "rad/s", "2500 rpm")
 ANGLE = Dimension("an angle", "rad", "30 deg")
 
+RPM = 0.10471975511965977
+"""One revolution per minute in rad/s, rounded as by pint."""
+
 LARGEST, SMALLEST = 1e40, 1e-40
 """Limits of the magnitude of a value in SI other than 0, so that products and quotients of several values neither
 overflow nor underflow."""

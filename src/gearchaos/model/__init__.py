@@ -11,6 +11,7 @@ from gearchaos.model.names import (
     check_state_name,
     default_stiffness,
     expand_pairs,
+    has_effect,
     known_names,
     state_names,
 )
@@ -22,6 +23,6 @@ from gearchaos.validation import check
 __all__ = [
     "COORDINATES", "KINDS", "PARAMETER_PAIRS", "SCALARS", "Batch", "HarmonicStiffness", "Kind", "MeshModel",
     "Stiffness", "TransmissionError", "TwoLevelStiffness", "backlash", "check", "check_initial_consistent",
-    "check_state_name", "default_stiffness", "expand_pairs", "known_names", "mesh_stiffness", "state_names",
-    "transmission_error", "vary",
+    "check_state_name", "default_stiffness", "expand_pairs", "has_effect", "known_names", "mesh_stiffness",
+    "state_names", "transmission_error", "vary",
 ]

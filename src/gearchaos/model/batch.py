@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.model.names import STATE_NAMES, check_has_effect, check_initial_consistent, expand_pairs
+from gearchaos.model.names import STATE_NAMES, check_has_effect, check_initial_consistent
 from gearchaos.model.parameters import MeshModel
 from gearchaos.model.waveforms import check_stiffness
 from gearchaos.quantities import parse_harmonic
@@ -89,7 +89,7 @@ def vary(model: MeshModel, values: Mapping[str, Any]) -> Batch:
         For an unknown name, a value that breaks its rule, arrays of several lengths or shapes, or a parameter that has
         no effect in this kind of model.
     """
-    flat = {k: np.atleast_1d(np.asarray(v, dtype=float)) for k, v in expand_pairs(values, model).items()}
+    flat = {k: np.atleast_1d(np.asarray(v, dtype=float)) for k, v in model.expand(values).items()}
     sizes = {v.shape for v in flat.values()} or {(1,)}
     if len(sizes) > 1 or any(len(s) != 1 for s in sizes):
         raise InputError("values", "must be one-dimensional arrays of one common length", sorted(sizes))

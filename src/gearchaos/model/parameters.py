@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self, TypeVar
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.model.names import (
@@ -135,11 +135,11 @@ class MeshModel:
 
     def __reduce__(self):
         values = {f.name: getattr(self, f.name) for f in fields(self)}
-        return _rebuild, ({**values, "initial": dict(self.initial)},)
+        return _rebuild, (type(self), {**values, "initial": dict(self.initial)})
 
     def __repr__(self) -> str:
         shown = []
-        for f in fields(self):
+        for f in fields(MeshModel):
             value = getattr(self, f.name)
             if f.name == "initial":
                 value = dict(value)
@@ -155,7 +155,7 @@ class MeshModel:
         """
         return cls(kind=kind, stiffness=default_stiffness(values)).with_values(values)  # type: ignore[arg-type]
 
-    def with_values(self, values: Mapping[str, Any]) -> MeshModel:
+    def with_values(self, values: Mapping[str, Any]) -> Self:
         """This model with values replaced by name.
 
         Parameters
@@ -174,7 +174,7 @@ class MeshModel:
         model = replace(self, **expand_pairs(friction, self)) if friction else self
         model = _with_kind(model, values["kind"]) if "kind" in values else model
         model = replace(model, **{k: v for k, v in values.items() if k in _PARTS})
-        flat = expand_pairs({k: v for k, v in values.items() if k != "kind" and k not in _PARTS}, model)
+        flat = model.expand({k: v for k, v in values.items() if k != "kind" and k not in _PARTS})
         scalars = {k: v for k, v in flat.items() if k in SCALARS}
         initial = {k: v for k, v in flat.items() if k in STATE_NAMES}
         waves = {k: v for k, v in flat.items() if k not in scalars and k not in initial}
@@ -185,6 +185,34 @@ class MeshModel:
             stiffness=_with_stiffness(model.stiffness, waves),
             initial={**_kept_initial(model.initial, initial), **initial},
         )
+
+    def expand(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Values of single parameters and initial values, from values by any name that the model accepts.
+
+        Parameters
+        ----------
+        values : mapping of str to float or (P,)
+            Names as in `with_values`, without ``kind`` and whole parts such as ``stiffness``.
+
+        Raises
+        ------
+        InputError
+            For a name that the model does not have.
+        """
+        return expand_pairs(values, self)
+
+    def set_by(self, name: str) -> tuple[str, ...]:
+        """The names of the single parameters and initial values that a name sets, two for a pair such as ``q0``."""
+        return tuple(expand_pairs({name: None}, self))
+
+    def value(self, name: str) -> float | None:
+        """The value of a parameter by any of its names, 0 for a harmonic that is not given.
+
+        None for a pair whose two members differ.
+        """
+        known = self.parameters()
+        values = {known.get(single, 0.0) for single in self.set_by(name)}
+        return values.pop() if len(values) == 1 else None
 
     def parameters(self) -> dict[str, float]:
         """The value of every parameter by name, without pairs, e.g. ``{"omega": 1.0, ..., "eps1": 0.1}``."""
@@ -202,6 +230,8 @@ class MeshModel:
         return 2 * math.pi / self.omega
 
 
+Model = TypeVar("Model", bound=MeshModel)
+
 _PARTS: dict[str, tuple[tuple[type, ...], str, str]] = {
     "error": ((TransmissionError,), "must be a TransmissionError", "Or give eps1, theta1, ... by name."),
     "stiffness": (
@@ -213,9 +243,9 @@ _PARTS: dict[str, tuple[tuple[type, ...], str, str]] = {
 """The fields of a model that are not numbers: their types, and the rule and advice of the error for another type."""
 
 
-def _rebuild(values: dict[str, Any]) -> MeshModel:
-    """The model with these fields; pickle calls it."""
-    return MeshModel(**values)
+def _rebuild(kind: type[MeshModel], values: dict[str, Any]) -> MeshModel:
+    """The model of this class with these fields; pickle calls it."""
+    return kind(**values)
 
 
 @cache
@@ -224,7 +254,7 @@ def _default(kind: str) -> MeshModel:
     return MeshModel(kind=kind)  # type: ignore[arg-type]
 
 
-def _with_kind(model: MeshModel, kind: Any) -> MeshModel:
+def _with_kind(model: Model, kind: Any) -> Model:
     """The model as another kind; bearing friction that has its default value gets the default of the new kind."""
     if kind not in KINDS:
         raise unknown_name("kind", str(kind), KINDS)

@@ -8,7 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from gearchaos.errors import InputError, whole_number
-from gearchaos.gears.pair import GearPair, as_model
+from gearchaos.gears.operating import as_model
+from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel, TwoLevelStiffness, mesh_stiffness
 from gearchaos.model import backlash as backlash_function
 from gearchaos.plot._axes import new_axes

@@ -16,6 +16,7 @@ from gearchaos.quantities.quantity import NOT_NEGATIVE, POSITIVE, Physical, Quan
 from gearchaos.quantities.tables import (
     COORDINATES,
     HARMONICS,
+    OPERATION,
     PARAMETERS,
     RESPONSES,
     RESULTS,
@@ -24,7 +25,7 @@ from gearchaos.quantities.tables import (
 )
 
 __all__ = [
-    "COORDINATES", "HARMONICS", "NOT_NEGATIVE", "PARAMETERS", "PARAMETER_PAIRS", "POSITIVE", "PREFIXES", "RESPONSES",
-    "RESULTS", "STIFFNESS_LEVELS", "VERDICTS", "Name", "Physical", "Quantity", "Range", "Rule", "find", "parse",
-    "parse_harmonic", "quantity",
+    "COORDINATES", "HARMONICS", "NOT_NEGATIVE", "OPERATION", "PARAMETERS", "PARAMETER_PAIRS", "POSITIVE", "PREFIXES",
+    "RESPONSES", "RESULTS", "STIFFNESS_LEVELS", "VERDICTS", "Name", "Physical", "Quantity", "Range", "Rule", "find",
+    "parse", "parse_harmonic", "quantity",
 ]

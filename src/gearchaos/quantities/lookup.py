@@ -10,6 +10,7 @@ from gearchaos.quantities.quantity import Quantity
 from gearchaos.quantities.tables import (
     COORDINATES,
     HARMONICS,
+    OPERATION,
     PARAMETERS,
     RESPONSES,
     RESULTS,
@@ -21,7 +22,7 @@ from gearchaos.quantities.tables import (
 PARAMETER_PAIRS: dict[str, tuple[str, str]] = {q.name: q.members for q in (*PARAMETERS, *STIFFNESS_LEVELS) if q.members}
 """The names that set a parameter of both wheels, such as ``q0``, each with the names of the two parameters."""
 
-_TABLES = (PARAMETERS, STIFFNESS_LEVELS, COORDINATES, RESPONSES, VERDICTS, RESULTS)
+_TABLES = (PARAMETERS, OPERATION, STIFFNESS_LEVELS, COORDINATES, RESPONSES, VERDICTS, RESULTS)
 _BY_NAME = {q.name: q for table in _TABLES for q in table}
 
 

@@ -126,6 +126,19 @@ PARAMETERS: tuple[Quantity, ...] = (
 """Scalar parameters of a model, (2.11), in the order of its fields. Parameters of the two wheels follow their pair, the
 name that sets both."""
 
+OPERATION: tuple[Quantity, ...] = (
+    Quantity(
+        "speed", "n₁", "n_1", long_name="speed of wheel 1", axis_name="speed", title="speed", unit="rpm",
+        rule=replace(POSITIVE, advice="It is the speed of wheel 1 in rpm."), range=Range(100.0, 6000.0, 1.0, 200_000.0),
+        toml_table="[operation]",
+    ),
+    Quantity(
+        "torque", "M₁", "M_1", long_name="torque at wheel 1", axis_name="torque", title="torque", unit="N*m",
+        range=Range(0.0, 500.0, -1e6, 1e6), toml_table="[operation]",
+    ),
+)
+"""Parameters of an operating point, which a model of given gears also has."""
+
 STIFFNESS_LEVELS: tuple[Quantity, ...] = (
     *_wheels(
         Quantity("chi0", "χ₀", r"\chi_0", title="stiffness step", range=Range(-0.5, 0.75, -0.95, 0.95),
@@ -221,6 +234,7 @@ measures."""
 RESULTS: tuple[Quantity, ...] = (
     Quantity("tau", "τ", r"\tau", long_name="time", unit="1/omega0", physical=_TIME),
     Quantity("tau_section", long_name="time", unit="1/omega0", physical=_TIME),
+    Quantity("mesh_frequency", "f_z", "f_z", long_name="mesh frequency", unit="Hz"),
     Quantity("mesh_force", "S", "S", long_name="mesh force", unit="c0*delta", physical=_FORCE),
     Quantity("inferred", long_name="whether a cell was inferred, not computed"),
     Quantity("attractor"),

@@ -11,6 +11,7 @@ from gearchaos.datasets import model_from_json, model_json
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import FORMER_NAMES
 from gearchaos.errors import InputError, unknown_name
+from gearchaos.gears.operating import gears_from_json, gears_json, with_gears
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.registry import study_class
 from gearchaos.studies.study import Study
@@ -30,6 +31,8 @@ def to_record(study: Study) -> dict[str, Any]:
         "options": {n: asdict(v) if isinstance(v, Axis) else v for n, v in options.items()},
         "budget": None if settings is None else _settings_record(settings),
     }
+    if study.gears is not None:
+        record["gears"] = json.loads(gears_json(study.gears))
     return json.loads(json.dumps(record, default=lambda value: value.item()))
 
 
@@ -46,7 +49,10 @@ def from_record(record: Mapping[str, Any]) -> Study:
     values |= {name: Axis(**axis) for name, axis in zip(kind.axis_fields, axes, strict=True)}
     if record["budget"] is not None:
         values["settings"] = _settings(record["budget"])
-    return kind.of(model_from_json(json.dumps(record["model"])), values)
+    model = model_from_json(json.dumps(record["model"]))
+    if record.get("gears"):
+        model = with_gears(model, gears_from_json(json.dumps(record["gears"])))
+    return kind.of(model, values)
 
 
 def _settings_record(settings: Classification) -> dict[str, Any]:

@@ -104,6 +104,7 @@ class _Study(_Schema):
     axes: tuple[_Axis, ...]
     options: dict[str, Any]
     budget: _Budget | None
+    gears: dict[str, Any] | None = None
 
 
 class FormatSchema(BaseModel):

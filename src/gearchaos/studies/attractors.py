@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from gearchaos.datasets import new_dataset, provenance, variable
+from gearchaos.datasets import new_dataset, variable
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import ExactFlow
 from gearchaos.gears.pair import GearPair
-from gearchaos.model import MeshModel, expand_pairs, state_names, vary
+from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.attractor_set import AttractorSet, attractor_variables, final_states
@@ -176,7 +176,7 @@ class Attractors(ClassifyingStudy):
             "starts": self.starts, "seed": self.seed, "box": dict(self._box),
             "sweep": self.sweep and asdict(self.sweep), "kicks": self.kicks,
         }
-        return new_dataset(data, attrs=provenance("attractors", self.model, **options))
+        return new_dataset(data, attrs=self.provenance(**options))
 
 
 def _check_sweep(model: MeshModel, sweep: Axis) -> float:
@@ -185,10 +185,9 @@ def _check_sweep(model: MeshModel, sweep: Axis) -> float:
         raise InputError(f"sweep {sweep.name}", "must be a parameter, not an initial value", sweep.name)
     whole_number(f"sweep {sweep.name} count", sweep.count, 2)
     vary(model, {sweep.name: sweep.values})  # checked before any work
-    batch = vary(model, {})
-    value, *others = {float(batch[n]) for n in expand_pairs({sweep.name: 0.0}, model)}
-    if others:
-        raise InputError(f"sweep {sweep.name}", "must be one value for both wheels", (value, *others))
+    value = model.value(sweep.name)
+    if value is None:
+        raise InputError(f"sweep {sweep.name}", "must have one value for both wheels", model.set_by(sweep.name))
     if not sweep.start < value < sweep.stop:
         raise InputError(f"sweep {sweep.name}", f"must run from below to above the model's value {value:g}",
                          f"{sweep.start:g}:{sweep.stop:g}")

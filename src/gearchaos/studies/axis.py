@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.model import HarmonicStiffness, MeshModel, check, expand_pairs, known_names
+from gearchaos.model import HarmonicStiffness, MeshModel, check, known_names
+from gearchaos.quantities import OPERATION
 
 MAX_COUNT = 1_000_000
 """Largest number of values of an axis."""
@@ -95,14 +96,17 @@ def _unreadable(field: str, text: str) -> InputError:
 
 def _single_names(name: str) -> tuple[str, ...]:
     """Names of the single parameters that an axis of this name sets, in the first kind of model that has them."""
+    if name in (q.name for q in OPERATION):  # parameters of a model of given gears
+        return (name,)
     models = [MeshModel(kind=kind, stiffness=HarmonicStiffness()) for kind in ("full", "single")]
     models.append(MeshModel())
     for model in models:
         try:
-            return tuple(expand_pairs({name: 0.0}, model))
+            return model.set_by(name)
         except InputError:
             continue
-    raise unknown_name("axis", name, {n for model in models for n in known_names(model)})
+    known = {n for model in models for n in known_names(model)} | {q.name for q in OPERATION}
+    raise unknown_name("axis", name, known)
 
 
 def _number(field: str, value: Any) -> float:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from gearchaos.datasets import new_dataset, provenance, variable
+from gearchaos.datasets import new_dataset, variable
 from gearchaos.dynamics import Classification, Verdicts
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.execute.machine import check_memory
@@ -137,7 +137,7 @@ class Bifurcation(ClassifyingStudy):
         axis = self.axis
         data = {n: variable(n, (axis.name, "point")[: v.ndim], v) for n, v in found.items()}
         coords = {axis.name: variable(axis.name, (axis.name,), axis.values)}
-        return new_dataset(data, coords, provenance("bifurcation", self.model, points=self.points, mode=self.mode))
+        return new_dataset(data, coords, self.provenance(points=self.points, mode=self.mode))
 
     def _columns(
         self, values: dict[str, np.ndarray], progress: bool, threads: int | None

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.pair import GearPair, as_model
+from gearchaos.gears.operating import as_model
+from gearchaos.gears.pair import GearPair
 from gearchaos.model import COORDINATES, MeshModel, vary
 from gearchaos.model.coordinates import reset_mean_rotation, rotation_drifts, transmission_error_at_start
 from gearchaos.model.switched import coordinates

@@ -10,11 +10,14 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, get_type_hints
 
 import numpy as np
 
+from gearchaos.datasets import provenance
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, unknown_name, whole_number
-from gearchaos.gears.pair import as_model
+from gearchaos.gears.operating import Gears, OperatingModel, as_model, gears_json
 from gearchaos.model import MeshModel
+from gearchaos.quantities import OPERATION
+from gearchaos.studies.axis import Axis
 from gearchaos.studies.cost import Cost
 
 if TYPE_CHECKING:
@@ -144,6 +147,18 @@ class Study(ABC):
             if name not in ("model", *values) and f.default is MISSING and f.default_factory is MISSING:
                 raise InputError(f"study.{name}", "must be given", None, f"A study of kind {cls.kind!r} needs it.")
         return cls(model, **values)
+
+    @property
+    def gears(self) -> Gears | None:
+        """The gears on which the result depends besides the model: those of an axis ``speed`` or ``torque``."""
+        axes = (getattr(self, f.name) for f in fields(self))
+        varied = {axis.name for axis in axes if isinstance(axis, Axis)} & {q.name for q in OPERATION}
+        return self.model.gears if varied and isinstance(self.model, OperatingModel) else None
+
+    def provenance(self, **settings: Any) -> dict[str, Any]:
+        """Attributes of the Dataset: study, model and, if given, its other settings, versions, and the `gears`."""
+        gears = {} if self.gears is None else {"gears": gears_json(self.gears)}
+        return {**provenance(self.kind, self.model, **settings), **gears}
 
     def __getstate__(self) -> dict[str, Any]:
         """The fields alone; cached properties are computed again from them."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from gearchaos.datasets import new_dataset, provenance, variable
+from gearchaos.datasets import new_dataset, variable
 from gearchaos.dynamics import Classification, Verdicts
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
@@ -141,7 +141,7 @@ class Zones(ClassifyingStudy):
         dims, shape = tuple(self.grid), tuple(self.grid.values())
         data = {n: variable(n, dims, v.reshape(shape)) for n, v in found.items()}
         coords = {a.name: variable(a.name, (a.name,), a.values) for a in (self.x, self.y)}
-        return new_dataset(data, coords, provenance("zones", self.model, starts=self.starts, refine=self.refine))
+        return new_dataset(data, coords, self.provenance(starts=self.starts, refine=self.refine))
 
     @cached_property
     def initial_states(self) -> InitialStates:
@@ -157,7 +157,7 @@ class Zones(ClassifyingStudy):
     def _cells(self, cells: np.ndarray, progress: bool, threads: int | None) -> dict[str, np.ndarray]:
         """Results of cells (N,), which are whole rows if there is more than one start."""
         order = np.arange(len(cells), dtype=cells.dtype)
-        if self.x.name == "omega":  # so that neighbours in a tile have equal step counts
+        if self.x.name in ("omega", "speed"):  # so that neighbours in a tile have equal step counts
             order = np.argsort(cells % self.x.count, kind="stable").astype(cells.dtype)
         options: dict[str, Any] = {
             "settings": self.classification, "threads": threads, "largest": self.cost.max_points(threads),

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 from gearchaos.dynamics.settings import FORMER_NAMES, Classification
 from gearchaos.errors import InputError
 from gearchaos.files import read_bytes
+from gearchaos.gears.operating import operating_model
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import (
     PARAMETER_PAIRS,
@@ -175,7 +176,7 @@ def _pair_and_model(
         raise InputError("[model]", "must be left out beside [gearpair]", given, "The pair determines the model.")
     values = validated(GearPairTable, {**tables.gearpair.model_dump(), **pair_values}, "gearpair").model_dump()
     pair = GearPair(**{f.name: values[f.name] for f in fields(GearPair)})
-    return pair, pair.to_model(kind if kind is not None else values["kind"])
+    return pair, operating_model(pair, kind if kind is not None else values["kind"])
 
 
 def _read(path: Path) -> StudyFile:

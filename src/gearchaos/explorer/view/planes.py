@@ -6,7 +6,7 @@ from functools import cache
 
 from gearchaos.errors import InputError
 from gearchaos.explorer.view.bounds import MAP_CELLS
-from gearchaos.model import COORDINATES, MeshModel, expand_pairs, known_names, state_names
+from gearchaos.model import COORDINATES, MeshModel, known_names, state_names
 from gearchaos.model.names import check_has_effect
 from gearchaos.studies.axis import Axis
 
@@ -55,6 +55,6 @@ def value_on(model: MeshModel, axis: Axis) -> float:
     """
     known = model.parameters() | initial_values(model)
     missing = dict.fromkeys(state_names(model.kind))  # None for z, which follows from x1, x2, ... and is not in `known`
-    values = {known.get(n, missing.get(n, 0.0)) for n in expand_pairs({axis.name: 0}, model)}  # an absent harmonic is 0
+    values = {known.get(n, missing.get(n, 0.0)) for n in model.set_by(axis.name)}  # an absent harmonic is 0
     first = values.pop()
     return (axis.start + axis.stop) / 2 if first is None or values else first

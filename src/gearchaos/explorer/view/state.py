@@ -10,7 +10,7 @@ from typing import Any
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.explorer.view.bounds import MAP_CELLS, bounded, finite_number, rounded, value_range
 from gearchaos.explorer.view.planes import axis_names, figure_plane, value_on
-from gearchaos.model import KINDS, HarmonicStiffness, MeshModel, TwoLevelStiffness, expand_pairs, state_names
+from gearchaos.model import KINDS, HarmonicStiffness, MeshModel, TwoLevelStiffness, state_names
 from gearchaos.quantities import quantity
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.plane import check_plane
@@ -152,9 +152,10 @@ class View:
         """The view with a parameter or initial value set; setting a parameter of the map moves the point."""
         accepted = bounded(name, value)
         for i, axis in enumerate((self.x, self.y)):
-            if expand_pairs({name: 0.0}, self.model).keys() == expand_pairs({axis.name: 0.0}, self.model).keys():
+            own, of_axis = set(self.model.set_by(name)), set(self.model.set_by(axis.name))
+            if own == of_axis:
                 return replace(self, at=(accepted, self.at[1]) if i == 0 else (self.at[0], accepted), initial=())
-            if expand_pairs({name: 0.0}, self.model).keys() & expand_pairs({axis.name: 0.0}, self.model).keys():
+            if own & of_axis:
                 raise InputError(name, f"must be left to the axis {axis.name}", accepted, "Choose another axis first.")
         return replace(self, model=self.model.with_values({name: accepted}), initial=())
 

@@ -1,0 +1,157 @@
+"""Models of given gears, in which the speed and the torque of wheel 1 are parameters that can be set and varied."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from functools import lru_cache
+from typing import Any, Protocol, Self
+
+import numpy as np
+
+from gearchaos.errors import InputError
+from gearchaos.gears.pair import GearPair
+from gearchaos.gears.units import RPM
+from gearchaos.model import MeshModel, has_effect
+from gearchaos.quantities import OPERATION
+from gearchaos.validation import check, to_float
+
+_NAMES = tuple(q.name for q in OPERATION)
+_SI = {"speed": RPM, "torque": 1.0}
+"""Their units in SI."""
+
+_SET_BY = {"speed": ("omega",), "torque": ("q1", "q2")}
+"""The parameters that the speed and the torque set if the reference stiffness is constant. Where it depends on the
+torque, the torque also changes the parameters that follow from it."""
+
+
+class Gears(Protocol):
+    """Gears at an operating point: a `GearPair` or a `GearDesign`."""
+
+    def at(self, *, speed: float | None = None, torque: float | None = None) -> Self:
+        """The same gears at another speed, rad/s, or torque, N m, of wheel 1."""
+
+    def to_pair(self) -> GearPair:
+        """The gear pair with the parameters of (2.1) at this operating point."""
+
+
+@dataclass(frozen=True)
+class OperatingModel(MeshModel):
+    """A model of given gears, with two more parameters: ``speed``, in rpm, and ``torque``, in N m, both of wheel 1.
+
+    Attributes
+    ----------
+    gears : GearPair or GearDesign
+        The gears at the operating point of the model.
+    """
+
+    gears: Any = None
+
+    def __hash__(self) -> int:
+        return hash((super().__hash__(), self.gears))
+
+    def __repr__(self) -> str:
+        return f"Operating{super().__repr__().removeprefix('Mesh')[:-1]}, gears={self.gears!r})"
+
+    def set_by(self, name: str) -> tuple[str, ...]:
+        return _SET_BY[name] if name in _NAMES else super().set_by(name)
+
+    def value(self, name: str) -> float | None:
+        pair = self.gears.to_pair()
+        own = {"speed": pair.speed / RPM, "torque": pair.M10}
+        return own[name] if name in own else super().value(name)
+
+    def expand(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        operation, rest = _separated(values)
+        return {**self._operating_values(**operation), **super().expand(rest)}
+
+    def with_values(self, values: Mapping[str, Any]) -> Self:
+        operation, rest = _separated(values)
+        if not operation:
+            return super().with_values(rest)
+        si = {n: to_float(n, v) * _SI[n] for n, v in operation.items()}
+        changed = {n: v.item() for n, v in self._operating_values(**operation).items()}
+        return replace(super().with_values({**changed, **rest}), gears=self.gears.at(**si))
+
+    def _operating_values(self, speed: Any = None, torque: Any = None) -> dict[str, np.ndarray]:
+        """The parameters that a speed and a torque set, arrays (P,) by name.
+
+        Parameters
+        ----------
+        speed, torque : (P,) or float, optional
+            In rpm and N m; those of the gears if left out.
+        """
+        if speed is None and torque is None:
+            return {}
+        for name, values in (("speed", speed), ("torque", torque)):
+            if values is not None:
+                check(name, values)
+        own, given = _pair(self.gears, None), () if torque is None else _SET_BY["torque"]
+        different, index = np.unique(np.atleast_1d(np.nan if torque is None else torque), return_inverse=True)
+        pairs = [own] if torque is None else [_pair(self.gears, value) for value in different.tolist()]
+        at_own, found = _parameters(own), [_parameters(pair) for pair in pairs]
+        changed = {*given, *(n for values in found for n, v in values.items() if v != at_own[n])}
+        out = {n: np.array([v[n] for v in found])[index] for n in sorted(changed) if has_effect(n, self.kind)}
+        if speed is not None:
+            omega0 = np.array([pair.omega0 for pair in pairs])[index]
+            out["omega"] = own.n1 * (np.asarray(speed, float) * RPM) / omega0
+        return out
+
+
+def _separated(values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The values of `OPERATION`, and the others, each by name."""
+    return {n: v for n, v in values.items() if n in _NAMES}, {n: v for n, v in values.items() if n not in _NAMES}
+
+
+@lru_cache(maxsize=4096)
+def _pair(gears: Gears, torque: float | None) -> GearPair:
+    """The pair at a torque in N m; None for that of the gears."""
+    return (gears if torque is None else gears.at(torque=torque)).to_pair()
+
+
+@lru_cache(maxsize=4096)
+def _parameters(pair: GearPair) -> dict[str, float]:
+    """The parameters of the model of a pair by name."""
+    return pair.to_model().parameters()
+
+
+def operating_model(gears: Gears, kind: str | None = None) -> OperatingModel:
+    """The model of gears at their operating point.
+
+    Parameters
+    ----------
+    gears : GearPair or GearDesign
+    kind : {"full", "torsional", "single"}, optional
+        As in `GearPair.to_model`.
+    """
+    return with_gears(gears.to_pair().to_model(kind), gears)
+
+
+def with_gears(model: MeshModel, gears: Gears) -> OperatingModel:
+    """A dimensionless model of gears as an `OperatingModel`."""
+    return OperatingModel(**{f.name: getattr(model, f.name) for f in fields(model)}, gears=gears)
+
+
+def gears_json(gears: Gears) -> str:
+    """All fields of gears as JSON, from which `gears_from_json` makes equal gears."""
+    return json.dumps({"pair": asdict(gears)})  # type: ignore[call-overload]
+
+
+def gears_from_json(text: str) -> Gears:
+    """The gears that `gears_json` wrote; raises `InputError` for anything else."""
+    try:
+        return GearPair(**json.loads(text)["pair"])
+    except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
+        raise InputError("dataset", "must carry its gears as JSON", text,
+                         f"Compute it again, or load the file that was saved. ({error})") from error
+
+
+def as_model(model: Any) -> MeshModel:
+    """A `MeshModel` itself, or the model of a `GearPair`; raises `InputError` for anything else."""
+    if isinstance(model, GearPair):
+        return operating_model(model)
+    if not isinstance(model, MeshModel):
+        advice = "E.g. gearchaos.MeshModel.of(omega=1, eps1=0.1)."
+        raise InputError("model", "must be a MeshModel or a GearPair", f"a {type(model).__name__}", advice)
+    return model

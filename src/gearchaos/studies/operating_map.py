@@ -1,0 +1,87 @@
+"""The map of the kinds of motion over the speeds and torques at which given gears run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearchaos.datasets import variable
+from gearchaos.dynamics import Classification
+from gearchaos.errors import InputError
+from gearchaos.gears.operating import OperatingModel, as_model
+from gearchaos.gears.pair import GearPair
+from gearchaos.gears.results import physical
+from gearchaos.model import MeshModel, vary
+from gearchaos.studies.axis import Axis, as_axis
+from gearchaos.studies.zones import Zones
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def operating_map(
+    gears: GearPair | MeshModel, speed: Axis | str, torque: Axis | str, *, starts: int = 1, refine: int = 1,
+    settings: Classification | None = None, progress: bool = False, threads: int | None = None,
+) -> xr.Dataset:
+    """A map of the kinds of motion over speed and torque, in physical units.
+
+    Every cell is a model of its own: the torque also changes what follows from it, such as a mesh stiffness by the rule
+    for low loads.
+
+    Parameters
+    ----------
+    gears : GearPair, or the model of one
+    speed : Axis or str
+        Speeds of wheel 1 in rpm: "500:4500:200" (start, stop, count), or an `Axis` with the name "speed".
+    torque : Axis or str
+        Torques at wheel 1 in N m, likewise.
+    starts, refine, settings, progress, threads
+        As in `zones`.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of `zones` over (torque, speed), in the units of `physical`. The coordinates ``omega`` and
+        ``q0`` have the dimensionless mesh frequency and torque of wheel 1, the coordinate ``mesh_frequency`` the mesh
+        frequency in Hz.
+
+    Raises
+    ------
+    InputError
+        If the gears are not known, as for a `MeshModel` made of dimensionless values, or an axis is wrong.
+    """
+    study = operating_zones(gears, speed, torque, starts=starts, refine=refine, settings=settings)
+    return in_operating_units(study, study.run(progress=progress, threads=threads))
+
+
+def operating_zones(gears: GearPair | MeshModel, speed: Axis | str, torque: Axis | str, **options: Any) -> Zones:
+    """The study of `operating_map`, which computes it in dimensionless form."""
+    model = as_model(gears)
+    if not isinstance(model, OperatingModel):
+        raise InputError("gears", "must be a GearPair, or the model of one", f"a {type(gears).__name__}",
+                         "A dimensionless MeshModel has no speed or torque; gearchaos.zones maps it over omega and q0.")
+    return Zones(model, _axis("speed", speed), _axis("torque", torque), **options)
+
+
+def in_operating_units(study: Zones, dataset: xr.Dataset) -> xr.Dataset:
+    """The Dataset of a map over speed and torque in physical units, with its dimensionless coordinates."""
+    speeds, torques = dataset["speed"], dataset["torque"]
+    q0 = vary(study.model, {"torque": torques.values})["q1"]
+    omega = [vary(study.model, {"speed": speeds.values, "torque": [t] * speeds.size})["omega"] for t in torques.values]
+    frequency = study.model.gears.to_pair().n1 * speeds.values / 60
+    beside = {
+        "omega": variable("omega", ("torque", "speed"), np.array(omega)), "q0": variable("q0", ("torque",), q0),
+        "mesh_frequency": variable("mesh_frequency", ("speed",), frequency),
+    }
+    return physical(dataset).assign_coords(beside)
+
+
+def _axis(name: str, given: Axis | str) -> Axis:
+    """The axis of a speed or torque; a text may leave out the name."""
+    if isinstance(given, str) and "=" not in given:
+        given = f"{name}={given}"
+    axis = as_axis(given, name)
+    if axis.name != name:
+        raise InputError(name, f"must be an axis of {name}", axis.name, f"E.g. '{name}=500:4500:200'.")
+    return axis
