@@ -162,7 +162,7 @@ class GearPair:
         return self.n1 * self.speed
 
     @property
-    def scales(self) -> Scales:
+    def scales(self) -> Scales[float]:
         """SI value of one unit of each dimensionless quantity."""
         length, rate, force = self.half_backlash, self.omega0, self.c0 * self.half_backlash
         return Scales(

@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def physical(dataset: xr.Dataset, gears: GearPair | None = None) -> xr.Dataset:
+def physical(dataset: xr.Dataset, pair: GearPair | None = None) -> xr.Dataset:
     """A result of a study in physical units: µm, mm/s, N, ms, and Hz of mesh frequency.
 
     Parameters
     ----------
     dataset : Dataset
         The result of a study of the gears.
-    gears : GearPair, optional
+    pair : GearPair, optional
         The gears whose scales apply; may be left out for a result over ``speed`` or ``torque``, which carries its
         gears.
 
@@ -39,15 +39,13 @@ def physical(dataset: xr.Dataset, gears: GearPair | None = None) -> xr.Dataset:
     InputError
         If the dataset is in physical units already, or an argument has another type.
     """
-    if gears is None and "gears" in getattr(dataset, "attrs", {}):
-        gears = gears_from_json(dataset.attrs["gears"])
-    _check_scalable(dataset, gears)
+    gears = _checked_gears(dataset, pair)
     scales = _scales(dataset, gears)
     coordinates, variables = scaled(dataset.coords, scales), scaled(dataset.data_vars, scales)
     return dataset.assign_coords(coordinates).assign(variables).assign_attrs(pair=json.dumps(asdict(gears.to_pair())))
 
 
-def _scales(dataset: xr.Dataset, gears: Gears) -> Scales:
+def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:
     """The scales of a result: numbers, or arrays along the coordinate ``torque`` if they depend on it."""
     if "torque" not in dataset.coords:
         return gears.to_pair().scales
@@ -59,15 +57,18 @@ def _scales(dataset: xr.Dataset, gears: Gears) -> Scales:
     return Scales(**{n: torque.copy(data=np.reshape([getattr(s, n) for s in found], torque.shape)) for n in names})
 
 
-def _check_scalable(dataset: Any, pair: Any) -> None:
-    """Raise `InputError` unless this is a dimensionless Dataset and a pair."""
+def _checked_gears(dataset: Any, pair: Any) -> Gears:
+    """The gears given, or those of the Dataset; raises `InputError` unless there are some and it is dimensionless."""
     if not hasattr(dataset, "data_vars"):
         advice = "Write physical(dataset, pair). Numbers of a verdict times those of pair.scales are in SI."
         raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}", advice)
+    if pair is None and "gears" in dataset.attrs:
+        pair = gears_from_json(dataset.attrs["gears"])
     if not isinstance(pair, GearPair):
         raise InputError("pair", "must be a GearPair", f"a {type(pair).__name__}", "A MeshModel alone has no units.")
     if "pair" in dataset.attrs:
         raise InputError("dataset", "must be dimensionless", "physical units", "It has been scaled already.")
+    return pair
 
 
 def unit_in(dataset: xr.Dataset, name: str) -> float:

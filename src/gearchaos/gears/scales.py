@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from gearchaos.errors import InputError
 from gearchaos.quantities import find
 
+Value = TypeVar("Value")
+
 
 @dataclass(frozen=True)
-class Scales:
-    """SI value of one unit of each dimensionless quantity, (2.8)-(2.11).
+class Scales(Generic[Value]):
+    """SI value of one unit of each dimensionless quantity, (2.8)-(2.11): a float, or a DataArray over operating points.
 
     Attributes
     ----------
@@ -34,18 +36,18 @@ class Scales:
         c0 R_n Δ, N m, for the driving and the driven wheel.
     """
 
-    length: float
-    time: float
-    velocity: float
-    force: float
-    stiffness: float
-    frequency: float
-    rate: float
-    torque1: float
-    torque2: float
+    length: Value
+    time: Value
+    velocity: Value
+    force: Value
+    stiffness: Value
+    frequency: Value
+    rate: Value
+    torque1: Value
+    torque2: Value
 
 
-def unit_of(name: str, scales: Scales) -> tuple[float, str] | None:
+def unit_of(name: str, scales: Scales[Value]) -> tuple[Value, str] | None:
     """The value of one dimensionless unit of a quantity in its physical unit, and that unit.
 
     None if the name is not that of a quantity, or the quantity has no physical unit.
@@ -56,13 +58,13 @@ def unit_of(name: str, scales: Scales) -> tuple[float, str] | None:
     return getattr(scales, found.physical.scale) * found.physical.factor, found.physical.unit
 
 
-def scaled(variables: Mapping[Any, Any], scales: Scales) -> dict[str, tuple[Any, Any, dict[str, Any]]]:
+def scaled(variables: Mapping[Any, Any], scales: Scales[Any]) -> dict[str, tuple[Any, Any, dict[str, Any]]]:
     """Dims, scaled values and attributes of those variables, DataArrays by name, that have a physical unit."""
     units = {str(name): unit_of(str(name), scales) for name in variables}
     return {name: _scaled(name, variables[name], *unit) for name, unit in units.items() if unit}
 
 
-def scaled_numbers(values: Mapping[str, Any], scales: Scales) -> tuple[dict[str, Any], dict[str, Any]]:
+def scaled_numbers(values: Mapping[str, Any], scales: Scales[Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Scale numbers, lists of numbers and nested mappings by name to physical units.
 
     Returns the scaled values, and the units by name. A value without physical unit stays as it is and has no entry
@@ -84,7 +86,7 @@ def _times(factor: float, value: Any) -> Any:
     return None if value is None else factor * value
 
 
-def _scaled(name: str, variable: Any, factor: float, symbol: str) -> tuple[Any, Any, dict[str, Any]]:
+def _scaled(name: str, variable: Any, factor: Any, symbol: str) -> tuple[Any, Any, dict[str, Any]]:
     """Dims, values times ``factor``, and attributes of a variable for the unit with this symbol."""
     if variable.dtype.kind not in "biuf":
         raise InputError("dataset", f"must hold real numbers in {name}", f"type {variable.dtype}", "Compute it again.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -51,37 +52,42 @@ def operating_map(
     InputError
         If the gears are not known, as for a `MeshModel` made of dimensionless values, or an axis is wrong.
     """
-    study = operating_zones(gears, speed, torque, starts=starts, refine=refine, settings=settings)
-    return in_operating_units(study, study.run(progress=progress, threads=threads))
+    model = checked_operating_model(gears)
+    axes = operating_axis("speed", speed), operating_axis("torque", torque)
+    study = Zones(model, *axes, starts=starts, refine=refine, settings=settings)
+    return in_operating_units(study.run(progress=progress, threads=threads), model)
 
 
-def operating_zones(gears: GearPair | MeshModel, speed: Axis | str, torque: Axis | str, **options: Any) -> Zones:
-    """The study of `operating_map`, which computes it in dimensionless form."""
+def checked_operating_model(gears: Any) -> OperatingModel:
+    """The model of gears; raises `InputError` unless their speed and torque are known."""
     model = as_model(gears)
     if not isinstance(model, OperatingModel):
         raise InputError("gears", "must be a GearPair, or the model of one", f"a {type(gears).__name__}",
                          "A dimensionless MeshModel has no speed or torque; gearchaos.zones maps it over omega and q0.")
-    return Zones(model, _axis("speed", speed), _axis("torque", torque), **options)
+    return model
 
 
-def in_operating_units(study: Zones, dataset: xr.Dataset) -> xr.Dataset:
-    """The Dataset of a map over speed and torque in physical units, with its dimensionless coordinates."""
-    speeds, torques = dataset["speed"], dataset["torque"]
-    q0 = vary(study.model, {"torque": torques.values})["q1"]
-    omega = [vary(study.model, {"speed": speeds.values, "torque": [t] * speeds.size})["omega"] for t in torques.values]
-    frequency = study.model.gears.to_pair().n1 * speeds.values / 60
+def in_operating_units(dataset: xr.Dataset, model: OperatingModel) -> xr.Dataset:
+    """A map over speed and torque in physical units, with its dimensionless coordinates."""
+    speeds, torques = dataset["speed"].values, dataset["torque"].values
+    torque, speed = (v.ravel() for v in np.meshgrid(torques, speeds, indexing="ij"))
+    batch, shape = vary(model, {"speed": speed, "torque": torque}), (len(torques), len(speeds))
+    omega, q1 = (np.reshape(batch[name], shape) for name in ("omega", "q1"))
     beside = {
-        "omega": variable("omega", ("torque", "speed"), np.array(omega)), "q0": variable("q0", ("torque",), q0),
-        "mesh_frequency": variable("mesh_frequency", ("speed",), frequency),
+        "omega": variable("omega", ("torque", "speed"), omega), "q0": variable("q0", ("torque",), q1[:, 0]),
+        "mesh_frequency": variable("mesh_frequency", ("speed",), model.gears.to_pair().n1 * speeds / 60),
     }
     return physical(dataset).assign_coords(beside)
 
 
-def _axis(name: str, given: Axis | str) -> Axis:
-    """The axis of a speed or torque; a text may leave out the name."""
-    if isinstance(given, str) and "=" not in given:
+def operating_axis(name: str, given: Axis | str, field: str = "") -> Axis:
+    """The axis of a speed or torque; a text may leave out the name. ``field`` is its name in error messages."""
+    field = field or name
+    if isinstance(given, str) and re.fullmatch(r"[^=:]*:[^=:]*:[^=:]*", given):
         given = f"{name}={given}"
-    axis = as_axis(given, name)
+    elif isinstance(given, str) and "=" not in given:
+        raise InputError(field, "must read start:stop:count", given, "E.g. 500:4500:200.")
+    axis = as_axis(given, field)
     if axis.name != name:
-        raise InputError(name, f"must be an axis of {name}", axis.name, f"E.g. '{name}=500:4500:200'.")
+        raise InputError(field, f"must be an axis of {name}", axis.name, "E.g. 500:4500:200.")
     return axis

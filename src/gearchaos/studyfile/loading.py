@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from gearchaos.dynamics.settings import FORMER_NAMES, Classification
 from gearchaos.errors import InputError
 from gearchaos.files import read_bytes
-from gearchaos.gears.operating import operating_model
+from gearchaos.gears.operating import OperatingModel, operating_model
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import (
     PARAMETER_PAIRS,
@@ -52,9 +52,7 @@ class LoadedStudy:
     Attributes
     ----------
     model : MeshModel
-        The dimensionless model.
-    pair : GearPair or None
-        The gear pair in SI from which the model was made, if the file has one.
+        The dimensionless model; an `OperatingModel` if the file describes gears.
     kind : str or None
         The kind of study, if the file has a table ``[study]``.
     options : dict
@@ -64,10 +62,14 @@ class LoadedStudy:
     """
 
     model: MeshModel
-    pair: GearPair | None = None
     kind: str | None = None
     options: Mapping[str, Any] = field(default_factory=dict)
     classification: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def pair(self) -> GearPair | None:
+        """The gear pair in SI at the operating point of the model; None if the file describes no gears."""
+        return self.model.gears.to_pair() if isinstance(self.model, OperatingModel) else None
 
     def options_for(self, kind: str) -> dict[str, Any]:
         """The options if the file describes a study of this kind, else none."""
@@ -116,11 +118,11 @@ def load_study(path: str | os.PathLike[str] | None = None, values: Mapping[str, 
     tables = _read(Path(path)) if path is not None else StudyFile()
     pair_values = {k.removeprefix(_PAIR_PREFIX): v for k, v in values.items() if k.startswith(_PAIR_PREFIX)}
     model_values = {k: v for k, v in values.items() if not k.startswith(_PAIR_PREFIX)}
-    pair, model = _pair_and_model(tables, pair_values, model_values.pop("kind", None), default_stiffness(model_values))
+    model = _file_model(tables, pair_values, model_values.pop("kind", None), default_stiffness(model_values))
     for name in tables.initial:
         check_state_name(model.kind, name)
     model = model.with_values(tables.initial).with_values(model_values)
-    return LoadedStudy(model, pair, *_study(tables.study), _classification(tables))
+    return LoadedStudy(model, *_study(tables.study), _classification(tables))
 
 
 def _classification(tables: StudyFile) -> dict[str, Any]:
@@ -146,10 +148,10 @@ def _settings(given: Mapping[str, Any]) -> dict[str, Any]:
     return {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
 
 
-def _pair_and_model(
+def _file_model(
     tables: StudyFile, pair_values: Mapping[str, Any], kind: str | None, stiffness: Stiffness
-) -> tuple[GearPair | None, MeshModel]:
-    """The gear pair and the model of a study file.
+) -> MeshModel:
+    """The model of a study file: that of ``[gearpair]`` at its operating point, or of ``[model]``.
 
     Parameters
     ----------
@@ -160,23 +162,18 @@ def _pair_and_model(
         Kind of model; None for that of the file.
     stiffness : Stiffness
         Used if the file has a ``[model]`` without ``[model.stiffness]``.
-
-    Returns
-    -------
-    (GearPair or None, MeshModel)
-        None if the file has no ``[gearpair]``.
     """
     if tables.gearpair is None:
         for name, value in pair_values.items():
             raise InputError(f"{_PAIR_PREFIX}{name}", "needs a study file with a [gearpair] table", value)
         model = _model(tables.model or ModelTable(), stiffness)
-        return None, model if kind is None else model.with_values({"kind": kind})
+        return model if kind is None else model.with_values({"kind": kind})
     if tables.model is not None:
         given = list(tables.model.model_fields_set)
         raise InputError("[model]", "must be left out beside [gearpair]", given, "The pair determines the model.")
     values = validated(GearPairTable, {**tables.gearpair.model_dump(), **pair_values}, "gearpair").model_dump()
     pair = GearPair(**{f.name: values[f.name] for f in fields(GearPair)})
-    return pair, operating_model(pair, kind if kind is not None else values["kind"])
+    return operating_model(pair, kind if kind is not None else values["kind"])
 
 
 def _read(path: Path) -> StudyFile:
