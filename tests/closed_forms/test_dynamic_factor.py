@@ -75,6 +75,10 @@ def test_reduced_mass_of_discs():
     inertia = math.pi / 32 * DENSITY * 0.02 * mean**4
     solid = reduced_mass_of_discs(pair, (DENSITY, DENSITY))
     assert solid == pytest.approx(reduced_mass_of_inertias(pair, (inertia, inertia)), rel=1e-12)
+    unequal = reduced_mass_of_inertias(ISO_TR_EXAMPLE_1, (0.5, 200.0))
+    radii = [d / 2 for d in ISO_TR_EXAMPLE_1.base_diameter]
+    first, second = 0.5 / radii[0] ** 2, 200 / radii[1] ** 2
+    assert unequal == pytest.approx(first * second / (first + second) / 0.1, rel=1e-12)
     ring = reduced_mass_of_discs(pair, (DENSITY, DENSITY), (mean / 2, mean / 2))
     assert ring == pytest.approx(15 / 16 * solid, rel=1e-12)
     assert reduced_mass_of_discs(pair, (DENSITY, 1e9)) == pytest.approx(2 * solid, rel=1e-4)
@@ -211,6 +215,11 @@ def test_refusals_and_warnings_of_method_b():
     assert "method A" in " ".join(factor_at(1.3, GIVEN).warnings)
     assert factor_at(0.5, GIVEN).warnings == ()
     assert "method C" in " ".join(example().warnings)
+    unequal = spur(teeth=(60, 20))
+    for velocity, warned in ((2.999, True), (3.001, False)):
+        load = MeshLoad(tangential_force=4e3, line_load=200e3, velocity=velocity / (20 / 100 * math.sqrt(0.9)))
+        found = dynamic_factor_b(unequal, load, 10.0, tooth_stiffness(SPUR_62), 50.0, GIVEN)
+        assert ("method C" in " ".join(found.warnings)) is warned
 
 
 def method_c(velocity: float, grade: int = 5, line_load: float = 200e3, pair=SPUR_62, solid: bool = True):
@@ -268,6 +277,9 @@ def test_refusals_of_method_c():
     many = 62 / 100 * math.sqrt(0.5)
     assert "fewer than 50 teeth" in method_c(medium / many).reason
     assert method_c(2.999 / many).value is not None
+    for count, value in ((49, True), (50, False)):
+        found = method_c(4.0 / (count / 100 * math.sqrt(0.5)), pair=replace(SPUR_62, teeth=(count, count)))
+        assert (found.value is not None) is value
     steep = replace(teeth, helix_angle=math.radians(31))
     assert "helix angle" in method_c(medium / per_velocity, pair=steep).reason
     assert method_c(2.999 / per_velocity, pair=steep).value is not None
