@@ -10,7 +10,7 @@ import pytest
 from gearchaos.errors import InputError
 from gearchaos.gears.formulas import formulas
 from gearchaos.gears.iso6336 import Blank, ToothStiffness, rack_factor, tooth_stiffness
-from tests.gear_pairs import ISO_TR_EXAMPLE_1, SPUR_62, spur
+from tests.gear_examples import ISO_TR_EXAMPLE_1, SPUR_62, spur
 
 UNIT = 1e9
 LINE_LOAD = 127352.0 / 0.1
@@ -28,8 +28,10 @@ def test_published_example():
     assert found.single_stiffness / UNIT == pytest.approx(12.37047, rel=1e-4)
     # the report computes with tip diameters rounded to 0.01 mm, 872.35 for 872.3548, which changes the contact ratio
     assert found.mesh_stiffness / UNIT == pytest.approx(17.46485, rel=2e-4)
-    rounded = replace(ISO_TR_EXAMPLE_1, tip_alteration=tuple(
-        (published - exact) / 2 for published, exact in zip((0.15966, 0.87235), ISO_TR_EXAMPLE_1.tip_diameter, strict=True)))
+    alteration = tuple(
+        (published - exact) / 2
+        for published, exact in zip((0.15966, 0.87235), ISO_TR_EXAMPLE_1.tip_diameter, strict=True))
+    rounded = replace(ISO_TR_EXAMPLE_1, tip_alteration=alteration)
     assert rounded.contact_ratio == pytest.approx(1.5491, abs=5e-5)
     assert tooth_stiffness(rounded, line_load=LINE_LOAD).mesh_stiffness / UNIT == pytest.approx(17.46485, rel=1e-5)
     assert found.warnings == ()
@@ -122,7 +124,8 @@ def test_warnings_outside_the_validated_range():
 
 
 @pytest.mark.parametrize("options", [
-    {"line_load": 0.0}, {"line_load": math.nan}, {"youngs_modulus": (206e9, -1.0)}, {"blanks": (Blank(0.0, 1e-3), None)},
+    {"line_load": 0.0}, {"line_load": math.nan}, {"youngs_modulus": (206e9, -1.0)},
+    {"blanks": (Blank(0.0, 1e-3), None)},
 ])
 def test_values_that_must_be_positive(options):
     with pytest.raises(InputError, match="must be a positive finite number"):

@@ -72,7 +72,7 @@ def separation_torque(
 def _largest_drop(height: np.ndarray, lag: np.ndarray) -> np.ndarray:
     """The maximum over θ of −Σ h_j cos(jθ − ψ_j) for series with h_j, ψ_j (…, harmonics); shape (…)."""
     orders = np.arange(1, height.shape[-1] + 1)
-    if np.count_nonzero(height.reshape(-1, len(orders)).any(axis=0)) <= 1:
+    if np.count_nonzero(height.any(axis=tuple(range(height.ndim - 1)))) <= 1:
         return np.abs(height).sum(axis=-1)
     grid = np.linspace(0, 2 * np.pi, _SAMPLES_PER_ORDER * len(orders), endpoint=False)
     samples = -(height[..., None, :] * np.cos(grid[:, None] * orders - lag[..., None, :])).sum(axis=-1)

@@ -10,7 +10,7 @@ from gearchaos.gears.geometry import Geometry
 
 ISO_TR_EXAMPLE_1 = Geometry(
     teeth=(17, 103), normal_module=8e-3, pressure_angle=math.radians(20), helix_angle=math.radians(15.8),
-    profile_shift=(0.145, 0.0), centre_distance=0.5, face_width=(0.1, 0.1), addendum=1.0, dedendum=1.4, root_radius=0.39,
+    profile_shift=(0.145, 0.0), centre_distance=0.5, face_width=(0.1, 0.1), dedendum=1.4, root_radius=0.39,
 )
 """ISO/TR 6336-30:2017, example 1, with tip diameters that are not rounded."""
 
