@@ -48,7 +48,7 @@ SAME = {
     "another order": "phase [deg],order,amplitude [um]\n90,1,12.5\n-180,2,0.5\n",
     "case and underscores": "ORDER,Amplitude [um],phase_angle [deg]\n1,12.5,90\n2,0.5,-180\n",
     "quotation marks": '"order","amplitude [um]","phase [deg]"\n"1","12.5","90"\n"2","0.5","-180"\n',
-    "spaces around cells": " order , amplitude [um] ,\tphase [deg]\n".replace("\t", "") + " 1 , 12.5 , 90 \n2, .5 ,-180.\n",
+    "spaces around cells": " order , amplitude [um] ,  phase [deg]\n 1 , 12.5 , 90 \n2, .5 ,-180.\n",
     "exponents": "order,amplitude [um],phase [deg]\n1,1.25e+1,9E1\n+2,5e-1,-18e1\n",
 }
 

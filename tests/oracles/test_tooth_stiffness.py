@@ -6,9 +6,18 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, trapezoid
 
+from gearchaos.gears.materials import STEEL
 from gearchaos.gears.potential_energy import ToothPairs, foundation_compliance, hertz_stiffness, tooth_compliance
 from gearchaos.gears.tooth_profile import tooth_profile
-from tests.gear_pairs import BORE, STEEL, pair_62, spur_pair
+from tests.gear_examples import spur
+
+BORE = (0.035, 0.035)
+SHIFTED = spur(teeth=(17, 45), profile_shift=(0.4, 0.1), centre_distance=2e-3 * 31.45)
+
+
+def pair_62():
+    """The pair in the tests of ROSS; the straight flank of its rack is as deep as the addendum is high."""
+    return spur(root_radius=0.25 / (1 - math.sin(math.radians(20))))
 
 
 def cut_tooth(geometry, wheel, radii):
@@ -60,10 +69,10 @@ def numerical_compliance(geometry, wheel, bore, angle):
 
 @pytest.mark.parametrize(("geometry", "wheel", "bore", "angles"), [
     (pair_62(), 0, 0.035, (0.28, 0.35, 0.42)),
-    (spur_pair((17, 45), shift=(0.4, 0.1), distance=2e-3 * 31.45), 0, 0.01, (0.25, 0.40, 0.55)),
-    (spur_pair((17, 45), shift=(0.4, 0.1), distance=2e-3 * 31.45), 1, 0.03, (0.30, 0.45)),
-    (spur_pair((13, 60)), 0, 0.008, (0.25, 0.40, 0.50)),
-    (spur_pair((30, 50), root_radius=0.1, shift=(-0.2, 0.2)), 0, 0.02, (0.30, 0.40)),
+    (SHIFTED, 0, 0.01, (0.25, 0.40, 0.55)),
+    (SHIFTED, 1, 0.03, (0.30, 0.45)),
+    (spur(teeth=(13, 60)), 0, 0.008, (0.25, 0.40, 0.50)),
+    (spur(teeth=(30, 50), root_radius=0.1, profile_shift=(-0.2, 0.2)), 0, 0.02, (0.30, 0.40)),
 ], ids=["62", "17 shifted", "45 shifted", "13 undercut", "30 sharp"])
 def test_compliance_is_that_of_the_tooth_that_the_rack_cuts(geometry, wheel, bore, angles):
     profile = tooth_profile(geometry, wheel)
