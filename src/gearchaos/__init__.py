@@ -12,7 +12,8 @@ from typing import Any
 
 _MODULES = {
     "InputError": "errors",
-    "HarmonicStiffness": "model", "MeshModel": "model", "TransmissionError": "model", "TwoLevelStiffness": "model",
+    "HarmonicStiffness": "model", "MeshModel": "model", "SteppedStiffness": "model", "TransmissionError": "model",
+    "TwoLevelStiffness": "model",
     "GearPair": "gears.pair", "physical": "gears.results",
     "Axis": "studies.axis", "Classification": "dynamics.settings", "Verdict": "studies.verdict",
     "Attractors": "studies.attractors", "attractors": "studies.attractors",

@@ -13,6 +13,7 @@ from gearchaos.gears.pair import GearPair as GearPair
 from gearchaos.gears.results import physical as physical
 from gearchaos.model import HarmonicStiffness as HarmonicStiffness
 from gearchaos.model import MeshModel as MeshModel
+from gearchaos.model import SteppedStiffness as SteppedStiffness
 from gearchaos.model import TransmissionError as TransmissionError
 from gearchaos.model import TwoLevelStiffness as TwoLevelStiffness
 from gearchaos.store.run import Outcome as Outcome

@@ -18,7 +18,7 @@ from gearchaos.dynamics import REASONS, Label, Reason, motion_name
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES, NOT_REGULAR, check_target, write_bytes
-from gearchaos.model import HarmonicStiffness, MeshModel, Stiffness, TransmissionError, TwoLevelStiffness
+from gearchaos.model import STIFFNESS_KINDS, MeshModel, TransmissionError, stiffness_kind
 from gearchaos.quantities import parse, quantity
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:
 
 def model_json(model: MeshModel) -> str:
     """All fields of a model as JSON, from which `model_from_json` makes an equal model."""
-    return json.dumps({**_fields(model), "stiffness_kind": _stiffness_kind(model)}, sort_keys=True)
+    return json.dumps({**_fields(model), "stiffness_kind": stiffness_kind(model.stiffness)}, sort_keys=True)
 
 
 def model_from_json(text: str) -> MeshModel:
@@ -113,10 +113,7 @@ def model_from_json(text: str) -> MeshModel:
 
 def _model(values: dict[str, Any]) -> MeshModel:
     """The model with these fields, as decoded from the JSON of `model_json`."""
-    stiffness: type[Stiffness] = TwoLevelStiffness
-    if values.pop("stiffness_kind") == "harmonics":
-        stiffness = HarmonicStiffness
-    parts = {"error": TransmissionError, "stiffness": stiffness}
+    parts = {"error": TransmissionError, "stiffness": STIFFNESS_KINDS[values.pop("stiffness_kind")]}
     made = {n: kind(**{k: _tuple_for_list(v) for k, v in values[n].items()}) for n, kind in parts.items()}
     return MeshModel(**{**values, **made})
 
@@ -132,11 +129,6 @@ def _fields(model: MeshModel) -> dict[str, Any]:
     for name in ("error", "stiffness"):
         out[name] = dataclasses.asdict(out[name])
     return {**out, "initial": dict(model.initial)}
-
-
-def _stiffness_kind(model: MeshModel) -> str:
-    """The kind of stiffness, as in study files."""
-    return "two-level" if isinstance(model.stiffness, TwoLevelStiffness) else "harmonics"
 
 
 def provenance(study: str, model: MeshModel, **settings: Any) -> dict[str, Any]:

@@ -86,11 +86,16 @@ def to_float(name: str, value: Any) -> float:
     return number
 
 
-def to_floats(name: str, values: Iterable[Any]) -> tuple[float, ...]:
-    """The amplitudes or phases of a Fourier series, one per harmonic, as floats, each checked as in `to_float`."""
+def to_floats(name: str, values: Iterable[Any], most: int = MAX_HARMONICS, items: str = "harmonics"
+              ) -> tuple[float, ...]:
+    """A list of at most ``most`` numbers as floats, each checked as in `to_float`.
+
+    ``items`` says in the message what there are too many of: by default the harmonics of a Fourier series, whose
+    amplitudes or phases these are.
+    """
     if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
         raise InputError(name, "must be a list of numbers", values)
     numbers = tuple(to_float(name, v) for v in values)
-    if len(numbers) > MAX_HARMONICS:
-        raise InputError(name, f"must have at most {MAX_HARMONICS} harmonics", len(numbers))
+    if len(numbers) > most:
+        raise InputError(name, f"must have at most {most} {items}", len(numbers))
     return numbers

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from gearchaos.model import MeshModel, TwoLevelStiffness
+from gearchaos.model import MeshModel, SteppedStiffness, TwoLevelStiffness
 
 NAMES = {
     "single": ("z", "z_dot"),
@@ -42,6 +42,10 @@ def start(model: MeshModel) -> np.ndarray:
 def levels(model: MeshModel) -> list[tuple[float, float, float]]:
     """(from, to, stiffness level) over one mesh period, (2.16); the level of a Fourier series (2.7) is 1."""
     period = 2 * math.pi / model.omega
+    if isinstance(model.stiffness, SteppedStiffness):
+        values, begins = model.stiffness.levels, [start * period for start in model.stiffness.starts]
+        pieces = [(0.0, begins[0], values[-1]), *zip(begins, [*begins[1:], period], values, strict=True)]
+        return [p for p in pieces if p[1] > p[0]]
     if not isinstance(model.stiffness, TwoLevelStiffness):
         return [(0.0, period, 1.0)]
     s = model.stiffness

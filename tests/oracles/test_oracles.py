@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 import gearchaos as gc
 from gearchaos.flow import OK, ExactFlow
-from gearchaos.model import HarmonicStiffness, MeshModel, TransmissionError, TwoLevelStiffness, vary
+from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, TransmissionError, TwoLevelStiffness, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
 
@@ -23,6 +23,7 @@ POINTS = 24
 STIFFNESSES = {
     "two-level": TwoLevelStiffness(),
     "harmonics": HarmonicStiffness((0.2, 0.1, 0.05), (0.3, 1.0, 2.0)),
+    "steps": SteppedStiffness((0.8, 1.4, 0.6, 1.1, 1.3), (0.07, 0.2, 0.45, 0.7, 0.93)),
 }
 # dimension of the reduced state -> kind, and which pairs must differ for it
 DIMENSIONS = {
@@ -42,6 +43,7 @@ RANGES = {
 SPECTRUM = {
     "two-level": {"chi1": (-0.2, 0.8), "chi2": (-0.2, 0.7), "contact_ratio": (1, 2)},
     "harmonics": {"c1": (-0.3, 0.3), "c2": (-0.2, 0.2), "c3": (-0.1, 0.1), "alpha1": (0, 6), "alpha3": (0, 6)},
+    "steps": {},
 }
 
 

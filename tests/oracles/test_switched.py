@@ -76,7 +76,7 @@ def test_the_system_is_the_equations_of_the_paper(name, contact):
         found = system.A[0] @ w + forcing[:, None]
         found -= np.outer(system.b[0], system.levels[0, level] * (w[0] - contact) * (contact != 0))
         np.testing.assert_allclose(found, rates(model, system.names, physical, tau, contact), atol=1e-13)
-    assert (system.split[0], system.damping[0]) == (pytest.approx(0.4), 2 * model.zeta)
+    assert (*system.starts[0], system.damping[0]) == (0, pytest.approx(0.4), 2 * model.zeta)
 
 
 def steady_waves(name, **values):

@@ -91,7 +91,7 @@ class ExactFlow(Generic[System]):
     Raises
     ------
     ValueError
-        If ``samples`` > 0 and ``system.split`` is not the same at all points.
+        If ``samples`` > 0 and ``system.starts`` are not the same at all points.
     """
 
     def __init__(self, system: System, samples: int = 0) -> None:

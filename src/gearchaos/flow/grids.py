@@ -14,8 +14,11 @@ from gearchaos.flow.system import SwitchedSystem
 from gearchaos.flow.tables import harmonics_of, parameter_array, steps_share_matrices, tabulate, tabulated_harmonics
 
 _FRACTIONS = 8
-"""If ``split`` differs from point to point, the number of steps in each part of the period is computed from that part's
+"""If ``starts`` differ from point to point, the number of steps in each part of the period is computed from that part's
 fraction of the period, rounded up to a multiple of 1/8, so that few distinct grids occur."""
+
+_SAME_INSTANT = 1e-12
+"""A sample and a stiffness jump that are closer than this fraction of the period are taken to coincide."""
 
 _MAX_SPREAD = 8.0
 """Tangent vectors are orthonormalised before the logarithm of the ratio of their lengths can exceed this value."""
@@ -33,9 +36,9 @@ def prepare_points(system: SwitchedSystem, samples: int) -> tuple[Points, np.nda
     grid, parameters = grid.ravel(), parameter_array(system)
     grids = Grids(*(np.zeros(system.points, np.int64) for _ in Grids._fields))
     parts, tables, steps_before, entries_before = [], [], 0, 0
-    for i, (first, second, orthonormalised) in enumerate(layouts.tolist()):
+    for i, (*counts, orthonormalised) in enumerate(layouts.tolist()):
         members = np.flatnonzero(grid == i)
-        steps, count = _steps_of_grid(system.take(members), first, second, samples)
+        steps, count = _steps_of_grid(system.take(members), counts, samples)
         table = tabulate(system.take(members), parameters[members], steps, count)
         number = np.arange(len(members))
         grids.first_step[members] = steps_before + (number * count if len(steps.entry) > count else 0)
@@ -49,28 +52,27 @@ def prepare_points(system: SwitchedSystem, samples: int) -> tuple[Points, np.nda
     return Points(parameters, steps, grids, table, harmonics_of(system), tabulated_harmonics(system)), grid
 
 
-def _steps_of_grid(system: SwitchedSystem, first: int, second: int, samples: int) -> tuple[Steps, int]:
-    """`Steps` of a system with ``first`` and ``second`` steps in the two parts of the period, and their number in a
-    period."""
-    split = system.split[:1] if system.one_split else system.split
-    if samples and not system.one_split:
+def _steps_of_grid(system: SwitchedSystem, counts: list[int], samples: int) -> tuple[Steps, int]:
+    """`Steps` of a system with this number of steps in each part of the period, and their number in a period."""
+    starts = system.starts[:1] if system.same_starts else system.starts
+    if samples and not system.same_starts:
         raise ValueError("samples need one contact ratio for all points")
     if samples:
-        length, start, sampled = steps_with_samples(first + second, float(split[0]), samples)
+        length, start, level, sampled = steps_with_samples(sum(counts), starts[0], samples)
     else:
-        (length, start), sampled = steps_of_two_lengths(first, second, split), np.zeros(0, np.int64)
-    return describe_steps(system, length, start, sampled), len(length)
+        (length, start, level), sampled = steps_in_parts(np.array(counts), starts), np.zeros(0, np.int64)
+    return describe_steps(system, length, start, level, sampled), len(length)
 
 
 def step_counts(system: SwitchedSystem) -> np.ndarray:
-    """Numbers of steps (P, 2) in both parts of the period, rounded up so that few distinct grids occur.
+    """Numbers of steps (P, N) in each part of the period, rounded up so that few distinct grids occur.
 
     They and `orthonormalisations` depend on the point alone, so that a result does not depend on the other points.
     """
     needed = np.ceil(min_steps_per_period(system))
     multiple = 2.0 ** np.floor(np.log2(np.maximum(needed, 16)) - 3)
-    rounded, fraction = np.ceil(needed / multiple) * multiple, np.stack([system.split, 1 - system.split], axis=1)
-    if not system.one_split:
+    rounded, fraction = np.ceil(needed / multiple) * multiple, np.diff(system.starts, axis=1, append=1.0)
+    if not system.same_starts:
         fraction = np.ceil(_FRACTIONS * fraction) / _FRACTIONS
     return np.maximum(np.ceil(rounded[:, None] * fraction), 1).astype(int)
 
@@ -81,39 +83,48 @@ def orthonormalisations(system: SwitchedSystem) -> np.ndarray:
     return 2 ** np.ceil(np.log2(np.maximum(spread / _MAX_SPREAD, 1.0))).astype(int)
 
 
-def steps_of_two_lengths(first: int, second: int, split: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lengths and starts (N, Q) of the steps as fractions of the period: ``first`` equal steps before the stiffness
-    jump at ``split`` (Q,), and ``second`` equal steps after it; N = ``first`` + ``second``."""
-    length = np.concatenate([np.tile(split / first, (first, 1)), np.tile((1 - split) / second, (second, 1))])
-    start = np.concatenate(
-        [np.arange(first)[:, None] * (split / first), split + np.arange(second)[:, None] * ((1 - split) / second)]
-    )
-    return length, start
+def steps_in_parts(counts: np.ndarray, starts: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Equal steps in each part of the period: their lengths and starts (S, Q) as fractions of the period, and the index
+    (S,) of the part that each belongs to.
+
+    ``counts`` (N,) are the numbers of steps in the parts, S their sum, and ``starts`` (Q, N) where the parts begin.
+    """
+    part = np.repeat(np.arange(len(counts)), counts)
+    number = np.arange(len(part)) - np.repeat(np.cumsum(counts) - counts, counts)  # of a step within its part
+    length = (np.diff(starts, axis=1, append=1.0) / counts).T[part]
+    return length, starts.T[part] + number[:, None] * length, part
 
 
-def steps_with_samples(count: int, split: float, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lengths and starts (N, 1), as fractions of the period, of at least ``count`` steps, and the indices (samples,) of
-    the steps that start at a sample. Steps also start at the stiffness jump."""
+def steps_with_samples(
+    count: int, starts: np.ndarray, samples: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """At least ``count`` steps, some of which start at the samples and at the ``starts`` (N,) of the parts of the period.
+
+    Returns their lengths and starts (S, 1) as fractions of the period, the index (S,) of the part that each belongs to,
+    and the indices (samples,) of the steps that start at a sample.
+    """
     equidistant = samples * int(np.ceil(count / samples))
     start = np.arange(equidistant) / equidistant
-    nearest = np.argmin(np.abs(start - split))
-    if abs(start[nearest] - split) < 1e-12:
-        start[nearest] = split
-    elif 0 < split < 1:
-        start = np.sort(np.append(start, split))
+    for jump in starts[1:]:
+        nearest = np.argmin(np.abs(start - jump))
+        if abs(start[nearest] - jump) < _SAME_INSTANT:
+            start[nearest] = jump
+        elif 0 < jump < 1:
+            start = np.sort(np.append(start, jump))
     length = np.diff(np.append(start, 1.0))
-    sampled = np.searchsorted(start, np.arange(samples) / samples - 1e-9)
-    return length[:, None], start[:, None], sampled
+    part = np.searchsorted(starts, start, side="right") - 1
+    sampled = np.searchsorted(start, np.arange(samples) / samples - _SAME_INSTANT)
+    return length[:, None], start[:, None], part, sampled
 
 
-def describe_steps(system: SwitchedSystem, length: np.ndarray, start: np.ndarray, sampled: np.ndarray) -> Steps:
-    """`Steps` of points with the same grid, from their lengths and starts (N, Q), fractions of the period.
+def describe_steps(
+    system: SwitchedSystem, length: np.ndarray, start: np.ndarray, level: np.ndarray, sampled: np.ndarray
+) -> Steps:
+    """`Steps` of points with the same grid, from their lengths and starts (S, Q), fractions of the period.
 
-    They are the steps of one period if Q = 1, else those of one period for each of Q points. ``sampled`` are the
-    indices of the steps at whose start samples are taken.
+    They are the steps of one period if Q = 1, else those of one period for each of Q points. ``level`` (S,) is the index
+    of the stiffness level on each step. ``sampled`` are the indices of the steps at whose start samples are taken.
     """
-    split = system.split[:1] if system.one_split else system.split
-    level = np.all(start >= split - 1e-12, axis=1).astype(np.int64)
     harmonics = np.arange(1, max(system.f_cos.shape[1], system.chi_cos.shape[1]) + 1)
     phase = 2 * np.pi * start.T.ravel()[:, None] * harmonics
     entry: np.ndarray = _equal_runs(level, length[:, 0]) if steps_share_matrices(system) else np.arange(len(length))

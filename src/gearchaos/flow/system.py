@@ -8,8 +8,8 @@ import numpy as np
 
 
 class SwitchedSystem(Protocol):
-    """A batch of switched affine systems: P parameter points, d coordinates, H harmonics of the forcing, K of the
-    stiffness.
+    """A batch of switched affine systems: P parameter points, d coordinates, H harmonics of the forcing, N levels and K
+    harmonics of the stiffness.
 
     The first two coordinates are z and z', the displacement in half backlashes and its velocity, so that the contact
     state σ follows from w[0] alone:
@@ -32,12 +32,13 @@ class SwitchedSystem(Protocol):
         Constant forcing; f0[:, 0] = 0.
     f_cos, f_sin : (P, H)
         Harmonic forcing of z''.
-    split : (P,)
-        Fraction of the period with the first stiffness level.
-    one_split : bool
-        Whether ``split`` is the same at all points.
-    levels : (P, 2)
-        Stiffness level in the first part of the period, of length ``split``, and in the rest.
+    levels : (P, N)
+        Stiffness level in each of the N parts of the period.
+    starts : (P, N)
+        Where each part begins, as a fraction of the period, in ascending order; ``starts[:, 0]`` = 0. The last part
+        ends with the period.
+    same_starts : bool
+        Whether ``starts`` are the same at all points.
     chi_cos, chi_sin : (P, K)
         Harmonics of the stiffness, added to its level.
     damping : (P,)
@@ -63,11 +64,11 @@ class SwitchedSystem(Protocol):
     @property
     def f_sin(self) -> np.ndarray: ...
     @property
-    def split(self) -> np.ndarray: ...
-    @property
-    def one_split(self) -> bool: ...
-    @property
     def levels(self) -> np.ndarray: ...
+    @property
+    def starts(self) -> np.ndarray: ...
+    @property
+    def same_starts(self) -> bool: ...
     @property
     def chi_cos(self) -> np.ndarray: ...
     @property

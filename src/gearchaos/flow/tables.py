@@ -17,7 +17,7 @@ adding up the responses to all harmonics in every step."""
 
 def harmonics_of(system: SwitchedSystem) -> Harmonics:
     """The numbers of harmonics of a system, and the array offsets that depend on them."""
-    return harmonics(system.dimension, system.f_cos.shape[1], system.chi_cos.shape[1])
+    return harmonics(system.dimension, system.f_cos.shape[1], system.chi_cos.shape[1], system.levels.shape[1])
 
 
 def parameter_array(system: SwitchedSystem) -> np.ndarray:
@@ -31,10 +31,10 @@ def parameter_array(system: SwitchedSystem) -> np.ndarray:
 def steps_share_matrices(system: SwitchedSystem) -> bool:
     """Whether steps of equal length on one stiffness level use the same entry of the step tables.
 
-    They do not if the stiffness has harmonics, if ``split`` differs from point to point, or if the forcing has more
+    They do not if the stiffness has harmonics, if ``starts`` differ from point to point, or if the forcing has more
     than `_MAX_SHARED_HARMONICS` harmonics.
     """
-    return system.one_split and system.chi_cos.shape[1] == 0 and system.f_cos.shape[1] <= _MAX_SHARED_HARMONICS
+    return system.same_starts and system.chi_cos.shape[1] == 0 and system.f_cos.shape[1] <= _MAX_SHARED_HARMONICS
 
 
 def tabulated_harmonics(system: SwitchedSystem) -> int:

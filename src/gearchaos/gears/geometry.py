@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from gearchaos.gears.involute import involute
-from gearchaos.gears.tooth_root import form_radius, generated_height
+from gearchaos.gears.tooth_root import GeneratedTooth
 
 Pair = tuple[float, float]
 """The values of wheel 1 and wheel 2."""
@@ -168,18 +168,21 @@ class Geometry:
 
     @cached_property
     def root_form_diameter(self) -> Pair:
-        """Diameters d_Ff where the involute begins, m, ISO 21771:2007 7.6, Eq. (128); see `tooth_root.form_radius`."""
-        return 2 * form_radius(self, 0), 2 * form_radius(self, 1)
+        """Diameters d_Ff where the involute begins, m, ISO 21771:2007 7.6, Eq. (128); of the undercut if there is one.
+        """
+        return 2 * self._tooth(0).form_radius, 2 * self._tooth(1).form_radius
 
     @property
     def undercut_shift(self) -> Pair:
-        """Least profile shift coefficients without undercut, x = h_FfP/m_n − z sin² α_t/(2 cos β), ISO 21771:2007 7.7.
+        """Least profile shift coefficients without undercut, ISO 21771:2007 7.7."""
+        return self._tooth(0).undercut_shift, self._tooth(1).undercut_shift
 
-        h_FfP is the depth of the straight part of the rack's flank, see `tooth_root.generated_height`.
-        """
-        per_tooth = math.sin(self.transverse_pressure_angle) ** 2 / (2 * math.cos(self.helix_angle))
-        height = generated_height(self) / self.normal_module
-        return height - self.teeth[0] * per_tooth, height - self.teeth[1] * per_tooth
+    def _tooth(self, wheel: int) -> GeneratedTooth:
+        """The tooth of one wheel as the basic rack generates it; wheel 1 is 0."""
+        return GeneratedTooth(
+            teeth=self.teeth[wheel], normal_module=self.normal_module, pressure_angle=self.pressure_angle,
+            helix_angle=self.helix_angle, profile_shift=self.profile_shift[wheel], dedendum=self.dedendum,
+            root_radius=self.root_radius)
 
     @property
     def tip_clearance(self) -> Pair:

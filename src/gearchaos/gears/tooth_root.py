@@ -7,75 +7,106 @@ of radius ρ_fP. In the transverse plane widths are larger by 1/cos β, depths a
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 from gearchaos.gears.involute import involute
 
-if TYPE_CHECKING:
-    from gearchaos.gears.geometry import Geometry
 
+@dataclass(frozen=True, kw_only=True)
+class GeneratedTooth:
+    """A tooth of an external wheel as its basic rack generates it; lengths in m, angles in rad.
 
-def generated_height(geometry: Geometry) -> float:
-    """h_FfP = h_fP − ρ_fP (1 − sin α_n), m: the depth of the straight flank of the basic rack below its datum line."""
-    rounding = geometry.root_radius * (1 - math.sin(geometry.pressure_angle))
-    return (geometry.dedendum - rounding) * geometry.normal_module
-
-
-def arc_offset(geometry: Geometry) -> float:
-    """Distance of the arc's centre from the middle of the rack's tooth in the normal section, m.
-
-    Negative if the arcs of both flanks overlap, so that the rack has no such fillet.
+    Parameters
+    ----------
+    teeth : int
+        z.
+    normal_module : float
+        m_n.
+    pressure_angle, helix_angle : float
+        α_n and |β|.
+    profile_shift, dedendum, root_radius : float
+        x, h_fP and ρ_fP, in normal modules.
     """
-    half_width = math.pi / 4 * geometry.normal_module - generated_height(geometry) * math.tan(geometry.pressure_angle)
-    return half_width - geometry.root_radius * geometry.normal_module * math.cos(geometry.pressure_angle)
 
+    teeth: int
+    normal_module: float
+    pressure_angle: float
+    helix_angle: float
+    profile_shift: float
+    dedendum: float
+    root_radius: float
 
-def form_radius(geometry: Geometry, wheel: int) -> float:
-    """Radius of the root form circle, m, ISO 21771:2007 7.6, Eq. (128); of the undercut if there is one.
+    @property
+    def straight_depth(self) -> float:
+        """h_FfP = h_fP − ρ_fP (1 − sin α_n), m: the depth of the straight flank of the rack below its datum line."""
+        rounding = self.root_radius * (1 - math.sin(self.pressure_angle))
+        return (self.dedendum - rounding) * self.normal_module
 
-    Without undercut the lowest point of the straight flank generates it, where the radius of curvature of the involute
-    is ρ = r sin α_t − (h_FfP − x m_n)/sin α_t ≥ 0. With undercut, ρ < 0, it is where the fillet intersects the involute.
-    """
-    sine = math.sin(geometry.transverse_pressure_angle)
-    depth = generated_height(geometry) - geometry.profile_shift[wheel] * geometry.normal_module
-    rho = geometry.reference_diameter[wheel] / 2 * sine - depth / sine
-    if rho >= 0:
-        return math.hypot(geometry.base_diameter[wheel] / 2, rho)
-    return _undercut_radius(geometry, wheel)
+    @property
+    def undercut_shift(self) -> float:
+        """Least profile shift coefficient without undercut: h_FfP/m_n − z sin² α_t/(2 cos β), ISO 21771:2007 7.7."""
+        sine = math.sin(self._transverse_pressure_angle)
+        return self.straight_depth / self.normal_module - self.teeth * sine**2 / (2 * math.cos(self.helix_angle))
 
+    @property
+    def form_radius(self) -> float:
+        """Radius of the root form circle, m, ISO 21771:2007 7.6, Eq. (128).
 
-def _undercut_radius(geometry: Geometry, wheel: int) -> float:
-    """Radius where the fillet intersects the involute, by bisection to rounding over the angle along the arc."""
-    base = geometry.base_diameter[wheel] / 2
-    inside, outside = math.pi / 2, geometry.pressure_angle
-    while (middle := (inside + outside) / 2) not in (inside, outside):
-        radius, position = _fillet(geometry, wheel, middle)
-        if radius < base or position > _flank(geometry, wheel, radius):
-            inside = middle
-        else:
-            outside = middle
-    return max(_fillet(geometry, wheel, outside)[0], base)
+        Without undercut the lowest point of the straight flank generates it, where the radius of curvature of the
+        involute is ρ = r sin α_t − (h_FfP − x m_n)/sin α_t ≥ 0. With undercut, ρ < 0, the involute begins where the
+        fillet intersects it.
+        """
+        sine = math.sin(self._transverse_pressure_angle)
+        depth = self.straight_depth - self.profile_shift * self.normal_module
+        rho = self._reference_radius * sine - depth / sine
+        return math.hypot(self._base_radius, rho) if rho >= 0 else self._undercut_radius()
 
+    @property
+    def _transverse_pressure_angle(self) -> float:
+        """α_t, rad."""
+        return math.atan(math.tan(self.pressure_angle) / math.cos(self.helix_angle))
 
-def _fillet(geometry: Geometry, wheel: int, slope: float) -> tuple[float, float]:
-    """Radius and polar angle from the middle of the tooth space of a point of the fillet.
+    @property
+    def _reference_radius(self) -> float:
+        """r, m."""
+        return self.teeth * self.normal_module / math.cos(self.helix_angle) / 2
 
-    It is generated by the point of the tool's arc whose normal makes the angle ``slope`` with the datum line in the
-    normal section, from α_n at the flank to π/2 at the tip, in the position in which that normal passes through the
-    pitch point.
-    """
-    reference = geometry.reference_diameter[wheel] / 2
-    rounding = geometry.root_radius * geometry.normal_module
-    width = (arc_offset(geometry) + rounding * math.cos(slope)) / math.cos(geometry.helix_angle)
-    below_datum = generated_height(geometry) + rounding * (math.sin(slope) - math.sin(geometry.pressure_angle))
-    depth = below_datum - geometry.profile_shift[wheel] * geometry.normal_module
-    along = depth * math.cos(geometry.helix_angle) / math.tan(slope)
-    position = math.atan2(along, reference - depth) - (along - width) / reference
-    return math.hypot(along, reference - depth), position
+    @property
+    def _base_radius(self) -> float:
+        """r_b, m."""
+        return self._reference_radius * math.cos(self._transverse_pressure_angle)
 
+    def _undercut_radius(self) -> float:
+        """Radius where the fillet intersects the involute, m, by bisection to rounding over the angle along the arc.
 
-def _flank(geometry: Geometry, wheel: int, radius: float) -> float:
-    """Polar angle of the involute at a radius, from the middle of the tooth space, rad."""
-    space = math.pi / 2 - 2 * geometry.profile_shift[wheel] * math.tan(geometry.pressure_angle)
-    angle = math.acos(min(geometry.base_diameter[wheel] / 2 / radius, 1.0))
-    return space / geometry.teeth[wheel] - involute(geometry.transverse_pressure_angle) + involute(angle)
+        Near the root the fillet lies inside the tooth that the involute bounds, at the end of the arc outside.
+        """
+        base, inside, outside = self._base_radius, math.pi / 2, self.pressure_angle
+        while (middle := (inside + outside) / 2) not in (inside, outside):
+            radius, position = self._fillet(middle)
+            if radius < base or position > self._flank(radius):
+                inside = middle
+            else:
+                outside = middle
+        return max(self._fillet(outside)[0], base)
+
+    def _fillet(self, slope: float) -> tuple[float, float]:
+        """Radius, and polar angle from the middle of the tooth space, of a point of the fillet.
+
+        It is generated by the point of the rack's arc whose normal makes the angle ``slope`` with the datum line in the
+        normal section, from α_n at the flank to π/2 at the tip, when that normal passes through the pitch point.
+        """
+        rounding, reference = self.root_radius * self.normal_module, self._reference_radius
+        centre = math.pi / 4 * self.normal_module - self.straight_depth * math.tan(self.pressure_angle)
+        centre -= rounding * math.cos(self.pressure_angle)
+        width = (centre + rounding * math.cos(slope)) / math.cos(self.helix_angle)
+        depth = self.straight_depth + rounding * (math.sin(slope) - math.sin(self.pressure_angle))
+        depth -= self.profile_shift * self.normal_module
+        along = depth * math.cos(self.helix_angle) / math.tan(slope)
+        return math.hypot(along, reference - depth), math.atan2(along, reference - depth) - (along - width) / reference
+
+    def _flank(self, radius: float) -> float:
+        """Polar angle of the involute at a radius, from the middle of the tooth space, rad."""
+        space = math.pi / 2 - 2 * self.profile_shift * math.tan(self.pressure_angle)
+        angle = math.acos(min(self._base_radius / radius, 1.0))
+        return space / self.teeth - involute(self._transverse_pressure_angle) + involute(angle)

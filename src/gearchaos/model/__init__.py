@@ -15,13 +15,21 @@ from gearchaos.model.names import (
     state_names,
 )
 from gearchaos.model.parameters import MeshModel
-from gearchaos.model.waveforms import HarmonicStiffness, Stiffness, TransmissionError, TwoLevelStiffness
+from gearchaos.model.waveforms import (
+    STIFFNESS_KINDS,
+    HarmonicStiffness,
+    SteppedStiffness,
+    Stiffness,
+    TransmissionError,
+    TwoLevelStiffness,
+    stiffness_kind,
+)
 from gearchaos.quantities import PARAMETER_PAIRS
 from gearchaos.validation import check
 
 __all__ = [
-    "COORDINATES", "KINDS", "PARAMETER_PAIRS", "SCALARS", "Batch", "HarmonicStiffness", "Kind", "MeshModel",
-    "Stiffness", "TransmissionError", "TwoLevelStiffness", "backlash", "check", "check_initial_consistent",
-    "check_state_name", "default_stiffness", "expand_pairs", "known_names", "mesh_stiffness", "state_names",
-    "transmission_error", "vary",
+    "COORDINATES", "KINDS", "PARAMETER_PAIRS", "SCALARS", "STIFFNESS_KINDS", "Batch", "HarmonicStiffness", "Kind",
+    "MeshModel", "SteppedStiffness", "Stiffness", "TransmissionError", "TwoLevelStiffness", "backlash", "check",
+    "check_initial_consistent", "check_state_name", "default_stiffness", "expand_pairs", "known_names",
+    "mesh_stiffness", "state_names", "stiffness_kind", "transmission_error", "vary",
 ]

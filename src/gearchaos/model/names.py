@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Literal, Protocol
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.model.waveforms import HarmonicStiffness, Stiffness, TwoLevelStiffness
+from gearchaos.model.waveforms import HarmonicStiffness, SteppedStiffness, Stiffness, TwoLevelStiffness
 from gearchaos.quantities import PARAMETER_PAIRS, PARAMETERS, STIFFNESS_LEVELS, parse, parse_harmonic
 from gearchaos.validation import MAX_HARMONICS
 
@@ -43,6 +43,11 @@ SCALARS: tuple[str, ...] = tuple(q.name for q in PARAMETERS if not q.members)
 
 _LEVELS = tuple(q.name for q in STIFFNESS_LEVELS)
 
+_STIFFNESS_NAMES: dict[type[Stiffness], tuple[str, ...]] = {
+    TwoLevelStiffness: _LEVELS, HarmonicStiffness: ("c1", "alpha1"), SteppedStiffness: (),
+}
+"""The names of the values of each kind of stiffness; of the harmonics only the first of each family."""
+
 
 def is_stiffness_harmonic(name: str) -> bool:
     """Whether a name is an amplitude or a phase of a Fourier stiffness, (2.7)."""
@@ -52,7 +57,7 @@ def is_stiffness_harmonic(name: str) -> bool:
 
 def known_names(model: HasKindAndStiffness) -> tuple[str, ...]:
     """All names by which a value of this model can be set; of the harmonics only the first of each family."""
-    stiffness = ("c1", "alpha1") if isinstance(model.stiffness, HarmonicStiffness) else _LEVELS
+    stiffness = _STIFFNESS_NAMES[type(model.stiffness)]
     pairs = tuple(pair for pair in PARAMETER_PAIRS if pair not in _LEVELS)
     return (*SCALARS, *pairs, *stiffness, "eps1", "theta1", *state_names(model.kind))
 
@@ -106,13 +111,16 @@ def _check_name(name: str, model: HasKindAndStiffness) -> None:
         return
     if name in known_names(model):
         return
+    stepped = isinstance(model.stiffness, SteppedStiffness)
     if name in _LEVELS:
+        has = "has steps: set" if stepped else "is a Fourier series: set c1, alpha1, ..., or"
         raise InputError(name, "must be a parameter of a two-level stiffness, (2.16)", name,
-                         "This model's is a Fourier series: set c1, alpha1, ..., or stiffness=TwoLevelStiffness().")
+                         f"This model's {has} stiffness=TwoLevelStiffness().")
     if is_stiffness_harmonic(name):
         raise InputError(name, "must be a parameter of a Fourier stiffness, (2.7)", name,
-                         f"This model's has two levels. Begin with MeshModel.of({name}=...) or "
-                         "stiffness=HarmonicStiffness(...), a study file with kind = 'harmonics' in [model.stiffness].")
+                         f"This model's has {'steps' if stepped else 'two levels'}. "
+                         f"Begin with MeshModel.of({name}=...) or stiffness=HarmonicStiffness(...), "
+                         "a study file with kind = 'harmonics' in [model.stiffness].")
     raise unknown_name("parameter", name, known_names(model))
 
 

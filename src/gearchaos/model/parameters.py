@@ -25,7 +25,13 @@ from gearchaos.model.names import (
     default_stiffness,
     expand_pairs,
 )
-from gearchaos.model.waveforms import HarmonicStiffness, Stiffness, TransmissionError, TwoLevelStiffness
+from gearchaos.model.waveforms import (
+    HarmonicStiffness,
+    SteppedStiffness,
+    Stiffness,
+    TransmissionError,
+    TwoLevelStiffness,
+)
 from gearchaos.quantities import parse, parse_harmonic
 from gearchaos.validation import to_float
 
@@ -42,7 +48,7 @@ class MeshModel:
     omega : float
         Mesh frequency over ω0 = sqrt(c0/m), (2.8), where c0 is the reference stiffness, i.e. the mesh stiffness where
         χ = 1. The time mean of a Fourier stiffness is c0, that of a two-level stiffness
-        c0 (1 + (α − 1) χ1 − (2 − α) χ2).
+        c0 (1 + (α − 1) χ1 − (2 − α) χ2), that of a stepped one c0 times the mean of its levels over time.
     zeta : float
         Mesh damping ratio k/(2 m ω0), with the same ω0.
     J1, J2 : float
@@ -55,7 +61,7 @@ class MeshModel:
         Masses m_n/m, support stiffnesses c_n/c0 and support damping ratios k_n/(2 m_n ω0), used only by ``full``.
     error : TransmissionError
         Static transmission error ε(τ).
-    stiffness : TwoLevelStiffness or HarmonicStiffness
+    stiffness : TwoLevelStiffness, HarmonicStiffness or SteppedStiffness
         Mesh stiffness χ(τ).
     initial : mapping of str to float
         Initial values by name of coordinate; those left out are x1(0) = 1 and 0 for all others, as in the paper.
@@ -131,7 +137,7 @@ class MeshModel:
         return given
 
     def __hash__(self) -> int:
-        return hash((self.kind, *sorted(self.parameters().items()), *sorted(self.initial.items())))
+        return hash((self.kind, self.stiffness, *sorted(self.parameters().items()), *sorted(self.initial.items())))
 
     def __reduce__(self):
         values = {f.name: getattr(self, f.name) for f in fields(self)}
@@ -162,8 +168,8 @@ class MeshModel:
         ----------
         values : mapping
             Parameters (``omega``), pairs (``q0`` sets q1 and q2), harmonics (``eps3``), initial values (``x1_dot``),
-            ``kind``, ``error`` (a `TransmissionError`), ``stiffness`` (an object of either class), or ``initial``
-            (a mapping).
+            ``kind``, ``error`` (a `TransmissionError`), ``stiffness`` (an object of one of the three classes), or
+            ``initial`` (a mapping). The levels of a `SteppedStiffness` have no names: it is replaced as a whole.
 
         Raises
         ------
@@ -187,12 +193,15 @@ class MeshModel:
         )
 
     def parameters(self) -> dict[str, float]:
-        """The value of every parameter by name, without pairs, e.g. ``{"omega": 1.0, ..., "eps1": 0.1}``."""
+        """The value of every parameter by name, without pairs, e.g. ``{"omega": 1.0, ..., "eps1": 0.1}``.
+
+        The levels of a `SteppedStiffness` have no names, and are not among them.
+        """
         flat = {name: getattr(self, name) for name in SCALARS}
         flat.update(_harmonics(self.error, "eps", "theta"))
         if isinstance(self.stiffness, TwoLevelStiffness):
             flat.update({f.name: getattr(self.stiffness, f.name) for f in fields(self.stiffness)})
-        else:
+        elif isinstance(self.stiffness, HarmonicStiffness):
             flat.update(_harmonics(self.stiffness, "c", "alpha"))
         return flat
 
@@ -205,7 +214,8 @@ class MeshModel:
 _PARTS: dict[str, tuple[tuple[type, ...], str, str]] = {
     "error": ((TransmissionError,), "must be a TransmissionError", "Or give eps1, theta1, ... by name."),
     "stiffness": (
-        (TwoLevelStiffness, HarmonicStiffness), "must be a TwoLevelStiffness or a HarmonicStiffness",
+        (TwoLevelStiffness, HarmonicStiffness, SteppedStiffness),
+        "must be a TwoLevelStiffness, a HarmonicStiffness or a SteppedStiffness",
         "Or give chi1, chi2, contact_ratio, or c1, alpha1, ... by name.",
     ),
     "initial": ((Mapping,), "must be a mapping of coordinates to values", "E.g. {'x1': 0.5}."),
@@ -258,6 +268,8 @@ def _with_stiffness(stiffness: Stiffness, values: Mapping[str, Any]) -> Stiffnes
     """A stiffness of the same kind with values replaced by name."""
     if isinstance(stiffness, HarmonicStiffness):
         return _with_harmonics(stiffness, values, "c", "alpha")
+    if isinstance(stiffness, SteppedStiffness):
+        return stiffness
     names = {f.name for f in fields(stiffness)}
     return replace(stiffness, **{k: v for k, v in values.items() if k in names})
 

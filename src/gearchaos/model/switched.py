@@ -12,17 +12,18 @@ error, Σ_j (f_cos[j] cos jωτ + f_sin[j] sin jωτ). The mesh damping 2ζz' ac
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from gearchaos.model.batch import Batch
 from gearchaos.model.names import COORDINATES
-from gearchaos.model.waveforms import TwoLevelStiffness
+from gearchaos.model.waveforms import SteppedStiffness, TwoLevelStiffness
 
 
 @dataclass(frozen=True)
 class SwitchedAffine:
-    """A batch of switched affine systems; P points, d coordinates, H forcing and K stiffness harmonics.
+    """A batch of switched affine systems; P points, d coordinates, N stiffness levels, H forcing and K stiffness harmonics.
 
     Attributes
     ----------
@@ -38,12 +39,12 @@ class SwitchedAffine:
         Constant forcing.
     f_cos, f_sin : (P, H)
         Harmonic forcing of z''.
-    split : (P,)
-        Fraction of the period with the first stiffness level, α − 1 of (2.16).
-    one_split : bool
-        Whether that fraction is the same at all points.
-    levels : (P, 2)
-        Stiffness χ without its harmonics: in the first fraction of the period, and in the rest.
+    levels : (P, N)
+        Stiffness χ without its harmonics, in the N parts of the period.
+    starts : (P, N)
+        Where these parts begin, as fractions of the period: from 0 in ascending order, e.g. 0 and α − 1 of (2.16).
+    same_starts : bool
+        Whether they are the same at all points.
     chi_cos, chi_sin : (P, K)
         Cosine and sine coefficients of the harmonics of χ, which are added to the level, (2.7).
     velocity : (P, d)
@@ -70,9 +71,9 @@ class SwitchedAffine:
     f0: np.ndarray
     f_cos: np.ndarray
     f_sin: np.ndarray
-    split: np.ndarray
-    one_split: bool
     levels: np.ndarray
+    starts: np.ndarray
+    same_starts: bool
     chi_cos: np.ndarray
     chi_sin: np.ndarray
     velocity: np.ndarray
@@ -161,7 +162,7 @@ def switched_system(batch: Batch, names: tuple[str, ...] | None = None) -> Switc
     _supports(rows)
     return SwitchedAffine(
         names=names, omega=rows.omega, A=rows.A, b=rows.b, f0=rows.f0, f_cos=rows.f_cos, f_sin=rows.f_sin,
-        damping=2 * rows["zeta"], static_force=_static_force(rows), one_split="contact_ratio" not in batch.values,
+        damping=2 * rows["zeta"], static_force=_static_force(rows), same_starts="contact_ratio" not in batch.values,
         **_stiffness(batch), **_velocity(rows),
     )
 
@@ -262,13 +263,27 @@ def _supports(rows: _Rows) -> None:
 def _stiffness(batch: Batch) -> dict[str, np.ndarray]:
     """The fields of a `SwitchedAffine` that describe the mesh stiffness."""
     a, p = batch.harmonics("c", "alpha")
-    n = batch.size
-    levels, split = np.ones((n, 2)), np.full(n, 0.5)
-    if isinstance(batch.model.stiffness, TwoLevelStiffness):
-        levels = np.stack([np.broadcast_to(1 + np.asarray(batch["chi1"]), n),
-                           np.broadcast_to(1 - np.asarray(batch["chi2"]), n)], axis=1)
-        split = np.broadcast_to(np.asarray(batch["contact_ratio"]) - 1, n).copy()
-    return {"levels": levels, "split": split, "chi_cos": (a * np.cos(p)).T, "chi_sin": (a * np.sin(p)).T}
+    values, begins = _levels(batch)
+    levels, starts = (np.stack([np.broadcast_to(v, batch.size) for v in row], axis=1) for row in (values, begins))
+    return {"levels": levels, "starts": starts, "chi_cos": (a * np.cos(p)).T, "chi_sin": (a * np.sin(p)).T}
+
+
+def _levels(batch: Batch) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """Levels and starts of the N parts of the period, from τ = 0 on: of each N values, all points' or arrays (P,).
+
+    A Fourier stiffness has the level 1 in both halves of the period: with another division the steps would be others,
+    and results would differ in their last bits.
+    """
+    stiffness = batch.model.stiffness
+    if isinstance(stiffness, TwoLevelStiffness):
+        chi1, chi2, ratio = (np.asarray(batch[name]) for name in ("chi1", "chi2", "contact_ratio"))
+        return (1 + chi1, 1 - chi2), (0.0, ratio - 1)
+    if isinstance(stiffness, SteppedStiffness):
+        levels, starts = stiffness.levels, stiffness.starts
+        if starts[0] > 0:  # until then the last level of the period before lasts on
+            levels, starts = (levels[-1], *levels), (0.0, *starts)
+        return levels, starts
+    return (1.0, 1.0), (0.0, 0.5)
 
 
 def _velocity(rows: _Rows) -> dict[str, np.ndarray]:

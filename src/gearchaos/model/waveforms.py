@@ -1,4 +1,4 @@
-"""The periodic functions of a model: transmission error, (2.15), and mesh stiffness, (2.16) or (2.7)."""
+"""The periodic functions of a model: transmission error, (2.15), and mesh stiffness: (2.16), (2.7), or steps."""
 
 from __future__ import annotations
 
@@ -13,6 +13,12 @@ from gearchaos.validation import check_rule, to_float, to_floats
 
 _POSITIVE_STIFFNESS = Rule(
     lambda v: v > 0, "must keep the mesh stiffness above 0 (its least value is given)", "Lower the amplitudes.")
+_POSITIVE_LEVEL = Rule(lambda v: v > 0, "must be greater than 0", "A level is the mesh stiffness over the reference c0.")
+_IN_PERIOD = Rule(
+    lambda v: (v >= 0) & (v < 1), "must lie in [0, 1)", "A start is a fraction of the mesh period, τ/T.")
+
+MAX_LEVELS = 64
+"""Most levels of a `SteppedStiffness`."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +84,66 @@ class HarmonicStiffness:
         check_stiffness(np.array(self.amplitudes)[:, None], np.array(self.phases)[:, None])
 
 
-Stiffness = TwoLevelStiffness | HarmonicStiffness
+@dataclass(frozen=True)
+class SteppedStiffness:
+    """Piecewise constant mesh stiffness over the reference stiffness c0.
+
+    χ(τ) = ``levels[i]`` for ``starts[i]`` <= τ/T < ``starts[i + 1]``, with the mesh period T. The last level lasts until
+    the first start of the next period, so that it also covers 0 <= τ/T < ``starts[0]``. The time mean of χ, the sum of
+    the levels weighted with their durations, may differ from 1: ω0 and ζ refer to the reference stiffness c0, where
+    χ = 1, and not to the mean.
+
+    Attributes
+    ----------
+    levels : tuple of float
+        1 to 64 values of χ, each greater than 0.
+    starts : tuple of float
+        Where each level begins, as a fraction of the mesh period; they increase strictly, and lie in [0, 1).
+
+    Raises
+    ------
+    InputError
+        For a value that breaks a rule.
+
+    Examples
+    --------
+    Two pairs of teeth in contact for 0.4 of the mesh period, one pair for the rest:
+
+    >>> SteppedStiffness(levels=(1.25, 0.75), starts=(0.0, 0.4))
+    SteppedStiffness(levels=(1.25, 0.75), starts=(0.0, 0.4))
+    """
+
+    levels: tuple[float, ...]
+    starts: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        levels = to_floats("stiffness.levels", self.levels, MAX_LEVELS, "levels")
+        starts = to_floats("stiffness.starts", self.starts, MAX_LEVELS, "levels")
+        if not levels:
+            raise InputError("stiffness.levels", f"must have 1 to {MAX_LEVELS} levels", len(levels))
+        if len(starts) != len(levels):
+            raise InputError("stiffness.starts", f"must have as many values as levels ({len(levels)})", len(starts),
+                             "Give the start of each level as a fraction of the mesh period.")
+        check_rule("stiffness.levels", np.array(levels), _POSITIVE_LEVEL)
+        check_rule("stiffness.starts", np.array(starts), _IN_PERIOD)
+        if np.any(np.diff(starts) <= 0):
+            raise InputError("stiffness.starts", "must increase strictly", starts,
+                             "Sort the levels by their starts, and give each start once.")
+        object.__setattr__(self, "levels", levels)
+        object.__setattr__(self, "starts", starts)
+
+
+Stiffness = TwoLevelStiffness | HarmonicStiffness | SteppedStiffness
+
+STIFFNESS_KINDS: dict[str, type[Stiffness]] = {
+    "two-level": TwoLevelStiffness, "harmonics": HarmonicStiffness, "steps": SteppedStiffness,
+}
+"""The kinds of mesh stiffness by the names that files and pages use."""
+
+
+def stiffness_kind(stiffness: Stiffness) -> str:
+    """The name of the kind of a stiffness, a key of `STIFFNESS_KINDS`."""
+    return next(name for name, kind in STIFFNESS_KINDS.items() if isinstance(stiffness, kind))
 
 
 def _set_series(series: Any, kind: str) -> None:

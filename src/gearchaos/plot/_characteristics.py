@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from gearchaos.errors import InputError, whole_number
 from gearchaos.gears.pair import GearPair, as_model
-from gearchaos.model import MeshModel, TwoLevelStiffness, mesh_stiffness
+from gearchaos.model import MeshModel, SteppedStiffness, TwoLevelStiffness, mesh_stiffness
 from gearchaos.model import backlash as backlash_function
 from gearchaos.plot._axes import new_axes
 from gearchaos.plot._checks import check_positive
@@ -20,7 +20,7 @@ _REFERENCE_LINE: dict[str, Any] = {"color": "0.55", "linewidth": 0.7, "linestyle
 
 
 def stiffness(model: MeshModel | GearPair | None = None, ax: Axes | None = None, *, periods: int = 2) -> Axes:
-    """Draw the mesh stiffness divided by the reference stiffness, c(t)/c0 = χ(τ), (2.16) or (2.7), against time.
+    """Draw the mesh stiffness divided by the reference stiffness, c(t)/c0 = χ(τ), against time.
 
     Parameters
     ----------
@@ -38,6 +38,8 @@ def stiffness(model: MeshModel | GearPair | None = None, ax: Axes | None = None,
     ax = new_axes(ax)
     if isinstance(model.stiffness, TwoLevelStiffness):
         _two_level(model.stiffness, ax, periods)
+    elif isinstance(model.stiffness, SteppedStiffness):
+        _steps(model.stiffness, ax, periods)
     else:
         t = np.linspace(0, periods, 400 * periods + 1)
         ax.plot(t, mesh_stiffness(model, t * model.period), color=INK, linewidth=1.4)
@@ -59,6 +61,12 @@ def _two_level(wave: TwoLevelStiffness, ax: Axes, periods: int) -> None:
     for level, name in ((high, r"$1+\chi_1$"), (low, r"$1-\chi_2$")):
         ax.annotate(name, (1, level), (4, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
                     va="center", annotation_clip=False)
+
+
+def _steps(wave: SteppedStiffness, ax: Axes, periods: int) -> None:
+    """Draw a stepped stiffness; in each period the last level also comes before the first start."""
+    edges = np.concatenate([k + np.array(wave.starts) for k in range(-1, periods)] + [[periods + wave.starts[0]]])
+    ax.stairs(np.tile(wave.levels, periods + 1), edges, baseline=None, color=INK, linewidth=1.4)
 
 
 def _dimension_line(ax: Axes, start: float, end: float, y: float, name: str) -> None:

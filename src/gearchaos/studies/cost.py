@@ -116,9 +116,10 @@ def estimate(system: SwitchedAffine, motions: int, periods: int, sequential: int
     InputError
         If a mesh period needs more than `MAX_STEPS` steps, or the study more than a hundred years.
     """
-    steps, d = _steps(system), system.dimension
+    steps, d, levels = _steps(system), system.dimension, system.levels.shape[1]
     steps = samples * np.ceil(steps / samples) if samples else steps
-    table = (2 if steps_share_matrices(system) and not samples else int(steps.max())) * _STATES * (d * d + d) * 8
+    matrices = levels if steps_share_matrices(system) and not samples else int(steps.max())
+    table = matrices * _STATES * (d * d + d) * 8
     found = Cost(motions, periods, sequential, int(np.ceil(steps.mean())), table, d, _step_cost(system))
     if found.seconds() > _MAX_SECONDS * found.step_cost:  # the limit does not depend on the number of harmonics
         limit = _duration(_MAX_SECONDS)
@@ -138,7 +139,7 @@ def _steps(system: SwitchedAffine) -> np.ndarray:
     needed = min_steps_per_period(system)
     worst = int(np.argmax(needed))
     if needed[worst] <= MAX_STEPS:
-        return np.ceil(needed)
+        return np.ceil(needed) + system.levels.shape[1] - 2  # the number of steps on each level is rounded up
     raise InputError(
         "steps of a mesh period", f"must be at most {MAX_STEPS:,}", float(f"{needed[worst]:.3g}"),
         f"The fastest rate of the motion is {fastest_rate(system)[worst]:.3g}, "

@@ -17,6 +17,7 @@ from gearchaos.model import (
     PARAMETER_PAIRS,
     HarmonicStiffness,
     MeshModel,
+    SteppedStiffness,
     Stiffness,
     TransmissionError,
     TwoLevelStiffness,
@@ -37,6 +38,13 @@ from gearchaos.studyfile.tables import (
 )
 
 _PAIR_PREFIX = "gearpair."
+
+_STIFFNESS_KEYS = {
+    "two-level": ("chi0", "chi1", "chi2", "contact_ratio"),
+    "harmonics": ("amplitudes", "phases"),
+    "steps": ("levels", "starts"),
+}
+"""The keys of ``[model.stiffness]`` for each kind of stiffness."""
 
 Kind = TypeVar("Kind", bound=Study)
 
@@ -213,18 +221,20 @@ def _check_pairs(table: str, values: Mapping[str, Any]) -> None:
 
 
 def _stiffness(table: StiffnessTable) -> Stiffness:
-    """The stiffness of ``[model.stiffness]``; raises `InputError` for a key of the other kind of stiffness."""
-    levels = table.model_dump(include={"chi0", "chi1", "chi2", "contact_ratio"}, exclude_none=True)
-    series = [name for name in Series.model_fields if getattr(table, name)]
-    for name in levels if table.kind == "harmonics" else series:
+    """The stiffness of ``[model.stiffness]``; raises `InputError` for a key of another kind of stiffness."""
+    given = {name: value for name, value in table.model_dump(exclude={"kind"}).items() if value not in (None, [])}
+    for name in (n for n in given if n not in _STIFFNESS_KEYS[table.kind]):
         raise InputError(
-            f"model.stiffness.{name}", f"must be left out for kind {table.kind!r}", getattr(table, name),
-            "two-level takes chi1, chi2 (or chi0) and contact_ratio; harmonics takes amplitudes and phases.",
+            f"model.stiffness.{name}", f"must be left out for kind {table.kind!r}", given[name],
+            "two-level takes chi1, chi2 (or chi0) and contact_ratio; harmonics takes amplitudes and phases; "
+            "steps takes levels and starts.",
         )
     if table.kind == "harmonics":
         return HarmonicStiffness(tuple(table.amplitudes) or (0.0,), tuple(table.phases))
-    _check_pairs("model.stiffness", levels)
-    singles = {single: v for name, v in levels.items() for single in PARAMETER_PAIRS.get(name, (name,))}
+    if table.kind == "steps":
+        return SteppedStiffness(tuple(table.levels), tuple(table.starts))
+    _check_pairs("model.stiffness", given)
+    singles = {single: v for name, v in given.items() for single in PARAMETER_PAIRS.get(name, (name,))}
     return TwoLevelStiffness(**singles)
 
 

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.pair import GearPair
-from gearchaos.model import PARAMETER_PAIRS, SCALARS
+from gearchaos.model import PARAMETER_PAIRS, SCALARS, STIFFNESS_KINDS
 from gearchaos.quantities import find
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.registry import STUDIES
@@ -30,13 +30,15 @@ class Series(_Table):
 
 
 class StiffnessTable(Series):
-    """``[model.stiffness]``, with the keys of both kinds of stiffness."""
+    """``[model.stiffness]``, with the keys of all kinds of stiffness."""
 
-    kind: Literal["two-level", "harmonics"] = "two-level"
+    kind: Literal[tuple(STIFFNESS_KINDS)] = "two-level"  # type: ignore[valid-type]
     chi0: float | None = None
     chi1: float | None = None
     chi2: float | None = None
     contact_ratio: float | None = None
+    levels: list[float] = []
+    starts: list[float] = []
 
 
 def _key_type(type_: Any, least: int | None) -> Any:

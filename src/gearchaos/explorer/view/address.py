@@ -7,14 +7,27 @@ from dataclasses import replace
 from urllib.parse import parse_qsl, urlencode
 
 from gearchaos.errors import InputError
-from gearchaos.explorer.view.bounds import MAP_CELLS, QUERY_LENGTH, bounded
+from gearchaos.explorer.view.bounds import MAP_CELLS, QUERY_LENGTH, bounded, finite_number
 from gearchaos.explorer.view.planes import value_on
-from gearchaos.explorer.view.state import STIFFNESSES, View, check_known, stiffness_name, view_of
-from gearchaos.model import COORDINATES, KINDS, HarmonicStiffness, MeshModel, expand_pairs
+from gearchaos.explorer.view.state import View, check_known, stiffness_name, view_of
+from gearchaos.model import (
+    COORDINATES,
+    KINDS,
+    STIFFNESS_KINDS,
+    HarmonicStiffness,
+    MeshModel,
+    SteppedStiffness,
+    Stiffness,
+    TwoLevelStiffness,
+    expand_pairs,
+)
 from gearchaos.studies.axis import Axis
 
 _OTHER_NAMES = ("kind", "stiffness", "x", "y", "at", "colour", "line", "start", "units")
 """Names in a query that do not set a value of the model."""
+
+_STEPS = ("levels", "starts")
+"""The fields of a stepped stiffness, each a list of numbers with commas between; names in a query for that kind only."""
 
 _UNITS = ("dimensionless", "physical")
 
@@ -25,7 +38,9 @@ def to_query(view: View) -> str:
     out: dict[str, str] = {"kind": model.kind}
     if stiffness_name(model) != "two-level":
         out["stiffness"] = stiffness_name(model)
-    default = _default_model(model.kind, stiffness_name(model)).parameters()
+    if isinstance(model.stiffness, SteppedStiffness):
+        out |= {n: ",".join(map(repr, getattr(model.stiffness, n))) for n in _STEPS}
+    default = replace(MeshModel(kind=model.kind), stiffness=_stiffness(stiffness_name(model), out)).parameters()
     out |= {n: repr(v) for n, v in model.parameters().items() if v != default.get(n, 0.0)}
     out |= {n: repr(v) for n, v in model.initial.items()}
     out |= {n: f"{a.name}:{a.start!r}:{a.stop!r}" for n, a in (("x", view.x), ("y", view.y))}
@@ -68,17 +83,22 @@ def from_query(text: str, default: View) -> View:
     )
 
 
-def _default_model(kind: str, stiffness: str) -> MeshModel:
-    model = MeshModel(kind=kind)  # type: ignore[arg-type]
-    return model if stiffness == "two-level" else replace(model, stiffness=HarmonicStiffness())
+def _stiffness(kind: str, given: Mapping[str, str]) -> Stiffness:
+    """The mesh stiffness of a query before its parameters are set by name; ``kind`` is one of `STIFFNESS_KINDS`."""
+    if kind == "steps":
+        levels, starts = (tuple(finite_number(n, part) for part in given.get(n, "").split(",")) for n in _STEPS)
+        return SteppedStiffness(levels, starts)
+    return HarmonicStiffness() if kind == "harmonics" else TwoLevelStiffness()
 
 
 def _model(given: Mapping[str, str]) -> MeshModel:
     """The model of a query."""
     kind, stiffness = given.get("kind", "torsional"), given.get("stiffness", "two-level")
     check_known("kind", kind, KINDS)
-    check_known("stiffness", stiffness, STIFFNESSES)
-    model, values = _default_model(kind, stiffness), {n: v for n, v in given.items() if n not in _OTHER_NAMES}
+    check_known("stiffness", stiffness, STIFFNESS_KINDS)
+    model = MeshModel(kind=kind, stiffness=_stiffness(stiffness, given))  # type: ignore[arg-type]
+    others = (*_OTHER_NAMES, *_STEPS) if stiffness == "steps" else _OTHER_NAMES
+    values = {n: v for n, v in given.items() if n not in others}
     expand_pairs(dict.fromkeys(values, 0.0), model)  # refuses an unknown name before its value is read
     return model.with_values({n: bounded(n, v) for n, v in values.items()})
 

@@ -31,6 +31,9 @@ PORTRAIT_POINTS = 4000
 HIGHEST_HARMONIC = 8
 """Highest order of the harmonics of the transmission error and of the mesh stiffness."""
 
+LEVELS = (0.05, 20.0)
+"""Least and largest level of a stepped mesh stiffness."""
+
 QUERY_LENGTH = 4000
 """Largest number of characters in the query of an address."""
 
@@ -65,6 +68,13 @@ def bounded(name: str, value: object) -> float:
     if parts is not None and parts.order is not None and parts.order > HIGHEST_HARMONIC:
         raise InputError(name, f"must be a harmonic of order at most {HIGHEST_HARMONIC} in the explorer", parts.order)
     return found
+
+
+def bounded_level(level: float) -> None:
+    """Raise `InputError` if a level of a stepped stiffness is outside the range that the explorer accepts."""
+    least, most = LEVELS
+    if not least <= level <= most:
+        raise InputError("stiffness.levels", f"must lie in [{least:g}, {most:g}] in the explorer", level)
 
 
 def finite_number(name: str, value: object) -> float:

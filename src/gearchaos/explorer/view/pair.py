@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gearchaos.gears.pair import GearPair
-from gearchaos.model import PARAMETER_PAIRS, HarmonicStiffness, MeshModel
+from gearchaos.model import PARAMETER_PAIRS, HarmonicStiffness, MeshModel, SteppedStiffness
 
 _LATERAL = ("mu", "kappa", "zeta_support")
 _TOLERANCE = 1e-12
@@ -26,10 +26,10 @@ def pair_at(pair: GearPair, model: MeshModel) -> GearPair | None:
     Returns
     -------
     GearPair or None
-        None if there is no such pair: inertias that imply another equivalent mass, or elastic supports where those of
-        ``pair`` are rigid.
+        None if there is no such pair: inertias that imply another equivalent mass, elastic supports where those of
+        ``pair`` are rigid, or a stepped stiffness.
     """
-    if model.kind == "full" and pair.rigid:
+    if (model.kind == "full" and pair.rigid) or isinstance(model.stiffness, SteppedStiffness):
         return None
     if model.kind == "single":
         pair = replace(pair, b1=0.0, b2=0.0)

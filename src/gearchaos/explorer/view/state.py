@@ -8,9 +8,20 @@ from functools import cached_property
 from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.explorer.view.bounds import MAP_CELLS, bounded, finite_number, rounded, value_range
+from gearchaos.explorer.view.bounds import MAP_CELLS, bounded, bounded_level, finite_number, rounded, value_range
 from gearchaos.explorer.view.planes import axis_names, figure_plane, value_on
-from gearchaos.model import KINDS, HarmonicStiffness, MeshModel, TwoLevelStiffness, expand_pairs, state_names
+from gearchaos.model import (
+    KINDS,
+    STIFFNESS_KINDS,
+    HarmonicStiffness,
+    MeshModel,
+    SteppedStiffness,
+    Stiffness,
+    TwoLevelStiffness,
+    expand_pairs,
+    state_names,
+    stiffness_kind,
+)
 from gearchaos.quantities import quantity
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.plane import check_plane
@@ -25,8 +36,11 @@ COLOURS = {
 LINES = {"x": "horizontal", "y": "vertical"}
 """Directions of the bifurcation diagram through the point, by the axis of the map."""
 
-STIFFNESSES = ("two-level", "harmonics")
-"""The two kinds of mesh stiffness: two levels (2.16), and a Fourier series (2.7)."""
+_STIFFNESSES: dict[str, Stiffness] = {
+    "two-level": TwoLevelStiffness(), "harmonics": HarmonicStiffness((0.25,)),
+    "steps": SteppedStiffness((1.25, 0.75), (0.0, 0.5)),
+}
+"""The mesh stiffness that a model is given when one of `STIFFNESS_KINDS` is chosen."""
 
 
 @dataclass(frozen=True)
@@ -169,11 +183,10 @@ class View:
 
     def with_stiffness(self, name: str) -> View:
         """The view with this kind of mesh stiffness, at its default values, unless it has it already."""
-        check_known("stiffness", name, STIFFNESSES)
+        check_known("stiffness", name, STIFFNESS_KINDS)
         if name == stiffness_name(self.model):
             return self
-        stiffness = TwoLevelStiffness() if name == "two-level" else HarmonicStiffness((0.25,))
-        model = replace(self.operating_point, stiffness=stiffness)
+        model = replace(self.operating_point, stiffness=_STIFFNESSES[name])
         x, y = self._axes_for(model)
         return replace(self, model=model, x=x, y=y, at=_values_on(model, x, y), initial=())
 
@@ -194,8 +207,8 @@ def view_of(model: MeshModel, x: Axis | None = None, y: Axis | None = None) -> V
 
 
 def stiffness_name(model: MeshModel) -> str:
-    """Which of `STIFFNESSES` a model has."""
-    return STIFFNESSES[isinstance(model.stiffness, HarmonicStiffness)]
+    """Which of `STIFFNESS_KINDS` a model has."""
+    return stiffness_kind(model.stiffness)
 
 
 def check_known(field: str, value: str, names: Iterable[str]) -> None:
@@ -208,6 +221,9 @@ def _check_model(model: MeshModel) -> None:
     """Raise an `InputError` unless every value is in the range that the explorer accepts."""
     for name, value in {**model.parameters(), **model.initial}.items():
         bounded(name, value)
+    if isinstance(model.stiffness, SteppedStiffness):
+        for level in model.stiffness.levels:
+            bounded_level(level)
 
 
 def _accepted(axis: Axis, value: float) -> float:

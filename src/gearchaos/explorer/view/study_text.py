@@ -11,10 +11,10 @@ import tomlkit
 from gearchaos.explorer.view.pair import pair_at
 from gearchaos.explorer.view.state import View, stiffness_name
 from gearchaos.gears.pair import GearPair
-from gearchaos.model import SCALARS, MeshModel, TwoLevelStiffness
+from gearchaos.model import SCALARS, MeshModel, Stiffness
 from gearchaos.studies.axis import Axis
 
-_CLASSES = re.compile(r"\b(MeshModel|TransmissionError|TwoLevelStiffness|HarmonicStiffness)\(")
+_CLASSES = re.compile(r"\b(MeshModel|TransmissionError|TwoLevelStiffness|HarmonicStiffness|SteppedStiffness)\(")
 """Names of classes in the ``repr`` of a model; a script has to write ``gc.MeshModel`` and so on."""
 
 
@@ -77,10 +77,10 @@ def _model(model: MeshModel) -> dict[str, Any]:
     }
 
 
-def _stiffness(stiffness: Any) -> dict[str, Any]:
-    if isinstance(stiffness, TwoLevelStiffness):
-        return {n: getattr(stiffness, n) for n in ("chi1", "chi2", "contact_ratio")}
-    return {"amplitudes": list(stiffness.amplitudes), "phases": list(stiffness.phases)}
+def _stiffness(stiffness: Stiffness) -> dict[str, Any]:
+    """The keys of ``[model.stiffness]`` but for its kind; they have the names of the fields."""
+    values = {f.name: getattr(stiffness, f.name) for f in fields(stiffness)}
+    return {n: list(v) if isinstance(v, tuple) else v for n, v in values.items()}
 
 
 def _axis(axis: Axis) -> str:

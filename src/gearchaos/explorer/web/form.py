@@ -9,8 +9,8 @@ from gearchaos.explorer.panels.labels import symbol, title
 from gearchaos.explorer.view.bounds import value_range
 from gearchaos.explorer.view.planes import axis_names, initial_values
 from gearchaos.explorer.view.presets import presets
-from gearchaos.explorer.view.state import COLOURS, LINES, STIFFNESSES, View, stiffness_name
-from gearchaos.model import COORDINATES, KINDS, PARAMETER_PAIRS
+from gearchaos.explorer.view.state import COLOURS, LINES, View, stiffness_name
+from gearchaos.model import COORDINATES, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS
 from gearchaos.quantities import HARMONICS, parse_harmonic
 
 _GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -91,7 +91,7 @@ def parameter_form(view: View, merged: Iterable[str], has_pair: bool) -> Form:
     menus = (
         Menu("preset", "Preset", (("", "choose a figure of the paper …"), *figures)),
         Menu("kind", "Model", tuple((k, _KINDS[k]) for k in KINDS)),
-        Menu("stiffness", "Mesh stiffness", tuple((s, s) for s in STIFFNESSES)),
+        Menu("stiffness", "Mesh stiffness", tuple((s, s) for s in STIFFNESS_KINDS)),
     )
     buttons = (Button("units", "physical units", toggle=True),) if has_pair else ()
     values = field_values(view)

@@ -206,9 +206,10 @@ def _measure_slot(dims, points, slots, lanes, slot, work, tick):
     restore_point_rows(dims, points.harmonics, lanes.point_rows, slot, ws)
     for l in range(WIDTH):
         lane = first + (l if l < active else 0)
+        work.points[l] = load_scalar(lanes.point, lane)
         work.steps[l] = load_scalar(lanes.first_step, lane) + load_scalar(slots.step_minus_tick, slot) + tick
         store_scalar(ws, at.end_fraction * WIDTH + l, float(steady >> l & 1))
-    fill_step(dims, points.harmonics, points.steps.values, work.steps, ws)
+    fill_step(dims, points.parameters, points.harmonics, points.steps.values, work.points, work.steps, ws)
     for i in range(d):
         store(ws, at.start + i, load(lanes.vectors, slot * rows_per_slot(lanes) + (tick & 1) * d + i))
     sigma = load(lanes.sigma, slot)

@@ -2,7 +2,7 @@
 
 Both are described by lists of (name, size). Offsets are the running sums of the sizes, so a new quantity needs one line
 here. Offsets that depend on the number of coordinates d alone are constants for the compiler; those that depend on the
-numbers of harmonics H and K are passed to the kernels in `Harmonics`.
+numbers of harmonics H and K and of stiffness levels N are passed to the kernels in `Harmonics`.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ _TERMS = ORDER + 1
 """Coefficients of a Taylor polynomial."""
 
 
-def _parameters(d: int, h: int, k: int) -> dict[str, int]:
+def _parameters(d: int, h: int, k: int, n: int) -> dict[str, int]:
     """Columns of the parameter array (P, total): the flattened arrays of the system, and those of `rates.bounds`."""
     return {
-        "A": d * d, "b": d, "f0": d, "levels": 2, "omega": 1, "bound0": 2, "bound": d, "damping": 1, "velocity": d,
+        "A": d * d, "b": d, "f0": d, "levels": n, "omega": 1, "bound0": 2, "bound": d, "damping": 1, "velocity": d,
         "velocity0": 1, "f_cos": h, "f_sin": h, "chi_cos": k, "chi_sin": k, "velocity_cos": h, "velocity_sin": h,
     }
 
@@ -35,7 +35,6 @@ def _fixed_rows(d: int) -> dict[str, int]:
         "A": d * d,
         "minus_b": d,
         "f0": d,
-        "levels": 2,  # stiffness in both parts of the period, without its harmonics
         "omega": 1,  # mesh frequency
         "state": _TERMS * d,  # polynomials of the coordinates: coefficient k of coordinate i in row k * d + i
         "forcing": _TERMS,  # polynomial of the harmonic forcing of z''
@@ -79,13 +78,13 @@ def _record(name: str, sizes: dict[str, int]) -> Any:
     return namedtuple(name, [*sizes, "total"])
 
 
-Columns = _record("Columns", _parameters(1, 1, 1))
+Columns = _record("Columns", _parameters(1, 1, 1, 1))
 Rows = _record("Rows", _fixed_rows(1))
 HarmonicRows = _record("HarmonicRows", _harmonic_rows(1, 1, 1))
 
 
 class Harmonics(NamedTuple):
-    """How many harmonics a system has, and the offsets that depend on it."""
+    """How many harmonics a system has, and the offsets that depend on it and on the number of stiffness levels."""
 
     forcing: int  # H
     stiffness: int  # K
@@ -95,12 +94,12 @@ class Harmonics(NamedTuple):
     point_rows: int  # rows that depend on a point alone: those before ``state``, and from ``forcing_amplitudes`` on
 
 
-def harmonics(d: int, h: int, k: int) -> Harmonics:
-    """The offsets for d coordinates, h harmonics of the forcing and k of the stiffness."""
+def harmonics(d: int, h: int, k: int, n: int) -> Harmonics:
+    """The offsets for d coordinates, h harmonics of the forcing, and k harmonics and n levels of the stiffness."""
     fixed = row_offsets(d)
     rows = HarmonicRows(*_offsets(_harmonic_rows(d, h, k), fixed.total))
     point_rows = fixed.state + rows.total - rows.forcing_amplitudes
-    return Harmonics(h, k, max(h, k), Columns(*_offsets(_parameters(d, h, k))), rows, point_rows)
+    return Harmonics(h, k, max(h, k), Columns(*_offsets(_parameters(d, h, k, n))), rows, point_rows)
 
 
 @cache

@@ -119,7 +119,7 @@ def _begin_step(dims, points, slots, lanes, listed, count, work, tick, measuring
         if measuring:
             gather_measures(work.measures, lanes.measures, lane, l)
     fill_point(dims, points.parameters, points.harmonics, work.points, measuring, ws)
-    fill_step(dims, points.harmonics, points.steps.values, work.steps, ws)
+    fill_step(dims, points.parameters, points.harmonics, points.steps.values, work.points, work.steps, ws)
     _gather(dims, lanes.vectors, rows_per_slot(lanes), parity * len(dims), listed, count, ws)
 
 

@@ -35,7 +35,7 @@ def _tabulate_step(dims, parameters, harmonics, values, entry, state, tabulated,
     d, varying = len(dims), harmonics.stiffness > 0
     at, ws = rows(dims), work.rows
     fill_point(dims, parameters, harmonics, work.points, False, ws)
-    fill_step(dims, harmonics, values, work.steps, ws)
+    fill_step(dims, parameters, harmonics, values, work.points, work.steps, ws)
     for l in range(WIDTH):
         ws[at.sigma * WIDTH + l] = state - 1.0
         ws[at.end_fraction * WIDTH + l] = 1.0

@@ -31,7 +31,6 @@ def fill_point(dims, parameters, harmonics, points, measuring, ws):
         for i in range(1, d):
             store_scalar(ws, (at.minus_b + i) * WIDTH + l, -load_scalar(parameters, offset + column.b + i))
         _copy(parameters, offset + column.f0, d, ws, at.f0, l)
-        _copy(parameters, offset + column.levels, 2, ws, at.levels, l)
         _copy(parameters, offset + column.omega, 1, ws, at.omega, l)
         for j in range(h):
             _copy(parameters, offset + column.f_cos + j, 1, ws, row.forcing_amplitudes + 2 * j, l)
@@ -48,16 +47,17 @@ def fill_point(dims, parameters, harmonics, points, measuring, ws):
 
 
 @subroutine
-def fill_step(dims, harmonics, values, steps, ws):
+def fill_step(dims, parameters, harmonics, values, points, steps, ws):
     """Write the workspace rows that depend on the lanes' steps; `fill_point` must have been called before.
 
-    ``values`` is `Steps.values`, ``steps`` (WIDTH,) the index in it of each lane's step.
+    ``parameters`` and ``points`` are as there; ``values`` is `Steps.values`, ``steps`` (WIDTH,) the index in it of each
+    lane's step.
     """
     at, width = rows(dims), values.shape[1]
     for l in range(WIDTH):
         offset = steps[l] * width
-        level = at.levels + int(load_scalar(values, offset + LEVEL))
-        store_scalar(ws, at.level * WIDTH + l, load_scalar(ws, level * WIDTH + l))
+        level = harmonics.columns.levels + int(load_scalar(values, offset + LEVEL))
+        store_scalar(ws, at.level * WIDTH + l, load_scalar(parameters, points[l] * harmonics.columns.total + level))
         store_scalar(ws, at.duration * WIDTH + l, load_scalar(values, offset + LENGTH))
         _copy(values, offset + COS_SIN, 2 * harmonics.highest, ws, harmonics.rows.cos_sin, l)
     store(ws, at.duration, broadcast(TWO_PI) * load(ws, at.duration) / load(ws, at.omega))
