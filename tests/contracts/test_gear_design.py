@@ -2,6 +2,7 @@
 
 import pickle
 from dataclasses import asdict, fields, replace
+from functools import cached_property
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from gearchaos.errors import InputError
 from gearchaos.gears.backlash import OF, Backlash, ThicknessAllowances
 from gearchaos.gears.design import GearDesign
 from gearchaos.gears.design_values import CONVERTERS, OrdersFile, Rack, ReliefDimensions, Supports, TableFile
+from gearchaos.gears.geometry import Geometry
+from gearchaos.gears.geometry_formulas import DESIGN_FORMULAS, GEOMETRY_FORMULAS
 from gearchaos.gears.materials import STEEL, Material
 from gearchaos.gears.quality import Quality
 from gearchaos.gears.tip_relief import TipRelief
@@ -77,7 +80,7 @@ def test_one_value_stands_for_both_wheels_and_defaults_are_the_documented_ones()
     ("transmission_error", [{"table": "e.csv"}, TableFile(table="e.csv")]),
     ("backlash", [{"value": "100 um", "of": "normal, total"}, Backlash(value="100 um", of="normal, total")]),
     ("inertia", [1e-3, "1e-3 kg*m^2", "10 kg*cm^2"]),
-    ("supports", [{"stiffness": "100 N/um", "damping_ratio": 0.02}, Supports(stiffness=1e8, damping_ratio=(0.02, 0.02))]),
+    ("supports", [{"stiffness": "100 N/um", "damping_ratio": 0.02}, Supports(stiffness=1e8, damping_ratio=0.02)]),
     ("speed", ["3000 rpm", 100 * np.pi, "50 turn/s"]),
     ("helix_angle", ["10 deg", "-10 deg"]),
 ])
@@ -138,7 +141,7 @@ REFUSED = [
     ({"tip_relief": 20}, "tip_relief.amount[0]", "did you mean '20 um'", ""),
     ({"tip_relief": {"amount": 1e-5, "start_diameter": [65, 125]}}, "tip_relief.start_diameter[0]", "'65 mm'", ""),
     ({"material": {"E": 206, "poisson": 0.3, "density": 7830}}, "material.E", "did you mean '206 GPa'", ""),
-    ({"material": ["steel", {"E": 206e9, "poisson": 0.3, "density": 7.83}]}, "material[1].density", "'7.83 g/cm^3'", ""),
+    ({"material": ["steel", {"E": 206e9, "poisson": 0.3, "density": 7.8}]}, "material[1].density", "'7.8 g/cm^3'", ""),
     ({"supports": {"stiffness": 200, "damping_ratio": 0}}, "supports.stiffness", "did you mean '200 N/um'", ""),
     ({"speed": 35000}, "speed", "334225 rpm: did you mean '35000 rpm'", ""),
     ({"speed": "60 Hz"}, "speed", "Hertz", ""),
@@ -215,7 +218,7 @@ REFUSED = [
     ({"profile_shift": [1.0, 1.2]}, "tip_clearance[0]", "keep clearance", "greater than 0"),
     ({"teeth": [12, 40]}, "start_of_active_profile[0]", "a larger profile_shift", "root form diameter"),
     ({"teeth": [40, 12]}, "start_of_active_profile[1]", "wheel 2 a larger profile_shift", "root form diameter"),
-    ({"rack": {"root_radius": 0.47, "addendum": 1.2}}, "start_of_active_profile[0]", "no involute", "root form diameter"),
+    ({"rack": {"root_radius": 0.47, "addendum": 1.2}}, "start_of_active_profile[0]", "no involute", "form diameter"),
     ({"rack": {"addendum": 0.5}}, "contact_ratio", "smaller centre_distance", "at least 1"),
 ]
 
@@ -238,10 +241,10 @@ def test_inputs_that_a_result_needs_are_asked_for():
         with pytest.raises(InputError, match=f"^{name} must be given") as refusal:
             read(plain)
         assert refusal.value.advice
-    with pytest.raises(InputError, match="0.03 to 0.1"):
+    with pytest.raises(InputError, match=r"0\.03 to 0\.1"):
         plain.given("damping_ratio")
-    with pytest.raises(InputError, match="^torque must be given"):
-        replace(plain, speed=100.0).load.velocity  # noqa: B018 (the property raises)
+    with pytest.raises(InputError, match=r"^torque must be given"):
+        replace(plain, speed=100.0).load  # noqa: B018 (the property raises)
     assert design(damping_ratio=0.04).given("damping_ratio") == 0.04
 
 
@@ -307,3 +310,15 @@ def test_tables_with_wrong_names_are_refused(tables, field, words):
 def test_the_application_factor_may_be_in_either_table():
     assert GearDesign.from_tables({**SMALL, "application_factor": 1.5}).application_factor == 1.5
     assert GearDesign.from_tables(SMALL, {"application_factor": 1.5}).application_factor == 1.5
+
+
+def test_every_computed_value_has_a_symbol_a_unit_a_formula_and_a_source():
+    full = GearDesign.from_tables({**FULL, "supports": {"stiffness": 1e8, "damping_ratio": 0}}, OPERATION)
+    for owner, described in ((full.geometry, GEOMETRY_FORMULAS), (full, DESIGN_FORMULAS)):
+        for name, formula in described.items():
+            assert np.isfinite(np.multiply(getattr(owner, name), formula.factor)).all(), name
+            assert formula.symbol and formula.text and formula.source, name
+    computed = {name for name, value in vars(Geometry).items() if isinstance(value, (property, cached_property))}
+    assert computed - set(GEOMETRY_FORMULAS) == {"common_face_width", "tangent_length", "tip_tangents"}
+    assert GEOMETRY_FORMULAS["working_pressure_angle"].factor * full.geometry.working_pressure_angle == pytest.approx(
+        21.0661, abs=5e-5)
