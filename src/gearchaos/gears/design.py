@@ -11,7 +11,16 @@ from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import masses
 from gearchaos.gears.backlash import AnyBacklash, check_backlash
 from gearchaos.gears.design_checks import check_inputs, check_wheels, design_warnings
-from gearchaos.gears.design_values import CONVERTERS, PROFILE_A, OrdersFile, Rack, ReliefDimensions, Supports, TableFile
+from gearchaos.gears.design_values import (
+    CONVERTERS,
+    PRESSURE_ANGLE,
+    PROFILE_A,
+    OrdersFile,
+    Rack,
+    ReliefDimensions,
+    Supports,
+    TableFile,
+)
 from gearchaos.gears.geometry import Geometry, Pair
 from gearchaos.gears.geometry_checks import check_geometry
 from gearchaos.gears.materials import Material
@@ -120,7 +129,7 @@ class GearDesign:
     teeth: Any
     module: Any
     face_width: Any
-    pressure_angle: Any = "20 deg"
+    pressure_angle: Any = PRESSURE_ANGLE
     helix_angle: Any = 0.0
     centre_distance: Any = None
     profile_shift: Any = None

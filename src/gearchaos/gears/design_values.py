@@ -45,6 +45,9 @@ class Rack:
 PROFILE_A = Rack()
 """Profile A of ISO 53:1998."""
 
+PRESSURE_ANGLE = math.radians(20)
+"""Normal pressure angle of ISO 53:1998, rad."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class ReliefDimensions:

@@ -55,7 +55,7 @@ def check_geometry(geometry: Geometry) -> None:
         _check_root(geometry, wheel)
     if geometry.contact_ratio < 1:
         raise InputError(
-            "contact_ratio", "must be at least 1", round(geometry.contact_ratio, 6),
+            "contact_ratio", "must be at least 1", geometry.contact_ratio,
             "Between two pairs of teeth there would be none in contact. Give more addendum, a smaller centre_distance "
             "or a smaller sum of profile_shift.",
         )
