@@ -1,0 +1,202 @@
+"""Backlash: the ways in which a drawing gives it, and its value along the line of action.
+
+All lengths are in m. The model needs the total backlash j_bt in the transverse plane along the line of action: the
+distance that the flanks travel from one contact to the other.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.gears import units
+from gearchaos.gears.geometry import Geometry, Pair
+from gearchaos.gears.geometry_checks import SHIFT_TOLERANCE
+from gearchaos.gears.inputs import record_values, two_lengths
+from gearchaos.gears.plausibility import check_plausible
+from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
+
+_KINDS = ("line of action", "circumferential", "reference circle", "normal", "radial")
+
+OF = tuple(f"{kind}, {part}" for kind in _KINDS for part in ("total", "half"))
+"""What a backlash can be of: a direction, and whether the value is all of it or half of it.
+
+- ``line of action``: j_bt, in the transverse plane along the line of action;
+- ``circumferential``: j_wt, the arc on the working pitch circles;
+- ``reference circle``: j_t, the arc on the reference circle of the wheel that is turned while the other is held;
+- ``normal``: j_bn, the shortest distance of the flanks, normal to them;
+- ``radial``: j_r, the decrease of the centre distance that closes the backlash.
+
+ISO 21771:2007 and ISO/TR 10064-2:1996 define j_wt, j_bn and j_r.
+"""
+
+PLANES = ("normal", "transverse")
+LIMITS = ("mean", "minimum", "maximum")
+
+_NOT_POSITIVE = Rule(lambda v: v <= 0, "must not be greater than 0")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Backlash:
+    """A backlash given by its value.
+
+    Parameters
+    ----------
+    value : length
+        Greater than 0.
+    of : str
+        What the value is of, one of `OF`, e.g. ``"line of action, total"``.
+    """
+
+    value: Any
+    of: str
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "value", units.to_si("value", self.value, units.LENGTH, POSITIVE))
+        if self.of not in OF:
+            raise unknown_name("of", str(self.of), OF)
+
+    def along_line_of_action(self, geometry: Geometry) -> float:
+        """j_bt, total, m; raises `InputError` if the centre distance alone makes more backlash."""
+        kind, part = self.of.split(", ")
+        total = self.value * (2 if part == "half" else 1) * base_tangent_length(geometry, kind)
+        excess = geometry.theoretical_backlash - total
+        if excess > SHIFT_TOLERANCE * geometry.normal_module:
+            raise InputError(
+                "backlash.value", f"must give at least the {geometry.theoretical_backlash * 1e3:.4g} mm along the line "
+                "of action that teeth of nominal thickness have at this centre distance", self.value,
+                f"It gives {total * 1e3:.4g} mm. Check the centre distance, the profile shifts, and whether the "
+                "value is the total or half of it.")
+        return total
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThicknessAllowances:
+    """Backlash given by the allowances of tooth thickness and centre distance, as in DIN 3967:1978 and DIN 3964:1980.
+
+    Parameters
+    ----------
+    tooth_thickness_allowances : ((length, length), (length, length))
+        Upper and lower allowance of the tooth thickness of each wheel, E_sns and E_sni: not greater than 0. A single
+        pair of upper and lower holds for both wheels.
+    plane : {"normal", "transverse"}, optional
+        The section in which the tooth thickness is meant; by default normal, as in DIN 3967.
+    centre_distance_allowance : (length, length), optional
+        Upper and lower allowance of the centre distance; by default 0, or one length for ± that length.
+    at : {"mean", "minimum", "maximum"}, optional
+        Which backlash is taken: the mean of the least and the greatest, which is the default, or one of these.
+    """
+
+    tooth_thickness_allowances: Any
+    plane: str = "normal"
+    centre_distance_allowance: Any = (0.0, 0.0)
+    at: str = "mean"
+
+    def __post_init__(self) -> None:
+        for name, known in (("plane", PLANES), ("at", LIMITS)):
+            if getattr(self, name) not in known:
+                raise unknown_name(name, str(getattr(self, name)), known)
+        thickness = _thickness_allowances(self.tooth_thickness_allowances)
+        object.__setattr__(self, "tooth_thickness_allowances", thickness)
+        distance = _distance_allowance(self.centre_distance_allowance)
+        object.__setattr__(self, "centre_distance_allowance", distance)
+
+    def along_line_of_action(self, geometry: Geometry) -> float:
+        """j_bt, total, m, at the limit ``at``."""
+        least, greatest = self._limit(geometry, 0, 1), self._limit(geometry, 1, 0)
+        return {"minimum": least, "maximum": greatest, "mean": (least + greatest) / 2}[self.at]
+
+    def _limit(self, geometry: Geometry, thickness: int, distance: int) -> float:
+        """j_bt for the upper (0) or lower (1) allowance of the tooth thickness, and of the centre distance.
+
+        The theoretical backlash at the centre distance, plus what both teeth are thinner than nominal by: −E_sn/cos β
+        along the reference circle, times cos α_t along the line of action.
+        """
+        moved = replace(geometry, centre_distance=geometry.centre_distance + self.centre_distance_allowance[distance])
+        thinner = -sum(allowance[thickness] for allowance in self.tooth_thickness_allowances)
+        if self.plane == "normal":
+            thinner /= math.cos(geometry.helix_angle)
+        return moved.theoretical_backlash + thinner * math.cos(geometry.transverse_pressure_angle)
+
+
+AnyBacklash = Backlash | ThicknessAllowances
+
+
+def _thickness_allowances(value: Any) -> tuple[Pair, Pair]:
+    """Upper and lower allowance of the tooth thickness of both wheels in m."""
+    name = "tooth_thickness_allowances"
+    items = list(value) if isinstance(value, (list, tuple)) else []
+    if len(items) != 2:
+        raise InputError(name, "must be a list of upper and lower allowance, or of two such lists", value,
+                         "E.g. [['-70 um', '-110 um'], ['-100 um', '-150 um']].")
+    if not any(isinstance(item, (list, tuple)) for item in items):
+        both = _limits(name, items, _NOT_POSITIVE)
+        return both, both
+    return _limits(f"{name}[0]", items[0], _NOT_POSITIVE), _limits(f"{name}[1]", items[1], _NOT_POSITIVE)
+
+
+def _limits(name: str, value: Any, rule: Rule | None = None) -> Pair:
+    """Upper and lower allowance in m; raises `InputError` if the lower one is greater."""
+    if not isinstance(value, (list, tuple)):
+        raise InputError(name, "must be a list of upper and lower allowance", value)
+    upper, lower = two_lengths(name, value, rule)
+    if lower > upper:
+        raise InputError(name, "must have the upper allowance first", value)
+    return upper, lower
+
+
+def _distance_allowance(value: Any) -> Pair:
+    """Upper and lower allowance of the centre distance in m, from both or from one length for ± that length."""
+    name = "centre_distance_allowance"
+    if isinstance(value, (list, tuple)):
+        return _limits(name, value)
+    length = units.to_si(name, value, units.LENGTH, NOT_NEGATIVE)
+    return length, -length
+
+
+def backlash_of(value: Any) -> AnyBacklash:
+    """A backlash from a table with ``value`` and ``of``, or with ``tooth_thickness_allowances``."""
+    if isinstance(value, Backlash | ThicknessAllowances):
+        return value
+    if not isinstance(value, Mapping):
+        raise InputError(
+            "backlash", "must say what it is of", value,
+            "Write { value = '0.12 mm', of = 'line of action, total' }, or give tooth_thickness_allowances.")
+    if "tooth_thickness_allowances" in value:
+        return record_values(ThicknessAllowances, "backlash", value)
+    return record_values(Backlash, "backlash", value)
+
+
+def check_backlash(given: AnyBacklash, geometry: Geometry) -> float:
+    """j_bt, total, m; raises `InputError` if it is not positive, or no gear pair has that much.
+
+    The greatest plausible backlash is half a module: series a of DIN 3967:1978 leaves less for all but the smallest
+    modules.
+    """
+    total = given.along_line_of_action(geometry)
+    if total <= 0:
+        raise InputError("backlash", "must be greater than 0", total,
+                         "The allowances leave no backlash at this centre distance.")
+    if isinstance(given, Backlash):
+        most = geometry.normal_module / 2 * given.value / total
+        check_plausible("backlash.value", given.value, 0.0, most, units.LENGTH, "It is at most half a module.")
+    check_plausible("backlash", total, 0.0, geometry.normal_module / 2, units.LENGTH, "It is at most half a module.")
+    return total
+
+
+def base_tangent_length(geometry: Geometry, kind: str) -> float:
+    """Backlash j_bt along the line of action over a total backlash of another kind, see `OF`.
+
+    j_bt = j_wt cos α_wt = j_t cos α_t = j_bn/cos β_b = 2 j_r sin α_wt, ISO 21771:2007; the last one holds for a
+    backlash that is small beside the centre distance.
+    """
+    return {
+        "line of action": 1.0,
+        "circumferential": math.cos(geometry.working_pressure_angle),
+        "reference circle": math.cos(geometry.transverse_pressure_angle),
+        "normal": 1 / math.cos(geometry.base_helix_angle),
+        "radial": 2 * math.sin(geometry.working_pressure_angle),
+    }[kind]

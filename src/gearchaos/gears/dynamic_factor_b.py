@@ -1,0 +1,304 @@
+"""Dynamic factor K_v by ISO 6336-1:2006, method B (clause 6.4; clause 6.5 in the edition of 2019).
+
+The gear pair is a mass on a spring. K_v follows from the resonance ratio N = n1/n_E1 and from three parameters of the
+deviations, B_p, B_f and B_k, with constants C_v1 to C_v7 that depend on the total contact ratio.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
+
+from gearchaos.errors import InputError
+from gearchaos.gears.dynamic_factor import Refused
+from gearchaos.gears.formulas import described
+from gearchaos.gears.resonance import MAIN_END, SUPERCRITICAL_START, Resonance, SpeedRange, resonance
+
+if TYPE_CHECKING:
+    from gearchaos.gears.geometry import Geometry
+    from gearchaos.gears.iso6336 import ToothStiffness
+    from gearchaos.gears.mesh_load import MeshLoad
+    from gearchaos.gears.quality import Tolerances
+
+METHOD_B = "ISO 6336-1:2006, method B"
+
+_CLAUSE = "ISO 6336-1:2006, 6.4"
+
+_LEAST_GRADE_WITHOUT_RELIEF = 6
+"""From this grade on, tip relief has no effect in method B: B_k = 1."""
+
+
+@dataclass(frozen=True)
+class FlankMaterial:
+    """What running-in depends on.
+
+    Attributes
+    ----------
+    group : str
+        "through hardened" (St, V, GGG perlitic or bainitic, GTS), "cast iron" (GG, GGG ferritic) or "surface hardened"
+        (Eh, IF, NT, NV).
+    contact_limit : float
+        σ_Hlim, allowable stress number for contact stress, Pa; ISO 6336-5.
+    """
+
+    group: str
+    contact_limit: float
+
+    def __post_init__(self) -> None:
+        if self.group not in _RUNNING_IN:
+            raise InputError("flank.group", f"must be one of {', '.join(_RUNNING_IN)}", self.group)
+        if not 0 < self.contact_limit < math.inf:
+            raise InputError("flank.contact_limit", "must be a positive finite number", self.contact_limit)
+
+
+class _RunningIn(NamedTuple):
+    """Share of a deviation that running-in removes, and its largest values in µm for v up to 5 m/s, 10 m/s, and above.
+
+    Of through hardened steel all three are divided by σ_Hlim in N/mm².
+    """
+
+    share: float
+    limits: tuple[float, float, float]
+
+
+_RUNNING_IN = {
+    "through hardened": _RunningIn(160.0, (math.inf, 12800.0, 6400.0)),
+    "cast iron": _RunningIn(0.275, (math.inf, 22.0, 11.0)),
+    "surface hardened": _RunningIn(0.075, (3.0, 3.0, 3.0)),
+}
+"""ISO 6336-1:2006, 8.3.5.1."""
+
+
+def running_in_allowance(deviation: float, material: FlankMaterial, velocity: float) -> float:
+    """y_α of one wheel, m; ISO 6336-1:2006, 8.3.5.1. With f_pb it is y_p, with f_fα y_f.
+
+    Parameters
+    ----------
+    deviation : float
+        f_pb or f_fα, m.
+    material : FlankMaterial
+        Of the wheel.
+    velocity : float
+        Pitch line velocity, m/s.
+    """
+    rule = _RUNNING_IN[material.group]
+    divisor = material.contact_limit / 1e6 if material.group == "through hardened" else 1.0
+    limit = rule.limits[0 if velocity <= 5 else 1 if velocity <= 10 else 2]
+    return min(rule.share / divisor * deviation, limit / divisor * 1e-6, deviation)
+
+
+def relief_from_running_in(material: FlankMaterial) -> float:
+    """C_ay = (σ_Hlim/97 − 18.45)²/18 + 1.5 µm, in m: tip relief that running-in produces; ISO 6336-1:2006, Table 4."""
+    return ((material.contact_limit / 1e6 / 97 - 18.45) ** 2 / 18 + 1.5) * 1e-6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Deviations:
+    """Deviations of a pair that method B uses, m.
+
+    Attributes
+    ----------
+    base_pitch : float
+        f_pb, transverse base pitch deviation.
+    profile_form : float
+        f_fα.
+    base_pitch_allowance, profile_allowance : float
+        y_p and y_f, which running-in removes.
+    tip_relief : float
+        C_a of design, or C_ay from running-in; 0 for none.
+    relief_counts : bool
+        Whether the accuracy lets tip relief count; otherwise B_k = 1.
+    """
+
+    base_pitch: float = described("f_pb", "max f_pt cos α_t", f"{_CLAUSE}.3", "µm", 1e6)
+    profile_form: float = described("f_fα", "max f_fα", f"{_CLAUSE}.3", "µm", 1e6)
+    base_pitch_allowance: float = described("y_p", "y_α of f_pb", "ISO 6336-1:2006, 8.3.5.1", "µm", 1e6)
+    profile_allowance: float = described("y_f", "y_α of f_fα", "ISO 6336-1:2006, 8.3.5.1", "µm", 1e6)
+    tip_relief: float = described("C_a", "given, or C_ay = (σ_Hlim/97 − 18.45)²/18 + 1.5", f"{_CLAUSE}.3", "µm", 1e6)
+    relief_counts: bool = True
+
+
+def deviations(
+    geometry: Geometry,
+    tolerances: tuple[Tolerances, Tolerances],
+    grade: int,
+    *,
+    velocity: float = 0.0,
+    tip_relief: tuple[float, float] | None = None,
+    flanks: tuple[FlankMaterial, FlankMaterial] | None = None,
+) -> Deviations:
+    """The deviations of a pair for method B, ISO 6336-1:2006, 6.4.3.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        Gives the transverse pressure angle.
+    tolerances : tuple of Tolerances
+        Of both wheels; the larger f_pt and f_fα count, which are usually those of the larger wheel.
+    grade : int
+        Accuracy grade of the less accurate wheel; from 6 on tip relief does not count.
+    velocity : float
+        Pitch line velocity, m/s, on which the limits of running-in depend.
+    tip_relief : tuple of float, optional
+        C_a of each wheel, m; their mean counts. Left out: C_ay of the flanks, or no relief where these are not given.
+    flanks : tuple of FlankMaterial, optional
+        Materials of the flanks. Left out, running-in removes nothing, y_p = y_f = 0, which raises K_v.
+    """
+    base_pitch = max(t.single_pitch for t in tolerances) * math.cos(geometry.transverse_pressure_angle)
+    form = max(t.profile_form for t in tolerances)
+    relief, allowances = tip_relief or (0.0, 0.0), (0.0, 0.0)
+    if flanks is not None:
+        pitch, profile = (
+            sum(running_in_allowance(f, flank, velocity) for flank in flanks) / 2 for f in (base_pitch, form))
+        allowances = (pitch, profile)
+        if tip_relief is None:
+            relief = (relief_from_running_in(flanks[0]), relief_from_running_in(flanks[1]))
+    return Deviations(
+        base_pitch=base_pitch, profile_form=form, base_pitch_allowance=allowances[0], profile_allowance=allowances[1],
+        tip_relief=sum(relief) / 2, relief_counts=grade < _LEAST_GRADE_WITHOUT_RELIEF,
+    )
+
+
+class Constants(NamedTuple):
+    """C_v1 to C_v7, ISO 6336-1:2006, Table 4."""
+
+    C_v1: float
+    C_v2: float
+    C_v3: float
+    C_v4: float
+    C_v5: float
+    C_v6: float
+    C_v7: float
+
+
+def constants(total_contact_ratio: float) -> Constants:
+    """C_v1 to C_v7 for a total contact ratio ε_γ > 1, ISO 6336-1:2006, Table 4.
+
+    As printed, C_v2, C_v3, C_v4 and C_v6 jump at ε_γ = 2.
+    """
+    eps = total_contact_ratio
+    seventh = 0.125 * math.sin(math.pi * (min(max(eps, 1.5), 2.5) - 2)) + 0.875
+    if eps <= 2:
+        return Constants(0.32, 0.34, 0.23, 0.90, 0.47, 0.47, seventh)
+    return Constants(
+        0.32, 0.57 / (eps - 0.3), 0.096 / (eps - 1.56), (0.57 - 0.05 * eps) / (eps - 1.44), 0.47, 0.12 / (eps - 1.74),
+        seventh)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DynamicFactorB:
+    """K_v by method B with all that it is computed from.
+
+    Attributes
+    ----------
+    resonance : Resonance
+        Reduced mass, resonance speed and speed ranges.
+    constants : Constants
+        C_v1 to C_v7.
+    speed_range : SpeedRange
+        The range in which the speed lies.
+    resonance_ratio : float
+        N.
+    pitch_parameter, profile_parameter, relief_parameter : float
+        B_p, B_f and B_k.
+    value : float
+        K_v.
+    warnings : tuple of str
+        What the standard says of this range and load.
+    """
+
+    method: ClassVar[str] = METHOD_B
+    reason: ClassVar[str] = ""
+
+    resonance: Resonance
+    constants: Constants
+    speed_range: SpeedRange
+    resonance_ratio: float = described("N", "n1/n_E1", f"{_CLAUSE}.2, (9)")
+    pitch_parameter: float = described("B_p", "c′ (f_pb − y_p)/(K_A F_t/b)", f"{_CLAUSE}.3, (15), (18)")
+    profile_parameter: float = described("B_f", "c′ (f_fα − y_f)/(K_A F_t/b)", f"{_CLAUSE}.3, (16), (19)")
+    relief_parameter: float = described(
+        "B_k", "|1 − c′ C_a/(K_A F_t/b)|, or 1 from grade 6 on", f"{_CLAUSE}.3, (17)")
+    value: float = described(
+        "K_v", "N (C_v1 B_p + C_v2 B_f + C_v3 B_k) + 1 below the main resonance", f"{_CLAUSE}.3 to 6.4.6, (13)-(22)")
+    warnings: tuple[str, ...] = ()
+
+
+def dynamic_factor_b(
+    geometry: Geometry, load: MeshLoad, speed: float, stiffness: ToothStiffness, reduced_mass: float, given: Deviations,
+) -> DynamicFactorB | Refused:
+    """Dynamic factor by ISO 6336-1:2006, method B.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        The gear pair.
+    load : MeshLoad
+        Its line load F_t K_A/b.
+    speed : float
+        Angular velocity of wheel 1, rad/s.
+    stiffness : ToothStiffness
+        c′ and c_γα at this line load.
+    reduced_mass : float
+        m_red per unit face width, kg/m.
+    given : Deviations
+        See `deviations`.
+
+    Returns
+    -------
+    DynamicFactorB or Refused
+        Refused without load, and for a total contact ratio of 1 or below.
+
+    Notes
+    -----
+    K_v is continuous at N = 1.15 and 1.5. At N = N_S it jumps, as the standard has it. All equations were compared with
+    two public codes, the remarks on the ranges and on loads below 50 N/mm with none.
+    """
+    if load.line_load == 0:
+        return Refused(METHOD_B, "Without load there is no ratio of forces.")
+    if geometry.total_contact_ratio <= 1:
+        return Refused(
+            METHOD_B, f"The total contact ratio must be above 1; it is {geometry.total_contact_ratio:.4g}.")
+    found = resonance(geometry.teeth[0], stiffness.mesh_stiffness, reduced_mass, load.line_load)
+    per_length = stiffness.single_stiffness / load.line_load
+    parameters = (
+        per_length * (given.base_pitch - given.base_pitch_allowance),
+        per_length * (given.profile_form - given.profile_allowance),
+        abs(1 - per_length * given.tip_relief) if given.relief_counts else 1.0,
+    )
+    factors, ratio, where = constants(geometry.total_contact_ratio), found.ratio(speed), found.range_at(speed)
+    return DynamicFactorB(
+        resonance=found, constants=factors, speed_range=where, resonance_ratio=ratio, pitch_parameter=parameters[0],
+        profile_parameter=parameters[1], relief_parameter=parameters[2],
+        value=_value(where, ratio, factors, parameters), warnings=_warnings(geometry, load, where),
+    )
+
+
+def _value(where: SpeedRange, ratio: float, c: Constants, parameters: tuple[float, float, float]) -> float:
+    """K_v: (13), (14) subcritical, (20) in main resonance, (21) supercritical, (22) linear between the two."""
+    pitch, profile, relief = parameters
+    deviation = c.C_v1 * pitch + c.C_v2 * profile
+    if where is SpeedRange.SUBCRITICAL:
+        return ratio * (deviation + c.C_v3 * relief) + 1
+    main = deviation + c.C_v4 * relief + 1
+    above = c.C_v5 * pitch + c.C_v6 * profile + c.C_v7
+    if where is SpeedRange.INTERMEDIATE:
+        return above + (main - above) * (SUPERCRITICAL_START - ratio) / (SUPERCRITICAL_START - MAIN_END)
+    return main if where is SpeedRange.MAIN_RESONANCE else above
+
+
+def _warnings(geometry: Geometry, load: MeshLoad, where: SpeedRange) -> tuple[str, ...]:
+    """What the standard says of a speed range and of a load."""
+    pinion, ratio = min(geometry.teeth), max(geometry.teeth) / min(geometry.teeth)
+    parameter = load.velocity * pinion / 100 * math.sqrt(ratio**2 / (1 + ratio**2))
+    found = {
+        "Below 50 N/mm there is a danger of vibration with separation of the flanks, which K_v does not cover":
+            load.line_load < 50e3,
+        "Operation in the main resonance range should be avoided; the true K_v may differ by up to 40 %":
+            where is SpeedRange.MAIN_RESONANCE,
+        "In the intermediate range the standard recommends a refined analysis, method A":
+            where is SpeedRange.INTERMEDIATE,
+        "Below (v z1/100) √(u²/(1 + u²)) = 3 m/s method B is outside the range recommended in 6.3.2; see method C":
+            parameter < 3,
+    }
+    return tuple(text for text, holds in found.items() if holds)

@@ -1,0 +1,124 @@
+"""Whether a pair of wheels with given dimensions can run, and what its designer should know about it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from gearchaos.errors import InputError
+from gearchaos.gears.geometry import Geometry
+from gearchaos.gears.mating import shift_sum
+
+LEAST_TIP_THICKNESS = 0.2
+"""Tip thickness in normal modules below which there is a warning, ISO 21771:2007 7.9."""
+
+LEAST_TIP_CLEARANCE = 0.1
+"""Tip clearance in normal modules below which there is a warning: the least of ISO 53:1998, 0.25, is far above it."""
+
+LARGE_BACKLASH = 0.1
+"""Theoretical backlash, in normal modules, above which there is a warning: few allowances leave as much."""
+
+SHIFT_TOLERANCE = 0.01
+"""Theoretical backlash, in normal modules, that the rounding of profile shifts to two decimals explains."""
+
+
+def check_rack(rack: Any, pressure_angle: float) -> None:
+    """Raise `InputError` unless a basic rack has a straight flank and room for its fillet, DIN 867:1986, ISO 53:1998.
+
+    Parameters
+    ----------
+    rack : Rack
+        In normal modules.
+    pressure_angle : float
+        α_n, rad.
+    """
+    sine, tangent = math.sin(pressure_angle), math.tan(pressure_angle)
+    deepest = math.pi / 4 / tangent
+    if rack.dedendum >= deepest:
+        raise InputError("rack.dedendum", f"must be less than {deepest:.4g} modules", rack.dedendum,
+                         "At that depth the flanks of the rack intersect.")
+    largest = (math.pi / 4 - rack.dedendum * tangent) * math.cos(pressure_angle) / (1 - sine)
+    largest = min(largest, rack.dedendum / (1 - sine))
+    if rack.root_radius > largest:
+        raise InputError("rack.root_radius", f"must be at most {largest:.4g} modules", rack.root_radius,
+                         "A larger fillet does not fit between the flanks of the rack.")
+
+
+def check_geometry(geometry: Geometry) -> None:
+    """Raise `InputError` if the pair cannot run.
+
+    The field of the error is an input, or the property of `Geometry` that is out of bounds.
+    """
+    _check_overlap(geometry)
+    for wheel in (0, 1):
+        _check_tooth(geometry, wheel)
+        _check_root(geometry, wheel)
+    if geometry.contact_ratio < 1:
+        raise InputError(
+            "contact_ratio", "must be at least 1", geometry.contact_ratio,
+            "Between two pairs of teeth there would be none in contact. Give more addendum, a smaller centre_distance "
+            "or a smaller sum of profile_shift.",
+        )
+
+
+def _check_tooth(geometry: Geometry, wheel: int) -> None:
+    """Raise `InputError` for a tooth without tip, without flank or without room between tip and root."""
+    root, tip, base = geometry.root_diameter[wheel], geometry.tip_diameter[wheel], geometry.base_diameter[wheel]
+    if root <= 0 or tip <= max(base, root):
+        raise InputError(
+            f"tip_diameter[{wheel}]", f"must be greater than those of the base circle, {base:.6g} m, and of the root, "
+            f"{root:.6g} m, and these greater than 0", tip, "Check the rack, profile_shift and tip_alteration.")
+    if (thickness := geometry.tip_thickness[wheel]) <= 0:
+        raise InputError(
+            f"tip_thickness[{wheel}]", "must be greater than 0", thickness,
+            "The flanks of the tooth meet below its tip. Give a smaller profile_shift or addendum, or shorten the "
+            "tooth by a negative tip_alteration.")
+    if (clearance := geometry.tip_clearance[wheel]) <= 0:
+        raise InputError(
+            f"tip_clearance[{wheel}]", "must be greater than 0", clearance,
+            f"The tip of wheel {wheel + 1} touches the root of wheel {2 - wheel}. Shorten the teeth by a negative "
+            "tip_alteration or 'keep clearance', or give a larger centre_distance.")
+
+
+def _check_root(geometry: Geometry, wheel: int) -> None:
+    """Raise `InputError` if the mate's tip reaches below the root form circle, where the flank is no involute."""
+    start, form = geometry.start_of_active_profile[wheel], geometry.root_form_diameter[wheel]
+    if not start >= form:  # also if start is not a number
+        raise InputError(
+            f"start_of_active_profile[{wheel}]", f"must not be below the root form diameter, {form:.9g} m", start,
+            f"The tip of wheel {2 - wheel} meets the root of wheel {wheel + 1} where its flank is no involute. Give "
+            f"wheel {wheel + 1} a larger profile_shift, or shorten the teeth of wheel {2 - wheel} by tip_alteration.")
+
+
+def _check_overlap(geometry: Geometry) -> None:
+    """Raise `InputError` if teeth of nominal thickness overlap by more than the rounding of profile shifts explains."""
+    if geometry.theoretical_backlash < -SHIFT_TOLERANCE * geometry.normal_module:
+        raise InputError(
+            "profile_shift", f"must have a sum of at most {shift_sum(geometry):.6g} at this centre distance",
+            geometry.profile_shift,
+            f"Teeth of nominal thickness overlap by {-geometry.theoretical_backlash * 1e6:.4g} µm along the line of "
+            "action. Leave out centre_distance to have it computed from the shifts.")
+
+
+def geometry_warnings(geometry: Geometry) -> tuple[str, ...]:
+    """Sentences about dimensions that are possible but unusual."""
+    found, backlash = [], geometry.theoretical_backlash
+    if backlash > LARGE_BACKLASH * geometry.normal_module:
+        found.append(f"Teeth of nominal thickness have a backlash of {backlash * 1e3:.4g} mm along the line of action; "
+                     f"without it profile_shift would have the sum {shift_sum(geometry):.4g} at this centre distance.")
+    return (*found, *_wheel_warnings(geometry, 0), *_wheel_warnings(geometry, 1))
+
+
+def _wheel_warnings(geometry: Geometry, wheel: int) -> list[str]:
+    """Warnings about the tip, the undercut and the tip clearance of one wheel."""
+    module, name, found = geometry.normal_module, f"wheel {wheel + 1}", []
+    if (thickness := geometry.tip_thickness[wheel]) < LEAST_TIP_THICKNESS * module:
+        found.append(f"The teeth of {name} are {thickness * 1e3:.4g} mm thick at the tip, less than "
+                     f"{LEAST_TIP_THICKNESS} m_n (ISO 21771:2007, 7.9).")
+    if geometry.profile_shift[wheel] < (least := geometry.undercut_shift[wheel]):
+        found.append(f"The teeth of {name} are undercut: profile_shift[{wheel}] is "
+                     f"{geometry.profile_shift[wheel]:.4g}, and without undercut at least {least:.4g}.")
+    if (clearance := geometry.tip_clearance[wheel]) < LEAST_TIP_CLEARANCE * module:
+        found.append(f"Between the tip of {name} and the root of wheel {2 - wheel} there are {clearance * 1e3:.4g} mm, "
+                     f"less than {LEAST_TIP_CLEARANCE} m_n.")
+    return found

@@ -1,0 +1,277 @@
+"""Mesh stiffness of spur gears by the potential-energy method.
+
+A tooth is a beam of variable section from the root circle to the point of contact, loaded along the line of action. The
+compliances by bending, shear and axial compression (D. C. H. Yang and J. Y. Lin, *J. Mech. Trans. Autom. Des.* 109,
+1987, 189-196; X. Tian, 2004, for shear), of the wheel body under the tooth (P. Sainsot, P. Velex and O. Duverger, *J.
+Mech. Des.* 126, 2004, 748-752) and of the Hertz contact (D. C. H. Yang and Z. S. Sun, 1985) add up. The section is
+that which the basic rack generates (H. Ma et al., *Eng. Fail. Anal.* 44, 2014, 179-194), whether the base circle is
+larger or smaller than the root circle.
+
+Tooth pairs in contact at the same time add up as parallel springs. Each deforms the wheel body under its neighbour too,
+which this neglects; finite elements give less stiffness in double contact (Ma et al., 2014). Accepted methods differ by
+20 % and more.
+
+All stiffnesses are along the line of action, in the transverse plane.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from gearchaos.errors import InputError
+from gearchaos.gears.curves import PeriodicCurve, periodic_curve
+from gearchaos.gears.tooth_profile import Stations, ToothProfile, tooth_profile
+
+if TYPE_CHECKING:
+    from gearchaos.gears.geometry import Geometry
+    from gearchaos.gears.materials import Material
+
+SHEAR_FACTOR = 1.2
+"""Shear energy of a rectangular section over that of a uniform shear stress."""
+
+_SAINSOT = np.array([
+    [-5.574e-5, -1.9986e-3, -2.3015e-4, 4.7702e-3, 0.0271, 6.8045],
+    [60.111e-5, 28.100e-3, -83.431e-4, -9.9256e-3, 0.1624, 0.9086],
+    [-50.952e-5, 185.50e-3, 0.0538e-4, 53.300e-3, 0.2895, 0.9236],
+    [-6.2042e-5, 9.0889e-3, -4.0964e-4, 7.8297e-3, -0.1472, 0.6904],
+])
+"""Coefficients A to F (columns) of L*, M*, P* and Q* (rows), Sainsot et al. (2004), Table 1."""
+
+BODY_RATIOS = (1.4, 7.0)
+"""Range of h = r_f/r_bore for which Sainsot et al. (2004) fitted the coefficients."""
+
+ROOT_ANGLES = (0.01, 0.12)
+"""Range of θ_f, rad, for which Sainsot et al. (2004) fitted the coefficients."""
+
+
+class Load(NamedTuple):
+    """Point and direction of the load on a tooth; arrays of equal shape.
+
+    ``height`` and ``half_thickness`` of the tooth at the point, m, and ``slope``, the angle between the force and the
+    perpendicular to the axis of the tooth, rad.
+    """
+
+    height: np.ndarray
+    half_thickness: np.ndarray
+    slope: np.ndarray
+
+
+class Compliance(NamedTuple):
+    """Compliances of one tooth along the line of action, m/N: of the beam by its three modes, and of the wheel body."""
+
+    bending: np.ndarray
+    shear: np.ndarray
+    axial: np.ndarray
+    foundation: np.ndarray | float = 0.0
+
+    @property
+    def total(self) -> np.ndarray:
+        """Their sum."""
+        return self.bending + self.shear + self.axial + self.foundation
+
+
+def beam_compliance(stations: Stations, load: Load, material: Material, width: float) -> Compliance:
+    """Compliance of the part of a tooth that the stations cover, along the direction of the load.
+
+    1/k_b = ∫ (cos β (y_K − y) − x_K sin β)²/(E I) dy, 1/k_s = ∫ 1.2 cos² β/(G A) dy, 1/k_a = ∫ sin² β/(E A) dy with the
+    rectangular sections A = 2 x b, I = 2 x³ b/3 (Ma et al., 2014, (10)-(16)).
+
+    Parameters
+    ----------
+    stations : Stations
+        Arrays (nodes,) or (..., nodes).
+    load : Load
+        Arrays (...).
+    material : Material
+        E and ν; G = E/(2 (1 + ν)).
+    width : float
+        b, m.
+    """
+    cosine, sine = np.cos(load.slope)[..., None], np.sin(load.slope)[..., None]
+    arm = cosine * (load.height[..., None] - stations.height) - load.half_thickness[..., None] * sine
+    per_area = stations.weight / (2 * stations.half_thickness * width * material.E)
+    bending = per_area * 3 * (arm / stations.half_thickness) ** 2
+    shear = per_area * SHEAR_FACTOR * cosine**2 * 2 * (1 + material.poisson)
+    return Compliance(bending.sum(-1), shear.sum(-1), (per_area * sine**2).sum(-1))
+
+
+def foundation_compliance(
+    root_radius: float, root_half_angle: float, bore: float, lever: np.ndarray, slope: np.ndarray,
+) -> np.ndarray:
+    """Compliance of the wheel body under a tooth times E b, along the direction of the load: Sainsot et al. (2004).
+
+    E b/k_f = cos² β (L* (u/S)² + M* u/S + P* (1 + Q* tan² β)) with S = 2 r_f θ_f. L*, M*, P* and Q* are polynomials of
+    h = r_f/r_bore and θ_f.
+
+    Parameters
+    ----------
+    root_radius, root_half_angle : float
+        r_f, m, and θ_f, rad.
+    bore : float
+        Diameter of the bore, at which the body is fixed, m.
+    lever : array
+        u, m: distance along the axis of the tooth from the root circle to the line of action.
+    slope : array
+        β, rad: the angle between the force and the perpendicular to the axis of the tooth.
+    """
+    h, theta = 2 * root_radius / bore, root_half_angle
+    deep, linear, constant, tangent = _SAINSOT @ np.array([1 / theta**2, h**2, h / theta, 1 / theta, h, 1.0])
+    ratio = lever / (2 * root_radius * theta)
+    return np.cos(slope) ** 2 * (
+        deep * ratio**2 + linear * ratio + constant * (1 + tangent * np.tan(slope) ** 2))
+
+
+def tooth_compliance(
+    profile: ToothProfile, bore: float, material: Material, width: float, pressure_angle: np.ndarray,
+) -> Compliance:
+    """Compliance of a tooth loaded at points of its flank.
+
+    Parameters
+    ----------
+    profile : ToothProfile
+        The tooth.
+    bore : float
+        Diameter of the bore of the wheel, m.
+    material : Material
+        E and ν.
+    width : float
+        Face width of the contact, m.
+    pressure_angle : array (...)
+        Of the involute at the points, rad.
+
+    Returns
+    -------
+    Compliance
+        Arrays (...), m/N.
+    """
+    slope = profile.slope(pressure_angle)
+    half_thickness, height = profile.flank(slope)
+    load = Load(height, half_thickness, slope)
+    parts = (beam_compliance(stations, load, material, width)
+             for stations in (profile.fillet_stations(), profile.flank_stations(pressure_angle)))
+    bending, shear, axial = (a + b for a, b in zip(*(part[:3] for part in parts), strict=True))
+    lever = profile.base_radius / np.cos(slope) - profile.root_radius  # the line of action touches the base circle
+    body = foundation_compliance(profile.root_radius, profile.root_half_angle, bore, lever, slope)
+    return Compliance(bending, shear, axial, body / (material.E * width))
+
+
+def hertz_stiffness(materials: tuple[Material, Material], width: float) -> float:
+    """Stiffness of the line contact, N/m: π b/(2 ((1 − ν1²)/E1 + (1 − ν2²)/E2)).
+
+    It is π E b/(4 (1 − ν²)) for equal materials (Yang and Sun, 1985), whatever the load and the curvatures.
+    """
+    return math.pi * width / (2 * sum((1 - m.poisson**2) / m.E for m in materials))
+
+
+@dataclass(frozen=True)
+class ToothPairs:
+    """The tooth pairs of a spur gear pair: their stiffness and their positions on the path of contact.
+
+    Attributes
+    ----------
+    geometry : Geometry
+        The gear pair.
+    materials : tuple of Material
+        Of wheel 1 and wheel 2.
+    bore : tuple of float
+        Diameters of the bores, m.
+
+    Raises
+    ------
+    InputError
+        For helical gears, contact below the involute or with gaps, or a body outside the range of the method.
+    """
+
+    geometry: Geometry
+    materials: tuple[Material, Material]
+    bore: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        _check_contact(self.geometry)
+        for wheel in (0, 1):
+            _check_body(tooth_profile(self.geometry, wheel), self.bore[wheel], wheel)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Where the pair is beyond the range to which the coefficients of the foundation were fitted."""
+        found = []
+        for wheel in (0, 1):
+            angle = tooth_profile(self.geometry, wheel).root_half_angle
+            if angle > ROOT_ANGLES[1]:
+                found.append(f"wheel {wheel + 1}: half the angle of the tooth at the root circle is {angle:.3g} rad; "
+                             f"Sainsot's compliance of the wheel body is fitted up to {ROOT_ANGLES[1]} rad only")
+        return tuple(found)
+
+    def stiffness(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Stiffness of one tooth pair, N/m, by the pressure angles of the points of contact on both flanks, rad."""
+        width = self.geometry.common_face_width
+        one, two = (
+            tooth_compliance(tooth_profile(self.geometry, wheel), self.bore[wheel], self.materials[wheel], width, angle)
+            for wheel, angle in enumerate((first, second))
+        )
+        return 1 / (1 / hertz_stiffness(self.materials, width) + one.total + two.total)
+
+    def pressure_angles(self, progress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Pressure angles of the point of contact on both flanks, rad.
+
+        Parameters
+        ----------
+        progress : array
+            Mesh periods since the pair entered contact, from 0 to the contact ratio.
+        """
+        geometry = self.geometry
+        entry = geometry.tangent_length - geometry.tip_tangents[1]
+        distance = entry + progress * geometry.base_pitch
+        first, second = (d / 2 for d in geometry.base_diameter)
+        return np.arctan(distance / first), np.arctan((geometry.tangent_length - distance) / second)
+
+    def curve(self, points: int = 512) -> PeriodicCurve:
+        """Mesh stiffness over the mesh period, N/m: the sum over the tooth pairs in contact.
+
+        Parameters
+        ----------
+        points : int
+            Number of points of the curve per period, about. It jumps where a pair enters, at 0, and where one leaves.
+        """
+        full, rest = divmod(self.geometry.contact_ratio, 1.0)
+        parts = [(0.0, rest, int(full) + 1), (rest, 1.0, int(full))]
+        positions, values = [], []
+        for start, end, pairs in parts:
+            if end > start:
+                t = np.linspace(start, end, max(round(points * (end - start)), 2) + 1)
+                progress = np.minimum(t + np.arange(pairs)[:, None], self.geometry.contact_ratio)
+                positions.append(t)
+                values.append(self.stiffness(*self.pressure_angles(progress)).sum(axis=0))
+        return periodic_curve(np.concatenate(positions), np.concatenate(values))
+
+
+def _check_contact(geometry: Geometry) -> None:
+    """Raise `InputError` unless there is always a pair in contact, on the involutes of both teeth."""
+    if geometry.contact_ratio < 1:
+        raise InputError("contact_ratio", "must be at least 1", geometry.contact_ratio,
+                         "Otherwise no teeth are in contact during a part of the mesh period.")
+    for wheel, (active, form) in enumerate(
+            zip(geometry.start_of_active_profile, geometry.root_form_diameter, strict=True)):
+        if not active >= form * (1 - 1e-9):
+            raise InputError(
+                f"start_of_active_profile[{wheel}]", f"must be at least the root form diameter, {form:.6g} m", active,
+                "The tip of the mating tooth reaches below the involute: shorten it or raise the profile shift.")
+
+
+def _check_body(profile: ToothProfile, bore: float, wheel: int) -> None:
+    """Raise `InputError` unless the compliance of the wheel body is within the range of Sainsot's coefficients."""
+    least, most = (2 * profile.root_radius / ratio for ratio in reversed(BODY_RATIOS))
+    if not least <= bore <= most:
+        raise InputError(
+            f"bore[{wheel}]", f"must lie in [{least:.6g}, {most:.6g}] m for the potential-energy method", bore,
+            "The compliance of the wheel body is known for ratios of the root and bore diameters from "
+            f"{BODY_RATIOS[0]:g} to {BODY_RATIOS[1]:g} (Sainsot et al., 2004). Use ISO 6336-1 or a table.")
+    if profile.root_half_angle < ROOT_ANGLES[0]:
+        raise InputError(
+            f"teeth[{wheel}]", f"must make a tooth root half angle of at least {ROOT_ANGLES[0]} rad for the "
+            "potential-energy method", profile.root_half_angle,
+            "Wheels with more teeth are beyond Sainsot's coefficients. Use ISO 6336-1 or a table.")

@@ -1,0 +1,87 @@
+"""The torque below which a gear pair with constant mesh stiffness loses contact, in closed form."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+_SAMPLES_PER_ORDER = 64
+_NEWTON_STEPS = 6
+
+
+def separation_torque(
+    speed: Any,
+    *,
+    teeth1: int,
+    base_radius1: float,
+    stiffness: float,
+    mass: float,
+    damping_ratio: float,
+    amplitudes: tuple[float, ...],
+    phases: tuple[float, ...] = (),
+) -> np.ndarray:
+    """Torque of wheel 1 above which the flanks stay in contact at constant mesh stiffness.
+
+    In contact, m δ″ + 2 ζ ω0 m δ′ + c0 δ = T1/r_b1 − m e″ for the deflection δ of the teeth. Its steady solution is
+    δ = T1/(r_b1 c0) + Σ e_j ρ_j cos(jω_z t − θ_j − ψ_j) with ρ_j = s²/√((1 − s²)² + 4 ζ² s²), s = jω_z/ω0, and
+    tan ψ_j = 2 ζ s/(1 − s²). Permanent contact exists where δ > 0 throughout. For one harmonic that is
+
+        T1 > r_b1 c0 e1 ω²/√((1 − ω²)² + 4 ζ² ω²),  ω = ω_z/ω0;
+
+    for several, T1 > r_b1 c0 max over a period of −Σ e_j ρ_j cos(…).
+
+    Parameters
+    ----------
+    speed : float or array_like
+        Angular velocity of wheel 1, rad/s, any shape.
+    teeth1 : int
+        Number of teeth of wheel 1; ω_z = z1 times the speed.
+    base_radius1 : float
+        r_b1, m.
+    stiffness, mass : float
+        c0 in N/m and the equivalent mass m in kg; ω0 = √(c0/m).
+    damping_ratio : float
+        ζ of the closed mesh.
+    amplitudes, phases : tuple of float
+        e_j (m) and θ_j (rad) of the transmission error; phases left out are 0.
+
+    Returns
+    -------
+    array of the shape of ``speed``
+        T1 in N m: the torque that the mesh transmits, without bearing friction. Infinite at resonance without damping.
+
+    Notes
+    -----
+    Above the line a motion in permanent contact exists and is stable; a motion with impacts may exist beside it. Below
+    the line there is no motion in permanent contact. With varying stiffness the line is only a first estimate.
+    """
+    frequency = np.asarray(speed, dtype=float) * teeth1 * np.sqrt(mass / stiffness)
+    e, theta = np.asarray(amplitudes, dtype=float), np.zeros(len(amplitudes))
+    theta[: len(phases)] = phases
+    s = frequency[..., None] * np.arange(1, len(e) + 1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        height = e * s**2 / np.hypot(1 - s**2, 2 * damping_ratio * s)
+    height = np.where(e == 0, 0.0, height)
+    lag = theta + np.arctan2(2 * damping_ratio * s, 1 - s**2)
+    unbounded = np.isinf(height)
+    drop = _largest_drop(np.where(unbounded, 0.0, height), lag)
+    return base_radius1 * stiffness * np.where(unbounded.any(axis=-1), np.inf, drop)
+
+
+def _largest_drop(height: np.ndarray, lag: np.ndarray) -> np.ndarray:
+    """The maximum over θ of −Σ h_j cos(jθ − ψ_j) for series with h_j, ψ_j (…, harmonics); shape (…)."""
+    orders = np.arange(1, height.shape[-1] + 1)
+    if np.count_nonzero(height.any(axis=tuple(range(height.ndim - 1)))) <= 1:
+        return np.abs(height).sum(axis=-1)
+    grid = np.linspace(0, 2 * np.pi, _SAMPLES_PER_ORDER * len(orders), endpoint=False)
+    samples = -(height[..., None, :] * np.cos(grid[:, None] * orders - lag[..., None, :])).sum(axis=-1)
+    theta = grid[np.argmax(samples, axis=-1)]
+    for _ in range(_NEWTON_STEPS):
+        angle = theta[..., None] * orders - lag
+        slope = (height * orders * np.sin(angle)).sum(axis=-1)
+        curvature = (height * orders**2 * np.cos(angle)).sum(axis=-1)
+        step = np.where(curvature < 0, -slope / np.where(curvature < 0, curvature, 1.0), 0.0)
+        theta = theta + np.clip(step, -grid[1], grid[1])
+    refined = -(height * np.cos(theta[..., None] * orders - lag)).sum(axis=-1)
+    return np.maximum(samples.max(axis=-1), refined)

@@ -1,0 +1,131 @@
+"""Static transmission error of unloaded, rigid gears with tip relief."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.gears.transmission_error import ErrorHarmonics, check_orders, evaluate
+
+if TYPE_CHECKING:
+    from gearchaos.gears.geometry import Geometry
+
+_EXPONENTS = {"linear": 1, "parabolic": 2}
+
+_SAMPLES = 8192
+"""Samples of a mesh period from which the harmonics are computed."""
+
+
+@dataclass(frozen=True)
+class TipRelief:
+    """Tip relief of both wheels.
+
+    Attributes
+    ----------
+    amount : tuple of float
+        C_a1, C_a2: material removed at the tips, m, along the line of action in the transverse plane.
+    length : tuple of float
+        Length of the relieved profile of each wheel along the line of action, m.
+    shape : str
+        "linear" or "parabolic": how the removed depth grows from the start of the relief to the tip.
+    """
+
+    amount: tuple[float, float]
+    length: tuple[float, float]
+    shape: str = "linear"
+
+    def __post_init__(self) -> None:
+        if self.shape not in _EXPONENTS:
+            raise unknown_name("tip_relief.shape", str(self.shape), _EXPONENTS)
+        for name in ("amount", "length"):
+            for i, value in enumerate(getattr(self, name)):
+                if not 0 <= value < math.inf:
+                    raise InputError(f"tip_relief.{name}[{i}]", "must be a finite length of at least 0", value)
+
+
+def relief_error(geometry: Geometry, relief: TipRelief, tau: np.ndarray) -> np.ndarray:
+    """Transmission error of rigid, unloaded gears with tip relief, exact.
+
+    At each instant the flanks touch where the least material is missing among all points of the contact lines: e is the
+    minimum of the removed depth over all tooth pairs on the path of contact and, of helical gears, over the face width.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        Gives the base pitch, the transverse contact ratio and the overlap ratio.
+    relief : TipRelief
+        The relieved lengths must not overlap on the path of contact.
+    tau : array
+        Times in mesh periods; 0 is the instant at which a tooth pair enters contact.
+
+    Returns
+    -------
+    array of the shape of ``tau``
+        e ≥ 0, m, positive where the driven wheel lags. It is 0 throughout where the part of the path of contact without
+        relief, prolonged by the overlap ε_β p_et, is at least one base pitch.
+    """
+    pitch, path = geometry.base_pitch, geometry.contact_ratio * geometry.base_pitch
+    _check_lengths(relief, path, geometry.contact_ratio)
+    begin, end = relief.length[1], path - relief.length[0]
+    overlap = geometry.overlap_ratio
+    pairs = np.arange(math.ceil(geometry.contact_ratio + overlap) + 1)
+    front = (np.mod(tau, 1.0)[..., None] + pairs) * pitch
+    low, high = np.maximum(front - overlap * pitch, 0.0), np.minimum(front, path)
+    nearest = np.minimum(np.maximum((begin + end) / 2, low), high)
+    depth = _removed(relief, nearest, begin, end, path)
+    return np.where(low <= high, depth, np.inf).min(axis=-1)
+
+
+def _check_lengths(relief: TipRelief, path: float, contact_ratio: float) -> None:
+    """Raise `InputError` if the relieved lengths overlap, or contact could be lost between two pairs."""
+    if sum(relief.length) > path:
+        raise InputError(
+            "tip_relief.length", f"must have a sum of at most the path of contact, {path:.6g} m", relief.length,
+            "The reliefs of both wheels would overlap.",
+        )
+    if contact_ratio < 1:
+        raise InputError("contact_ratio", "must be at least 1", contact_ratio)
+
+
+def _removed(relief: TipRelief, place: np.ndarray, begin: float, end: float, path: float) -> np.ndarray:
+    """Material missing at a distance ``place`` from the start of the path of contact: tip 2 first, tip 1 at the end."""
+    power = _EXPONENTS[relief.shape]
+    first = np.clip((begin - place) / begin, 0.0, 1.0) if begin else np.zeros_like(place)
+    last = np.clip((place - end) / (path - end), 0.0, 1.0) if path > end else np.zeros_like(place)
+    return relief.amount[1] * first**power + relief.amount[0] * last**power
+
+
+def from_tip_relief(geometry: Geometry, relief: TipRelief, orders: int = 8) -> ErrorHarmonics:
+    """Mesh harmonics of the error of rigid, unloaded gears with tip relief; see `relief_error`.
+
+    Relief that leaves one base pitch of the profile untouched, as "short" relief does, makes no error without load;
+    what it does under load is part of the mesh stiffness, which this function does not change.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        The gear pair.
+    relief : TipRelief
+        Amounts, lengths and shape.
+    orders : int
+        Number of harmonics, 1 to 64; by default 8.
+
+    Returns
+    -------
+    ErrorHarmonics
+        With what the series leaves out of the curve as its residual.
+    """
+    count = check_orders(orders)
+    tau = np.arange(_SAMPLES) / _SAMPLES
+    curve = relief_error(geometry, relief, tau)
+    spectrum = 2 * np.fft.rfft(curve)[1 : count + 1] / _SAMPLES
+    amplitudes, phases = tuple(np.abs(spectrum).tolist()), tuple((-np.angle(spectrum)).tolist())
+    rest = curve - curve.mean() - evaluate(amplitudes, phases, tau)
+    return ErrorHarmonics(
+        amplitudes=amplitudes, phases=phases, source=f"tip relief, {relief.shape}, rigid gears without load",
+        residual_rms=float(np.sqrt(np.mean(rest**2))), residual_peak=float(np.abs(rest).max()),
+    )

@@ -1,0 +1,211 @@
+"""Static transmission error of unloaded, rigid gears as harmonics of the mesh frequency.
+
+The error of a `GearPair` is e(t) = Σ e_j cos(jω_z t − θ_j), (2.4), in m along the line of action in the transverse
+plane, with peak amplitudes e_j. It is **positive where the driven wheel lags behind the driving one**, because with
+(2.3) the flanks touch where R1 φ1 − R2 φ2 = Δ + e: material missing from a flank makes e positive. (Much of the
+literature has the opposite sign, and the error loaded or peak to peak.)
+
+The elastic part of a measured or computed error under load, F/c(t), must never enter: the model has it already in the
+mesh stiffness c(t), and it would be counted twice. The mean of the error shifts only the zero of an angle and is left
+out.
+
+τ = 0 is the instant at which a tooth pair enters contact, as for the mesh stiffness.
+
+Deviations that repeat once per turn of a wheel, such as eccentricity, have the order 1/z of the mesh frequency. A model
+that is periodic with the mesh cannot contain them; see `shaft_orders`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearchaos.errors import InputError, whole_number
+from gearchaos.gears.formulas import described
+from gearchaos.validation import MAX_HARMONICS
+
+if TYPE_CHECKING:
+    from gearchaos.gears.geometry import Geometry
+    from gearchaos.gears.quality import Quality, Tolerances
+
+
+@dataclass(frozen=True, kw_only=True)
+class ErrorHarmonics:
+    """Harmonics of a transmission error.
+
+    Attributes
+    ----------
+    amplitudes : tuple of float
+        e_j, m, peak, from order 1 on; 0 for an order without amplitude.
+    phases : tuple of float
+        θ_j, rad.
+    source : str
+        What they were computed from.
+    residual_rms, residual_peak : float
+        Root mean square and largest magnitude of what a table or curve has beside these harmonics and its mean, m; 0
+        where harmonics were given.
+    warnings : tuple of str
+        What the harmonics leave out.
+    """
+
+    amplitudes: tuple[float, ...]
+    phases: tuple[float, ...]
+    source: str
+    residual_rms: float = 0.0
+    residual_peak: float = 0.0
+    warnings: tuple[str, ...] = ()
+
+    def at(self, tau: Any) -> np.ndarray:
+        """The error, m, at times ``tau`` in mesh periods; an array of the shape of ``tau``."""
+        return evaluate(self.amplitudes, self.phases, tau)
+
+
+def evaluate(amplitudes: tuple[float, ...], phases: tuple[float, ...], tau: Any) -> np.ndarray:
+    """Σ e_j cos(2πj τ − θ_j) at times ``tau`` in mesh periods; an array of the shape of ``tau``."""
+    time = np.asarray(tau, dtype=float)
+    total = np.zeros(time.shape)
+    for j, (amplitude, phase) in enumerate(zip(amplitudes, phases, strict=True), 1):
+        total = total + amplitude * np.cos(2 * np.pi * j * time - phase)
+    return total
+
+
+def check_orders(count: Any) -> int:
+    """A number of harmonics as an int; raises `InputError` unless it is a whole number from 1 to `MAX_HARMONICS`."""
+    return whole_number("orders", count, 1, MAX_HARMONICS)
+
+
+@dataclass(frozen=True, kw_only=True)
+class QualityError(ErrorHarmonics):
+    """Harmonics from an accuracy grade.
+
+    Attributes
+    ----------
+    tooth_to_tooth : tuple of float
+        f_i′ of each wheel against a perfect master wheel, m.
+    peak_to_peak : float
+        That of the error of the pair over a mesh period, m.
+    """
+
+    tooth_to_tooth: tuple[float, float] = described(
+        "f_i′", "K (4.3 2^((Q−5)/2) + f_pt + F_α), K = 0.2 (ε_γ + 4)/ε_γ, at least 0.4", "ISO 1328-1:1995, annex A",
+        "µm", 1e6)
+    peak_to_peak: float = described("", "√(f_i1′² + f_i2′²)", "assumption: independent deviations", "µm", 1e6)
+
+
+def from_quality(
+    geometry: Geometry, quality: Quality, tolerances: tuple[Tolerances, Tolerances], orders: int = 3,
+) -> QualityError:
+    """Mesh harmonics of a pair with a given accuracy grade: an assumption about typical wheels, not a bound.
+
+    The peak-to-peak value over a mesh period is that of a single-flank test, the tooth-to-tooth tangential composite
+    deviation f_i′ of ISO 1328-1:1995, annex A, which the standard derives from f_pt, F_α and the total contact ratio.
+    The deviations of the two wheels are independent of each other: their squares are added. Within a period the error
+    is a parabola, as crowned profiles or small profile slopes of both signs leave it (Litvin and Fuentes, *Gear
+    Geometry and Applied Theory*, 2004, chapter 9): 0 where a tooth pair is in the middle of its path of contact,
+    greatest where the next pair takes over. Its harmonics are e_j = 4 Δ/(π² j²), 0.405 Δ for the first, with θ_j = π j
+    (ε_α − 1).
+
+    Parameters
+    ----------
+    geometry : Geometry
+        Gives the contact ratios.
+    quality : Quality
+        Of both wheels.
+    tolerances : tuple of Tolerances
+        f_pt and F_α of both wheels for this quality.
+    orders : int
+        Number of harmonics, 1 to 64; by default 3, which leave 10 % of the peak-to-peak value out.
+
+    Returns
+    -------
+    QualityError
+        Actual wheels can have any amplitude from 0 up to several times this one, and other phases.
+
+    Notes ----- Tolerances are limits, and part of f_pt differs from tooth to tooth and does not repeat with the mesh;
+    both make this estimate large. Tip relief and misalignment can make the true one larger. The formula of annex A
+    agrees with its other form K (9 + 0.3 m + 3.2 √m + 0.34 √d) and could be compared with one source only. The edition
+    of 2013 has no such formula in terms of f_pt and F_α; with its tolerances the formula of 1995 is used all the same.
+    """
+    ratio = geometry.total_contact_ratio
+    factor = 0.2 * (ratio + 4) / ratio if ratio < 4 else 0.4
+    deviation = tuple(
+        factor * (4.3e-6 * 2 ** ((grade - 5) / 2) + t.single_pitch + t.profile)
+        for grade, t in zip(quality.grades, tolerances, strict=True)
+    )
+    total = math.hypot(*deviation)
+    numbers = range(1, check_orders(orders) + 1)
+    return QualityError(
+        amplitudes=tuple(4 * total / (math.pi * j) ** 2 for j in numbers),
+        phases=tuple(math.pi * j * (geometry.contact_ratio - 1) for j in numbers),
+        source=f"{quality.standard}, grade {quality.grade}: assumption, tooth-to-tooth deviation f_i′ as a parabola",
+        tooth_to_tooth=(deviation[0], deviation[1]), peak_to_peak=total,
+        warnings=("The accuracy grade gives no transmission error; this one is an assumption about typical wheels.",),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftOrder:
+    """The effect of the eccentricity of one wheel, once per turn of its shaft.
+
+    Attributes
+    ----------
+    wheel : int
+        1 or 2.
+    order : float
+        Order of the mesh frequency, 1/z.
+    error_amplitude : float
+        Amplitude of the transmission error, m: the eccentricity itself, along the line of action.
+    backlash_amplitude : float
+        Amplitude of the total backlash along the line of action, 2 e sin α_wt, m, through the centre distance.
+    """
+
+    wheel: int
+    order: float = described("", "1/z", "kinematics")
+    error_amplitude: float = described("", "e", "kinematics, base tangent plane", "µm", 1e6)
+    backlash_amplitude: float = described("", "2 e sin α_wt", "kinematics, base tangent plane", "µm", 1e6)
+
+    @property
+    def text(self) -> str:
+        """What the eccentricity does, in one sentence."""
+        return (
+            f"The eccentricity of wheel {self.wheel} modulates the mesh once per turn, at {self.order:.6g} of the mesh "
+            f"frequency: the transmission error by ±{self.error_amplitude * 1e6:.4g} µm, the backlash by "
+            f"±{self.backlash_amplitude * 1e6:.4g} µm. It is not part of the model, whose period is the mesh period."
+        )
+
+
+def shaft_orders(geometry: Geometry, eccentricity: tuple[float, float]) -> tuple[ShaftOrder, ...]:
+    """What the eccentricities of the wheels do. They are no harmonics of the mesh frequency and enter no model.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        Gives the numbers of teeth and the working pressure angle.
+    eccentricity : tuple of float
+        Distance between the axis of the teeth and the axis of rotation of each wheel, m.
+
+    Returns
+    -------
+    tuple of ShaftOrder
+        One for each wheel with an eccentricity other than 0. The mesh sees a slow modulation: the transmission error
+        drifts by 2 e within half a turn, with accelerations smaller than those of a mesh harmonic of equal amplitude by
+        the factor z², and the backlash opens and closes.
+
+    Raises
+    ------
+    InputError
+        If an eccentricity is negative or not finite.
+    """
+    for i, value in enumerate(eccentricity):
+        if not 0 <= value < math.inf:
+            raise InputError(f"eccentricity[{i}]", "must be a finite length of at least 0", value)
+    return tuple(
+        ShaftOrder(
+            wheel=i + 1, order=1 / geometry.teeth[i], error_amplitude=value,
+            backlash_amplitude=2 * value * math.sin(geometry.working_pressure_angle),
+        )
+        for i, value in enumerate(eccentricity) if value
+    )

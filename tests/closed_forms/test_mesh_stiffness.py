@@ -1,0 +1,202 @@
+"""Mesh stiffness by ISO 6336-1 and from tables: means, levels and phases that are known in closed form."""
+
+import numpy as np
+import pytest
+
+from gearchaos.errors import InputError
+from gearchaos.gears.contact_lines import fourier_coefficients, relative_length
+from gearchaos.gears.iso6336 import tooth_stiffness
+from gearchaos.gears.materials import STEEL
+from gearchaos.gears.mesh_stiffness import MeshStiffness, compare, from_energy, from_iso, from_table
+from gearchaos.gears.potential_energy import ToothPairs
+from gearchaos.model import HarmonicStiffness, SteppedStiffness, TwoLevelStiffness
+from tests.gear_examples import ISO_TR_EXAMPLE_1, SPUR_62, spur
+
+GRID = (np.arange(100_000) + 0.5) / 100_000
+HIGH_CONTACT = spur(teeth=(60, 60), addendum=1.35, dedendum=1.6, root_radius=0.25)
+
+
+def test_two_levels_of_iso_are_one_and_1_75_single_stiffnesses():
+    tooth = tooth_stiffness(SPUR_62)
+    stiffness = from_iso(SPUR_62, tooth.mesh_stiffness)
+    single = tooth.single_stiffness * 0.02
+    assert isinstance(stiffness.waveform, TwoLevelStiffness)
+    assert stiffness.extremes == pytest.approx((single, 1.75 * single), rel=1e-14)
+    assert stiffness.truncation == 0 and stiffness.notes == () and stiffness.method == "ISO 6336-1"
+
+
+@pytest.mark.parametrize("geometry", [SPUR_62, spur(teeth=(20, 30)), spur(centre_distance=0.1255)])
+def test_mean_of_two_levels_is_the_mesh_stiffness_of_iso(geometry):
+    mean = tooth_stiffness(geometry).mesh_stiffness * 0.02
+    stiffness = from_iso(geometry, tooth_stiffness(geometry).mesh_stiffness)
+    waveform = stiffness.waveform
+    part = waveform.contact_ratio - 1
+    assert stiffness.reference == pytest.approx(mean, rel=1e-15)
+    assert (1 + waveform.chi1) * part + (1 - waveform.chi2) * (1 - part) == pytest.approx(1, abs=1e-15)
+
+
+def test_two_pairs_are_in_contact_from_the_beginning_of_the_period():
+    end = SPUR_62.contact_ratio - 1
+    values = from_iso(SPUR_62, 1e10)(np.array([0, 0.5, end - 1e-9, end, 0.99, 1]))
+    assert np.all(values[[0, 1, 2, 5]] == values[0]) and np.all(values[[3, 4]] == values[3]) and values[0] > values[3]
+
+
+def test_three_and_two_pairs_of_a_high_contact_ratio():
+    assert 2 < HIGH_CONTACT.contact_ratio < 3
+    stiffness = from_iso(HIGH_CONTACT, 1e10)
+    assert isinstance(stiffness.waveform, SteppedStiffness) and stiffness.truncation == 0
+    assert stiffness.waveform.starts == pytest.approx((0, HIGH_CONTACT.contact_ratio - 2), abs=1e-14)
+    assert stiffness.waveform.levels == pytest.approx(
+        (3 / HIGH_CONTACT.contact_ratio, 2 / HIGH_CONTACT.contact_ratio), rel=1e-14)
+    assert stiffness.reference == 1e10 * 0.02
+
+
+def test_helical_gears_have_the_series_of_their_contact_lines():
+    tooth = tooth_stiffness(ISO_TR_EXAMPLE_1)
+    stiffness = from_iso(ISO_TR_EXAMPLE_1, tooth.mesh_stiffness, tolerance=1e-3)
+    ratios = ISO_TR_EXAMPLE_1.contact_ratio, ISO_TR_EXAMPLE_1.overlap_ratio
+    assert isinstance(stiffness.waveform, HarmonicStiffness)
+    assert stiffness.reference == pytest.approx(17.46e9 * 0.1, rel=2e-3)
+    count = len(stiffness.waveform.amplitudes)
+    amplitudes, phases = fourier_coefficients(*ratios, count)
+    assert stiffness.waveform.amplitudes == pytest.approx(amplitudes, abs=1e-15)
+    assert stiffness.waveform.phases == pytest.approx(phases, abs=1e-15)
+    difference = stiffness(GRID) / stiffness.reference - relative_length(*ratios)(GRID)
+    assert stiffness.truncation == pytest.approx(np.sqrt(np.mean(difference**2)), rel=1e-4)
+    assert stiffness.truncation <= 1e-3
+    assert np.abs(difference).max() < 5e-3
+
+
+def test_helical_gears_of_tiny_overlap_need_steps():
+    geometry = spur(helix_angle=1e-3, centre_distance=0.12400007)
+    assert 0 < geometry.overlap_ratio < 0.01
+    stiffness = from_iso(geometry, 1e10)
+    assert isinstance(stiffness.waveform, SteppedStiffness) and stiffness.truncation <= 2e-3
+
+
+def test_what_cannot_be_reached_is_said():
+    stiffness = from_iso(ISO_TR_EXAMPLE_1, 1e10, tolerance=1e-7)
+    assert stiffness.truncation > 1e-7 and "more than the bound 1e-07" in stiffness.notes[0]
+
+
+@pytest.mark.parametrize(("arguments", "field"), [
+    ((spur(centre_distance=0.1285), 1e10), "contact_ratio"), ((SPUR_62, 0.0), "mesh_stiffness"),
+    ((SPUR_62, np.nan), "mesh_stiffness"),
+])
+def test_bad_values_for_iso_are_refused(arguments, field):
+    with pytest.raises(InputError) as raised:
+        from_iso(*arguments)
+    assert raised.value.field == field
+
+
+@pytest.mark.parametrize("stiffness", [
+    from_iso(SPUR_62, 1e10), from_iso(HIGH_CONTACT, 1e10), from_iso(ISO_TR_EXAMPLE_1, 1e10),
+    from_energy(SPUR_62, (STEEL, STEEL), (0.035, 0.035)),
+    MeshStiffness(3.0, SteppedStiffness((1.5, 0.5), (0.25, 0.75)), 0.0, "test"),
+], ids=["two levels", "steps", "series", "energy", "steps after 0"])
+def test_reference_and_extremes_are_those_of_the_values(stiffness):
+    values = stiffness(GRID)
+    assert values.mean() == pytest.approx(stiffness.reference, rel=2e-5)
+    assert stiffness.extremes == pytest.approx((values.min(), values.max()), rel=1e-4)
+    assert np.all(values > 0)
+    assert stiffness(GRID[:9] + 3) == pytest.approx(values[:9], rel=1e-12)
+
+
+def test_iso_and_potential_energy_side_by_side():
+    """Means of 62/62 by the standard rack: ISO 6336-1 460.9, potential energy 390 N/µm."""
+    both = compare(SPUR_62, tooth_stiffness(SPUR_62).mesh_stiffness, (STEEL, STEEL), (0.035, 0.035))
+    assert both.first.reference == pytest.approx(460.9e6, rel=2e-4)
+    assert both.ratio == pytest.approx(0.847, abs=1e-3)
+    lines = str(both).splitlines()
+    assert len(lines) == 4 and lines[1].split()[-3] == "460.88"
+    assert lines[3].startswith("The mean by potential energy is 15% below that by ISO 6336-1.")
+
+
+@pytest.fixture
+def table(tmp_path):
+    """A function that writes a table and reads it as mesh stiffness, of a wheel with 20 teeth."""
+
+    def table(text, **options):
+        (tmp_path / "tvms.csv").write_text(text)
+        return from_table(tmp_path / "tvms.csv", **{"teeth": 20, **options})
+
+    return table
+
+
+STEPS = {
+    "levels": "fraction,level [N/um]\n0,400\n0.5,250\n",
+    "levels over angle": "roll angle [deg],level [N/um]\n0,400\n9,250\n",
+    "levels over time": "time [ms],level [N/um]\n0,400\n7.853981633974483,250\n",
+    "points": "fraction,stiffness [N/um]\n0,400\n0.5,400\n0.5,250\n1,250\n1,400\n",
+    "jump at the beginning": "fraction,stiffness [N/um]\n0,250\n0,400\n0.5,400\n0.5,250\n1,250\n",
+    "points over angle": "deg,N/m\n0,4e8\n9,4e8\n9,2.5e8\n18,2.5e8\n18,4e8\n",
+    "points over time, rounded": "time (s);kN/mm\n0;400\n0,007854;400\n0,007854;250\n0,01571;250\n0,01571;400\n",
+}
+
+
+@pytest.mark.parametrize("form", STEPS)
+def test_steps_of_a_table_are_taken_over_exactly(table, form):
+    stiffness = table(STEPS[form], speed=20.0)
+    assert stiffness.reference == pytest.approx(325e6, rel=1e-4 if "rounded" in form else 1e-15)
+    assert stiffness.waveform.levels == pytest.approx((400 / 325, 250 / 325), rel=1e-4 if "rounded" in form else 1e-14)
+    assert stiffness.waveform.starts == pytest.approx((0, 0.5), abs=1e-4 if "rounded" in form else 1e-15)
+    assert stiffness.truncation == 0 and stiffness.method == "table tvms.csv"
+
+
+def test_a_smooth_table_becomes_a_series_that_gives_the_table_back(table):
+    t = np.linspace(0, 1, 201)
+    values = 400 + 60 * np.cos(2 * np.pi * t - 0.7) + 20 * np.cos(6 * np.pi * t + 2)
+    rows = "".join(f"{18 * x:.12g},{k:.12g}\n" for x, k in zip(t, values, strict=True))
+    stiffness = table("roll angle [deg],stiffness [N/um]\n" + rows)
+    assert isinstance(stiffness.waveform, HarmonicStiffness) and len(stiffness.waveform.amplitudes) == 3
+    assert stiffness.waveform.amplitudes == pytest.approx((0.15, 0, 0.05), abs=1e-4)
+    assert stiffness.waveform.phases[0] == pytest.approx(0.7, abs=1e-9)
+    assert stiffness.waveform.phases[2] == pytest.approx(-2, abs=1e-9)
+    assert stiffness(t) == pytest.approx(1e6 * values, rel=1e-3)
+
+
+def test_the_curve_by_energy_written_to_a_table_comes_back(table):
+    pair = spur(teeth=(20, 30))
+    curve = ToothPairs(pair, (STEEL, STEEL), (0.012, 0.02)).curve()
+    rows = [f"{x:.15g},{k:.15g}\n" for i in range(len(curve.first)) for x, k in (
+        (curve.knots[i], curve.first[i]), (curve.knots[i + 1], curve.last[i]))]
+    kept = [row for i, row in enumerate(rows) if i == 0 or row != rows[i - 1]] + [f"1,{curve.first[0]:.15g}\n"]
+    found = table("fraction,stiffness [N/m]\n" + "".join(kept))
+    expected = from_energy(pair, (STEEL, STEEL), (0.012, 0.02))
+    assert found.reference == pytest.approx(expected.reference, rel=1e-13)
+    assert found.waveform.levels == pytest.approx(expected.waveform.levels, rel=1e-9)
+    assert found.waveform.starts == pytest.approx(expected.waveform.starts, abs=1e-9)
+
+
+BAD_TABLES = {
+    "not closed": ("fraction,N/um\n0,400\n1,390\n", 3, "stiffness of line 2, 400000000 N/m"),
+    "less than a period": ("fraction,N/um\n0,400\n0.99,400\n", 3, "end of the mesh period, 1 in SI"),
+    "more than a period": ("deg,N/um\n0,400\n18.1,400\n", 3, "end of the mesh period, 0.314159265 in SI"),
+    "not from 0": ("fraction,N/um\n0.1,400\n1.1,400\n", 2, "the fraction 0"),
+    "negative": ("fraction,N/um\n0,400\n0.5,-1\n1,400\n", 3, "greater than 0"),
+    "zero": ("fraction,N/um\n0,400\n0.5,0\n1,400\n", 3, "greater than 0"),
+    "end among levels": ("fraction,level [N/um]\n0,400\n0.5,300\n1,400\n", 4, "less than the mesh period"),
+    "two levels at once": ("fraction,level [N/um]\n0,400\n0.5,300\n0.5,200\n", 4, "repeat the fraction of line 3"),
+    "one row": ("fraction,N/um\n0,400\n", 2, "end of the mesh period"),
+    "torsional stiffness": ("deg,stiffness [N*m/rad]\n0,400\n", 1, "unit of a stiffness"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_TABLES)
+def test_tables_that_are_no_period_of_a_stiffness_are_refused(table, case):
+    text, line, words = BAD_TABLES[case]
+    with pytest.raises(InputError) as raised:
+        table(text)
+    assert raised.value.field.endswith(f"tvms.csv, line {line},") and words in str(raised.value)
+
+
+def test_a_table_over_time_needs_the_speed(table):
+    for speed in (None, 0.0, -3.0):
+        with pytest.raises(InputError, match="speed must be given"):
+            table(STEPS["levels over time"], speed=speed)
+
+
+def test_stiffness_and_level_exclude_each_other(table):
+    for text in ("fraction\n0\n1\n", "fraction,stiffness [N/um],level [N/um]\n0,1,1\n1,1,1\n"):
+        with pytest.raises(InputError, match=r"stiffness\.table must have either"):
+            table(text)

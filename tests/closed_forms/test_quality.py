@@ -1,0 +1,172 @@
+"""Flank tolerances: values of the printed tables, formulas by hand, ranges, rounding and scope."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gearchaos.errors import InputError
+from gearchaos.gears.formulas import formulas
+from gearchaos.gears.quality import ISO_1995, ISO_2013, Quality, rounded, tolerances
+from tests.gear_examples import ISO_TR_EXAMPLE_1, spur
+
+
+def wheel(standard: str, grade: int, teeth: int, module: float, face_width: float = 20.0):
+    """The tolerances in µm of a spur wheel with these sizes in mm."""
+    pair = spur(teeth=(teeth, teeth), normal_module=module * 1e-3, face_width=(face_width * 1e-3,) * 2)
+    found = tolerances(Quality(standard, grade), pair)[0]
+    return {name: round(1e6 * getattr(found, name), 6) for name in formulas(found)}
+
+
+def sized(standard: str, grade: int, diameter: float, module: float, face_width: float):
+    """The tolerances in µm of a wheel with this reference diameter, sizes in mm."""
+    teeth = max(math.floor(diameter / module * (1 + 1e-12)), 1)
+    if standard == ISO_2013:
+        teeth = min(teeth, 1000)
+    pair = SimpleNamespace(
+        teeth=(teeth, teeth), normal_module=module * 1e-3, reference_diameter=(diameter * 1e-3,) * 2,
+        face_width=(face_width * 1e-3,) * 2, helix_angle=0.0)
+    found = tolerances(Quality(standard, grade), pair)[1]
+    return {name: round(1e6 * getattr(found, name), 6) for name in formulas(found)}
+
+
+def test_printed_table_of_single_pitch_deviations():
+    # ISO 1328-1:1995, Table 1, 5 mm to 20 mm, modules 0.5 to 2, grades 0 to 12
+    printed = [0.8, 1.2, 1.7, 2.3, 3.3, 4.7, 6.5, 9.5, 13, 19, 26, 37, 53]
+    assert [wheel(ISO_1995, grade, 12, 1.0)["single_pitch"] for grade in range(13)] == printed
+
+
+@pytest.mark.parametrize(("name", "printed"), [
+    ("single_pitch", [6.5, 9, 13]), ("cumulative_pitch", [19, 28, 39]), ("profile", [9.5, 13, 19]),
+])
+def test_printed_tables_of_1995(name: str, printed: list[float]):
+    # 50 mm to 125 mm, modules 3.5 to 6, grades 5 to 7
+    assert [wheel(ISO_1995, grade, 20, 4.0)[name] for grade in (5, 6, 7)] == printed
+
+
+def by_hand_1995(d: float, m: float, b: float) -> dict[str, float]:
+    """Tolerances of grade 5 in µm, of geometric means in mm."""
+    return {
+        "single_pitch": 0.3 * (m + 0.4 * math.sqrt(d)) + 4, "cumulative_pitch": 0.3 * m + 1.25 * math.sqrt(d) + 7,
+        "profile": 3.2 * math.sqrt(m) + 0.22 * math.sqrt(d) + 0.7,
+        "profile_form": 2.5 * math.sqrt(m) + 0.17 * math.sqrt(d) + 0.5,
+        "profile_slope": 2 * math.sqrt(m) + 0.14 * math.sqrt(d) + 0.5,
+        "helix": 0.1 * math.sqrt(d) + 0.63 * math.sqrt(b) + 4.2, "runout": 0.24 * m + math.sqrt(d) + 5.6,
+    }
+
+
+def by_hand_2013(d: float, m: float, b: float) -> dict[str, float]:
+    """Tolerances of class 5 in µm, of sizes in mm."""
+    slope, form = 0.4 * m + 0.001 * d + 4, 0.55 * m + 5
+    cumulative = 0.002 * d + 0.55 * math.sqrt(d) + 0.7 * m + 12
+    helix = (0.05 * math.sqrt(d) + 0.35 * math.sqrt(b) + 4, 0.07 * math.sqrt(d) + 0.45 * math.sqrt(b) + 4)
+    return {
+        "single_pitch": 0.001 * d + 0.4 * m + 5, "cumulative_pitch": cumulative, "profile": math.hypot(slope, form),
+        "profile_form": form, "profile_slope": slope, "runout": 0.9 * cumulative, "helix": math.hypot(*helix),
+    }
+
+
+DIAMETERS = (5, 20, 50, 125, 280, 560, 1000, 1600, 2500, 4000, 6000, 8000, 10000)
+MODULES = (0.5, 2, 3.5, 6, 10, 16, 25, 40, 70)
+FACE_WIDTHS = (4, 10, 20, 40, 80, 160, 250, 400, 650, 1000)
+
+
+def upper_limits(limits: tuple[float, ...]) -> list[tuple[float, float]]:
+    """The geometric mean and the upper limit of each range."""
+    return [(math.sqrt(low * high), high) for low, high in itertools.pairwise(limits)]
+
+
+def test_formulas_of_1995_in_every_range():
+    widths = itertools.cycle(upper_limits(FACE_WIDTHS))
+    for (mean_m, m), (mean_d, d) in itertools.product(upper_limits(MODULES), upper_limits(DIAMETERS)):
+        mean_b, b = next(widths)
+        for grade in (0, 5, 12):
+            step = math.sqrt(2) ** (grade - 5)
+            expected = {name: rounded(step * v) for name, v in by_hand_1995(mean_d, mean_m, mean_b).items()}
+            if d / m >= 1:
+                assert sized(ISO_1995, grade, d, m, b) == expected
+
+
+def test_formulas_of_2013_for_many_sizes():
+    rng = np.random.default_rng(5)
+    for _ in range(60):
+        d, m, b = np.exp(rng.uniform(np.log((70, 0.5, 4)), np.log((15000, 10, 1200))))
+        for grade in (1, 5, 11):
+            step = math.sqrt(2) ** (grade - 5)
+            expected = {name: rounded(step * v) for name, v in by_hand_2013(d, m, b).items()}
+            assert sized(ISO_2013, grade, d, m, b) == expected
+
+
+def test_ranges_of_1995_include_their_upper_limits():
+    assert wheel(ISO_1995, 9, 25, 2.0) == wheel(ISO_1995, 9, 24, 2.0)  # 50 mm and 48 mm
+    assert wheel(ISO_1995, 9, 26, 2.0)["single_pitch"] > wheel(ISO_1995, 9, 25, 2.0)["single_pitch"]
+    assert wheel(ISO_1995, 9, 25, 2.0001)["profile"] > wheel(ISO_1995, 9, 25, 2.0)["profile"]
+    assert wheel(ISO_1995, 9, 25, 2.0, 4.0)["helix"] == wheel(ISO_1995, 9, 25, 2.0, 10.0)["helix"]
+    assert wheel(ISO_2013, 9, 24, 2.0)["cumulative_pitch"] < wheel(ISO_2013, 9, 26, 2.0)["cumulative_pitch"]
+
+
+@pytest.mark.parametrize(("value", "expected"), [
+    (4.04, 4.0), (4.06, 4.1), (4.96, 5.0), (5.24, 5.0), (5.26, 5.5), (9.74, 9.5), (9.76, 10.0), (10.4, 10.0),
+    (10.6, 11.0), (0.83, 0.8),
+])
+def test_rounding(value: float, expected: float):
+    assert rounded(value) == expected
+
+
+def test_one_grade_for_each_wheel():
+    both = tolerances(Quality(ISO_1995, (5, 7)), ISO_TR_EXAMPLE_1)
+    assert both == (
+        tolerances(Quality(ISO_1995, 5), ISO_TR_EXAMPLE_1)[0], tolerances(Quality(ISO_1995, 7), ISO_TR_EXAMPLE_1)[1])
+    assert Quality(ISO_1995, (5, 7)).coarsest == 7
+    assert Quality(ISO_1995, [5, 7]).grades == (5, 7)
+
+
+@pytest.mark.parametrize(("standard", "grade", "rule"), [
+    (ISO_1995, 13, "from 0 to 12 in ISO 1328-1:1995"), (ISO_1995, -1, "from 0 to 12"), (ISO_2013, 0, "from 1 to 11"),
+    (ISO_2013, 12, "from 1 to 11 in ISO 1328-1:2013"), (ISO_1995, 5.0, "a whole number"), (ISO_1995, True, "a whole"),
+    (ISO_1995, (5, 13), "from 0 to 12"), (ISO_1995, (5, 6, 7), "one grade or a list"), (ISO_1995, "5", "a whole"),
+])
+def test_wrong_grades_are_refused(standard: str, grade, rule: str):
+    with pytest.raises(InputError, match=rule) as error:
+        Quality(standard, grade)
+    assert error.value.field == "quality.grade"
+
+
+def test_unknown_standard_is_refused():
+    with pytest.raises(InputError, match=r"quality\.standard must be one of ISO 1328-1:1995, ISO 1328-1:2013"):
+        Quality("ISO 1328", 5)
+
+
+@pytest.mark.parametrize(("standard", "changes", "field"), [
+    (ISO_1995, {"normal_module": 0.4e-3}, "module"), (ISO_1995, {"normal_module": 71e-3}, "module"),
+    (ISO_1995, {"teeth": (62, 4)}, "reference_diameter[1]"), (ISO_1995, {"face_width": (0.003, 0.02)}, "face_width[0]"),
+    (ISO_1995, {"face_width": (0.02, 1.1)}, "face_width[1]"), (ISO_2013, {"face_width": (0.02, 1.21)}, "face_width[1]"),
+    (ISO_2013, {"teeth": (4, 62)}, "teeth[0]"), (ISO_2013, {"teeth": (62, 1001)}, "teeth[1]"),
+    (ISO_2013, {"helix_angle": math.radians(46)}, "helix_angle"),
+])
+def test_sizes_outside_the_scope_are_refused(standard: str, changes: dict, field: str):
+    if field == "reference_diameter[1]":
+        changes = {**changes, "normal_module": 1e-3}
+    with pytest.raises(InputError, match="must lie in") as error:
+        tolerances(Quality(standard, 5), spur(**changes))
+    assert error.value.field == field
+    assert "extrapolation" in error.value.advice
+
+
+def test_sizes_on_the_limits_of_the_scope_are_accepted():
+    for standard, width in ((ISO_1995, 1.0), (ISO_2013, 1.2)):
+        tolerances(Quality(standard, 5), spur(normal_module=70e-3, face_width=(0.004, width)))
+        tolerances(Quality(standard, 5), spur(normal_module=0.5e-3, teeth=(10, 1000), face_width=(0.004, width)))
+        for changes in ({"normal_module": 70.01e-3}, {"normal_module": 0.499e-3}, {"face_width": (0.02, width + 1e-4)}):
+            with pytest.raises(InputError, match="must lie in"):
+                tolerances(Quality(standard, 5), spur(**changes))
+    largest = {ISO_1995: (10.0, 250), ISO_2013: (15.0, 250)}
+    for standard, (diameter, teeth) in largest.items():
+        module = diameter / teeth
+        tolerances(Quality(standard, 5), spur(normal_module=module, teeth=(62, teeth)))
+        with pytest.raises(InputError, match=r"reference_diameter\[1\]"):
+            tolerances(Quality(standard, 5), spur(normal_module=module * 1.0001, teeth=(62, teeth)))
