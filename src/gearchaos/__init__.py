@@ -14,7 +14,7 @@ _MODULES = {
     "InputError": "errors",
     "HarmonicStiffness": "model", "MeshModel": "model", "SteppedStiffness": "model", "TransmissionError": "model",
     "TwoLevelStiffness": "model",
-    "GearPair": "gears.pair", "physical": "gears.results",
+    "GearDesign": "gears.design", "GearPair": "gears.pair", "physical": "gears.results",
     "Axis": "studies.axis", "Classification": "dynamics.settings", "Verdict": "studies.verdict",
     "Attractors": "studies.attractors", "attractors": "studies.attractors",
     "Basins": "studies.basins", "basins": "studies.basins",

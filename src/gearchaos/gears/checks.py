@@ -30,11 +30,18 @@ SERIES_FIELDS: dict[str, units.Dimension] = {
     "error_phases": units.ANGLE,
     "stiffness_amplitudes": units.STIFFNESS,
     "stiffness_phases": units.ANGLE,
+    "stiffness_levels": units.STIFFNESS,
 }
-"""The fields with a list of values, one per harmonic, and the dimension of the values."""
+"""The fields with a list of values, one per harmonic or level, and the dimension of the values."""
 
 OPTIONAL_FIELDS = ("M20", "m1", "m2", "c1", "c2")
 """The fields that may be None."""
+
+_STIFFNESS_FIELDS = (
+    ("chi1", "chi2", "contact_ratio"), ("stiffness_amplitudes", "stiffness_phases"),
+    ("stiffness_levels", "stiffness_starts"),
+)
+"""The fields of each kind of mesh stiffness."""
 
 _RATIO_TOLERANCE = 0.01
 """Largest relative difference between the ratio of base radii and that of numbers of teeth."""
@@ -67,12 +74,11 @@ def check_supports(pair: Any) -> None:
 
 def check_waveforms(pair: Any) -> None:
     """Raise `InputError` if the stiffness is given in two ways, or a series has more phases than amplitudes."""
-    for name in ("chi1", "chi2", "contact_ratio"):
-        if pair.stiffness_amplitudes and (value := getattr(pair, name)) is not None:
-            raise InputError(
-                name, "must be left out beside stiffness_amplitudes", value,
-                "The mesh stiffness is either two-level (2.16) or a series (2.7).",
-            )
+    kinds = [[n for n in names if getattr(pair, n) not in (None, ())] for names in _STIFFNESS_FIELDS]
+    (first, *_), *others = [names for names in kinds if names] or [["none"]]
+    for names in others:
+        raise InputError(first, f"must be left out beside {names[0]}", getattr(pair, first),
+                         "The mesh stiffness has two levels (2.16), or is a series (2.7), or has steps.")
     for kind in ("error", "stiffness"):
         amplitudes, phases = getattr(pair, f"{kind}_amplitudes"), getattr(pair, f"{kind}_phases")
         if len(phases) > len(amplitudes):

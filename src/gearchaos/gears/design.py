@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears import masses
+from gearchaos.gears import design_pair, masses
 from gearchaos.gears.backlash import AnyBacklash, check_backlash
 from gearchaos.gears.design_checks import check_inputs, check_wheels, design_warnings
 from gearchaos.gears.design_values import (
@@ -23,11 +23,16 @@ from gearchaos.gears.design_values import (
 )
 from gearchaos.gears.geometry import Geometry, Pair
 from gearchaos.gears.geometry_checks import check_geometry
+from gearchaos.gears.iso6336 import ToothStiffness
 from gearchaos.gears.materials import Material
 from gearchaos.gears.mating import mating_geometry
 from gearchaos.gears.mesh_load import MeshLoad, mesh_load
+from gearchaos.gears.mesh_stiffness import MeshStiffness
+from gearchaos.gears.pair import GearPair
 from gearchaos.gears.quality import Quality
 from gearchaos.gears.tip_relief import TipRelief
+from gearchaos.gears.transmission_error import ErrorHarmonics
+from gearchaos.model import MeshModel
 
 OPERATION = ("speed", "torque", "application_factor")
 """The inputs of a design that the table ``[operation]`` of a study file may hold."""
@@ -271,6 +276,34 @@ class GearDesign:
             for wheel, (start, amount) in enumerate(
                 zip(self.tip_relief.start_diameter, self.tip_relief.amount, strict=True)))
         return TipRelief(self.tip_relief.amount, (first, second), self.tip_relief.shape)
+
+    @property
+    def tooth_stiffness(self) -> ToothStiffness:
+        """Tooth stiffness by ISO 6336-1, whatever the method of the design."""
+        return design_pair.iso_tooth_stiffness(self)
+
+    @property
+    def mesh_stiffness(self) -> MeshStiffness:
+        """Mesh stiffness over the mesh period by the method of the design."""
+        return design_pair.stiffness_of(self)
+
+    @property
+    def error_harmonics(self) -> ErrorHarmonics:
+        """Harmonics of the transmission error of the unloaded gears by the method of the design."""
+        return design_pair.error_of(self)
+
+    def at(self, *, speed: float | None = None, torque: float | None = None) -> GearDesign:
+        """The same design at another speed, rad/s, or torque, N m, of wheel 1."""
+        given = {name: value for name, value in (("speed", speed), ("torque", torque)) if value is not None}
+        return replace(self, **given)
+
+    def to_pair(self) -> GearPair:
+        """The gear pair of (2.1) at this speed and torque; see `gearchaos.gears.design_pair`."""
+        return design_pair.pair_of(self)
+
+    def to_model(self, kind: str | None = None) -> MeshModel:
+        """The dimensionless model at this speed and torque; see `GearPair.to_model`."""
+        return replace(self.to_pair().to_model(kind), stiffness=self.mesh_stiffness.waveform)
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -6,11 +6,12 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
-from typing import Any, Protocol, Self
+from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
 
 from gearchaos.errors import InputError
+from gearchaos.gears.design import GearDesign
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.units import RPM
 from gearchaos.model import MeshModel, has_effect
@@ -35,6 +36,9 @@ class Gears(Protocol):
     def to_pair(self) -> GearPair:
         """The gear pair with the parameters of (2.1) at this operating point."""
 
+    def to_model(self, kind: str | None = None) -> MeshModel:
+        """The dimensionless model at this operating point."""
+
 
 @dataclass(frozen=True)
 class OperatingModel(MeshModel):
@@ -58,7 +62,7 @@ class OperatingModel(MeshModel):
         return _SET_BY[name] if name in _NAMES else super().set_by(name)
 
     def value(self, name: str) -> float | None:
-        pair = self.gears.to_pair()
+        pair = _point(self.gears, None).pair
         own = {"speed": pair.speed / RPM, "torque": pair.M10}
         return own[name] if name in own else super().value(name)
 
@@ -87,15 +91,16 @@ class OperatingModel(MeshModel):
         for name, values in (("speed", speed), ("torque", torque)):
             if values is not None:
                 check(name, values)
-        own, given = _pair(self.gears, None), () if torque is None else _SET_BY["torque"]
+        own, given = _point(self.gears, None), () if torque is None else _SET_BY["torque"]
         different, index = np.unique(np.atleast_1d(np.nan if torque is None else torque), return_inverse=True)
-        pairs = [own] if torque is None else [_pair(self.gears, value) for value in different.tolist()]
-        at_own, found = _parameters(own), [_parameters(pair) for pair in pairs]
-        changed = {*given, *(n for values in found for n, v in values.items() if v != at_own[n])}
-        out = {n: np.array([v[n] for v in found])[index] for n in sorted(changed) if has_effect(n, self.kind)}
+        points = [own] if torque is None else [_point(self.gears, value) for value in different.tolist()]
+        changed = {*given, *(n for p in points for n, v in p.parameters.items() if v != own.parameters[n])}
+        out = {
+            n: np.array([p.parameters[n] for p in points])[index] for n in sorted(changed) if has_effect(n, self.kind)
+        }
         if speed is not None:
-            omega0 = np.array([pair.omega0 for pair in pairs])[index]
-            out["omega"] = own.n1 * (np.asarray(speed, float) * RPM) / omega0
+            omega0 = np.array([p.pair.omega0 for p in points])[index]
+            out["omega"] = own.pair.n1 * (np.asarray(speed, float) * RPM) / omega0
         return out
 
 
@@ -104,16 +109,18 @@ def _separated(values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any
     return {n: v for n, v in values.items() if n in _NAMES}, {n: v for n, v in values.items() if n not in _NAMES}
 
 
-@lru_cache(maxsize=4096)
-def _pair(gears: Gears, torque: float | None) -> GearPair:
-    """The pair at a torque in N m; None for that of the gears."""
-    return (gears if torque is None else gears.at(torque=torque)).to_pair()
+class _Point(NamedTuple):
+    """Gears at one torque: their pair, and the parameters of their model by name."""
+
+    pair: GearPair
+    parameters: dict[str, float]
 
 
 @lru_cache(maxsize=4096)
-def _parameters(pair: GearPair) -> dict[str, float]:
-    """The parameters of the model of a pair by name."""
-    return pair.to_model().parameters()
+def _point(gears: Gears, torque: float | None) -> _Point:
+    """The gears at a torque in N m; None for their own."""
+    there = gears if torque is None else gears.at(torque=torque)
+    return _Point(there.to_pair(), there.to_model().parameters())
 
 
 def operating_model(gears: Gears, kind: str | None = None) -> OperatingModel:
@@ -125,7 +132,7 @@ def operating_model(gears: Gears, kind: str | None = None) -> OperatingModel:
     kind : {"full", "torsional", "single"}, optional
         As in `GearPair.to_model`.
     """
-    return with_gears(gears.to_pair().to_model(kind), gears)
+    return with_gears(gears.to_model(kind), gears)
 
 
 def with_gears(model: MeshModel, gears: Gears) -> OperatingModel:
@@ -135,23 +142,25 @@ def with_gears(model: MeshModel, gears: Gears) -> OperatingModel:
 
 def gears_json(gears: Gears) -> str:
     """All fields of gears as JSON, from which `gears_from_json` makes equal gears."""
-    return json.dumps({"pair": asdict(gears)})  # type: ignore[call-overload]
+    kind = "design" if isinstance(gears, GearDesign) else "pair"
+    return json.dumps({kind: asdict(gears)})  # type: ignore[call-overload]
 
 
 def gears_from_json(text: str) -> Gears:
     """The gears that `gears_json` wrote; raises `InputError` for anything else."""
     try:
-        return GearPair(**json.loads(text)["pair"])
+        ((kind, values),) = json.loads(text).items()
+        return {"pair": GearPair, "design": GearDesign}[kind](**values)
     except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
         raise InputError("dataset", "must carry its gears as JSON", text,
                          f"Compute it again, or load the file that was saved. ({error})") from error
 
 
 def as_model(model: Any) -> MeshModel:
-    """A `MeshModel` itself, or the model of a `GearPair`; raises `InputError` for anything else."""
-    if isinstance(model, GearPair):
+    """A `MeshModel` itself, or the model of gears; raises `InputError` for anything else."""
+    if isinstance(model, (GearPair, GearDesign)):
         return operating_model(model)
     if not isinstance(model, MeshModel):
         advice = "E.g. gearchaos.MeshModel.of(omega=1, eps1=0.1)."
-        raise InputError("model", "must be a MeshModel or a GearPair", f"a {type(model).__name__}", advice)
+        raise InputError("model", "must be a MeshModel, a GearPair or a GearDesign", f"a {type(model).__name__}", advice)
     return model

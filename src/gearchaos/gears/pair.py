@@ -25,6 +25,7 @@ from gearchaos.model import (
     KINDS,
     HarmonicStiffness,
     MeshModel,
+    SteppedStiffness,
     Stiffness,
     TransmissionError,
     TwoLevelStiffness,
@@ -75,6 +76,8 @@ class GearPair:
         Two-level mesh stiffness, (2.16); the paper's 0.25, 0.25 and 1.5 if left out.
     stiffness_amplitudes, stiffness_phases : list of force/length, list of angle
         Mesh stiffness c(t) = c0 + Σ c_j cos(jω_z t − α_j) instead, (2.7).
+    stiffness_levels, stiffness_starts : list of force/length, list of float
+        Or a mesh stiffness in steps, and where each begins as a fraction of the mesh period; see `SteppedStiffness`.
 
     Raises
     ------
@@ -116,6 +119,8 @@ class GearPair:
     contact_ratio: float | None = None
     stiffness_amplitudes: tuple[PhysicalValue, ...] = ()
     stiffness_phases: tuple[PhysicalValue, ...] = ()
+    stiffness_levels: tuple[PhysicalValue, ...] = ()
+    stiffness_starts: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("n1", "n2"):
@@ -253,6 +258,8 @@ class GearPair:
         if self.stiffness_amplitudes:
             ratios = tuple(c / self.c0 for c in self.stiffness_amplitudes)
             return HarmonicStiffness(ratios, self.stiffness_phases)
+        if self.stiffness_levels:
+            return SteppedStiffness(tuple(c / self.c0 for c in self.stiffness_levels), self.stiffness_starts)
         return TwoLevelStiffness(**self._levels())
 
     def _levels(self) -> dict[str, float]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearchaos.errors import InputError
+from gearchaos.gears.design import GearDesign
 from gearchaos.gears.operating import Gears, gears_from_json
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.scales import Scales, scaled, unit_of
@@ -64,8 +65,8 @@ def _checked_gears(dataset: Any, pair: Any) -> Gears:
         raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}", advice)
     if pair is None and "gears" in dataset.attrs:
         pair = gears_from_json(dataset.attrs["gears"])
-    if not isinstance(pair, GearPair):
-        raise InputError("pair", "must be a GearPair", f"a {type(pair).__name__}", "A MeshModel alone has no units.")
+    if not isinstance(pair, (GearPair, GearDesign)):
+        raise InputError("pair", "must be a GearPair or a GearDesign", f"a {type(pair).__name__}", "A MeshModel alone has no units.")
     if "pair" in dataset.attrs:
         raise InputError("dataset", "must be dimensionless", "physical units", "It has been scaled already.")
     return pair

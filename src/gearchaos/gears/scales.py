@@ -96,4 +96,4 @@ def _scaled(name: str, variable: Any, factor: Any, symbol: str) -> tuple[Any, An
         attrs["long_name"] = found.physical.long_name
     if isinstance(factor, float):
         return variable.dims, variable.values * factor, attrs
-    return variable.dims, (variable * factor).transpose(*variable.dims).values, attrs
+    return variable.dims, (variable * factor).transpose(*variable.dims).values.astype(variable.dtype), attrs

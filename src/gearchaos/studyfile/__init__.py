@@ -1,10 +1,10 @@
 """Study files in TOML, which describe a model and a study of it.
 
-A file has ``[model]`` (with ``[model.error]`` and ``[model.stiffness]``) or ``[gearpair]``, ``[initial]`` and
-``[study]`` with ``[classification]``; every table is optional. ``StudyFile.model_json_schema()`` describes the layout.
-"""
+A file has ``[model]`` (with ``[model.error]`` and ``[model.stiffness]``), ``[gearpair]`` or ``[design]`` (with
+``[operation]``), ``[initial]``, and ``[study]`` with ``[classification]``; every table is optional.
+``StudyFile.model_json_schema()`` describes the layout.
 
-from gearchaos.studyfile.loading import LoadedStudy, load_study, parse_set
+from gearchaos.studyfile.loading import LoadedStudy, load_design, load_study, parse_set
 from gearchaos.studyfile.tables import StudyFile
 
-__all__ = ["LoadedStudy", "StudyFile", "load_study", "parse_set"]
+__all__ = ["LoadedStudy", "StudyFile", "load_design", "load_study", "parse_set"]

@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from gearchaos.dynamics.settings import FORMER_NAMES, Classification
 from gearchaos.errors import InputError
 from gearchaos.files import read_bytes
+from gearchaos.gears.design import GearDesign
 from gearchaos.gears.operating import OperatingModel, operating_model
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import (
@@ -28,17 +29,14 @@ from gearchaos.model import (
 from gearchaos.studies.axis import Axis, parse_axis
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studies.study import ClassifyingStudy, Study
+from gearchaos.studyfile.gears import gears_of, separated
 from gearchaos.studyfile.tables import (
     MODEL_NAMES,
-    GearPairTable,
     ModelTable,
-    Series,
     StiffnessTable,
     StudyFile,
     validated,
 )
-
-_PAIR_PREFIX = "gearpair."
 
 _STIFFNESS_KEYS = {
     "two-level": ("chi0", "chi1", "chi2", "contact_ratio"),
@@ -105,7 +103,10 @@ class LoadedStudy:
         return kind.of(self.model, values)
 
 
-def load_study(path: str | os.PathLike[str] | None = None, values: Mapping[str, Any] | None = None) -> LoadedStudy:
+def load_study(
+    path: str | os.PathLike[str] | None = None, values: Mapping[str, Any] | None = None, *,
+    operation: Mapping[str, Any] | None = None,
+) -> LoadedStudy:
     """Read a study file and replace values by name.
 
     Parameters
@@ -114,7 +115,9 @@ def load_study(path: str | os.PathLike[str] | None = None, values: Mapping[str, 
         A TOML file; without it the model has its default values.
     values : mapping, optional
         Values that replace those of the file. Names as in `MeshModel.with_values`, ``kind`` included, or
-        ``gearpair.<field>`` for a field of the gear pair.
+        ``gearpair.<field>``, ``design.<key>`` and ``operation.<key>`` for values of the gears.
+    operation : mapping, optional
+        ``speed`` and ``torque`` of a ``[design]`` whose file has none.
 
     Raises
     ------
@@ -122,15 +125,35 @@ def load_study(path: str | os.PathLike[str] | None = None, values: Mapping[str, 
         For a file that cannot be read, an unknown name (with the nearest known one), or a value that breaks
         its rule.
     """
-    values = dict(values or {})
     tables = _read(Path(path)) if path is not None else StudyFile()
-    pair_values = {k.removeprefix(_PAIR_PREFIX): v for k, v in values.items() if k.startswith(_PAIR_PREFIX)}
-    model_values = {k: v for k, v in values.items() if not k.startswith(_PAIR_PREFIX)}
-    model = _file_model(tables, pair_values, model_values.pop("kind", None), default_stiffness(model_values))
+    of_gears, model_values = separated(values or {})
+    kind = model_values.pop("kind", None)
+    gears = gears_of(tables, of_gears, Path(path or ".").parent, operation or {})
+    if gears is not None:
+        model: MeshModel = operating_model(gears, kind or (tables.gearpair and tables.gearpair.kind))
+    else:
+        model = _model(tables.model or ModelTable(), default_stiffness(model_values))
+        model = model if kind is None else model.with_values({"kind": kind})
     for name in tables.initial:
         check_state_name(model.kind, name)
     model = model.with_values(tables.initial).with_values(model_values)
     return LoadedStudy(model, *_study(tables.study), _classification(tables))
+
+
+def load_design(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) -> GearDesign:
+    """The design that a file describes, which may be without speed and torque; raises `InputError` if it has none.
+
+    Values as in `load_study`; ``speed`` and ``torque`` may also be given without the name of their table.
+    """
+    tables = _read(Path(path))
+    given = {f"operation.{n}" if n in ("speed", "torque") else n: v for n, v in (values or {}).items()}
+    of_gears, others = separated(given)
+    for name, value in others.items():
+        raise InputError(name, "must be a value of [design] or [operation]", value, "E.g. design.damping_ratio=0.05.")
+    gears = gears_of(tables, of_gears, Path(path).parent, {})
+    if not isinstance(gears, GearDesign):
+        raise InputError("study file", "must have a table [design]", str(path))
+    return gears
 
 
 def _classification(tables: StudyFile) -> dict[str, Any]:
@@ -154,34 +177,6 @@ def _classification(tables: StudyFile) -> dict[str, Any]:
 def _settings(given: Mapping[str, Any]) -> dict[str, Any]:
     """Fields of `Classification` from the values of a file: lists become tuples."""
     return {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
-
-
-def _file_model(
-    tables: StudyFile, pair_values: Mapping[str, Any], kind: str | None, stiffness: Stiffness
-) -> MeshModel:
-    """The model of a study file: that of ``[gearpair]`` at its operating point, or of ``[model]``.
-
-    Parameters
-    ----------
-    tables : StudyFile
-    pair_values : mapping
-        Values that replace fields of ``[gearpair]``.
-    kind : str or None
-        Kind of model; None for that of the file.
-    stiffness : Stiffness
-        Used if the file has a ``[model]`` without ``[model.stiffness]``.
-    """
-    if tables.gearpair is None:
-        for name, value in pair_values.items():
-            raise InputError(f"{_PAIR_PREFIX}{name}", "needs a study file with a [gearpair] table", value)
-        model = _model(tables.model or ModelTable(), stiffness)
-        return model if kind is None else model.with_values({"kind": kind})
-    if tables.model is not None:
-        given = list(tables.model.model_fields_set)
-        raise InputError("[model]", "must be left out beside [gearpair]", given, "The pair determines the model.")
-    values = validated(GearPairTable, {**tables.gearpair.model_dump(), **pair_values}, "gearpair").model_dump()
-    pair = GearPair(**{f.name: values[f.name] for f in fields(GearPair)})
-    return operating_model(pair, kind if kind is not None else values["kind"])
 
 
 def _read(path: Path) -> StudyFile:

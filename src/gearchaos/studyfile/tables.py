@@ -114,6 +114,8 @@ class StudyFile(_Table):
 
     model: ModelTable | None = None  # type: ignore[valid-type]
     gearpair: GearPairTable | None = None  # type: ignore[valid-type]
+    design: dict[str, Any] | None = None  # checked by `GearDesign`
+    operation: dict[str, Any] | None = None
     initial: dict[str, float] = {}
     study: _StudyTable | None = None  # type: ignore[valid-type]
     classification: _ClassificationTable | None = None

@@ -1,0 +1,153 @@
+"""From a gear design to the gear pair of the equations (2.1): mesh stiffness, transmission error, damping, supports.
+
+The functions take a `GearDesign` as Any, since its module imports this one.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gearchaos.errors import InputError
+from gearchaos.gears import error_tables, mesh_stiffness, tip_relief, transmission_error
+from gearchaos.gears.design_values import OrdersFile, TableFile
+from gearchaos.gears.iso6336 import ToothStiffness, tooth_stiffness
+from gearchaos.gears.mesh_stiffness import ISO, MeshStiffness
+from gearchaos.gears.pair import GearPair
+from gearchaos.gears.quality import tolerances
+from gearchaos.gears.transmission_error import ErrorHarmonics
+from gearchaos.model import HarmonicStiffness, SteppedStiffness, TwoLevelStiffness
+
+NO_ERROR = ErrorHarmonics(amplitudes=(), phases=(), source="none: the gears are taken to be exact")
+
+
+def iso_tooth_stiffness(design: Any) -> ToothStiffness:
+    """c′ and c_γα by ISO 6336-1 at the torque of the design; at 100 N/mm and above if it has none."""
+    load = None if design.torque is None or design.speed is None else design.load.line_load
+    if load == 0:
+        raise InputError("torque", "must be greater than 0 for a mesh stiffness by ISO 6336-1", design.torque,
+                         "By the rule for low loads, (90), the stiffness vanishes with the load. "
+                         "stiffness = 'potential energy' does not depend on the load.")
+    first, second = (material.E for material in design.material)
+    return tooth_stiffness(design.geometry, line_load=load, youngs_modulus=(first, second))
+
+
+def stiffness_of(design: Any) -> MeshStiffness:
+    """The mesh stiffness by the method of the design.
+
+    That by ISO 6336-1 depends on the torque by the rule for low loads; the others do not.
+    """
+    if isinstance(design.stiffness, TableFile):
+        path = design.stiffness.table
+        return _table_stiffness(path, _modified(path), design.teeth[0], design.speed)
+    if design.stiffness == ISO:
+        return mesh_stiffness.from_iso(design.geometry, iso_tooth_stiffness(design).mesh_stiffness)
+    return _energy_stiffness(design.geometry, design.material, design.given("bore"))
+
+
+@lru_cache(maxsize=64)
+def _table_stiffness(path: str, modified: int, teeth: int, speed: float | None) -> MeshStiffness:
+    """The stiffness of a table, read once as long as the file is not modified."""
+    return mesh_stiffness.from_table(path, teeth=teeth, speed=speed)
+
+
+@lru_cache(maxsize=64)
+def _energy_stiffness(*arguments: Any) -> MeshStiffness:
+    """`mesh_stiffness.from_energy`, computed once for each pair."""
+    return mesh_stiffness.from_energy(*arguments)
+
+
+def _modified(path: str) -> int:
+    """When a file was modified; 0 if it cannot be read, which the reader reports."""
+    try:
+        return Path(path).stat().st_mtime_ns
+    except OSError:
+        return 0
+
+
+def error_of(design: Any) -> ErrorHarmonics:
+    """The transmission error of the unloaded gears by the method of the design.
+
+    Measured errors contain all deviations. Those from the accuracy grade and from the tip relief are added up.
+    """
+    method = design.transmission_error
+    if isinstance(method, (OrdersFile, TableFile)):
+        path = method.orders if isinstance(method, OrdersFile) else method.table
+        return _file_error(path, _modified(path), isinstance(method, OrdersFile), design.teeth[0])
+    if method == "none":
+        return NO_ERROR
+    quality = design.given("quality")
+    found = [transmission_error.from_quality(
+        design.geometry, quality, tolerances(quality, design.geometry))]
+    relief = design.path_relief
+    return _sum([*found, *([] if relief is None else [tip_relief.from_tip_relief(design.geometry, relief)])])
+
+
+@lru_cache(maxsize=64)
+def _file_error(path: str, modified: int, orders: bool, teeth: int) -> ErrorHarmonics:
+    """The error in a file, read once as long as the file is not modified."""
+    return error_tables.from_orders(path) if orders else error_tables.from_table(path, teeth)
+
+
+def _sum(parts: list[ErrorHarmonics]) -> ErrorHarmonics:
+    """The harmonics of the sum of several errors."""
+    if len(parts) == 1:
+        return parts[0]
+    total = np.zeros(max(len(part.amplitudes) for part in parts), complex)
+    for part in parts:
+        total[: len(part.amplitudes)] += np.array(part.amplitudes) * np.exp(-1j * np.array(part.phases))
+    return ErrorHarmonics(
+        amplitudes=tuple(np.abs(total).tolist()), phases=tuple((-np.angle(total)).tolist()),
+        source="; ".join(part.source for part in parts),
+        residual_rms=math.hypot(*(part.residual_rms for part in parts)),
+        residual_peak=sum(part.residual_peak for part in parts),
+        warnings=tuple(warning for part in parts for warning in part.warnings),
+    )
+
+
+def pair_of(design: Any) -> GearPair:
+    """The gear pair with the parameters of (2.1) at the operating point of a design.
+
+    The reference stiffness c0 is the time mean of the mesh stiffness. The resisting torque balances the driving one;
+    there is no bearing friction.
+
+    Raises
+    ------
+    InputError
+        If an input that the pair needs is missing: speed, torque, backlash, damping ratio, and inertia or bore.
+    """
+    stiffness, error, geometry = stiffness_of(design), error_of(design), design.geometry
+    reference, mass = stiffness.reference, design.equivalent_mass
+    return GearPair(
+        n1=design.teeth[0], n2=design.teeth[1], I1=design.inertias[0], I2=design.inertias[1],
+        R1=geometry.base_diameter[0] / 2, R2=geometry.base_diameter[1] / 2, c0=reference,
+        k=2 * design.given("damping_ratio") * math.sqrt(reference * mass), backlash=design.backlash_line_of_action,
+        M10=design.given("torque"), speed=design.given("speed"), error_amplitudes=error.amplitudes,
+        error_phases=error.phases, **_waveform_fields(stiffness), **_support_fields(design),
+    )
+
+
+def _waveform_fields(stiffness: MeshStiffness) -> dict[str, Any]:
+    """The fields of a `GearPair` for the varying mesh stiffness."""
+    waveform, reference = stiffness.waveform, stiffness.reference
+    if isinstance(waveform, TwoLevelStiffness):
+        return {"chi1": waveform.chi1, "chi2": waveform.chi2, "contact_ratio": waveform.contact_ratio}
+    if isinstance(waveform, SteppedStiffness):
+        return {"stiffness_levels": tuple(v * reference for v in waveform.levels), "stiffness_starts": waveform.starts}
+    assert isinstance(waveform, HarmonicStiffness)
+    amplitudes = tuple(v * reference for v in waveform.amplitudes)
+    return {"stiffness_amplitudes": amplitudes, "stiffness_phases": waveform.phases}
+
+
+def _support_fields(design: Any) -> dict[str, Any]:
+    """The fields of a `GearPair` for elastic supports; none for rigid ones."""
+    if design.supports is None:
+        return {}
+    (c1, c2), (m1, m2) = design.supports.stiffness, design.masses
+    first, second = design.supports.damping_ratio
+    return {"m1": m1, "m2": m2, "c1": c1, "c2": c2, "k1": 2 * first * math.sqrt(c1 * m1),
+            "k2": 2 * second * math.sqrt(c2 * m2)}

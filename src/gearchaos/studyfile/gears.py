@@ -1,0 +1,105 @@
+"""The gears that a study file describes: ``[gearpair]``, or ``[design]`` with ``[operation]``."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from gearchaos.errors import InputError
+from gearchaos.gears.design import GearDesign
+from gearchaos.gears.operating import Gears
+from gearchaos.gears.pair import GearPair
+from gearchaos.studyfile.tables import GearPairTable, StudyFile, validated
+
+TABLES = ("gearpair", "design", "operation")
+"""The tables that describe gears; ``--set TABLE.KEY=VALUE`` replaces a value in them."""
+
+_FILES = (("stiffness", "table"), ("transmission_error", "orders"), ("transmission_error", "table"))
+"""The keys of ``[design]`` that name a file, whose path is relative to the study file."""
+
+
+def separated(values: Mapping[str, Any]) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
+    """Values for the tables of gears, by table and key, and the other values by name."""
+    of_gears: dict[str, dict[str, Any]] = {table: {} for table in TABLES}
+    rest = {}
+    for name, value in values.items():
+        table, dot, key = name.partition(".")
+        if dot and table in TABLES:
+            of_gears[table][key] = value
+        else:
+            rest[name] = value
+    return of_gears, rest
+
+
+def gears_of(
+    tables: StudyFile, values: Mapping[str, Mapping[str, Any]], folder: Path, default: Mapping[str, Any]
+) -> Gears | None:
+    """The gears of a study file; None if it describes none.
+
+    Parameters
+    ----------
+    tables : StudyFile
+    values : mapping
+        Values that replace those of the file, by table and key.
+    folder : Path
+        The folder of the file.
+    default : mapping
+        Speed and torque of a design that has none.
+    """
+    for table in TABLES:
+        for key, value in values[table].items():
+            if getattr(tables, table) is None and not (table == "operation" and tables.design):
+                raise InputError(f"{table}.{key}", f"needs a study file with a [{table}] table", value)
+    if tables.design is None and tables.operation is not None:
+        raise InputError("[operation]", "must be left out without [design]", list(tables.operation),
+                         "[gearpair] has M10 and speed.")
+    if tables.gearpair is not None:
+        _refuse_beside(tables, "gearpair", "model", "design")
+        return _pair(tables.gearpair, values["gearpair"])
+    if tables.design is None:
+        return None
+    _refuse_beside(tables, "design", "model")
+    design = _with_paths(_replaced(tables.design, values["design"], "design"), folder)
+    operation = _replaced(tables.operation or {}, values["operation"], "operation")
+    return GearDesign.from_tables(design, {**default, **operation})
+
+
+def _pair(table: Any, values: Mapping[str, Any]) -> GearPair:
+    """The pair of ``[gearpair]``, with values replaced by key."""
+    found = validated(GearPairTable, {**table.model_dump(), **values}, "gearpair").model_dump()
+    return GearPair(**{f.name: found[f.name] for f in fields(GearPair)})
+
+
+def _refuse_beside(tables: StudyFile, table: str, *others: str) -> None:
+    """Raise `InputError` for a table that determines the model, too."""
+    for other in others:
+        if (found := getattr(tables, other)) is not None:
+            given = list(found) if isinstance(found, Mapping) else list(found.model_fields_set)
+            raise InputError(f"[{other}]", f"must be left out beside [{table}]", given,
+                             "The gears determine the model.")
+
+
+def _replaced(table: Mapping[str, Any], values: Mapping[str, Any], title: str) -> dict[str, Any]:
+    """A table with values replaced by key; the key of a value in an inner table is ``quality.grade``."""
+    out = copy.deepcopy(dict(table))
+    for path, value in values.items():
+        *outer, last = path.split(".")
+        inner = out
+        for name in outer:
+            inner = inner.setdefault(name, {})
+            if not isinstance(inner, dict):
+                raise InputError(f"{title}.{path}", f"must not lie in {name}, which is no table", value)
+        inner[last] = value
+    return out
+
+
+def _with_paths(design: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The table ``[design]`` with paths relative to the working directory instead of the folder of the file."""
+    for name, key in _FILES:
+        table = design.get(name)
+        if isinstance(table, dict) and isinstance(table.get(key), str):
+            table[key] = str(folder / table[key])
+    return design
