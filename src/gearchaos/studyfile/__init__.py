@@ -3,6 +3,7 @@
 A file has ``[model]`` (with ``[model.error]`` and ``[model.stiffness]``), ``[gearpair]`` or ``[design]`` (with
 ``[operation]``), ``[initial]``, and ``[study]`` with ``[classification]``; every table is optional.
 ``StudyFile.model_json_schema()`` describes the layout.
+"""
 
 from gearchaos.studyfile.loading import LoadedStudy, load_design, load_study, parse_set
 from gearchaos.studyfile.tables import StudyFile
