@@ -1,0 +1,241 @@
+"""The datasheet of a gear design: every quantity that follows from it, with symbol, unit, formula and source.
+
+A quantity that cannot be computed has no value but a reason: an input that is missing, or a standard that does not
+apply.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from gearchaos.errors import InputError
+from gearchaos.gears.design import GearDesign
+from gearchaos.gears.dynamic_factor import (
+    DynamicFactorAGMA,
+    DynamicFactorC,
+    dynamic_factor_agma,
+    dynamic_factor_c,
+    quality_number,
+)
+from gearchaos.gears.dynamic_factor_b import DynamicFactorB, deviations, dynamic_factor_b
+from gearchaos.gears.formulas import Formula, formulas
+from gearchaos.gears.geometry_formulas import DESIGN_FORMULAS, GEOMETRY_FORMULAS
+from gearchaos.gears.iso6336 import ToothStiffness
+from gearchaos.gears.mesh_load import MeshLoad
+from gearchaos.gears.quality import Tolerances, tolerances
+from gearchaos.gears.resonance import Resonance, reduced_mass_of_inertias, resonance
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """One quantity of a datasheet.
+
+    Attributes
+    ----------
+    value : float, tuple of float or None
+        In ``unit``; a tuple of two for what belongs to each wheel, of any length for harmonics. None if it cannot be
+        computed.
+    unit, symbol, formula, source : str
+        See `gearchaos.gears.formulas.Formula`.
+    group : str
+        Heading under which it is shown.
+    reason : str
+        Why there is no value; empty if there is one.
+    """
+
+    value: float | tuple[float, ...] | None
+    unit: str
+    symbol: str
+    formula: str
+    source: str
+    group: str
+    reason: str = ""
+
+
+def datasheet(design: GearDesign) -> dict[str, Entry]:
+    """All quantities of a design by name.
+
+    Parameters
+    ----------
+    design : GearDesign
+        May lack inputs; the quantities that need them have a reason instead of a value.
+    """
+    results = _Results(design)
+    return {
+        name: _entry(group, formula, results, compute)
+        for group, rows in _GROUPS.items() for name, (formula, compute) in rows.items()
+    }
+
+
+class _Results:
+    """What the quantities of a design are taken from; a missing input raises `InputError` at the first use."""
+
+    def __init__(self, design: GearDesign) -> None:
+        self.design = design
+
+    @cached_property
+    def tooth(self) -> ToothStiffness:
+        """Tooth stiffness by ISO 6336-1."""
+        return self.design.tooth_stiffness
+
+    @cached_property
+    def load(self) -> MeshLoad:
+        """Load and speed of the mesh."""
+        return self.design.load
+
+    @cached_property
+    def tolerances(self) -> tuple[Tolerances, Tolerances]:
+        """Flank tolerances of both wheels."""
+        return tolerances(self.design.given("quality"), self.design.geometry)
+
+    @cached_property
+    def mean_stiffness(self) -> float:
+        """Mean of the mesh stiffness by the method of the design, over the face width, N/m²."""
+        return self.design.mesh_stiffness.reference / self.design.geometry.common_face_width
+
+    @cached_property
+    def resonance(self) -> Resonance:
+        """Main resonance at the mean stiffness of the design."""
+        load = 100e3 if self.design.torque is None or self.design.speed is None else self.load.line_load
+        mass = self.design.equivalent_mass / self.design.geometry.common_face_width
+        return resonance(self.design.teeth[0], self.mean_stiffness, mass, load)
+
+    @property
+    def grade(self) -> int:
+        """Accuracy grade of the less accurate wheel."""
+        return max(self.design.given("quality").grades)
+
+    @cached_property
+    def factor_b(self) -> DynamicFactorB:
+        """K_v by ISO 6336-1, method B, without running-in."""
+        design, load = self.design, self.load
+        relief = None if design.tip_relief is None else design.tip_relief.amount
+        given = deviations(
+            design.geometry, self.tolerances, self.grade, velocity=load.velocity, tip_relief=relief)
+        mass = reduced_mass_of_inertias(design.geometry, design.inertias)
+        return _granted(dynamic_factor_b(design.geometry, load, design.given("speed"), self.tooth, mass, given))
+
+    @cached_property
+    def factor_c(self) -> DynamicFactorC:
+        """K_v by ISO 6336-1, method C."""
+        return _granted(dynamic_factor_c(self.design.geometry, self.load, self.grade, solid_wheels=True))
+
+    @cached_property
+    def factor_agma(self) -> DynamicFactorAGMA:
+        """K_v by AGMA 2001."""
+        return _granted(dynamic_factor_agma(self.load.velocity, quality_number(self.grade)))
+
+
+class _NotGiven(Exception):
+    """A standard gives no value; the message is its reason."""
+
+
+def _granted(found: Any) -> Any:
+    """A dynamic factor; raises `_NotGiven` if the standard refuses it."""
+    if found.value is None:
+        raise _NotGiven(found.reason)
+    return found
+
+
+def _entry(group: str, formula: Formula, results: _Results, compute: Callable[[_Results], Any]) -> Entry:
+    """One entry, with the value in the unit that is shown, or the reason why there is none."""
+    value, reason = None, ""
+    try:
+        value = compute(results)
+    except (InputError, _NotGiven) as error:
+        reason = str(error)
+    return Entry(value=_shown(value, formula.factor), unit=formula.unit, symbol=formula.symbol, formula=formula.text,
+                 source=formula.source, group=group, reason=reason)
+
+
+def _shown(value: Any, factor: float) -> Any:
+    """A number or a tuple of numbers times a factor; whole numbers and None stay as they are where the factor is 1."""
+    if value is None or factor == 1.0:
+        return value
+    return tuple(v * factor for v in value) if isinstance(value, tuple) else value * factor
+
+
+_Row = tuple[Formula, Callable[[_Results], Any]]
+
+
+def _of(attribute: str, table: Mapping[str, Formula], *skipped: str) -> dict[str, _Row]:
+    """Rows for the values of one result by the names of its fields."""
+    def getter(name: str) -> Callable[[_Results], Any]:
+        def compute(results: _Results) -> Any:
+            found = results
+            for part in attribute.split("."):
+                found = getattr(found, part)
+            return getattr(found, name)
+        return compute
+
+    return {name: (formula, getter(name)) for name, formula in table.items() if name not in skipped}
+
+
+def _tolerance(symbol: str, name: str) -> _Row:
+    """The row of one flank tolerance of both wheels."""
+    formula = Formula(symbol, "µm", 1e6, "by module, diameter and grade", "ISO 1328-1, edition of the quality")
+    return formula, lambda results: tuple(getattr(t, name) for t in results.tolerances)
+
+
+_TOOTH = formulas(ToothStiffness)
+_RESONANCE = formulas(Resonance)
+_MODEL = "gearchaos, docs/gears.md"
+_GROUPS: dict[str, dict[str, _Row]] = {
+    "Geometry": _of("design.geometry", GEOMETRY_FORMULAS),
+    "Backlash and inertia": _of("design", DESIGN_FORMULAS),
+    "Load": _of("load", formulas(MeshLoad)),
+    "Tolerances": {
+        "single_pitch_deviation": _tolerance("f_pt", "single_pitch"),
+        "cumulative_pitch_deviation": _tolerance("F_p", "cumulative_pitch"),
+        "profile_deviation": _tolerance("F_α", "profile"),
+        "profile_form_deviation": _tolerance("f_fα", "profile_form"),
+        "profile_slope_deviation": _tolerance("f_Hα", "profile_slope"),
+        "runout": _tolerance("F_r", "runout"),
+    },
+    "Tooth stiffness by ISO 6336-1": _of("tooth", _TOOTH, "mesh_stiffness"),
+    "Mesh stiffness": {
+        "mesh_stiffness": (
+            Formula("c_γα", "N/(mm µm)", 1e-9, "mean over the mesh cycle, by the method of the design", _MODEL),
+            lambda results: results.mean_stiffness),
+        "mesh_stiffness_mean": (
+            Formula("c0", "N/µm", 1e-6, "mean over the mesh cycle, over the whole face width: c_γα b", _MODEL),
+            lambda results: results.design.mesh_stiffness.reference),
+        "mesh_stiffness_range": (
+            Formula("c_min, c_max", "N/µm", 1e-6, "least and greatest over the mesh cycle", _MODEL),
+            lambda results: results.design.mesh_stiffness.extremes),
+        "mesh_stiffness_truncation": (
+            Formula("", "", 1.0, "root mean square error of steps or harmonics over the mean", _MODEL),
+            lambda results: results.design.mesh_stiffness.truncation),
+    },
+    "Transmission error of the unloaded gears": {
+        "transmission_error_amplitudes": (
+            Formula("e_j", "µm", 1e6, "e(t) = Σ e_j cos(jω_z t − θ_j), peak amplitudes along the line of action",
+                    "Łuczko 2008, (2.4)"), lambda results: results.design.error_harmonics.amplitudes),
+        "transmission_error_phases": (
+            Formula("θ_j", "deg", 180 / math.pi, "phases; at t = 0 a tooth pair enters contact", "Łuczko 2008, (2.4)"),
+            lambda results: results.design.error_harmonics.phases),
+    },
+    "Damping": {
+        "damping_ratio": (
+            Formula("ζ", "", 1.0, "given; usual are 0.03 to 0.1, the least known of all inputs",
+                    "Kasuba and Evans 1981; Wang and Cheng 1981"),
+            lambda results: results.design.given("damping_ratio")),
+    },
+    "Resonance": {
+        **_of("resonance", _RESONANCE),
+        "resonance_ratio": (
+            Formula("N", "", 1.0, "n1/n_E1", "ISO 6336-1:2006, 6.4.2, (9)"),
+            lambda results: results.resonance.ratio(results.design.given("speed"))),
+    },
+    "Dynamic factor": {
+        "Kv_ISO_B": (formulas(DynamicFactorB)["value"], lambda results: results.factor_b.value),
+        **{name: row for name, row in _of("factor_b", formulas(DynamicFactorB), "value", "resonance_ratio").items()},
+        "Kv_ISO_C": (formulas(DynamicFactorC)["value"], lambda results: results.factor_c.value),
+        "Kv_AGMA": (formulas(DynamicFactorAGMA)["value"], lambda results: results.factor_agma.value),
+    },
+}
+"""The quantities by heading and name: how each is described, and a function that takes it from the results."""
