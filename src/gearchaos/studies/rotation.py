@@ -69,11 +69,11 @@ def _decaying_rotation(
 
 def _x1_changes(flow: ExactFlow, points: np.ndarray, w: np.ndarray) -> np.ndarray:
     """The change of x1 in the mesh period that follows each state w (S, d, L), (S, L)."""
-    count, d, lanes = w.shape
-    flat = np.moveaxis(w, 1, 0).reshape(d, count * lanes)
+    count, d, motions = w.shape
+    flat = np.moveaxis(w, 1, 0).reshape(d, count * motions)
     bounded = np.all(np.isfinite(flat), axis=0)
     out = flow.advance(np.where(bounded, flat, 0.0), 1, points=np.tile(points, count), measured=True)
-    return np.where(bounded, out.measures[Measure.VELOCITY], np.nan).reshape(count, lanes)
+    return np.where(bounded, out.measures[Measure.VELOCITY], np.nan).reshape(count, motions)
 
 
 def within_periods(batch: Batch, names: tuple[str, ...], samples: np.ndarray) -> np.ndarray:
