@@ -66,8 +66,9 @@ def coexisting(
     -------
     dict of str to (N,)
         Number of ``attractors`` found, smallest and largest rms velocity ``v_rms_least`` and ``v_rms_most`` among them,
-        worst contact state ``contact_worst``, rms velocities ``v_rms_up`` and ``v_rms_down`` after slow sweeps along x,
-        and ``hysteresis``: 1 where the two sweeps end in different motions.
+        worst contact state ``contact_worst`` (the last one in `CONTACTS` other than "none"), rms velocities
+        ``v_rms_up`` and ``v_rms_down`` after slow sweeps along x, and ``hysteresis``: 1 where the two sweeps end in
+        different motions.
     """
     further = _from_further_starts(model, x, y, cells, order, starts, **options)
     swept = _from_sweeps(model, x, y, cells, order, **options)
