@@ -62,7 +62,7 @@ def draw_classes(
 
 def class_legend(
     host: Axes | Figure, index: np.ndarray, classes: Sequence[MotionClass] = MOTION_CLASSES, *,
-    of: Axes | None = None, **options: Any,
+    fit_to: Axes | None = None, **options: Any,
 ) -> Legend:
     """A legend of the classes that occur in ``index``.
 
@@ -74,10 +74,10 @@ def class_legend(
         Class of each cell, an index into ``classes``.
     classes : sequence of MotionClass
         All classes.
-    of : Axes, optional
+    fit_to : Axes, optional
         The Axes whose width limits that of the legend, if ``host`` is a strip above it.
     options
         Passed to ``host.legend``.
     """
     present = [(classes[i].colour, classes[i].name) for i in np.unique(index) if i != NOT_COMPUTED]
-    return draw_legend(host, patches(present, bool(np.any(index == NOT_COMPUTED))), of, **options)
+    return draw_legend(host, patches(present, bool(np.any(index == NOT_COMPUTED))), fit_to, **options)
