@@ -8,8 +8,8 @@ import pytest
 import xarray as xr
 
 from gearchaos.explorer.jobs.computations import Computations
-from gearchaos.explorer.jobs.dossier import Dossier
 from gearchaos.explorer.jobs.map_grid import Map
+from gearchaos.explorer.jobs.point_motion import PointMotion
 from gearchaos.explorer.view.presets import presets
 
 VIEW = presets()["2"].view
@@ -58,9 +58,9 @@ class Page:
     def map(self, stride, share):
         self.slow.jobs["map"].show(Map(xr.Dataset({"label": ("x", NOTHING)}), NOTHING, NOTHING, NOTHING, stride, share))
 
-    def dossier(self, final, motion=None):
+    def point_motion(self, final, motion=None):
         verdict = SimpleNamespace(section={"z": [0.0]}, label="chaotic", periods_spent=1)
-        self.quick.jobs["motion"].show(Dossier(self.view.point, verdict, final, motion))
+        self.quick.jobs["motion"].show(PointMotion(self.view.point, verdict, final, motion))
 
 
 @pytest.fixture
@@ -129,14 +129,14 @@ def test_another_model_has_another_map(open_page):
 def test_a_motion_of_a_point_that_was_left_is_not_shown(page):
     page.move(VIEW.moved(1.0, 0.1))
     page.view = VIEW
-    page.dossier(final=True)
-    assert "show_dossier" not in page.display.shown
+    page.point_motion(final=True)
+    assert "show_point_motion" not in page.display.shown
 
 
 def test_a_preliminary_verdict_is_followed_until_the_point_moves(page):
-    page.dossier(final=False)
+    page.point_motion(final=False)
     assert "final verdict" not in page.quick.jobs  # its motion comes first
-    page.dossier(final=False, motion=xr.Dataset())
+    page.point_motion(final=False, motion=xr.Dataset())
     assert page.quick.jobs["final verdict"].steps.args == (VIEW.point, "chaotic")
     page.move(VIEW.moved(1.0, 0.1))
     assert "final verdict" not in page.quick.jobs

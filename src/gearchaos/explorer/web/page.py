@@ -7,8 +7,8 @@ from typing import Any
 
 import xarray as xr
 
-from gearchaos.explorer.jobs.dossier import Dossier
 from gearchaos.explorer.jobs.map_grid import Map
+from gearchaos.explorer.jobs.point_motion import PointMotion
 from gearchaos.explorer.panels.attractors import Choice
 from gearchaos.explorer.panels.basins import BasinsFigure
 from gearchaos.explorer.panels.diagram import BifurcationFigure
@@ -96,7 +96,7 @@ class Page:
         self.messages.write(
             "legend", render("legend.html.j2", legend=self.map.legend, map=found, colour=view.colour))
 
-    def show_dossier(self, found: Dossier, view: View) -> None:
+    def show_point_motion(self, found: PointMotion, view: View) -> None:
         """Draw the motion of a point and write its verdict."""
         pair = self.units(view)
         self._show_portrait(found, pair)
@@ -108,7 +108,7 @@ class Page:
             self._motion_key = self._portrait_key = None
         self.messages.write("verdict", render("verdict.html.j2", v=verdict_text(found, view, pair)))
 
-    def _show_portrait(self, found: Dossier, pair: GearPair | None) -> None:
+    def _show_portrait(self, found: PointMotion, pair: GearPair | None) -> None:
         """Draw the stroboscopic points, unless they are drawn already."""
         key = found.model, found.verdict.periods_spent, found.portrait is None, pair
         if found.verdict.section and key != self._portrait_key:

@@ -24,7 +24,7 @@ verdict.
 
 
 @dataclass(frozen=True)
-class Dossier:
+class PointMotion:
     """What is known about the motion at a point.
 
     Attributes
@@ -53,21 +53,21 @@ class Dossier:
             return "verdict"
         return "complete" if self.final else "preliminary"
 
-    def with_motion_of(self, before: Dossier | None) -> Dossier:
-        """The dossier with the time history of an earlier one of the same motion, so that it is computed only once."""
+    def with_motion_of(self, before: PointMotion | None) -> PointMotion:
+        """The same with the time history of an earlier one of the same motion, so that it is computed only once."""
         if before is None or self.motion is not None:
             return self
         same = (before.model, before.verdict.label) == (self.model, self.verdict.label)
         return replace(self, motion=before.motion) if same else self
 
 
-def dossier(model: MeshModel) -> Generator[Dossier]:
+def point_motion(model: MeshModel) -> Generator[PointMotion]:
     """The motion of a model: its verdict, then its time history, then more points of its portrait.
 
     If the verdict is preliminary, `final_verdict` computes the final one.
     """
     verdict = regime(model, settings=QUICK)
-    found = Dossier(model, verdict, final=verdict.periods_spent <= sum(QUICK.transient_lengths))
+    found = PointMotion(model, verdict, final=verdict.periods_spent <= sum(QUICK.transient_lengths))
     yield found
     if verdict.section:
         yield replace(found, motion=steady(model, verdict))
@@ -75,19 +75,19 @@ def dossier(model: MeshModel) -> Generator[Dossier]:
             yield from _with_portrait(found)
 
 
-def final_verdict(model: MeshModel, label: str) -> Generator[Dossier]:
+def final_verdict(model: MeshModel, label: str) -> Generator[PointMotion]:
     """The final verdict on a motion with a preliminary one, and more points of its portrait.
 
     The time history is included only if the verdict differs from ``label``, the preliminary one.
     """
     verdict = regime(model)
-    found = Dossier(model, verdict, final=True)
+    found = PointMotion(model, verdict, final=True)
     changed = verdict.section and verdict.label != label
     yield replace(found, motion=steady(model, verdict)) if changed else found
     yield from _with_portrait(found)
 
 
-def _with_portrait(found: Dossier) -> Generator[Dossier]:
+def _with_portrait(found: PointMotion) -> Generator[PointMotion]:
     """`PORTRAIT_POINTS` stroboscopic points of a motion that is not periodic."""
     verdict = found.verdict
     if verdict.period is None and verdict.section:
