@@ -1,4 +1,7 @@
-"""Statements about coexisting motions: figures 3 and 4, checked by the attractors that many initial states lead to."""
+"""Statements about coexisting motions: figures 3 and 4, checked by the attractors that many initial states lead to.
+
+In texts and evidence the initial states are called starts.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +22,7 @@ def _shares(ds: xr.Dataset) -> dict[str, float]:
 
 @check("3a", "3b")
 def two_kinds(cache: ComputationCache, name: str) -> Outcome:
+    """Whether two kinds of motion attract nearly all initial states."""
     ds = cache.study(3, name[1])
     kinds: dict[str, float] = {}
     for attractor, share in _shares(ds).items():
@@ -33,6 +37,7 @@ def two_kinds(cache: ComputationCache, name: str) -> Outcome:
 
 @check("3c")
 def many_at_high_frequency(cache: ComputationCache) -> Outcome:
+    """Whether Fig. 3c has more attractors than Figs. 3a and 3b, at lower frequencies."""
     counts = {panel: len(_shares(cache.study(3, panel))) for panel in "abc"}
     evidence = {"attractors": counts, "share_by_attractor_3c": _shares(cache.study(3, "c"))}
     return Outcome(graded(counts["c"] > max(counts["a"], counts["b"])), _COMPUTED, evidence)
@@ -40,6 +45,7 @@ def many_at_high_frequency(cache: ComputationCache) -> Outcome:
 
 @check("4a", "4b", "4c", "4e")
 def exists(cache: ComputationCache, name: str) -> Outcome:
+    """Whether there is a stable orbit of the period in the statement."""
     period = {"4a": 1, "4b": 3, "4c": 4, "4e": 5}[name]
     ds, indices = _of_period(cache, period)
     return Outcome(graded(len(indices) > 0), _COMPUTED, _orbits(ds, indices))
@@ -47,12 +53,14 @@ def exists(cache: ComputationCache, name: str) -> Outcome:
 
 @check("4d")
 def second_of_four(cache: ComputationCache) -> Outcome:
+    """Whether there is a second stable 4T orbit."""
     ds, indices = _of_period(cache, 4)
     return Outcome(graded(len(indices) > 1), _COMPUTED, _orbits(ds, indices))
 
 
 @check("4b-caption")
 def no_second_period(cache: ComputationCache) -> Outcome:
+    """Whether there is a stable 2T orbit, as the caption of Fig. 4b says; the text says 3T."""
     ds, of_2t = _of_period(cache, 2)
     _, of_3t = _of_period(cache, 3)
     verdict = HOLDS if len(of_2t) else MISPRINT if len(of_3t) else CONTRADICTED

@@ -14,7 +14,8 @@ DIGITS = "holds within the printed digits"
 MISPRINT = "misprint"
 CONTRADICTED = "contradicted"
 VERDICTS = (HOLDS, DIGITS, MISPRINT, CONTRADICTED)
-"""It holds as printed; it holds if its numbers are rounded or read off a diagram; it is a misprint; none of these."""
+"""Verdicts on a statement of the paper, not to be confused with the verdict on a motion, its kind: the statement holds
+as printed; it holds if its numbers are rounded or read off a diagram; it is a misprint; none of these."""
 
 
 @dataclass(frozen=True)
@@ -45,13 +46,14 @@ def check(*names: str) -> Callable[[Callable[..., Outcome]], Callable[..., Outco
 
     def register(function: Callable[..., Outcome]) -> Callable[..., Outcome]:
         for name in names:
-            CHECKS[name] = function if len(names) == 1 else _for(function, name)
+            CHECKS[name] = function if len(names) == 1 else _with_id(function, name)
         return function
 
     return register
 
 
-def _for(function: Callable[..., Outcome], name: str) -> Check:
+def _with_id(function: Callable[..., Outcome], name: str) -> Check:
+    """A check with the id of the statement as its second argument."""
     return lambda cache: function(cache, name)
 
 

@@ -27,14 +27,16 @@ from gearchaos.paper.claims._read import (
 )
 from gearchaos.studies import Axis, motions
 
-_LOAD = {"omega": 1.0, "eps1": 0.1}
+_VARIED_LOAD = {"omega": 1.0, "eps1": 0.1}
+"""Fixed parameters of figure 6, in which the load q0 varies."""
+
 _SCAN = "Verdicts on a fine scan of the range, each from the paper's start."
 
 
 @check("6a")
 def end_of_chaos(cache: ComputationCache) -> Outcome:
-    """The last chaotic column, and the share of chaotic columns below it."""
-    fine = cache.scan(Axis("q0", 0.0495, 0.052, 51), long_transients=True, **_LOAD)
+    """Whether chaos ends at q0 = 0.0508 and nearly all columns below are chaotic."""
+    fine = cache.scan(Axis("q0", 0.0495, 0.052, 51), long_transients=True, **_VARIED_LOAD)
     q0 = fine["q0"].values
     end = float(q0[is_chaotic(fine)].max())
     whole = cache.study(6, "a")
@@ -51,18 +53,20 @@ def end_of_chaos(cache: ComputationCache) -> Outcome:
 
 
 @check("6c")
-def third_window(cache: ComputationCache) -> Outcome:
-    inside = _labels(cache.scan(Axis("q0", 0.02486, 0.02499, 14), long_transients=True, **_LOAD))
-    around = cache.scan(Axis("q0", 0.0247, 0.0252, 101), long_transients=True, **_LOAD)
+def window_of_3t(cache: ComputationCache) -> Outcome:
+    """Whether the motion is 3T throughout the range of q0 in the statement."""
+    inside = _labels(cache.scan(Axis("q0", 0.02486, 0.02499, 14), long_transients=True, **_VARIED_LOAD))
+    around = cache.scan(Axis("q0", 0.0247, 0.0252, 101), long_transients=True, **_VARIED_LOAD)
     window = intervals(around["q0"].values, around["period"].values == 3)
     evidence = {"inside": dict(Counter(inside)), "windows_of_3T": [[round(a, 6), round(b, 6)] for a, b in window]}
     return Outcome(graded(set(inside) == {"3T"}), _SCAN, evidence)
 
 
 @check("6d")
-def sixth_after_third(cache: ComputationCache) -> Outcome:
-    printed = cache.regime(**_LOAD, q0=0.0255)
-    around = cache.scan(Axis("q0", 0.02505, 0.0256, 111), long_transients=True, **_LOAD)
+def window_of_6t_after_3t(cache: ComputationCache) -> Outcome:
+    """Whether the motion at q0 = 0.0255 is 6T; otherwise, whether it is 6T nearby."""
+    printed = cache.regime(**_VARIED_LOAD, q0=0.0255)
+    around = cache.scan(Axis("q0", 0.02505, 0.0256, 111), long_transients=True, **_VARIED_LOAD)
     window = intervals(around["q0"].values, around["period"].values == 6)
     evidence = {"at_0.0255": summary(printed), "windows_of_6T": [[round(a, 6), round(b, 6)] for a, b in window]}
     if printed.label == "6T":
@@ -72,27 +76,31 @@ def sixth_after_third(cache: ComputationCache) -> Outcome:
 
 
 @check("6e")
-def sixth_alone(cache: ComputationCache) -> Outcome:
-    printed = cache.regime(**_LOAD, q0=0.047)
-    around = cache.scan(Axis("q0", 0.04695, 0.04705, 101), long_transients=True, **_LOAD)
+def separate_window_of_6t(cache: ComputationCache) -> Outcome:
+    """Whether the motion at q0 = 0.047, or at a value that rounds to it, is 6T."""
+    printed = cache.regime(**_VARIED_LOAD, q0=0.047)
+    around = cache.scan(Axis("q0", 0.04695, 0.04705, 101), long_transients=True, **_VARIED_LOAD)
     window = intervals(around["q0"].values, around["period"].values == 6)
-    rounds = [(a, b) for a, b in window if b > 0.04695 and a < 0.04705]
+    near = [(a, b) for a, b in window if b > 0.04695 and a < 0.04705]
     evidence = {"at_0.047": summary(printed), "windows_of_6T": [[round(a, 6), round(b, 6)] for a, b in window]}
-    return Outcome(graded(printed.label == "6T", bool(rounds)), _SCAN, evidence,
-                   f"6T at values from {rounds[0][0]:.6f} to {rounds[-1][1]:.6f}" if rounds else "")
+    return Outcome(graded(printed.label == "6T", bool(near)), _SCAN, evidence,
+                   f"6T at values from {near[0][0]:.6f} to {near[-1][1]:.6f}" if near else "")
 
 
-_SOFT: dict[str, Any] = {"kind": "full", "kappa": 0.5, "omega": 1.05, "q0": 0.1}
+_SOFT_SUPPORTS: dict[str, Any] = {"kind": "full", "kappa": 0.5, "omega": 1.05, "q0": 0.1}
+"""Fixed parameters of figure 12, in which the amplitude ε1 varies."""
 
 
 @check("12a")
 def first_torus(cache: ComputationCache) -> Outcome:
-    return _torus(cache.scan(Axis("eps1", 0.030, 0.050, 61), **_SOFT), "eps1", 0.033, 0.048, 0.0025)
+    """Whether the motion is on a torus for ε1 from 0.033 to 0.048."""
+    return _torus(cache.scan(Axis("eps1", 0.030, 0.050, 61), **_SOFT_SUPPORTS), "eps1", 0.033, 0.048, 0.0025)
 
 
 @check("12b")
 def second_torus(cache: ComputationCache) -> Outcome:
-    ds = cache.scan(Axis("eps1", 0.19, 0.22, 61), **_SOFT)
+    """Whether 2T motions change into motions on a torus at ε1 = 0.2."""
+    ds = cache.scan(Axis("eps1", 0.19, 0.22, 61), **_SOFT_SUPPORTS)
     eps1, names = ds["eps1"].values, np.array(_labels(ds))
     begin = next((a for a, b in intervals(eps1, on_torus(ds)) if a <= 0.205 <= b), np.nan)
     from_doubled = set(names[eps1 < begin]) == {"2T"}
@@ -104,12 +112,14 @@ def second_torus(cache: ComputationCache) -> Outcome:
 
 @check("14a")
 def torus_over_load(cache: ComputationCache) -> Outcome:
+    """Whether the motion is on a torus for q0 from 0.13 to 0.17."""
     ds = cache.scan(Axis("q0", 0.125, 0.175, 101), kind="full", kappa=0.5, omega=0.9, eps1=0.1)
     return _torus(ds, "q0", 0.13, 0.17, 0.005)
 
 
 @check("14b")
 def locked_torus(cache: ComputationCache) -> Outcome:
+    """Whether the motion is on a torus for q0 from 0.16 to 0.18."""
     ds = cache.scan(Axis("q0", 0.155, 0.185, 61), kind="full", kappa=1.0, omega=1.0, eps1=0.1)
     return _torus(ds, "q0", 0.16, 0.18, 0.005)
 
@@ -132,6 +142,7 @@ def _torus(ds: xr.Dataset, axis: str, low: float, high: float, tolerance: float)
 
 @check("14c")
 def wider_chaos(cache: ComputationCache) -> Outcome:
+    """Whether chaos reaches to larger q0 with elastic supports (Fig. 14) than with rigid ones (Fig. 6)."""
     ends = {}
     for name, number, panel in (("6", 6, "a"), ("14a", 14, "a"), ("14b", 14, "b")):
         ds = cache.study(number, panel)
@@ -141,10 +152,12 @@ def wider_chaos(cache: ComputationCache) -> Outcome:
 
 
 def _labels(ds: xr.Dataset) -> list[str]:
+    """The labels of the columns, such as "3T"."""
     return motions(ds["label"], ds["period"])
 
 
 def _in_words(ds: xr.Dataset, values: np.ndarray) -> str:
+    """The ranges of each label as text."""
     return "; ".join(f"{name} from {a:.5g} to {b:.5g}" for name, a, b in _label_ranges(ds, values))
 
 
