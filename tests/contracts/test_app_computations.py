@@ -83,14 +83,14 @@ def test_a_new_page_asks_for_its_motion_and_its_map_only(page):
 
 def test_the_coarse_diagram_and_the_other_motions_follow_a_coarse_map(open_page):
     assert open_page.slow.asked == ["map", "diagram", "other motions"]
-    assert open_page.slow.jobs["diagram"].steps.args == (VIEW, 4)
+    assert open_page.slow.jobs["diagram"].function.args == (VIEW, 4)
 
 
 def test_the_fine_diagram_follows_the_complete_map(open_page):
     open_page.map(1, 0.9)
     assert open_page.slow.asked.count("diagram") == 1
     open_page.map(1, 1.0)
-    assert open_page.slow.asked.count("diagram") == 2 and open_page.slow.jobs["diagram"].steps.args == (VIEW, 1)
+    assert open_page.slow.asked.count("diagram") == 2 and open_page.slow.jobs["diagram"].function.args == (VIEW, 1)
 
 
 def test_what_waits_for_a_map_comes_without_one_if_it_fails(page):
@@ -103,12 +103,12 @@ def test_basins_wait_for_a_first_map_and_for_the_point(page):
     page.computations.ask_basins()
     assert "basins" not in page.slow.jobs
     page.map(8, 0.1)
-    assert page.slow.jobs["basins"].steps.args == (VIEW,)
+    assert page.slow.jobs["basins"].function.args == (VIEW,)
     before = page.move(VIEW.moved(1.0, 0.1))
     page.computations.ask_basins()
-    assert page.slow.jobs["basins"].steps.args == (VIEW,)  # those of the point before
+    assert page.slow.jobs["basins"].function.args == (VIEW,)  # those of the point before
     page.computations.update_rest(before)
-    assert page.slow.jobs["basins"].steps.args == (page.view,)
+    assert page.slow.jobs["basins"].function.args == (page.view,)
 
 
 def test_a_point_that_moves_along_the_line_leaves_map_and_diagram(open_page):
@@ -137,7 +137,7 @@ def test_a_preliminary_verdict_is_followed_until_the_point_moves(page):
     page.point_motion(final=False)
     assert "final verdict" not in page.quick.jobs  # its motion comes first
     page.point_motion(final=False, motion=xr.Dataset())
-    assert page.quick.jobs["final verdict"].steps.args == (VIEW.point, "chaotic")
+    assert page.quick.jobs["final verdict"].function.args == (VIEW.point, "chaotic")
     page.move(VIEW.moved(1.0, 0.1))
     assert "final verdict" not in page.quick.jobs
 

@@ -197,12 +197,12 @@ class Store:
 
     @property
     def finished(self) -> bool:
-        """Whether the Dataset is complete."""
+        """Whether `finish` has been done after the last tile: the Dataset and the checksums are written."""
         return (self.path / "run" / "finished").exists()
 
     @property
-    def complete(self) -> bool:
-        """Whether all tiles are done."""
+    def all_tiles_done(self) -> bool:
+        """Whether all tiles are done; the run may still have to `finish`."""
         statuses = self.statuses()
         return all(n in statuses and statuses[n].done for n in range(self.grid.count))
 

@@ -13,7 +13,7 @@ from gearchaos.explorer.jobs.map import COARSE, successive_maps
 from gearchaos.explorer.jobs.map_grid import Map
 from gearchaos.explorer.jobs.point_motion import PointMotion, final_verdict, point_motion
 from gearchaos.explorer.jobs.worker import Job, Worker
-from gearchaos.explorer.jobs.worker_process import Steps
+from gearchaos.explorer.jobs.worker_process import GeneratorFunction
 from gearchaos.explorer.view.state import View
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.results import physical
@@ -136,8 +136,8 @@ class Computations:
             return
         title = self.point_motion.verdict.label if self.point_motion and kind == "motion" else ""
         scaled = dataset if pair is None else physical(dataset, pair)
-        steps = partial(export.exported, kind, suffix, scaled, self._view.colour, title)
-        self._ask(self._quick, f"{kind}.{suffix}", steps, lambda found: self._display.save_file(*found))
+        function = partial(export.exported, kind, suffix, scaled, self._view.colour, title)
+        self._ask(self._quick, f"{kind}.{suffix}", function, lambda found: self._display.save_file(*found))
 
     def _ask_point_motion(self) -> None:
         self._quick.cancel(self._owner, "final verdict")
@@ -152,28 +152,28 @@ class Computations:
         """Compute the bifurcation diagram; the fine one waits until the map is complete."""
         self._fine_diagram_waits = not strides and "map" in self._pending
         strides = strides or ((_COARSE_DIAGRAM,) if self._fine_diagram_waits else (_COARSE_DIAGRAM, 1))
-        steps = partial(point_studies.bifurcation, self._view, *strides)
-        self._ask(self._slow, "diagram", steps, self._show_diagram, 2 * _DELAY)
+        function = partial(point_studies.bifurcation, self._view, *strides)
+        self._ask(self._slow, "diagram", function, self._show_diagram, 2 * _DELAY)
 
     def _ask_attractors(self) -> None:
         """Compute the other motions of the point; remove the basins and motions of the previous point."""
         self._slow.cancel(self._owner, "basins")
         self._ended("basins", None)
         self._display.clear_point_studies()
-        steps = partial(point_studies.attractors, self._view)
-        self._ask(self._slow, "other motions", steps, self._display.show_attractors, 3 * _DELAY)
+        function = partial(point_studies.attractors, self._view)
+        self._ask(self._slow, "other motions", function, self._display.show_attractors, 3 * _DELAY)
 
     def _ask_waiting_basins(self) -> None:
         if self._basins_wait:
             self.ask_basins()
 
     def _ask(
-        self, worker: Worker, panel: str, steps: Steps, show: Callable[[Any], None], delay: float = 0.0,
+        self, worker: Worker, panel: str, function: GeneratorFunction, show: Callable[[Any], None], delay: float = 0.0,
     ) -> None:
         self._pending.add(panel)
         self._show_busy()
         worker.submit(self._owner, panel, Job(
-            steps, lambda found: self._call_soon(partial(self._show, show, found)),
+            function, lambda found: self._call_soon(partial(self._show, show, found)),
             lambda message: self._call_soon(partial(self._ended, panel, message)), delay,
             lambda: self._call_soon(partial(self._show_busy, compiling=True)),
         ))
@@ -228,8 +228,8 @@ class Computations:
         self.point_motion = found = found.with_motion_of(self.point_motion)
         self._display.show_point_motion(found)
         if found.stage == "preliminary":
-            steps = partial(final_verdict, found.model, found.verdict.label)
-            self._ask(self._quick, "final verdict", steps, self._show_point_motion)
+            function = partial(final_verdict, found.model, found.verdict.label)
+            self._ask(self._quick, "final verdict", function, self._show_point_motion)
 
     def _show_diagram(self, found: xr.Dataset) -> None:
         if found:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs.worker_process import RemoteGenerator, Steps, WorkerProcess
+from gearchaos.explorer.jobs.worker_process import GeneratorFunction, RemoteGenerator, WorkerProcess
 from gearchaos.flow import StoppedError
 
 INTERNAL_ERROR = "something went wrong here; the server's log says what"
@@ -31,7 +31,7 @@ class Job:
 
     Attributes
     ----------
-    steps : callable
+    function : callable
         Returns the generator of results.
     show : callable
         Called with each result, in the worker's thread.
@@ -43,7 +43,7 @@ class Job:
         Called when a step in another process has to compile kernels first.
     """
 
-    steps: Steps
+    function: GeneratorFunction
     show: Callable[[Any], None]
     end: Callable[[str | None], None]
     delay: float = 0.0
@@ -149,7 +149,7 @@ class Worker:
             return owner in self._jobs and self._jobs[owner].get(panel) is job
 
     def _started(self, job: Job) -> Generator[Any] | RemoteGenerator:
-        return job.steps() if self._process is None else self._process.run(job.steps, job.compiling)
+        return job.function() if self._process is None else self._process.run(job.function, job.compiling)
 
     def _step(self, owner: str, panel: str, job: Job) -> None:
         """Take one step of a job; its result is dropped if the job was cancelled meanwhile."""

@@ -107,5 +107,5 @@ def _warm_up(view: View, quick: Worker, slow: Worker) -> None:
     from gearchaos.explorer.jobs.map import warm_up
     from gearchaos.explorer.jobs.point_motion import point_motion
 
-    for worker, steps in ((quick, partial(point_motion, view.point)), (slow, partial(warm_up, view))):
-        worker.submit("", "warm-up", Job(steps, lambda _: None, lambda _: None))
+    for worker, function in ((quick, partial(point_motion, view.point)), (slow, partial(warm_up, view))):
+        worker.submit("", "warm-up", Job(function, lambda _: None, lambda _: None))
