@@ -29,6 +29,8 @@ _NO_CONTACT = CONTACTS.index("none")
 def signature(flow: ExactFlow, points: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
     """The variables by which the motions of a cell are distinguished, and their response; arrays (L,) by name.
 
+    ``points`` (L,) are the parameter points of the L motions with the verdicts ``found``.
+
     ``centre_z`` and ``centre_z_dot`` are the means of z and z' over the stroboscopic points of an orbit, and 0 for
     other motions: all chaotic motions of a cell count as one, and so do all quasi-periodic ones.
     """

@@ -24,6 +24,8 @@ _PROBE = 1e-3
 segment."""
 
 _SMALLEST_WINDOW = 1e-9
+"""Smallest window of an increment, see `_next_window`, as a fraction of the segment."""
+
 _MAX_INCREMENTS = 400
 _BEYOND_END = 2.0
 """A value of s beyond the end of every segment, which is at 1."""
