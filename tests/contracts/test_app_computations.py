@@ -17,17 +17,17 @@ NOTHING = np.zeros(0)
 
 
 class Worker:
-    """Keeps jobs instead of running them; ``asked`` has their panels in order."""
+    """Keeps jobs instead of running them; ``asked`` has their tasks in order."""
 
     def __init__(self):
         self.jobs, self.asked = {}, []
 
-    def submit(self, owner, panel, job):
-        self.jobs[panel] = job
-        self.asked.append(panel)
+    def submit(self, owner, task, job):
+        self.jobs[task] = job
+        self.asked.append(task)
 
-    def cancel(self, owner, panel=None):
-        for name in [panel] if panel else list(self.jobs):
+    def cancel(self, owner, task=None):
+        for name in [task] if task else list(self.jobs):
             self.jobs.pop(name, None)
 
 

@@ -53,7 +53,7 @@ def test_a_job_is_shown_step_by_step_and_ends():
     assert one.over.wait(10) and one.shown == [0, 1, 2] and one.message is None
 
 
-def test_the_newest_request_of_a_panel_wins_and_the_older_is_left_between_steps():
+def test_the_newest_request_of_a_task_wins_and_the_older_is_left_between_steps():
     worker, gate = Worker("test"), threading.Event()
     old, new = Recorder(1000, gate), Recorder(2)
     worker.submit("a", "map", old.job())

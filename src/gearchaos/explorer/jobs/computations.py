@@ -48,7 +48,7 @@ class Display(Protocol):
 
 
 class Computations:
-    """The computations of one page, at most one per panel.
+    """The computations of one page, at most one per task ("map", "diagram", ...).
 
     The motion at the point is computed first, by its own worker. A second worker computes the map, coarse first. Once
     a coarse map is shown it also computes a coarse bifurcation diagram and the other motions of the point; the fine
@@ -168,13 +168,13 @@ class Computations:
             self.ask_basins()
 
     def _ask(
-        self, worker: Worker, panel: str, function: GeneratorFunction, show: Callable[[Any], None], delay: float = 0.0,
+        self, worker: Worker, task: str, function: GeneratorFunction, show: Callable[[Any], None], delay: float = 0.0,
     ) -> None:
-        self._pending.add(panel)
+        self._pending.add(task)
         self._show_busy()
-        worker.submit(self._owner, panel, Job(
+        worker.submit(self._owner, task, Job(
             function, lambda found: self._call_soon(partial(self._show, show, found)),
-            lambda message: self._call_soon(partial(self._ended, panel, message)), delay,
+            lambda message: self._call_soon(partial(self._ended, task, message)), delay,
             lambda: self._call_soon(partial(self._show_busy, compiling=True)),
         ))
 
@@ -184,13 +184,13 @@ class Computations:
         show(found)
         self._show_busy()
 
-    def _ended(self, panel: str, message: str | None) -> None:
-        """The job of a panel has ended, after its last result or with an error message."""
-        self._pending.discard(panel)
+    def _ended(self, task: str, message: str | None) -> None:
+        """The job of a task has ended, after its last result or with an error message."""
+        self._pending.discard(task)
         self._show_busy()
         if message:
-            self._display.show_message(f"{panel}: {message}")
-        if panel == "map":
+            self._display.show_message(f"{task}: {message}")
+        if task == "map":
             self._continue_after_first_map()
             self._ask_fine_diagram()
 
