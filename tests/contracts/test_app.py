@@ -148,11 +148,11 @@ def test_symbols_become_plain_text(text, shown):
 ])
 def test_the_last_verdict_at_a_point_is_that_of_regime(model):
     found = list(point_motion(model))
-    assert found[1].motion is not None
+    assert found[1].trajectory is not None
     found += [] if found[-1].final else list(final_verdict(model, found[-1].verdict.label))
     for i, later in enumerate(found[1:], start=1):
-        found[i] = later.with_motion_of(found[i - 1])
-    assert found[-1].final and found[-1].verdict == gc.regime(model) and found[-1].motion is found[1].motion
+        found[i] = later.with_trajectory_of(found[i - 1])
+    assert found[-1].final and found[-1].verdict == gc.regime(model) and found[-1].trajectory is found[1].trajectory
     assert (found[-1].portrait is None) == (found[-1].verdict.period is not None)
     assert all(f.verdict.period is None for f in found if not f.final)
 
@@ -160,15 +160,16 @@ def test_the_last_verdict_at_a_point_is_that_of_regime(model):
 def test_chaos_that_was_a_transient_gets_the_motion_it_came_to():
     model = gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)
     (found,) = final_verdict(model, "chaotic")
-    assert found.final and found.portrait is None and found.motion.identical(list(point_motion(model))[-1].motion)
+    assert found.final and found.portrait is None
+    assert found.trajectory.identical(list(point_motion(model))[-1].trajectory)
 
 
 def test_a_motion_sent_once_stays_with_its_point():
     first, then = point_motion(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206))
     (other,) = point_motion(gc.MeshModel.of(kind="single", omega=2.0, z=30.0))
-    assert first.with_motion_of(then).motion is then.motion and then.with_motion_of(first) is then
-    assert first.with_motion_of(None).motion is None and first.with_motion_of(other).motion is None
-    assert other.with_motion_of(then).motion is None
+    assert first.with_trajectory_of(then).trajectory is then.trajectory and then.with_trajectory_of(first) is then
+    assert first.with_trajectory_of(None).trajectory is None and first.with_trajectory_of(other).trajectory is None
+    assert other.with_trajectory_of(then).trajectory is None
 
 
 def test_a_motion_that_diverges_has_a_verdict_too():

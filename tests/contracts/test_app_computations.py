@@ -58,9 +58,9 @@ class Page:
     def map(self, stride, share):
         self.slow.jobs["map"].show(Map(xr.Dataset({"label": ("x", NOTHING)}), NOTHING, NOTHING, NOTHING, stride, share))
 
-    def point_motion(self, final, motion=None):
+    def point_motion(self, final, trajectory=None):
         verdict = SimpleNamespace(section={"z": [0.0]}, label="chaotic", periods_spent=1)
-        self.quick.jobs["motion"].show(PointMotion(self.view.point, verdict, final, motion))
+        self.quick.jobs["motion"].show(PointMotion(self.view.point, verdict, final, trajectory))
 
 
 @pytest.fixture
@@ -136,7 +136,7 @@ def test_a_motion_of_a_point_that_was_left_is_not_shown(page):
 def test_a_preliminary_verdict_is_followed_until_the_point_moves(page):
     page.point_motion(final=False)
     assert "final verdict" not in page.quick.jobs  # its motion comes first
-    page.point_motion(final=False, motion=xr.Dataset())
+    page.point_motion(final=False, trajectory=xr.Dataset())
     assert page.quick.jobs["final verdict"].function.args == (VIEW.point, "chaotic")
     page.move(VIEW.moved(1.0, 0.1))
     assert "final verdict" not in page.quick.jobs

@@ -124,7 +124,7 @@ def test_pictures_and_data_of_a_map_half_done(small):
 
 
 def test_pictures_and_data_of_a_motion():
-    motion = list(point_motion(START.point))[-1].motion
+    motion = list(point_motion(START.point))[-1].trajectory
     for suffix in ("png", "svg", "nc"):
         content, media, _ = next(export.exported("motion", suffix, motion, "motion", "chaotic"))
         assert len(content) > 10_000 and "/" in media
@@ -133,7 +133,7 @@ def test_pictures_and_data_of_a_motion():
 def test_the_spectrum_of_the_page_has_the_unit_of_the_velocity_and_the_same_orders():
     put = {}
     figure = SpectrumFigure(lambda model, **attributes: put.setdefault(model.id, {}).update(attributes))
-    motion = list(point_motion(PAIR.model))[-1].motion
+    motion = list(point_motion(PAIR.model))[-1].trajectory
     drawn = []
     for velocity in (motion["z_dot"], gc.physical(motion, PAIR.pair)["z_dot"]):
         figure.show(motion, velocity)

@@ -139,15 +139,15 @@ def test_another_process_finds_the_same(place):
     model = gc.MeshModel.of(omega=1.0, eps1=0.05)
     here, there = list(point_motion(model)), list(place.run(partial(point_motion, model)))
     assert [d.verdict for d in here] == [d.verdict for d in there] and len(here) == len(there)
-    assert here[1].motion.identical(there[1].motion)
+    assert here[1].trajectory.identical(there[1].trajectory)
 
 
 def test_works_there_take_turns_and_the_one_closed_is_forgotten(place):
     model = gc.MeshModel.of(omega=1.0, eps1=0.05)
     first, second = place.run(partial(point_motion, model)), place.run(partial(point_motion, model))
-    assert next(first).motion is None and next(second).motion is None
+    assert next(first).trajectory is None and next(second).trajectory is None
     first.close()
-    assert next(first, None) is None and next(second).motion is not None
+    assert next(first, None) is None and next(second).trajectory is not None
 
 
 def test_a_step_under_way_there_is_left_at_once(place):

@@ -129,7 +129,7 @@ class Computations:
         """Make a file of the map or of the motion, in the units of the pair if there is one."""
         dataset = {
             "map": None if self.map is None else self.map.dataset,
-            "motion": None if self.point_motion is None else self.point_motion.motion,
+            "motion": None if self.point_motion is None else self.point_motion.trajectory,
         }[kind]
         if dataset is None:
             self._display.show_message("There is nothing to save yet.")
@@ -225,7 +225,7 @@ class Computations:
         """Show a motion, unless the point has moved since; compute the final verdict if this one is preliminary."""
         if found.model != self._view.point:
             return
-        self.point_motion = found = found.with_motion_of(self.point_motion)
+        self.point_motion = found = found.with_trajectory_of(self.point_motion)
         self._display.show_point_motion(found)
         if found.stage == "preliminary":
             function = partial(final_verdict, found.model, found.verdict.label)
