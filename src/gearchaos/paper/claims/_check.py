@@ -24,7 +24,7 @@ class Claim:
     id, figure, where, statement, setting, criterion, expected
         From the record of the statement in `records.toml`.
     verdict, computed, evidence, instead
-        From the `Outcome` of its check; ``evidence`` also has the verdicts on all motions computed for it.
+        From the `CheckResult` of its check; ``evidence`` also has the verdicts on all motions computed for it.
     """
 
     id: str
