@@ -14,7 +14,11 @@ from gearchaos.model import COORDINATES, KINDS, HarmonicStiffness, MeshModel, ex
 from gearchaos.studies.axis import Axis
 
 _OTHER_NAMES = ("kind", "stiffness", "x", "y", "at", "colour", "line", "start", "units")
-"""Names in a query that do not set a value of the model."""
+"""Names in a query that set no parameter or initial value: the kinds of model and stiffness, and fields of `View`.
+
+``at`` is the point chosen, ``line`` the axis along which the bifurcation diagram runs, ``start`` the initial values of
+the motion chosen at the point (`View.initial`), ``units`` one of `_UNITS` (`View.physical`).
+"""
 
 _UNITS = ("dimensionless", "physical")
 
