@@ -124,7 +124,7 @@ def _tuple_for_list(value: Any) -> Any:
 
 
 def _fields(model: MeshModel) -> dict[str, Any]:
-    """All fields of a model as numbers, texts, lists and dicts."""
+    """All fields of a model as numbers, texts, lists and dicts; ``error`` is the transmission error."""
     out = {f.name: getattr(model, f.name) for f in dataclasses.fields(MeshModel)}
     for name in ("error", "stiffness"):
         out[name] = dataclasses.asdict(out[name])

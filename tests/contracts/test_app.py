@@ -11,8 +11,8 @@ from gearchaos.dynamics import Label
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import map as maps
 from gearchaos.explorer.jobs import point_studies
-from gearchaos.explorer.jobs.dossier import dossier, final_verdict
 from gearchaos.explorer.jobs.map_grid import MapGrid
+from gearchaos.explorer.jobs.point_motion import final_verdict, point_motion
 from gearchaos.explorer.panels.attractors import choices
 from gearchaos.explorer.panels.labels import plain
 from gearchaos.explorer.view import bounds, state
@@ -139,20 +139,20 @@ def test_symbols_become_plain_text(text, shown):
     assert plain(text) == shown
 
 
-# --- dossier and maps ----------------------------------------------------------------------------------------------
+# --- the motion at a point, and maps -------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("model", [
     gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206), gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.23),
     gc.MeshModel.of(kind="full", omega=1.05, kappa=0.5, q0=0.1, eps1=0.04),
 ])
-def test_the_last_verdict_of_a_dossier_is_that_of_regime(model):
-    found = list(dossier(model))
-    assert found[1].motion is not None
+def test_the_last_verdict_at_a_point_is_that_of_regime(model):
+    found = list(point_motion(model))
+    assert found[1].trajectory is not None
     found += [] if found[-1].final else list(final_verdict(model, found[-1].verdict.label))
     for i, later in enumerate(found[1:], start=1):
-        found[i] = later.with_motion_of(found[i - 1])
-    assert found[-1].final and found[-1].verdict == gc.regime(model) and found[-1].motion is found[1].motion
+        found[i] = later.with_trajectory_of(found[i - 1])
+    assert found[-1].final and found[-1].verdict == gc.regime(model) and found[-1].trajectory is found[1].trajectory
     assert (found[-1].portrait is None) == (found[-1].verdict.period is not None)
     assert all(f.verdict.period is None for f in found if not f.final)
 
@@ -160,24 +160,25 @@ def test_the_last_verdict_of_a_dossier_is_that_of_regime(model):
 def test_chaos_that_was_a_transient_gets_the_motion_it_came_to():
     model = gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)
     (found,) = final_verdict(model, "chaotic")
-    assert found.final and found.portrait is None and found.motion.identical(list(dossier(model))[-1].motion)
+    assert found.final and found.portrait is None
+    assert found.trajectory.identical(list(point_motion(model))[-1].trajectory)
 
 
 def test_a_motion_sent_once_stays_with_its_point():
-    first, then = dossier(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206))
-    (other,) = dossier(gc.MeshModel.of(kind="single", omega=2.0, z=30.0))
-    assert first.with_motion_of(then).motion is then.motion and then.with_motion_of(first) is then
-    assert first.with_motion_of(None).motion is None and first.with_motion_of(other).motion is None
-    assert other.with_motion_of(then).motion is None
+    first, then = point_motion(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206))
+    (other,) = point_motion(gc.MeshModel.of(kind="single", omega=2.0, z=30.0))
+    assert first.with_trajectory_of(then).trajectory is then.trajectory and then.with_trajectory_of(first) is then
+    assert first.with_trajectory_of(None).trajectory is None and first.with_trajectory_of(other).trajectory is None
+    assert other.with_trajectory_of(then).trajectory is None
 
 
-def test_a_motion_that_diverges_has_a_dossier_too():
-    (found,) = dossier(gc.MeshModel.of(kind="single", omega=2.0, z=30.0))
+def test_a_motion_that_diverges_has_a_verdict_too():
+    (found,) = point_motion(gc.MeshModel.of(kind="single", omega=2.0, z=30.0))
     assert found.verdict.label == "diverged" and found.final
 
 
 def test_a_map_is_coarse_first_and_every_cell_is_in_the_end_that_of_zones(small):
-    found = list(maps.refined(small))
+    found = list(maps.successive_maps(small))
     assert found[0].stride == maps.COARSE[0] and found[-1].share == 1.0
     shares = [m.share for m in found if m.stride > 1]
     assert shares == sorted(shares)
@@ -191,7 +192,7 @@ def test_chaos_shows_before_it_is_outlasted_and_every_cell_is_judged_in_the_end(
     monkeypatch.setattr(state, "MAP_CELLS", (40, 30))
     monkeypatch.setattr(maps, "_INTERVAL", 0.0)
     view = replace(START, x=gc.Axis("omega", 1.2, 1.5, 40), y=gc.Axis("eps1", 0.18, 0.24, 30), at=(1.3, 0.2))
-    found = list(maps.refined(view))
+    found = list(maps.successive_maps(view))
     waiting = max(found, key=lambda m: m.chaotic_so_far.sum())
     chaotic = waiting.chaotic_so_far
     assert chaotic.sum() > 100 and np.any(waiting.dataset["label"].values.ravel()[chaotic] == 0)
@@ -216,7 +217,7 @@ def test_every_cell_of_a_coarse_map_shows_the_nearest_one_computed():
 def test_the_map_of_attractors_counts_them():
     view = replace(presets()["3c"].view, colour="attractors", x=gc.Axis("omega", 2.2, 2.4, 400),
                    y=gc.Axis("eps1", 0.04, 0.06, 300))
-    first = next(iter(maps.refined(view)))
+    first = next(iter(maps.successive_maps(view)))
     assert "attractors" in first.dataset and np.nanmax(first.measure("attractors").values) >= 2
     rows = np.isfinite(first.measure("attractors").values).any(axis=1)
     assert rows.sum() == 4 and not rows[4:].any()  # rows that are not computed yet show nothing

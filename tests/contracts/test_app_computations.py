@@ -8,8 +8,8 @@ import pytest
 import xarray as xr
 
 from gearchaos.explorer.jobs.computations import Computations
-from gearchaos.explorer.jobs.dossier import Dossier
 from gearchaos.explorer.jobs.map_grid import Map
+from gearchaos.explorer.jobs.point_motion import PointMotion
 from gearchaos.explorer.view.presets import presets
 
 VIEW = presets()["2"].view
@@ -17,17 +17,17 @@ NOTHING = np.zeros(0)
 
 
 class Worker:
-    """Keeps jobs instead of running them; ``asked`` has their panels in order."""
+    """Keeps jobs instead of running them; ``asked`` has their tasks in order."""
 
     def __init__(self):
         self.jobs, self.asked = {}, []
 
-    def submit(self, owner, panel, job):
-        self.jobs[panel] = job
-        self.asked.append(panel)
+    def submit(self, owner, task, job):
+        self.jobs[task] = job
+        self.asked.append(task)
 
-    def cancel(self, owner, panel=None):
-        for name in [panel] if panel else list(self.jobs):
+    def cancel(self, owner, task=None):
+        for name in [task] if task else list(self.jobs):
             self.jobs.pop(name, None)
 
 
@@ -58,9 +58,9 @@ class Page:
     def map(self, stride, share):
         self.slow.jobs["map"].show(Map(xr.Dataset({"label": ("x", NOTHING)}), NOTHING, NOTHING, NOTHING, stride, share))
 
-    def dossier(self, final, motion=None):
+    def point_motion(self, final, trajectory=None):
         verdict = SimpleNamespace(section={"z": [0.0]}, label="chaotic", periods_spent=1)
-        self.quick.jobs["motion"].show(Dossier(self.view.point, verdict, final, motion))
+        self.quick.jobs["motion"].show(PointMotion(self.view.point, verdict, final, trajectory))
 
 
 @pytest.fixture
@@ -83,14 +83,14 @@ def test_a_new_page_asks_for_its_motion_and_its_map_only(page):
 
 def test_the_coarse_diagram_and_the_other_motions_follow_a_coarse_map(open_page):
     assert open_page.slow.asked == ["map", "diagram", "other motions"]
-    assert open_page.slow.jobs["diagram"].steps.args == (VIEW, 4)
+    assert open_page.slow.jobs["diagram"].function.args == (VIEW, 4)
 
 
 def test_the_fine_diagram_follows_the_complete_map(open_page):
     open_page.map(1, 0.9)
     assert open_page.slow.asked.count("diagram") == 1
     open_page.map(1, 1.0)
-    assert open_page.slow.asked.count("diagram") == 2 and open_page.slow.jobs["diagram"].steps.args == (VIEW, 1)
+    assert open_page.slow.asked.count("diagram") == 2 and open_page.slow.jobs["diagram"].function.args == (VIEW, 1)
 
 
 def test_what_waits_for_a_map_comes_without_one_if_it_fails(page):
@@ -103,12 +103,12 @@ def test_basins_wait_for_a_first_map_and_for_the_point(page):
     page.computations.ask_basins()
     assert "basins" not in page.slow.jobs
     page.map(8, 0.1)
-    assert page.slow.jobs["basins"].steps.args == (VIEW,)
+    assert page.slow.jobs["basins"].function.args == (VIEW,)
     before = page.move(VIEW.moved(1.0, 0.1))
     page.computations.ask_basins()
-    assert page.slow.jobs["basins"].steps.args == (VIEW,)  # those of the point before
+    assert page.slow.jobs["basins"].function.args == (VIEW,)  # those of the point before
     page.computations.update_rest(before)
-    assert page.slow.jobs["basins"].steps.args == (page.view,)
+    assert page.slow.jobs["basins"].function.args == (page.view,)
 
 
 def test_a_point_that_moves_along_the_line_leaves_map_and_diagram(open_page):
@@ -129,15 +129,15 @@ def test_another_model_has_another_map(open_page):
 def test_a_motion_of_a_point_that_was_left_is_not_shown(page):
     page.move(VIEW.moved(1.0, 0.1))
     page.view = VIEW
-    page.dossier(final=True)
-    assert "show_dossier" not in page.display.shown
+    page.point_motion(final=True)
+    assert "show_point_motion" not in page.display.shown
 
 
 def test_a_preliminary_verdict_is_followed_until_the_point_moves(page):
-    page.dossier(final=False)
+    page.point_motion(final=False)
     assert "final verdict" not in page.quick.jobs  # its motion comes first
-    page.dossier(final=False, motion=xr.Dataset())
-    assert page.quick.jobs["final verdict"].steps.args == (VIEW.point, "chaotic")
+    page.point_motion(final=False, trajectory=xr.Dataset())
+    assert page.quick.jobs["final verdict"].function.args == (VIEW.point, "chaotic")
     page.move(VIEW.moved(1.0, 0.1))
     assert "final verdict" not in page.quick.jobs
 

@@ -13,7 +13,7 @@ import xarray as xr
 import gearchaos as gc
 from gearchaos.explorer.jobs import export
 from gearchaos.explorer.jobs import map as maps
-from gearchaos.explorer.jobs.dossier import dossier
+from gearchaos.explorer.jobs.point_motion import point_motion
 from gearchaos.explorer.panels.spectrum import SpectrumFigure
 from gearchaos.explorer.view.pair import pair_at
 from gearchaos.explorer.view.presets import preset_of, presets
@@ -113,7 +113,7 @@ def test_wheels_are_alike_only_if_all_their_values_are():
 
 
 def test_pictures_and_data_of_a_map_half_done(small):
-    half = next(iter(maps.refined(small)))
+    half = next(iter(maps.successive_maps(small)))
     for suffix, begins in (("png", b"\x89PNG"), ("svg", b"<?xml")):
         content, _, name = next(export.exported("map", suffix, half.dataset, "motion", ""))
         assert content.startswith(begins) and name == f"gearchaos-map.{suffix}"
@@ -124,7 +124,7 @@ def test_pictures_and_data_of_a_map_half_done(small):
 
 
 def test_pictures_and_data_of_a_motion():
-    motion = list(dossier(START.point))[-1].motion
+    motion = list(point_motion(START.point))[-1].trajectory
     for suffix in ("png", "svg", "nc"):
         content, media, _ = next(export.exported("motion", suffix, motion, "motion", "chaotic"))
         assert len(content) > 10_000 and "/" in media
@@ -133,7 +133,7 @@ def test_pictures_and_data_of_a_motion():
 def test_the_spectrum_of_the_page_has_the_unit_of_the_velocity_and_the_same_orders():
     put = {}
     figure = SpectrumFigure(lambda model, **attributes: put.setdefault(model.id, {}).update(attributes))
-    motion = list(dossier(PAIR.model))[-1].motion
+    motion = list(point_motion(PAIR.model))[-1].trajectory
     drawn = []
     for velocity in (motion["z_dot"], gc.physical(motion, PAIR.pair)["z_dot"]):
         figure.show(motion, velocity)

@@ -12,7 +12,7 @@ import pytest
 import gearchaos as gc
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import map as maps
-from gearchaos.explorer.jobs.dossier import dossier
+from gearchaos.explorer.jobs.point_motion import point_motion
 from gearchaos.explorer.jobs.worker import Job, Worker
 from gearchaos.explorer.jobs.worker_process import WorkerProcess
 from gearchaos.explorer.view.presets import presets
@@ -53,7 +53,7 @@ def test_a_job_is_shown_step_by_step_and_ends():
     assert one.over.wait(10) and one.shown == [0, 1, 2] and one.message is None
 
 
-def test_the_newest_request_of_a_panel_wins_and_the_older_is_left_between_steps():
+def test_the_newest_request_of_a_task_wins_and_the_older_is_left_between_steps():
     worker, gate = Worker("test"), threading.Event()
     old, new = Recorder(1000, gate), Recorder(2)
     worker.submit("a", "map", old.job())
@@ -137,21 +137,21 @@ def place():
 @pytest.mark.slow
 def test_another_process_finds_the_same(place):
     model = gc.MeshModel.of(omega=1.0, eps1=0.05)
-    here, there = list(dossier(model)), list(place.run(partial(dossier, model)))
+    here, there = list(point_motion(model)), list(place.run(partial(point_motion, model)))
     assert [d.verdict for d in here] == [d.verdict for d in there] and len(here) == len(there)
-    assert here[1].motion.identical(there[1].motion)
+    assert here[1].trajectory.identical(there[1].trajectory)
 
 
 def test_works_there_take_turns_and_the_one_closed_is_forgotten(place):
     model = gc.MeshModel.of(omega=1.0, eps1=0.05)
-    first, second = place.run(partial(dossier, model)), place.run(partial(dossier, model))
-    assert next(first).motion is None and next(second).motion is None
+    first, second = place.run(partial(point_motion, model)), place.run(partial(point_motion, model))
+    assert next(first).trajectory is None and next(second).trajectory is None
     first.close()
-    assert next(first, None) is None and next(second).motion is not None
+    assert next(first, None) is None and next(second).trajectory is not None
 
 
 def test_a_step_under_way_there_is_left_at_once(place):
-    work = place.run(partial(maps.refined, START))
+    work = place.run(partial(maps.successive_maps, START))
     next(work)
     threading.Timer(0.1, work.cancel).start()
     began = time.monotonic()
@@ -163,7 +163,7 @@ def test_a_step_under_way_there_is_left_at_once(place):
 
 
 def test_a_work_left_before_it_begins_does_nothing_there(place):
-    work = place.run(partial(maps.refined, START))
+    work = place.run(partial(maps.successive_maps, START))
     work.cancel()
     with pytest.raises(StoppedError):
         next(work)
@@ -195,9 +195,9 @@ def test_a_process_that_dies_costs_the_visitor_one_message(caplog):
     place = WorkerProcess()
     worker, hurt, well = Worker("test", place), Recorder(), Recorder()
     model = gc.MeshModel.of(omega=1.0, eps1=0.05)
-    worker.submit("a", "map", Job(partial(maps.refined, START), lambda _: place._process.kill(), hurt.end))
+    worker.submit("a", "map", Job(partial(maps.successive_maps, START), lambda _: place._process.kill(), hurt.end))
     assert hurt.over.wait(60) and "went wrong" in hurt.message
-    worker.submit("a", "motion", Job(partial(dossier, model), well.shown.append, well.end))
+    worker.submit("a", "motion", Job(partial(point_motion, model), well.shown.append, well.end))
     assert well.over.wait(60) and well.message is None and well.shown[-1].verdict.label == "1T"
     worker.stop()
     place._process.wait(10)

@@ -194,8 +194,9 @@ def test_step_matrices_of_many_points_take_a_part_of_the_memory(monkeypatch):
     monkeypatch.setattr(costs, "memory", lambda: GIGABYTE)
     slow = estimate(switched_system(vary(gc.MeshModel(stiffness=gc.HarmonicStiffness((0.2,)), omega=1e-3), {})), 10**6,
                     1)
-    assert slow.max_points(1) * slow.table <= GIGABYTE // 4 and slow.max_points(4) == slow.max_points(1) // 4
-    assert estimate(system(), 10**6, 1).max_points(64) == tiles.TILE
+    assert slow.max_parameter_points(1) * slow.table_bytes <= GIGABYTE // 4
+    assert slow.max_parameter_points(4) == slow.max_parameter_points(1) // 4
+    assert estimate(system(), 10**6, 1).max_parameter_points(64) == tiles.TILE
 
 
 @pytest.mark.parametrize(("longest", "most"), [(64, tiles.TILE), (640, 1000), (50_000, 16)])
@@ -213,7 +214,7 @@ def test_tiles_of_any_size_give_the_same_map(monkeypatch):
     axes, short = (gc.Axis("omega", 0.5, 1.0, 9), gc.Axis("eps1", 0, 0.2, 5)), Classification(longest_transient=400,
         doublings=1)
     whole = gc.zones(model, *axes, starts=2, settings=short)
-    monkeypatch.setattr(costs.Cost, "max_points", lambda *_: 8)
+    monkeypatch.setattr(costs.Cost, "max_parameter_points", lambda *_: 8)
     assert gc.zones(model, *axes, starts=2, settings=short).identical(whole)
 
 

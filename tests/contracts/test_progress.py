@@ -112,7 +112,7 @@ def test_a_study_of_one_tile_is_computed_with_its_store(tmp_path):
     store = store_of(tmp_path, (6, 8))
     (mark,) = store.statuses().values()
     assert mark.done and mark.attempt == 1 and mark.error is None and 0 < mark.seconds < 600
-    assert store.complete and not store.finished and store.damaged_tiles() == [] and store.damaged_files() == []
+    assert store.all_tiles_done and not store.finished and store.damaged_tiles() == [] and store.damaged_files() == []
     again = open_store(store.path)
     assert again.study == MAP and again.grid == store.grid and again.arrays == store.arrays
 

@@ -26,7 +26,7 @@ from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.claims import _motions, _read
 from gearchaos.paper.claims._check import records
 from gearchaos.paper.claims._maps import first_harmonic
-from gearchaos.paper.claims._outcome import CHECKS, Outcome
+from gearchaos.paper.claims._outcome import CHECKS, CheckResult
 from gearchaos.paper.figures import LAYOUTS, draw
 from gearchaos.paper.findings import spectral_comparison
 from gearchaos.paper.output import writable_folder
@@ -351,7 +351,7 @@ def test_page_shows_figures_corrections_verdicts_and_run(page):
 
 
 def test_a_contradicted_statement_makes_the_exit_code_one(tmp_path, monkeypatch):
-    monkeypatch.setitem(CHECKS, "9a", lambda cache: Outcome("contradicted", "nothing", {"label": "1T"}))
+    monkeypatch.setitem(CHECKS, "9a", lambda cache: CheckResult("contradicted", "nothing", {"label": "1T"}))
     monkeypatch.setattr(claims, "claims_of", lambda figures: ["9a"])
     assert build(tmp_path, [1], "draft", progress=False) == 1
     assert "Not confirmed: 9a" in (tmp_path / "index.html").read_text()

@@ -54,7 +54,7 @@ def simulate(
     if json_out:
         print_json({**section(dataset), **({"units": section_units(dataset)} if physical else {})})
     else:
-        from gearchaos.cli.pages import print_section
+        from gearchaos.cli.tables import print_section
 
         print_section(dataset)
 
@@ -74,7 +74,7 @@ def regime(
     if json_out:
         print_json(_regime_document(verdict, loaded, physical))
     else:
-        from gearchaos.cli.pages import print_regime
+        from gearchaos.cli.tables import print_regime
 
         print_regime(verdict, loaded, physical)
     if plot:
@@ -134,6 +134,6 @@ def attractors(
     if json_out:
         print_json(attractor_list(found))
     else:
-        from gearchaos.cli.pages import print_attractors
+        from gearchaos.cli.tables import print_attractors
 
         print_attractors(found)

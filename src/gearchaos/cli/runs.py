@@ -71,14 +71,14 @@ def _study(path: Path | None, sets: list[str] | None, refine: bool) -> Study:
         raise InputError("study.kind", "must be given", None, "Write [study] with a kind in the study file.")
     from gearchaos.studies.registry import study_class
 
-    kind = study_class(loaded.kind)
-    if not all(key in loaded.options for key in kind.axis_fields):
-        keys = ' and '.join(kind.axis_fields)
+    study_type = study_class(loaded.kind)
+    if not all(key in loaded.options for key in study_type.axis_fields):
+        keys = ' and '.join(study_type.axis_fields)
         raise InputError("study", f"must give {keys}", loaded.kind, 'E.g. x = "omega=0.2:3:400".')
     if refine and loaded.kind != "zones":
         raise InputError("--refine", "must be left out for a study that is no map of zones", loaded.kind)
     coarse = {"refine": COARSE} if refine and loaded.options.get("refine", 1) == 1 else {}
-    return loaded.study(kind, **coarse)
+    return loaded.study(study_type, **coarse)
 
 
 @app.command()
@@ -91,7 +91,7 @@ def info(store: StorePath, json_out: Json = False) -> None:
     if json_out:
         print_json(found)
     else:
-        from gearchaos.cli.pages import print_run
+        from gearchaos.cli.tables import print_run
 
         print_run(found)
 

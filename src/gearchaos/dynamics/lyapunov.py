@@ -106,7 +106,7 @@ def _aligned_growth(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> np.n
     return out
 
 
-def tangent_frame(d: int, lanes: int) -> np.ndarray:
-    """Orthonormal tangent vectors in general position, the same for all lanes, (d vectors, d coordinates, lanes)."""
+def tangent_frame(d: int, count: int) -> np.ndarray:
+    """Orthonormal tangent vectors in general position, the same for all motions, (d vectors, d coordinates, count)."""
     vectors = np.linalg.qr(np.ones((d, d)) + np.diag(np.arange(1.0, d + 1)))[0].T
-    return np.repeat(vectors[:, :, None], lanes, axis=2)
+    return np.repeat(vectors[:, :, None], count, axis=2)

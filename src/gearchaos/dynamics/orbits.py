@@ -171,11 +171,11 @@ def approaching(
         monotonically even where multipliers are complex.
     """
     modulus = np.abs(orbits.multipliers).max(axis=1)
-    rounds = np.ceil(np.log(0.5) / np.log(np.clip(modulus, 1e-3, 1 - 1e-9)))
-    rounds = np.clip(rounds, 1, np.maximum(max_periods // orbits.period, 1)).astype(int)
-    after = flow.advance(w, rounds * orbits.period, points=points).w
+    cycles = np.ceil(np.log(0.5) / np.log(np.clip(modulus, 1e-3, 1 - 1e-9)))  # periods of the orbit followed
+    cycles = np.clip(cycles, 1, np.maximum(max_periods // orbits.period, 1)).astype(int)
+    after = flow.advance(w, cycles * orbits.period, points=points).w
     before, now = _eigenvector_distances(orbits, w, after)
-    return (now <= ON_ORBIT) | (now <= before * (1 + modulus**rounds) / 2)
+    return (now <= ON_ORBIT) | (now <= before * (1 + modulus**cycles) / 2)
 
 
 def _eigenvector_distances(orbits: Orbits, *states: np.ndarray) -> np.ndarray:
@@ -191,7 +191,7 @@ def sections(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndar
     """The stroboscopic points (n, d) of each orbit through w (d, L), with periods (L,); w comes first."""
     after = flow.advance(w, period, points=points, sections=int(period.max(initial=0))).sections
     firsts = len(after) - period
-    return [np.concatenate([w[None, :, lane], after[first:-1, :, lane]]) for lane, first in enumerate(firsts)]
+    return [np.concatenate([w[None, :, motion], after[first:-1, :, motion]]) for motion, first in enumerate(firsts)]
 
 
 def minimal_period(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray) -> np.ndarray:

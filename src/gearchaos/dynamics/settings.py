@@ -11,7 +11,7 @@ from gearchaos.errors import InputError, whole_number
 
 @dataclass(frozen=True)
 class Classification:
-    """Lengths of the runs by which a motion is classified, in mesh periods.
+    """Lengths of the runs by which a motion is classified, in mesh periods; a run follows the motion for that long.
 
     Attributes
     ----------

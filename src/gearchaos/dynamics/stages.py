@@ -1,4 +1,7 @@
-"""The classification of motions in three stages, each for the motions that the previous one left unresolved."""
+"""The classification of motions in three stages, each for the motions that the previous one left unresolved.
+
+Arguments named ``motions`` are the indices of some of the motions of a `ClassificationState`.
+"""
 
 from __future__ import annotations
 
@@ -75,23 +78,23 @@ def _transient_stage(state: ClassificationState) -> None:
 def _exponent_stage(state: ClassificationState) -> None:
     """Classify unresolved motions by their exponents, except chaotic ones whose chaos may be transient."""
     _classify_by_exponents(state, state.unresolved)
-    lanes = state.unresolved
-    state.assign(lanes[~state.chaotic_so_far[lanes]], Label.UNDECIDED, Reason.BUDGET)
-    lanes = state.unresolved
-    followed = state.verdicts.periods_run[lanes] >= state.settings.longest_transient
-    state.assign(lanes[followed], Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
+    motions = state.unresolved
+    state.assign(motions[~state.chaotic_so_far[motions]], Label.UNDECIDED, Reason.BUDGET)
+    motions = state.unresolved
+    followed = state.verdicts.periods_run[motions] >= state.settings.longest_transient
+    state.assign(motions[followed], Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
 
 
 def _chaos_stage(state: ClassificationState) -> None:
     """Follow chaotic motions up to the longest transient, and classify them by the exponents of their last periods."""
-    settings, lanes = state.settings, state.unresolved
+    settings, motions = state.settings, state.unresolved
     end = settings.longest_transient - settings.exponent_run
     periods_run = state.verdicts.periods_run
-    while len(lanes := lanes[~state.resolved[lanes] & (periods_run[lanes] < end)]):
-        before = periods_run[lanes]
-        for periods in np.unique(before):  # so that when a motion is tested does not depend on the batch
+    while len(motions := motions[~state.resolved[motions] & (periods_run[motions] < end)]):
+        before = periods_run[motions]
+        for periods in np.unique(before):  # so that the times of the tests do not depend on the batch
             until = min(end, (periods // _CHAOS_INTERVAL + 1) * _CHAOS_INTERVAL)
-            state.run_transient(lanes[before == periods], max(2 * settings.longest_period + 1, int(until - periods)))
+            state.run_transient(motions[before == periods], max(2 * settings.longest_period + 1, int(until - periods)))
     state.assign(_classify_by_exponents(state, state.unresolved), Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
     state.assign(state.unresolved, Label.UNDECIDED, Reason.BUDGET)
 
@@ -100,7 +103,8 @@ STAGES: dict[str, Callable[[ClassificationState], None]] = {
     "transients": _transient_stage, "exponents": _exponent_stage, "chaos": _chaos_stage,
 }
 """The stages by name, in order. After the last one every motion is classified. Each stage runs longer than the previous
-one and for fewer motions, so a study collects the unresolved motions of all its tiles before the next stage."""
+one and for fewer motions, so a study that runs a stage on parts of its motions collects the unresolved ones of all
+parts before the next stage."""
 
 
 def conclude(state: ClassificationState, *, response: bool = True) -> Verdicts:
@@ -119,87 +123,90 @@ def conclude(state: ClassificationState, *, response: bool = True) -> Verdicts:
     return verdicts
 
 
-def _classify_by_exponents(state: ClassificationState, lanes: np.ndarray) -> np.ndarray:
+def _classify_by_exponents(state: ClassificationState, motions: np.ndarray) -> np.ndarray:
     """Classify motions by exponent runs of doubling length, except chaotic ones, whose numbers are returned."""
-    length, chaotic = state.settings.exponent_run, lanes[:0]
+    length, chaotic = state.settings.exponent_run, motions[:0]
     for _ in range(state.settings.doublings + 1):
         size = max(1, _MAX_SECTION_VALUES // (length * state.flow.dimension))
-        for part in (lanes[i : i + size] for i in range(0, len(lanes), size)):
+        for part in (motions[i : i + size] for i in range(0, len(motions), size)):
             chaotic = np.concatenate([chaotic, part[_exponent_run(state, part, length)]])
-        lanes = lanes[~state.resolved[lanes] & ~np.isin(lanes, chaotic)]
+        motions = motions[~state.resolved[motions] & ~np.isin(motions, chaotic)]
         length *= 2
     return chaotic
 
 
-def _exponent_run(state: ClassificationState, lanes: np.ndarray, length: int) -> np.ndarray:
+def _exponent_run(state: ClassificationState, motions: np.ndarray, length: int) -> np.ndarray:
     """Compute exponents over one run, and classify periodic and quasi-periodic motions.
 
-    Returns which motions are chaotic, (lanes,) of bool. The first twentieth of the run, in which the tangent vectors
+    Returns which motions are chaotic, (motions,) of bool. The first twentieth of the run, in which the tangent vectors
     align, is dropped.
     """
-    tangent = lyapunov.tangent_frame(state.flow.dimension, len(lanes))[: None if state.all_exponents else 1]
+    tangent = lyapunov.tangent_frame(state.flow.dimension, len(motions))[: None if state.all_exponents else 1]
     out = state.flow.advance(
-        state.verdicts.w[:, lanes], length, points=state.points[lanes], tangent=tangent, growth=True, sections=length
+        state.verdicts.w[:, motions], length, points=state.points[motions], tangent=tangent, growth=True,
+        sections=length,
     )
-    state.record_run(lanes, out.w, out.status, length)
+    state.record_run(motions, out.w, out.status, length)
     growth = out.growth[length // 20 :]
-    exponents = lyapunov.from_growth(growth, state.period_length(lanes))
-    state.set_exponents(lanes, exponents.value, exponents.low, exponents.high)
-    state.classify_returning(lanes, out.sections, min(4 * state.settings.longest_period, length // 2))
-    _classify_tori(state, lanes, out.sections[:, 0], growth)
-    positive = (exponents.low[0] > 0) & (exponents.value[0] > _CHAOTIC_EXPONENT) & ~state.resolved[lanes]
-    state.chaotic_so_far[lanes] |= positive
+    exponents = lyapunov.from_growth(growth, state.period_length(motions))
+    state.set_exponents(motions, exponents.value, exponents.low, exponents.high)
+    state.classify_returning(motions, out.sections, min(4 * state.settings.longest_period, length // 2))
+    _classify_tori(state, motions, out.sections[:, 0], growth)
+    positive = (exponents.low[0] > 0) & (exponents.value[0] > _CHAOTIC_EXPONENT) & ~state.resolved[motions]
+    state.chaotic_so_far[motions] |= positive
     return positive
 
 
-def _classify_tori(state: ClassificationState, lanes: np.ndarray, z: np.ndarray, growth: np.ndarray) -> None:
-    """Classify motions as quasi-periodic if their sections z (N, lanes) fill a smooth curve and their λ1 is zero.
+def _classify_tori(state: ClassificationState, motions: np.ndarray, z: np.ndarray, growth: np.ndarray) -> None:
+    """Classify motions as quasi-periodic if their sections z (N, motions) fill a smooth curve and their λ1 is zero.
 
     A slow spiral onto an orbit looks smooth too. Therefore λ1 must be zero in both halves of the run. It is taken from
-    weighted Birkhoff averages of ``growth`` (N, K, lanes): tangent vectors on a torus grow slower than exponentially,
+    weighted Birkhoff averages of ``growth`` (N, K, motions): tangent vectors on a torus grow slower than exponentially,
     and an interval from block means would not contain zero.
     """
-    planar = _is_planar(state, lanes)
+    planar = _is_planar(state, motions)
     if np.all(planar):
         return
-    halves = np.stack(torus.half_averages(growth)) / state.period_length(lanes)
+    halves = np.stack(torus.half_averages(growth)) / state.period_length(motions)
     zero = np.abs(halves[:, 0]).max(axis=0) < _ZERO_EXPONENT
-    smooth = (torus.agreeing_digits(z) >= _TORUS_DIGITS) & zero & ~state.resolved[lanes] & ~planar
-    tori = lanes[smooth]
+    smooth = (torus.agreeing_digits(z) >= _TORUS_DIGITS) & zero & ~state.resolved[motions] & ~planar
+    tori = motions[smooth]
     state.assign(tori, Label.QUASI_PERIODIC, Reason.SMOOTH_CURVE)
     state.verdicts.rotation[tori] = torus.dominant_frequency(z[:, smooth])
     low, high = np.sort(halves[:, :, smooth], axis=0)
     state.set_exponents(tori, (low + high) / 2, low, high)
 
 
-def _is_planar(state: ClassificationState, lanes: np.ndarray) -> np.ndarray:
-    """Whether the relative motion has only two coordinates, (lanes,) of bool: damping then excludes a torus.
+def _is_planar(state: ClassificationState, motions: np.ndarray) -> np.ndarray:
+    """Whether the relative motion has only two coordinates, (motions,) of bool: damping then excludes a torus.
 
     A mean rotation with weak bearing damping is a third coordinate; its exponent is near zero.
     """
-    neutral_rotation = state.flow.system.rotation_decay[state.points[lanes]] < _ZERO_EXPONENT
+    neutral_rotation = state.flow.system.rotation_decay[state.points[motions]] < _ZERO_EXPONENT
     return neutral_rotation & (state.flow.dimension <= 3)
 
 
 def _check_trace(state: ClassificationState) -> None:
     """Record the trace error of motions with one exponent only, from a short run with all d exponents."""
     bounded = ~np.isin(state.verdicts.reason, (Reason.OUT_OF_RANGE, Reason.CHATTER))
-    lanes = np.flatnonzero(bounded & np.isnan(state.verdicts.trace_error))
-    if len(lanes):
-        frame = lyapunov.tangent_frame(state.flow.dimension, len(lanes))
+    motions = np.flatnonzero(bounded & np.isnan(state.verdicts.trace_error))
+    if len(motions):
+        frame = lyapunov.tangent_frame(state.flow.dimension, len(motions))
         out = state.flow.advance(
-            state.verdicts.w[:, lanes], _TRACE_CHECK_PERIODS, points=state.points[lanes], tangent=frame, growth=True
+            state.verdicts.w[:, motions], _TRACE_CHECK_PERIODS, points=state.points[motions], tangent=frame,
+            growth=True,
         )
-        duration = _TRACE_CHECK_PERIODS * state.period_length(lanes)
-        state.set_trace_error(lanes, time_sum(out.growth).sum(axis=0) / duration)
+        duration = _TRACE_CHECK_PERIODS * state.period_length(motions)
+        state.set_trace_error(motions, time_sum(out.growth).sum(axis=0) / duration)
 
 
 def _compute_response(state: ClassificationState) -> None:
     """Compute response measures over one period of an orbit, or over the averaging periods of other bounded motions."""
     verdicts = state.verdicts
-    lanes = np.flatnonzero(verdicts.label != Label.DIVERGED)
-    points, period = state.points[lanes], verdicts.period[lanes]
+    motions = np.flatnonzero(verdicts.label != Label.DIVERGED)
+    points, period = state.points[motions], verdicts.period[motions]
     periods = np.where(period > 0, period, state.settings.averaging_periods)
-    out = state.flow.advance(verdicts.w[:, lanes], periods, points=points, measured=True)
+    out = state.flow.advance(verdicts.w[:, motions], periods, points=points, measured=True)
     force = state.flow.system.static_force[points]
-    verdicts.response.put(lanes, compute_response(out.measures, periods * state.period_length(lanes), periods, force))
+    duration = periods * state.period_length(motions)
+    verdicts.response.put(motions, compute_response(out.measures, duration, periods, force))

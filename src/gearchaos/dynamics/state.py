@@ -34,6 +34,8 @@ _APPROACH_PERIODS = 640
 class ClassificationState:
     """The classification of L motions of a d-dimensional system, in progress.
 
+    The methods take the indices of some of the motions as ``motions``; in shapes the word stands for their number.
+
     Parameters
     ----------
     w : (d, L)
@@ -65,18 +67,18 @@ class ClassificationState:
         self.verdicts = Verdicts.unresolved(w)
         self.chaotic_so_far = np.zeros(w.shape[1], dtype=bool)
 
-    def take(self, lanes: np.ndarray) -> ClassificationState:
+    def take(self, motions: np.ndarray) -> ClassificationState:
         """A copy of the classification state for the motions with these numbers."""
-        verdicts = self.verdicts.take(lanes)
-        part = ClassificationState(self.flow, self.points[lanes], self.settings, verdicts.w, self.all_exponents)
-        part.verdicts, part.chaotic_so_far = verdicts, self.chaotic_so_far[lanes]
+        verdicts = self.verdicts.take(motions)
+        part = ClassificationState(self.flow, self.points[motions], self.settings, verdicts.w, self.all_exponents)
+        part.verdicts, part.chaotic_so_far = verdicts, self.chaotic_so_far[motions]
         return part
 
-    def checkpoint(self, lanes: np.ndarray) -> dict[str, np.ndarray]:
-        """The data from which the next stage resumes these unresolved motions, arrays (..., lanes) by name."""
+    def checkpoint(self, motions: np.ndarray) -> dict[str, np.ndarray]:
+        """The data from which the next stage resumes these unresolved motions, arrays (..., motions) by name."""
         return {
-            "w": self.verdicts.w[:, lanes], "periods_run": self.verdicts.periods_run[lanes],
-            "chaotic_so_far": self.chaotic_so_far[lanes],
+            "w": self.verdicts.w[:, motions], "periods_run": self.verdicts.periods_run[motions],
+            "chaotic_so_far": self.chaotic_so_far[motions],
         }
 
     def resume(self, checkpoint: dict[str, np.ndarray]) -> None:
@@ -95,42 +97,43 @@ class ClassificationState:
         """Numbers of the motions that are not classified yet."""
         return np.flatnonzero(~self.resolved)
 
-    def period_length(self, lanes: np.ndarray) -> np.ndarray:
-        """The mesh period T of these motions, (lanes,), in units of τ."""
-        return self.flow.system.period[self.points[lanes]]
+    def period_length(self, motions: np.ndarray) -> np.ndarray:
+        """The mesh period T of these motions, (motions,), in units of τ."""
+        return self.flow.system.period[self.points[motions]]
 
-    def record_run(self, lanes: np.ndarray, w: np.ndarray, status: np.ndarray, periods: int) -> None:
-        """Record the states w (d, lanes) and statuses (lanes,) of motions after a run of this many mesh periods."""
-        self.verdicts.w[:, lanes] = w
-        self.verdicts.periods_run[lanes] += periods
-        self.assign(lanes[status == DIVERGED], Label.DIVERGED, Reason.OUT_OF_RANGE)
-        self.assign(lanes[(status != OK) & (status != DIVERGED)], Label.UNDECIDED, Reason.CHATTER)
+    def record_run(self, motions: np.ndarray, w: np.ndarray, status: np.ndarray, periods: int) -> None:
+        """Record the states w (d, motions) and statuses (motions,) of motions after a run of this many mesh periods."""
+        self.verdicts.w[:, motions] = w
+        self.verdicts.periods_run[motions] += periods
+        self.assign(motions[status == DIVERGED], Label.DIVERGED, Reason.OUT_OF_RANGE)
+        self.assign(motions[(status != OK) & (status != DIVERGED)], Label.UNDECIDED, Reason.CHATTER)
 
-    def assign(self, lanes: np.ndarray, label: Label, reason: Reason) -> None:
+    def assign(self, motions: np.ndarray, label: Label, reason: Reason) -> None:
         """Give these motions a label and a reason."""
-        self.verdicts.label[lanes], self.verdicts.reason[lanes] = label, reason
+        self.verdicts.label[motions], self.verdicts.reason[motions] = label, reason
 
-    def mark_inconsistent(self, lanes: np.ndarray) -> None:
+    def mark_inconsistent(self, motions: np.ndarray) -> None:
         """Withdraw the verdicts on motions whose exponents do not sum to the trace."""
-        self.assign(lanes, Label.UNDECIDED, Reason.INCONSISTENT)
-        self.verdicts.period[lanes] = 0
-        self.verdicts.residual[lanes], self.verdicts.multipliers[lanes] = np.nan, np.nan
+        self.assign(motions, Label.UNDECIDED, Reason.INCONSISTENT)
+        self.verdicts.period[motions] = 0
+        self.verdicts.residual[motions], self.verdicts.multipliers[motions] = np.nan, np.nan
 
-    def run_transient(self, lanes: np.ndarray, periods: int) -> None:
+    def run_transient(self, motions: np.ndarray, periods: int) -> None:
         """Follow motions for this many mesh periods, and classify those that have reached a stable periodic orbit."""
-        if len(lanes) == 0:
+        if len(motions) == 0:
             return
         longest = self.settings.longest_period
-        out = self.flow.advance(self.verdicts.w[:, lanes], periods, points=self.points[lanes], sections=2 * longest + 1)
-        self.record_run(lanes, out.w, out.status, periods)
-        self.classify_returning(lanes, out.sections, longest)
+        out = self.flow.advance(
+            self.verdicts.w[:, motions], periods, points=self.points[motions], sections=2 * longest + 1)
+        self.record_run(motions, out.w, out.status, periods)
+        self.classify_returning(motions, out.sections, longest)
 
-    def classify_returning(self, lanes: np.ndarray, sections: np.ndarray, longest: int) -> None:
+    def classify_returning(self, motions: np.ndarray, sections: np.ndarray, longest: int) -> None:
         """Classify the motions that are on a periodic orbit.
 
         Parameters
         ----------
-        lanes : (L,)
+        motions : (L,)
             Numbers of the motions tested.
         sections : (S, d, L)
             Their last stroboscopic states.
@@ -138,26 +141,26 @@ class ClassificationState:
             Longest period considered, in mesh periods.
         """
         for period in candidates(sections, longest, _CANDIDATES):
-            tried = np.flatnonzero(~self.resolved[lanes] & (period > 0))
+            tried = np.flatnonzero(~self.resolved[motions] & (period > 0))
             if len(tried) == 0:
                 continue
             last = sections[-1][:, tried]
             guess = orbits.polish(
-                self.flow, last, self.points[lanes[tried]], period[tried], reach=_NEWTON_REACH,
+                self.flow, last, self.points[motions[tried]], period[tried], reach=_NEWTON_REACH,
                 expansion=_NEWTON_EXPANSION,
             )
-            found = self._with_minimal_periods(guess, lanes[tried])
+            found = self._with_minimal_periods(guess, motions[tried])
             distance = np.abs(last - found.w).max(axis=0)
             reached = found.stable & (distance < _MAX_DISTANCE)
-            reached[reached] = self._approaching(last[:, reached], lanes[tried[reached]], found.take(reached))
-            self._assign_orbits(lanes[tried[reached]], found.take(reached), Reason.ORBIT)
+            reached[reached] = self._approaching(last[:, reached], motions[tried[reached]], found.take(reached))
+            self._assign_orbits(motions[tried[reached]], found.take(reached), Reason.ORBIT)
             neutral = found.neutral & ~found.stable & (distance < orbits.ON_ORBIT)
-            self._assign_orbits(lanes[tried[neutral]], found.take(neutral), Reason.NEUTRAL)
+            self._assign_orbits(motions[tried[neutral]], found.take(neutral), Reason.NEUTRAL)
 
-    def _with_minimal_periods(self, found: orbits.Orbits, lanes: np.ndarray) -> orbits.Orbits:
+    def _with_minimal_periods(self, found: orbits.Orbits, motions: np.ndarray) -> orbits.Orbits:
         """The same orbits with their minimal periods, and with monodromy matrices and multipliers over these."""
         converged = np.flatnonzero(found.converged)
-        points, period = self.points[lanes[converged]], found.period[converged]
+        points, period = self.points[motions[converged]], found.period[converged]
         minimal = orbits.minimal_period(self.flow, found.w[:, converged], points, period)
         shorter = minimal < period
         again = converged[shorter]
@@ -165,31 +168,31 @@ class ClassificationState:
             found.put(again, orbits.polish(self.flow, found.w[:, again], points[shorter], minimal[shorter]))
         return found
 
-    def _approaching(self, w: np.ndarray, lanes: np.ndarray, found: orbits.Orbits) -> np.ndarray:
-        """`orbits.approaching` for motions in the states w (d, lanes)."""
-        return orbits.approaching(self.flow, w, self.points[lanes], found, _APPROACH_PERIODS)
+    def _approaching(self, w: np.ndarray, motions: np.ndarray, found: orbits.Orbits) -> np.ndarray:
+        """`orbits.approaching` for motions in the states w (d, motions)."""
+        return orbits.approaching(self.flow, w, self.points[motions], found, _APPROACH_PERIODS)
 
-    def _assign_orbits(self, lanes: np.ndarray, found: orbits.Orbits, reason: Reason) -> None:
+    def _assign_orbits(self, motions: np.ndarray, found: orbits.Orbits, reason: Reason) -> None:
         """Classify motions as periodic on their orbits, and record orbit, multipliers and exponents."""
-        if len(lanes) == 0:
+        if len(motions) == 0:
             return
-        verdicts, points = self.verdicts, self.points[lanes]
-        self.assign(lanes, Label.PERIODIC, reason)
-        verdicts.period[lanes], verdicts.residual[lanes] = found.period, found.residual
-        verdicts.multipliers[lanes] = found.multipliers
-        verdicts.w[:, lanes] = orbits.with_mean_velocity(self.flow, found.w, points, found.period)
+        verdicts, points = self.verdicts, self.points[motions]
+        self.assign(motions, Label.PERIODIC, reason)
+        verdicts.period[motions], verdicts.residual[motions] = found.period, found.residual
+        verdicts.multipliers[motions] = found.multipliers
+        verdicts.w[:, motions] = orbits.with_mean_velocity(self.flow, found.w, points, found.period)
         exact = lyapunov.of_orbits(self.flow, points, found)
-        self.set_exponents(lanes, exact, exact, exact)
+        self.set_exponents(motions, exact, exact, exact)
 
-    def set_exponents(self, lanes: np.ndarray, value: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
-        """Record Lyapunov exponents (k, lanes), k = 1 (the largest) or d (all), and the ends of their intervals."""
+    def set_exponents(self, motions: np.ndarray, value: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
+        """Record Lyapunov exponents (k, motions), k = 1 (the largest) or d (all), and the ends of their intervals."""
         k = len(value)
         verdicts = self.verdicts
-        verdicts.exponent[:k, lanes] = value
-        verdicts.exponent_low[:k, lanes], verdicts.exponent_high[:k, lanes] = low, high
+        verdicts.exponent[:k, motions] = value
+        verdicts.exponent_low[:k, motions], verdicts.exponent_high[:k, motions] = low, high
         if k == self.flow.dimension:
-            self.set_trace_error(lanes, value.sum(axis=0))
+            self.set_trace_error(motions, value.sum(axis=0))
 
-    def set_trace_error(self, lanes: np.ndarray, exponent_sum: np.ndarray) -> None:
-        """Record the absolute difference of the sum (lanes,) of all exponents from the trace of the linear part."""
-        self.verdicts.trace_error[lanes] = np.abs(exponent_sum - self.flow.system.trace[self.points[lanes]])
+    def set_trace_error(self, motions: np.ndarray, exponent_sum: np.ndarray) -> None:
+        """Record the absolute difference of the sum (motions,) of all exponents from the trace of the linear part."""
+        self.verdicts.trace_error[motions] = np.abs(exponent_sum - self.flow.system.trace[self.points[motions]])

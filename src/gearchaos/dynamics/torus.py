@@ -37,8 +37,8 @@ def agreeing_digits(series: np.ndarray) -> np.ndarray:
     series and for its square: the mean of a symmetric motion is zero whether the motion is smooth or not.
     Quasi-periodic motions reach many digits, chaotic ones one or two.
     """
-    lanes = time_last(series)
-    centred = (series - lanes.mean(axis=-1)) / np.maximum(lanes.std(axis=-1), 1e-300)
+    by_motion = time_last(series)
+    centred = (series - by_motion.mean(axis=-1)) / np.maximum(by_motion.std(axis=-1), 1e-300)
     differences = [np.abs(np.subtract(*half_averages(f))) for f in (centred, centred**2)]
     return -np.log10(np.maximum(np.maximum(*differences), 1e-16))
 

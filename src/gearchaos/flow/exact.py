@@ -64,9 +64,9 @@ class FlowResult:
     status: np.ndarray
 
 
-def empty_measures(lanes: int) -> np.ndarray:
-    """Initial values (len(Measure), ``lanes``) of the measures: zero integrals and infinite extremes."""
-    out = np.zeros((len(Measure), lanes))
+def empty_measures(count: int) -> np.ndarray:
+    """Initial values (len(Measure), ``count``) of the measures: zero integrals and infinite extremes."""
+    out = np.zeros((len(Measure), count))
     out[[Measure.Z_MAX, Measure.Z_DOT_MAX, Measure.FORCE_MAX]] = -np.inf
     out[[Measure.Z_MIN, Measure.Z_DOT_MIN, Measure.FORCE_MIN]] = np.inf
     return out
@@ -143,10 +143,10 @@ class ExactFlow(Generic[System]):
         StoppedError
             If the computation is cancelled, see `cancel_event`.
         """
-        lanes = w.shape[1]
-        points = np.arange(lanes) if points is None else np.asarray(points)
-        ends = np.broadcast_to(np.asarray(periods, dtype=np.int64), lanes).copy()  # kernels take writable arrays only
-        tangent = np.zeros((0, self.dimension, lanes)) if tangent is None else tangent
+        count = w.shape[1]
+        points = np.arange(count) if points is None else np.asarray(points)
+        ends = np.broadcast_to(np.asarray(periods, dtype=np.int64), count).copy()  # kernels take writable arrays only
+        tangent = np.zeros((0, self.dimension, count)) if tangent is None else tangent
         out = self._empty(w, ends, tangent, growth, sections, measured, sample)
         self._run(Call(
             self._packs(points, ends), ends, points.astype(np.int64), out.w, out.tangent,
@@ -159,16 +159,16 @@ class ExactFlow(Generic[System]):
         sample: bool,
     ) -> FlowResult:
         """Result arrays before the first step, with initial states, tangent vectors and measures."""
-        (d, lanes), k, longest = w.shape, len(tangent), int(periods.max(initial=0))
-        recorded = np.empty((min(sections, longest), d, lanes))
+        (d, count), k, longest = w.shape, len(tangent), int(periods.max(initial=0))
+        recorded = np.empty((min(sections, longest), d, count))
         recorded[:, :, periods < len(recorded)] = np.nan
         return FlowResult(
             w=np.array(w, order="C", dtype=float), tangent=np.array(tangent, order="C", dtype=float),
-            growth=np.zeros((longest if growth else 0, k, lanes)),
+            growth=np.zeros((longest if growth else 0, k, count)),
             sections=recorded,
-            measures=empty_measures(lanes) if measured else np.empty((0, lanes)),
-            samples=np.zeros((longest if sample else 0, self._samples, d + 1, lanes)),
-            status=np.zeros(lanes, dtype=np.int64),
+            measures=empty_measures(count) if measured else np.empty((0, count)),
+            samples=np.zeros((longest if sample else 0, self._samples, d + 1, count)),
+            status=np.zeros(count, dtype=np.int64),
         )
 
     def _packs(self, points: np.ndarray, periods: np.ndarray) -> np.ndarray:
@@ -179,9 +179,9 @@ class ExactFlow(Generic[System]):
         order = np.lexsort((-periods, self._grid[points]))
         order = order[periods[order] > 0]
         grid = self._grid[points[order]]
-        lanes = np.bincount(grid, minlength=1)
-        packs = -(-lanes // WIDTH)
-        unused = WIDTH * (np.cumsum(packs) - packs) - (np.cumsum(lanes) - lanes)  # positions in packs of other grids
+        members = np.bincount(grid, minlength=1)  # trajectories of each grid
+        packs = -(-members // WIDTH)
+        unused = WIDTH * (np.cumsum(packs) - packs) - (np.cumsum(members) - members)  # positions in other packs
         out = np.full((int(packs.sum()), WIDTH), -1)
         out.flat[np.arange(len(order)) + unused[grid]] = order
         steps = periods[out[:, 0]] * self.step_count[points[out[:, 0]]]

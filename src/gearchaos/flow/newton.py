@@ -15,6 +15,6 @@ __all__ = ["RESIDUAL", "NewtonSearch", "newton_iteration", "start_newton_search"
 
 def start_newton_search(w: np.ndarray) -> NewtonSearch:
     """A search that starts at guesses w (d, L), to be continued with `newton_iteration`."""
-    d, lanes = w.shape
-    return NewtonSearch(w.copy(), w.copy(), w.copy(), np.full(lanes, np.inf), np.zeros((lanes, d, d)),
-                        np.zeros(lanes, np.int64), np.zeros((2, d, d + 1)))
+    d, count = w.shape
+    return NewtonSearch(w.copy(), w.copy(), w.copy(), np.full(count, np.inf), np.zeros((count, d, d)),
+                        np.zeros(count, np.int64), np.zeros((2, d, d + 1)))

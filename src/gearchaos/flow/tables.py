@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gearchaos.flow.kernels.arrays import Steps, new_workspace
-from gearchaos.flow.kernels.offsets import Columns, Harmonics, harmonics
+from gearchaos.flow.kernels.offsets import Harmonics, ParameterColumns, harmonics
 from gearchaos.flow.kernels.tabulate import tabulate_steps
 from gearchaos.flow.rates import bounds
 from gearchaos.flow.system import SwitchedSystem
@@ -21,9 +21,9 @@ def harmonics_of(system: SwitchedSystem) -> Harmonics:
 
 
 def parameter_array(system: SwitchedSystem) -> np.ndarray:
-    """The arrays of a system and its bounds side by side, (P, total), in the order of `offsets.Columns`."""
+    """The arrays of a system and its bounds side by side, (P, total), in the order of `offsets.ParameterColumns`."""
     computed = dict(zip(("bound0", "bound"), bounds(system), strict=True))
-    *names, _ = Columns._fields  # the last one is the total
+    *names, _ = ParameterColumns._fields  # the last one is the total
     columns = [computed[name] if name in computed else getattr(system, name) for name in names]
     return np.ascontiguousarray(np.concatenate([c.reshape(system.points, -1) for c in columns], axis=1))
 
@@ -66,10 +66,10 @@ def tabulate(system: SwitchedSystem, parameters: np.ndarray, steps: Steps, count
         jωτ (d each), then those to all sin jωτ (d each), j = 1, ..., `tabulated_harmonics`.
     """
     d, tabulated = system.dimension, tabulated_harmonics(system)
-    described = np.searchsorted(steps.entry[:count], np.arange(steps.entry[count - 1] + 1))
-    table = np.zeros((system.points, len(described), 3, d * d + d + 2 * tabulated * d))
-    each = count if len(steps.entry) > count else 0
-    first, offsets = each * np.arange(system.points), harmonics_of(system)
+    first_of_entry = np.searchsorted(steps.entry[:count], np.arange(steps.entry[count - 1] + 1))
+    table = np.zeros((system.points, len(first_of_entry), 3, d * d + d + 2 * tabulated * d))
+    per_point = count if len(steps.entry) > count else 0  # 0 if all points use the same steps
+    first, offsets = per_point * np.arange(system.points), harmonics_of(system)
     work = new_workspace(offsets)
-    tabulate_steps((0,) * d, parameters, offsets, steps.values, first, described, tabulated, work, table)
+    tabulate_steps((0,) * d, parameters, offsets, steps.values, first, first_of_entry, tabulated, work, table)
     return table

@@ -153,7 +153,7 @@ class GearPair:
 
     @property
     def omega0(self) -> float:
-        """Natural frequency of the closed mesh at the reference stiffness c0, (2.8), rad/s."""
+        """Natural frequency of the pair with the teeth in contact, at the reference stiffness c0, (2.8), rad/s."""
         return math.sqrt(self.c0 / self.mass)
 
     @property

@@ -60,7 +60,7 @@ class MeshModel:
     mu1, mu2, kappa1, kappa2, zeta_support1, zeta_support2 : float
         Masses m_n/m, support stiffnesses c_n/c0 and support damping ratios k_n/(2 m_n ω0), used only by ``full``.
     error : TransmissionError
-        Static transmission error ε(τ).
+        Static transmission error ε(τ); "error" in names of this package, except those of exceptions.
     stiffness : TwoLevelStiffness, HarmonicStiffness or SteppedStiffness
         Mesh stiffness χ(τ).
     initial : mapping of str to float

@@ -91,15 +91,19 @@ class ComputationCache:
         """The verdict at one operating point, given by the names that `MeshModel.of` takes."""
         return self.cached(f"the verdict at {_described(values)}", lambda: regime(MeshModel.of(**values)))
 
-    def points(self, count: int, **values: Any) -> xr.Dataset:
-        """A stroboscopic portrait of ``count`` points at one operating point."""
+    def portrait(self, count: int, **values: Any) -> xr.Dataset:
+        """The stroboscopic portrait (``count`` stroboscopic points) at one operating point."""
         return self.cached(
             f"{count} stroboscopic points at {_described(values)}",
             lambda: simulate(MeshModel.of(**values), count, transient=TRANSIENT),
         )
 
     def scan(self, axis: Axis, *, long_transients: bool = False, **values: Any) -> xr.Dataset:
-        """Verdicts on a fine scan along one axis; with ``long_transients``, chaotic ones may last longer than usual."""
+        """Verdicts at the values of one axis, without stroboscopic points.
+
+        With ``long_transients`` motions are followed for as long as by `gearchaos.regime` before they are called
+        chaotic. ``values`` are those of the model by name, as in `regime`.
+        """
         return self.cached(
             f"{_range(axis)} at {_described(values)}{', waited for longer' if long_transients else ''}",
             lambda: bifurcation(

@@ -36,14 +36,14 @@ def shares(ds: xr.Dataset) -> str:
 
 
 def _zones(cache: ComputationCache, study: FigureStudy, ds: xr.Dataset) -> str:
-    level = ds["v_rms"].values
-    y, x = (int(i) for i in np.unravel_index(np.nanargmax(level), level.shape))
+    v_rms = ds["v_rms"].values
+    y, x = (int(i) for i in np.unravel_index(np.nanargmax(v_rms), v_rms.shape))
     (x_name, y_name) = study.axes
     where = f"{symbol(x_name)} = {float(ds[x_name][x]):.3g}, {symbol(y_name)} = {float(ds[y_name][y]):.3g}"
     separated = float((ds["contact"].values > 0).mean())
     return (
         f"Shares of the {ds.sizes[x_name]} × {ds.sizes[y_name]} cells: {shares(ds)}. V_RMS runs from "
-        f"{np.nanmin(level):.3g} to {np.nanmax(level):.3g} (at {where}), its median is {np.nanmedian(level):.3g}. "
+        f"{np.nanmin(v_rms):.3g} to {np.nanmax(v_rms):.3g} (at {where}), its median is {np.nanmedian(v_rms):.3g}. "
         f"Teeth lose contact in {percent(separated)} of the cells.{_locked(ds)}"
     )
 

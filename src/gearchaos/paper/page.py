@@ -42,7 +42,7 @@ class FinishedFigure:
 
 
 @dataclass(frozen=True)
-class Page:
+class ReportContents:
     """The results of a run: figures, claims, and the seconds that the checks of claims and the whole run took."""
 
     figures: Sequence[FinishedFigure]
@@ -52,14 +52,14 @@ class Page:
     seconds: float
 
 
-def render(page: Page) -> str:
+def render(contents: ReportContents) -> str:
     """The report as one self-contained HTML document."""
     return _environment().get_template("report.html.j2").render(
-        css=Markup(_template("report.css")), figures=[_figure(f, page.claims) for f in page.figures],
-        claims=[_claim(c) for c in page.claims], tally=_tally(page.claims), outcome=_outcome(page.claims),
-        equations=equations(), defaults=_defaults(), corrections=_corrections(), times=list(_times(page)),
-        provenance=_provenance(page),
-        run=_run(page),
+        css=Markup(_template("report.css")), figures=[_figure(f, contents.claims) for f in contents.figures],
+        claims=[_claim(c) for c in contents.claims], tally=_tally(contents.claims), outcome=_outcome(contents.claims),
+        equations=equations(), defaults=_defaults(), corrections=_corrections(), times=list(_times(contents)),
+        provenance=_provenance(contents),
+        run=_run(contents),
     )
 
 
@@ -90,10 +90,10 @@ def _maths(text: str) -> Markup:
     return Markup(_INDEXED.sub(lower, str(escape(text))))
 
 
-def _run(page: Page) -> dict[str, Any]:
+def _run(contents: ReportContents) -> dict[str, Any]:
     return {
-        "gearchaos": metadata.version("gearchaos"), "date": date.today().isoformat(), "quality": page.quality.name,
-        "cores": os.cpu_count(), "total": _duration(page.seconds),
+        "gearchaos": metadata.version("gearchaos"), "date": date.today().isoformat(), "quality": contents.quality.name,
+        "cores": os.cpu_count(), "total": _duration(contents.seconds),
     }
 
 
@@ -102,8 +102,8 @@ def _duration(seconds: float) -> str:
     return f"{minutes} min {rest} s" if minutes else f"{seconds:.1f} s"
 
 
-def _provenance(page: Page) -> list[tuple[str, str]]:
-    q = page.quality
+def _provenance(contents: ReportContents) -> list[tuple[str, str]]:
+    q = contents.quality
     return [
         ("quality", q.name), ("zones", f"{q.zones[0]} × {q.zones[1]} cells"),
         ("basins", f"{q.basins[0]} × {q.basins[1]} initial states"),
@@ -113,11 +113,11 @@ def _provenance(page: Page) -> list[tuple[str, str]]:
     ]
 
 
-def _times(page: Page) -> Iterator[tuple[str, str, str]]:
-    for f in page.figures:
+def _times(contents: ReportContents) -> Iterator[tuple[str, str, str]]:
+    for f in contents.figures:
         yield f"Figure {f.setting.number}", f"{f.compute_seconds:.1f} s", f"{f.draw_seconds:.1f} s"
-    if page.claims:
-        yield "Statements", f"{page.claim_seconds:.1f} s", ""
+    if contents.claims:
+        yield "Statements", f"{contents.claim_seconds:.1f} s", ""
 
 
 def _figure(drawn: FinishedFigure, claims: Sequence[Claim]) -> dict[str, Any]:

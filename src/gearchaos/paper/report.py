@@ -25,7 +25,7 @@ from gearchaos.paper.figures import draw
 from gearchaos.paper.findings import findings
 from gearchaos.paper.log import Log
 from gearchaos.paper.output import save_data, writable_folder
-from gearchaos.paper.page import FinishedFigure, Page, render
+from gearchaos.paper.page import FinishedFigure, ReportContents, render
 
 
 def build(
@@ -61,8 +61,9 @@ def build(
     claims = [claim for one in done for claim in one.checked.result().claims]
     claim_seconds = sum(one.checked.result().seconds for one in done)
     write_bytes(folder / "claims.json", _json([c.to_dict() for c in claims]))
-    page = Page([one.finished() for one in done], claims, resolution, claim_seconds, time.perf_counter() - start)
-    write_bytes(folder / "index.html", render(page).encode())
+    finished = [one.finished() for one in done]
+    contents = ReportContents(finished, claims, resolution, claim_seconds, time.perf_counter() - start)
+    write_bytes(folder / "index.html", render(contents).encode())
     return log.end(folder, claims, claims_.failed(claims))
 
 

@@ -86,7 +86,25 @@ class FigureSettings:
 
 @dataclass(frozen=True)
 class Quality:
-    """Resolution of the figures; `settings.toml` describes the fields."""
+    """Resolution of the figures.
+
+    Attributes
+    ----------
+    name : str
+        "paper" or "draft".
+    zones, basins : (int, int)
+        Cells along x and along y.
+    longest_transient : int
+        Mesh periods after which a motion that is still chaotic is called chaotic, in maps of zones.
+    bifurcation : (int, int)
+        Columns of a diagram, and stroboscopic points in each.
+    portrait : int
+        Stroboscopic points.
+    trajectory : int
+        Mesh periods of a trajectory, a multiple of the periods of the motions shown, so that spectra have no leakage.
+    dpi : int
+        Dots per inch.
+    """
 
     name: str
     zones: tuple[int, int]

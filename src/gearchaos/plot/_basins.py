@@ -111,7 +111,7 @@ def _mark_orbits(ds: xr.Dataset, ax: Axes, horizontal: str, vertical: str, colou
 
 
 def mark_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str) -> None:
-    """Mark the points of one orbit in its colour, with a rim that shows on any background."""
+    """Mark the points ``x``, ``y`` (points,) of one orbit in its colour, with a visible outline."""
     ax.plot(x, y, "o", markersize=4.6, markerfacecolor="white", markeredgewidth=0)
     ax.plot(x, y, "o", markersize=3.4, markerfacecolor=colour, markeredgecolor="black", markeredgewidth=0.7)
 

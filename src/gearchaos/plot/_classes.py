@@ -40,8 +40,8 @@ CONTACT_CLASSES: tuple[MotionClass, ...] = (
 )
 """Contact states; the index is the code of ``contact``."""
 
-NOT_COMPUTED = -1
-"""Index of the class of cells that are not computed."""
+NO_CLASS = -1
+"""Class index of cells that are not computed, and so have no class."""
 
 NOT_COMPUTED_STYLE: dict[str, Any] = {"facecolor": "white", "edgecolor": "0.6", "hatch": "////"}
 """Appearance of cells that are not computed: properties of a matplotlib patch."""
@@ -61,7 +61,7 @@ _BY_MEANING = {c.name: i for i, c in enumerate(MOTION_CLASSES) if i > _LAST_NAME
 
 
 def motion_class(label: xr.DataArray, period: xr.DataArray) -> np.ndarray:
-    """Index into `MOTION_CLASSES` of every cell; `NOT_COMPUTED` in cells that are not computed yet.
+    """Index into `MOTION_CLASSES` of every cell; `NO_CLASS` in cells that are not computed yet.
 
     Parameters
     ----------
@@ -79,14 +79,14 @@ def motion_class(label: xr.DataArray, period: xr.DataArray) -> np.ndarray:
     for value, meaning in flags(label).items():
         if meaning in _BY_MEANING:
             out[codes == value] = _BY_MEANING[meaning]
-    out[codes == 0] = NOT_COMPUTED
+    out[codes == 0] = NO_CLASS
     return out
 
 
 def named_classes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionClass, ...]] | None:
     """The index of every cell into the classes of a variable, and those classes; None for a continuous variable.
 
-    The index is `NOT_COMPUTED` in cells that are not computed yet.
+    The index is `NO_CLASS` in cells that are not computed yet.
     """
     if ds[name].dtype.kind not in "iu":
         return None
@@ -96,7 +96,7 @@ def named_classes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionCl
     if len(classes) > _MAX_LEGEND_CLASSES:
         return None
     missing = ds["label"].values == 0 if "label" in ds else np.zeros(index.shape, bool)
-    return np.where(missing, NOT_COMPUTED, index), classes
+    return np.where(missing, NO_CLASS, index), classes
 
 
 def _contact(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionClass, ...]]:
@@ -105,7 +105,7 @@ def _contact(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionClass, 
     if name == "contact" and "label" in ds:
         diverged = motion_class(ds["label"], ds["period"]) == _BY_MEANING["diverged"]
         index = np.where(diverged, len(CONTACT_CLASSES), index)
-    return np.maximum(index, NOT_COMPUTED), (*CONTACT_CLASSES, MOTION_CLASSES[_BY_MEANING["diverged"]])
+    return np.maximum(index, NO_CLASS), (*CONTACT_CLASSES, MOTION_CLASSES[_BY_MEANING["diverged"]])
 
 
 def _coded(array: xr.DataArray) -> tuple[np.ndarray, tuple[MotionClass, ...]]:
@@ -123,4 +123,4 @@ def _coded(array: xr.DataArray) -> tuple[np.ndarray, tuple[MotionClass, ...]]:
         shades = matplotlib.colormaps["viridis"](np.linspace(0, 1, len(codes)))
         classes = tuple(MotionClass(str(n), to_hex(c)) for n, c in zip(codes, shades, strict=True))
     known = np.isin(values, codes)
-    return np.where(known, np.searchsorted(codes, values), NOT_COMPUTED), classes
+    return np.where(known, np.searchsorted(codes, values), NO_CLASS), classes

@@ -1,4 +1,4 @@
-"""The dossier of one motion: time history, phase trajectory, stroboscopic portrait and spectrum on one page."""
+"""The dossier of one motion: a figure with its time history, phase trajectory, stroboscopic portrait and spectrum."""
 
 from __future__ import annotations
 

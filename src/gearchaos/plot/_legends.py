@@ -31,7 +31,7 @@ def patches(entries: list[tuple[str, str]], not_computed: bool) -> list[Patch]:
     return [*squares, Patch(**NOT_COMPUTED_STYLE, linewidth=0.5, label="not computed")] if not_computed else squares
 
 
-def legend(host: Axes | Figure, handles: Sequence[Artist], of: Axes | None = None, **options: Any) -> Legend:
+def legend(host: Axes | Figure, handles: Sequence[Artist], fit_to: Axes | None = None, **options: Any) -> Legend:
     """A legend above ``host``, in as many columns as fit.
 
     Parameters
@@ -40,7 +40,7 @@ def legend(host: Axes | Figure, handles: Sequence[Artist], of: Axes | None = Non
         Where the legend is drawn.
     handles : sequence of Artist
         The entries.
-    of : Axes, optional
+    fit_to : Axes, optional
         The Axes whose width limits that of the legend, if ``host`` is a strip above it.
     options
         Passed to ``host.legend``. With ``ncols``, or on a Figure, the number of columns is not fitted to the width.
@@ -48,12 +48,12 @@ def legend(host: Axes | Figure, handles: Sequence[Artist], of: Axes | None = Non
     options = {**_STYLE, "handles": handles, **options}
     if isinstance(host, Figure) or "ncols" in options:
         return host.legend(**{"ncols": min(len(handles), _COLUMNS), **options})
-    width = _available_width(of or host)
+    width = _available_width(fit_to or host)
     for size, columns in _layouts(len(handles)):
         made = host.legend(**options, ncols=columns, fontsize=size)
         if made.get_window_extent().width <= width:
             break
-    _make_space_above(of or host, made)
+    _make_space_above(fit_to or host, made)
     return made
 
 

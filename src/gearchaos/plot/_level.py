@@ -1,4 +1,7 @@
-"""The level map: a response measure (V_RMS, dynamic factor, contact, ...) over a plane of two parameters."""
+"""A map of a response measure (V_RMS, dynamic factor, contact, ...) over a plane of two parameters.
+
+The function is called `level` after the level of vibration, as the paper calls V_RMS.
+"""
 
 from __future__ import annotations
 

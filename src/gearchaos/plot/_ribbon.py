@@ -36,5 +36,5 @@ def ribbon(ds: xr.Dataset, ax: Axes, *, legend: bool = True) -> Axes:
     draw_classes(classes[None, :], strip, cell_extent(ds[axis].values, np.zeros(1)))
     strip.tick_params(left=False, bottom=False, labelleft=False, labelbottom=False)
     if legend:
-        class_legend(strip, classes, of=ax, bbox_to_anchor=(0, 1.1, 1, 0))
+        class_legend(strip, classes, fit_to=ax, bbox_to_anchor=(0, 1.1, 1, 0))
     return strip

@@ -14,7 +14,7 @@ from matplotlib.legend import Legend
 
 from gearchaos.plot._axes import cell_extent, label_and_limit, new_axes, plane
 from gearchaos.plot._checks import check
-from gearchaos.plot._classes import MOTION_CLASSES, NOT_COMPUTED, NOT_COMPUTED_STYLE, MotionClass, motion_class
+from gearchaos.plot._classes import MOTION_CLASSES, NO_CLASS, NOT_COMPUTED_STYLE, MotionClass, motion_class
 from gearchaos.plot._legends import legend as draw_legend
 from gearchaos.plot._legends import patches
 
@@ -52,17 +52,17 @@ def draw_classes(
 ) -> None:
     """Colour cells by their class, ``index`` (rows, columns) into ``classes``; hatched if not computed."""
     ax.imshow(
-        np.ma.masked_equal(index, NOT_COMPUTED), origin="lower", aspect="auto", interpolation="nearest",
+        np.ma.masked_equal(index, NO_CLASS), origin="lower", aspect="auto", interpolation="nearest",
         cmap=ListedColormap([c.colour for c in classes]), vmin=-0.5, vmax=len(classes) - 0.5,
         extent=extent, interpolation_stage="rgba",
     )
-    if np.any(index == NOT_COMPUTED):
+    if np.any(index == NO_CLASS):
         ax.patch.set(**NOT_COMPUTED_STYLE)
 
 
 def class_legend(
     host: Axes | Figure, index: np.ndarray, classes: Sequence[MotionClass] = MOTION_CLASSES, *,
-    of: Axes | None = None, **options: Any,
+    fit_to: Axes | None = None, **options: Any,
 ) -> Legend:
     """A legend of the classes that occur in ``index``.
 
@@ -74,10 +74,10 @@ def class_legend(
         Class of each cell, an index into ``classes``.
     classes : sequence of MotionClass
         All classes.
-    of : Axes, optional
+    fit_to : Axes, optional
         The Axes whose width limits that of the legend, if ``host`` is a strip above it.
     options
         Passed to ``host.legend``.
     """
-    present = [(classes[i].colour, classes[i].name) for i in np.unique(index) if i != NOT_COMPUTED]
-    return draw_legend(host, patches(present, bool(np.any(index == NOT_COMPUTED))), of, **options)
+    present = [(classes[i].colour, classes[i].name) for i in np.unique(index) if i != NO_CLASS]
+    return draw_legend(host, patches(present, bool(np.any(index == NO_CLASS))), fit_to, **options)

@@ -1,7 +1,7 @@
 """The public names: symbol, description, units, rule and range of every parameter, coordinate and result.
 
 Each is described once, by a `Quantity` in one of the tables in `gearchaos.quantities.tables`. Files, pictures, printed
-pages, error messages and the explorer take their texts, units and ranges from there. To add a quantity, add its row;
+tables, error messages and the explorer take their texts, units and ranges from there. To add a quantity, add its row;
 the value itself is computed elsewhere.
 
 >>> quantity("section_x1_dot").symbol

@@ -82,7 +82,8 @@ class Quantity:
     axis_name : str
         Short name on the axis of a picture, before the symbol; if empty, ``long_name`` is used.
     title : str
-        Name of its field in the explorer, or of its row on the printed page of a verdict; empty if it has neither.
+        Name of its field in the explorer, or of its row in the table that ``gearchaos regime`` prints; empty if it has
+        neither.
     unit : str
         Dimensionless unit, ``units`` in files: a product of delta (half the backlash), omega0, c0 and T (mesh period).
     physical : Physical or None

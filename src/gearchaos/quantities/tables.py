@@ -171,8 +171,9 @@ HARMONICS: dict[str, Quantity] = {q.name: q for q in (
         toml_table="[model.stiffness]",
     ),
 )}
-"""Amplitudes and phases of the Fourier series (2.15) and (2.7), by family. A name is a family and a harmonic order:
-``eps3``."""
+"""Amplitudes and phases of the Fourier series of the transmission error, (2.15), and of the stiffness, (2.7), by
+family. A name is a family and a harmonic order: ``eps3``. In names and titles of parameters "error" is the transmission
+error."""
 
 COORDINATES: tuple[Quantity, ...] = (
     _length("z", "dynamic transmission error", symbol="z", tex="z", axis_name="displacement", **_STATE),
@@ -204,7 +205,7 @@ RESPONSES: tuple[Quantity, ...] = (
     Quantity("switches", long_name="contact switches per mesh period", unit="1/T"),
     Quantity("switches_per_period", long_name="contact switches per mesh period", unit="1/T"),
 )
-"""Response measures of a motion. The printed page of a verdict shows those with a title, in this order."""
+"""Response measures of a motion. The table that ``gearchaos regime`` prints has those with a title, in this order."""
 
 VERDICTS: tuple[Quantity, ...] = (
     Quantity("label", long_name="kind of motion"),
@@ -228,8 +229,12 @@ VERDICTS: tuple[Quantity, ...] = (
     Quantity("periods_spent", long_name="transient and exponent run", title="mesh periods computed", unit="T"),
     Quantity("spectral_label", long_name="kind of motion by the spectrum alone", title="kind by the spectrum alone"),
 )
-"""The kind of motion and its evidence. The printed page of a verdict shows the rows with a title, after the response
-measures."""
+"""The kind of motion and its evidence. The table that ``gearchaos regime`` prints has the rows with a title, after the
+response measures.
+
+The ``residual`` is the largest change of a coordinate over one period of the orbit, at the point to which Newton's
+method has converged ("polished" the orbit).
+"""
 
 RESULTS: tuple[Quantity, ...] = (
     Quantity("tau", "τ", r"\tau", long_name="time", unit="1/omega0", physical=_TIME),
@@ -258,4 +263,10 @@ RESULTS: tuple[Quantity, ...] = (
     Quantity("boundary_basin_entropy", long_name="boundary basin entropy", unit="nat"),
     Quantity("uncertainty_exponent", long_name="uncertainty exponent of the boundary"),
 )
-"""Other variables of results: time, mesh force, and variables of attractors, basins and maps."""
+"""Other variables of results: time, mesh force, and variables of attractors, basins and maps.
+
+The starts are the initial states of a study. ``up`` and ``down`` are the attractors reached by slow sweeps of a
+parameter. ``contact_worst`` is the contact state with the most contact loss: two-sided before one-sided before
+permanent. A kick is the smallest perturbation found after which a motion leaves its attractor: ``kick`` is its norm,
+``kick_change`` the change of each ``coordinate`` of the state, and ``kick_point`` the state to which it is added.
+"""

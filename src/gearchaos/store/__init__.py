@@ -1,1 +1,1 @@
-"""Durable runs: a study is computed tile by tile into a store on disk, resumed if it stops, shared among machines."""
+"""Runs of studies: a study is computed tile by tile into a store on disk, resumed if it stops, shared by machines."""

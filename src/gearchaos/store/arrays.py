@@ -22,7 +22,8 @@ FORMAT = 1
 """Version of the layout of a store; a store of another version cannot be opened."""
 
 ITEMS = "pieces"
-"""Folder of the results of work items, for a study whose Dataset is computed from them at the end."""
+"""Folder of the results of work items, which format 1 calls pieces, for a study whose Dataset is computed from them at
+the end."""
 
 
 @dataclass(frozen=True)
@@ -54,15 +55,15 @@ def create_arrays(path: Path, study: Study, arrays: dict[str, ArraySpec], grid: 
 def restore_metadata(path: Path, fresh: Path) -> None:
     """Replace metadata and coordinates of a store by those of a newly created empty store; results are kept."""
     for one in fresh.rglob("*"):
-        _check_kind(path / one.relative_to(fresh), one.is_dir())
+        _check_node(path / one.relative_to(fresh), one.is_dir())
     shutil.copytree(fresh, path, dirs_exist_ok=True)
 
 
-def _check_kind(path: Path, folder: bool) -> None:
+def _check_node(path: Path, folder: bool) -> None:
     """Raise `InputError` if ``path`` is a file but a store has a folder there, or the other way round."""
     if path.exists() and not (path.is_dir() if folder else path.is_file()):
-        kind = "folder" if folder else "file"
-        raise InputError("store", f"must have a {kind} at this path", str(path), "Remove it and run again.")
+        expected = "folder" if folder else "file"
+        raise InputError("store", f"must have a {expected} at this path", str(path), "Remove it and run again.")
 
 
 def add_results(dataset: xr.Dataset, path: Path) -> None:

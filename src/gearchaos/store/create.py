@@ -88,7 +88,7 @@ def repair(store: Store) -> None:
 
 
 def _is_array(folder: Path) -> bool:
-    """Whether a folder is a Zarr array, perhaps with damaged metadata; other folders in a store are not its own."""
+    """Whether a folder is a Zarr array, perhaps with damaged metadata; any other folder was put there by the user."""
     metadata = folder / "zarr.json"
     found = read_as(NodeSchema, metadata)
     return metadata.is_file() and (found is None or found.node_type == "array")

@@ -38,21 +38,21 @@ def to_record(study: Study) -> dict[str, Any]:
 
 def from_record(record: Mapping[str, Any]) -> Study:
     """The inverse of `to_record`; raises `InputError` if the record describes no study."""
-    kind = study_class(record["kind"])
-    types, axes = kind.option_types(), record["axes"]
-    if len(axes) != len(kind.axis_fields):
-        raise InputError("axes", f"must be {len(kind.axis_fields)} for kind {kind.kind!r}", [a["name"] for a in axes])
+    study_type = study_class(record["kind"])
+    names, types, axes = study_type.axis_fields, study_type.option_types(), record["axes"]
+    if len(axes) != len(names):
+        raise InputError("axes", f"must be {len(names)} for kind {study_type.kind!r}", [a["name"] for a in axes])
     for name in record["options"]:
         if name not in types:
             raise unknown_name("study option", name, types)
     values = {n: Axis(**v) if types[n] is Axis and v else v for n, v in record["options"].items()}
-    values |= {name: Axis(**axis) for name, axis in zip(kind.axis_fields, axes, strict=True)}
+    values |= {name: Axis(**axis) for name, axis in zip(names, axes, strict=True)}
     if record["budget"] is not None:
         values["settings"] = _settings(record["budget"])
     model = model_from_json(json.dumps(record["model"]))
     if record.get("gears"):
         model = with_gears(model, gears_from_json(json.dumps(record["gears"])))
-    return kind.of(model, values)
+    return study_type.of(model, values)
 
 
 def _settings_record(settings: Classification) -> dict[str, Any]:

@@ -168,7 +168,7 @@ def run_into_store(
     with write_lock(store.path / "run" / "writers", shard):
         _repair(store, own_tiles, say)
         _compute(store, own_tiles, pool or pools.thread_pool(), progress)
-        if store.complete:
+        if store.all_tiles_done:
             store.finish(progress=progress)
     statuses = store.statuses()
     failed = {n: s.error or "" for n, s in sorted(statuses.items()) if not s.done}
@@ -191,7 +191,7 @@ def _opened(study: Study, path: Path, tile: int | None, say: Callable[[str], Non
     if differing:
         raise InputError("store", "must hold the same study", str(path), "; ".join(differing) + ".")
     done = sum(s.done for s in store.statuses().values())
-    study.cost.announce(progress and not store.complete)
+    study.cost.announce(progress and not store.all_tiles_done)
     say(f"{path.name}: {done} of {store.grid.count} tiles are done already")
     for line in differences(store.versions, versions(study)):
         say(f"warning: the store was begun with other versions, {line}; results may differ in the last digits")

@@ -86,14 +86,14 @@ class _Axis(_Schema):
 
 
 class _Budget(_Schema):
-    """Classification settings by their names in format 1; see `FORMER_NAMES`."""
+    """Classification settings by their names in format 1; `FORMER_NAMES` has the present ones."""
 
-    looks: tuple[int, ...]
-    longest: int
-    exponent: int
-    extensions: int
-    patience: int
-    measured: int
+    looks: tuple[int, ...]  # lengths of the transient runs, in mesh periods
+    longest: int  # longest period searched for
+    exponent: int  # length of the first exponent run
+    extensions: int  # doublings of that length
+    patience: int  # longest transient before a motion is called chaotic
+    measured: int  # periods over which response measures are averaged
 
 
 class _Study(_Schema):

@@ -93,19 +93,20 @@ class Store:
             raise _damaged(self.path, f"tiles of {tile} over {self.grid.shape} do not fit the study's {shape}")
 
     @cached_property
-    def _open(self) -> dict[str, Any]:
+    def _opened_arrays(self) -> dict[str, Any]:
         """Arrays opened so far, by name."""
         return {}
 
     def array(self, name: str) -> Any:
         """The Zarr array of one result: the shape of the grid of work items, then that of the result of one item."""
-        if name not in self._open:
+        if name not in self._opened_arrays:
             folder = name if self.study.gridded else f"{ITEMS}/{name}"
-            self._open[name] = self._fitting(zarr.open_array(self.path / folder, mode="r", zarr_format=3))
-        return self._open[name]
+            array = zarr.open_array(self.path / folder, mode="r", zarr_format=3)
+            self._opened_arrays[name] = self._checked_chunks(array)
+        return self._opened_arrays[name]
 
-    def _fitting(self, array: Any) -> Any:
-        """The array; raises `InputError` unless its chunks are the tiles, without which it has other work items."""
+    def _checked_chunks(self, array: Any) -> Any:
+        """The array; raises `InputError` unless each of its chunks has the work items of one tile."""
         shape, tile, dims = self.grid.shape, self.grid.tile, len(self.grid.shape)
         chunk = array.chunks[:dims]
         if (array.shape[:dims], chunk) != (shape, tile):
@@ -196,12 +197,12 @@ class Store:
 
     @property
     def finished(self) -> bool:
-        """Whether the Dataset is complete."""
+        """Whether `finish` has been done after the last tile: the Dataset and the checksums are written."""
         return (self.path / "run" / "finished").exists()
 
     @property
-    def complete(self) -> bool:
-        """Whether all tiles are done."""
+    def all_tiles_done(self) -> bool:
+        """Whether all tiles are done; the run may still have to `finish`."""
         statuses = self.statuses()
         return all(n in statuses and statuses[n].done for n in range(self.grid.count))
 

@@ -122,7 +122,10 @@ class AttractorSet:
         return self.match(final_states(self.flow, w, self.point, **options))
 
     def count_starts(self, index: np.ndarray) -> None:
-        """Set the count of each attractor to the number of its entries in ``index`` (L,)."""
+        """Set the count of each attractor to the number of starts (initial states) that lead to it.
+
+        ``index`` (L,) has the number of the attractor of each start, −1 for none.
+        """
         for number, attractor in enumerate(self.members):
             attractor.count = int(np.sum(index == number))
 

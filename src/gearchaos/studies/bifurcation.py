@@ -73,7 +73,10 @@ def bifurcation(
 
 @dataclass(frozen=True)
 class Bifurcation(ClassifyingStudy):
-    """The study that `bifurcation` runs; its work items are the columns, its fields the arguments of `bifurcation`."""
+    """The study that `bifurcation` runs; its work items are the columns, its fields the arguments of `bifurcation`.
+
+    The field ``points`` is the number of stroboscopic points in a column.
+    """
 
     kind: ClassVar[str] = "bifurcation"
     axis_fields: ClassVar[tuple[str, ...]] = ("axis",)
@@ -150,17 +153,19 @@ class Bifurcation(ClassifyingStudy):
             return chosen.flow, chosen.w, chosen.points
 
         def collect(
-            columns: np.ndarray, flow: ExactFlow, points: np.ndarray, found: Verdicts
+            columns: np.ndarray, flow: ExactFlow, parameter_points: np.ndarray, found: Verdicts
         ) -> dict[str, np.ndarray]:
             batch = vary(model, {n: v[columns] for n, v in values.items()})
             initial = initial_state(batch, flow.system).T.copy()
-            sections = steady_sections(batch, flow, points, initial, found, self.points) if self.points else {}
+            sections: dict[str, np.ndarray] = {}
+            if self.points:
+                sections = steady_sections(batch, flow, parameter_points, initial, found, self.points)
             return found.variables() | {f"section_{name}": value for name, value in sections.items()}
 
         (count,) = {len(v) for v in values.values()}
         most = _MAX_TILE_VALUES // max(1, self.points * len(self.names))
         return classify_batch(
             initial_states, collect, interleaved(count, threads), settings=self.classification,
-            largest=min(self.cost.max_points(threads), max(_MIN_TILE, most)),
+            largest=min(self.cost.max_parameter_points(threads), max(_MIN_TILE, most)),
             progress="bifurcation" if progress else None, threads=threads,
         )

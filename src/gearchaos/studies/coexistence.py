@@ -29,6 +29,8 @@ _NO_CONTACT = CONTACTS.index("none")
 def signature(flow: ExactFlow, points: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
     """The variables by which the motions of a cell are distinguished, and their response; arrays (L,) by name.
 
+    ``points`` (L,) are the parameter points of the L motions with the verdicts ``found``.
+
     ``centre_z`` and ``centre_z_dot`` are the means of z and z' over the stroboscopic points of an orbit, and 0 for
     other motions: all chaotic motions of a cell count as one, and so do all quasi-periodic ones.
     """
@@ -66,8 +68,9 @@ def coexisting(
     -------
     dict of str to (N,)
         Number of ``attractors`` found, smallest and largest rms velocity ``v_rms_least`` and ``v_rms_most`` among them,
-        worst contact state ``contact_worst``, rms velocities ``v_rms_up`` and ``v_rms_down`` after slow sweeps along x,
-        and ``hysteresis``: 1 where the two sweeps end in different motions.
+        worst contact state ``contact_worst`` (the last one in `CONTACTS` other than "none"), rms velocities
+        ``v_rms_up`` and ``v_rms_down`` after slow sweeps along x, and ``hysteresis``: 1 where the two sweeps end in
+        different motions.
     """
     further = _from_further_starts(model, x, y, cells, order, starts, **options)
     swept = _from_sweeps(model, x, y, cells, order, **options)

@@ -54,7 +54,7 @@ class Cost:
         Mesh periods that are computed one after another before or after these, as in a sweep.
     steps : int
         Steps in a mesh period, averaged over the parameter points.
-    table : int
+    table_bytes : int
         Memory of the step matrices of one parameter point in bytes, the largest over the points.
     dimension : int
         Number d of coordinates of the dynamic state.
@@ -66,7 +66,7 @@ class Cost:
     periods: int
     sequential: int
     steps: int
-    table: int
+    table_bytes: int
     dimension: int
     step_cost: float = 1.0
 
@@ -88,9 +88,9 @@ class Cost:
         many = f"{self.motions:,} motions are" if self.motions > 1 else "One motion is"
         return f"{many} followed for at most {self.periods + self.sequential:,} mesh periods of {self.steps:,} steps."
 
-    def max_points(self, threads: int | None = None) -> int:
+    def max_parameter_points(self, threads: int | None = None) -> int:
         """Largest number of parameter points whose step matrices each of this many threads may hold at once."""
-        return int(min(TILE, max(WIDTH, memory() // _MEMORY_DIVISOR // (threads or cores()) // self.table)))
+        return int(min(TILE, max(WIDTH, memory() // _MEMORY_DIVISOR // (threads or cores()) // self.table_bytes)))
 
     def announce(self, wanted: bool = True, threads: int | None = None) -> None:
         """Print the `warning` on stderr, if there is one and it is wanted."""

@@ -43,7 +43,7 @@ def _checked_range(field: str, ends: Any) -> tuple[float, float]:
 
 
 def spread(box: Mapping[str, tuple[float, float]], starts: int, seed: int) -> dict[str, np.ndarray]:
-    """Values (starts,) of each initial value by name: points in the box from a scrambled Sobol sequence."""
+    """``starts`` initial states in the box, from a scrambled Sobol sequence: by name of initial value, (starts,)."""
     from scipy.stats import qmc  # here, since scipy.stats takes a second to load
 
     unit = qmc.Sobol(len(box), seed=np.random.default_rng(seed)).random_base2(int(np.ceil(np.log2(starts))))[:starts]

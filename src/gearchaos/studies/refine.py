@@ -136,7 +136,7 @@ class _Refinement:
             yield from self.request(contradicted)
 
     def lines(self, spacing: int) -> tuple[np.ndarray, np.ndarray]:
-        """Rows and columns of a lattice, which always include the last ones."""
+        """Rows (R,) and columns (C,) of a lattice, which always include the last ones."""
         rows, columns = (np.unique(np.append(np.arange(0, n, spacing), n - 1)) for n in self.positions.shape)
         return rows, columns
 
@@ -169,7 +169,10 @@ class _Refinement:
         return self.lattice(spacing // 2) & _cells_of_blocks(finer, rows, columns, self.positions.shape)
 
     def _infer(self, blocks: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> None:
-        """Give the cells of some blocks that are not computed the motion code of a corner of their block."""
+        """Give the cells of some blocks that are not computed the motion code of a corner of their block.
+
+        ``blocks`` (R - 1, C - 1) says which blocks of the lattice with ``rows`` (R,) and ``columns`` (C,).
+        """
         inside = _cells_of_blocks(blocks, rows, columns, self.positions.shape) & ~self.computed
         i, j = np.nonzero(inside)
         at = rows[np.searchsorted(rows, i, side="right") - 1], columns[np.searchsorted(columns, j, side="right") - 1]
@@ -197,7 +200,10 @@ def _corners(values: np.ndarray) -> np.ndarray:
 def _cells_of_blocks(
     blocks: np.ndarray, rows: np.ndarray, columns: np.ndarray, shape: tuple[int, ...]
 ) -> np.ndarray:
-    """The cells, of ``shape``, that lie in or on the edge of the chosen blocks (R - 1, C - 1) of a lattice."""
+    """Whether each cell lies in or on the edge of one of the chosen blocks, bool of this shape.
+
+    ``blocks`` (R - 1, C - 1) are those of the lattice with ``rows`` (R,) and ``columns`` (C,).
+    """
     inner = np.repeat(np.repeat(blocks, np.diff(rows), axis=0), np.diff(columns), axis=1)
     out = np.zeros(shape, dtype=bool)
     for corner in (out[:-1, :-1], out[1:, :-1], out[:-1, 1:], out[1:, 1:]):

@@ -54,8 +54,8 @@ def _decaying_rotation(
 ) -> np.ndarray:
     """The rotation (L, count + 1) due to the difference in mean velocity between motions and their orbits.
 
-    ``difference`` (d, L) is the difference of the states. The velocity v e^(−rτ), which bearing damping makes decay
-    with the rate r, has the integral v τ (1 − e^(−rτ))/(rτ) at τ = 0, T, 2T, ...
+    ``difference`` (d, L) is the difference of the states, ``points`` (L,) as of `at_sections`. The velocity v e^(−rτ),
+    which bearing damping makes decay with the rate r, has the integral v τ (1 − e^(−rτ))/(rτ) at τ = 0, T, 2T, ...
     """
     names = flow.system.names
     J1, J2 = np.asarray(batch["J1"]), np.asarray(batch["J2"])
@@ -68,12 +68,13 @@ def _decaying_rotation(
 
 
 def _x1_changes(flow: ExactFlow, points: np.ndarray, w: np.ndarray) -> np.ndarray:
-    """The change of x1 in the mesh period that follows each state w (S, d, L), (S, L)."""
-    count, d, lanes = w.shape
-    flat = np.moveaxis(w, 1, 0).reshape(d, count * lanes)
+    """The change of x1 in the mesh period that follows each state w (S, d, L), (S, L); ``points`` (L,) as of
+    `at_sections`."""
+    count, d, motions = w.shape
+    flat = np.moveaxis(w, 1, 0).reshape(d, count * motions)
     bounded = np.all(np.isfinite(flat), axis=0)
     out = flow.advance(np.where(bounded, flat, 0.0), 1, points=np.tile(points, count), measured=True)
-    return np.where(bounded, out.measures[Measure.VELOCITY], np.nan).reshape(count, lanes)
+    return np.where(bounded, out.measures[Measure.VELOCITY], np.nan).reshape(count, motions)
 
 
 def within_periods(batch: Batch, names: tuple[str, ...], samples: np.ndarray) -> np.ndarray:

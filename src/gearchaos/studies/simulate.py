@@ -82,7 +82,7 @@ class Simulate(Study):
         samples = self.samples or 0
         check_memory("periods", self.periods, _BYTES_PER_SECTION)
         check_memory("periods times samples", self.periods * samples, _BYTES_PER_SAMPLE)
-        check_memory("samples", samples, (self.cost.table + _BYTES_PER_STEP * self.cost.steps) // max(1, samples))
+        check_memory("samples", samples, (self.cost.table_bytes + _BYTES_PER_STEP * self.cost.steps) // max(1, samples))
 
     @property
     def grid(self) -> dict[str, int]:

@@ -49,8 +49,8 @@ def _without_none(annotation: Any) -> Any:
 class Study(ABC):
     """A study: a frozen, validated value.
 
-    It consists of work items on a grid: cells, columns, starts or single motions. They can be computed in any order and
-    anywhere; the result of an item does not depend, bit for bit, on the items that are computed with it.
+    It consists of work items on a grid: cells, columns, initial states or single motions. They can be computed in any
+    order and anywhere; the result of an item does not depend, bit for bit, on the items that are computed with it.
 
     To add a kind of study, write a subclass in a file of its own and name it in `gearchaos.studies.registry`. Its
     fields are the specification of the study, which study files and stores read. `__post_init__` raises

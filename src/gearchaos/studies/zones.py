@@ -1,4 +1,7 @@
-"""Maps of the kind of motion over two parameters, as in figures 2, 5, 10 and 11 of the paper."""
+"""Maps of the kind of motion over two parameters, as in figures 2, 5, 10 and 11 of the paper.
+
+Zones are the regions of such a map with one kind of motion.
+"""
 
 from __future__ import annotations
 
@@ -160,7 +163,7 @@ class Zones(ClassifyingStudy):
         if self.x.name in ("omega", "speed"):  # so that neighbours in a tile have equal step counts
             order = np.argsort(cells % self.x.count, kind="stable").astype(cells.dtype)
         options: dict[str, Any] = {
-            "settings": self.classification, "threads": threads, "largest": self.cost.max_points(threads),
+            "settings": self.classification, "threads": threads, "largest": self.cost.max_parameter_points(threads),
         }
         out = classify_batch(
             lambda tile: self.initial_states(cells[tile]), self._collect, order,

@@ -45,7 +45,7 @@ _STIFFNESS_KEYS = {
 }
 """The keys of ``[model.stiffness]`` for each kind of stiffness."""
 
-Kind = TypeVar("Kind", bound=Study)
+AnyStudy = TypeVar("AnyStudy", bound=Study)
 
 MAX_BYTES = 1_000_000
 """Largest size of a study file; one that is written by hand has some hundreds of bytes."""
@@ -81,13 +81,13 @@ class LoadedStudy:
         """The options if the file describes a study of this kind, else none."""
         return dict(self.options) if self.kind == kind else {}
 
-    def study(self, kind: type[Kind], **options: Any) -> Kind:
+    def study(self, study_type: type[AnyStudy], **options: Any) -> AnyStudy:
         """A study of the model of this file.
 
         Parameters
         ----------
-        kind : type
-            The class of the study. The options of the file are used if it describes a study of this kind; its
+        study_type : type
+            The class of the study. The options of the file are used if it describes a study of this class; its
             classification settings are always used.
         **options
             Fields of the study; they replace those of the file.
@@ -97,10 +97,10 @@ class LoadedStudy:
         InputError
             If an option is missing or wrong.
         """
-        values = {**self.options_for(kind.kind), **options}
-        if self.classification and issubclass(kind, ClassifyingStudy):
-            values["settings"] = replace(kind.default_settings, **self.classification)
-        return kind.of(self.model, values)
+        values = {**self.options_for(study_type.kind), **options}
+        if self.classification and issubclass(study_type, ClassifyingStudy):
+            values["settings"] = replace(study_type.default_settings, **self.classification)
+        return study_type.of(self.model, values)
 
 
 def load_study(
@@ -236,12 +236,13 @@ def _study(table: Any) -> tuple[str | None, dict[str, Any]]:
     if table is None:
         return None, {}
     given = table.model_dump(exclude_none=True)
-    kind = STUDIES[given.pop("kind")]
-    types = kind.option_types() | dict.fromkeys(kind.axis_fields, Axis)
+    kind = given.pop("kind")
+    axes, options = STUDIES[kind].axis_fields, STUDIES[kind].option_types()
+    types = options | dict.fromkeys(axes, Axis)
     for key in given.keys() - types.keys():
-        rule, known = f"must be left out for kind {kind.kind!r}", ("kind", *kind.axis_fields, *kind.option_types())
+        rule, known = f"must be left out for kind {kind!r}", ("kind", *axes, *options)
         raise InputError(f"study.{key}", rule, given[key], f"It takes {', '.join(known)}.")
-    return kind.kind, {
+    return kind, {
         key: parse_axis(given[key], f"study.{key}") if types[key] is Axis else given[key]
         for key in types if key in given
     }

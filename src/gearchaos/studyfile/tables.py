@@ -51,12 +51,12 @@ def _key_type(type_: Any, least: int | None) -> Any:
 def _study_keys() -> dict[str, Any]:
     """The keys of ``[study]``: axes and options of all kinds of studies, each with its type and no default."""
     keys: dict[str, Any] = {}
-    for kind in STUDIES.values():
-        declared = {f.name: f for f in fields(kind)}
-        for name, type_ in kind.option_types().items():
+    for study_type in STUDIES.values():
+        declared = {f.name: f for f in fields(study_type)}
+        for name, type_ in study_type.option_types().items():
             if declared[name].metadata:  # the others can be given in Python only
                 keys[name] = (_key_type(type_, declared[name].metadata["least"]), None)
-        keys |= dict.fromkeys(kind.axis_fields, (str | None, None))
+        keys |= dict.fromkeys(study_type.axis_fields, (str | None, None))
     return keys
 
 
@@ -80,14 +80,14 @@ class _ClassificationTable(_Table):
 
 
 class _FormerClassificationTable(_Table):
-    """``[budget]`` of earlier versions; see `FORMER_NAMES`."""
+    """``[budget]``, the table ``[classification]`` of earlier versions, in the same order; see `FORMER_NAMES`."""
 
-    looks: list[int] | None = None
-    longest: int | None = None
-    exponent: int | None = None
-    extensions: int | None = None
-    patience: int | None = None
-    measured: int | None = None
+    looks: list[int] | None = None  # transient_lengths
+    longest: int | None = None  # longest_period
+    exponent: int | None = None  # exponent_run
+    extensions: int | None = None  # doublings
+    patience: int | None = None  # longest_transient
+    measured: int | None = None  # averaging_periods
 
 
 MODEL_NAMES = (*SCALARS, *(pair for pair in PARAMETER_PAIRS if pair != "chi0"))

@@ -9,11 +9,11 @@ from typing import Any, Protocol
 import xarray as xr
 
 from gearchaos.explorer.jobs import export, point_studies
-from gearchaos.explorer.jobs.dossier import Dossier, dossier, final_verdict
-from gearchaos.explorer.jobs.map import COARSE, refined
+from gearchaos.explorer.jobs.map import COARSE, successive_maps
 from gearchaos.explorer.jobs.map_grid import Map
+from gearchaos.explorer.jobs.point_motion import PointMotion, final_verdict, point_motion
 from gearchaos.explorer.jobs.worker import Job, Worker
-from gearchaos.explorer.jobs.worker_process import Steps
+from gearchaos.explorer.jobs.worker_process import GeneratorFunction
 from gearchaos.explorer.view.state import View
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.results import physical
@@ -30,7 +30,7 @@ class Display(Protocol):
 
     def show_map(self, found: Map) -> None: ...
 
-    def show_dossier(self, found: Dossier) -> None: ...
+    def show_point_motion(self, found: PointMotion) -> None: ...
 
     def show_diagram(self, found: xr.Dataset) -> None: ...
 
@@ -48,7 +48,7 @@ class Display(Protocol):
 
 
 class Computations:
-    """The computations of one page, at most one per panel.
+    """The computations of one page, at most one per task ("map", "diagram", ...).
 
     The motion at the point is computed first, by its own worker. A second worker computes the map, coarse first. Once
     a coarse map is shown it also computes a coarse bifurcation diagram and the other motions of the point; the fine
@@ -68,7 +68,7 @@ class Computations:
 
     Attributes
     ----------
-    map, dossier : Map, Dossier or None
+    map, point_motion : Map, PointMotion or None
         The newest results.
     """
 
@@ -80,7 +80,7 @@ class Computations:
         self._quick, self._slow = workers
         self._pending: set[str] = set()
         self.map: Map | None = None
-        self.dossier: Dossier | None = None
+        self.point_motion: PointMotion | None = None
         self._awaits_map = False  # the diagram and the other motions wait for a coarse map
         self._awaits_update = False  # the point has moved, and `update_rest` comes later
         self._fine_diagram_waits = self._basins_wait = False
@@ -89,7 +89,7 @@ class Computations:
 
     def start(self) -> None:
         """Compute what a new page shows."""
-        self._ask_dossier()
+        self._ask_point_motion()
         self._ask_map()
         self._awaits_map = True
 
@@ -98,7 +98,7 @@ class Computations:
         before, self._view = self._view, view
         self._awaits_update = True
         if before.point != view.point:
-            self._ask_dossier()
+            self._ask_point_motion()
         if before.map_key != view.map_key:
             self._ask_map()
 
@@ -129,52 +129,52 @@ class Computations:
         """Make a file of the map or of the motion, in the units of the pair if there is one."""
         dataset = {
             "map": None if self.map is None else self.map.dataset,
-            "motion": None if self.dossier is None else self.dossier.motion,
+            "motion": None if self.point_motion is None else self.point_motion.trajectory,
         }[kind]
         if dataset is None:
             self._display.show_message("There is nothing to save yet.")
             return
-        title = self.dossier.verdict.label if self.dossier and kind == "motion" else ""
+        title = self.point_motion.verdict.label if self.point_motion and kind == "motion" else ""
         scaled = dataset if pair is None else physical(dataset, pair)
-        steps = partial(export.exported, kind, suffix, scaled, self._view.colour, title)
-        self._ask(self._quick, f"{kind}.{suffix}", steps, lambda found: self._display.save_file(*found))
+        function = partial(export.exported, kind, suffix, scaled, self._view.colour, title)
+        self._ask(self._quick, f"{kind}.{suffix}", function, lambda found: self._display.save_file(*found))
 
-    def _ask_dossier(self) -> None:
+    def _ask_point_motion(self) -> None:
         self._quick.cancel(self._owner, "final verdict")
         self._pending.discard("final verdict")
-        self._ask(self._quick, "motion", partial(dossier, self._view.point), self._show_dossier)
+        self._ask(self._quick, "motion", partial(point_motion, self._view.point), self._show_point_motion)
 
     def _ask_map(self) -> None:
         self.map = None
-        self._ask(self._slow, "map", partial(refined, self._view), self.show_map, _DELAY)
+        self._ask(self._slow, "map", partial(successive_maps, self._view), self.show_map, _DELAY)
 
     def _ask_diagram(self, *strides: int) -> None:
         """Compute the bifurcation diagram; the fine one waits until the map is complete."""
         self._fine_diagram_waits = not strides and "map" in self._pending
         strides = strides or ((_COARSE_DIAGRAM,) if self._fine_diagram_waits else (_COARSE_DIAGRAM, 1))
-        steps = partial(point_studies.bifurcation, self._view, *strides)
-        self._ask(self._slow, "diagram", steps, self._show_diagram, 2 * _DELAY)
+        function = partial(point_studies.bifurcation, self._view, *strides)
+        self._ask(self._slow, "diagram", function, self._show_diagram, 2 * _DELAY)
 
     def _ask_attractors(self) -> None:
         """Compute the other motions of the point; remove the basins and motions of the previous point."""
         self._slow.cancel(self._owner, "basins")
         self._ended("basins", None)
         self._display.clear_point_studies()
-        steps = partial(point_studies.attractors, self._view)
-        self._ask(self._slow, "other motions", steps, self._display.show_attractors, 3 * _DELAY)
+        function = partial(point_studies.attractors, self._view)
+        self._ask(self._slow, "other motions", function, self._display.show_attractors, 3 * _DELAY)
 
     def _ask_waiting_basins(self) -> None:
         if self._basins_wait:
             self.ask_basins()
 
     def _ask(
-        self, worker: Worker, panel: str, steps: Steps, show: Callable[[Any], None], delay: float = 0.0,
+        self, worker: Worker, task: str, function: GeneratorFunction, show: Callable[[Any], None], delay: float = 0.0,
     ) -> None:
-        self._pending.add(panel)
+        self._pending.add(task)
         self._show_busy()
-        worker.submit(self._owner, panel, Job(
-            steps, lambda found: self._call_soon(partial(self._show, show, found)),
-            lambda message: self._call_soon(partial(self._ended, panel, message)), delay,
+        worker.submit(self._owner, task, Job(
+            function, lambda found: self._call_soon(partial(self._show, show, found)),
+            lambda message: self._call_soon(partial(self._ended, task, message)), delay,
             lambda: self._call_soon(partial(self._show_busy, compiling=True)),
         ))
 
@@ -184,13 +184,13 @@ class Computations:
         show(found)
         self._show_busy()
 
-    def _ended(self, panel: str, message: str | None) -> None:
-        """The job of a panel has ended, after its last result or with an error message."""
-        self._pending.discard(panel)
+    def _ended(self, task: str, message: str | None) -> None:
+        """The job of a task has ended, after its last result or with an error message."""
+        self._pending.discard(task)
         self._show_busy()
         if message:
-            self._display.show_message(f"{panel}: {message}")
-        if panel == "map":
+            self._display.show_message(f"{task}: {message}")
+        if task == "map":
             self._continue_after_first_map()
             self._ask_fine_diagram()
 
@@ -221,15 +221,15 @@ class Computations:
         if self._fine_diagram_waits:
             self._ask_diagram(1)
 
-    def _show_dossier(self, found: Dossier) -> None:
+    def _show_point_motion(self, found: PointMotion) -> None:
         """Show a motion, unless the point has moved since; compute the final verdict if this one is preliminary."""
         if found.model != self._view.point:
             return
-        self.dossier = found = found.with_motion_of(self.dossier)
-        self._display.show_dossier(found)
+        self.point_motion = found = found.with_trajectory_of(self.point_motion)
+        self._display.show_point_motion(found)
         if found.stage == "preliminary":
-            steps = partial(final_verdict, found.model, found.verdict.label)
-            self._ask(self._quick, "final verdict", steps, self._show_dossier)
+            function = partial(final_verdict, found.model, found.verdict.label)
+            self._ask(self._quick, "final verdict", function, self._show_point_motion)
 
     def _show_diagram(self, found: xr.Dataset) -> None:
         if found:

@@ -48,8 +48,8 @@ _INTERVAL = 1.0
 """Least number of seconds between two maps shown."""
 
 
-def refined(view: View) -> Generator[Map]:
-    """The map of a view, from the coarsest lattice to all cells."""
+def successive_maps(view: View) -> Generator[Map]:
+    """The map of a view, first with the cells of the coarsest lattice, in the end with all cells."""
     return _attractor_map(view) if view.colour == "attractors" else _motion_map(view)
 
 

@@ -45,14 +45,14 @@ class _Requests:
     def _read(self) -> None:
         while True:
             try:
-                action, number, steps = pickle.load(self._requests)
+                action, number, function = pickle.load(self._requests)
             except EOFError:
                 os._exit(0)  # the server has ended
             cancelled = self._cancelled.setdefault(number, threading.Event())  # may be set before the start
             if action == "cancel":
                 cancelled.set()
             else:
-                self._waiting.put((action, number, steps))
+                self._waiting.put((action, number, function))
 
     def serve(self, niceness: int) -> None:
         """Answer one request after the other. The first one has full priority, since every page waits for it."""
@@ -67,10 +67,10 @@ class _Requests:
             self._answers.write(answer)
             self._answers.flush()
 
-    def _answer(self, action: str, number: int, steps: Any) -> bytes:
+    def _answer(self, action: str, number: int, function: Any) -> bytes:
         """The pickled answer to a request; errors are answers too."""
         try:
-            found = self._step(action, number, steps)
+            found = self._step(action, number, function)
             if found is None:
                 self._forget(number)
             return pickle.dumps(found, pickle.HIGHEST_PROTOCOL)
@@ -78,12 +78,12 @@ class _Requests:
             self._forget(number)
             return pickle.dumps(error, pickle.HIGHEST_PROTOCOL)
 
-    def _step(self, action: str, number: int, steps: Any) -> tuple[Any] | None:
+    def _step(self, action: str, number: int, function: Any) -> tuple[Any] | None:
         """The next result of a generator, in a tuple; None after its last one."""
         if action == "start":
             context = copy_context()
             context.run(cancel_event.set, self._cancelled[number])
-            self._running[number] = steps(), context
+            self._running[number] = function(), context
         if number not in self._running:
             return None
         generator, context = self._running[number]

@@ -1,7 +1,7 @@
 """A thread that computes for all pages, one step of one job at a time, in turn.
 
 A job is a generator. The thread takes one step of it in a worker process, delivers the result, and then chooses the
-next job. So a new request of a panel replaces an older one between two steps, and no page waits for the whole map of
+next job. So a new request for a task replaces an older one between two steps, and no page waits for the whole map of
 another.
 """
 
@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs.worker_process import RemoteGenerator, Steps, WorkerProcess
+from gearchaos.explorer.jobs.worker_process import GeneratorFunction, RemoteGenerator, WorkerProcess
 from gearchaos.flow import StoppedError
 
 INTERNAL_ERROR = "something went wrong here; the server's log says what"
@@ -27,11 +27,11 @@ log = logging.getLogger(__name__)
 
 @dataclass
 class Job:
-    """A computation for one panel of a page.
+    """The computation of one task of a page: "map", "diagram", "final verdict" and so on.
 
     Attributes
     ----------
-    steps : callable
+    function : callable
         Returns the generator of results.
     show : callable
         Called with each result, in the worker's thread.
@@ -43,7 +43,7 @@ class Job:
         Called when a step in another process has to compile kernels first.
     """
 
-    steps: Steps
+    function: GeneratorFunction
     show: Callable[[Any], None]
     end: Callable[[str | None], None]
     delay: float = 0.0
@@ -70,23 +70,23 @@ class Worker:
         self._cancelled: list[Generator[Any] | RemoteGenerator] = []
         threading.Thread(target=self._run, name=name, daemon=True).start()
 
-    def submit(self, owner: str, panel: str, job: Job) -> None:
-        """Add a job for a panel of a page; an older job of that panel is cancelled."""
+    def submit(self, owner: str, task: str, job: Job) -> None:
+        """Add a job for a task of a page (``owner``); an older job for the same task is cancelled."""
         job.due = time.monotonic() + job.delay
         with self._change:
-            panels = self._jobs.setdefault(owner, OrderedDict())
-            self._cancel_job(panels.get(panel))
-            panels[panel] = job
+            tasks = self._jobs.setdefault(owner, OrderedDict())
+            self._cancel_job(tasks.get(task))
+            tasks[task] = job
             self._change.notify_all()
 
-    def cancel(self, owner: str, panel: str | None = None) -> None:
-        """Cancel the job of a panel, or all jobs of a page."""
+    def cancel(self, owner: str, task: str | None = None) -> None:
+        """Cancel the job of a task, or all jobs of a page."""
         with self._change:
-            if panel is None:
+            if task is None:
                 for job in self._jobs.pop(owner, OrderedDict()).values():
                     self._cancel_job(job)
             else:
-                self._cancel_job(self._jobs.get(owner, OrderedDict()).pop(panel, None))
+                self._cancel_job(self._jobs.get(owner, OrderedDict()).pop(task, None))
             self._change.notify_all()
 
     def stop(self) -> None:
@@ -116,7 +116,7 @@ class Worker:
             self._call(lambda running: running.close(), self._cancelled.pop())
 
     def _next(self) -> tuple[str, str, Job] | None:
-        """The job whose turn it is; its page and panel go to the end of the queue.
+        """The job whose turn it is; its page and task go to the end of the queue.
 
         None if there are cancelled generators to close, or if the worker was stopped.
         """
@@ -125,35 +125,35 @@ class Worker:
                 if self._cancelled or self._stopped:
                     return None
                 self._change.wait(self._seconds_until_due())
-            owner, panel, job = found
+            owner, task, job = found
             self._jobs.move_to_end(owner)
-            self._jobs[owner].move_to_end(panel)
-            return owner, panel, job
+            self._jobs[owner].move_to_end(task)
+            return owner, task, job
 
     def _due(self) -> tuple[str, str, Job] | None:
         """The first job in the queue whose delay is over."""
         now = time.monotonic()
-        for owner, panels in self._jobs.items():
-            for panel, job in panels.items():
+        for owner, tasks in self._jobs.items():
+            for task, job in tasks.items():
                 if job.due <= now:
-                    return owner, panel, job
+                    return owner, task, job
         return None
 
     def _seconds_until_due(self) -> float | None:
-        due = [job.due for panels in self._jobs.values() for job in panels.values()]
+        due = [job.due for tasks in self._jobs.values() for job in tasks.values()]
         return max(0.0, min(due) - time.monotonic()) if due else None
 
-    def _is_current(self, owner: str, panel: str, job: Job) -> bool:
+    def _is_current(self, owner: str, task: str, job: Job) -> bool:
         """Whether a job was neither cancelled nor replaced."""
         with self._change:
-            return owner in self._jobs and self._jobs[owner].get(panel) is job
+            return owner in self._jobs and self._jobs[owner].get(task) is job
 
     def _started(self, job: Job) -> Generator[Any] | RemoteGenerator:
-        return job.steps() if self._process is None else self._process.run(job.steps, job.compiling)
+        return job.function() if self._process is None else self._process.run(job.function, job.compiling)
 
-    def _step(self, owner: str, panel: str, job: Job) -> None:
+    def _step(self, owner: str, task: str, job: Job) -> None:
         """Take one step of a job; its result is dropped if the job was cancelled meanwhile."""
-        if not self._is_current(owner, panel, job):
+        if not self._is_current(owner, task, job):
             return
         message, over, result = None, False, None
         try:
@@ -168,10 +168,10 @@ class Worker:
                 return
             log.exception("a request could not be answered")
             message, over = INTERNAL_ERROR, True
-        if not self._is_current(owner, panel, job):
+        if not self._is_current(owner, task, job):
             self._cancel_job(job)
         elif over:
-            self.cancel(owner, panel)
+            self.cancel(owner, task)
             self._call(job.end, message)
         else:
             self._call(job.show, result)

@@ -3,13 +3,13 @@
 This is the side of the server; `gearchaos.explorer.jobs.process_main` runs in the process. The two exchange pickles
 over pipes.
 
-===================================== ======================================================================
-request ``(action, number, steps)``   answer
-===================================== ======================================================================
-``start``, ``next``                   ``(result,)``, None after the last result, or an exception
-``close``                             None; the generator is closed
-``cancel``                            none; a step under way raises `StoppedError`
-===================================== ======================================================================
+======================================== ======================================================================
+request ``(action, number, function)``   answer
+======================================== ======================================================================
+``start``, ``next``                      ``(result,)``, None after the last result, or an exception
+``close``                                None; the generator is closed
+``cancel``                               none; a step under way raises `StoppedError`
+======================================== ======================================================================
 
 Before its answer the process sends `COMPILING` if the step has to compile kernels.
 """
@@ -41,7 +41,7 @@ _MALLOC = {"MALLOC_MMAP_THRESHOLD_": "1048576", "MALLOC_TRIM_THRESHOLD_": "10485
 By default it keeps more and more of it. Maps take 3 % longer with these settings.
 """
 
-Steps = Callable[[], Generator[Any]]
+GeneratorFunction = Callable[[], Generator[Any]]
 """A function that returns a generator of results; it must be picklable, since it is called in the process."""
 
 
@@ -75,11 +75,11 @@ class WorkerProcess:
             env=os.environ | _MALLOC if self._low_priority else None,
         )
 
-    def run(self, steps: Steps, compiling: Callable[[], None] = lambda: None) -> RemoteGenerator:
+    def run(self, function: GeneratorFunction, compiling: Callable[[], None] = lambda: None) -> RemoteGenerator:
         """A generator that is run in the process; ``compiling`` is called when it has to compile kernels."""
-        return RemoteGenerator(self, next(self._numbers), steps, compiling)
+        return RemoteGenerator(self, next(self._numbers), function, compiling)
 
-    def ask(self, action: str, number: int, steps: Steps | None, compiling: Callable[[], None]) -> Any:
+    def ask(self, action: str, number: int, function: GeneratorFunction | None, compiling: Callable[[], None]) -> Any:
         """Send a request and return its answer.
 
         Raises
@@ -90,7 +90,7 @@ class WorkerProcess:
             Whatever the step raised.
         """
         try:
-            self.send(action, number, steps)
+            self.send(action, number, function)
             while (answer := pickle.load(self._process.stdout)) == COMPILING:
                 compiling()
         except (OSError, ValueError, EOFError, pickle.UnpicklingError) as error:  # raised for a closed pipe
@@ -100,9 +100,9 @@ class WorkerProcess:
             raise answer
         return answer
 
-    def send(self, action: str, number: int, steps: Steps | None = None) -> None:
+    def send(self, action: str, number: int, function: GeneratorFunction | None = None) -> None:
         """Send a request, from any thread."""
-        request = pickle.dumps((action, number, steps), pickle.HIGHEST_PROTOCOL)
+        request = pickle.dumps((action, number, function), pickle.HIGHEST_PROTOCOL)
         with self._writing:
             self._process.stdin.write(request)
             self._process.stdin.flush()
@@ -126,8 +126,10 @@ class WorkerProcess:
 class RemoteGenerator:
     """Iterator over the results of a generator that runs in a `WorkerProcess`."""
 
-    def __init__(self, process: WorkerProcess, number: int, steps: Steps, compiling: Callable[[], None]) -> None:
-        self._process, self._number, self._steps, self._compiling = process, number, steps, compiling
+    def __init__(
+        self, process: WorkerProcess, number: int, function: GeneratorFunction, compiling: Callable[[], None]
+    ) -> None:
+        self._process, self._number, self._function, self._compiling = process, number, function, compiling
         self._started = self._over = False
 
     def __iter__(self) -> RemoteGenerator:
@@ -147,9 +149,9 @@ class RemoteGenerator:
         return found[0]
 
     def _ask_next(self) -> Any:
-        action, steps = ("next", None) if self._started else ("start", self._steps)
+        action, function = ("next", None) if self._started else ("start", self._function)
         self._started = True
-        return self._process.ask(action, self._number, steps, self._compiling)
+        return self._process.ask(action, self._number, function, self._compiling)
 
     def cancel(self) -> None:
         """From any thread: have a step under way end soon, in a `StoppedError`."""

@@ -28,7 +28,7 @@ from gearchaos.explorer.panels.style import PALETTE, Legend, SetAttributes, empt
 from gearchaos.explorer.view.bounds import value_range
 from gearchaos.gears.pair import GearPair
 from gearchaos.plot._axes import cell_extent
-from gearchaos.plot._classes import MOTION_CLASSES, NOT_COMPUTED, motion_class
+from gearchaos.plot._classes import MOTION_CLASSES, NO_CLASS, motion_class
 from gearchaos.studies.axis import Axis
 
 _SATURATED = 1.0
@@ -119,8 +119,8 @@ class MapFigure:
             self._show_measure(found, in_units({colour: found.measure(colour)}, pair)[colour], colour)
 
     def _show_classes(self, found: Map) -> None:
-        classes = found.shown(motion_class(found.labels(), found.dataset["period"]), NOT_COMPUTED)
-        present = [MOTION_CLASSES[i] for i in np.unique(classes) if i != NOT_COMPUTED]
+        classes = found.shown(motion_class(found.labels(), found.dataset["period"]), NO_CLASS)
+        present = [MOTION_CLASSES[i] for i in np.unique(classes) if i != NO_CLASS]
         self.legend = Legend(entries=tuple((c.colour, c.name) for c in present))
         self._set(self.mapper, **_CLASSES)
         self._set(self.bar, visible=False)

@@ -7,7 +7,7 @@ import xarray as xr
 from bokeh.models import ColumnDataSource, Scatter
 
 from gearchaos.datasets import variable
-from gearchaos.explorer.jobs.dossier import Dossier
+from gearchaos.explorer.jobs.point_motion import PointMotion
 from gearchaos.explorer.panels.labels import in_units, label
 from gearchaos.explorer.panels.style import INK, SetAttributes, empty_figure
 from gearchaos.gears.pair import GearPair
@@ -26,7 +26,7 @@ class PortraitFigure:
         self.glyph = Scatter(x="x", y="y", size=6, fill_color=INK, line_color=None)
         self.figure.add_glyph(self.source, self.glyph)
 
-    def show(self, found: Dossier, pair: GearPair | None) -> None:
+    def show(self, found: PointMotion, pair: GearPair | None) -> None:
         """Draw the points of a motion, in the units of the pair if there is one."""
         x, y = _section(found, pair)
         self._set(self.glyph, size=6 if len(x) <= _FEW else 2)
@@ -39,7 +39,7 @@ class PortraitFigure:
         self._set(self.source, data={"x": [], "y": []})
 
 
-def _section(found: Dossier, pair: GearPair | None) -> tuple[xr.Variable, xr.Variable]:
+def _section(found: PointMotion, pair: GearPair | None) -> tuple[xr.Variable, xr.Variable]:
     """Displacement and velocity (N,) of the stroboscopic points; those of the portrait if there is one."""
     names = ("section_z", "section_z_dot")
     section = found.verdict.section if found.portrait is None else {

@@ -1,4 +1,4 @@
-"""The text of the dossier: the verdict on a motion and its evidence."""
+"""The text on the motion at a point: the verdict and its evidence."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearchaos.datasets import variable
-from gearchaos.explorer.jobs.dossier import Dossier
+from gearchaos.explorer.jobs.point_motion import PointMotion
 from gearchaos.explorer.panels.labels import in_units, symbol, unit
 from gearchaos.explorer.panels.style import motion_colour
 from gearchaos.explorer.view.state import View
@@ -27,7 +27,7 @@ _CONTACT = {
 
 @dataclass(frozen=True)
 class VerdictText:
-    """The text of a dossier.
+    """The text on the motion at a point.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class VerdictText:
     where : str
         The point on the map.
     stage : str
-        As of `Dossier.stage`.
+        As of `PointMotion.stage`.
     final : bool
         Whether the verdict is final.
     periods : str
@@ -61,8 +61,8 @@ class VerdictText:
     evidence: str
 
 
-def verdict_text(found: Dossier, view: View, pair: GearPair | None) -> VerdictText:
-    """The text of a dossier, with response measures in the units of the pair if there is one."""
+def verdict_text(found: PointMotion, view: View, pair: GearPair | None) -> VerdictText:
+    """The text on the motion at a point, with response measures in the units of the pair if there is one."""
     v = found.verdict
     where = ", ".join(f"{symbol(a.name)} = {value:g}" for a, value in zip((view.x, view.y), view.at, strict=True))
     spectral = "the same" if v.spectral_label == v.label else v.spectral_label or ""

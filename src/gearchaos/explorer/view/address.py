@@ -24,7 +24,11 @@ from gearchaos.model import (
 from gearchaos.studies.axis import Axis
 
 _OTHER_NAMES = ("kind", "stiffness", "x", "y", "at", "colour", "line", "start", "units")
-"""Names in a query that do not set a value of the model."""
+"""Names in a query that set no parameter or initial value: the kinds of model and stiffness, and fields of `View`.
+
+``at`` is the point chosen, ``line`` the axis along which the bifurcation diagram runs, ``start`` the initial values of
+the motion chosen at the point (`View.initial`), ``units`` one of `_UNITS` (`View.physical`).
+"""
 
 _STEPS = ("levels", "starts")
 """The fields of a stepped stiffness, each a list of numbers with commas between; names in a query for that kind only."""

@@ -7,8 +7,8 @@ from typing import Any
 
 import xarray as xr
 
-from gearchaos.explorer.jobs.dossier import Dossier
 from gearchaos.explorer.jobs.map_grid import Map
+from gearchaos.explorer.jobs.point_motion import PointMotion
 from gearchaos.explorer.panels.attractors import Choice
 from gearchaos.explorer.panels.basins import BasinsFigure
 from gearchaos.explorer.panels.diagram import BifurcationFigure
@@ -61,7 +61,7 @@ class Page:
         self.choices: list[Choice] = []
         self.show_choices([])
         self._plane: tuple[Any, ...] = ()
-        self._motion_key: tuple[Any, ...] | None = None
+        self._trajectory_key: tuple[Any, ...] | None = None
         self._portrait_key: tuple[Any, ...] | None = None
 
     def roots(self) -> dict[str, Any]:
@@ -96,34 +96,34 @@ class Page:
         self.messages.write(
             "legend", render("legend.html.j2", legend=self.map.legend, map=found, colour=view.colour))
 
-    def show_dossier(self, found: Dossier, view: View) -> None:
+    def show_point_motion(self, found: PointMotion, view: View) -> None:
         """Draw the motion of a point and write its verdict."""
         pair = self.units(view)
         self._show_portrait(found, pair)
-        if found.motion is not None:
-            self._show_motion(found.motion, pair)
+        if found.trajectory is not None:
+            self._show_trajectory(found.trajectory, pair)
         elif not found.verdict.section:  # it diverged
             for figure in (self.history, self.phase, self.portrait, self.spectrum):
                 figure.clear()
-            self._motion_key = self._portrait_key = None
+            self._trajectory_key = self._portrait_key = None
         self.messages.write("verdict", render("verdict.html.j2", v=verdict_text(found, view, pair)))
 
-    def _show_portrait(self, found: Dossier, pair: GearPair | None) -> None:
+    def _show_portrait(self, found: PointMotion, pair: GearPair | None) -> None:
         """Draw the stroboscopic points, unless they are drawn already."""
         key = found.model, found.verdict.periods_spent, found.portrait is None, pair
         if found.verdict.section and key != self._portrait_key:
             self._portrait_key = key
             self.portrait.show(found, pair)
 
-    def _show_motion(self, motion: xr.Dataset, pair: GearPair | None) -> None:
+    def _show_trajectory(self, trajectory: xr.Dataset, pair: GearPair | None) -> None:
         """Draw the motion in time, unless it is drawn already."""
-        key = float(motion["z"].values[0]), motion.sizes["tau"], pair
-        if key == self._motion_key:
+        key = float(trajectory["z"].values[0]), trajectory.sizes["tau"], pair
+        if key == self._trajectory_key:
             return
-        self._motion_key = key
-        tau, period = times(motion)
-        shown = motion if pair is None else physical(motion, pair)
-        self.spectrum.show(motion, shown["z_dot"])
+        self._trajectory_key = key
+        tau, period = times(trajectory)
+        shown = trajectory if pair is None else physical(trajectory, pair)
+        self.spectrum.show(trajectory, shown["z_dot"])
         self.history.show(shown, tau, period)
         self.phase.show(shown, 1.0 if pair is None else pair.scales.length * 1e6)
 

@@ -104,8 +104,8 @@ def _listening(tornado: Any, host: str, port: int, largest_body: int) -> Any:
 
 def _warm_up(view: View, quick: Worker, slow: Worker) -> None:
     """Load or compile the kernels that a page needs, before the first page is opened."""
-    from gearchaos.explorer.jobs.dossier import dossier
     from gearchaos.explorer.jobs.map import warm_up
+    from gearchaos.explorer.jobs.point_motion import point_motion
 
-    for worker, steps in ((quick, partial(dossier, view.point)), (slow, partial(warm_up, view))):
-        worker.submit("", "warm-up", Job(steps, lambda _: None, lambda _: None))
+    for worker, function in ((quick, partial(point_motion, view.point)), (slow, partial(warm_up, view))):
+        worker.submit("", "warm-up", Job(function, lambda _: None, lambda _: None))

@@ -11,8 +11,8 @@ import xarray as xr
 
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs.computations import Computations
-from gearchaos.explorer.jobs.dossier import Dossier
 from gearchaos.explorer.jobs.map_grid import Map
+from gearchaos.explorer.jobs.point_motion import PointMotion
 from gearchaos.explorer.jobs.worker import Worker
 from gearchaos.explorer.panels.attractors import choices
 from gearchaos.explorer.view.state import View
@@ -106,8 +106,8 @@ class Session:
         recoloured = (before.colour, before.physical) != (view.colour, view.physical)
         if recoloured and before.map_key == view.map_key and computed.map is not None:
             computed.show_map(computed.map)
-        if before.physical != view.physical and computed.dossier is not None:
-            self.show_dossier(computed.dossier)
+        if before.physical != view.physical and computed.point_motion is not None:
+            self.show_point_motion(computed.point_motion)
         computed.update_rest(before)
 
     # --- the display of results --------------------------------------------------------------------------------------
@@ -116,9 +116,9 @@ class Session:
         """Draw the map."""
         self.page.show_map(found, self.view)
 
-    def show_dossier(self, found: Dossier) -> None:
+    def show_point_motion(self, found: PointMotion) -> None:
         """Draw the motion at the point."""
-        self.page.show_dossier(found, self.view)
+        self.page.show_point_motion(found, self.view)
 
     def show_diagram(self, found: xr.Dataset) -> None:
         """Draw the bifurcation diagram."""

@@ -15,8 +15,8 @@ slot
     The place in memory of a pack that is being advanced; B = slots * `WIDTH` lanes in all.
 tick
     The time in which the packs in all slots make one step each. Packs need not be at the same step of their periods.
-serve
-    Do what is needed between two steps of a pack: samples, orthonormalisation, results, other step matrices.
+housekeeping
+    What is needed between some steps of a pack: samples, orthonormalisation, results, the next pack, step matrices.
 suspect
     A lane whose contact state may have changed in a step. Its affine step is discarded and *resolved*: repeated with
     Taylor polynomials, from contact switch to contact switch.

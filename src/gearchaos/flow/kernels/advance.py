@@ -59,7 +59,7 @@ def _load_entry(dims, points, lanes, slots, slot, step, fresh, listed, tick):
 
 @inlined
 def _prepare_steps(dims, points, call, lanes, slots, slot, step, listed, tick):
-    """Prepare a slot for the steps from ``step`` on, and set the step before which it must be served again."""
+    """Prepare a slot for the steps from ``step`` on, and set the step before which its next housekeeping is due."""
     first, period, d, steps = slot * WIDTH, slots.period[slot], len(dims), points.steps
     number, buffers, sampling = lanes.first_step[first] + step, len(lanes.matrix_sigma), len(call.samples) > 0
     if sampling and steps.sample[number] >= 0:
@@ -78,8 +78,8 @@ def _prepare_steps(dims, points, call, lanes, slots, slot, step, listed, tick):
 
 
 @inlined
-def _serve(dims, points, call, lanes, slots, slot, work, tick):
-    """Serve a slot between two steps: orthonormalise, end the period, load the next pack if this one has ended."""
+def _housekeeping(dims, points, call, lanes, slots, slot, work, tick):
+    """Between two steps of a slot: orthonormalise, end the period, load the next pack if this one has ended."""
     step, parity = slots.stop[slot], tick & 1
     if slots.active[slot] > 0:
         point = lanes.point[slot * WIDTH]
@@ -101,12 +101,12 @@ def _serve(dims, points, call, lanes, slots, slot, work, tick):
 
 
 @inlined
-def _serve_due(dims, points, call, lanes, slots, work, tick):
-    """Serve the slots that are due at this tick; returns the next tick at which a slot is due."""
+def _due_housekeeping(dims, points, call, lanes, slots, work, tick):
+    """Do the housekeeping of the slots for which it is due at this tick; returns the next tick at which it is due."""
     slot, due = 0, _NO_TICK
     while slot < slots.counters[0]:
         if slots.due[slot] == tick:
-            _serve(dims, points, call, lanes, slots, slot, work, tick)
+            _housekeeping(dims, points, call, lanes, slots, slot, work, tick)
         if slots.active[slot] == 0:
             release_slot(lanes, slots, slot)
         else:
@@ -158,7 +158,7 @@ def advance_packs(dims, points, call, lanes, slots, work, measuring, ticks):
     for tick in range(due, due + ticks):
         slots.counters[2] = tick
         if tick == due:
-            due = _serve_due(dims, points, call, lanes, slots, work, tick)
+            due = _due_housekeeping(dims, points, call, lanes, slots, work, tick)
             if slots.counters[0] == 0:
                 return False
         _tick(dims, points, lanes, slots, work, tick, measuring)

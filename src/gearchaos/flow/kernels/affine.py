@@ -75,8 +75,8 @@ def load_bounds(dims, values, columns, length, vectors, first):
     """Write the bounds of one lane that `find_suspects` uses to every `WIDTH`-th float of the vectors from index
     ``first`` on: those of |z''| and |z'''| and the factors of |w_i|, i >= 2 (see `rates.bounds`), all times h² / 8.
 
-    ``values`` (total,) are the parameters of the lane's point, ``columns`` their `Columns`, ``length`` the length of
-    the step as a fraction of the period.
+    ``values`` (total,) are the parameters of the lane's point, ``columns`` their `ParameterColumns`, ``length`` the
+    length of the step as a fraction of the period.
     """
     h = TWO_PI * length / values[columns.omega]
     for i in range(2):

@@ -45,7 +45,7 @@ class Grids(NamedTuple):
 class Points(NamedTuple):
     """Data of P parameter points that are computed once, before trajectories are advanced."""
 
-    parameters: np.ndarray  # (P, total), columns as in `offsets.Columns`
+    parameters: np.ndarray  # (P, total), columns as in `offsets.ParameterColumns`
     steps: Steps
     grids: Grids
     table: np.ndarray  # (entries of all points, 3, rows), see `tables.tabulate`
@@ -97,7 +97,7 @@ class Slots(NamedTuple):
     period: np.ndarray  # (S,) periods completed
     step_minus_tick: np.ndarray  # (S,) index of the step within its grid, minus the tick
     row_minus_tick: np.ndarray  # (S,) index of the first lane's step in `Steps`, minus the tick
-    stop: np.ndarray  # (S,) index, within the grid, of the next step before which the slot must be served
+    stop: np.ndarray  # (S,) index, within the grid, of the next step before which housekeeping is due
     due: np.ndarray  # (S,) the tick of that step
     matrix_buffer: np.ndarray  # (S,) index of the matrix buffer in use
     matrices: np.ndarray  # (S,) index of its first vector, which holds a bound
@@ -144,7 +144,7 @@ def new_lanes(d: int, k: int, table_rows: int, buffers: int, slots: int, point_r
 
 
 def new_slots(count: int) -> Slots:
-    """``count`` empty slots, all to be served at the first tick."""
+    """``count`` empty slots, whose housekeeping, which loads their packs, is due at the first tick."""
     active, period, step_minus_tick, row_minus_tick, stop, due, matrix_buffer, matrices = np.zeros((8, count), np.int64)
     return Slots(
         active, period, step_minus_tick, row_minus_tick, stop, due, matrix_buffer, matrices, np.array([count, 0, 0])

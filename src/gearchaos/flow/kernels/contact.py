@@ -2,7 +2,7 @@
 
 Method and proof are in docs/method.md, "Resolving a step". All arguments are vectors, except ``ws`` and row indices. s
 in [0, 1] is the fraction of the segment; derivatives are with respect to s. The *gap* is the distance of z from the
-boundary of its contact state, positive inside. A *stride* is a step of the root search, an increment of s.
+boundary of its contact state, positive inside. The root search advances s by *increments*.
 """
 
 from __future__ import annotations
@@ -24,30 +24,32 @@ _PROBE = 1e-3
 segment."""
 
 _SMALLEST_WINDOW = 1e-9
-_MAX_STRIDES = 400
+"""Smallest window of an increment, see `_next_window`, as a fraction of the segment."""
+
+_MAX_INCREMENTS = 400
 _BEYOND_END = 2.0
 """A value of s beyond the end of every segment, which is at 1."""
 
 SEARCH_FAILED = 2.0
-"""Value of ``next_sigma`` for a lane whose exit was not found within `_MAX_STRIDES` strides."""
+"""Value of ``next_sigma`` for a lane whose exit was not found within `_MAX_INCREMENTS` increments."""
 
 
 @subroutine
-def _safe_stride(gap, slope, second):
+def _safe_increment(gap, slope, second):
     """The smallest distance at which a gap with this derivative can vanish if its second derivative is at least
     ``second``.
 
-    A stride of this length never jumps over a root, and near a simple root strides converge quadratically. Where the
-    parabola below the gap has no root, the gap has none either.
+    This increment never jumps over a root, and near a simple root increments converge quadratically. Where the parabola
+    below the gap has no root, the gap has none either.
     """
     zero = broadcast(0.0)
     gap = select(gap < zero, zero, gap)
     square = vfma(slope, slope, broadcast(-2.0) * second * gap)
     root = vsqrt(select(square < zero, zero, square))
     closing = slope < zero
-    stride = select(closing, gap + gap, slope + root) / select(closing, root - slope, zero - second)
+    increment = select(closing, gap + gap, slope + root) / select(closing, root - slope, zero - second)
     rootless = (closing & (square < zero)) | ((zero <= slope) & (zero <= second))
-    return select(rootless, broadcast(_BEYOND_END), stride)
+    return select(rootless, broadcast(_BEYOND_END), increment)
 
 
 @subroutine
@@ -78,8 +80,8 @@ def _may_close(gap, slope, second, ahead):
 
 
 @subroutine
-def _stride(above, below, slope, second, change, ahead, sigma):
-    """Safe stride to the nearest boundary, and the contact state beyond it.
+def _next_increment(above, below, slope, second, change, ahead, sigma):
+    """Safe increment to the nearest boundary, and the contact state beyond it.
 
     ``above`` and ``below`` are the gaps, ``slope`` and ``second`` the derivatives of z; ``change`` bounds how much the
     second one varies within the distance ``ahead``. Mostly at most one boundary can be reached, and one square root is
@@ -89,14 +91,14 @@ def _stride(above, below, slope, second, change, ahead, sigma):
     up, down = _signs(sigma)
     high = _may_close(above, up * slope, up * second - change, ahead)
     side = select(high, up, down)
-    stride = _safe_stride(select(high, above, below), side * slope, side * second - change)
+    increment = _safe_increment(select(high, above, below), side * slope, side * second - change)
     beyond = select(free, select(high, one, broadcast(-1.0)), broadcast(0.0))
     both = free & high & _may_close(below, down * slope, down * second - change, ahead)
     if any_true(both):
-        falling = _safe_stride(below, down * slope, down * second - change)
-        lower = both & (falling < stride)
-        stride, beyond = select(lower, falling, stride), select(lower, broadcast(-1.0), beyond)
-    return stride, beyond
+        falling = _safe_increment(below, down * slope, down * second - change)
+        lower = both & (falling < increment)
+        increment, beyond = select(lower, falling, increment), select(lower, broadcast(-1.0), beyond)
+    return increment, beyond
 
 
 @subroutine
@@ -134,24 +136,24 @@ def _crosses(ws, first, d, s, above0, below0, sigma, beyond):
 
 
 @subroutine
-def _next_window(error, speed, stride, ahead):
-    """Upper bound of the distance from the end of this stride to the boundary crossing: the window of the next stride.
+def _next_window(error, speed, increment, ahead):
+    """Upper bound of the distance from the end of this increment to the boundary crossing: the window of the next one.
 
-    It is four times the error bound of the stride over the speed, which holds where the motion does not slow down
-    much; `_BEYOND_END` if the stride was limited by the present window. The smaller the window, the sharper are the
-    bounds within it. If the crossing is not in the window, the next stride ends at most at the end of the window.
+    It is four times the error bound of the increment over the speed, which holds where the motion does not slow down
+    much; `_BEYOND_END` if the increment was limited by the present window. The smaller the window, the sharper are the
+    bounds within it. If the crossing is not in the window, the next increment ends at most at the end of the window.
     """
     far = broadcast(_BEYOND_END)
     window = broadcast(4.0) * error / speed
     smallest = broadcast(_SMALLEST_WINDOW)
     window = select(window < far, select(window < smallest, smallest, window), far)
-    return select(stride <= ahead, window, far)
+    return select(increment <= ahead, window, far)
 
 
 @subroutine
 def _window_after(touch, s):
-    """Half the distance from the last touch at vanishing speed, which limits the strides from there; `_BEYOND_END` if
-    there was none."""
+    """Half the distance from the last touch at vanishing speed, which limits the increments from there; `_BEYOND_END`
+    if there was none."""
     return select(touch < broadcast(0.0), broadcast(_BEYOND_END), broadcast(0.5) * (s - touch))
 
 
@@ -161,9 +163,9 @@ def find_exits(dims, ws):
     and the contact state after it to row ``next_sigma`` (`SEARCH_FAILED` if the search does not end).
 
     A start on a boundary and a grazing contact are neither missed nor counted twice: whether a touch at vanishing speed
-    is a crossing is decided by the sign of the gap a little later. From a touch on, strides are limited to windows
-    proportional to the distance from it: where the gap grows like the cube of that distance, strides from a bound for
-    the whole rest of the segment would only be proportional to its square.
+    is a crossing is decided by the sign of the gap a little later. From a touch on, increments are limited to windows
+    proportional to the distance from it: where the gap grows like the cube of that distance, increments from a bound
+    for the whole rest of the segment would only be proportional to its square.
     """
     d = len(dims)
     at = rows(dims)
@@ -174,29 +176,29 @@ def find_exits(dims, ws):
     s = select(broadcast(0.0) < load(ws, at.duration), broadcast(0.0), broadcast(_BEYOND_END))  # not if no time is left
     searching, window_limit = s <= broadcast(1.0), broadcast(_BEYOND_END)
     moved, slope, second = broadcast(0.0), load(ws, at.state + d), broadcast(2.0) * load(ws, at.state + 2 * d)
-    for _ in range(_MAX_STRIDES):
+    for _ in range(_MAX_INCREMENTS):
         above, below = vfma(up, moved, above0), vfma(down, moved, below0)
         window = smaller(window_limit, _window_after(touch, s))
         ahead = smaller(window, broadcast(1.0) - s)
         change = third * ahead
-        stride, beyond = _stride(above, below, slope, second, change, ahead, sigma)
+        increment, beyond = _next_increment(above, below, slope, second, change, ahead, sigma)
         speed = vabs(slope)
-        error = change * stride * stride
+        error = change * increment * increment
         exact = error <= broadcast(_EXACT) * speed
-        leaving = searching & (broadcast(_GRAZING_SPEED) < speed) & exact & (stride <= ahead)
-        near = (stride < broadcast(_PROBE)) & (smaller(above, below) <= broadcast(_EXACT))
-        touching = searching & (speed <= broadcast(_GRAZING_SPEED)) & ((stride <= broadcast(_EXACT)) | near)
-        root = s + stride
-        window_limit = _next_window(error, speed, stride, ahead)
-        stride = smaller(stride, window)
+        leaving = searching & (broadcast(_GRAZING_SPEED) < speed) & exact & (increment <= ahead)
+        near = (increment < broadcast(_PROBE)) & (smaller(above, below) <= broadcast(_EXACT))
+        touching = searching & (speed <= broadcast(_GRAZING_SPEED)) & ((increment <= broadcast(_EXACT)) | near)
+        root = s + increment
+        window_limit = _next_window(error, speed, increment, ahead)
+        increment = smaller(increment, window)
         if any_true(touching):
             through = touching & _crosses(ws, at.state, d, s + probe, above0, below0, sigma, beyond)
             leaving, root = leaving | through, select(through, s, root)
-            stride = select(touching, probe, stride)
+            increment = select(touching, probe, increment)
             touch, probe = select(touching, s, touch), select(touching, probe + probe, probe)
         exit_at, next_sigma = select(leaving, root, exit_at), select(leaving, beyond, next_sigma)
-        stride = select(leaving, broadcast(_BEYOND_END), stride)
-        s = select(searching, s + stride, s)
+        increment = select(leaving, broadcast(_BEYOND_END), increment)
+        s = select(searching, s + increment, s)
         searching = s <= broadcast(1.0)
         if not any_true(searching):
             break

@@ -202,13 +202,13 @@ def _measure_slot(dims, points, slots, lanes, slot, work, tick):
     """Add the step to the measures of those lanes of a slot that are not suspects."""
     ws, at, d = work.rows, rows(dims), len(dims)
     active, first = load_scalar(slots.active, slot), slot * WIDTH
-    steady = ~load_scalar(work.suspects, slot) & ((1 << active) - 1)
+    measured = ~load_scalar(work.suspects, slot) & ((1 << active) - 1)
     restore_point_rows(dims, points.harmonics, lanes.point_rows, slot, ws)
     for l in range(WIDTH):
         lane = first + (l if l < active else 0)
         work.points[l] = load_scalar(lanes.point, lane)
         work.steps[l] = load_scalar(lanes.first_step, lane) + load_scalar(slots.step_minus_tick, slot) + tick
-        store_scalar(ws, at.end_fraction * WIDTH + l, float(steady >> l & 1))
+        store_scalar(ws, at.end_fraction * WIDTH + l, float(measured >> l & 1))
     fill_step(dims, points.parameters, points.harmonics, points.steps.values, work.points, work.steps, ws)
     for i in range(d):
         store(ws, at.start + i, load(lanes.vectors, slot * rows_per_slot(lanes) + (tick & 1) * d + i))

@@ -78,7 +78,7 @@ def _record(name: str, sizes: dict[str, int]) -> Any:
     return namedtuple(name, [*sizes, "total"])
 
 
-Columns = _record("Columns", _parameters(1, 1, 1, 1))
+ParameterColumns = _record("ParameterColumns", _parameters(1, 1, 1, 1))
 Rows = _record("Rows", _fixed_rows(1))
 HarmonicRows = _record("HarmonicRows", _harmonic_rows(1, 1, 1))
 
@@ -89,7 +89,7 @@ class Harmonics(NamedTuple):
     forcing: int  # H
     stiffness: int  # K
     highest: int  # the larger of both: highest harmonic whose cosine and sine are needed
-    columns: Any  # `Columns` of the parameter array, see `_parameters`
+    columns: Any  # `ParameterColumns` of the parameter array, see `_parameters`
     rows: Any  # `HarmonicRows` of the workspace, see `_harmonic_rows`
     point_rows: int  # rows that depend on a point alone: those before ``state``, and from ``forcing_amplitudes`` on
 
@@ -99,7 +99,7 @@ def harmonics(d: int, h: int, k: int, n: int) -> Harmonics:
     fixed = row_offsets(d)
     rows = HarmonicRows(*_offsets(_harmonic_rows(d, h, k), fixed.total))
     point_rows = fixed.state + rows.total - rows.forcing_amplitudes
-    return Harmonics(h, k, max(h, k), Columns(*_offsets(_parameters(d, h, k, n))), rows, point_rows)
+    return Harmonics(h, k, max(h, k), ParameterColumns(*_offsets(_parameters(d, h, k, n))), rows, point_rows)
 
 
 @cache

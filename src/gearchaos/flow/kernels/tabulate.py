@@ -79,7 +79,7 @@ def _tabulate_responses(dims, parameters, harmonics, entry, state, work, table):
 
 
 @kernel
-def tabulate_steps(dims, parameters, harmonics, values, first, steps, tabulated, work, table):
+def tabulate_steps(dims, parameters, harmonics, values, first, first_of_entry, tabulated, work, table):
     """Compute the step tables of the points of one grid, `WIDTH` points at a time.
 
     Parameters
@@ -90,7 +90,7 @@ def tabulate_steps(dims, parameters, harmonics, values, first, steps, tabulated,
         `Steps.values` of the grid.
     first : (P,)
         Index in ``values`` of each point's first step.
-    steps : (entries,)
+    first_of_entry : (entries,)
         Index within the grid of the first step with each entry.
     tabulated : int
         `Points.tabulated`.
@@ -102,6 +102,6 @@ def tabulate_steps(dims, parameters, harmonics, values, first, steps, tabulated,
             work.points[l] = min(base + l, table.shape[0] - 1)
         for entry in range(table.shape[1]):
             for l in range(WIDTH):
-                work.steps[l] = first[work.points[l]] + steps[entry]
+                work.steps[l] = first[work.points[l]] + first_of_entry[entry]
             for state in range(3):
                 _tabulate_step(dims, parameters, harmonics, values, entry, state, tabulated, work, table)

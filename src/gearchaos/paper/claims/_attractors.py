@@ -1,4 +1,7 @@
-"""Statements about coexisting motions: figures 3 and 4, checked by the attractors that many initial states lead to."""
+"""Statements about coexisting motions: figures 3 and 4, checked by the attractors that many initial states lead to.
+
+In texts and evidence the initial states are called starts.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.paper.cache import ComputationCache
-from gearchaos.paper.claims._outcome import CONTRADICTED, HOLDS, MISPRINT, Outcome, check, graded
+from gearchaos.paper.claims._outcome import CONTRADICTED, HOLDS, MISPRINT, CheckResult, check, graded
 from gearchaos.plot import attractor_names
 
 _COMPUTED = "The motion that every start of the plane ends on, and the attractors told apart."
@@ -18,7 +21,8 @@ def _shares(ds: xr.Dataset) -> dict[str, float]:
 
 
 @check("3a", "3b")
-def two_kinds(cache: ComputationCache, name: str) -> Outcome:
+def two_kinds(cache: ComputationCache, name: str) -> CheckResult:
+    """Whether two kinds of motion attract nearly all initial states."""
     ds = cache.study(3, name[1])
     kinds: dict[str, float] = {}
     for attractor, share in _shares(ds).items():
@@ -28,36 +32,40 @@ def two_kinds(cache: ComputationCache, name: str) -> Outcome:
     enough = sum(s for _, s in leading) >= 0.9 and leading[-1][1] >= 0.05 and len(leading) == 2
     evidence = {"share_by_kind": {k: round(s, 4) for k, s in ranked}, "share_by_attractor": _shares(ds),
                 "starts": int(ds["attractor"].size)}
-    return Outcome(graded(enough), _COMPUTED, evidence)
+    return CheckResult(graded(enough), _COMPUTED, evidence)
 
 
 @check("3c")
-def many_at_high_frequency(cache: ComputationCache) -> Outcome:
+def many_at_high_frequency(cache: ComputationCache) -> CheckResult:
+    """Whether Fig. 3c has more attractors than Figs. 3a and 3b, at lower frequencies."""
     counts = {panel: len(_shares(cache.study(3, panel))) for panel in "abc"}
     evidence = {"attractors": counts, "share_by_attractor_3c": _shares(cache.study(3, "c"))}
-    return Outcome(graded(counts["c"] > max(counts["a"], counts["b"])), _COMPUTED, evidence)
+    return CheckResult(graded(counts["c"] > max(counts["a"], counts["b"])), _COMPUTED, evidence)
 
 
 @check("4a", "4b", "4c", "4e")
-def exists(cache: ComputationCache, name: str) -> Outcome:
+def exists(cache: ComputationCache, name: str) -> CheckResult:
+    """Whether there is a stable orbit of the period in the statement."""
     period = {"4a": 1, "4b": 3, "4c": 4, "4e": 5}[name]
     ds, indices = _of_period(cache, period)
-    return Outcome(graded(len(indices) > 0), _COMPUTED, _orbits(ds, indices))
+    return CheckResult(graded(len(indices) > 0), _COMPUTED, _orbits(ds, indices))
 
 
 @check("4d")
-def second_of_four(cache: ComputationCache) -> Outcome:
+def second_of_four(cache: ComputationCache) -> CheckResult:
+    """Whether there is a second stable 4T orbit."""
     ds, indices = _of_period(cache, 4)
-    return Outcome(graded(len(indices) > 1), _COMPUTED, _orbits(ds, indices))
+    return CheckResult(graded(len(indices) > 1), _COMPUTED, _orbits(ds, indices))
 
 
 @check("4b-caption")
-def no_second_period(cache: ComputationCache) -> Outcome:
+def no_second_period(cache: ComputationCache) -> CheckResult:
+    """Whether there is a stable 2T orbit, as the caption of Fig. 4b says; the text says 3T."""
     ds, of_2t = _of_period(cache, 2)
     _, of_3t = _of_period(cache, 3)
     verdict = HOLDS if len(of_2t) else MISPRINT if len(of_3t) else CONTRADICTED
-    return Outcome(verdict, _COMPUTED, {"2T": _orbits(ds, of_2t), "3T": _orbits(ds, of_3t)},
-                   "" if len(of_2t) else "3T, as the text says")
+    return CheckResult(verdict, _COMPUTED, {"2T": _orbits(ds, of_2t), "3T": _orbits(ds, of_3t)},
+                       "" if len(of_2t) else "3T, as the text says")
 
 
 def _of_period(cache: ComputationCache, period: int) -> tuple[xr.Dataset, np.ndarray]:

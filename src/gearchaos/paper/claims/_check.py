@@ -11,7 +11,7 @@ from typing import Any
 
 from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.claims import _attractors, _maps, _motions, _windows  # noqa: F401 - they register their checks
-from gearchaos.paper.claims._evidence import cited
+from gearchaos.paper.claims._evidence import evidence_of
 from gearchaos.paper.claims._outcome import CHECKS, CONTRADICTED, MISPRINT
 
 
@@ -24,7 +24,7 @@ class Claim:
     id, figure, where, statement, setting, criterion, expected
         From the record of the statement in `records.toml`.
     verdict, computed, evidence, instead
-        From the `Outcome` of its check; ``evidence`` also has the verdicts on all motions computed for it.
+        From the `CheckResult` of its check; ``evidence`` also has the verdicts on all motions computed for it.
     """
 
     id: str
@@ -68,7 +68,7 @@ def check_all(cache: ComputationCache, names: Iterable[str]) -> list[Claim]:
 def _checked(cache: ComputationCache, name: str) -> Claim:
     with cache.requested_keys() as keys:
         outcome = asdict(CHECKS[name](cache))
-    outcome["evidence"] |= {"verdicts": cited(cache, keys)}
+    outcome["evidence"] |= {"verdicts": evidence_of(cache, keys)}
     return Claim(id=name, **records()[name], **outcome)
 
 

@@ -13,13 +13,14 @@ from gearchaos.paper.cache import ComputationCache
 from gearchaos.studies import Verdict, motions
 
 
-def cited(cache: ComputationCache, keys: Iterable[str]) -> dict[str, Any]:
+def evidence_of(cache: ComputationCache, keys: Iterable[str]) -> dict[str, Any]:
     """The evidence in the results with these keys, by key; results without verdicts are left out."""
-    found = {key: _cite(cache.known(key)) for key in dict.fromkeys(keys)}
+    found = {key: _of_result(cache.known(key)) for key in dict.fromkeys(keys)}
     return {key: value for key, value in found.items() if value}
 
 
-def _cite(result: Any) -> dict[str, Any]:
+def _of_result(result: Any) -> dict[str, Any]:
+    """The evidence in one result, empty if it has no verdicts."""
     if isinstance(result, Verdict):
         return _regime(result)
     if isinstance(result, xr.Dataset) and "lyapunov_lo" in result:
@@ -30,6 +31,7 @@ def _cite(result: Any) -> dict[str, Any]:
 
 
 def _regime(verdict: Verdict) -> dict[str, Any]:
+    """Of one motion: its label, largest multiplier, largest exponent and interval."""
     out: dict[str, Any] = {"label": verdict.label}
     if verdict.multipliers:
         out["largest_multiplier"] = _number(max(map(abs, verdict.multipliers)))
@@ -46,6 +48,7 @@ def _cells(ds: xr.Dataset) -> dict[str, Any]:
 
 
 def _kind(ds: xr.Dataset, kind: Label, cells: np.ndarray) -> dict[str, Any]:
+    """Of the motions of one kind, in those cells where ``cells`` is true, bool of the shape of ``label``."""
     out: dict[str, Any] = {"cells": int(cells.sum())}
     if kind == Label.PERIODIC:
         out["largest_multiplier"] = _number(np.nanmax(ds["multiplier"].values[cells]))
@@ -56,6 +59,7 @@ def _kind(ds: xr.Dataset, kind: Label, cells: np.ndarray) -> dict[str, Any]:
 
 
 def _attractors(ds: xr.Dataset) -> dict[str, Any]:
+    """Of each attractor: its largest multiplier and largest exponent."""
     names = motions(ds["attractor_label"], ds["attractor_period"])
     facts = zip(names, ds["attractor_multiplier"].values, ds["attractor_lyapunov"].values, strict=True)
     return {

@@ -13,7 +13,7 @@ from scipy.stats import spearmanr
 
 from gearchaos.model import HarmonicStiffness, MeshModel, TwoLevelStiffness
 from gearchaos.paper.cache import ComputationCache
-from gearchaos.paper.claims._outcome import Outcome, check, graded
+from gearchaos.paper.claims._outcome import CheckResult, check, graded
 from gearchaos.paper.claims._read import (
     is_chaotic,
     is_periodic,
@@ -29,36 +29,40 @@ _REFERENCE: dict[str, Any] = {"q0": 0.1}
 
 
 def _reference_map(cache: ComputationCache) -> xr.Dataset:
+    """The map of the torsional model over (ω, ε1), to which those of other models are compared."""
     return cache.map(MeshModel.of(**_REFERENCE), _OMEGA, _EPS1)
 
 
 @check("2a")
-def resonances(cache: ComputationCache) -> Outcome:
+def resonances(cache: ComputationCache) -> CheckResult:
+    """Whether V_RMS over ω has peaks near 2, 1, 1/2 and 1/4."""
     ds = cache.scan(Axis("omega", 0.2, 3.0, 401), q0=0.1, eps1=0.005)
-    omega, level = ds["omega"].values, ds["v_rms"].values
-    peaks, _ = find_peaks(level, prominence=0.02 * level.max())
-    left, right = (np.interp(edge, np.arange(len(omega)), omega) for edge in peak_widths(level, peaks, 0.5)[2:])
+    omega, v_rms = ds["omega"].values, ds["v_rms"].values
+    peaks, _ = find_peaks(v_rms, prominence=0.02 * v_rms.max())
+    left, right = (np.interp(edge, np.arange(len(omega)), omega) for edge in peak_widths(v_rms, peaks, 0.5)[2:])
     found = [{"peak": round(float(omega[p]), 4), "from": round(float(a), 4), "to": round(float(b), 4),
-              "v_rms": round(float(level[p]), 5)} for p, a, b in zip(peaks, left, right, strict=True)]
+              "v_rms": round(float(v_rms[p]), 5)} for p, a, b in zip(peaks, left, right, strict=True)]
     reached = {str(w): any(0.9 * f["from"] <= w <= 1.1 * f["to"] for f in found) for w in (2.0, 1.0, 0.5, 0.25)}
-    return Outcome(graded(all(reached.values())), "V_RMS over ω at ε1 = 0.005 with its peaks and their widths.",
-                   {"raised_levels": found, "reached": reached})
+    return CheckResult(graded(all(reached.values())), "V_RMS over ω at ε1 = 0.005 with its peaks and their widths.",
+                       {"raised_levels": found, "reached": reached})
 
 
 @check("2b")
-def level_in_chaos(cache: ComputationCache) -> Outcome:
+def v_rms_in_chaos(cache: ComputationCache) -> CheckResult:
+    """Whether V_RMS is higher in chaotic cells than in others, in the median but not everywhere."""
     ds = cache.study(2, "a")
     low = ds.sel(omega=slice(None, 2.0))
-    chaos, level = is_chaotic(low), low["v_rms"].values
-    inside, outside = float(np.median(level[chaos])), float(np.median(level[~chaos]))
-    lower = float((level[chaos] < outside).mean())
+    chaos, v_rms = is_chaotic(low), low["v_rms"].values
+    inside, outside = float(np.median(v_rms[chaos])), float(np.median(v_rms[~chaos]))
+    lower = float((v_rms[chaos] < outside).mean())
     evidence = {"median_v_rms_chaotic": round(inside, 5), "median_v_rms_other": round(outside, 5),
                 "share_of_chaotic_cells_below_the_other_median": round(lower, 4)}
-    return Outcome(graded(inside > outside and lower > 0), "Levels of the cells of Fig. 2 at ω < 2.", evidence)
+    return CheckResult(graded(inside > outside and lower > 0), "Levels of the cells of Fig. 2 at ω < 2.", evidence)
 
 
 @check("beta")
-def bearing_friction(cache: ComputationCache) -> Outcome:
+def bearing_friction(cache: ComputationCache) -> CheckResult:
+    """Whether the map without bearing friction is similar to the reference map."""
     other = cache.map(MeshModel.of(**_REFERENCE, beta=0.0), _OMEGA, _EPS1)
     fine = {str(q0): cache.regime(omega=1.0, eps1=0.1, beta=0.0, q0=q0).label for q0 in (0.0164, 0.01645, 0.0165)}
     remark = f"fine windows do move: the three values of 6b then give {', '.join(fine.values())}"
@@ -66,7 +70,8 @@ def bearing_friction(cache: ComputationCache) -> Outcome:
 
 
 @check("chi")
-def sine_stiffness(cache: ComputationCache) -> Outcome:
+def sine_stiffness(cache: ComputationCache) -> CheckResult:
+    """Whether the map with a sinusoidal mesh stiffness is similar to the reference map."""
     square = TwoLevelStiffness()
     sine = first_harmonic(square)
     model = replace(MeshModel.of(**_REFERENCE), stiffness=sine)
@@ -80,13 +85,13 @@ def first_harmonic(wave: TwoLevelStiffness) -> HarmonicStiffness:
     return HarmonicStiffness((float(amplitude),), (float(np.pi * share),))
 
 
-def _compared(cache: ComputationCache, other: xr.Dataset, extra: dict, remark: str = "") -> Outcome:
+def _compared(cache: ComputationCache, other: xr.Dataset, extra: dict, remark: str = "") -> CheckResult:
     """Whether a map is as similar to the reference map as that of the same model from another initial state."""
     reference = _reference_map(cache)
     found, baseline = similarity(reference, other), _from_another_state(cache)
     evidence = {**found, **extra, "chaotic_share": [_share(reference), _share(other)],
                 "same_model_from_x1_0.5": baseline}
-    return Outcome(graded(_similar(found, baseline, reference.label.size)), _COMPARED, evidence, remark)
+    return CheckResult(graded(_similar(found, baseline, reference.label.size)), _COMPARED, evidence, remark)
 
 
 def _from_another_state(cache: ComputationCache) -> dict[str, float]:
@@ -104,22 +109,26 @@ def _similar(found: dict[str, float], baseline: dict[str, float], cells: int) ->
 
 
 def _share(ds: xr.Dataset) -> float:
+    """Share of the cells that are chaotic."""
     return round(float(is_chaotic(ds).mean()), 4)
 
 
 @check("rho")
-def stiff_supports(cache: ComputationCache) -> Outcome:
-    """In the setting of Fig. 10; the evidence also has the same comparison over the whole plane of Fig. 2."""
-    omega, held = Axis("omega", 0.2, 3.0, 281), {"eps1": 0.05, **_REFERENCE}
-    rigid = cache.scan(omega, **held)
-    baseline = similarity(rigid, cache.scan(omega, **held, x1=0.5))
-    found = {kappa: similarity(rigid, cache.scan(omega, kind="full", kappa=kappa, **held)) for kappa in _STIFFNESSES}
+def stiff_supports(cache: ComputationCache) -> CheckResult:
+    """Whether stiff supports give the same verdicts as rigid ones, in the setting of Fig. 10.
+
+    The evidence also has the same comparison over the whole plane of Fig. 2.
+    """
+    omega, fixed = Axis("omega", 0.2, 3.0, 281), {"eps1": 0.05, **_REFERENCE}
+    rigid = cache.scan(omega, **fixed)
+    baseline = similarity(rigid, cache.scan(omega, **fixed, x1=0.5))
+    found = {kappa: similarity(rigid, cache.scan(omega, kind="full", kappa=kappa, **fixed)) for kappa in _STIFFNESSES}
     alike = {kappa: _similar(f, baseline, omega.count) for kappa, f in found.items()}
     reference = _reference_map(cache)
     plane = similarity(reference, cache.map(MeshModel.of(kind="full", kappa=20.0, **_REFERENCE), _OMEGA, _EPS1))
     evidence = {"by_kappa": {f"{k:g}": v for k, v in found.items()}, "same_model_from_x1_0.5": baseline,
                 "whole_plane_of_fig_2_at_kappa_20": plane, "there_same_model_from_x1_0.5": _from_another_state(cache)}
-    return Outcome(
+    return CheckResult(
         graded(all(alike[k] for k in _STIFFNESSES if k >= 20) and not alike[_STIFFNESSES[0]]),
         "Verdicts on 281 frequencies for every κ, compared with the torsional model.", evidence,
         f"over amplitudes up to 0.3 differences remain at κ = 20: {plane['same_class']:.0%} of the cells keep their "
@@ -128,10 +137,12 @@ def stiff_supports(cache: ComputationCache) -> Outcome:
 
 
 _STIFFNESSES = (10.0, 20.0, 30.0, 50.0)
+"""Values of κ of the supports."""
 
 
 @check("5a")
-def chaos_at_small_load(cache: ComputationCache) -> Outcome:
+def chaos_at_small_load(cache: ComputationCache) -> CheckResult:
+    """Whether chaos is confined to q0 < 0.15 in the map of Fig. 5."""
     ds = cache.study(5, "a")
     chaos, q0 = is_chaotic(ds), ds["q0"].values
     below = {limit: float(chaos[q0 < limit].sum() / chaos.sum()) for limit in (0.15, 0.155)}
@@ -139,30 +150,32 @@ def chaos_at_small_load(cache: ComputationCache) -> Outcome:
     evidence = {"share_of_chaotic_cells_below": {str(k): round(v, 4) for k, v in below.items()},
                 "last_row_with_2_percent_of_chaos": round(last, 4),
                 "last_chaotic_cell": round(float(q0[chaos.any(axis=1)].max()), 4)}
-    return Outcome(graded(last > 0.14 and below[0.15] >= 0.99, last > 0.14 and below[0.155] >= 0.99),
-                   "The chaotic cells of Fig. 5.", evidence, f"chaos takes 2 % of a row up to q0 = {last:.3f}")
+    return CheckResult(graded(last > 0.14 and below[0.15] >= 0.99, last > 0.14 and below[0.155] >= 0.99),
+                       "The chaotic cells of Fig. 5.", evidence, f"chaos takes 2 % of a row up to q0 = {last:.3f}")
 
 
 @check("5b")
-def calm_at_high_frequency(cache: ComputationCache) -> Outcome:
+def small_v_rms_at_high_frequency(cache: ComputationCache) -> CheckResult:
+    """Whether V_RMS at ω > 2 is less than half of that at lower ω, for all q0."""
     ds = cache.study(5, "a")
-    level, high = ds["v_rms"].values, ds["omega"].values > 2
-    tenths = np.array_split(np.arange(len(level)), 10)
-    pairs = [(float(np.nanmedian(level[t][:, high])), float(np.nanmedian(level[t][:, ~high]))) for t in tenths]
+    v_rms, high = ds["v_rms"].values, ds["omega"].values > 2
+    tenths = np.array_split(np.arange(len(v_rms)), 10)
+    pairs = [(float(np.nanmedian(v_rms[t][:, high])), float(np.nanmedian(v_rms[t][:, ~high]))) for t in tenths]
     evidence = {"median_v_rms_above_and_below_omega_2_by_tenth_of_q0": [[round(a, 4), round(b, 4)] for a, b in pairs]}
-    return Outcome(graded(all(a < 0.5 * b for a, b in pairs)), "Levels of the cells of Fig. 5.", evidence)
+    return CheckResult(graded(all(a < 0.5 * b for a, b in pairs)), "Levels of the cells of Fig. 5.", evidence)
 
 
 @check("10a")
-def chaos_moves_up(cache: ComputationCache) -> Outcome:
+def chaos_moves_to_higher_frequencies(cache: ComputationCache) -> CheckResult:
+    """Whether ω increases with κ along every band of chaotic cells in Fig. 10."""
     ds = cache.study(10, "a")
     chaos = is_chaotic(ds)
     bands, count = ndimage.label(ndimage.binary_dilation(chaos, np.ones((3, 3))))
     large = [k for k in range(1, count + 1) if (chaos & (bands == k)).sum() >= 0.05 * chaos.sum()]
     found = [_band(ds, chaos & (bands == k)) for k in large]
     rising = len(found) > 0 and all(f["rank_correlation"] > 0.5 for f in found)
-    return Outcome(graded(rising), "The connected bands of chaotic cells in Fig. 10, one row after the other.",
-                   {"bands": found})
+    return CheckResult(graded(rising), "The connected bands of chaotic cells in Fig. 10, one row after the other.",
+                       {"bands": found})
 
 
 def _band(ds: xr.Dataset, cells: np.ndarray) -> dict[str, float]:
@@ -176,21 +189,25 @@ def _band(ds: xr.Dataset, cells: np.ndarray) -> dict[str, float]:
 
 
 @check("10b")
-def new_kind(cache: ComputationCache) -> Outcome:
+def quasi_periodic_cells(cache: ComputationCache) -> CheckResult:
+    """Whether the map of Fig. 10 has quasi-periodic cells."""
     share = float(is_quasi_periodic(cache.study(10, "a")).mean())
-    return Outcome(graded(share >= 0.01), "The cells of Fig. 10.", {"share_of_quasi_periodic_cells": round(share, 4)})
+    evidence = {"share_of_quasi_periodic_cells": round(share, 4)}
+    return CheckResult(graded(share >= 0.01), "The cells of Fig. 10.", evidence)
 
 
 @check("11a")
-def rimmed_chaos(cache: ComputationCache) -> Outcome:
+def chaos_bordered_by_tori(cache: ComputationCache) -> CheckResult:
+    """Whether cells next to the chaotic ones near ω = 1 in Fig. 11 are quasi-periodic or periodic with a long
+    period."""
     ds = cache.study(11, "a").sel(omega=slice(0.9, 1.2), eps1=slice(0.0, 0.1))
     chaos = is_chaotic(ds)
     beside = ndimage.binary_dilation(chaos) & ~chaos  # cells with a chaotic one among their four neighbours
-    on_rim = float(_high_order(ds)[beside].mean()) if beside.any() else 0.0
+    share = float(_high_order(ds)[beside].mean()) if beside.any() else 0.0
     evidence = {"share_of_chaotic_cells": round(float(chaos.mean()), 4), "cells_beside_chaos": int(beside.sum()),
-                "share_of_them_quasi_periodic_or_high_order": round(on_rim, 4),
+                "share_of_them_quasi_periodic_or_high_order": round(share, 4),
                 "share_over_the_whole_plane": round(float(_high_order(cache.study(11, "a")).mean()), 4)}
-    return Outcome(graded(chaos.mean() >= 0.01 and on_rim >= 0.1), "The cells of Fig. 11 around ω = 1.", evidence)
+    return CheckResult(graded(chaos.mean() >= 0.01 and share >= 0.1), "The cells of Fig. 11 around ω = 1.", evidence)
 
 
 def _high_order(ds: xr.Dataset) -> np.ndarray:

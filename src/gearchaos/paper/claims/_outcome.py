@@ -1,4 +1,4 @@
-"""The outcome of the check of a statement, and the registry of checks."""
+"""The result of the check of a statement, and the registry of checks."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ DIGITS = "holds within the printed digits"
 MISPRINT = "misprint"
 CONTRADICTED = "contradicted"
 VERDICTS = (HOLDS, DIGITS, MISPRINT, CONTRADICTED)
-"""It holds as printed; it holds if its numbers are rounded or read off a diagram; it is a misprint; none of these."""
+"""Verdicts on a statement of the paper, not to be confused with the verdict on a motion, its kind: the statement holds
+as printed; it holds if its numbers are rounded or read off a diagram; it is a misprint; none of these."""
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """The outcome of one check.
+class CheckResult:
+    """The result of one check.
 
     Attributes
     ----------
@@ -35,23 +36,24 @@ class Outcome:
     instead: str = ""
 
 
-Check = Callable[["ComputationCache"], Outcome]
+Check = Callable[["ComputationCache"], CheckResult]
 CHECKS: dict[str, Check] = {}
 """Checks by the id of the statement in `records.toml`."""
 
 
-def check(*names: str) -> Callable[[Callable[..., Outcome]], Callable[..., Outcome]]:
+def check(*names: str) -> Callable[[Callable[..., CheckResult]], Callable[..., CheckResult]]:
     """Decorator that registers the check of a statement; with several ids, the id is its second argument."""
 
-    def register(function: Callable[..., Outcome]) -> Callable[..., Outcome]:
+    def register(function: Callable[..., CheckResult]) -> Callable[..., CheckResult]:
         for name in names:
-            CHECKS[name] = function if len(names) == 1 else _for(function, name)
+            CHECKS[name] = function if len(names) == 1 else _with_id(function, name)
         return function
 
     return register
 
 
-def _for(function: Callable[..., Outcome], name: str) -> Check:
+def _with_id(function: Callable[..., CheckResult], name: str) -> Check:
+    """A check with the id of the statement as its second argument."""
     return lambda cache: function(cache, name)
 
 

@@ -1,4 +1,4 @@
-"""Figures over a plane: zones beside the quality index, and basins of attraction."""
+"""Figures over a plane: zones beside V_RMS, which the paper calls the quality index, and basins of attraction."""
 
 from __future__ import annotations
 

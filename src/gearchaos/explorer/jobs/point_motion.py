@@ -1,4 +1,4 @@
-"""The motion at one point: its verdict, its time history and more points of its portrait, each once it is computed."""
+"""The motion at one point: its verdict, its trajectory and more points of its portrait, each once it is computed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ verdict.
 
 
 @dataclass(frozen=True)
-class Dossier:
+class PointMotion:
     """What is known about the motion at a point.
 
     Attributes
@@ -34,7 +34,7 @@ class Dossier:
     verdict : Verdict
     final : bool
         Whether this is the verdict of `gearchaos.regime`; otherwise it is preliminary.
-    motion : xarray.Dataset or None
+    trajectory : xarray.Dataset or None
         The steady motion sampled in time; None until it is computed, and for a motion that diverged.
     portrait : xarray.Dataset or None
         More stroboscopic points than the verdict has, for a motion that is not periodic.
@@ -43,51 +43,51 @@ class Dossier:
     model: MeshModel
     verdict: Verdict
     final: bool
-    motion: xr.Dataset | None = None
+    trajectory: xr.Dataset | None = None
     portrait: xr.Dataset | None = None
 
     @property
     def stage(self) -> str:
-        """How complete it is: "verdict" (no time history yet), "preliminary" (the verdict is), or "complete"."""
-        if self.motion is None and self.verdict.section:
+        """How complete it is: "verdict" (no trajectory yet), "preliminary" (the verdict is), or "complete"."""
+        if self.trajectory is None and self.verdict.section:
             return "verdict"
         return "complete" if self.final else "preliminary"
 
-    def with_motion_of(self, before: Dossier | None) -> Dossier:
-        """The dossier with the time history of an earlier one of the same motion, so that it is computed only once."""
-        if before is None or self.motion is not None:
+    def with_trajectory_of(self, before: PointMotion | None) -> PointMotion:
+        """The same with the trajectory of an earlier one of the same motion, so that it is computed only once."""
+        if before is None or self.trajectory is not None:
             return self
         same = (before.model, before.verdict.label) == (self.model, self.verdict.label)
-        return replace(self, motion=before.motion) if same else self
+        return replace(self, trajectory=before.trajectory) if same else self
 
 
-def dossier(model: MeshModel) -> Generator[Dossier]:
-    """The motion of a model: its verdict, then its time history, then more points of its portrait.
+def point_motion(model: MeshModel) -> Generator[PointMotion]:
+    """The motion of a model: its verdict, then its trajectory, then more points of its portrait.
 
     If the verdict is preliminary, `final_verdict` computes the final one.
     """
     verdict = regime(model, settings=QUICK)
-    found = Dossier(model, verdict, final=verdict.periods_spent <= sum(QUICK.transient_lengths))
+    found = PointMotion(model, verdict, final=verdict.periods_spent <= sum(QUICK.transient_lengths))
     yield found
     if verdict.section:
-        yield replace(found, motion=steady(model, verdict))
+        yield replace(found, trajectory=steady(model, verdict))
         if found.final:
             yield from _with_portrait(found)
 
 
-def final_verdict(model: MeshModel, label: str) -> Generator[Dossier]:
+def final_verdict(model: MeshModel, label: str) -> Generator[PointMotion]:
     """The final verdict on a motion with a preliminary one, and more points of its portrait.
 
-    The time history is included only if the verdict differs from ``label``, the preliminary one.
+    The trajectory is included only if the verdict differs from ``label``, the preliminary one.
     """
     verdict = regime(model)
-    found = Dossier(model, verdict, final=True)
+    found = PointMotion(model, verdict, final=True)
     changed = verdict.section and verdict.label != label
-    yield replace(found, motion=steady(model, verdict)) if changed else found
+    yield replace(found, trajectory=steady(model, verdict)) if changed else found
     yield from _with_portrait(found)
 
 
-def _with_portrait(found: Dossier) -> Generator[Dossier]:
+def _with_portrait(found: PointMotion) -> Generator[PointMotion]:
     """`PORTRAIT_POINTS` stroboscopic points of a motion that is not periodic."""
     verdict = found.verdict
     if verdict.period is None and verdict.section:

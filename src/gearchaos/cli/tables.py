@@ -1,4 +1,4 @@
-"""Results as pages of text on stdout."""
+"""Results as tables of text on stdout."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SHOWN_ROWS = 20
 """Most rows of a stroboscopic section that are printed."""
 
 _FILE_WIDTH = 160
-"""Width of a page in characters where stdout is not a terminal."""
+"""Width of a table in characters where stdout is not a terminal."""
 
 
 def print_section(dataset: xr.Dataset) -> None:
@@ -39,7 +39,10 @@ def print_section(dataset: xr.Dataset) -> None:
 
 
 def print_run(found: dict[str, Any]) -> None:
-    """Print the progress of a run; ``found`` is from `gearchaos.store.info.summary`."""
+    """Print the progress of a run.
+
+    ``found`` is from `gearchaos.store.info.summary`; its ``pieces`` are work items.
+    """
     table = Table(show_header=False)
     table.add_row("study", found["study"])
     share = found["pieces_done"] / found["pieces"]
