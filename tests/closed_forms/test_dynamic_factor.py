@@ -152,6 +152,14 @@ def test_method_b_is_continuous_but_at_the_start_of_main_resonance():
     assert factor_at(1e-9, GIVEN).value == pytest.approx(1.0, abs=1e-8)
 
 
+def test_method_b_above_the_main_resonance_may_be_below_one():
+    exact = Deviations(
+        base_pitch=0.0, profile_form=0.0, base_pitch_allowance=0.0, profile_allowance=0.0, tip_relief=0.0)
+    expected = 0.125 * math.sin(math.pi * (SPUR_62.contact_ratio - 2)) + 0.875
+    assert factor_at(2.0, exact).value == pytest.approx(expected, rel=1e-12)
+    assert expected < 1
+
+
 def test_tip_relief_counts_up_to_grade_5_only():
     both = tolerances(Quality(ISO_1995, 5), SPUR_62)
     fine, coarse = (deviations(SPUR_62, both, grade, tip_relief=(10e-6, 30e-6)) for grade in (5, 6))
@@ -186,7 +194,7 @@ def test_running_in():
     assert pair.base_pitch_allowance == pytest.approx((0.2 + 0.075) / 2 * pair.base_pitch, rel=1e-12)
     assert pair.profile_allowance == pytest.approx((0.2 + 0.075) / 2 * pair.profile_form, rel=1e-12)
     assert pair.tip_relief == pytest.approx((relief_from_running_in(steel) + relief_from_running_in(HARDENED)) / 2)
-    for group, limit in (("soft", 1e9), ("cast iron", -1.0)):
+    for group, limit in (("soft", 1e9), ("cast iron", -1.0), ("cast iron", math.inf)):
         with pytest.raises(InputError, match="flank"):
             FlankMaterial(group, limit)
 
