@@ -174,6 +174,6 @@ def test_eccentricity_is_a_shaft_order():
     assert "not part of the model" in first.text
     assert [s.wheel for s in shaft_orders(SPUR_62, (0.0, 1e-6))] == [2]
     assert shaft_orders(SPUR_62, (0.0, 0.0)) == ()
-    for bad in (-1e-6, math.nan):
+    for bad in (-1e-6, math.nan, math.inf):
         with pytest.raises(InputError, match=r"eccentricity\[1\]"):
             shaft_orders(SPUR_62, (0.0, bad))

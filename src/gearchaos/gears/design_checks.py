@@ -19,13 +19,13 @@ USUAL_DAMPING = (0.03, 0.1)
 """Usual damping ratios of a mesh, see the parameter ``damping_ratio`` of `GearDesign`."""
 
 FASTEST, FAST = 300.0, 60.0
-"""Pitch line velocities in m/s: beyond those of turbine gears, and beyond those of most other gears."""
+"""Pitch line velocities in m/s above which a speed is refused, and above which there is a warning."""
 
 FAST_SPEED = 2500.0
-"""Speed in rad/s that few gears reach: 23 900 rpm."""
+"""Speed in rad/s above which there is a warning, 23 900 rpm: a number of revolutions per minute may be meant."""
 
 HIGH_LOAD = 3e8
-"""Load F_t/(b m_n) in Pa that teeth of steel hardly bear: their bending stress is some 2.5 times as large."""
+"""Load F_t/(b m_n) in Pa above which there is a warning: the bending stress at the root is several times as large."""
 
 
 def check_inputs(design: Any) -> None:
@@ -127,7 +127,7 @@ def _operating_warnings(design: Any) -> list[str]:
     if design.torque is not None:
         load = mesh_load(design.geometry, 0.0, design.torque, 1.0).line_load / design.module
         if load > HIGH_LOAD:
-            found.append(f"The load F_t/(b m_n) is {load / 1e6:.4g} N/mm², more than teeth bear: is torque in N*m?")
+            found.append(f"The load F_t/(b m_n) is {load / 1e6:.4g} N/mm², unusually high: is the torque in N*m?")
     return found
 
 

@@ -13,10 +13,10 @@ LEAST_TIP_THICKNESS = 0.2
 """Tip thickness in normal modules below which there is a warning, ISO 21771:2007 7.9."""
 
 LEAST_TIP_CLEARANCE = 0.1
-"""Tip clearance in normal modules below which there is a warning: the least of ISO 53:1998, 0.25, is far above it."""
+"""Tip clearance in normal modules below which there is a warning; that of profile A of ISO 53:1998 is 0.25."""
 
 LARGE_BACKLASH = 0.1
-"""Theoretical backlash, in normal modules, above which there is a warning: few allowances leave as much."""
+"""Theoretical backlash, in normal modules, above which there is a warning."""
 
 SHIFT_TOLERANCE = 0.01
 """Theoretical backlash, in normal modules, that the rounding of profile shifts to two decimals explains."""
@@ -84,10 +84,13 @@ def _check_root(geometry: Geometry, wheel: int) -> None:
     """Raise `InputError` if the mate's tip reaches below the root form circle, where the flank is no involute."""
     start, form = geometry.start_of_active_profile[wheel], geometry.root_form_diameter[wheel]
     if not start >= form:  # also if start is not a number
+        least = geometry.undercut_shift[wheel]
+        undercut = geometry.profile_shift[wheel] < least
         raise InputError(
             f"start_of_active_profile[{wheel}]", f"must not be below the root form diameter, {form:.9g} m", start,
             f"The tip of wheel {2 - wheel} meets the root of wheel {wheel + 1} where its flank is no involute. Give "
-            f"wheel {wheel + 1} a larger profile_shift, or shorten the teeth of wheel {2 - wheel} by tip_alteration.")
+            f"wheel {wheel + 1} a larger profile_shift, or shorten the teeth of wheel {2 - wheel} by tip_alteration."
+            + (f" Without undercut profile_shift[{wheel}] is at least {least:.4g}." if undercut else ""))
 
 
 def _check_overlap(geometry: Geometry) -> None:
