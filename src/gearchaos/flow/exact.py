@@ -22,7 +22,7 @@ of the last-level cache. Where contact states change often, matrices that do not
 _MIN_SLOTS = 4
 """Fewest packs that are advanced together."""
 
-_MAX_BUFFER_BYTES = 16 << 20
+_MAX_BUFFER_BYTES = 4 << 20
 """Most bytes of the matrix buffers of one pack; where a buffer for each entry would take more, there is one."""
 
 _STEPS_BETWEEN_CANCEL_CHECKS = 20_000

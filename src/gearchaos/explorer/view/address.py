@@ -31,7 +31,7 @@ the motion chosen at the point (`View.initial`), ``units`` one of `_UNITS` (`Vie
 """
 
 _STEPS = ("levels", "starts")
-"""The fields of a stepped stiffness, each a list of numbers with commas between; names in a query for that kind only."""
+"""The fields of a stepped stiffness. In the query of a model that has one, each is a list of numbers with commas."""
 
 _UNITS = ("dimensionless", "physical")
 
