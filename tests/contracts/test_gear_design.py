@@ -140,6 +140,7 @@ REFUSED = [
     ({"eccentricity": 0.02}, "eccentricity[0]", "did you mean '0.02 mm'", ""),
     ({"tip_relief": 20}, "tip_relief.amount[0]", "did you mean '20 um'", ""),
     ({"tip_relief": {"amount": 1e-5, "start_diameter": [65, 125]}}, "tip_relief.start_diameter[0]", "'65 mm'", ""),
+    ({"material": {"E": 206e3, "poisson": 0.3, "density": 7830}}, "material.E", "did you mean '206000 MPa'", ""),
     ({"material": {"E": 206, "poisson": 0.3, "density": 7830}}, "material.E", "did you mean '206 GPa'", ""),
     ({"material": ["steel", {"E": 206e9, "poisson": 0.3, "density": 7.8}]}, "material[1].density", "'7.8 g/cm^3'", ""),
     ({"supports": {"stiffness": 200, "damping_ratio": 0}}, "supports.stiffness", "did you mean '200 N/um'", ""),
