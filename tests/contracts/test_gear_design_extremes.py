@@ -16,11 +16,6 @@ def two(values):
     return st.tuples(values, values)
 
 
-def two(values):
-    """A value of each wheel."""
-    return st.tuples(values, values)
-
-
 # lengths in modules
 required = {"teeth": two(st.integers(3, 200)), "face_width": two(st.floats(0.05, 60))}
 lengths = {
