@@ -28,6 +28,7 @@ ROSS = GearDesign(teeth=(62, 62), module="2 mm", face_width="20 mm", bore="35 mm
 def test_example_1_of_iso_tr_6336_30_to_the_digits_printed():
     geometry = EXAMPLE_1.geometry
     assert round(math.degrees(geometry.working_pressure_angle), 4) == 21.0661
+    assert geometry.tip_diameter == pytest.approx((0.15966, 0.87235), rel=1e-15)
     assert round(geometry.contact_ratio, 4) == 1.5491
     assert round(geometry.overlap_ratio, 5) == 1.08337
     assert [round(z, 3) for z in geometry.virtual_teeth] == [18.905, 114.543]

