@@ -110,6 +110,23 @@ def test_error_of_a_linear_part_is_least_with_equal_steps():
     assert np.diff(waveform.starts) == pytest.approx(np.full(9, 0.1), abs=1e-12)
 
 
+def test_steps_are_narrow_where_the_curve_is_steep():
+    """n steps of k(t) have at best the root mean square error (∫ |k′|^(2/3) dt)^(3/2)/(n √12)."""
+    t = np.linspace(0, 1, 2001)
+    curve = periodic_curve(np.append(t, 1.0), np.append(1 + t**6, 1.0))
+    waveform, error = approximate(curve, 0.006)
+    best = (6 ** (2 / 3) / (1 + 10 / 3)) ** 1.5 / (len(waveform.levels) * np.sqrt(12)) / curve.mean
+    assert isinstance(waveform, SteppedStiffness)
+    assert best < error < 1.02 * best
+
+
+def test_the_more_exact_approximation_is_taken_if_neither_is_exact_enough():
+    smooth = from_curve(wave(), "test", tolerance=1e-9)
+    assert isinstance(smooth.waveform, HarmonicStiffness) and len(smooth.notes) == 1
+    jumping = from_curve(sawtooth(), "test", tolerance=1e-9)
+    assert isinstance(jumping.waveform, SteppedStiffness) and len(jumping.notes) == 1
+
+
 def test_a_smooth_curve_becomes_a_series_and_one_with_jumps_steps():
     assert isinstance(approximate(wave(), 1e-3)[0], HarmonicStiffness)
     assert isinstance(approximate(sawtooth(), 1e-2)[0], SteppedStiffness)

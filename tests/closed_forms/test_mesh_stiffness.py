@@ -80,7 +80,7 @@ def test_what_cannot_be_reached_is_said():
 
 
 @pytest.mark.parametrize(("arguments", "field"), [
-    ((spur(centre_distance=0.1285), 1e10), "contact_ratio"), ((SPUR_62, 0.0), "mesh_stiffness"),
+    ((spur(centre_distance=0.1262), 1e10), "contact_ratio"), ((SPUR_62, 0.0), "mesh_stiffness"),
     ((SPUR_62, np.nan), "mesh_stiffness"),
 ])
 def test_bad_values_for_iso_are_refused(arguments, field):

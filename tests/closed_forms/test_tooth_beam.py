@@ -184,8 +184,9 @@ def test_waveform_by_energy_has_the_mean_of_the_curve():
     (spur(), (0.016, 0.035), "bore[0]"),
     (spur(), (0.035, 0.09), "bore[1]"),
     (spur(teeth=(350, 350)), (0.3, 0.3), "teeth[0]"),
-    (spur(centre_distance=0.1285), BORE, "contact_ratio"),
+    (spur(centre_distance=0.1262), BORE, "contact_ratio"),
     (spur(teeth=(12, 90)), (0.005, 0.05), "start_of_active_profile[0]"),
+    (spur(teeth=(14, 20)), (0.006, 0.01), "start_of_active_profile[0]"),
 ])
 def test_pairs_beyond_the_method_are_refused(geometry, bore, field):
     with pytest.raises(InputError) as raised:

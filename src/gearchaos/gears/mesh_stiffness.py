@@ -107,18 +107,16 @@ def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TO
     Raises
     ------
     InputError
-        If ε_α < 1, or a value is not a positive number.
+        If no teeth are in contact during a part of the mesh period, or a value is not a positive number.
     """
     _check_positive("mesh_stiffness", mesh_stiffness)
     _check_positive("tolerance", tolerance)
     ratio, overlap = geometry.contact_ratio, geometry.overlap_ratio
-    if ratio < 1:
-        raise InputError("contact_ratio", "must be at least 1 for a stiffness by ISO 6336-1", ratio)
+    curve = relative_length(ratio, overlap)
     reference = mesh_stiffness * geometry.common_face_width
     if overlap == 0 and ratio < 2:
         single = 1 / (0.75 * ratio + 0.25)
         return MeshStiffness(reference, TwoLevelStiffness(1.75 * single - 1, 1 - single, ratio), 0.0, ISO)
-    curve = relative_length(ratio, overlap)
     if overlap == 0:
         waveform, error = approximate(curve, tolerance)
         return MeshStiffness(reference, waveform, error, ISO)
