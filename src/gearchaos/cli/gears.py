@@ -1,20 +1,64 @@
-"""The commands for given gears: the map of motions over speed and torque."""
+"""The commands for given gears: the datasheet of a design, and the map of motions over speed and torque."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gearchaos.cli.options import Json, Out, Plot, Sets, app, given, load
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, summary
+from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES
 
+if TYPE_CHECKING:
+    from gearchaos.gears.design import GearDesign
+    from gearchaos.gears.sheet import Entry
+
 GearsPath = Annotated[
-    Path, typer.Argument(metavar="GEARS", help="File with [gearpair], TOML.", readable=False)
+    Path, typer.Argument(metavar="GEARS", help="File with [design] or [gearpair], TOML.", readable=False)
 ]
+
+
+@app.command()
+def gear(
+    design: Annotated[Path, typer.Argument(metavar="DESIGN", help="File with [design], TOML.", readable=False)],
+    sets: Sets = None,
+    json_out: Json = False,
+) -> None:
+    """Show every quantity that follows from the drawing of a gear pair, with its formula and source."""
+    from gearchaos.gears.sheet import datasheet
+    from gearchaos.studyfile import load_design, parse_set
+
+    found = load_design(design, parse_set(sets or []))
+    entries = datasheet(found)
+    if json_out:
+        print_json({"quantities": {n: _entry(e) for n, e in entries.items()}, "model": _model(found),
+                    "warnings": list(found.warnings)})
+    else:
+        from gearchaos.cli.tables import print_datasheet
+
+        print_datasheet(entries, found.warnings)
+
+
+def _entry(entry: Entry) -> dict[str, Any]:
+    """One quantity of a datasheet as JSON, with the reason where it has no value."""
+    keys = ("value", "unit", "symbol", "formula", "source")
+    return {key: getattr(entry, key) for key in keys} | ({"reason": entry.reason} if entry.reason else {})
+
+
+def _model(design: GearDesign) -> dict[str, Any] | None:
+    """The dimensionless model of a design as JSON; None where an input for it is missing."""
+    import json
+
+    from gearchaos.datasets import model_json
+
+    try:
+        return json.loads(model_json(design.to_model()))
+    except InputError:
+        return None
 
 
 @app.command("map")
@@ -41,11 +85,12 @@ def operating_map(
     """Map the kinds of motion of given gears over speed and torque, in rpm, N m, µm and N."""
     check_output("--out", out, DATA_SUFFIXES)
     check_output("--plot", plot, PLOT_SUFFIXES)
-    loaded = load(gears, sets, physical=True)
     from gearchaos.studies.operating_map import checked_operating_model, in_operating_units, operating_axis
     from gearchaos.studies.zones import Zones
 
     axes = {"x": operating_axis("speed", speed, "--speed"), "y": operating_axis("torque", torque, "--torque")}
+    first = {"speed": f"{axes['x'].start!r} rpm", "torque": f"{axes['y'].start!r} N*m"}
+    loaded = load(gears, sets, physical=True, operation=first)
     study = loaded.study(Zones, **axes, **given(starts=starts, refine=refine))
     dataset = in_operating_units(study.run(progress=True), checked_operating_model(study.model))
     save(dataset, out)

@@ -72,16 +72,21 @@ def _options(
     """Options before the command."""
 
 
-def load(study: Path | None, sets: list[str] | None, physical: bool = False) -> LoadedStudy:
-    """The content of a study file with the values of ``--set``; also lets the user know when kernels are compiled."""
+def load(
+    study: Path | None, sets: list[str] | None, physical: bool = False, operation: dict[str, str] | None = None
+) -> LoadedStudy:
+    """The content of a study file with the values of ``--set``; also lets the user know when kernels are compiled.
+
+    ``physical`` says that it must describe gears; ``operation`` has the speed and torque of a design without them.
+    """
     startup.load_numba()
     from gearchaos.studyfile import load_study, parse_set
 
-    loaded = load_study(study, parse_set(sets or []))
+    loaded = load_study(study, parse_set(sets or []), operation=operation)
     announce_compilation()
     if physical and loaded.pair is None:
         file = None if study is None else str(study)
-        raise InputError("--physical", "needs a study file with a [gearpair] table", file)
+        raise InputError("--physical", "needs a study file with a table [gearpair] or [design]", file)
     return loaded
 
 

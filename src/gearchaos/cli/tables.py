@@ -9,13 +9,17 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.table import Table
 
+from gearchaos.cli.errors import say
 from gearchaos.cli.output import attractor_list, section, section_units
 from gearchaos.gears.scales import Scales, unit_of
 from gearchaos.quantities import RESPONSES, VERDICTS, quantity
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     import xarray as xr
 
+    from gearchaos.gears.sheet import Entry
     from gearchaos.studies import Verdict
     from gearchaos.studyfile import LoadedStudy
 
@@ -36,6 +40,27 @@ def print_section(dataset: xr.Dataset) -> None:
     for row in rows[-_SHOWN_ROWS:]:
         table.add_row(*map(_shown, row))
     _print(table)
+
+
+def print_datasheet(entries: Mapping[str, Entry], warnings: Sequence[str]) -> None:
+    """Print the quantities of a design by group, then its warnings, and what is missing for the others."""
+    for group in dict.fromkeys(entry.group for entry in entries.values()):
+        table = Table(title=group, title_justify="left")
+        for column in ("name", "symbol", "value", "unit", "formula", "source"):
+            table.add_column(column, justify="right" if column == "value" else "left", overflow="fold")
+        for name, e in entries.items():
+            if e.group == group:
+                table.add_row(name, e.symbol, _cells(e.value), e.unit, e.reason or e.formula, e.source)
+        _print(table)
+    for warning in warnings:
+        say(f"warning: {warning}")
+
+
+def _cells(value: Any) -> str:
+    """One number or several for a table; "–" where there is none."""
+    if value is None:
+        return "–"
+    return ", ".join(f"{v:.6g}" for v in value) if isinstance(value, tuple) else f"{value:.6g}"
 
 
 def print_run(found: dict[str, Any]) -> None:

@@ -161,6 +161,6 @@ def as_model(model: Any) -> MeshModel:
     if isinstance(model, (GearPair, GearDesign)):
         return operating_model(model)
     if not isinstance(model, MeshModel):
-        advice = "E.g. gearchaos.MeshModel.of(omega=1, eps1=0.1)."
-        raise InputError("model", "must be a MeshModel, a GearPair or a GearDesign", f"a {type(model).__name__}", advice)
+        raise InputError("model", "must be a MeshModel, a GearPair or a GearDesign", f"a {type(model).__name__}",
+                         "E.g. gearchaos.MeshModel.of(omega=1, eps1=0.1).")
     return model

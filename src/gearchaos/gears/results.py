@@ -66,7 +66,8 @@ def _checked_gears(dataset: Any, pair: Any) -> Gears:
     if pair is None and "gears" in dataset.attrs:
         pair = gears_from_json(dataset.attrs["gears"])
     if not isinstance(pair, (GearPair, GearDesign)):
-        raise InputError("pair", "must be a GearPair or a GearDesign", f"a {type(pair).__name__}", "A MeshModel alone has no units.")
+        raise InputError("pair", "must be a GearPair or a GearDesign", f"a {type(pair).__name__}",
+                         "A MeshModel alone has no units.")
     if "pair" in dataset.attrs:
         raise InputError("dataset", "must be dimensionless", "physical units", "It has been scaled already.")
     return pair

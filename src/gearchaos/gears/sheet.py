@@ -14,20 +14,15 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design import GearDesign
-from gearchaos.gears.dynamic_factor import (
-    DynamicFactorAGMA,
-    DynamicFactorC,
-    dynamic_factor_agma,
-    dynamic_factor_c,
-    quality_number,
-)
-from gearchaos.gears.dynamic_factor_b import DynamicFactorB, deviations, dynamic_factor_b
+from gearchaos.gears.dynamic_factor import DynamicFactorAGMA, DynamicFactorC
+from gearchaos.gears.dynamic_factor_b import DynamicFactorB
+from gearchaos.gears.dynamic_factors import DynamicFactors, dynamic_factors
 from gearchaos.gears.formulas import Formula, formulas
 from gearchaos.gears.geometry_formulas import DESIGN_FORMULAS, GEOMETRY_FORMULAS
 from gearchaos.gears.iso6336 import ToothStiffness
 from gearchaos.gears.mesh_load import MeshLoad
 from gearchaos.gears.quality import Tolerances, tolerances
-from gearchaos.gears.resonance import Resonance, reduced_mass_of_inertias, resonance
+from gearchaos.gears.resonance import Resonance, resonance
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,41 +99,23 @@ class _Results:
         mass = self.design.equivalent_mass / self.design.geometry.common_face_width
         return resonance(self.design.teeth[0], self.mean_stiffness, mass, load)
 
-    @property
-    def grade(self) -> int:
-        """Accuracy grade of the less accurate wheel."""
-        return max(self.design.given("quality").grades)
-
     @cached_property
-    def factor_b(self) -> DynamicFactorB:
-        """K_v by ISO 6336-1, method B, without running-in."""
-        design, load = self.design, self.load
-        relief = None if design.tip_relief is None else design.tip_relief.amount
-        given = deviations(
-            design.geometry, self.tolerances, self.grade, velocity=load.velocity, tip_relief=relief)
-        mass = reduced_mass_of_inertias(design.geometry, design.inertias)
-        return _granted(dynamic_factor_b(design.geometry, load, design.given("speed"), self.tooth, mass, given))
+    def factors(self) -> DynamicFactors:
+        """Dynamic factors by the standards, without running-in."""
+        for name in ("quality", "speed", "torque"):
+            self.design.given(name)
+        return dynamic_factors(self.design)
 
-    @cached_property
-    def factor_c(self) -> DynamicFactorC:
-        """K_v by ISO 6336-1, method C."""
-        return _granted(dynamic_factor_c(self.design.geometry, self.load, self.grade, solid_wheels=True))
-
-    @cached_property
-    def factor_agma(self) -> DynamicFactorAGMA:
-        """K_v by AGMA 2001."""
-        return _granted(dynamic_factor_agma(self.load.velocity, quality_number(self.grade)))
+    def granted(self, name: str) -> Any:
+        """A dynamic factor by its name in `DynamicFactors`; raises `_RefusedError` if the standard gives none."""
+        found = getattr(self.factors, name)
+        if found.value is None:
+            raise _RefusedError(found.reason)
+        return found
 
 
-class _NotGiven(Exception):
+class _RefusedError(Exception):
     """A standard gives no value; the message is its reason."""
-
-
-def _granted(found: Any) -> Any:
-    """A dynamic factor; raises `_NotGiven` if the standard refuses it."""
-    if found.value is None:
-        raise _NotGiven(found.reason)
-    return found
 
 
 def _entry(group: str, formula: Formula, results: _Results, compute: Callable[[_Results], Any]) -> Entry:
@@ -146,7 +123,7 @@ def _entry(group: str, formula: Formula, results: _Results, compute: Callable[[_
     value, reason = None, ""
     try:
         value = compute(results)
-    except (InputError, _NotGiven) as error:
+    except (InputError, _RefusedError) as error:
         reason = str(error)
     return Entry(value=_shown(value, formula.factor), unit=formula.unit, symbol=formula.symbol, formula=formula.text,
                  source=formula.source, group=group, reason=reason)
@@ -181,6 +158,12 @@ def _tolerance(symbol: str, name: str) -> _Row:
     return formula, lambda results: tuple(getattr(t, name) for t in results.tolerances)
 
 
+def _parameter(name: str) -> Callable[[_Results], Any]:
+    """A function that takes a parameter of method B from the results."""
+    return lambda results: getattr(results.granted("iso_b"), name)
+
+
+_FACTOR_B = formulas(DynamicFactorB)
 _TOOTH = formulas(ToothStiffness)
 _RESONANCE = formulas(Resonance)
 _MODEL = "gearchaos, docs/gears.md"
@@ -232,10 +215,11 @@ _GROUPS: dict[str, dict[str, _Row]] = {
             lambda results: results.resonance.ratio(results.design.given("speed"))),
     },
     "Dynamic factor": {
-        "Kv_ISO_B": (formulas(DynamicFactorB)["value"], lambda results: results.factor_b.value),
-        **{name: row for name, row in _of("factor_b", formulas(DynamicFactorB), "value", "resonance_ratio").items()},
-        "Kv_ISO_C": (formulas(DynamicFactorC)["value"], lambda results: results.factor_c.value),
-        "Kv_AGMA": (formulas(DynamicFactorAGMA)["value"], lambda results: results.factor_agma.value),
+        "Kv_ISO_B": (_FACTOR_B["value"], lambda results: results.granted("iso_b").value),
+        **{name: (formula, _parameter(name)) for name, formula in _FACTOR_B.items()
+           if name not in ("value", "resonance_ratio")},
+        "Kv_ISO_C": (formulas(DynamicFactorC)["value"], lambda results: results.granted("iso_c").value),
+        "Kv_AGMA": (formulas(DynamicFactorAGMA)["value"], lambda results: results.granted("agma").value),
     },
 }
 """The quantities by heading and name: how each is described, and a function that takes it from the results."""
