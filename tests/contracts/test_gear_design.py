@@ -132,6 +132,7 @@ REFUSED = [
     ({"tip_alteration": [0, 0.1]}, "tip_alteration[1]", "did you mean '0.1 mm'", ""),
     ({"tip_alteration": -0.1}, "tip_alteration[0]", "did you mean '-0.1 mm'", ""),
     ({"tip_diameter": [66, 126]}, "tip_diameter[0]", "did you mean '66 mm'", ""),
+    ({"tip_diameter": ["73 mm", "126 mm"]}, "tip_diameter[0]", "nominal tip diameter is 0.066 m", "0.06 and 0.072 m"),
     ({"bore": [0.01, 20]}, "bore[1]", "did you mean '20 mm'", ""),
     ({"bore": "51 mm"}, "bore[0]", "half a module", ""),
     ({"backlash": {"value": 0.12, "of": "line of action, total"}}, "backlash.value", "did you mean '0.12 mm'", ""),
@@ -277,6 +278,7 @@ def test_relief_on_the_path_of_contact():
     ({"torque": 9000}, "The load F_t/(b m_n) is 3333 N/mm²"),
     ({"inertia": [5, 8]}, "inertia[0] is"),
     ({"inertia": ["1 g*cm^2", "10 kg*cm^2"]}, "inertia[0] is"),
+    ({"inertia": ["1 kg*cm^2", "20 kg*m^2"]}, "times that of a solid disc of the size of wheel 2"),
 ])
 def test_unusual_values_make_warnings(changes, words):
     found = design(**changes).warnings
