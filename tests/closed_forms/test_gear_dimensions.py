@@ -9,6 +9,7 @@ import pytest
 from gearchaos.errors import InputError
 from gearchaos.gears.backlash import OF, Backlash, ThicknessAllowances, base_tangent_length
 from gearchaos.gears.design import GearDesign
+from gearchaos.gears.geometry import Geometry
 from gearchaos.gears.involute import inverse_involute, involute
 from gearchaos.gears.mating import shift_sum
 from gearchaos.gears.pair import GearPair
@@ -50,6 +51,9 @@ def test_the_contact_ratio_of_ross_to_the_digits_printed():
 
 def test_a_spur_gear_pair_by_hand():
     geometry = GearDesign(teeth=(20, 40), module=3e-3, face_width=(0.03, 0.025)).geometry
+    assert geometry == Geometry(
+        teeth=(20, 40), normal_module=3e-3, pressure_angle=math.radians(20), helix_angle=0.0, profile_shift=(0.0, 0.0),
+        centre_distance=geometry.centre_distance, face_width=(0.03, 0.025))
     assert geometry.centre_distance == pytest.approx(0.09, rel=1e-15)
     assert geometry.reference_diameter == pytest.approx((0.06, 0.12))
     assert geometry.tip_diameter == pytest.approx((0.066, 0.126))
