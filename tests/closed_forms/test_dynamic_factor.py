@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from gearchaos.errors import InputError
+from gearchaos.gears.design import GearDesign
 from gearchaos.gears.dynamic_factor import (
     DynamicFactorAGMA,
     DynamicFactorC,
@@ -26,10 +27,12 @@ from gearchaos.gears.dynamic_factor_b import (
     relief_from_running_in,
     running_in_allowance,
 )
+from gearchaos.gears.dynamic_factors import dynamic_factors
 from gearchaos.gears.iso6336 import tooth_stiffness
+from gearchaos.gears.masses import disc_diameter, disc_inertia, disc_mass, equivalent_mass
 from gearchaos.gears.mesh_load import MeshLoad, mesh_load
 from gearchaos.gears.quality import ISO_1995, Quality, tolerances
-from gearchaos.gears.resonance import SpeedRange, reduced_mass_of_discs, reduced_mass_of_inertias, resonance
+from gearchaos.gears.resonance import SpeedRange, resonance
 from tests.gear_examples import ISO_TR_EXAMPLE_1, SPUR_62, spur
 
 RPM = math.pi / 30
@@ -43,7 +46,7 @@ def example(flanks=None) -> DynamicFactorB:
     given = deviations(
         ISO_TR_EXAMPLE_1, tolerances(Quality(ISO_1995, 5), ISO_TR_EXAMPLE_1), 5, velocity=load.velocity,
         tip_relief=(70e-6, 70e-6), flanks=flanks)
-    mass = reduced_mass_of_discs(ISO_TR_EXAMPLE_1, (DENSITY, DENSITY))
+    mass = reduced_mass(ISO_TR_EXAMPLE_1)
     stiffness = tooth_stiffness(ISO_TR_EXAMPLE_1, line_load=load.line_load)
     found = dynamic_factor_b(ISO_TR_EXAMPLE_1, load, 360 * RPM, stiffness, mass, given)
     assert isinstance(found, DynamicFactorB)
@@ -69,18 +72,21 @@ def test_load_of_a_mesh():
         assert error.value.field == name
 
 
-def test_reduced_mass_of_discs():
-    pair = SPUR_62
-    mean = (pair.tip_diameter[0] + pair.root_diameter[0]) / 2
-    inertia = math.pi / 32 * DENSITY * 0.02 * mean**4
-    solid = reduced_mass_of_discs(pair, (DENSITY, DENSITY))
-    assert solid == pytest.approx(reduced_mass_of_inertias(pair, (inertia, inertia)), rel=1e-12)
-    ring = reduced_mass_of_discs(pair, (DENSITY, DENSITY), (mean / 2, mean / 2))
-    assert ring == pytest.approx(15 / 16 * solid, rel=1e-12)
-    assert reduced_mass_of_discs(pair, (DENSITY, 1e9)) == pytest.approx(2 * solid, rel=1e-4)
-    for bore in (-1e-3, pair.root_diameter[1]):
-        with pytest.raises(InputError, match=r"bore\[1\]"):
-            reduced_mass_of_discs(pair, (DENSITY, DENSITY), (0.0, bore))
+def reduced_mass(pair, bores=(0.0, 0.0)) -> float:
+    """m_red of steel discs, kg/m."""
+    diameters, base = disc_diameter(pair), pair.base_diameter
+    inertias = [disc_inertia(d, bore, disc_mass(d, bore, width, DENSITY))
+                for d, bore, width in zip(diameters, bores, pair.face_width, strict=True)]
+    return equivalent_mass((inertias[0], inertias[1]), (base[0] / 2, base[1] / 2)) / pair.common_face_width
+
+
+def test_reduced_mass_of_discs_is_that_of_the_standard():
+    # ISO 6336-1:2006, (30), which takes d_m2 = u d_m1
+    for bores in ((0.0, 0.0), (30e-3, 40e-3)):
+        pair, mean = SPUR_62, (SPUR_62.tip_diameter[0] + SPUR_62.root_diameter[0]) / 2
+        first, second = (DENSITY * (1 - (bore / mean) ** 4) for bore in bores)
+        expected = math.pi / 8 * (mean / pair.base_diameter[0]) ** 2 * mean**2 / (1 / first + 1 / second)
+        assert reduced_mass(pair, bores) == pytest.approx(expected, rel=1e-12)
 
 
 def test_resonance_speed_is_that_of_an_oscillator():
@@ -146,6 +152,14 @@ def test_method_b_is_continuous_but_at_the_start_of_main_resonance():
     assert factor_at(1e-9, GIVEN).value == pytest.approx(1.0, abs=1e-8)
 
 
+def test_method_b_above_the_main_resonance_may_be_below_one():
+    exact = Deviations(
+        base_pitch=0.0, profile_form=0.0, base_pitch_allowance=0.0, profile_allowance=0.0, tip_relief=0.0)
+    expected = 0.125 * math.sin(math.pi * (SPUR_62.contact_ratio - 2)) + 0.875
+    assert factor_at(2.0, exact).value == pytest.approx(expected, rel=1e-12)
+    assert expected < 1
+
+
 def test_tip_relief_counts_up_to_grade_5_only():
     both = tolerances(Quality(ISO_1995, 5), SPUR_62)
     fine, coarse = (deviations(SPUR_62, both, grade, tip_relief=(10e-6, 30e-6)) for grade in (5, 6))
@@ -180,7 +194,7 @@ def test_running_in():
     assert pair.base_pitch_allowance == pytest.approx((0.2 + 0.075) / 2 * pair.base_pitch, rel=1e-12)
     assert pair.profile_allowance == pytest.approx((0.2 + 0.075) / 2 * pair.profile_form, rel=1e-12)
     assert pair.tip_relief == pytest.approx((relief_from_running_in(steel) + relief_from_running_in(HARDENED)) / 2)
-    for group, limit in (("soft", 1e9), ("cast iron", -1.0)):
+    for group, limit in (("soft", 1e9), ("cast iron", -1.0), ("cast iron", math.inf)):
         with pytest.raises(InputError, match="flank"):
             FlankMaterial(group, limit)
 
@@ -211,6 +225,11 @@ def test_refusals_and_warnings_of_method_b():
     assert "method A" in " ".join(factor_at(1.3, GIVEN).warnings)
     assert factor_at(0.5, GIVEN).warnings == ()
     assert "method C" in " ".join(example().warnings)
+    unequal = spur(teeth=(60, 20))
+    for velocity, warned in ((2.999, True), (3.001, False)):
+        load = MeshLoad(tangential_force=4e3, line_load=200e3, velocity=velocity / (20 / 100 * math.sqrt(0.9)))
+        found = dynamic_factor_b(unequal, load, 10.0, tooth_stiffness(SPUR_62), 50.0, GIVEN)
+        assert ("method C" in " ".join(found.warnings)) is warned
 
 
 def method_c(velocity: float, grade: int = 5, line_load: float = 200e3, pair=SPUR_62, solid: bool = True):
@@ -268,6 +287,9 @@ def test_refusals_of_method_c():
     many = 62 / 100 * math.sqrt(0.5)
     assert "fewer than 50 teeth" in method_c(medium / many).reason
     assert method_c(2.999 / many).value is not None
+    for count, value in ((49, True), (50, False)):
+        found = method_c(4.0 / (count / 100 * math.sqrt(0.5)), pair=replace(SPUR_62, teeth=(count, count)))
+        assert (found.value is not None) is value
     steep = replace(teeth, helix_angle=math.radians(31))
     assert "helix angle" in method_c(medium / per_velocity, pair=steep).reason
     assert method_c(2.999 / per_velocity, pair=steep).value is not None
@@ -309,3 +331,51 @@ def test_refusals_of_agma():
         found = dynamic_factor_agma(1.0, quality)
         assert isinstance(found, Refused) and found.value is None and "[5, 11]" in found.reason
     assert quality_number(5) == 12
+
+
+def design_of_example_1(**changes) -> GearDesign:
+    """ISO/TR 6336-30, example 1, with the printed tip diameters."""
+    return GearDesign(**{
+        "teeth": (17, 103), "module": "8 mm", "helix_angle": "15.8 deg", "face_width": "100 mm",
+        "centre_distance": "500 mm", "profile_shift": (0.145, 0.0), "tip_diameter": ("159.66 mm", "872.35 mm"),
+        "rack": {"addendum": 1.0, "dedendum": 1.4, "root_radius": 0.39}, "bore": ("60 mm", "120 mm"),
+        "tip_relief": "70 um", "quality": {"standard": "ISO 1328-1:1995", "grade": 5}, "speed": "360 rpm",
+        "torque": "9000 N*m", **changes,
+    })
+
+
+def test_dynamic_factors_of_a_design():
+    found = dynamic_factors(design_of_example_1(), (HARDENED, HARDENED))
+    assert found.iso_b.value == pytest.approx(1.003, abs=5e-4)
+    assert found.iso_c.value == pytest.approx(1.0119, abs=5e-5)
+    assert found.agma.value is None  # Q_v = 12
+    coarse = dynamic_factors(design_of_example_1(quality={"standard": "ISO 1328-1:1995", "grade": (5, 8)}))
+    assert coarse.agma == dynamic_factor_agma(design_of_example_1().load.velocity, 9)
+    assert coarse.iso_c.value > found.iso_c.value
+    assert coarse.iso_b.relief_parameter == 1.0 != found.iso_b.relief_parameter
+    no_relief = dynamic_factors(design_of_example_1(tip_relief=None), (HARDENED, HARDENED))
+    assert no_relief.iso_b.relief_parameter == pytest.approx(
+        abs(1 - 12.37047 * relief_from_running_in(HARDENED) * 1e6 / 1273.52), rel=1e-4)
+
+
+def test_resonance_is_at_the_natural_frequency_of_the_pair():
+    design = design_of_example_1()
+    found = dynamic_factors(design).iso_b.resonance
+    stiffness = tooth_stiffness(design.geometry).mesh_stiffness * 0.1
+    assert found.resonance_speed * 17 == pytest.approx(math.sqrt(stiffness / design.equivalent_mass), rel=1e-12)
+
+
+@pytest.mark.parametrize(("changes", "refused", "words"), [
+    ({"quality": None}, ("iso_b", "iso_c", "agma"), "no quality"),
+    ({"speed": None, "torque": None}, ("iso_b", "iso_c", "agma"), "no speed and no torque"),
+    ({"bore": None}, ("iso_b",), "bore"), ({"torque": "0 N*m"}, ("iso_b",), "Without load"),
+    ({"profile_shift": (0.0, 0.1448), "tip_diameter": None, "rack": {"addendum": 1, "dedendum": 1.25,
+                                                                    "root_radius": 0.38}}, ("iso_b",), "profile_shift"),
+    ({"face_width": "3 mm"}, ("iso_b",), "face_width"),
+])
+def test_factors_that_a_design_does_not_have(changes, refused, words: str):
+    found = dynamic_factors(design_of_example_1(**changes))
+    for name in ("iso_b", "iso_c"):
+        factor = getattr(found, name)
+        assert (factor.value is None) is (name in refused)
+        assert words in factor.reason or name not in refused

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
@@ -16,6 +19,18 @@ def wheel(standard: str, grade: int, teeth: int, module: float, face_width: floa
     """The tolerances in µm of a spur wheel with these sizes in mm."""
     pair = spur(teeth=(teeth, teeth), normal_module=module * 1e-3, face_width=(face_width * 1e-3,) * 2)
     found = tolerances(Quality(standard, grade), pair)[0]
+    return {name: round(1e6 * getattr(found, name), 6) for name in formulas(found)}
+
+
+def sized(standard: str, grade: int, diameter: float, module: float, face_width: float):
+    """The tolerances in µm of a wheel with this reference diameter, sizes in mm."""
+    teeth = max(math.floor(diameter / module * (1 + 1e-12)), 1)
+    if standard == ISO_2013:
+        teeth = min(teeth, 1000)
+    pair = SimpleNamespace(
+        teeth=(teeth, teeth), normal_module=module * 1e-3, reference_diameter=(diameter * 1e-3,) * 2,
+        face_width=(face_width * 1e-3,) * 2, helix_angle=0.0)
+    found = tolerances(Quality(standard, grade), pair)[1]
     return {name: round(1e6 * getattr(found, name), 6) for name in formulas(found)}
 
 
@@ -33,33 +48,57 @@ def test_printed_tables_of_1995(name: str, printed: list[float]):
     assert [wheel(ISO_1995, grade, 20, 4.0)[name] for grade in (5, 6, 7)] == printed
 
 
-def test_formulas_of_1995_by_hand():
-    d, m, b = math.sqrt(50 * 125), math.sqrt(3.5 * 6), math.sqrt(20 * 40)
-    exact = {
+def by_hand_1995(d: float, m: float, b: float) -> dict[str, float]:
+    """Tolerances of grade 5 in µm, of geometric means in mm."""
+    return {
         "single_pitch": 0.3 * (m + 0.4 * math.sqrt(d)) + 4, "cumulative_pitch": 0.3 * m + 1.25 * math.sqrt(d) + 7,
         "profile": 3.2 * math.sqrt(m) + 0.22 * math.sqrt(d) + 0.7,
         "profile_form": 2.5 * math.sqrt(m) + 0.17 * math.sqrt(d) + 0.5,
         "profile_slope": 2 * math.sqrt(m) + 0.14 * math.sqrt(d) + 0.5,
         "helix": 0.1 * math.sqrt(d) + 0.63 * math.sqrt(b) + 4.2, "runout": 0.24 * m + math.sqrt(d) + 5.6,
     }
-    for grade in (1, 5, 9):
-        step = math.sqrt(2) ** (grade - 5)
-        assert wheel(ISO_1995, grade, 20, 4.0, 30.0) == {name: rounded(step * v) for name, v in exact.items()}
 
 
-def test_formulas_of_2013_by_hand():
-    d, m, b = 80.0, 4.0, 30.0
+def by_hand_2013(d: float, m: float, b: float) -> dict[str, float]:
+    """Tolerances of class 5 in µm, of sizes in mm."""
     slope, form = 0.4 * m + 0.001 * d + 4, 0.55 * m + 5
     cumulative = 0.002 * d + 0.55 * math.sqrt(d) + 0.7 * m + 12
     helix = (0.05 * math.sqrt(d) + 0.35 * math.sqrt(b) + 4, 0.07 * math.sqrt(d) + 0.45 * math.sqrt(b) + 4)
-    exact = {
+    return {
         "single_pitch": 0.001 * d + 0.4 * m + 5, "cumulative_pitch": cumulative, "profile": math.hypot(slope, form),
-        "profile_form": form, "profile_slope": slope, "runout": 0.9 * cumulative,
-        "helix": math.hypot(*helix),
+        "profile_form": form, "profile_slope": slope, "runout": 0.9 * cumulative, "helix": math.hypot(*helix),
     }
-    for grade in (1, 5, 11):
-        step = math.sqrt(2) ** (grade - 5)
-        assert wheel(ISO_2013, grade, 20, 4.0, 30.0) == {name: rounded(step * v) for name, v in exact.items()}
+
+
+DIAMETERS = (5, 20, 50, 125, 280, 560, 1000, 1600, 2500, 4000, 6000, 8000, 10000)
+MODULES = (0.5, 2, 3.5, 6, 10, 16, 25, 40, 70)
+FACE_WIDTHS = (4, 10, 20, 40, 80, 160, 250, 400, 650, 1000)
+
+
+def upper_limits(limits: tuple[float, ...]) -> list[tuple[float, float]]:
+    """The geometric mean and the upper limit of each range."""
+    return [(math.sqrt(low * high), high) for low, high in itertools.pairwise(limits)]
+
+
+def test_formulas_of_1995_in_every_range():
+    widths = itertools.cycle(upper_limits(FACE_WIDTHS))
+    for (mean_m, m), (mean_d, d) in itertools.product(upper_limits(MODULES), upper_limits(DIAMETERS)):
+        mean_b, b = next(widths)
+        for grade in (0, 5, 12):
+            step = math.sqrt(2) ** (grade - 5)
+            expected = {name: rounded(step * v) for name, v in by_hand_1995(mean_d, mean_m, mean_b).items()}
+            if d / m >= 1:
+                assert sized(ISO_1995, grade, d, m, b) == expected
+
+
+def test_formulas_of_2013_for_many_sizes():
+    rng = np.random.default_rng(5)
+    for _ in range(60):
+        d, m, b = np.exp(rng.uniform(np.log((70, 0.5, 4)), np.log((15000, 10, 1200))))
+        for grade in (1, 5, 11):
+            step = math.sqrt(2) ** (grade - 5)
+            expected = {name: rounded(step * v) for name, v in by_hand_2013(d, m, b).items()}
+            assert sized(ISO_2013, grade, d, m, b) == expected
 
 
 def test_ranges_of_1995_include_their_upper_limits():
@@ -122,3 +161,12 @@ def test_sizes_on_the_limits_of_the_scope_are_accepted():
     for standard, width in ((ISO_1995, 1.0), (ISO_2013, 1.2)):
         tolerances(Quality(standard, 5), spur(normal_module=70e-3, face_width=(0.004, width)))
         tolerances(Quality(standard, 5), spur(normal_module=0.5e-3, teeth=(10, 1000), face_width=(0.004, width)))
+        for changes in ({"normal_module": 70.01e-3}, {"normal_module": 0.499e-3}, {"face_width": (0.02, width + 1e-4)}):
+            with pytest.raises(InputError, match="must lie in"):
+                tolerances(Quality(standard, 5), spur(**changes))
+    largest = {ISO_1995: (10.0, 250), ISO_2013: (15.0, 250)}
+    for standard, (diameter, teeth) in largest.items():
+        module = diameter / teeth
+        tolerances(Quality(standard, 5), spur(normal_module=module, teeth=(62, teeth)))
+        with pytest.raises(InputError, match=r"reference_diameter\[1\]"):
+            tolerances(Quality(standard, 5), spur(normal_module=module * 1.0001, teeth=(62, teeth)))

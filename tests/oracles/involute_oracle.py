@@ -56,15 +56,15 @@ class Wheel:
         self.half_tooth = self._half_tooth(self.pitch / 4 + shift * module * self.slope)
 
     def involute(self, t, origin):
-        """The point at which the string unwound by the angle t ends; the involute begins in the direction ``origin``."""
+        """The end of the string that is unwound by the angle t; the involute begins in the direction ``origin``."""
         return self.base * (n(origin + t) + t * u(origin + t))
 
     def _half_tooth(self, half_space):
         """Direction of the involute's origin from the middle of the tooth.
 
         In the position symmetric to the tooth, the flank of the rack is the line through the points at the distance
-        ``half_space`` + slope · depth from the middle, and the involute touches it. The tangent of the involute at t has
-        the direction ``origin`` + t.
+        ``half_space`` + slope · depth from the middle, and the involute touches it. The tangent of the involute at t
+        has the direction ``origin`` + t.
         """
         def distance(delta):
             radial, sideways = self.involute(math.atan(self.slope) + delta, -delta)

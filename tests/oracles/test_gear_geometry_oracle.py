@@ -6,7 +6,6 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from gearchaos.gears.geometry import Geometry
 from gearchaos.gears.mating import mating_geometry
 from tests.oracles import involute_oracle as oracle
 

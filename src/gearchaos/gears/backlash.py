@@ -171,11 +171,7 @@ def backlash_of(value: Any) -> AnyBacklash:
 
 
 def check_backlash(given: AnyBacklash, geometry: Geometry) -> float:
-    """j_bt, total, m; raises `InputError` if it is not positive, or no gear pair has that much.
-
-    The greatest plausible backlash is half a module: series a of DIN 3967:1978 leaves less for all but the smallest
-    modules.
-    """
+    """j_bt, total, m; raises `InputError` if it is not positive, or more than half a module: a slip of units."""
     total = given.along_line_of_action(geometry)
     if total <= 0:
         raise InputError("backlash", "must be greater than 0", total,

@@ -251,8 +251,9 @@ def dynamic_factor_b(
 
     Notes
     -----
-    K_v is continuous at N = 1.15 and 1.5. At N = N_S it jumps, as the standard has it. All equations were compared with
-    two public codes, the remarks on the ranges and on loads below 50 N/mm with none.
+    K_v is continuous at N = 1.15 and 1.5. At N = N_S it jumps, as the standard has it. In the supercritical range (21)
+    may be below 1, as printed. All equations were compared with two public codes; the remarks on the ranges and on
+    loads below 50 N/mm could be compared with one source only.
     """
     if load.line_load == 0:
         return Refused(METHOD_B, "Without load there is no ratio of forces.")

@@ -135,6 +135,10 @@ class Geometry:
         return _tangent(self.tip_diameter[0], self.base_diameter[0]), _tangent(
             self.tip_diameter[1], self.base_diameter[1])
 
+    def length_to_tip(self, wheel: int, diameter: float) -> float:
+        """Length along the line of action, m, between a circle and the tip circle of one wheel; wheel 1 is 0."""
+        return self.tip_tangents[wheel] - _tangent(diameter, self.base_diameter[wheel])
+
     @property
     def path_of_contact(self) -> float:
         """g_α = √(r_a1² − r_b1²) + √(r_a2² − r_b2²) − a sin α_wt, m, ISO 21771:2007 Eq. (77)."""

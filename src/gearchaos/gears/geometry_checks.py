@@ -13,7 +13,10 @@ LEAST_TIP_THICKNESS = 0.2
 """Tip thickness in normal modules below which there is a warning, ISO 21771:2007 7.9."""
 
 LEAST_TIP_CLEARANCE = 0.1
-"""Tip clearance in normal modules below which there is a warning: the least of ISO 53:1998, 0.25, is far above it."""
+"""Tip clearance in normal modules below which there is a warning; that of profile A of ISO 53:1998 is 0.25."""
+
+LARGE_BACKLASH = 0.1
+"""Theoretical backlash, in normal modules, above which there is a warning."""
 
 SHIFT_TOLERANCE = 0.01
 """Theoretical backlash, in normal modules, that the rounding of profile shifts to two decimals explains."""
@@ -46,16 +49,16 @@ def check_geometry(geometry: Geometry) -> None:
 
     The field of the error is an input, or the property of `Geometry` that is out of bounds.
     """
+    _check_overlap(geometry)
     for wheel in (0, 1):
         _check_tooth(geometry, wheel)
         _check_root(geometry, wheel)
     if geometry.contact_ratio < 1:
         raise InputError(
-            "contact_ratio", "must be at least 1", round(geometry.contact_ratio, 6),
+            "contact_ratio", "must be at least 1", geometry.contact_ratio,
             "Between two pairs of teeth there would be none in contact. Give more addendum, a smaller centre_distance "
             "or a smaller sum of profile_shift.",
         )
-    _check_overlap(geometry)
 
 
 def _check_tooth(geometry: Geometry, wheel: int) -> None:
@@ -81,10 +84,13 @@ def _check_root(geometry: Geometry, wheel: int) -> None:
     """Raise `InputError` if the mate's tip reaches below the root form circle, where the flank is no involute."""
     start, form = geometry.start_of_active_profile[wheel], geometry.root_form_diameter[wheel]
     if not start >= form:  # also if start is not a number
+        least = geometry.undercut_shift[wheel]
+        undercut = geometry.profile_shift[wheel] < least
         raise InputError(
             f"start_of_active_profile[{wheel}]", f"must not be below the root form diameter, {form:.9g} m", start,
             f"The tip of wheel {2 - wheel} meets the root of wheel {wheel + 1} where its flank is no involute. Give "
-            f"wheel {wheel + 1} a larger profile_shift, or shorten the teeth of wheel {2 - wheel} by tip_alteration.")
+            f"wheel {wheel + 1} a larger profile_shift, or shorten the teeth of wheel {2 - wheel} by tip_alteration."
+            + (f" Without undercut profile_shift[{wheel}] is at least {least:.4g}." if undercut else ""))
 
 
 def _check_overlap(geometry: Geometry) -> None:
@@ -99,7 +105,11 @@ def _check_overlap(geometry: Geometry) -> None:
 
 def geometry_warnings(geometry: Geometry) -> tuple[str, ...]:
     """Sentences about dimensions that are possible but unusual."""
-    return (*_wheel_warnings(geometry, 0), *_wheel_warnings(geometry, 1))
+    found, backlash = [], geometry.theoretical_backlash
+    if backlash > LARGE_BACKLASH * geometry.normal_module:
+        found.append(f"Teeth of nominal thickness have a backlash of {backlash * 1e3:.4g} mm along the line of action; "
+                     f"without it profile_shift would have the sum {shift_sum(geometry):.4g} at this centre distance.")
+    return (*found, *_wheel_warnings(geometry, 0), *_wheel_warnings(geometry, 1))
 
 
 def _wheel_warnings(geometry: Geometry, wheel: int) -> list[str]:

@@ -108,5 +108,5 @@ class GeneratedTooth:
     def _flank(self, radius: float) -> float:
         """Polar angle of the involute at a radius, from the middle of the tooth space, rad."""
         space = math.pi / 2 - 2 * self.profile_shift * math.tan(self.pressure_angle)
-        angle = math.acos(min(self._base_radius / radius, 1.0))
+        angle = math.acos(self._base_radius / radius)
         return space / self.teeth - involute(self._transverse_pressure_angle) + involute(angle)

@@ -1,0 +1,279 @@
+"""`GearDesign`: a gear pair as its drawing describes it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
+
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.gears import masses
+from gearchaos.gears.backlash import AnyBacklash, check_backlash
+from gearchaos.gears.design_checks import check_inputs, check_wheels, design_warnings
+from gearchaos.gears.design_values import (
+    CONVERTERS,
+    PRESSURE_ANGLE,
+    PROFILE_A,
+    OrdersFile,
+    Rack,
+    ReliefDimensions,
+    Supports,
+    TableFile,
+)
+from gearchaos.gears.geometry import Geometry, Pair
+from gearchaos.gears.geometry_checks import check_geometry
+from gearchaos.gears.materials import Material
+from gearchaos.gears.mating import mating_geometry
+from gearchaos.gears.mesh_load import MeshLoad, mesh_load
+from gearchaos.gears.quality import Quality
+from gearchaos.gears.tip_relief import TipRelief
+
+OPERATION = ("speed", "torque", "application_factor")
+"""The inputs of a design that the table ``[operation]`` of a study file may hold."""
+
+_REASONS = {
+    "damping_ratio": "Usual mesh damping ratios are 0.03 to 0.1: Kasuba and Evans, J. Mech. Des. 103, 1981; Wang and "
+                     "Cheng, J. Mech. Des. 103, 1981. It is the least known input, so there is no default.",
+    "backlash": "E.g. backlash = { value = '0.12 mm', of = 'line of action, total' }.",
+    "speed": "It is the speed of wheel 1, e.g. '360 rpm'.",
+    "torque": "It is the torque at wheel 1, e.g. '9000 N*m'.",
+    "quality": "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }.",
+    "bore": "The mass of a wheel follows from its bore, 0 for a disc without one; or give inertia and mass.",
+}
+"""Advice for an input that a result needs and the design lacks."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class GearDesign:
+    """An external spur or helical gear pair as its drawing describes it; wheel 1 drives.
+
+    A value with a unit is a number in SI, a text such as ``"8 mm"`` or a pint quantity. It is kept as a number in SI,
+    what belongs to each wheel as a tuple of two. Where one value may stand for two, it holds for both wheels. Designs
+    are values: they are equal if their fields are, and can be hashed, pickled, and made again from
+    `dataclasses.asdict`.
+
+    Parameters
+    ----------
+    teeth : (int, int)
+        z1, z2.
+    module : length
+        Normal module m_n.
+    face_width : length, one or two
+        b1, b2.
+    pressure_angle : angle, optional
+        Normal pressure angle α_n; by default 20°, ISO 53:1998.
+    helix_angle : angle, optional
+        β at the reference cylinder; its sign does not matter. By default 0, a spur gear.
+    centre_distance : length, optional
+        Working centre distance a. If left out it is that without theoretical backlash, from ``profile_shift``.
+    profile_shift : (float, float), optional
+        x1, x2 in normal modules. If left out both are 0. With a centre distance that needs shifts they must be given.
+    rack : Rack or table, optional
+        Basic rack in normal modules; by default profile A of ISO 53:1998: addendum 1, dedendum 1.25, root radius 0.38.
+    tip_alteration : length, one or two, or ``"keep clearance"``, optional
+        k m_n, negative for shortened teeth; by default 0. ``"keep clearance"`` shortens the teeth of both wheels until
+        the tip clearance is the one of the basic rack.
+    tip_diameter : length, one or two, optional
+        Tip diameters of the drawing, instead of a tip alteration.
+    tip_relief : length, one or two, ReliefDimensions or table, optional
+        C_a, or a table with the amount and the diameter where the relief begins; none by default.
+    material : str, Material or table, one or two, optional
+        By default ``"steel"``: E = 206 GPa, ν = 0.3 (ISO 6336-2:2006), 7830 kg/m³ (ISO 6336-1:2006).
+    bore : length, one or two, optional
+        Bore diameters. The mass of a wheel left out of ``mass``, and the moment of inertia left out of ``inertia``, are
+        those of a disc of the wheel's face width with this bore, without hub, whose outer diameter is the mean of tip
+        and root diameter, as in ISO 6336-1:2006 (30).
+    inertia : inertia, one or two, optional
+        Moments of inertia about the axes, with all that turns rigidly with the wheels.
+    mass : mass, one or two, optional
+        Masses of the wheels. Without ``inertia`` they are those of discs as above, without a bore if ``bore`` is left
+        out.
+    quality : Quality or table, optional
+        Accuracy grade.
+    backlash : Backlash, ThicknessAllowances or table, optional
+        By its value and what the value is of, or by allowances of tooth thickness and centre distance.
+    damping_ratio : float, optional
+        ζ of the mesh. A model needs it; there is no default. Usual are 0.03 to 0.1 (Kasuba and Evans, J. Mech. Des.
+        103, 1981; Wang and Cheng, J. Mech. Des. 103, 1981).
+    stiffness : str or table, optional
+        Method: ``"ISO 6336-1"`` (the default), ``"potential energy"``, or ``{"table": path}`` for a curve in a file.
+    transmission_error : str or table, optional
+        ``"none"`` (the default), ``"from quality"``, ``{"orders": path}`` or ``{"table": path}``.
+    eccentricity : length, one or two, optional
+        Distance of the axis of the toothing from the axis of rotation; by default 0.
+    supports : Supports or table, optional
+        Elastic supports along the line of action; rigid by default.
+    application_factor : float, optional
+        K_A of ISO 6336-1; by default 1, a load that the torque describes fully.
+    speed : angular velocity, optional
+        Of wheel 1.
+    torque : torque, optional
+        At wheel 1, not negative.
+
+    Raises
+    ------
+    InputError
+        For a value that breaks a rule, or a pair that cannot run. The message has the field, the rule, the value and
+        what to do.
+
+    Examples
+    --------
+    >>> design = GearDesign(teeth=(17, 103), module="8 mm", helix_angle="15.8 deg", face_width="100 mm",
+    ...                     centre_distance="500 mm", profile_shift=(0.145, 0.0),
+    ...                     tip_diameter=("159.66 mm", "872.35 mm"))
+    >>> round(design.geometry.contact_ratio, 4)
+    1.5491
+    """
+
+    teeth: Any
+    module: Any
+    face_width: Any
+    pressure_angle: Any = PRESSURE_ANGLE
+    helix_angle: Any = 0.0
+    centre_distance: Any = None
+    profile_shift: Any = None
+    rack: Rack | Any = PROFILE_A
+    tip_alteration: Any = (0.0, 0.0)
+    tip_diameter: Any = None
+    tip_relief: ReliefDimensions | Any = None
+    material: Any = "steel"
+    bore: Any = None
+    inertia: Any = None
+    mass: Any = None
+    quality: Quality | Any = None
+    backlash: AnyBacklash | Any = None
+    damping_ratio: float | None = None
+    stiffness: str | TableFile | Any = "ISO 6336-1"
+    transmission_error: str | OrdersFile | TableFile | Any = "none"
+    eccentricity: Any = (0.0, 0.0)
+    supports: Supports | Any = None
+    application_factor: float = 1.0
+    speed: Any = None
+    torque: Any = None
+
+    def __post_init__(self) -> None:
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if value is not None or f.default is not None:
+                object.__setattr__(self, f.name, CONVERTERS[f.name](f.name, value))
+        check_inputs(self)
+        check_geometry(self.geometry)
+        check_wheels(self)
+        if self.backlash is not None:
+            check_backlash(self.backlash, self.geometry)
+
+    @classmethod
+    def from_tables(cls, design: Mapping[str, Any], operation: Mapping[str, Any] | None = None) -> GearDesign:
+        """A design from the tables ``[design]`` and ``[operation]`` of a study file.
+
+        Parameters
+        ----------
+        design : mapping
+            Inputs by name, without ``speed`` and ``torque``.
+        operation : mapping, optional
+            ``speed``, ``torque`` and ``application_factor``, all optional.
+
+        Raises
+        ------
+        InputError
+            For an unknown or missing name, one that is given twice, or a value that breaks a rule.
+        """
+        operation = operation or {}
+        known = [f.name for f in fields(cls) if f.name not in ("speed", "torque")]
+        for table, given, names in (("design", design, known), ("operation", operation, OPERATION)):
+            for name in given:
+                if name not in names:
+                    advice = unknown_name(table, str(name), names).advice
+                    raise InputError(f"[{table}]", f"must have no key but {', '.join(names)}", str(name), advice)
+        for name in ("teeth", "module", "face_width"):
+            if name not in design:
+                raise InputError(name, "must be given in [design]", None)
+        for name in operation:
+            if name in design:
+                raise InputError(name, "must be given in one table only", operation[name],
+                                 "It is in [design] and in [operation].")
+        return cls(**design, **operation)
+
+    @cached_property
+    def geometry(self) -> Geometry:
+        """Dimensions of the pair."""
+        values = {
+            "teeth": self.teeth, "normal_module": self.module, "pressure_angle": self.pressure_angle,
+            "helix_angle": self.helix_angle, "face_width": self.face_width, "addendum": self.rack.addendum,
+            "dedendum": self.rack.dedendum, "root_radius": self.rack.root_radius,
+        }
+        return mating_geometry(values, self.centre_distance, self.profile_shift, self.tip_alteration, self.tip_diameter)
+
+    def given(self, name: str) -> Any:
+        """The value of an input that a result needs; raises `InputError` with advice if it was left out."""
+        if (value := getattr(self, name)) is None:
+            raise InputError(name, "must be given", None, _REASONS.get(name, ""))
+        return value
+
+    @property
+    def backlash_line_of_action(self) -> float:
+        """Total backlash in the transverse plane along the line of action, m; raises `InputError` if none is given."""
+        return check_backlash(self.given("backlash"), self.geometry)
+
+    @property
+    def masses(self) -> Pair:
+        """Masses of the wheels, kg; raises `InputError` if neither mass nor bore is given."""
+        if self.mass is not None:
+            return self.mass
+        return self._disc_masses(self.given("bore"))
+
+    @property
+    def inertias(self) -> Pair:
+        """Moments of inertia of the wheels, kg m²; raises `InputError` if inertia, mass and bore are all left out."""
+        if self.inertia is not None:
+            return self.inertia
+        weights, diameters = self.masses, masses.disc_diameter(self.geometry)
+        bores = self.bore or (0.0, 0.0)
+        first, second = (masses.disc_inertia(*each) for each in zip(diameters, bores, weights, strict=True))
+        return first, second
+
+    def _disc_masses(self, bores: Pair) -> Pair:
+        """Masses of the discs that replace the wheels, kg."""
+        materials: tuple[Material, Material] = self.material
+        first, second = (
+            masses.disc_mass(diameter, bore, width, material.density) for diameter, bore, width, material in zip(
+                masses.disc_diameter(self.geometry), bores, self.face_width, materials, strict=True))
+        return first, second
+
+    @property
+    def equivalent_mass(self) -> float:
+        """Mass of the pair along the line of action, kg, (2.9); over the face width it is m_red of ISO 6336-1."""
+        base1, base2 = self.geometry.base_diameter
+        return masses.equivalent_mass(self.inertias, (base1 / 2, base2 / 2))
+
+    @property
+    def load(self) -> MeshLoad:
+        """Tangential force, line load and pitch line velocity; raises `InputError` without speed or torque."""
+        return mesh_load(self.geometry, self.given("speed"), self.given("torque"), self.application_factor)
+
+    @property
+    def path_relief(self) -> TipRelief | None:
+        """The tip relief along the path of contact; None without one.
+
+        Raises
+        ------
+        InputError
+            If the drawing does not say where the relief of a wheel begins.
+        """
+        if self.tip_relief is None:
+            return None
+        if self.tip_relief.start_diameter is None:
+            raise InputError("tip_relief.start_diameter", "must be given", None,
+                             "The transmission error depends on where the relief begins.")
+        first, second = (
+            self.geometry.length_to_tip(wheel, start) if amount else 0.0
+            for wheel, (start, amount) in enumerate(
+                zip(self.tip_relief.start_diameter, self.tip_relief.amount, strict=True)))
+        return TipRelief(self.tip_relief.amount, (first, second), self.tip_relief.shape)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences about values that are possible but unusual."""
+        return design_warnings(self)
+

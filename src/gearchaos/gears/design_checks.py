@@ -1,0 +1,144 @@
+"""Checks of a gear design: slips of units, wheels that cannot be, and warnings about unusual values.
+
+The checks take a `GearDesign` as Any, since its module imports this one.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from gearchaos.errors import InputError
+from gearchaos.gears import masses, units
+from gearchaos.gears.geometry_checks import check_rack, geometry_warnings
+from gearchaos.gears.mating import KEEP_CLEARANCE
+from gearchaos.gears.mesh_load import mesh_load
+from gearchaos.gears.plausibility import check_plausible
+
+USUAL_DAMPING = (0.03, 0.1)
+"""Usual damping ratios of a mesh, see the parameter ``damping_ratio`` of `GearDesign`."""
+
+FASTEST, FAST = 300.0, 60.0
+"""Pitch line velocities in m/s above which a speed is refused, and above which there is a warning."""
+
+FAST_SPEED = 2500.0
+"""Speed in rad/s above which there is a warning, 23 900 rpm: a number of revolutions per minute may be meant."""
+
+HIGH_LOAD = 3e8
+"""Load F_t/(b m_n) in Pa above which there is a warning: the bending stress at the root is several times as large."""
+
+
+def check_inputs(design: Any) -> None:
+    """Raise `InputError` for values that only a slip of units explains, and for a basic rack that cannot be.
+
+    What follows from the geometry is checked elsewhere: these checks come first, so that their question is asked.
+    """
+    module, degree = design.module, math.pi / 180
+    check_plausible("module", module, 1e-5, 0.1, units.LENGTH)
+    check_plausible("pressure_angle", design.pressure_angle, 5 * degree, 45 * degree, units.ANGLE)
+    check_plausible("helix_angle", design.helix_angle, 0.0, 60 * degree, units.ANGLE)
+    transverse = module / math.cos(design.helix_angle)
+    for wheel, width in enumerate(design.face_width):
+        check_plausible(f"face_width[{wheel}]", width, 0.1 * module, 20 * transverse * max(design.teeth), units.LENGTH,
+                        "It is between a tenth of the module and 20 reference diameters.")
+    if design.centre_distance is not None:
+        reference = transverse * sum(design.teeth) / 2
+        check_plausible("centre_distance", design.centre_distance, 0.8 * reference, 1.3 * reference, units.LENGTH,
+                        f"Without profile shift it is {reference:.9g} m for these teeth and this module.")
+    alterations = () if design.tip_alteration == KEEP_CLEARANCE else design.tip_alteration
+    for name, lengths in (("tip_alteration", alterations), ("eccentricity", design.eccentricity)):
+        for wheel, length in enumerate(lengths):
+            check_plausible(f"{name}[{wheel}]", length, -module, module, units.LENGTH, "It is at most a module.")
+    _check_tip_diameter(design, transverse)
+    check_rack(design.rack, design.pressure_angle)
+
+
+def _check_tip_diameter(design: Any, transverse_module: float) -> None:
+    """Raise `InputError` for tip diameters far from the nominal ones, or beside a tip alteration."""
+    if design.tip_diameter is None:
+        return
+    if design.tip_alteration != (0.0, 0.0):
+        raise InputError("tip_alteration", "must be left out beside tip_diameter", design.tip_alteration)
+    shifts = design.profile_shift or (0.0, 0.0)
+    for wheel, diameter in enumerate(design.tip_diameter):
+        nominal = transverse_module * design.teeth[wheel] + 2 * design.module * (design.rack.addendum + shifts[wheel])
+        check_plausible(
+            f"tip_diameter[{wheel}]", diameter, nominal - 2 * design.module, nominal + 2 * design.module, units.LENGTH,
+            f"The nominal tip diameter is {nominal:.9g} m.")
+
+
+def check_wheels(design: Any) -> None:
+    """Raise `InputError` for bores, tip relief or speed that do not fit the wheels."""
+    geometry = design.geometry
+    for wheel, bore in enumerate(design.bore or ()):
+        check_plausible(f"bore[{wheel}]", bore, 0.0, geometry.root_diameter[wheel] - geometry.normal_module,
+                        units.LENGTH, "It leaves at least half a module below the root circle.")
+    _check_relief(design)
+    if design.speed is not None and (velocity := _velocity(design)) > FASTEST:
+        raise InputError(
+            "speed", f"must keep the pitch line velocity below {FASTEST:g} m/s", design.speed,
+            f"It gives {velocity:.4g} m/s. {_speed_question(design.speed)}")
+
+
+def _velocity(design: Any) -> float:
+    """Pitch line velocity at the reference circles, m/s."""
+    return mesh_load(design.geometry, design.speed, 0.0, 1.0).velocity
+
+
+def _check_relief(design: Any) -> None:
+    """Raise `InputError` for a tip relief of more than a fifth of a module, or that begins outside the active flank."""
+    if design.tip_relief is None:
+        return
+    geometry, relief = design.geometry, design.tip_relief
+    for wheel, amount in enumerate(relief.amount):
+        check_plausible(f"tip_relief.amount[{wheel}]", amount, 0.0, geometry.normal_module / 5, units.LENGTH,
+                        "It is at most a fifth of a module.")
+    for wheel, start in enumerate(relief.start_diameter or ()):
+        check_plausible(
+            f"tip_relief.start_diameter[{wheel}]", start, geometry.start_of_active_profile[wheel],
+            geometry.tip_diameter[wheel], units.LENGTH, "It lies between the start of active profile and the tip.")
+
+
+def _speed_question(speed: float) -> str:
+    """The question whether a speed in rad/s was meant in revolutions per minute."""
+    return f"{speed:.6g} rad/s are {speed * 30 / math.pi:.6g} rpm: did you mean '{speed:.6g} rpm'?"
+
+
+def design_warnings(design: Any) -> tuple[str, ...]:
+    """Sentences about values that are possible but unusual."""
+    return (*geometry_warnings(design.geometry), *_damping_warnings(design), *_operating_warnings(design),
+            *_inertia_warnings(design))
+
+
+def _damping_warnings(design: Any) -> list[str]:
+    """A warning about a damping ratio that is not usual."""
+    low, high = USUAL_DAMPING
+    if design.damping_ratio is None or low <= design.damping_ratio <= high:
+        return []
+    return [f"damping_ratio is {design.damping_ratio:g}; usual are {low:g} to {high:g}."]
+
+
+def _operating_warnings(design: Any) -> list[str]:
+    """Warnings about a high speed and a high load."""
+    found = []
+    if design.speed is not None and (design.speed > FAST_SPEED or _velocity(design) > FAST):
+        velocity = _velocity(design)
+        found.append(f"The pitch line velocity is {velocity:.4g} m/s. {_speed_question(design.speed)}")
+    if design.torque is not None:
+        load = mesh_load(design.geometry, 0.0, design.torque, 1.0).line_load / design.module
+        if load > HIGH_LOAD:
+            found.append(f"The load F_t/(b m_n) is {load / 1e6:.4g} N/mm², unusually high: is the torque in N*m?")
+    return found
+
+
+def _inertia_warnings(design: Any) -> list[str]:
+    """Warnings about moments of inertia far from that of a solid disc of the wheel's size."""
+    found, geometry = [], design.geometry
+    for wheel, inertia in enumerate(design.inertia or ()):
+        diameter, material = masses.disc_diameter(geometry)[wheel], design.material[wheel]
+        mass = masses.disc_mass(diameter, 0.0, design.face_width[wheel], material.density)
+        ratio = inertia / masses.disc_inertia(diameter, 0.0, mass)
+        if not 0.02 < ratio < 1000:
+            found.append(f"inertia[{wheel}] is {ratio:.3g} times that of a solid disc of the size of wheel "
+                         f"{wheel + 1}: is it in kg*m^2?")
+    return found

@@ -1,0 +1,175 @@
+"""Static transmission error from measured orders, or from a table over the roll angle.
+
+Both describe gears without load, or with a load so small that teeth do not deflect; see
+`gearchaos.gears.transmission_error` for the sign and for the elastic part, which must not be in them.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from gearchaos.errors import InputError
+from gearchaos.gears import units
+from gearchaos.gears.csvtable import Column, Table, read_table
+from gearchaos.gears.transmission_error import ErrorHarmonics, check_orders, evaluate
+from gearchaos.validation import MAX_HARMONICS
+
+_FIELD = "transmission_error"
+
+_PEAK, _PEAK_TO_PEAK = "peak", "peak to peak"
+
+_ORDER_COLUMNS = (
+    Column("order"),
+    Column(_PEAK, units.LENGTH, required=False),
+    Column(_PEAK_TO_PEAK, units.LENGTH, required=False),
+    Column("phase", units.ANGLE),
+)
+
+_CURVE_COLUMNS = (
+    Column("roll angle", units.ANGLE, aliases=("angle",)),
+    Column("error", units.LENGTH, aliases=("transmission error",)),
+)
+
+
+def from_orders(path: str | Path) -> ErrorHarmonics:
+    """Harmonics from a file of measured orders of the mesh frequency.
+
+    Parameters
+    ----------
+    path : str or Path
+        A table, see `gearchaos.gears.csvtable.read_table`, with the columns ``order``, ``phase`` (with a unit) and
+        either ``peak`` or ``peak to peak`` (with a unit): the amplitude e_j or twice it. The error of order j is
+        e_j cos(j θ − phase), where θ = 0 is the instant at which a tooth pair enters contact.
+
+    Returns
+    -------
+    ErrorHarmonics
+        Orders that the file leaves out have amplitude 0.
+
+    Raises
+    ------
+    InputError
+        With the number of the line, for an order that is no whole number from 1 to 64 or is repeated, and for a
+        negative amplitude; also for a file that `read_table` refuses, and unless it has exactly one column of
+        amplitudes.
+    """
+    table = read_table(path, _ORDER_COLUMNS, field=_FIELD)
+    kinds = [name for name in (_PEAK, _PEAK_TO_PEAK) if name in table.columns]
+    if len(kinds) != 1:
+        raise InputError(
+            f"{table.path}", f"must have either the column {_PEAK} or the column {_PEAK_TO_PEAK}", kinds,
+            "The amplitude e_j of a harmonic is its peak value, half of its peak-to-peak value.",
+        )
+    orders = _orders(table)
+    values = table.columns[kinds[0]] * (1.0 if kinds[0] == _PEAK else 0.5)
+    if (values < 0).any():
+        row = int(np.argmax(values < 0))
+        raise table.error(row, "must not have a negative amplitude", float(values[row]), "Add 180 deg to the phase.")
+    amplitudes, phases = np.zeros(max(orders)), np.zeros(max(orders))
+    for order, value, phase in zip(orders, values, table.columns["phase"], strict=True):
+        amplitudes[order - 1], phases[order - 1] = value, phase
+    return ErrorHarmonics(
+        amplitudes=tuple(amplitudes.tolist()), phases=tuple(phases.tolist()),
+        source=f"orders of {Path(table.path).name}, {kinds[0]}",
+    )
+
+
+def _orders(table: Table) -> list[int]:
+    """The orders of a table as ints."""
+    found: list[int] = []
+    for row, order in enumerate(table.columns["order"].tolist()):
+        if order != round(order) or order < 1:
+            raise table.error(
+                row, "must have an order that is a positive whole number", order,
+                "Orders count periods per mesh period. Once per turn of a wheel with z teeth is 1/z, which a model "
+                "whose period is the mesh period cannot have. The mean, order 0, does not matter.",
+            )
+        if order > MAX_HARMONICS:
+            raise table.error(row, f"must have an order of at most {MAX_HARMONICS}", order)
+        if int(order) in found:
+            raise table.error(row, f"must not repeat the order of line {table.lines[found.index(int(order))]}", order)
+        found.append(int(order))
+    return found
+
+
+def from_table(path: str | Path, teeth1: int, orders: int = 8) -> ErrorHarmonics:
+    """Harmonics from a file with the error over the roll angle of wheel 1.
+
+    Parameters
+    ----------
+    path : str or Path
+        A table, see `gearchaos.gears.csvtable.read_table`, with the columns ``roll angle`` and ``error``, both with
+        units. Roll angle 0 is the instant at which a tooth pair enters contact; the angles increase.
+    teeth1 : int
+        Number of teeth of wheel 1: the mesh period is 2π/z1.
+    orders : int
+        Number of harmonics, 1 to 64; by default 8.
+
+    Returns
+    -------
+    ErrorHarmonics
+        See `fit_harmonics`.
+    """
+    table = read_table(path, _CURVE_COLUMNS, field=_FIELD, abscissa=("roll angle",))
+    periods = table.columns["roll angle"] * teeth1 / (2 * math.pi)
+    return fit_harmonics(periods, table.columns["error"], orders, source=f"curve of {Path(table.path).name}")
+
+
+def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: str = "curve") -> ErrorHarmonics:
+    """Harmonics of a sampled error by least squares.
+
+    Parameters
+    ----------
+    tau : array (samples,)
+        Times in mesh periods; they need not be equidistant.
+    error : array (samples,)
+        The error, m.
+    orders : int
+        Number of harmonics, 1 to 64.
+    source : str
+        What the samples are.
+
+    Returns
+    -------
+    ErrorHarmonics
+        The mean is fitted and left out. The residual has all that is no harmonic up to ``orders``: higher ones,
+        and what repeats with the shafts where the samples cover several mesh periods. A warning says if its root mean
+        square exceeds a tenth of that of the error.
+
+    Raises
+    ------
+    InputError
+        If the samples, folded into one period, leave a gap of half the shortest wavelength or more, so that the highest
+        harmonic is not determined.
+    """
+    count = check_orders(orders)
+    _check_gaps(np.asarray(tau, dtype=float), count)
+    j = np.arange(1, count + 1)
+    angle = 2 * np.pi * np.asarray(tau, dtype=float)[:, None] * j
+    basis = np.hstack([np.ones((len(angle), 1)), np.cos(angle), np.sin(angle)])
+    solution = np.linalg.lstsq(basis, error, rcond=None)[0]
+    cosine, sine = solution[1 : count + 1], solution[count + 1:]
+    amplitudes, phases = tuple(np.hypot(cosine, sine).tolist()), tuple(np.arctan2(sine, cosine).tolist())
+    varying = error - solution[0]
+    rest = varying - evaluate(amplitudes, phases, tau)
+    rms, whole = (float(np.sqrt(np.mean(v**2))) for v in (rest, varying))
+    missing = f"{count} harmonics leave {rms / whole:.0%} of the error's rms value out." if rms > 0.1 * whole else ""
+    return ErrorHarmonics(
+        amplitudes=amplitudes, phases=phases, source=source, residual_rms=rms, residual_peak=float(np.abs(rest).max()),
+        warnings=(missing,) if missing else (),
+    )
+
+
+def _check_gaps(tau: np.ndarray, orders: int) -> None:
+    """Raise `InputError` if the samples, folded into one period, leave a gap of half a wavelength or more."""
+    folded = np.sort(np.mod(tau, 1.0))
+    gap = float(np.diff(np.append(folded, folded[0] + 1)).max())
+    if gap * 2 * orders >= 1 - 1e-9:
+        most = max(math.ceil(0.5 / gap - 1e-9) - 1, 0)
+        raise InputError(
+            "orders", f"must be at most {most} for samples with gaps of {gap:.4g} mesh periods", orders,
+            "Give the error over at least one whole mesh period, in smaller steps.",
+        )

@@ -1,0 +1,210 @@
+"""Dimensions, backlash and masses of gear pairs: published pairs, values by hand, and identities."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gearchaos.gears.backlash import OF, Backlash, ThicknessAllowances, base_tangent_length
+from gearchaos.gears.design import GearDesign
+from gearchaos.gears.involute import inverse_involute, involute
+from gearchaos.gears.mating import shift_sum
+from gearchaos.gears.pair import GearPair
+from gearchaos.gears.resonance import reduced_mass_of_discs
+
+EXAMPLE_1 = GearDesign(
+    teeth=(17, 103), module="8 mm", helix_angle="15.8 deg", face_width="100 mm", centre_distance="500 mm",
+    profile_shift=(0.145, 0.0), rack={"dedendum": 1.4, "root_radius": 0.39}, tip_diameter=("159.66 mm", "872.35 mm"),
+    speed="360 rpm", torque="9000 N*m", bore="0 mm")
+"""ISO/TR 6336-30:2017, example 1, with the tip diameters of its drawing, which are rounded to 0.01 mm."""
+
+ROSS = GearDesign(teeth=(62, 62), module="2 mm", face_width="20 mm", bore="35 mm",
+                  material={"E": "206 GPa", "poisson": 0.3, "density": 7830})
+"""The pair 62/62 of the tests of ROSS."""
+
+
+def test_example_1_of_iso_tr_6336_30_to_the_digits_printed():
+    geometry = EXAMPLE_1.geometry
+    assert round(math.degrees(geometry.working_pressure_angle), 4) == 21.0661
+    assert round(geometry.contact_ratio, 4) == 1.5491
+    assert round(geometry.overlap_ratio, 5) == 1.08337
+    assert [round(z, 3) for z in geometry.virtual_teeth] == [18.905, 114.543]
+    assert round(EXAMPLE_1.load.tangential_force) == 127352
+    assert round(EXAMPLE_1.load.velocity, 3) == 2.664
+
+
+def test_example_1_without_rounded_tip_diameters_has_a_slightly_larger_contact_ratio():
+    nominal = replace(EXAMPLE_1, tip_diameter=None)
+    assert nominal.geometry.tip_diameter == (pytest.approx(0.15966011, abs=1e-8), pytest.approx(0.8723548, abs=1e-8))
+    assert round(nominal.geometry.contact_ratio, 4) == 1.5493
+
+
+def test_the_contact_ratio_of_ross_to_the_digits_printed():
+    assert round(ROSS.geometry.contact_ratio, 10) == 1.7897798668
+    assert ROSS.geometry.centre_distance == 0.124
+    assert ROSS.geometry.theoretical_backlash == pytest.approx(0, abs=1e-16)
+
+
+def test_a_spur_gear_pair_by_hand():
+    geometry = GearDesign(teeth=(20, 40), module=3e-3, face_width=(0.03, 0.025)).geometry
+    assert geometry.centre_distance == pytest.approx(0.09, rel=1e-15)
+    assert geometry.reference_diameter == pytest.approx((0.06, 0.12))
+    assert geometry.tip_diameter == pytest.approx((0.066, 0.126))
+    assert geometry.root_diameter == pytest.approx((0.0525, 0.1125))
+    assert geometry.base_diameter == pytest.approx((0.06 * math.cos(math.pi / 9), 0.12 * math.cos(math.pi / 9)))
+    assert geometry.working_diameter == pytest.approx((0.06, 0.12))
+    assert geometry.tip_clearance == pytest.approx((0.75e-3, 0.75e-3))
+    assert geometry.virtual_teeth == pytest.approx((20, 40)) and geometry.gear_ratio == 2
+    assert geometry.base_pitch == pytest.approx(math.pi * 3e-3 * math.cos(math.pi / 9))
+    assert geometry.common_face_width == 0.025 and geometry.overlap_ratio == 0.0
+    assert geometry.total_contact_ratio == geometry.contact_ratio
+    assert geometry.undercut_shift[0] == pytest.approx(1.25 - 0.38 * (1 - math.sin(math.pi / 9)) - 10 * math.sin(
+        math.pi / 9) ** 2)
+
+
+def test_the_inverse_of_the_involute_to_rounding():
+    for angle in np.concatenate([np.geomspace(1e-3, 0.1, 40), np.linspace(0.1, 1.5, 200)]):
+        # tan α is rounded to some 1e-16 of itself, and the derivative of the involute is tan² α
+        assert abs(inverse_involute(involute(angle)) - angle) <= 3e-16 * (angle + 2 / math.tan(angle))
+    assert inverse_involute(0.0) == 0.0
+    assert involute(inverse_involute(1e6)) == pytest.approx(1e6, rel=1e-9)
+
+
+def test_keeping_the_clearance_shortens_the_teeth_until_it_is_that_of_the_rack():
+    shifted = GearDesign(teeth=(20, 40), module=3e-3, face_width=0.03, profile_shift=(0.5, 0.4))
+    kept = replace(shifted, tip_alteration="keep clearance")
+    assert min(shifted.geometry.tip_clearance) < 0.7e-3
+    assert kept.geometry.tip_clearance == pytest.approx((0.75e-3, 0.75e-3), rel=1e-12)
+    assert kept.geometry.tip_alteration[0] == kept.geometry.tip_alteration[1] < 0
+    # a centre distance that leaves more clearance than the rack does not lengthen the teeth
+    loose = GearDesign(teeth=(20, 40), module=3e-3, face_width=0.03, centre_distance="90.2 mm", profile_shift=(0, 0),
+                       tip_alteration="keep clearance")
+    assert loose.geometry.tip_alteration == (0.0, 0.0)
+
+
+def test_the_sum_of_shifts_that_a_refusal_asks_for_leaves_no_backlash():
+    given = GearDesign(teeth=(20, 40), module=3e-3, face_width=0.03, centre_distance="91 mm", profile_shift=(0.2, 0.1))
+    needed = shift_sum(given.geometry)
+    assert 0.3 < needed < 0.4
+    fitting = replace(given, profile_shift=(0.2, needed - 0.2))
+    assert fitting.geometry.theoretical_backlash == pytest.approx(0, abs=1e-16)
+    assert replace(fitting, centre_distance=None).geometry.centre_distance == pytest.approx(0.091, rel=1e-14)
+
+
+def test_shifts_left_out_beside_the_reference_centre_distance_are_zero():
+    rounded = GearDesign(teeth=(17, 103), module="8 mm", helix_angle="15.8 deg", face_width="0.1 m",
+                         centre_distance="498.85 mm")
+    assert rounded.geometry.profile_shift == (0.0, 0.0) and rounded.geometry.centre_distance == 0.49885
+
+
+# backlash
+
+
+HELICAL = GearDesign(teeth=(23, 51), module="4 mm", helix_angle="20 deg", face_width="40 mm", centre_distance="160 mm",
+                     profile_shift=(0.3, 0.28))
+
+
+def measured(kind):
+    """A backlash of 10 µm of one kind, turned into j_bt by moving the wheels."""
+    geometry, value = HELICAL.geometry, 1e-5
+    if kind == "line of action":
+        return value
+    if kind == "radial":  # the wheels move apart
+        apart, together = (replace(geometry, centre_distance=geometry.centre_distance + s * value / 2) for s in (1, -1))
+        return apart.theoretical_backlash - together.theoretical_backlash
+    if kind == "normal":  # the component of a displacement of the flank around the base cylinder
+        lead = math.pi * geometry.reference_diameter[0] / math.tan(geometry.helix_angle)
+        around = np.array([1.0, 0.0])
+        flank = np.array([math.pi * geometry.base_diameter[0], lead])  # develops a tooth on the base cylinder
+        normal = np.array([flank[1], -flank[0]]) / np.hypot(*flank)
+        return value / abs(normal @ around)
+    diameters = {"circumferential": geometry.working_diameter, "reference circle": geometry.reference_diameter}[kind]
+    angle = 2 * value / diameters[0]  # wheel 2 is held, wheel 1 turns
+    assert angle / (2 * value / diameters[1]) == pytest.approx(51 / 23)
+    return angle * geometry.base_diameter[0] / 2
+
+
+@pytest.mark.parametrize("kind", ["line of action", "circumferential", "reference circle", "normal", "radial"])
+def test_each_kind_of_backlash_by_moving_the_wheels(kind):
+    assert base_tangent_length(HELICAL.geometry, kind) == pytest.approx(measured(kind) / 1e-5, rel=1e-7)
+
+
+def test_half_a_backlash_is_half_of_it():
+    for total, half in zip(OF[::2], OF[1::2], strict=True):
+        assert total.replace("total", "half") == half
+        whole = replace(HELICAL, backlash={"value": "0.3 mm", "of": total}).backlash_line_of_action
+        assert replace(HELICAL, backlash={"value": "0.15 mm", "of": half}).backlash_line_of_action == whole
+
+
+def test_the_backlash_of_a_spur_pair_on_the_reference_circle_is_shortened_by_the_pressure_angle():
+    spur = GearDesign(teeth=(20, 40), module=3e-3, face_width=0.03,
+                      backlash={"value": "0.1 mm", "of": "circumferential, total"})
+    assert spur.backlash_line_of_action == pytest.approx(1e-4 * math.cos(math.pi / 9), rel=1e-12)
+
+
+@pytest.mark.parametrize("plane", ["normal", "transverse"])
+@pytest.mark.parametrize(("at", "thickness", "distance"), [("minimum", 0, 1), ("maximum", 1, 0)])
+def test_allowances_of_the_tooth_thickness_are_shifts_of_the_rack(plane, at, thickness, distance):
+    """A tooth whose rack is shifted by Δx is thicker by 2 Δx m_n tan α_n in the normal section, ISO 21771:2007."""
+    teeth, centre = ((-60e-6, -110e-6), (-90e-6, -150e-6)), (30e-6, -20e-6)
+    given = ThicknessAllowances(
+        tooth_thickness_allowances=teeth, centre_distance_allowance=centre, plane=plane, at=at)
+    geometry = HELICAL.geometry
+    to_normal = 1 if plane == "normal" else math.cos(geometry.helix_angle)
+    per_module = 2 * geometry.normal_module * math.tan(geometry.pressure_angle) / to_normal
+    shifts = tuple(x + t[thickness] / per_module for x, t in zip(geometry.profile_shift, teeth, strict=True))
+    moved = replace(geometry, profile_shift=shifts, centre_distance=geometry.centre_distance + centre[distance])
+    assert given.along_line_of_action(geometry) == pytest.approx(moved.theoretical_backlash, rel=1e-12)
+    assert replace(HELICAL, backlash=given).backlash_line_of_action == given.along_line_of_action(geometry)
+
+
+def test_the_mean_backlash_is_the_mean_of_its_limits():
+    given = ThicknessAllowances(tooth_thickness_allowances=(-60e-6, -110e-6), centre_distance_allowance="20 um")
+    least, mean, greatest = (replace(given, at=at).along_line_of_action(HELICAL.geometry)
+                             for at in ("minimum", "mean", "maximum"))
+    assert given.at == "mean" and least < mean < greatest
+    assert mean == pytest.approx((least + greatest) / 2, rel=1e-15)
+
+
+def test_a_backlash_below_the_theoretical_one_by_no_more_than_rounded_shifts_is_taken():
+    loose = replace(HELICAL, profile_shift=(0.3, 0.27))
+    theoretical = loose.geometry.theoretical_backlash
+    assert theoretical > 0
+    small = Backlash(value=theoretical - 0.009 * 4e-3, of="line of action, total")
+    assert replace(loose, backlash=small).backlash_line_of_action == small.value
+
+
+# masses
+
+
+def test_the_disc_of_a_wheel_by_hand():
+    spur = GearDesign(teeth=(20, 40), module=3e-3, face_width=(0.03, 0.025), bore=("10 mm", "20 mm"),
+                      material=["steel", {"E": "118 GPa", "poisson": 0.3, "density": 7200}])
+    inner, outer, widths, densities = (0.01, 0.02), (0.05925, 0.11925), (0.03, 0.025), (7830, 7200)
+    for wheel in (0, 1):
+        rings = np.linspace(inner[wheel] / 2, outer[wheel] / 2, 20001)
+        radius, step = (rings[1:] + rings[:-1]) / 2, rings[1] - rings[0]
+        ring = 2 * math.pi * radius * step * widths[wheel] * densities[wheel]
+        assert spur.masses[wheel] == pytest.approx(ring.sum(), rel=1e-7)
+        assert spur.inertias[wheel] == pytest.approx((ring * radius**2).sum(), rel=1e-7)
+
+
+def test_given_masses_and_inertias_replace_those_of_the_disc():
+    disc = GearDesign(teeth=(20, 40), module=3e-3, face_width=0.03, bore="10 mm")
+    heavier = replace(disc, mass=[2 * m for m in disc.masses])
+    assert heavier.inertias == pytest.approx([2 * inertia for inertia in disc.inertias], rel=1e-14)
+    assert replace(disc, bore=None, mass=(0.6, 2.5)).inertias[0] == pytest.approx(0.6 * 0.05925**2 / 8, rel=1e-14)
+    turned = replace(disc, inertia=(1e-3, 2e-3))
+    assert turned.inertias == (1e-3, 2e-3) and turned.masses == disc.masses
+
+
+def test_the_equivalent_mass_is_that_of_the_pair_and_of_iso_6336():
+    disc = GearDesign(teeth=(20, 40), module=3e-3, face_width=0.03, bore=("10 mm", "20 mm"))
+    (inertia1, inertia2), (radius1, radius2) = disc.inertias, [d / 2 for d in disc.geometry.base_diameter]
+    pair = GearPair(n1=20, n2=40, I1=inertia1, I2=inertia2, R1=radius1, R2=radius2, c0=4e8, k=500.0, backlash=1e-4,
+                    M10=100.0, speed=300.0)
+    assert disc.equivalent_mass == pytest.approx(pair.mass, rel=1e-15)
+    assert disc.equivalent_mass == pytest.approx(1 / (radius1**2 / inertia1 + radius2**2 / inertia2), rel=1e-14)
+    per_width = reduced_mass_of_discs(disc.geometry, (7830.0, 7830.0), (0.01, 0.02))
+    assert disc.equivalent_mass / 0.03 == pytest.approx(per_width, rel=1e-13)

@@ -1,0 +1,117 @@
+"""Transmission errors from files: what is read, and what is refused with the number of its line."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gearchaos.errors import InputError
+from gearchaos.gears.error_tables import fit_harmonics, from_orders, from_table
+
+
+def written(folder: Path, text: str) -> Path:
+    """A file with this text."""
+    path = folder / "te.csv"
+    path.write_bytes(text.encode())
+    return path
+
+
+@pytest.mark.parametrize("text", [
+    "order,peak [um],phase [deg]\n1,3.5,30\n3,0.25,-90\n",
+    "order;peak to peak [um];phase [deg]\r\n3;0,5;-90\r\n1;7,0;30\r\n",
+    "\ufefforder\tpeak (mm)\tphase (rad)\n1\t0.0035\t0.5235987755982988\n3\t0.00025\t-1.5707963267948966\n",
+    "# measured without load\nphase [deg] peak [um] order\n\n30 3.5 1\n-90 0.25 3\n",
+])
+def test_orders(tmp_path: Path, text: str):
+    found = from_orders(written(tmp_path, text))
+    assert found.amplitudes == pytest.approx((3.5e-6, 0.0, 0.25e-6), rel=1e-12)
+    assert found.phases == pytest.approx((math.pi / 6, 0.0, -math.pi / 2), rel=1e-12)
+    assert found.residual_rms == 0 and "te.csv" in found.source
+    # (2.4): e(t) = Σ e_j cos(jω_z t − θ_j)
+    assert float(found.at(0.0)) == pytest.approx(3.5e-6 * math.cos(math.pi / 6), rel=1e-12)
+
+
+@pytest.mark.parametrize(("rows", "line", "rule"), [
+    ("1,1,0\n0.5,1,0", 3, "positive whole number"), ("0,1,0", 2, "positive whole number"),
+    ("1,1,0\n-2,1,0", 3, "positive whole number"), ("65,1,0", 2, "order of at most 64"),
+    ("2,1,0\n1,1,0\n2,3,0", 4, "not repeat the order of line 2"), ("1,1,0\n2,-1,0", 3, "negative amplitude"),
+    ("1,nan,0", 2, "finite numbers"), ("1,1", 2, "3 cells"), ("1,1,0\n2,x,0", 3, "finite numbers"),
+])
+def test_wrong_orders_are_refused_with_their_line(tmp_path: Path, rows: str, line: int, rule: str):
+    with pytest.raises(InputError, match=rule) as error:
+        from_orders(written(tmp_path, f"order,peak [um],phase [deg]\n{rows}\n"))
+    assert f"line {line}," in error.value.field
+
+
+@pytest.mark.parametrize("header", [
+    "order,phase [deg]", "order,peak [um],peak to peak [um],phase [deg]", "order,rms [um],phase [deg]",
+    "order,um,phase [deg]", "order,peak,phase [deg]", "order,peak [um]", "order,peak [um],phase",
+    "order,peak [N],phase [deg]",
+])
+def test_headers_that_leave_a_question_are_refused(tmp_path: Path, header: str):
+    with pytest.raises(InputError):
+        from_orders(written(tmp_path, f"{header}\n{','.join('1' * len(header.split(',')))}\n"))
+
+
+def curve_text(count: int, teeth: int, periods: float = 1.0) -> str:
+    """A table of an error in µm over the roll angle in degrees."""
+    tau = np.arange(count) / count * periods
+    error = 7 + 3 * np.cos(2 * np.pi * tau - 0.4) + 0.5 * np.cos(6 * np.pi * tau + 1.0)
+    rows = (f"{t * 360 / teeth!r},{e!r}" for t, e in zip(tau.tolist(), error.tolist(), strict=True))
+    return "roll angle [deg],error [um]\n" + "\n".join(rows) + "\n"
+
+
+def test_curve_over_the_roll_angle(tmp_path: Path):
+    for count, periods in ((40, 1.0), (41, 1.0), (200, 3.0), (50, 1.3)):
+        found = from_table(written(tmp_path, curve_text(count, 17, periods)), 17, 5)
+        assert found.amplitudes == pytest.approx((3e-6, 0, 0.5e-6, 0, 0), abs=1e-15)
+        assert (found.phases[0], found.phases[2]) == pytest.approx((0.4, -1.0), abs=1e-9)
+        assert found.residual_peak < 1e-15 and found.warnings == ()
+
+
+def test_the_rest_of_a_curve_is_reported(tmp_path: Path):
+    found = from_table(written(tmp_path, curve_text(60, 17)), 17, 2)
+    assert found.residual_rms == pytest.approx(0.5e-6 / math.sqrt(2), rel=1e-9)
+    assert found.residual_peak == pytest.approx(0.5e-6, rel=1e-2)
+    assert "16% of the error's rms" in found.warnings[0]
+
+
+def test_shaft_orders_in_a_curve_go_into_the_residual():
+    tau = np.arange(17 * 40) / 40
+    error = 3e-6 * np.cos(2 * np.pi * tau - 0.4) + 20e-6 * np.cos(2 * np.pi * tau / 17)
+    found = fit_harmonics(tau, error, 4)
+    assert found.amplitudes[0] == pytest.approx(3e-6, rel=1e-9)
+    assert found.residual_rms == pytest.approx(20e-6 / math.sqrt(2), rel=1e-9)
+    assert found.warnings
+
+
+@pytest.mark.parametrize(("tau", "orders"), [
+    (np.arange(16) / 16, 8), (np.arange(30) / 40, 3), (np.arange(7) / 7, 4), (np.array([0.0]), 1),
+    (np.array([0.0, 1.0, 2.0, 3.0]), 1),
+])
+def test_samples_that_do_not_determine_the_harmonics_are_refused(tau: np.ndarray, orders: int):
+    with pytest.raises(InputError, match="mesh periods") as error:
+        fit_harmonics(tau, np.cos(tau), orders)
+    assert error.value.field == "orders"
+
+
+def test_the_number_of_harmonics_in_the_refusal_is_accepted():
+    for count in (7, 16, 17):
+        tau = np.arange(count) / count
+        with pytest.raises(InputError) as error:
+            fit_harmonics(tau, np.cos(2 * np.pi * tau), 40)
+        most = int(error.value.rule.split("at most ")[1].split()[0])
+        assert most == (count - 1) // 2
+        assert fit_harmonics(tau, np.cos(2 * np.pi * tau), most).amplitudes[0] == pytest.approx(1, rel=1e-12)
+
+
+def test_unequal_steps(tmp_path: Path):
+    tau = np.sort(np.random.default_rng(3).uniform(0, 1, 60))
+    error = 2e-6 * np.cos(2 * np.pi * tau - 1.0)
+    assert fit_harmonics(tau, error, 2).amplitudes == pytest.approx((2e-6, 0), abs=1e-15)
+    falling = written(tmp_path, "roll angle [deg],error [um]\n1,0\n0,1\n")
+    with pytest.raises(InputError, match="greater roll angle"):
+        from_table(falling, 17)

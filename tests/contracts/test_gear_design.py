@@ -1,0 +1,324 @@
+"""A gear design as a value: forms of its inputs, every refusal with its question, warnings, the tables of a file."""
+
+import pickle
+from dataclasses import asdict, fields, replace
+from functools import cached_property
+
+import numpy as np
+import pytest
+
+from gearchaos.errors import InputError
+from gearchaos.gears.backlash import OF, Backlash, ThicknessAllowances
+from gearchaos.gears.design import GearDesign
+from gearchaos.gears.design_values import CONVERTERS, OrdersFile, Rack, ReliefDimensions, Supports, TableFile
+from gearchaos.gears.geometry import Geometry
+from gearchaos.gears.geometry_formulas import DESIGN_FORMULAS, GEOMETRY_FORMULAS
+from gearchaos.gears.materials import STEEL, Material
+from gearchaos.gears.quality import Quality
+from gearchaos.gears.tip_relief import TipRelief
+
+SMALL = {"teeth": (20, 40), "module": 3e-3, "face_width": 0.03}
+
+FULL = {
+    "teeth": [17, 103], "module": "8 mm", "pressure_angle": "20 deg", "helix_angle": "15.8 deg",
+    "face_width": ["100 mm", "98 mm"], "centre_distance": "500 mm", "profile_shift": [0.145, 0.0],
+    "rack": {"addendum": 1.0, "dedendum": 1.4, "root_radius": 0.39}, "tip_diameter": ["159.66 mm", "872.35 mm"],
+    "tip_relief": {"amount": "70 um", "start_diameter": ["155 mm", "868 mm"]},
+    "material": ["steel", {"E": "173 GPa", "poisson": 0.3, "density": "7100 kg/m^3"}],
+    "bore": ["30 mm", "60 mm"], "quality": {"standard": "ISO 1328-1:1995", "grade": [5, 6]},
+    "backlash": {"value": "0.12 mm", "of": "line of action, total"}, "damping_ratio": 0.05,
+    "stiffness": {"table": "tvms.csv"}, "transmission_error": {"orders": "te.csv"}, "eccentricity": ["5 um", "20 um"],
+    "supports": {"stiffness": ["200 N/um", "300 N/um"], "damping_ratio": [0.02, 0.03]},
+}
+OPERATION = {"speed": "360 rpm", "torque": "9000 N*m", "application_factor": 1.25}
+
+
+def design(**changes):
+    return GearDesign(**{**SMALL, **changes})
+
+
+def test_values_are_kept_in_si_and_per_wheel():
+    full = GearDesign.from_tables(FULL, OPERATION)
+    assert full.module == 8e-3 and full.face_width == (0.1, 0.098) and full.centre_distance == 0.5
+    assert full.helix_angle == pytest.approx(np.radians(15.8), rel=1e-15)
+    assert full.rack == Rack(addendum=1.0, dedendum=1.4, root_radius=0.39)
+    assert full.tip_relief == ReliefDimensions(amount="70 um", start_diameter=(0.155, 0.868))
+    assert full.material == (STEEL, Material(E=173e9, poisson=0.3, density=7100.0))
+    assert full.quality == Quality("ISO 1328-1:1995", (5, 6))
+    assert full.backlash == Backlash(value=0.12e-3, of="line of action, total")
+    assert (full.stiffness, full.transmission_error) == (TableFile(table="tvms.csv"), OrdersFile(orders="te.csv"))
+    assert full.eccentricity == pytest.approx((5e-6, 20e-6), rel=1e-15)
+    assert full.supports == Supports(stiffness=(2e8, 3e8), damping_ratio=(0.02, 0.03))
+    assert full.speed == pytest.approx(12 * np.pi) and (full.torque, full.application_factor) == (9000.0, 1.25)
+
+
+def test_one_value_stands_for_both_wheels_and_defaults_are_the_documented_ones():
+    small = design(bore="10 mm", tip_alteration="-0.1 mm", tip_relief="10 um")
+    assert small.face_width == (0.03, 0.03) and small.bore == (0.01, 0.01) and small.tip_alteration == (-1e-4, -1e-4)
+    assert small.tip_relief.amount == pytest.approx((1e-5, 1e-5), rel=1e-15)
+    plain = design()
+    assert plain.pressure_angle == pytest.approx(np.pi / 9, rel=1e-15) and plain.helix_angle == 0.0
+    assert plain.rack == Rack(addendum=1.0, dedendum=1.25, root_radius=0.38)
+    assert plain.material == (STEEL, STEEL) and (STEEL.E, STEEL.poisson, STEEL.density) == (206e9, 0.3, 7830.0)
+    assert (plain.stiffness, plain.transmission_error, plain.application_factor) == ("ISO 6336-1", "none", 1.0)
+    assert plain.eccentricity == plain.tip_alteration == (0.0, 0.0)
+    for name in ("centre_distance", "profile_shift", "bore", "inertia", "mass", "quality", "backlash", "damping_ratio",
+                 "supports", "speed", "torque", "tip_relief", "tip_diameter"):
+        assert getattr(plain, name) is None, name
+    assert design(transmission_error=None) == plain
+
+
+@pytest.mark.parametrize(("name", "forms"), [
+    ("module", [3e-3, "3 mm", "0.3 cm", np.float64(3e-3)]),
+    ("face_width", [0.03, "30 mm", [0.03, "3 cm"], np.array([0.03, 0.03])]),
+    ("pressure_angle", [np.pi / 9, "20 deg"]),
+    ("centre_distance", [0.09, "90 mm"]),
+    ("teeth", [(20, 40), [20, 40], np.array([20, 40])]),
+    ("material", ["steel", STEEL, [STEEL, "steel"], {"E": "206 GPa", "poisson": 0.3, "density": 7830}]),
+    ("rack", [{}, {"addendum": 1}, Rack(), {"root_radius": 0.38, "dedendum": 1.25}]),
+    ("stiffness", ["ISO 6336-1"]),
+    ("transmission_error", [{"table": "e.csv"}, TableFile(table="e.csv")]),
+    ("backlash", [{"value": "100 um", "of": "normal, total"}, Backlash(value="100 um", of="normal, total")]),
+    ("inertia", [1e-3, "1e-3 kg*m^2", "10 kg*cm^2"]),
+    ("supports", [{"stiffness": "100 N/um", "damping_ratio": 0.02}, Supports(stiffness=1e8, damping_ratio=0.02)]),
+    ("speed", ["3000 rpm", 100 * np.pi, "50 turn/s"]),
+    ("helix_angle", ["10 deg", "-10 deg"]),
+])
+def test_forms_of_one_value_make_equal_designs(name, forms):
+    designs = [design(**{name: form}) for form in forms]
+    for other in designs:
+        got, expected = getattr(other, name), getattr(designs[0], name)
+        assert got == expected or got == pytest.approx(expected, rel=1e-15)
+
+
+def test_pint_quantities_are_taken():
+    pint = pytest.importorskip("pint")
+    registry = pint.UnitRegistry()
+    quantities = {"module": registry.Quantity(3, "mm"), "face_width": registry.Quantity([30, 30], "mm"),
+                  "inertia": [registry.Quantity(1, "g*m^2"), "1e-3 kg*m^2"]}
+    assert design(**quantities) == design(module="3 mm", face_width="30 mm", inertia=1e-3)
+
+
+ALLOWANCES = {"tooth_thickness_allowances": [["-70 um", "-110 um"], ["-100 um", "-150 um"]], "plane": "transverse",
+              "centre_distance_allowance": "20 um", "at": "minimum"}
+
+
+@pytest.mark.parametrize("full", [
+    GearDesign.from_tables(FULL, OPERATION), design(), design(tip_alteration="keep clearance"),
+    design(backlash=ALLOWANCES, stiffness="potential energy", transmission_error="from quality", mass=[1, 2]),
+])
+def test_designs_are_values(full):
+    again = GearDesign(**asdict(full))
+    assert again == full and hash(again) == hash(full) and replace(full) == full
+    assert pickle.loads(pickle.dumps(full)) == full
+    assert again.geometry == full.geometry
+    assert replace(full, face_width=0.05).geometry.common_face_width == 0.05
+    assert full != replace(full, face_width="99 mm")
+
+
+def test_every_input_has_a_converter():
+    assert set(CONVERTERS) == {f.name for f in fields(GearDesign)}
+
+
+REFUSED = [
+    # slips of units
+    ({"module": 3}, "module", "did you mean '3 mm'", "m"),
+    ({"module": "3 um"}, "module", "", ""),
+    ({"face_width": 30}, "face_width[0]", "did you mean '30 mm'", ""),
+    ({"face_width": "30 um"}, "face_width[0]", "", ""),
+    ({"pressure_angle": 20}, "pressure_angle", "did you mean '20 deg'", ""),
+    ({"helix_angle": 15.8}, "helix_angle", "did you mean '15.8 deg'", ""),
+    ({"centre_distance": 90}, "centre_distance", "did you mean '90 mm'", ""),
+    ({"tip_alteration": [0, 0.1]}, "tip_alteration[1]", "did you mean '0.1 mm'", ""),
+    ({"tip_alteration": -0.1}, "tip_alteration[0]", "did you mean '-0.1 mm'", ""),
+    ({"tip_diameter": [66, 126]}, "tip_diameter[0]", "did you mean '66 mm'", ""),
+    ({"bore": [0.01, 20]}, "bore[1]", "did you mean '20 mm'", ""),
+    ({"bore": "51 mm"}, "bore[0]", "half a module", ""),
+    ({"backlash": {"value": 0.12, "of": "line of action, total"}}, "backlash.value", "did you mean '0.12 mm'", ""),
+    ({"backlash": {"value": 0.12, "of": "radial, half"}}, "backlash.value", "did you mean '0.12 mm'", ""),
+    ({"backlash": {"tooth_thickness_allowances": [-0.07, -0.11]}}, "backlash", "half a module", ""),
+    ({"eccentricity": 0.02}, "eccentricity[0]", "did you mean '0.02 mm'", ""),
+    ({"tip_relief": 20}, "tip_relief.amount[0]", "did you mean '20 um'", ""),
+    ({"tip_relief": {"amount": 1e-5, "start_diameter": [65, 125]}}, "tip_relief.start_diameter[0]", "'65 mm'", ""),
+    ({"material": {"E": 206, "poisson": 0.3, "density": 7830}}, "material.E", "did you mean '206 GPa'", ""),
+    ({"material": ["steel", {"E": 206e9, "poisson": 0.3, "density": 7.8}]}, "material[1].density", "'7.8 g/cm^3'", ""),
+    ({"supports": {"stiffness": 200, "damping_ratio": 0}}, "supports.stiffness", "did you mean '200 N/um'", ""),
+    ({"speed": 35000}, "speed", "334225 rpm: did you mean '35000 rpm'", ""),
+    ({"speed": "60 Hz"}, "speed", "Hertz", ""),
+    # wrong forms
+    ({"teeth": 20}, "teeth", "", "a list of two"),
+    ({"teeth": [20, 40, 60]}, "teeth", "", "a list of two"),
+    ({"teeth": [20, 40.5]}, "teeth[1]", "", "a whole number"),
+    ({"teeth": [20, 2]}, "teeth[1]", "", "at least 3"),
+    ({"teeth": [20, -60]}, "teeth[1]", "internal gears", ""),
+    ({"module": "3"}, "module", "", "a length"),
+    ({"module": -3e-3}, "module", "", "greater than 0"),
+    ({"module": None}, "module", "", "a length"),
+    ({"profile_shift": 0.1}, "profile_shift", "", "a list of two"),
+    ({"profile_shift": ["x", 0]}, "profile_shift[0]", "", "a number"),
+    ({"rack": 1.25}, "rack", "", "a table with addendum"),
+    ({"rack": {"adendum": 1}}, "rack", "did you mean 'addendum'", "no key but"),
+    ({"rack": {"addendum": 0}}, "rack.addendum", "", "greater than 0"),
+    ({"rack": {"root_radius": -0.1}}, "rack.root_radius", "", "not be negative"),
+    ({"material": "stel"}, "material", "did you mean 'steel'", ""),
+    ({"material": 206e9}, "material", "'steel'", "a name or a table"),
+    ({"material": {"E": 206e9, "poisson": 0.3}}, "material.density", "", "must be given"),
+    ({"material": {"E": 206e9, "poisson": 0.5, "density": 7830}}, "material.poisson", "", "less than 0.5"),
+    ({"bore": -0.01}, "bore", "", "not be negative"),
+    ({"inertia": 0}, "inertia", "", "greater than 0"),
+    ({"mass": [1, -1]}, "mass[1]", "", "greater than 0"),
+    ({"quality": 5}, "quality", "grade = 5", "standard and grade"),
+    ({"quality": {"standard": "ISO 1328-1:1995", "grade": 13}}, "quality.grade", "", "0 to 12"),
+    ({"backlash": "0.12 mm"}, "backlash", "line of action, total", "what it is of"),
+    ({"backlash": {"value": "0.12 mm"}}, "backlash.of", "", "must be given"),
+    ({"backlash": {"value": "0.12 mm", "of": "line of action"}}, "backlash.of", "did you mean 'line of action, ", ""),
+    ({"backlash": {"value": 0, "of": "normal, total"}}, "backlash.value", "", "greater than 0"),
+    ({"backlash": {**ALLOWANCES, "plane": "axial"}}, "backlash.plane", "", "one of normal, transverse"),
+    ({"backlash": {**ALLOWANCES, "at": "mode"}}, "backlash.at", "", "one of maximum, mean"),
+    ({"backlash": {**ALLOWANCES, "tooth_thickness_allowances": "-70 um"}}, "backlash.tooth_thickness_allowances",
+     "[['-70 um'", "a list of upper and lower"),
+    ({"backlash": {**ALLOWANCES, "tooth_thickness_allowances": [["1 um", "-1 um"], ["-1 um", "-2 um"]]}},
+     "backlash.tooth_thickness_allowances[0][0]", "", "not be greater than 0"),
+    ({"backlash": {**ALLOWANCES, "tooth_thickness_allowances": [["-1 um", "-2 um"], ["-3 um", "-2 um"]]}},
+     "backlash.tooth_thickness_allowances[1]", "", "upper allowance first"),
+    ({"backlash": {**ALLOWANCES, "tooth_thickness_allowances": [["-1 um", "-2 um"], "-3 um"]}},
+     "backlash.tooth_thickness_allowances[1]", "", "a list of upper and lower"),
+    ({"backlash": {**ALLOWANCES, "centre_distance_allowance": ["-1 um", "1 um"]}},
+     "backlash.centre_distance_allowance", "", "upper allowance first"),
+    ({"backlash": {**ALLOWANCES, "centre_distance_allowance": "-20 um"}},
+     "backlash.centre_distance_allowance", "", "not be negative"),
+    ({"backlash": {"tooth_thickness_allowances": [0, 0]}}, "backlash", "no backlash", "greater than 0"),
+    ({"damping_ratio": 5}, "damping_ratio", "not a percentage", "less than 1"),
+    ({"damping_ratio": 0}, "damping_ratio", "", "greater than 0"),
+    ({"stiffness": "iso"}, "stiffness", "{ table = '…' }", "one of ISO 6336-1, potential energy"),
+    ({"stiffness": {"orders": "c.csv"}}, "stiffness", "", "a table with one of table"),
+    ({"stiffness": {"table": 5}}, "stiffness.table", "", "the path of a file"),
+    ({"transmission_error": "quality"}, "transmission_error", "did you mean 'from quality'", ""),
+    ({"transmission_error": {"orders": "a", "table": "b"}}, "transmission_error", "", "one of orders, table"),
+    ({"eccentricity": -1e-6}, "eccentricity", "", "not be negative"),
+    ({"tip_relief": {"amount": 1e-5, "shape": "round"}}, "tip_relief.shape", "", "linear, parabolic"),
+    ({"supports": {"stiffness": 1e8, "damping_ratio": 1}}, "supports.damping_ratio", "", "less than 1"),
+    ({"supports": {"stiffness": 1e8}}, "supports.damping_ratio", "", "must be given"),
+    ({"application_factor": 0}, "application_factor", "", "greater than 0"),
+    ({"torque": -1}, "torque", "", "not be negative"),
+    # dimensions that contradict each other, and pairs that cannot run
+    ({"centre_distance": "92 mm"}, "profile_shift", "split this sum", "with a sum of 0.718705"),
+    ({"centre_distance": "84 mm", "profile_shift": [0, 0]}, "centre_distance", "0.09 m", "sum of the base radii"),
+    ({"centre_distance": "90 mm", "profile_shift": [0.1, 0.05]}, "profile_shift", "leave out centre_distance",
+     "a sum of at most "),
+    ({"centre_distance": "92 mm", "profile_shift": [0, 0], "backlash": {"value": "0.5 mm", "of": OF[0]}},
+     "backlash.value", "total or half", "at least the 1.475 mm"),
+    ({"teeth": [7, 8], "profile_shift": [-0.5, -0.5]}, "profile_shift", "thin", "a sum above -0.307"),
+    ({"tip_alteration": -1e-4, "tip_diameter": [0.066, 0.126]}, "tip_alteration", "", "left out beside tip_diameter"),
+    ({"rack": {"dedendum": 2.2}}, "rack.dedendum", "intersect", "less than 2.158"),
+    ({"rack": {"root_radius": 0.5}}, "rack.root_radius", "", "at most 0.4719"),
+    ({"rack": {"dedendum": 0.2, "root_radius": 0.38}}, "rack.root_radius", "", "at most 0.304"),
+    ({"teeth": [3, 40], "profile_shift": [-0.3, 0.3]}, "tip_diameter[0]", "", "greater than those of the base circle"),
+    ({"teeth": [8, 40], "profile_shift": [0.9, 0]}, "tip_thickness[0]", "tip_alteration", "greater than 0"),
+    ({"profile_shift": [1.0, 1.2]}, "tip_clearance[0]", "keep clearance", "greater than 0"),
+    ({"teeth": [12, 40]}, "start_of_active_profile[0]", "undercut profile_shift[0] is at least 0.2981", "root form diameter"),
+    ({"teeth": [40, 12]}, "start_of_active_profile[1]", "wheel 2 a larger profile_shift", "root form diameter"),
+    ({"rack": {"root_radius": 0.47, "addendum": 1.2}}, "start_of_active_profile[0]", "no involute", "form diameter"),
+    ({"rack": {"addendum": 0.5}}, "contact_ratio", "smaller centre_distance", "at least 1"),
+]
+
+
+@pytest.mark.parametrize(("changes", "field", "advice", "rule"), REFUSED, ids=lambda value: str(value)[:60])
+def test_refusals_name_the_field_the_rule_and_what_to_do(changes, field, advice, rule):
+    with pytest.raises(InputError) as refusal:
+        design(**changes)
+    error = refusal.value
+    assert error.field == field
+    assert rule in error.rule and advice.lower() in error.advice.lower(), str(error)
+    assert str(error).endswith((".", "?")) and "  " not in str(error)
+
+
+def test_inputs_that_a_result_needs_are_asked_for():
+    plain = design()
+    for name, read in [("backlash", lambda d: d.backlash_line_of_action), ("bore", lambda d: d.masses),
+                       ("bore", lambda d: d.inertias), ("bore", lambda d: d.equivalent_mass),
+                       ("speed", lambda d: d.load), ("damping_ratio", lambda d: d.given("damping_ratio"))]:
+        with pytest.raises(InputError, match=f"^{name} must be given") as refusal:
+            read(plain)
+        assert refusal.value.advice
+    with pytest.raises(InputError, match=r"0\.03 to 0\.1"):
+        plain.given("damping_ratio")
+    with pytest.raises(InputError, match=r"^torque must be given"):
+        replace(plain, speed=100.0).load  # noqa: B018 (the property raises)
+    assert design(damping_ratio=0.04).given("damping_ratio") == 0.04
+
+
+def test_relief_on_the_path_of_contact():
+    assert design().path_relief is None
+    with pytest.raises(InputError, match=r"^tip_relief\.start_diameter must be given"):
+        design(tip_relief="10 um").path_relief  # noqa: B018 (the property raises)
+    relieved = design(tip_relief={"amount": ["10 um", 0], "start_diameter": ["64 mm", "124 mm"]})
+    tip, start, base = 0.066, 0.064, 0.060 * np.cos(np.pi / 9)
+    length = (np.sqrt(tip**2 - base**2) - np.sqrt(start**2 - base**2)) / 2
+    relief = relieved.path_relief
+    assert relief.amount == relieved.tip_relief.amount and relief.length == (pytest.approx(length, rel=1e-12), 0.0)
+    assert isinstance(relief, TipRelief) and relief.shape == "linear"
+
+
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"teeth": [16, 20]}, "The teeth of wheel 1 are undercut: profile_shift[0] is 0"),
+    ({"teeth": [20, 16]}, "The teeth of wheel 2 are undercut"),
+    ({"teeth": [10, 40], "profile_shift": [0.65, 0]}, "The teeth of wheel 1 are 0.1552 mm thick at the tip"),
+    ({"tip_alteration": "0.5 mm"}, "Between the tip of wheel 1 and the root of wheel 2 there are 0.25 mm"),
+    ({"centre_distance": "90.5 mm", "profile_shift": [0, 0]}, "would have the sum 0.1701 at this centre distance"),
+    ({"damping_ratio": 0.01}, "damping_ratio is 0.01; usual are 0.03 to 0.1."),
+    ({"damping_ratio": 0.2}, "damping_ratio is 0.2"),
+    ({"speed": 3500}, "3500 rad/s are 33422.5 rpm: did you mean '3500 rpm'?"),
+    ({"speed": "2100 rad/s"}, "The pitch line velocity is 63 m/s"),
+    ({"torque": 9000}, "The load F_t/(b m_n) is 3333 N/mm²"),
+    ({"inertia": [5, 8]}, "inertia[0] is"),
+    ({"inertia": ["1 g*cm^2", "10 kg*cm^2"]}, "inertia[0] is"),
+])
+def test_unusual_values_make_warnings(changes, words):
+    found = design(**changes).warnings
+    assert any(words in sentence for sentence in found), found
+    assert all(sentence.endswith((".", "?")) for sentence in found)
+
+
+def test_an_ordinary_design_has_no_warnings():
+    assert design().warnings == ()
+    assert design(damping_ratio=0.05, speed="3000 rpm", torque="100 N*m", inertia=["10 kg*cm^2", "100 kg*cm^2"],
+                  backlash={"value": "0.1 mm", "of": "line of action, total"}).warnings == ()
+
+
+def test_allowances_and_values_are_both_backlash():
+    assert isinstance(design(backlash=ALLOWANCES).backlash, ThicknessAllowances)
+    both = design(backlash={"tooth_thickness_allowances": ["-70 um", "-110 um"]}).backlash
+    assert both.tooth_thickness_allowances[0] == pytest.approx((-70e-6, -110e-6), rel=1e-14)
+    assert both.tooth_thickness_allowances[0] == both.tooth_thickness_allowances[1]
+    assert (both.plane, both.at, both.centre_distance_allowance) == ("normal", "mean", (0.0, 0.0))
+
+
+@pytest.mark.parametrize(("tables", "field", "words"), [
+    (({**SMALL, "modul": 1}, {}), "[design]", "Did you mean 'module'"),
+    (({**SMALL, "speed": 1}, {}), "[design]", "must have no key but"),
+    ((SMALL, {"spede": 1}), "[operation]", "Did you mean 'speed'"),
+    (({"teeth": [20, 40], "module": "3 mm"}, None), "face_width", "must be given in [design]"),
+    (({**SMALL, "application_factor": 1.5}, {"application_factor": 1.25}), "application_factor", "one table only"),
+])
+def test_tables_with_wrong_names_are_refused(tables, field, words):
+    with pytest.raises(InputError) as refusal:
+        GearDesign.from_tables(*tables)
+    assert refusal.value.field == field and words in str(refusal.value)
+
+
+def test_the_application_factor_may_be_in_either_table():
+    assert GearDesign.from_tables({**SMALL, "application_factor": 1.5}).application_factor == 1.5
+    assert GearDesign.from_tables(SMALL, {"application_factor": 1.5}).application_factor == 1.5
+
+
+def test_every_computed_value_has_a_symbol_a_unit_a_formula_and_a_source():
+    full = GearDesign.from_tables({**FULL, "supports": {"stiffness": 1e8, "damping_ratio": 0}}, OPERATION)
+    for owner, described in ((full.geometry, GEOMETRY_FORMULAS), (full, DESIGN_FORMULAS)):
+        for name, formula in described.items():
+            assert np.isfinite(np.multiply(getattr(owner, name), formula.factor)).all(), name
+            assert formula.symbol and formula.text and formula.source, name
+    computed = {name for name, value in vars(Geometry).items() if isinstance(value, (property, cached_property))}
+    assert computed - set(GEOMETRY_FORMULAS) == {"common_face_width", "tangent_length", "tip_tangents"}
+    assert GEOMETRY_FORMULAS["working_pressure_angle"].factor * full.geometry.working_pressure_angle == pytest.approx(
+        21.0661, abs=5e-5)
