@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gearchaos.errors import InputError
 from gearchaos.gears.backlash import OF, Backlash, ThicknessAllowances, base_tangent_length
 from gearchaos.gears.design import GearDesign
 from gearchaos.gears.involute import inverse_involute, involute
@@ -27,6 +28,7 @@ ROSS = GearDesign(teeth=(62, 62), module="2 mm", face_width="20 mm", bore="35 mm
 def test_example_1_of_iso_tr_6336_30_to_the_digits_printed():
     geometry = EXAMPLE_1.geometry
     assert round(math.degrees(geometry.working_pressure_angle), 4) == 21.0661
+    assert geometry.tip_diameter == pytest.approx((0.15966, 0.87235), rel=1e-15)
     assert round(geometry.contact_ratio, 4) == 1.5491
     assert round(geometry.overlap_ratio, 5) == 1.08337
     assert [round(z, 3) for z in geometry.virtual_teeth] == [18.905, 114.543]
@@ -135,6 +137,16 @@ def test_half_a_backlash_is_half_of_it():
         assert total.replace("total", "half") == half
         whole = replace(HELICAL, backlash={"value": "0.3 mm", "of": total}).backlash_line_of_action
         assert replace(HELICAL, backlash={"value": "0.15 mm", "of": half}).backlash_line_of_action == whole
+
+
+@pytest.mark.parametrize("of", OF)
+def test_a_backlash_of_more_than_half_a_module_along_the_line_of_action_is_refused(of):
+    kind, part = of.split(", ")
+    most = 2e-3 / base_tangent_length(HELICAL.geometry, kind) / (2 if part == "half" else 1)
+    assert replace(HELICAL, backlash={"value": 0.999 * most, "of": of}).backlash_line_of_action < 2e-3
+    with pytest.raises(InputError, match=rf"^backlash\.value must lie between 0 and {most:.4g} m") as refusal:
+        replace(HELICAL, backlash={"value": 1.001 * most, "of": of})
+    assert "Did you mean" in refusal.value.advice and refusal.value.value == 1.001 * most
 
 
 def test_the_backlash_of_a_spur_pair_on_the_reference_circle_is_shortened_by_the_pressure_angle():

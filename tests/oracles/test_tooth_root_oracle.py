@@ -10,6 +10,7 @@ from gearchaos.gears.tooth_root import GeneratedTooth
 from tests.oracles.involute_oracle import transverse_slope
 
 DEGREE = math.pi / 180
+MODULE = 2.5
 
 # teeth, helix angle, profile shift, dedendum, root radius; with undercut
 UNDERCUT = [
@@ -24,12 +25,15 @@ CLEAN = [
 
 def tooth(case):
     teeth, helix_angle, profile_shift, dedendum, root_radius = case
-    return GeneratedTooth(teeth=teeth, normal_module=1.0, pressure_angle=20 * DEGREE, helix_angle=helix_angle,
+    return GeneratedTooth(teeth=teeth, normal_module=MODULE, pressure_angle=20 * DEGREE, helix_angle=helix_angle,
                           profile_shift=profile_shift, dedendum=dedendum, root_radius=root_radius)
 
 
 class Sweep:
-    """The tooth space that the points of the right side of a rack's tooth leave; its middle has the direction 0."""
+    """The tooth space that the points of the right side of a rack's tooth leave; its middle has the direction 0.
+
+    Lengths are in normal modules.
+    """
 
     def __init__(self, case, pressure_angle=20 * DEGREE):
         teeth, self.helix_angle, self.shift, dedendum, self.rounding = case
@@ -89,7 +93,7 @@ def test_an_undercut_ends_where_the_swept_fillet_crosses_the_involute(case):
     assert generated.profile_shift < generated.undercut_shift
     crossing = brentq(lambda radius: sweep.widest(sweep.arc, radius) - sweep.involute(radius),
                       sweep.base * (1 + 1e-9), sweep.reference, xtol=1e-13)
-    assert generated.form_radius == pytest.approx(crossing, rel=1e-9)
+    assert generated.form_radius / MODULE == pytest.approx(crossing, rel=1e-9)
     for radius in np.linspace(crossing * 1.0001, sweep.reference * 1.02, 5):  # the flank above is the whole involute
         assert sweep.widest(sweep.flank, radius) == pytest.approx(sweep.involute(radius), abs=1e-9)
 
@@ -98,10 +102,10 @@ def test_an_undercut_ends_where_the_swept_fillet_crosses_the_involute(case):
 def test_without_undercut_the_flank_of_the_rack_sweeps_the_involute_down_to_the_form_circle(case):
     sweep, generated = Sweep(case), tooth(case)
     assert generated.profile_shift >= generated.undercut_shift
-    for radius in np.linspace(generated.form_radius * (1 + 1e-7), sweep.reference * 1.02, 5):
+    for radius in np.linspace(generated.form_radius / MODULE * (1 + 1e-7), sweep.reference * 1.02, 5):
         assert sweep.widest(sweep.flank, radius) == pytest.approx(sweep.involute(radius), abs=1e-9)
         assert sweep.widest(sweep.arc, radius) < sweep.involute(radius)
-    below = generated.form_radius - 0.01
+    below = generated.form_radius / MODULE - 0.01
     swept = max(sweep.widest(sweep.flank, below), sweep.widest(sweep.arc, below))
     assert swept < (sweep.involute(below) if below > sweep.base else sweep.origin) - 1e-7
 
@@ -110,4 +114,4 @@ def test_the_limit_of_undercut_is_where_the_form_circle_is_the_base_circle():
     for teeth, helix_angle, _, dedendum, root_radius in CLEAN:
         limit = tooth((teeth, helix_angle, 0.0, dedendum, root_radius)).undercut_shift
         case = (teeth, helix_angle, limit, dedendum, root_radius)
-        assert tooth(case).form_radius == pytest.approx(Sweep(case).base, rel=1e-12)
+        assert tooth(case).form_radius / MODULE == pytest.approx(Sweep(case).base, rel=1e-12)

@@ -13,7 +13,7 @@ DENSITY = units.Dimension("a density", "kg/m^3", "7830 kg/m^3")
 _OTHER_UNITS: dict[units.Dimension, tuple[tuple[str, float], ...]] = {
     units.LENGTH: (("mm", 1e-3), ("um", 1e-6)),
     units.ANGLE: (("deg", math.pi / 180),),
-    units.STIFFNESS: (("N/um", 1e6), ("N/mm", 1e3)),
+    units.STIFFNESS: (("N/um", 1e6),),
     PRESSURE: (("GPa", 1e9), ("MPa", 1e6)),
     DENSITY: (("g/cm^3", 1e3),),
 }
