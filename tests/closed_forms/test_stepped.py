@@ -152,11 +152,12 @@ def test_shifting_the_starts_shifts_the_motion(dimension, shift):
     """χ(τ − sT) with ε(τ − sT) is the same motion later: the flow over the first sT of a period comes first."""
     rng = np.random.default_rng(dimension)
     stiffness = random_steps(rng, 6)
-    moved = sorted(((start + shift) % 1, level) for start, level in zip(stiffness.starts, stiffness.levels, strict=True))
+    pairs = zip(stiffness.starts, stiffness.levels, strict=True)
+    starts, levels = zip(*sorted(((start + shift) % 1, level) for start, level in pairs), strict=True)
     values = {"omega": 0.9, "q0": 0.1, "eps1": 0.15, "eps2": 0.05, "theta1": 0.4, "theta2": 1.0, **KINDS[dimension]}
     here = MeshModel.of(stiffness=stiffness, **values)
     there = here.with_values({
-        "stiffness": SteppedStiffness(*zip(*((level, start) for start, level in moved), strict=True)),
+        "stiffness": SteppedStiffness(levels, starts),
         "theta1": here.error.phases[0] + 2 * np.pi * shift, "theta2": here.error.phases[1] + 4 * np.pi * shift,
     })
     tau = np.linspace(0, 3, 1000) * here.period

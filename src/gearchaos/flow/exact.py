@@ -15,9 +15,15 @@ from gearchaos.flow.kernels.cancellation import raise_if_cancelled
 from gearchaos.flow.kernels.constants import SLOTS, WIDTH, Measure
 from gearchaos.flow.system import SwitchedSystem
 
-_MAX_MATRIX_BUFFERS = 2
-"""Most buffers of step matrices that a pack of trajectories has. With two, one for each stiffness level, matrices need
-not be loaded again at every stiffness jump; where steps have more than two different matrices there is one buffer."""
+_CACHE = 2 << 20
+"""Bytes of step matrices that the packs advanced together may use, if there are at least `_MIN_SLOTS` of them: a part
+of the last-level cache. Where contact states change often, matrices that do not fit took up to five times as long."""
+
+_MIN_SLOTS = 4
+"""Fewest packs that are advanced together."""
+
+_MAX_BUFFER_BYTES = 4 << 20
+"""Most bytes of the matrix buffers of one pack; where a buffer for each entry would take more, there is one."""
 
 _STEPS_BETWEEN_CANCEL_CHECKS = 20_000
 """Steps of all trajectories between two checks for cancellation: a few hundredths of a second."""
@@ -100,8 +106,7 @@ class ExactFlow(Generic[System]):
         self._samples = samples
         self._points, self._grid = prepare_points(system, samples)
         self.step_count = self._points.grids.step_count
-        entries = int(self._points.steps.entry.max()) + 1
-        self._matrix_buffers = entries if entries <= _MAX_MATRIX_BUFFERS else 1
+        self._entries = int(self._points.steps.entry.max()) + 1
 
     def advance(
         self, w: np.ndarray, periods: int | np.ndarray, *, points: np.ndarray | None = None,
@@ -187,10 +192,30 @@ class ExactFlow(Generic[System]):
         if len(call.packs) == 0:
             return
         points, measuring, dims = self._points, len(call.measures) > 0, (0,) * self.dimension
-        count = min(SLOTS, len(call.packs))
+        buffers = self._matrix_buffers(int(call.periods.max()))
+        count = min(self._slots(buffers), len(call.packs))
         saved = points.harmonics.point_rows if measuring else 0
-        lanes = new_lanes(self.dimension, len(call.tangent), points.table.shape[2], self._matrix_buffers, count, saved)
+        lanes = new_lanes(self.dimension, len(call.tangent), points.table.shape[2], buffers, count, saved)
         slots, work = new_slots(count), new_workspace(points.harmonics)
         raise_if_cancelled()
         while advance_packs(dims, points, call, lanes, slots, work, measuring, _STEPS_BETWEEN_CANCEL_CHECKS):
             raise_if_cancelled()
+
+    def _matrix_buffers(self, periods: int) -> int:
+        """Number of buffers of step matrices of each pack in a call over this many periods.
+
+        With one buffer for each entry of the step tables, matrices are loaded again only for trajectories whose contact
+        state differs from that at the same entry one period ago. In a call over a single period that saves nothing.
+        """
+        size = self._entries * self._buffer_bytes
+        return self._entries if periods > 1 and size <= _MAX_BUFFER_BYTES else 1
+
+    def _slots(self, buffers: int) -> int:
+        """Most packs that are advanced together, such that their matrix buffers and step tables fit into `_CACHE`."""
+        tables = WIDTH * self._entries * self._points.table[0].nbytes
+        return max(_MIN_SLOTS, min(SLOTS, _CACHE // (buffers * self._buffer_bytes + tables)))
+
+    @property
+    def _buffer_bytes(self) -> int:
+        """Size of a matrix buffer: step matrices and bounds of `WIDTH` lanes, see `Lanes`."""
+        return 8 * WIDTH * (self.dimension + self._points.table.shape[2])

@@ -98,7 +98,8 @@ def steps_in_parts(counts: np.ndarray, starts: np.ndarray) -> tuple[np.ndarray, 
 def steps_with_samples(
     count: int, starts: np.ndarray, samples: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """At least ``count`` steps, some of which start at the samples and at the ``starts`` (N,) of the parts of the period.
+    """At least ``count`` steps. One starts at each sample, and one at each of the ``starts`` (N,) of the parts of the
+    period.
 
     Returns their lengths and starts (S, 1) as fractions of the period, the index (S,) of the part that each belongs to,
     and the indices (samples,) of the steps that start at a sample.
@@ -122,8 +123,9 @@ def describe_steps(
 ) -> Steps:
     """`Steps` of points with the same grid, from their lengths and starts (S, Q), fractions of the period.
 
-    They are the steps of one period if Q = 1, else those of one period for each of Q points. ``level`` (S,) is the index
-    of the stiffness level on each step. ``sampled`` are the indices of the steps at whose start samples are taken.
+    They are the steps of one period if Q = 1, else those of one period for each of Q points. ``level`` (S,) is the
+    index of the stiffness level on each step. ``sampled`` are the indices of the steps at whose start samples are
+    taken.
     """
     harmonics = np.arange(1, max(system.f_cos.shape[1], system.chi_cos.shape[1]) + 1)
     phase = 2 * np.pi * start.T.ravel()[:, None] * harmonics

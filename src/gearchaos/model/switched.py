@@ -23,7 +23,8 @@ from gearchaos.model.waveforms import SteppedStiffness, TwoLevelStiffness
 
 @dataclass(frozen=True)
 class SwitchedAffine:
-    """A batch of switched affine systems; P points, d coordinates, N stiffness levels, H forcing and K stiffness harmonics.
+    """A batch of switched affine systems; P points, d coordinates, H harmonics of the forcing, N levels and K harmonics
+    of the stiffness.
 
     Attributes
     ----------

@@ -13,7 +13,7 @@ from gearchaos.validation import check_rule, to_float, to_floats
 
 _POSITIVE_STIFFNESS = Rule(
     lambda v: v > 0, "must keep the mesh stiffness above 0 (its least value is given)", "Lower the amplitudes.")
-_POSITIVE_LEVEL = Rule(lambda v: v > 0, "must be greater than 0", "A level is the mesh stiffness over the reference c0.")
+_POSITIVE_LEVEL = Rule(lambda v: v > 0, "must be greater than 0", "A level is the mesh stiffness over c0.")
 _IN_PERIOD = Rule(
     lambda v: (v >= 0) & (v < 1), "must lie in [0, 1)", "A start is a fraction of the mesh period, τ/T.")
 
@@ -88,10 +88,10 @@ class HarmonicStiffness:
 class SteppedStiffness:
     """Piecewise constant mesh stiffness over the reference stiffness c0.
 
-    χ(τ) = ``levels[i]`` for ``starts[i]`` <= τ/T < ``starts[i + 1]``, with the mesh period T. The last level lasts until
-    the first start of the next period, so that it also covers 0 <= τ/T < ``starts[0]``. The time mean of χ, the sum of
-    the levels weighted with their durations, may differ from 1: ω0 and ζ refer to the reference stiffness c0, where
-    χ = 1, and not to the mean.
+    χ(τ) = ``levels[i]`` for ``starts[i]`` <= τ/T < ``starts[i + 1]``, with the mesh period T. The last level lasts
+    until the first start of the next period, so that it also covers 0 <= τ/T < ``starts[0]``. The time mean of χ, the
+    sum of the levels weighted with their durations, may differ from 1: ω0 and ζ refer to the reference stiffness c0,
+    where χ = 1, and not to the mean.
 
     Attributes
     ----------

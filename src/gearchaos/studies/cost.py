@@ -25,10 +25,11 @@ ANNOUNCED_SECONDS = 20.0
 _SPEED = 3e7
 """Lower bound of (d + 1) times the steps per second of one core, for a pack of eight motions with d coordinates."""
 
-_UNSHARED, _FORCING, _STIFFNESS = 2.5, 0.2, 0.1
-"""Cost of a step with matrices of its own, relative to a step with matrices that all steps share; and the additional
-cost of each harmonic of the forcing after the first, and of each harmonic of the stiffness. Measured on a motion with
-many contact switches, and rounded up."""
+_UNSHARED, _LEVEL, _FORCING, _STIFFNESS = 2.5, 0.1, 0.2, 0.1
+"""Cost of a step with matrices of its own, relative to a step with matrices that all steps on one of two stiffness
+levels share; the additional cost of each level after the second, up to the cost of matrices of its own; that of each
+harmonic of the forcing after the first, and of each harmonic of the stiffness. Measured on a motion with many contact
+switches, and rounded up."""
 
 _MAX_SECONDS = 100 * 86400 * 365.25
 """A study that takes longer, in seconds, is refused: a hundred years."""
@@ -118,8 +119,9 @@ def estimate(system: SwitchedAffine, motions: int, periods: int, sequential: int
     """
     steps, d, levels = _steps(system), system.dimension, system.levels.shape[1]
     steps = samples * np.ceil(steps / samples) if samples else steps
-    matrices = levels if steps_share_matrices(system) and not samples else int(steps.max())
-    table = matrices * _STATES * (d * d + d) * 8
+    shared = steps_share_matrices(system) and not samples
+    numbers = d * d + d + (2 * d * system.f_cos.shape[1] if shared else 0)
+    table = (levels if shared else int(steps.max())) * _STATES * numbers * 8
     found = Cost(motions, periods, sequential, int(np.ceil(steps.mean())), table, d, _step_cost(system))
     if found.seconds() > _MAX_SECONDS * found.step_cost:  # the limit does not depend on the number of harmonics
         limit = _duration(_MAX_SECONDS)
@@ -129,8 +131,8 @@ def estimate(system: SwitchedAffine, motions: int, periods: int, sequential: int
 
 def _step_cost(system: SwitchedAffine) -> float:
     """Computing time of a step, relative to one with shared matrices and one harmonic."""
-    forcing, stiffness = system.f_cos.shape[1], system.chi_cos.shape[1]
-    tables = 1.0 if steps_share_matrices(system) else _UNSHARED
+    forcing, stiffness, levels = system.f_cos.shape[1], system.chi_cos.shape[1], system.levels.shape[1]
+    tables = min(_UNSHARED, 1.0 + _LEVEL * (max(levels, 2) - 2)) if steps_share_matrices(system) else _UNSHARED
     return tables + _FORCING * max(0, forcing - 1) + _STIFFNESS * stiffness
 
 
@@ -139,7 +141,7 @@ def _steps(system: SwitchedAffine) -> np.ndarray:
     needed = min_steps_per_period(system)
     worst = int(np.argmax(needed))
     if needed[worst] <= MAX_STEPS:
-        return np.ceil(needed) + system.levels.shape[1] - 2  # the number of steps on each level is rounded up
+        return np.ceil(needed) + max(system.levels.shape[1] - 2, 0)  # the number of steps on each level is rounded up
     raise InputError(
         "steps of a mesh period", f"must be at most {MAX_STEPS:,}", float(f"{needed[worst]:.3g}"),
         f"The fastest rate of the motion is {fastest_rate(system)[worst]:.3g}, "

@@ -31,7 +31,6 @@ from gearchaos.studyfile.tables import (
     MODEL_NAMES,
     GearPairTable,
     ModelTable,
-    Series,
     StiffnessTable,
     StudyFile,
     validated,

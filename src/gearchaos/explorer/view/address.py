@@ -27,7 +27,7 @@ _OTHER_NAMES = ("kind", "stiffness", "x", "y", "at", "colour", "line", "start", 
 """Names in a query that do not set a value of the model."""
 
 _STEPS = ("levels", "starts")
-"""The fields of a stepped stiffness, each a list of numbers with commas between; names in a query for that kind only."""
+"""The fields of a stepped stiffness. In the query of a model that has one, each is a list of numbers with commas."""
 
 _UNITS = ("dimensionless", "physical")
 

@@ -29,8 +29,8 @@ class Steps(NamedTuple):
 
 
 LENGTH, LEVEL, COS_SIN = range(3)
-"""Columns of `Steps.values`: length as a fraction of the period; index of the stiffness level; and from `COS_SIN` on cos jωτ
-and sin jωτ at the start of the step, in turn, for each harmonic j."""
+"""Columns of `Steps.values`: length as a fraction of the period; index of the stiffness level; and from `COS_SIN` on
+cos jωτ and sin jωτ at the start of the step, in turn, for each harmonic j."""
 
 
 class Grids(NamedTuple):
