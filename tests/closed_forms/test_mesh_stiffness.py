@@ -79,6 +79,14 @@ def test_what_cannot_be_reached_is_said():
     assert stiffness.truncation > 1e-7 and "more than the bound 1e-07" in stiffness.notes[0]
 
 
+def test_of_different_face_widths_the_smaller_one_counts():
+    for widths in ((0.02, 0.03), (0.03, 0.02)):
+        pair = spur(face_width=widths)
+        assert from_iso(pair, 1e10).reference == 1e10 * 0.02
+        energy = from_energy(pair, (STEEL, STEEL), (0.035, 0.035))
+        assert energy.reference == from_energy(SPUR_62, (STEEL, STEEL), (0.035, 0.035)).reference
+
+
 @pytest.mark.parametrize(("arguments", "field"), [
     ((spur(centre_distance=0.1262), 1e10), "contact_ratio"), ((SPUR_62, 0.0), "mesh_stiffness"),
     ((SPUR_62, np.nan), "mesh_stiffness"),
