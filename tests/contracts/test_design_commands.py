@@ -146,7 +146,7 @@ def test_a_design_is_a_value(path):
 @pytest.fixture(scope="module")
 def found():
     design = replace(load_design(SPUR), speed=None, torque=None)
-    return gc.operating_map(design.at(speed=1.0, torque=1.0), "1000:6000:4", "40:400:3", settings=SHORT)
+    return gc.operating_map(design, "1000:6000:4", "40:400:3", settings=SHORT)
 
 
 def test_a_cell_of_a_map_is_the_regime_there(found):
