@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import errno
 import os
+import shutil
 import stat
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from uuid import uuid4
 
@@ -66,3 +71,25 @@ def write_bytes(path: Path, content: bytes | memoryview) -> None:
         raise OSError(error.errno, error.strerror or str(error), str(path)) from error
     finally:
         partial.unlink(missing_ok=True)
+
+
+_REMOVALS = 20
+"""Attempts at removing a temporary folder, 50 ms apart, while threads that write to it come to their end."""
+
+
+@contextmanager
+def temporary_folder(parent: Path) -> Iterator[Path]:
+    """A hidden folder in ``parent`` that is removed at the end, also while other threads still write to it.
+
+    `tempfile.TemporaryDirectory` would raise an error then, instead of the one that ended the writing: where the disk is
+    full Zarr leaves other chunks being written when the first one fails.
+    """
+    folder = Path(tempfile.mkdtemp(dir=parent, prefix=".gearchaos-"))
+    try:
+        yield folder
+    finally:
+        for _ in range(_REMOVALS):
+            shutil.rmtree(folder, ignore_errors=True)
+            if not folder.exists():
+                break
+            time.sleep(0.05)

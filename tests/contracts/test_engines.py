@@ -58,7 +58,7 @@ def test_a_scheduler_that_does_not_answer_is_refused(monkeypatch, error):
         raise error
 
     monkeypatch.setattr(pools, "_distributed", lambda: SimpleNamespace(Client=client))
-    with pytest.raises(InputError, match="--scheduler must be a Dask scheduler that answers; got 'tcp://nowhere'"):
+    with pytest.raises(InputError, match="scheduler must be a Dask scheduler that answers; got 'tcp://nowhere'"):
         pools.dask_workers("tcp://nowhere")
 
 

@@ -1,7 +1,11 @@
 """What is no file, and names that no file can have: refused before any work, never replaced and never waited for."""
 
+import contextlib
+import itertools
 import os
 import stat
+import threading
+import time
 
 import pytest
 import xarray as xr
@@ -9,7 +13,7 @@ from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos.cli import app
-from gearchaos.files import write_bytes
+from gearchaos.files import temporary_folder, write_bytes
 from gearchaos.studyfile import load_study
 from gearchaos.studyfile.loading import MAX_BYTES
 
@@ -117,3 +121,25 @@ def test_a_study_file_may_begin_with_a_byte_order_mark(tmp_path):
     path = tmp_path / "study.toml"
     path.write_text("[model]\nomega = 1.5\n", encoding="utf-8-sig")
     assert load_study(path).model.omega == 1.5
+
+
+def test_a_temporary_folder_goes_while_a_thread_still_writes_to_it(tmp_path):
+    writing = threading.Event()
+
+    def write(folder):
+        until = time.monotonic() + 0.3
+        for n in itertools.count():
+            with contextlib.suppress(OSError):
+                (folder / "inner").mkdir(exist_ok=True)
+                (folder / "inner" / str(n)).write_text("x")
+            writing.set()
+            if time.monotonic() > until or not folder.exists():
+                return
+
+    with pytest.raises(ValueError, match="^the first error$"), temporary_folder(tmp_path) as folder:
+        thread = threading.Thread(target=write, args=(folder,))
+        thread.start()
+        writing.wait()
+        raise ValueError("the first error")
+    thread.join()
+    assert list(tmp_path.iterdir()) == []

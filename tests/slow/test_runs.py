@@ -438,8 +438,8 @@ def test_info_plot_and_export_of_a_run_half_done(tmp_path):
     (("--threads", "1", "--processes", "2"), "threads and processes must not be given together"),
     (("--shard", "²/3"), "shard must read i/n"),
     (("--jobs", "3"), "jobs must be left out without cluster"),
-    (("--cluster", "pbs"), "--cluster must be slurm; got 'pbs'"),
-    (("--scheduler", "tcp://127.0.0.1:9"), "--scheduler must be a Dask scheduler that answers"),
+    (("--cluster", "pbs"), "cluster must be slurm; got 'pbs'"),
+    (("--scheduler", "tcp://127.0.0.1:9"), "scheduler must be a Dask scheduler that answers"),
 ])
 def test_bad_options_are_refused_before_anything_is_made(tmp_path, arguments, words):
     assert words in refused(write_study(tmp_path), tmp_path / "s.zarr", *arguments)

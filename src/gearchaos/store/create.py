@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import tempfile
 import time
 from dataclasses import asdict
 from pathlib import Path
@@ -14,7 +13,7 @@ import numpy as np
 
 from gearchaos.datasets import provenance
 from gearchaos.errors import InputError
-from gearchaos.files import write_bytes
+from gearchaos.files import temporary_folder, write_bytes
 from gearchaos.store.arrays import FORMAT, ITEMS, ArraySpec, create_arrays, restore_metadata
 from gearchaos.store.machine import machine, process_name
 from gearchaos.store.record import to_record
@@ -37,8 +36,8 @@ def create(path: Path, study: Study, grid: Grid) -> Store:
     sample = _sample(study, grid)
     arrays = {n: ArraySpec(v.dtype.str, v.shape[1:]) for n, v in sample.items()}
     store = Store(path, study, grid, arrays, versions(study))
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".gearchaos-") as folder:
-        draft = Store(Path(folder) / "draft", study, grid, arrays, store.versions)
+    with temporary_folder(path.parent) as folder:
+        draft = Store(folder / "draft", study, grid, arrays, store.versions)
         create_arrays(draft.path, study, arrays, grid)
         _write_description(draft)
         draft.write_checksums()
@@ -80,9 +79,9 @@ def repair(store: Store) -> None:
     if not store.study.gridded:
         for result in (f for f in store.path.iterdir() if f.name not in ("run", ITEMS) and _is_array(f)):
             shutil.rmtree(result)
-    with tempfile.TemporaryDirectory(dir=store.path.parent, prefix=".gearchaos-") as folder:
-        create_arrays(Path(folder) / "fresh", store.study, store.arrays, store.grid)
-        restore_metadata(store.path, Path(folder) / "fresh")
+    with temporary_folder(store.path.parent) as folder:
+        create_arrays(folder / "fresh", store.study, store.arrays, store.grid)
+        restore_metadata(store.path, folder / "fresh")
     (store.path / "run" / "finished").unlink(missing_ok=True)
     store.write_checksums()
 
