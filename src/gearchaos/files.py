@@ -81,8 +81,8 @@ _REMOVALS = 20
 def temporary_folder(parent: Path) -> Iterator[Path]:
     """A hidden folder in ``parent`` that is removed at the end, also while other threads still write to it.
 
-    `tempfile.TemporaryDirectory` would raise an error then, instead of the one that ended the writing: where the disk is
-    full Zarr leaves other chunks being written when the first one fails.
+    `tempfile.TemporaryDirectory` would raise an error then, in place of the one that ended the writing: on a full disk
+    Zarr is still writing other chunks when the first one fails.
     """
     folder = Path(tempfile.mkdtemp(dir=parent, prefix=".gearchaos-"))
     try:

@@ -136,7 +136,7 @@ def test_a_temporary_folder_goes_while_a_thread_still_writes_to_it(tmp_path):
             if time.monotonic() > until or not folder.exists():
                 return
 
-    with pytest.raises(ValueError, match="^the first error$"), temporary_folder(tmp_path) as folder:
+    with pytest.raises(ValueError, match=r"^the first error$"), temporary_folder(tmp_path) as folder:
         thread = threading.Thread(target=write, args=(folder,))
         thread.start()
         writing.wait()
