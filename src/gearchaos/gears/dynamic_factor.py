@@ -106,8 +106,10 @@ def dynamic_factor_c(
         Refused unless 3 ≤ grade ≤ 8 and (v z1/100) √(u²/(1 + u²)) < 10 m/s; above 3 m/s also unless z1 < 50,
         β ≤ 30° and the wheels are solid.
 
-    Notes ----- Besides its equation, ISO 6336-1:2006 has diagrams and K1 for grades up to 12. The values beyond grade 8
-    could not be compared with a second source and are not offered. K3 jumps by 0.0004 at 0.2 m/s, as printed.
+    Notes
+    -----
+    Besides its equation, ISO 6336-1:2006 has diagrams and K1 for grades up to 12. The values beyond grade 8 could
+    not be compared with a second source and are not offered. K3 jumps by 0.0004 at 0.2 m/s, as printed.
     """
     pinion, wheel = min(geometry.teeth), max(geometry.teeth)
     ratio = wheel / pinion

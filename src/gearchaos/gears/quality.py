@@ -171,9 +171,11 @@ def tolerances(quality: Quality, geometry: Geometry) -> tuple[Tolerances, Tolera
     InputError
         If a size of the pair is outside the scope of the standard.
 
-    Notes ----- The standard forbids extrapolation beyond its scope. F_α, F_β and F_r of the edition of 2013 are
-    computed from values before rounding. All formulae were compared with a public code, the scope of 2013 with the
-    published abstract, but those of the runout (ISO 1328-2:1997, annex B, and ISO 1328-1:2013, annex E), which could be
+    Notes
+    -----
+    The standard forbids extrapolation beyond its scope. F_α, F_β and F_r of the edition of 2013 are computed from
+    values before rounding. All formulae were compared with a public code, the scope of 2013 with the published
+    abstract, but those of the runout (ISO 1328-2:1997, annex B, and ISO 1328-1:2013, annex E), which could be
     compared with one source only.
     """
     first, second = (_wheel_tolerances(quality, geometry, wheel) for wheel in (0, 1))

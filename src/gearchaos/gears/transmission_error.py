@@ -124,10 +124,12 @@ def from_quality(
     QualityError
         Actual wheels can have any amplitude from 0 up to several times this one, and other phases.
 
-    Notes ----- Tolerances are limits, and part of f_pt differs from tooth to tooth and does not repeat with the mesh;
-    both make this estimate large. Tip relief and misalignment can make the true one larger. The formula of annex A
-    agrees with its other form K (9 + 0.3 m + 3.2 √m + 0.34 √d) and could be compared with one source only. The edition
-    of 2013 has no such formula in terms of f_pt and F_α; with its tolerances the formula of 1995 is used all the same.
+    Notes
+    -----
+    Tolerances are limits, and part of f_pt differs from tooth to tooth and does not repeat with the mesh; both make
+    this estimate large. Tip relief and misalignment can make the true one larger. The formula of annex A agrees
+    with its other form K (9 + 0.3 m + 3.2 √m + 0.34 √d) and could be compared with one source only. The edition of
+    2013 has no such formula in terms of f_pt and F_α; with its tolerances the formula of 1995 is used all the same.
     """
     ratio = geometry.total_contact_ratio
     factor = 0.2 * (ratio + 4) / ratio if ratio < 4 else 0.4
