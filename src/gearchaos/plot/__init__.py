@@ -6,6 +6,7 @@ from gearchaos.plot._bifurcation import bifurcation
 from gearchaos.plot._characteristics import backlash, stiffness
 from gearchaos.plot._classes import CONTACT_CLASSES, MOTION_CLASSES, MotionClass, motion_class
 from gearchaos.plot._dossier import dossier
+from gearchaos.plot._gear_pair import gear_pair
 from gearchaos.plot._history import history
 from gearchaos.plot._level import level
 from gearchaos.plot._lyapunov import lyapunov
@@ -29,6 +30,7 @@ __all__ = [
     "bifurcation",
     "class_legend",
     "dossier",
+    "gear_pair",
     "history",
     "level",
     "lyapunov",
