@@ -10,12 +10,14 @@ from gearchaos.plot._gear_pair import gear_pair
 from gearchaos.plot._history import history
 from gearchaos.plot._level import level
 from gearchaos.plot._lyapunov import lyapunov
+from gearchaos.plot._mesh_stiffness import mesh_stiffness
 from gearchaos.plot._phase import phase
 from gearchaos.plot._portrait import portrait
 from gearchaos.plot._result import result
 from gearchaos.plot._ribbon import ribbon
 from gearchaos.plot._schematic import schematic
 from gearchaos.plot._spectrum import spectrum
+from gearchaos.plot._transmission_error import transmission_error
 from gearchaos.plot._zones import class_legend, zones
 
 __all__ = [
@@ -34,6 +36,7 @@ __all__ = [
     "history",
     "level",
     "lyapunov",
+    "mesh_stiffness",
     "motion_class",
     "phase",
     "portrait",
@@ -42,5 +45,6 @@ __all__ = [
     "schematic",
     "spectrum",
     "stiffness",
+    "transmission_error",
     "zones",
 ]

@@ -13,7 +13,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears.design import GearDesign
 from gearchaos.gears.transverse_section import TransverseSection, transverse_section
 from gearchaos.plot._axes import new_axes
-from gearchaos.plot._checks import check_positive
+from gearchaos.plot._checks import check_design, check_positive
 from gearchaos.plot._legends import legend as draw_legend
 from gearchaos.plot._panels import panels
 from gearchaos.plot._phase import INK, STROBE
@@ -74,8 +74,7 @@ def gear_pair(design: GearDesign, ax: Axes | None = None, *, teeth: float | None
     Axes
         With the close-up and the whole pair as its ``child_axes``, or the whole pair itself if ``teeth`` is None.
     """
-    if not isinstance(design, GearDesign):
-        raise InputError("design", "must be a GearDesign", f"a {type(design).__name__}")
+    check_design(design)
     if teeth is not None and check_positive("teeth", teeth, _LARGEST_VIEW) < _LEAST_TEETH:
         raise InputError("teeth", f"must be at least {_LEAST_TEETH}", teeth)
     section = transverse_section(design, None if phase is None else to_float("phase", phase))
