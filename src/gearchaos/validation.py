@@ -86,8 +86,9 @@ def to_float(name: str, value: Any) -> float:
     return number
 
 
-def to_floats(name: str, values: Iterable[Any], most: int = MAX_HARMONICS, items: str = "harmonics"
-              ) -> tuple[float, ...]:
+def to_floats(
+    name: str, values: Iterable[Any], most: int = MAX_HARMONICS, items: str = "harmonics"
+) -> tuple[float, ...]:
     """A list of at most ``most`` numbers as floats, each checked as in `to_float`.
 
     ``items`` says in the message what there are too many of: by default the harmonics of a Fourier series, whose

@@ -127,6 +127,14 @@ def test_the_more_exact_approximation_is_taken_if_neither_is_exact_enough():
     assert isinstance(jumping.waveform, SteppedStiffness) and len(jumping.notes) == 1
 
 
+def test_of_two_exact_approximations_the_one_with_fewer_steps_of_the_flow_is_taken():
+    """At an error of 2 % one harmonic, 14 steps, or 11 levels; at 1 % still one harmonic, but more levels than 14."""
+    curve = wave(harmonics=((0.2, 0.0),))
+    assert isinstance(approximate(curve, 0.02)[0], SteppedStiffness)
+    waveform, error = approximate(curve, 0.01)
+    assert isinstance(waveform, HarmonicStiffness) and len(waveform.amplitudes) == 1 and error < 1e-4
+
+
 def test_a_smooth_curve_becomes_a_series_and_one_with_jumps_steps():
     assert isinstance(approximate(wave(), 1e-3)[0], HarmonicStiffness)
     assert isinstance(approximate(sawtooth(), 1e-2)[0], SteppedStiffness)

@@ -9,10 +9,10 @@ import pytest
 from gearchaos.errors import InputError
 from gearchaos.gears.backlash import OF, Backlash, ThicknessAllowances, base_tangent_length
 from gearchaos.gears.design import GearDesign
+from gearchaos.gears.geometry import Geometry
 from gearchaos.gears.involute import inverse_involute, involute
 from gearchaos.gears.mating import shift_sum
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.resonance import reduced_mass_of_discs
 
 EXAMPLE_1 = GearDesign(
     teeth=(17, 103), module="8 mm", helix_angle="15.8 deg", face_width="100 mm", centre_distance="500 mm",
@@ -50,6 +50,9 @@ def test_the_contact_ratio_of_ross_to_the_digits_printed():
 
 def test_a_spur_gear_pair_by_hand():
     geometry = GearDesign(teeth=(20, 40), module=3e-3, face_width=(0.03, 0.025)).geometry
+    assert geometry == Geometry(
+        teeth=(20, 40), normal_module=3e-3, pressure_angle=math.radians(20), helix_angle=0.0, profile_shift=(0.0, 0.0),
+        centre_distance=geometry.centre_distance, face_width=(0.03, 0.025))
     assert geometry.centre_distance == pytest.approx(0.09, rel=1e-15)
     assert geometry.reference_diameter == pytest.approx((0.06, 0.12))
     assert geometry.tip_diameter == pytest.approx((0.066, 0.126))
@@ -218,5 +221,8 @@ def test_the_equivalent_mass_is_that_of_the_pair_and_of_iso_6336():
                     M10=100.0, speed=300.0)
     assert disc.equivalent_mass == pytest.approx(pair.mass, rel=1e-15)
     assert disc.equivalent_mass == pytest.approx(1 / (radius1**2 / inertia1 + radius2**2 / inertia2), rel=1e-14)
-    per_width = reduced_mass_of_discs(disc.geometry, (7830.0, 7830.0), (0.01, 0.02))
+    mean = [(a + f) / 2 for a, f in zip(disc.geometry.tip_diameter, disc.geometry.root_diameter, strict=True)]
+    each = [math.pi / 8 * 7830.0 * (d * d / (2 * radius)) ** 2 * (1 - (bore / d) ** 4)  # ISO 6336-1:2006, (30)-(32)
+            for d, radius, bore in zip(mean, (radius1, radius2), (0.01, 0.02), strict=True)]
+    per_width = 1 / (1 / each[0] + 1 / each[1])
     assert disc.equivalent_mass / 0.03 == pytest.approx(per_width, rel=1e-13)

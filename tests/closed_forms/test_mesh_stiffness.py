@@ -79,6 +79,14 @@ def test_what_cannot_be_reached_is_said():
     assert stiffness.truncation > 1e-7 and "more than the bound 1e-07" in stiffness.notes[0]
 
 
+def test_of_different_face_widths_the_smaller_one_counts():
+    for widths in ((0.02, 0.03), (0.03, 0.02)):
+        pair = spur(face_width=widths)
+        assert from_iso(pair, 1e10).reference == 1e10 * 0.02
+        energy = from_energy(pair, (STEEL, STEEL), (0.035, 0.035))
+        assert energy.reference == from_energy(SPUR_62, (STEEL, STEEL), (0.035, 0.035)).reference
+
+
 @pytest.mark.parametrize(("arguments", "field"), [
     ((spur(centre_distance=0.1262), 1e10), "contact_ratio"), ((SPUR_62, 0.0), "mesh_stiffness"),
     ((SPUR_62, np.nan), "mesh_stiffness"),
@@ -173,8 +181,10 @@ BAD_TABLES = {
     "less than a period": ("fraction,N/um\n0,400\n0.99,400\n", 3, "end of the mesh period, 1 in SI"),
     "more than a period": ("deg,N/um\n0,400\n18.1,400\n", 3, "end of the mesh period, 0.314159265 in SI"),
     "not from 0": ("fraction,N/um\n0.1,400\n1.1,400\n", 2, "the fraction 0"),
-    "negative": ("fraction,N/um\n0,400\n0.5,-1\n1,400\n", 3, "greater than 0"),
-    "zero": ("fraction,N/um\n0,400\n0.5,0\n1,400\n", 3, "greater than 0"),
+    "negative": ("fraction,N/um\n0,400\n0.5,-1\n1,400\n", 3, "between 1000 and 1e+14 N/m"),
+    "zero": ("fraction,N/um\n0,400\n0.5,0\n1,400\n", 3, "between 1000 and 1e+14 N/m"),
+    "millinewtons": ("fraction,mN/um\n0,400\n0.5,0.9\n1,400\n", 3, "check the unit"),
+    "meganewtons": ("fraction,MN/um\n0,400\n0.5,300\n1,400\n", 2, "check the unit"),
     "end among levels": ("fraction,level [N/um]\n0,400\n0.5,300\n1,400\n", 4, "less than the mesh period"),
     "two levels at once": ("fraction,level [N/um]\n0,400\n0.5,300\n0.5,200\n", 4, "repeat the fraction of line 3"),
     "one row": ("fraction,N/um\n0,400\n", 2, "end of the mesh period"),

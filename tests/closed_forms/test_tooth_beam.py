@@ -186,6 +186,8 @@ def test_waveform_by_energy_has_the_mean_of_the_curve():
     (spur(teeth=(350, 350)), (0.3, 0.3), "teeth[0]"),
     (spur(centre_distance=0.1262), BORE, "contact_ratio"),
     (spur(teeth=(12, 90)), (0.005, 0.05), "start_of_active_profile[0]"),
+    (spur(teeth=(60, 10), profile_shift=(0.0, 0.95), centre_distance=0.0719), (0.03, 0.007), "tip_thickness[1]"),
+    (spur(dedendum=1.6), BORE, "root_radius"),
     (spur(teeth=(14, 20)), (0.006, 0.01), "start_of_active_profile[0]"),
 ])
 def test_pairs_beyond_the_method_are_refused(geometry, bore, field):

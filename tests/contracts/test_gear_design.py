@@ -132,6 +132,7 @@ REFUSED = [
     ({"tip_alteration": [0, 0.1]}, "tip_alteration[1]", "did you mean '0.1 mm'", ""),
     ({"tip_alteration": -0.1}, "tip_alteration[0]", "did you mean '-0.1 mm'", ""),
     ({"tip_diameter": [66, 126]}, "tip_diameter[0]", "did you mean '66 mm'", ""),
+    ({"tip_diameter": ["73 mm", "126 mm"]}, "tip_diameter[0]", "nominal tip diameter is 0.066 m", "0.06 and 0.072 m"),
     ({"bore": [0.01, 20]}, "bore[1]", "did you mean '20 mm'", ""),
     ({"bore": "51 mm"}, "bore[0]", "half a module", ""),
     ({"backlash": {"value": 0.12, "of": "line of action, total"}}, "backlash.value", "did you mean '0.12 mm'", ""),
@@ -216,6 +217,7 @@ REFUSED = [
     ({"rack": {"dedendum": 0.2, "root_radius": 0.38}}, "rack.root_radius", "", "at most 0.304"),
     ({"teeth": [3, 40], "profile_shift": [-0.3, 0.3]}, "tip_diameter[0]", "", "greater than those of the base circle"),
     ({"teeth": [8, 40], "profile_shift": [0.9, 0]}, "tip_thickness[0]", "tip_alteration", "greater than 0"),
+    ({"teeth": [40, 8], "profile_shift": [0, 0.9]}, "tip_thickness[1]", "tip_alteration", "greater than 0"),
     ({"profile_shift": [1.0, 1.2]}, "tip_clearance[0]", "the tip of wheel 1 touches the root of wheel 2", "than 0"),
     ({"teeth": [12, 40]}, "start_of_active_profile[0]", "undercut profile_shift[0] is at least 0.2981", "form"),
     ({"teeth": [40, 12]}, "start_of_active_profile[1]", "Give wheel 2 a larger profile_shift", "form diameter"),
@@ -268,6 +270,7 @@ def test_relief_on_the_path_of_contact():
     ({"teeth": [10, 40], "profile_shift": [0.65, 0]}, "The teeth of wheel 1 are 0.1552 mm thick at the tip"),
     ({"tip_alteration": "0.5 mm"}, "Between the tip of wheel 1 and the root of wheel 2 there are 0.25 mm"),
     ({"centre_distance": "90.5 mm", "profile_shift": [0, 0]}, "would have the sum 0.1701 at this centre distance"),
+    ({"tip_alteration": "0.5 mm"}, "Between the tip of wheel 2 and the root of wheel 1 there are 0.25 mm"),
     ({"damping_ratio": 0.01}, "damping_ratio is 0.01; usual are 0.03 to 0.1."),
     ({"damping_ratio": 0.2}, "damping_ratio is 0.2"),
     ({"speed": 3500}, "3500 rad/s are 33422.5 rpm: did you mean '3500 rpm'?"),
@@ -275,6 +278,7 @@ def test_relief_on_the_path_of_contact():
     ({"torque": 9000}, "The load F_t/(b m_n) is 3333 N/mm²"),
     ({"inertia": [5, 8]}, "inertia[0] is"),
     ({"inertia": ["1 g*cm^2", "10 kg*cm^2"]}, "inertia[0] is"),
+    ({"inertia": ["1 kg*cm^2", "20 kg*m^2"]}, "times that of a solid disc of the size of wheel 2"),
 ])
 def test_unusual_values_make_warnings(changes, words):
     found = design(**changes).warnings

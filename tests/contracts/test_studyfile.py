@@ -14,6 +14,7 @@ from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studyfile import load_study, parse_set
 
+DESIGNS = {"spur_50_50.toml", "iso_tr_6336_30_example_1.toml", "fzg_type_c.toml"}
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PAIR = """
 [gearpair]
@@ -278,7 +279,7 @@ def test_examples_are_the_figures(number):
 
 def test_no_example_is_left_out_of_the_tests():
     names = {path.name for path in EXAMPLES.glob("*.toml")}
-    assert names == {f"fig{n:02d}.toml" for n in FIGURES} | {"physical_pair.toml"}
+    assert names == {f"fig{n:02d}.toml" for n in FIGURES} | {"physical_pair.toml"} | DESIGNS
 
 
 def test_example_of_a_physical_pair():

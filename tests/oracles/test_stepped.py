@@ -62,6 +62,14 @@ def test_one_period_agrees_with_scipy(coordinates, count):
     assert worst(scipy_oracle, coordinates, count) <= 2e-12
 
 
+def test_the_highest_level_sets_the_number_of_steps():
+    """With steps for the first levels the Taylor polynomials would be wrong by more than 1e-9."""
+    steps = SteppedStiffness((1.0, 1.1, 0.9, 36.0), (0.0, 0.2, 0.5, 0.7))
+    model = MeshModel.of(kind="single", omega=0.9, q0=0.5, stiffness=steps, z=1.4)
+    ours, theirs = gc.simulate(model, 1), scipy_oracle.section(model, 1)
+    np.testing.assert_allclose(ours.section_z[0], theirs["z"][0], rtol=0, atol=2e-12)
+
+
 def test_many_periods_agree_with_heyoka():
     pytest.importorskip("heyoka", reason="heyoka is not installed", exc_type=ImportError)
     from tests.oracles import heyoka_oracle

@@ -74,7 +74,7 @@ def check_supports(pair: Any) -> None:
 
 def check_waveforms(pair: Any) -> None:
     """Raise `InputError` if the stiffness is given in two ways, or a series has more phases than amplitudes."""
-    kinds = [[n for n in names if getattr(pair, n) not in (None, ())] for names in _STIFFNESS_FIELDS]
+    kinds = [[n for n in names if getattr(pair, n) not in (None, (), [])] for names in _STIFFNESS_FIELDS]
     (first, *_), *others = [names for names in kinds if names] or [["none"]]
     for names in others:
         raise InputError(first, f"must be left out beside {names[0]}", getattr(pair, first),

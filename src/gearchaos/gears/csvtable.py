@@ -28,6 +28,12 @@ _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}", re.ASCII)
 
 _NAME_AND_UNIT = re.compile(r"(.*?)\s*/?\s*(?:\[([^]]*)\]|\(([^)]*)\))")
 _WORD = re.compile(r"[^\s\[(]+(?:\s*(?:\[[^]]*\]|\([^)]*\)))?")
+_ANGLE_UNITS = frozenset((
+    "rad", "mrad", "radian", "radians", "deg", "degree", "degrees", "°", "grad", "gon", "turn", "turns", "revolution",
+    "revolutions", "arcmin", "arcsec",
+))
+"""The units of angles. Pint would also take pure numbers such as "%" for angles, in radians."""
+
 _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", "": "spaces"}
 
 
@@ -197,13 +203,8 @@ def _header(path: str, line: int, cells: list[str], columns: Sequence[Column]) -
 
 def _by_unit(path: str, line: int, cell: str, columns: Sequence[Column]) -> tuple[Column, float]:
     """The one column that a header which is a unit alone can belong to, with its unit in SI."""
-    fitting = []
-    for column in columns:
-        if column.dimension is not None and column.by_unit and cell:
-            try:
-                fitting.append((column, units.to_si(cell, f"1 {cell}", column.dimension)))
-            except InputError:
-                continue
+    factors = ((column, _in_si(column.dimension, cell)) for column in columns if column.dimension and column.by_unit)
+    fitting = [(column, factor) for column, factor in factors if factor is not None]
     if len(fitting) > 1:
         names = " or ".join(column.name for column, _ in fitting)
         advice = f"Write e.g. {fitting[0][0].name} [{cell}]."
@@ -224,11 +225,20 @@ def _factor(path: str, line: int, column: Column, unit: str) -> float:
         return 1.0
     if not unit:
         raise _error(path, line, f"must say the unit of {column.name}", "", advice)
+    factor = _in_si(column.dimension, unit)
+    if factor is None:
+        raise _error(path, line, f"must have the unit of {column.dimension.name} for {column.name}", unit, advice)
+    return factor
+
+
+def _in_si(dimension: units.Dimension, unit: str) -> float | None:
+    """One unit in SI; None if it is no unit of this dimension."""
+    if not unit or (dimension is units.ANGLE and unit not in _ANGLE_UNITS):
+        return None
     try:
-        return units.to_si(column.name, f"1 {unit}", column.dimension)
+        return units.to_si("unit", f"1 {unit}", dimension)
     except InputError:
-        raise _error(path, line, f"must have the unit of {column.dimension.name} for {column.name}", unit,
-                     advice) from None
+        return None
 
 
 def _check_columns(

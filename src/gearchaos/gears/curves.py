@@ -17,6 +17,10 @@ from gearchaos.validation import MAX_HARMONICS
 _CONSTANT_SHARE = 0.05
 """Share of the steps that is distributed evenly over the period."""
 
+_STEPS_PER_HARMONIC = 14
+"""Steps of the flow per period for each order of the highest harmonic, 2π/0.45 (``docs/method.md``). A level takes at
+least one step."""
+
 
 @dataclass(frozen=True, eq=False)
 class PeriodicCurve:
@@ -115,7 +119,8 @@ def approximate(curve: PeriodicCurve, tolerance: float) -> tuple[SteppedStiffnes
 
     A curve of at most `MAX_LEVELS` constant pieces is taken over exactly. Any other is approximated twice: by steps of
     the mean of the curve over intervals, and by its Fourier series. Each has as few levels or harmonics as an error of
-    at most ``tolerance`` needs. The one with fewer of them is chosen, or the more exact one if neither is that exact.
+    at most ``tolerance`` needs. The one that the flow advances with fewer steps is chosen, or the more exact one if
+    neither is that exact.
 
     Parameters
     ----------
@@ -139,13 +144,15 @@ def approximate(curve: PeriodicCurve, tolerance: float) -> tuple[SteppedStiffnes
         raise InputError("stiffness", f"must have at most {MAX_LEVELS} jumps", len(curve.jumps))
     precise = [result for result in found if result[1] <= tolerance]
     if precise:
-        return min(precise, key=lambda result: _count(result[0]))
+        return min(precise, key=lambda result: _cost(result[0]))
     return min(found, key=lambda result: result[1])
 
 
-def _count(waveform: SteppedStiffness | HarmonicStiffness) -> int:
-    """The number of levels or harmonics of a waveform."""
-    return len(waveform.levels) if isinstance(waveform, SteppedStiffness) else len(waveform.amplitudes)
+def _cost(waveform: SteppedStiffness | HarmonicStiffness) -> int:
+    """About how many steps per period the flow needs for a waveform."""
+    if isinstance(waveform, SteppedStiffness):
+        return len(waveform.levels)
+    return _STEPS_PER_HARMONIC * len(waveform.amplitudes)
 
 
 def _exact_steps(curve: PeriodicCurve) -> SteppedStiffness:

@@ -87,7 +87,8 @@ def _check_root(geometry: Geometry, wheel: int) -> None:
         least = geometry.undercut_shift[wheel]
         undercut = geometry.profile_shift[wheel] < least
         raise InputError(
-            f"start_of_active_profile[{wheel}]", f"must not be below the root form diameter, {form:.9g} m", start,
+            f"start_of_active_profile[{wheel}]", f"must not be below the root form diameter, {form:.9g} m",
+            "a contact below the base circle" if math.isnan(start) else start,
             f"The tip of wheel {2 - wheel} meets the root of wheel {wheel + 1} where its flank is no involute. Give "
             f"wheel {wheel + 1} a larger profile_shift, or shorten the teeth of wheel {2 - wheel} by tip_alteration."
             + (f" Without undercut profile_shift[{wheel}] is at least {least:.4g}." if undercut else ""))

@@ -19,7 +19,8 @@ from gearchaos.gears.contact_lines import fourier_coefficients, relative_length
 from gearchaos.gears.curves import PeriodicCurve, approximate, truncated_series
 from gearchaos.gears.potential_energy import ToothPairs
 from gearchaos.gears.stiffness_table import read_curve
-from gearchaos.model import HarmonicStiffness, SteppedStiffness, Stiffness, TwoLevelStiffness
+from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, Stiffness, TwoLevelStiffness
+from gearchaos.model import mesh_stiffness as stiffness_over_reference
 from gearchaos.validation import MAX_HARMONICS
 
 if TYPE_CHECKING:
@@ -61,7 +62,8 @@ class MeshStiffness:
 
     def __call__(self, positions: np.ndarray) -> np.ndarray:
         """Stiffness in N/m at positions of any shape in mesh periods; at a jump, the value after it."""
-        return self.reference * _waveform_values(self.waveform, np.mod(positions, 1.0))
+        model = MeshModel(omega=2 * np.pi, stiffness=self.waveform)  # of period 1
+        return self.reference * stiffness_over_reference(model, positions)
 
     @property
     def extremes(self) -> tuple[float, float]:
@@ -74,17 +76,6 @@ class MeshStiffness:
             positions = np.array([0.0, self.waveform.contact_ratio - 1])
         values = self(positions)
         return float(values.min()), float(values.max())
-
-
-def _waveform_values(waveform: Stiffness, positions: np.ndarray) -> np.ndarray:
-    """χ at positions in [0, 1), of any shape."""
-    if isinstance(waveform, TwoLevelStiffness):
-        return np.where(positions < waveform.contact_ratio - 1, 1 + waveform.chi1, 1 - waveform.chi2)
-    if isinstance(waveform, SteppedStiffness):
-        return np.array(waveform.levels)[np.searchsorted(waveform.starts, positions, side="right") - 1]
-    order = np.arange(1, len(waveform.amplitudes) + 1)
-    angles = 2 * np.pi * positions[..., None] * order - np.array(waveform.phases)
-    return 1 + np.cos(angles) @ np.array(waveform.amplitudes)
 
 
 def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TOLERANCE) -> MeshStiffness:

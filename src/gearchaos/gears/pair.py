@@ -30,6 +30,7 @@ from gearchaos.model import (
     TransmissionError,
     TwoLevelStiffness,
 )
+from gearchaos.validation import to_floats
 
 PhysicalValue = Any
 """A float in SI, a text with a unit such as "3 mm", or a pint quantity; the fields of a `GearPair` are floats."""
@@ -130,6 +131,7 @@ class GearPair:
                 self._set(name, units.to_si(name, getattr(self, name), dimension, rule))
         for name, dimension in SERIES_FIELDS.items():
             self._set(name, units.list_to_si(name, getattr(self, name), dimension))
+        self._set("stiffness_starts", to_floats("stiffness_starts", self.stiffness_starts))
         if self.M20 is None:
             self._set("M20", units.to_si("M20", self.M10 * self.R2 / self.R1, *UNIT_FIELDS["M20"]))
         check_ratio(self)

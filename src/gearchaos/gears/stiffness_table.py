@@ -24,6 +24,10 @@ _COLUMNS = (
     Column("level", units.STIFFNESS, ("stiffness level",), required=False, by_unit=False),
 )
 
+_PLAUSIBLE = (1e3, 1e14)
+"""Least and greatest stiffness that a mesh of gears may have, N/m: steel gears of a face width of 1 mm and of 5 m have
+about 1e7 and 1e11, plastic ones a hundredth."""
+
 _PERIOD_TOLERANCE = 1e-3
 """Largest relative difference between the last abscissa of a table and the mesh period, for rounding in the file."""
 
@@ -55,9 +59,12 @@ def read_curve(path: str | Path, *, field: str, teeth: int, speed: float | None 
     kind = _kind(table, field)
     period = _period(abscissa, teeth, speed)
     values = table.columns[kind]
-    if not (values > 0).all():
-        row = int(np.argmin(values > 0))
-        raise table.error(row, f"must have a {kind} greater than 0", float(values[row]))
+    least, most = _PLAUSIBLE
+    plausible = (values >= least) & (values <= most)
+    if not plausible.all():
+        row = int(np.argmin(plausible))
+        raise table.error(row, f"must have a {kind} between {least:g} and {most:g} N/m", float(values[row]),
+                          "No mesh of gears has another one: check the unit in the header.")
     if table.columns[abscissa][0] != 0:
         raise table.error(0, f"must have the {abscissa} 0, at which a tooth pair enters contact",
                           float(table.columns[abscissa][0]), "Subtract it from all rows if a tooth pair enters there.")

@@ -159,15 +159,13 @@ def tooth_profile(geometry: Geometry, wheel: int) -> ToothProfile:
     Raises
     ------
     InputError
-        For helical gears.
+        For helical gears, a tooth that is pointed below its tip circle, or a rack with a pointed tip.
     """
-    if geometry.helix_angle != 0:
-        raise InputError("helix_angle", "must be 0 for the potential-energy method", geometry.helix_angle,
-                         "It is implemented for spur gears only: use ISO 6336-1 or a table for helical gears.")
+    _check_tooth(geometry, wheel)
     module, alpha, z = geometry.normal_module, geometry.pressure_angle, geometry.teeth[wheel]
     shift, rounding = geometry.profile_shift[wheel], geometry.root_radius
     centre = geometry.dedendum - rounding  # depth of the centre of the rounding below the datum line, in modules
-    offset = math.pi / 4 + centre * math.tan(alpha) + rounding / math.cos(alpha)
+    offset = _centre_offset(geometry)
     base_radius = geometry.base_diameter[wheel] / 2
     return ToothProfile(
         base_radius=base_radius, root_radius=geometry.root_diameter[wheel] / 2,
@@ -176,3 +174,22 @@ def tooth_profile(geometry: Geometry, wheel: int) -> ToothProfile:
         form_angle=math.acos(min(2 * base_radius / geometry.root_form_diameter[wheel], 1.0)),
         rack=Rack(module * z / 2, alpha, rounding * module, (centre - shift) * module, offset * module),
     )
+
+
+def _centre_offset(geometry: Geometry) -> float:
+    """Distance of the centre of the rack's rounding from the middle of the rack's space, in modules."""
+    alpha, rounding = geometry.pressure_angle, geometry.root_radius
+    return math.pi / 4 + (geometry.dedendum - rounding) * math.tan(alpha) + rounding / math.cos(alpha)
+
+
+def _check_tooth(geometry: Geometry, wheel: int) -> None:
+    """Raise `InputError` unless the section of the tooth of this spur wheel exists up to its tip circle."""
+    if geometry.helix_angle != 0:
+        raise InputError("helix_angle", "must be 0 for the potential-energy method", geometry.helix_angle,
+                         "It is implemented for spur gears only: use ISO 6336-1 or a table for helical gears.")
+    if _centre_offset(geometry) > math.pi / 2 * (1 + 1e-12):
+        raise InputError("root_radius", "must leave the basic rack a tip that is not pointed", geometry.root_radius,
+                         "Reduce the root radius or the dedendum.")
+    if geometry.tip_thickness[wheel] <= 0:
+        raise InputError(f"tip_thickness[{wheel}]", "must be greater than 0", geometry.tip_thickness[wheel],
+                         "The tooth is pointed: reduce its profile shift or its tip diameter.")

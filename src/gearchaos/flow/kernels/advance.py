@@ -8,7 +8,6 @@ from gearchaos.flow.kernels.affine import (
     affine_step,
     append_lanes,
     find_suspects,
-    linear_step,
     list_suspects,
     load_bounds,
     update_matrices,
@@ -18,7 +17,7 @@ from gearchaos.flow.kernels.compilation import inlined, main_kernel
 from gearchaos.flow.kernels.constants import WIDTH
 from gearchaos.flow.kernels.measures import measure_step, prepare_measures
 from gearchaos.flow.kernels.resolve import resolve
-from gearchaos.flow.kernels.simd import bits, load, load_scalar, store_scalar
+from gearchaos.flow.kernels.simd import bits, load, load_scalar, store_linear, store_scalar
 from gearchaos.flow.kernels.slots import end_period, load_pack, release_slot
 from gearchaos.flow.kernels.tangents import orthonormalise
 
@@ -128,7 +127,7 @@ def _affine_steps(dims, points, lanes, slots, suspects, tick):
         for c in range(vectors):
             tangent = 2 * slot * vectors + c
             before, after = (tangent + (1 - even) * vectors) * d, (tangent + even * vectors) * d
-            linear_step(dims, lanes.vectors, bounds + d, lanes.tangents, before, after)
+            store_linear(dims, lanes.vectors, bounds + d, lanes.tangents, before, after)
     for slot in range(slots.counters[0]):
         before, after, bounds = slot * length + first, slot * length + then, load_scalar(slots.matrices, slot)
         found = find_suspects(dims, lanes.sigma, slot, lanes.vectors, bounds, before, after)

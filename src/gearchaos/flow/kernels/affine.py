@@ -18,6 +18,7 @@ from gearchaos.flow.kernels.simd import (
     select,
     smaller,
     store,
+    store_affine,
     store_scalar,
     vabs,
     vfma,
@@ -86,19 +87,6 @@ def load_bounds(dims, values, columns, length, vectors, first):
 
 
 @inlined
-def _affine_one_harmonic(dims, cos, sin, vectors, matrices, before, after):
-    """after = E before + g where the forcing has one harmonic."""
-    d = len(dims)
-    cos, sin = broadcast(cos), broadcast(sin)
-    for i in range(d):
-        total = vfma(load(vectors, matrices + d * d + d + i), cos, load(vectors, matrices + d * d + i))
-        total = vfma(load(vectors, matrices + d * d + 2 * d + i), sin, total)
-        for j in range(d):
-            total = vfma(load(vectors, matrices + i * d + j), load(vectors, before + j), total)
-        store(vectors, after + i, total)
-
-
-@inlined
 def affine_step(dims, tabulated, values, step, vectors, matrices, before, after):
     """after = E before + g for all lanes of a slot, in the order of the step tables.
 
@@ -107,7 +95,7 @@ def affine_step(dims, tabulated, values, step, vectors, matrices, before, after)
     """
     if tabulated == 1:
         cos, sin = values[step, COS_SIN], values[step, COS_SIN + 1]
-        _affine_one_harmonic(dims, cos, sin, vectors, matrices, before, after)
+        store_affine(dims, vectors, matrices, before, after, broadcast(cos), broadcast(sin))
         return
     d = len(dims)
     for i in range(d):
@@ -119,17 +107,6 @@ def affine_step(dims, tabulated, values, step, vectors, matrices, before, after)
         for j in range(d):
             total = vfma(load(vectors, matrices + i * d + j), load(vectors, before + j), total)
         store(vectors, after + i, total)
-
-
-@inlined
-def linear_step(dims, vectors, matrices, tangents, before, after):
-    """after = E before for one tangent vector of each lane of a slot; E begins at vector ``matrices``."""
-    d = len(dims)
-    for i in range(d):
-        total = load(vectors, matrices + i * d) * load(tangents, before)
-        for j in range(1, d):
-            total = vfma(load(vectors, matrices + i * d + j), load(tangents, before + j), total)
-        store(tangents, after + i, total)
 
 
 @inlined

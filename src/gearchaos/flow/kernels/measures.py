@@ -30,7 +30,7 @@ from gearchaos.flow.kernels.taylor import (
     state_series,
     stiffness_variation,
 )
-from gearchaos.flow.kernels.workspace import fill_point, fill_step, restore_point_rows, save_point_rows
+from gearchaos.flow.kernels.workspace import fill_level, fill_point, fill_step, restore_point_rows, save_point_rows
 
 _COUNT = len(Measure)
 _GAUSS = 6
@@ -209,7 +209,8 @@ def _measure_slot(dims, points, slots, lanes, slot, work, tick):
         work.points[l] = load_scalar(lanes.point, lane)
         work.steps[l] = load_scalar(lanes.first_step, lane) + load_scalar(slots.step_minus_tick, slot) + tick
         store_scalar(ws, at.end_fraction * WIDTH + l, float(measured >> l & 1))
-    fill_step(dims, points.parameters, points.harmonics, points.steps.values, work.points, work.steps, ws)
+    fill_level(dims, points.parameters, points.harmonics, points.steps.values, work.points, work.steps, ws)
+    fill_step(dims, points.harmonics, points.steps.values, work.steps, ws)
     for i in range(d):
         store(ws, at.start + i, load(lanes.vectors, slot * rows_per_slot(lanes) + (tick & 1) * d + i))
     sigma = load(lanes.sigma, slot)

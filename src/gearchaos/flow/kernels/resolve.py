@@ -10,7 +10,7 @@ from gearchaos.flow.kernels.measures import gather_measures, measure_segment, ou
 from gearchaos.flow.kernels.offsets import rows
 from gearchaos.flow.kernels.simd import any_true, broadcast, load, load_scalar, select, store, store_scalar
 from gearchaos.flow.kernels.taylor import advance_phases, end_state, excitation_series, state_series
-from gearchaos.flow.kernels.workspace import fill_point, fill_step
+from gearchaos.flow.kernels.workspace import fill_level, fill_point, fill_step
 
 
 @inlined
@@ -119,7 +119,8 @@ def _begin_step(dims, points, slots, lanes, listed, count, work, tick, measuring
         if measuring:
             gather_measures(work.measures, lanes.measures, lane, l)
     fill_point(dims, points.parameters, points.harmonics, work.points, measuring, ws)
-    fill_step(dims, points.parameters, points.harmonics, points.steps.values, work.points, work.steps, ws)
+    fill_level(dims, points.parameters, points.harmonics, points.steps.values, work.points, work.steps, ws)
+    fill_step(dims, points.harmonics, points.steps.values, work.steps, ws)
     _gather(dims, lanes.vectors, rows_per_slot(lanes), parity * len(dims), listed, count, ws)
 
 

@@ -89,6 +89,75 @@ def store(typingctx, array, row, value):
     return types.void(array, types.intp, vector), codegen
 
 
+def _row(context, builder, array_type, array, first, number):
+    """The vector that is row ``first + number`` of an array, where ``number`` is a Python int."""
+    row = builder.add(first, context.get_constant(types.intp, number))
+    return builder.load(_address(context, builder, array_type, array, row), align=8)
+
+
+def _row_sums(builder, totals, matrix, states):
+    """``totals[i]`` plus the products of row i of a matrix with the states, added in order; a total of None is 0.
+
+    ``matrix`` is a function from i and j to a vector; ``states`` are vectors, each loaded once. The compiler cannot
+    do this by itself in a loop that stores one result after the other to the array of the states.
+    """
+    sums = []
+    for i, total in enumerate(totals):
+        for j, state in enumerate(states):
+            factor = matrix(i, j)
+            total = builder.fmul(factor, state) if total is None else _call(builder, "fma", [factor, state, total])
+        sums.append(total)
+    return sums
+
+
+def _store_rows(context, builder, array_type, array, first, values):
+    """Write vectors to consecutive rows of an array, from row ``first`` on."""
+    for number, value in enumerate(values):
+        row = builder.add(first, context.get_constant(types.intp, number))
+        builder.store(value, _address(context, builder, array_type, array, row), align=8)
+    return context.get_dummy_value()
+
+
+@intrinsic
+def store_affine(typingctx, dims, array, matrix, before, after, cos, sin):
+    """Write E w + c + a cos + b sin to d = len(dims) rows of the array from row ``after`` on.
+
+    E (d, d), c (d,), a (d,) and b (d,) are in consecutive rows of the array from row ``matrix`` on, w (d,) from row
+    ``before`` on; ``cos`` and ``sin`` are vectors. The terms are added in the order c, a cos, b sin, E w.
+    """
+    d = len(dims)
+
+    def codegen(context, builder, signature, args):
+        kind, (_, array, matrix, before, after, cos, sin) = signature.args[1], args
+        rows = [_row(context, builder, kind, array, matrix, d * d + n) for n in range(3 * d)]
+        totals = [_call(builder, "fma", [rows[d + i], cos, rows[i]]) for i in range(d)]
+        totals = [_call(builder, "fma", [rows[2 * d + i], sin, totals[i]]) for i in range(d)]
+        states = [_row(context, builder, kind, array, before, j) for j in range(d)]
+        sums = _row_sums(builder, totals, lambda i, j: _row(context, builder, kind, array, matrix, i * d + j), states)
+        return _store_rows(context, builder, kind, array, after, sums)
+
+    return types.void(dims, array, types.intp, types.intp, types.intp, vector, vector), codegen
+
+
+@intrinsic
+def store_linear(typingctx, dims, array, matrix, tangents, before, after):
+    """Write E v to d = len(dims) rows of ``tangents`` from row ``after`` on.
+
+    E (d, d) is in consecutive rows of the array from row ``matrix`` on, v (d,) in rows of ``tangents`` from row
+    ``before`` on.
+    """
+    d = len(dims)
+
+    def codegen(context, builder, signature, args):
+        (_, kind, _, of_tangents, *_), (_, array, matrix, tangents, before, after) = signature.args, args
+        states = [_row(context, builder, of_tangents, tangents, before, j) for j in range(d)]
+        sums = _row_sums(
+            builder, [None] * d, lambda i, j: _row(context, builder, kind, array, matrix, i * d + j), states)
+        return _store_rows(context, builder, of_tangents, tangents, after, sums)
+
+    return types.void(dims, array, types.intp, tangents, types.intp, types.intp), codegen
+
+
 @intrinsic
 def load_scalar(typingctx, array, index):
     """Element ``index`` of a contiguous array of any shape, flattened.
@@ -214,12 +283,36 @@ def _numpy_store(array, row, value):
     array.reshape(-1)[row * WIDTH : (row + 1) * WIDTH] = value
 
 
+def _numpy_rows(array, first, count):
+    return [_numpy_load(array, first + n) for n in range(count)]
+
+
+def _numpy_store_affine(dims, array, matrix, before, after, cos, sin):
+    d = len(dims)
+    constant, a, b = (_numpy_rows(array, matrix + d * d + n * d, d) for n in range(3))
+    states = _numpy_rows(array, before, d)
+    for i in range(d):
+        total = b[i] * sin + (a[i] * cos + constant[i])
+        for factor, state in zip(_numpy_rows(array, matrix + i * d, d), states, strict=True):
+            total = factor * state + total
+        _numpy_store(array, after + i, total)
+
+
+def _numpy_store_linear(dims, array, matrix, tangents, before, after):
+    d = len(dims)
+    states = _numpy_rows(tangents, before, d)
+    for i in range(d):
+        factors = _numpy_rows(array, matrix + i * d, d)
+        _numpy_store(tangents, after + i, sum(f * s for f, s in zip(factors, states, strict=True)))
+
+
 def _numpy_store_scalar(array, index, value):
     array.reshape(-1)[index] = value
 
 
 if config.DISABLE_JIT:
     load, store, select, any_true = _numpy_load, _numpy_store, np.where, np.any
+    store_affine, store_linear = _numpy_store_affine, _numpy_store_linear
     load_scalar, store_scalar = (lambda array, index: array.reshape(-1)[index]), _numpy_store_scalar
     vfma, vsqrt, vabs = (lambda a, b, c: a * b + c), np.sqrt, np.abs
 

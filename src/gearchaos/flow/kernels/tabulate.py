@@ -7,7 +7,7 @@ from gearchaos.flow.kernels.constants import ORDER, WIDTH
 from gearchaos.flow.kernels.offsets import rows
 from gearchaos.flow.kernels.simd import broadcast, load
 from gearchaos.flow.kernels.taylor import add_sinusoid, end_state, excitation_series, set_amplitudes, state_series
-from gearchaos.flow.kernels.workspace import fill_point, fill_step
+from gearchaos.flow.kernels.workspace import fill_level, fill_point, fill_step
 
 
 @subroutine
@@ -35,7 +35,8 @@ def _tabulate_step(dims, parameters, harmonics, values, entry, state, tabulated,
     d, varying = len(dims), harmonics.stiffness > 0
     at, ws = rows(dims), work.rows
     fill_point(dims, parameters, harmonics, work.points, False, ws)
-    fill_step(dims, parameters, harmonics, values, work.points, work.steps, ws)
+    fill_level(dims, parameters, harmonics, values, work.points, work.steps, ws)
+    fill_step(dims, harmonics, values, work.steps, ws)
     for l in range(WIDTH):
         ws[at.sigma * WIDTH + l] = state - 1.0
         ws[at.end_fraction * WIDTH + l] = 1.0

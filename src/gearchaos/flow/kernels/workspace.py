@@ -46,18 +46,25 @@ def fill_point(dims, parameters, harmonics, points, measuring, ws):
             _copy(parameters, offset + column.velocity_sin, h, ws, row.velocity_sin, l)
 
 
-@subroutine
-def fill_step(dims, parameters, harmonics, values, points, steps, ws):
-    """Write the workspace rows that depend on the lanes' steps; `fill_point` must have been called before.
+@inlined
+def fill_level(dims, parameters, harmonics, values, points, steps, ws):
+    """Write the stiffness level on each lane's step. The arguments are those of `fill_point` and `fill_step`."""
+    row = rows(dims).level * WIDTH
+    for l in range(WIDTH):
+        level = harmonics.columns.levels + int(load_scalar(values, steps[l] * values.shape[1] + LEVEL))
+        store_scalar(ws, row + l, load_scalar(parameters, points[l] * harmonics.columns.total + level))
 
-    ``parameters`` and ``points`` are as there; ``values`` is `Steps.values`, ``steps`` (WIDTH,) the index in it of each
-    lane's step.
+
+@subroutine
+def fill_step(dims, harmonics, values, steps, ws):
+    """Write the workspace rows that depend on the lanes' steps, except the stiffness level; `fill_point` must have been
+    called before.
+
+    ``values`` is `Steps.values`, ``steps`` (WIDTH,) the index in it of each lane's step.
     """
     at, width = rows(dims), values.shape[1]
     for l in range(WIDTH):
         offset = steps[l] * width
-        level = harmonics.columns.levels + int(load_scalar(values, offset + LEVEL))
-        store_scalar(ws, at.level * WIDTH + l, load_scalar(parameters, points[l] * harmonics.columns.total + level))
         store_scalar(ws, at.duration * WIDTH + l, load_scalar(values, offset + LENGTH))
         _copy(values, offset + COS_SIN, 2 * harmonics.highest, ws, harmonics.rows.cos_sin, l)
     store(ws, at.duration, broadcast(TWO_PI) * load(ws, at.duration) / load(ws, at.omega))
