@@ -26,7 +26,8 @@ _MAY_BE_EMPTY = "number"
 
 _DRAWN_BY = {
     "zones": "zones or level", "bifurcation": "bifurcation, or lyapunov", "basins": "basins",
-    "attractors": "attractors", "simulate": "portrait, or with samples by phase, history, spectrum or dossier",
+    "attractors": "attractors", "dynamic_factor": "dynamic_factor",
+    "simulate": "portrait, or with samples by phase, history, spectrum or dossier",
 }
 
 

@@ -12,7 +12,7 @@ from gearchaos.gears.design import GearDesign
 from gearchaos.gears.design_pair import comparable_stiffnesses
 from gearchaos.gears.mesh_stiffness import MeshStiffness
 from gearchaos.model import HarmonicStiffness, SteppedStiffness, TwoLevelStiffness
-from gearchaos.plot._axes import new_axes, widened_limits
+from gearchaos.plot._axes import new_axes, second_axis_below, widened_limits
 from gearchaos.plot._checks import check_design
 from gearchaos.plot._legends import legend as draw_legend
 from gearchaos.plot._phase import INK, STROBE
@@ -25,9 +25,6 @@ _LINES: tuple[dict[str, Any], ...] = (
 
 _PER_UM = 1e-6
 _SAMPLES_PER_HARMONIC = 40
-_SECOND_AXIS = 38
-"""Distance of the axis of roll angles below that of the mesh period, in points."""
-
 _MARGIN = 0.08
 """Margin above and below the curves, relative to their range."""
 
@@ -69,7 +66,7 @@ def mesh_stiffness(design: GearDesign, ax: Axes | None = None, *, compare: bool 
     margin = _MARGIN * (high - low)
     ax.set(xlim=(0, 1), ylim=(low - margin, high + margin), xlabel="fraction of the mesh period",
            ylabel="mesh stiffness [N/µm]")
-    _roll_angle_axis(ax, design.teeth[0])
+    second_axis_below(ax, 360 / design.teeth[0], "roll angle of wheel 1 [deg]")
     if legend:
         draw_legend(ax, [Line2D([], [], label=_described(s), **style) for s, style in zip(found, _LINES, strict=False)])
     return ax
@@ -85,15 +82,6 @@ def _curve(ax: Axes, stiffness: MeshStiffness, style: dict[str, Any]) -> None:
     starts = wave.starts if isinstance(wave, SteppedStiffness) else (0.0, wave.contact_ratio - 1)
     edges = np.unique([0.0, *starts, 1.0])
     ax.stairs(stiffness((edges[:-1] + edges[1:]) / 2) * _PER_UM, edges, baseline=None, **style)
-
-
-def _roll_angle_axis(ax: Axes, teeth: int) -> None:
-    """A second horizontal axis with the roll angle of wheel 1 in degrees."""
-    degrees = 360 / teeth
-    second = ax.secondary_xaxis(
-        "bottom", functions=(lambda t: np.asarray(t, float) * degrees, lambda angle: np.asarray(angle, float) / degrees))
-    second.spines["bottom"].set_position(("outward", _SECOND_AXIS))
-    second.set_xlabel("roll angle of wheel 1 [deg]")
 
 
 def _described(stiffness: MeshStiffness) -> str:
