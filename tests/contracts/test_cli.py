@@ -72,8 +72,8 @@ def test_nothing_heavy_is_loaded(code):
 def test_help_lists_the_commands_in_the_order_in_which_they_are_used():
     listed = re.findall(r"(?m)^│ (\w+) ", run("--help").stdout.partition("Commands")[2])
     assert listed == [
-        "warmup", "paper", "simulate", "regime", "attractors", "bifurcation", "zones", "basins", "map", "explore",
-        "run", "info", "plot", "export",
+        "warmup", "paper", "simulate", "regime", "attractors", "bifurcation", "zones", "basins", "gear", "map",
+        "explore", "run", "info", "plot", "export",
     ]
 
 
@@ -549,7 +549,8 @@ def test_lengths():
 
 
 def test_physical_needs_a_pair(tmp_path):
-    assert "--physical needs a study file with a [gearpair]" in refused("simulate", "--periods", 1, "--physical")
+    text = refused("simulate", "--periods", 1, "--physical")
+    assert "--physical needs a study file with a table [gearpair] or [design]" in text
 
 
 def test_unknown_mode(tmp_path):

@@ -33,6 +33,7 @@ def use(pair: gc.GearPair) -> None:
     reveal_type(gc.run(gc.Zones(pair, x, y), out="zones.zarr"))
     gc.Simulate(pair, 10, 5), gc.Bifurcation(pair, "omega=1:2:3"), gc.Basins(pair, "z=0:1:3", "v=0:1:3")
     gc.Attractors(pair, 4, sweep="omega=1:2:3")
+    gc.Zones(gc.GearDesign(teeth=(20, 40), module="3 mm", face_width="20 mm"), x, y)
     gc.Zones(pair, x, y, 2)
 """
 

@@ -83,7 +83,7 @@ def test_a_speed_or_torque_that_breaks_a_rule_is_refused(model, name, value, rul
 def test_a_dimensionless_model_has_no_speed():
     with pytest.raises(InputError, match=r"speed"):
         gc.zones(gc.MeshModel(), "speed=500:1500:2", "q0=0:0.1:2")
-    with pytest.raises(InputError, match=r"^gears must be a GearPair"):
+    with pytest.raises(InputError, match=r"^gears must be a GearDesign or a GearPair"):
         gc.operating_map(gc.MeshModel(), "500:1500:2", "10:20:2")
 
 

@@ -27,6 +27,10 @@ _SET_BY = {"speed": ("omega",), "torque": ("q1", "q2")}
 torque, the torque also changes the parameters that follow from it."""
 
 
+AnyModel = MeshModel | GearPair | GearDesign
+"""What studies take as their model: a dimensionless model, or gears at an operating point."""
+
+
 class Gears(Protocol):
     """Gears at an operating point: a `GearPair` or a `GearDesign`."""
 

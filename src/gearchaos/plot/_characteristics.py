@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from gearchaos.errors import InputError, whole_number
-from gearchaos.gears.operating import as_model
-from gearchaos.gears.pair import GearPair
+from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.model import MeshModel, SteppedStiffness, TwoLevelStiffness, mesh_stiffness
 from gearchaos.model import backlash as backlash_function
 from gearchaos.plot._axes import new_axes
@@ -20,12 +19,12 @@ _MAX_PERIODS = 1000
 _REFERENCE_LINE: dict[str, Any] = {"color": "0.55", "linewidth": 0.7, "linestyle": (0, (4, 3))}
 
 
-def stiffness(model: MeshModel | GearPair | None = None, ax: Axes | None = None, *, periods: int = 2) -> Axes:
+def stiffness(model: AnyModel | None = None, ax: Axes | None = None, *, periods: int = 2) -> Axes:
     """Draw the mesh stiffness divided by the reference stiffness, c(t)/c0 = χ(τ), against time.
 
     Parameters
     ----------
-    model : MeshModel or GearPair, optional
+    model : MeshModel, GearPair or GearDesign, optional
         The model with the stiffness; by default the paper's.
     periods : int
         Number of mesh periods to show.

@@ -14,7 +14,7 @@ from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import ExactFlow
-from gearchaos.gears.pair import GearPair
+from gearchaos.gears.operating import AnyModel
 from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
@@ -35,7 +35,7 @@ _CONFIDENCE = 0.95
 
 
 def attractors(
-    model: MeshModel | GearPair, starts: int = 256, *, box: Mapping[str, tuple[float, float]] | None = None,
+    model: AnyModel, starts: int = 256, *, box: Mapping[str, tuple[float, float]] | None = None,
     seed: int = 0, sweep: Axis | str | None = None, kicks: int = 0, settings: Classification | None = None,
     progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
@@ -43,7 +43,7 @@ def attractors(
 
     Parameters
     ----------
-    model : MeshModel or GearPair
+    model : MeshModel, GearPair or GearDesign
         The operating point. Initial values without a range in ``box`` are those of the model.
     starts : int
         Number of initial states, points of a scrambled Sobol sequence in the box.
@@ -100,7 +100,7 @@ class Attractors(ClassifyingStudy):
     if TYPE_CHECKING:  # what `__post_init__` converts is accepted, too
 
         def __init__(
-            self, model: MeshModel | GearPair, starts: int = 256, *,
+            self, model: AnyModel, starts: int = 256, *,
             box: Mapping[str, tuple[float, float]] | None = None, seed: int = 0, sweep: Axis | str | None = None,
             kicks: int = 0, settings: Classification | None = None,
         ) -> None: ...

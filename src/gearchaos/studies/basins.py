@@ -12,7 +12,7 @@ from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
-from gearchaos.gears.pair import GearPair
+from gearchaos.gears.operating import AnyModel
 from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
@@ -29,14 +29,14 @@ if TYPE_CHECKING:
 
 
 def basins(
-    model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, settings: Classification | None = None,
+    model: AnyModel, x: Axis | str, y: Axis | str, *, settings: Classification | None = None,
     progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
     """Basins of attraction on a plane of initial values.
 
     Parameters
     ----------
-    model : MeshModel or GearPair
+    model : MeshModel, GearPair or GearDesign
         The operating point. Initial values that are not on the axes are those of the model.
     x, y : Axis or str
         Initial values of two coordinates: z and z_dot of the single model, x1, x1_dot, ... of the others.
@@ -71,7 +71,7 @@ class Basins(ClassifyingStudy):
     if TYPE_CHECKING:  # what `__post_init__` converts is accepted, too
 
         def __init__(
-            self, model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, settings: Classification | None = None,
+            self, model: AnyModel, x: Axis | str, y: Axis | str, *, settings: Classification | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:

@@ -14,8 +14,8 @@ from gearchaos.errors import InputError, unknown_name
 from gearchaos.execute.machine import check_memory
 from gearchaos.execute.tiles import interleaved
 from gearchaos.flow import ExactFlow
-from gearchaos.gears.pair import GearPair
-from gearchaos.model import COORDINATES, MeshModel, state_names, vary
+from gearchaos.gears.operating import AnyModel
+from gearchaos.model import COORDINATES, state_names, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.axis import Axis, as_axis
@@ -43,14 +43,14 @@ BIFURCATION_SETTINGS = Classification(exponent_run=1000, doublings=2)
 
 
 def bifurcation(
-    model: MeshModel | GearPair, axis: Axis | str, *, points: int = 128, mode: Literal["fixed", "up", "down"] = "fixed",
+    model: AnyModel, axis: Axis | str, *, points: int = 128, mode: Literal["fixed", "up", "down"] = "fixed",
     settings: Classification | None = None, progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
     """A bifurcation diagram.
 
     Parameters
     ----------
-    model : MeshModel or GearPair
+    model : MeshModel, GearPair or GearDesign
         All parameters but the one that varies.
     axis : Axis or str
         The parameter and its range, as a text "eps1=0:0.3:400".
@@ -90,7 +90,7 @@ class Bifurcation(ClassifyingStudy):
     if TYPE_CHECKING:  # what `__post_init__` converts is accepted, too
 
         def __init__(
-            self, model: MeshModel | GearPair, axis: Axis | str, *, points: int = 128,
+            self, model: AnyModel, axis: Axis | str, *, points: int = 128,
             mode: Literal["fixed", "up", "down"] = "fixed", settings: Classification | None = None,
         ) -> None: ...
 

@@ -10,10 +10,11 @@ import numpy as np
 from gearchaos.datasets import variable
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
-from gearchaos.gears.operating import OperatingModel, as_model
-from gearchaos.gears.pair import GearPair
+from gearchaos.gears.design import GearDesign
+from gearchaos.gears.operating import AnyModel, OperatingModel, as_model
 from gearchaos.gears.results import physical
-from gearchaos.model import MeshModel, vary
+from gearchaos.gears.units import RPM
+from gearchaos.model import vary
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.zones import Zones
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def operating_map(
-    gears: GearPair | MeshModel, speed: Axis | str, torque: Axis | str, *, starts: int = 1, refine: int = 1,
+    gears: AnyModel, speed: Axis | str, torque: Axis | str, *, starts: int = 1, refine: int = 1,
     settings: Classification | None = None, progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
     """A map of the kinds of motion over speed and torque, in physical units.
@@ -32,7 +33,8 @@ def operating_map(
 
     Parameters
     ----------
-    gears : GearPair, or the model of one
+    gears : GearDesign or GearPair, or the model of one
+        A design needs no speed and torque of its own.
     speed : Axis or str
         Speeds of wheel 1 in rpm: "500:4500:200" (start, stop, count), or an `Axis` with the name "speed".
     torque : Axis or str
@@ -52,17 +54,26 @@ def operating_map(
     InputError
         If the gears are not known, as for a `MeshModel` made of dimensionless values, or an axis is wrong.
     """
-    model = checked_operating_model(gears)
     axes = operating_axis("speed", speed), operating_axis("torque", torque)
+    if isinstance(gears, GearDesign):
+        gears = _with_operation(gears, *axes)
+    model = checked_operating_model(gears)
     study = Zones(model, *axes, starts=starts, refine=refine, settings=settings)
     return in_operating_units(study.run(progress=progress, threads=threads), model)
+
+
+def _with_operation(design: GearDesign, speed: Axis, torque: Axis) -> GearDesign:
+    """A design with an operating point, that of the first cell if it has none; it does not affect the map."""
+    return design.at(speed=speed.start * RPM if design.speed is None else None,
+                     torque=torque.start if design.torque is None else None)
 
 
 def checked_operating_model(gears: Any) -> OperatingModel:
     """The model of gears; raises `InputError` unless their speed and torque are known."""
     model = as_model(gears)
     if not isinstance(model, OperatingModel):
-        raise InputError("gears", "must be a GearPair, or the model of one", f"a {type(gears).__name__}",
+        raise InputError("gears", "must be a GearDesign or a GearPair, or the model of one",
+                         f"a {type(gears).__name__}",
                          "A dimensionless MeshModel has no speed or torque; gearchaos.zones maps it over omega and q0.")
     return model
 

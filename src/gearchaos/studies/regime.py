@@ -12,8 +12,8 @@ from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics import Classification, Label, classify, motion_name
 from gearchaos.dynamics.labels import label_and_period
 from gearchaos.dynamics.spectrum import spectral_class
-from gearchaos.gears.pair import GearPair
-from gearchaos.model import MeshModel, vary
+from gearchaos.gears.operating import AnyModel
+from gearchaos.model import vary
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.initial_value_problems import initial_value_problems
@@ -34,13 +34,13 @@ _SECTION_POINTS = 512
 
 
 def regime(
-    model: MeshModel | GearPair, *, settings: Classification | None = None, progress: bool = False
+    model: AnyModel, *, settings: Classification | None = None, progress: bool = False
 ) -> Verdict:
     """Classify the motion of a gear mesh at one operating point.
 
     Parameters
     ----------
-    model : MeshModel or GearPair
+    model : MeshModel, GearPair or GearDesign
         The operating point, with its initial values.
     settings : Classification
         Lengths of the runs by which the motion is classified.
@@ -74,7 +74,7 @@ class Regime(ClassifyingStudy):
     if TYPE_CHECKING:  # what `__post_init__` converts is accepted, too
 
         def __init__(
-            self, model: MeshModel | GearPair, *, settings: Classification | None = None,
+            self, model: AnyModel, *, settings: Classification | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:

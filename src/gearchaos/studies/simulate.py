@@ -11,8 +11,8 @@ import numpy as np
 from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import CHATTER, DIVERGED, DIVERGED_AT, OK, ExactFlow
-from gearchaos.gears.pair import GearPair
-from gearchaos.model import Batch, MeshModel, backlash, mesh_stiffness, transmission_error, vary
+from gearchaos.gears.operating import AnyModel
+from gearchaos.model import Batch, backlash, mesh_stiffness, transmission_error, vary
 from gearchaos.model.coordinates import initial_state, to_physical, transmission_error_at_start
 from gearchaos.model.switched import switched_system
 from gearchaos.studies import rotation
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
 
 def simulate(
-    model: MeshModel | GearPair, periods: int, transient: int = 0, samples: int | None = None, *,
+    model: AnyModel, periods: int, transient: int = 0, samples: int | None = None, *,
     progress: bool = False,
 ) -> xr.Dataset:
     """Compute a trajectory of a gear mesh with the exact flow.
 
     Parameters
     ----------
-    model : MeshModel or GearPair
+    model : MeshModel, GearPair or GearDesign
     periods : int
         Mesh periods to record.
     transient : int
@@ -73,7 +73,7 @@ class Simulate(Study):
     if TYPE_CHECKING:  # what `__post_init__` converts is accepted, too
 
         def __init__(
-            self, model: MeshModel | GearPair, periods: int, transient: int = 0, samples: int | None = None,
+            self, model: AnyModel, periods: int, transient: int = 0, samples: int | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.operating import as_model
-from gearchaos.gears.pair import GearPair
+from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.model import COORDINATES, MeshModel, vary
 from gearchaos.model.coordinates import reset_mean_rotation, rotation_drifts, transmission_error_at_start
 from gearchaos.model.switched import coordinates
@@ -29,12 +28,12 @@ _OTHER_PERIODS = 512
 """Number of mesh periods of another motion that are recorded."""
 
 
-def steady(model: MeshModel | GearPair, verdict: Verdict) -> xr.Dataset:
+def steady(model: AnyModel, verdict: Verdict) -> xr.Dataset:
     """The steady motion that `regime` found, sampled in time.
 
     Parameters
     ----------
-    model : MeshModel or GearPair
+    model : MeshModel, GearPair or GearDesign
         The operating point.
     verdict : Verdict
         The verdict on this model, which contains the stroboscopic points of the motion.

@@ -16,8 +16,8 @@ from gearchaos.dynamics import Classification, Verdicts
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import WIDTH, ExactFlow
-from gearchaos.gears.pair import GearPair
-from gearchaos.model import MeshModel, state_names
+from gearchaos.gears.operating import AnyModel
+from gearchaos.model import state_names
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.batch_classification import InitialStates, classify_batch
@@ -37,14 +37,14 @@ _COMPUTED_SHARE = 1 / 8
 
 
 def zones(
-    model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, starts: int = 1, refine: int = 1,
+    model: AnyModel, x: Axis | str, y: Axis | str, *, starts: int = 1, refine: int = 1,
     settings: Classification | None = None, progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
     """A map of the kinds of motion over two parameters, with the initial values of the model in every cell.
 
     Parameters
     ----------
-    model : MeshModel or GearPair
+    model : MeshModel, GearPair or GearDesign
         All parameters but the two of the axes.
     x, y : Axis or str
         Parameters (or initial values) and their ranges, as a text "omega=0.2:3:400".
@@ -91,7 +91,7 @@ class Zones(ClassifyingStudy):
     if TYPE_CHECKING:  # what `__post_init__` converts is accepted, too
 
         def __init__(
-            self, model: MeshModel | GearPair, x: Axis | str, y: Axis | str, *, starts: int = 1, refine: int = 1,
+            self, model: AnyModel, x: Axis | str, y: Axis | str, *, starts: int = 1, refine: int = 1,
             settings: Classification | None = None,
         ) -> None: ...
 

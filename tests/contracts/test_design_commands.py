@@ -1,0 +1,255 @@
+"""A design on its way from a study file to a model, a datasheet and a map."""
+
+import json
+import math
+import pickle
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import gearchaos as gc
+from gearchaos.cli import app
+from gearchaos.dynamics import Classification
+from gearchaos.errors import InputError
+from gearchaos.gears.operating import gears_from_json, gears_json, operating_model
+from gearchaos.gears.sheet import datasheet
+from gearchaos.gears.units import RPM
+from gearchaos.studies import motions
+from gearchaos.studyfile import load_design, load_study
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SPUR, ISO, FZG = (EXAMPLES / f"{n}.toml" for n in ("spur_50_50", "iso_tr_6336_30_example_1", "fzg_type_c"))
+SHORT = Classification(longest_transient=800, doublings=1, averaging_periods=16)
+NAMES = (
+    "virtual_teeth", "contact_ratio", "overlap_ratio", "working_pressure_angle", "tip_diameter", "base_diameter",
+    "single_stiffness_theoretical", "single_stiffness", "mesh_stiffness", "equivalent_mass", "resonance_speed",
+    "backlash_line_of_action", "Kv_ISO_B", "Kv_ISO_C", "Kv_AGMA",
+)
+
+
+def run(*arguments, code=0):
+    result = CliRunner().invoke(app, [str(a) for a in arguments])
+    assert result.exit_code == code, result.stderr
+    return result
+
+
+def refused(*arguments):
+    return run(*arguments, code=2).stderr
+
+
+def sheet(path, *arguments):
+    return json.loads(run("gear", path, "--json", *arguments).stdout)
+
+
+def written(tmp_path, text="", operation=""):
+    """A study file with the 50/50 pair, some keys of [design] added, and another [operation]."""
+    path = tmp_path / "design.toml"
+    body, _, _ = SPUR.read_text().partition("[operation]")
+    path.write_text(f"{body}\n{text}\n{operation}")
+    return path
+
+
+def test_the_datasheet_has_the_numbers_of_iso_tr_6336_30():
+    found = sheet(ISO)["quantities"]
+    expected = {"single_stiffness_theoretical": (17.85584, 1e-6), "single_stiffness": (12.37047, 1e-4),
+                "mesh_stiffness": (17.46485, 1e-4), "overlap_ratio": (1.08337, 1e-5), "velocity": (2.664, 1e-4),
+                "tangential_force": (127_352, 1e-5), "contact_ratio": (1.5491, 1e-5),
+                "working_pressure_angle": (21.0661, 1e-6)}
+    for name, (value, tolerance) in expected.items():
+        assert found[name]["value"] == pytest.approx(value, rel=tolerance), name
+    assert found["virtual_teeth"]["value"] == pytest.approx([18.905, 114.543], abs=5e-4)
+    assert found["Kv_ISO_B"]["value"] == pytest.approx(1.003, abs=3e-3)
+    assert found["mesh_stiffness"]["unit"] == "N/(mm µm)" and found["resonance_speed"]["unit"] == "rpm"
+    assert found["Kv_AGMA"]["value"] is None and "Q_v" in found["Kv_AGMA"]["reason"]
+
+
+@pytest.mark.parametrize("path", [SPUR, ISO, FZG], ids=lambda path: path.stem)
+def test_every_quantity_of_a_datasheet_is_described(path):
+    found = sheet(path)
+    assert set(NAMES) <= found["quantities"].keys() and found["model"] is not None
+    for name, entry in found["quantities"].items():
+        assert set(entry) - {"reason"} == {"value", "unit", "symbol", "formula", "source"}, name
+        assert entry["formula"] and entry["source"] and (entry["value"] is None) == ("reason" in entry), name
+    pairs = ("virtual_teeth", "tip_diameter", "base_diameter", "masses", "inertias")
+    assert all(len(found["quantities"][name]["value"]) == 2 for name in pairs)
+
+
+def test_the_printed_datasheet_shows_the_same_numbers():
+    text = run("gear", SPUR).stdout
+    assert "1.75467" in text and "ISO 6336-1:2006" in text and "Kasuba and Evans" in text
+
+
+def test_a_missing_input_is_named_where_a_quantity_needs_it(tmp_path):
+    text = SPUR.read_text().partition("[operation]")[0]
+    for key in ("bore", "quality", "damping_ratio", "backlash", "transmission_error"):
+        text = "\n".join(line for line in text.splitlines() if not line.startswith(key))
+    path = tmp_path / "few.toml"
+    path.write_text(text)
+    found = sheet(path)
+    missing = {n: e["reason"] for n, e in found["quantities"].items() if e["value"] is None}
+    for name, input_name in {"masses": "bore", "Kv_ISO_B": "quality", "damping_ratio": "damping_ratio",
+                             "backlash_line_of_action": "backlash", "velocity": "speed"}.items():
+        assert missing[name].startswith(f"{input_name} must be given"), (name, missing[name])
+    assert found["model"] is None and "contact_ratio" not in missing
+
+
+def test_the_pair_of_a_design_has_its_values():
+    design = load_design(SPUR)
+    pair, geometry = design.to_pair(), design.geometry
+    assert (pair.n1, pair.R1, pair.M10, pair.speed) == (50, geometry.base_diameter[0] / 2, 100.0, 3000 * RPM)
+    assert pair.c0 == design.tooth_stiffness.mesh_stiffness * 0.02 and pair.backlash == pytest.approx(1.2e-4, rel=1e-15)
+    model = design.to_model()
+    assert model.zeta == pytest.approx(0.05, rel=1e-14) and model.kind == "torsional"
+    assert model.stiffness.contact_ratio == geometry.contact_ratio
+    levels = 1 + model.stiffness.chi1, 1 - model.stiffness.chi2
+    assert levels[0] / levels[1] == pytest.approx(1.75, rel=1e-14)
+    share = geometry.contact_ratio - 1
+    assert share * levels[0] + (1 - share) * levels[1] == pytest.approx(1, rel=1e-14)
+    supported = replace(design, supports={"stiffness": ["200 N/um", "300 N/um"], "damping_ratio": 0.02}).to_pair()
+    assert supported.c2 == 3e8 and supported.k1 == pytest.approx(0.04 * math.sqrt(2e8 * supported.m1), rel=1e-14)
+
+
+def test_the_torque_changes_the_stiffness_below_100_n_per_mm():
+    design = load_design(SPUR)
+    full, half = design.at(torque=300.0), design.at(torque=75.0)  # 200 and 50 N/mm
+    assert full.to_pair().c0 == design.at(torque=150.0).to_pair().c0
+    assert half.to_pair().c0 == pytest.approx(full.to_pair().c0 * 0.5**0.25, rel=1e-14)
+    with pytest.raises(InputError, match=r"^torque must be greater than 0 for a mesh stiffness by ISO 6336-1"):
+        design.at(torque=0.0).to_pair()
+    energy = replace(design, stiffness="potential energy")
+    assert energy.at(torque=0.0).to_pair().c0 == energy.at(torque=300.0).to_pair().c0
+
+
+def test_tip_relief_is_added_to_the_error_of_the_grade():
+    design = load_design(SPUR)
+    relieved = replace(design, tip_relief={"amount": "20 um", "start_diameter": "151 mm"})
+    one, both = design.error_harmonics, relieved.error_harmonics
+    tau = np.linspace(0, 1, 50)
+    from gearchaos.gears.tip_relief import from_tip_relief
+
+    relief = from_tip_relief(relieved.geometry, relieved.path_relief)
+    assert np.allclose(both.at(tau), one.at(tau) + relief.at(tau), rtol=0, atol=1e-18)
+    with pytest.raises(InputError, match=r"^tip_relief.start_diameter must be given"):
+        _ = replace(design, tip_relief="20 um").error_harmonics
+
+
+@pytest.mark.parametrize("path", [SPUR, ISO, FZG], ids=lambda path: path.stem)
+def test_a_design_is_a_value(path):
+    design = load_design(path)
+    assert gc.GearDesign(**asdict(design)) == design and pickle.loads(pickle.dumps(design)) == design
+    assert gears_from_json(gears_json(design)) == design and hash(gears_from_json(gears_json(design))) == hash(design)
+
+
+@pytest.fixture(scope="module")
+def found():
+    design = replace(load_design(SPUR), speed=None, torque=None)
+    return gc.operating_map(design, "1000:6000:4", "40:400:3", settings=SHORT)
+
+
+def test_a_cell_of_a_map_is_the_regime_there(found):
+    model = operating_model(load_design(SPUR))
+    for i, j in ((0, 0), (1, 2), (2, 3)):
+        cell = found.isel(torque=i, speed=j)
+        point = model.with_values({"speed": float(cell["speed"]), "torque": float(cell["torque"])})
+        verdict, scales = gc.regime(point, settings=SHORT), point.gears.to_pair().scales
+        assert motions(cell["label"], cell["period"]) == [verdict.label]
+        assert float(cell["lyapunov"]) == verdict.lyapunov[0] * scales.rate
+        assert float(cell["v_rms"]) == pytest.approx(verdict.v_rms * scales.velocity * 1e3, rel=1e-12)
+        assert float(cell["omega"]) == point.omega and float(cell["q0"]) == point.q1
+
+
+def test_each_torque_has_its_own_scale(found):
+    design = load_design(SPUR)
+    rates = [design.at(torque=t).to_pair().omega0 for t in found["torque"].values]
+    assert rates[0] < 0.95 * rates[1]
+    assert np.allclose(found["omega"].values[:, 0], 50 * 1000 * RPM / np.array(rates), rtol=1e-14)
+    assert found["z_rms"].dtype == np.float32
+
+
+def test_the_command_map_writes_what_python_computes(found, tmp_path):
+    path, out = written(tmp_path, "", "[classification]\nlongest_transient = 800\ndoublings = 1\n"
+                        "averaging_periods = 16\n"), tmp_path / "map.nc"
+    text = run("map", path, "--speed", "1000:6000:4", "--torque", "40:400:3", "--out", out, "--plot",
+               tmp_path / "map.png", "--json").stdout
+    said = json.loads(text)
+    assert [(a["name"], a["units"]) for a in said["axes"]] == [("speed", "rpm"), ("torque", "N*m")]
+    assert sum(said["cells"].values()) == 12 and (tmp_path / "map.png").stat().st_size > 10_000
+    saved = gc.load(out)
+    for name in found.data_vars:
+        assert np.array_equal(saved[name].values, found[name].values, equal_nan=True), name
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (("--speed", "500", "--torque", "1:2:2"), "--speed must read start:stop:count"),
+    (("--speed", "omega=1:2:3", "--torque", "1:2:2"), "--speed must be an axis of speed"),
+    (("--speed", "500:600:2", "--torque", "0:2:2"), "torque must be greater than 0 for a mesh stiffness"),
+    (("--speed", "500:600:2", "--torque", "1:2:2", "--set", "design.module=3"), "module must lie between"),
+    (("--speed", "500:600:2", "--torque", "1:2:2", "--set", "design.quality.grade=13"), "quality.grade must be"),
+    (("--speed", "500:600:2", "--torque", "1:2:2", "--set", "gearpair.n1=3"), "gearpair.n1 needs a study file"),
+])
+def test_bad_input_of_a_map_is_refused(arguments, message, tmp_path):
+    assert message in refused("map", SPUR, *arguments, "--out", tmp_path / "m.nc")
+
+
+def test_a_dimensionless_file_has_no_map(tmp_path):
+    text = refused("map", EXAMPLES / "fig06.toml", "--speed", "1:2:2", "--torque", "1:2:2", "--out", tmp_path / "m.nc")
+    assert "needs a study file with a table [gearpair] or [design]" in text
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    ("colour = 1", "[design] must have no key but"), ("damping = 0.1", "[design] must have no key but"),
+    ("[model]\nomega = 1.0", "[model] must be left out beside [design]"),
+    ('[gearpair]\nn1 = 3', "gearpair"),
+])
+def test_a_design_that_is_wrong_is_refused(text, message, tmp_path):
+    assert message in refused("gear", written(tmp_path, text))
+
+
+def test_operation_without_design_is_refused(tmp_path):
+    path = tmp_path / "o.toml"
+    path.write_text('[operation]\nspeed = "3 rpm"\n')
+    assert "[operation] must be left out without [design]" in refused("regime", path)
+    assert "study file must have a table [design]" in refused("gear", EXAMPLES / "physical_pair.toml")
+
+
+def test_speed_and_torque_are_needed_for_one_motion(tmp_path):
+    assert "torque must be given" in refused("regime", written(tmp_path))
+    only_speed = written(tmp_path, "", '[operation]\nspeed = "3000 rpm"\n')
+    assert "torque must be given" in refused("regime", only_speed)
+
+
+def test_a_table_is_found_beside_the_study_file(tmp_path, monkeypatch):
+    (tmp_path / "inner").mkdir()
+    rows = "fraction, level [N/um]\n0, 300\n0.25, 200\n0.5, 250\n0.75, 150\n"
+    (tmp_path / "inner" / "steps.csv").write_text(rows)
+    path = written(tmp_path / "inner", "stiffness = { table = 'steps.csv' }", '[operation]\nspeed="1 rpm"\ntorque=9\n')
+    monkeypatch.chdir(tmp_path)
+    model = load_study(path).model
+    assert isinstance(model.stiffness, gc.SteppedStiffness) and model.stiffness.starts == (0.0, 0.25, 0.5, 0.75)
+    assert np.allclose(np.array(model.stiffness.levels) * 225, (300, 200, 250, 150), rtol=1e-14)
+    assert model.gears.to_pair().c0 == pytest.approx(225e6, rel=1e-14)
+
+
+def test_values_set_over_a_design():
+    design = load_design(SPUR, {"design.quality.grade": 8, "speed": "100 rpm", "design.backlash.value": "0.2 mm"})
+    assert design.quality.grade == 8 and design.speed == pytest.approx(100 * RPM, rel=1e-15)
+    assert design.backlash_line_of_action == pytest.approx(2e-4, rel=1e-14)
+    with pytest.raises(InputError, match=r"^omega must be a value of \[design\]"):
+        load_design(SPUR, {"omega": 1.0})
+    study = load_study(SPUR, {"torque": 250.0, "zeta": 0.1})
+    assert study.pair.M10 == 250.0 and study.model.zeta == 0.1
+
+
+def test_the_datasheet_does_not_depend_on_which_wheel_drives():
+    design = load_design(FZG)
+    turned = replace(design, **{n: getattr(design, n)[::-1] for n in ("teeth", "face_width", "profile_shift", "bore",
+                                                                    "tip_diameter", "material")},
+                     torque=design.torque * 24 / 16, speed=design.speed * 16 / 24)
+    one, other = datasheet(design), datasheet(turned)
+    for name in ("contact_ratio", "single_stiffness", "mesh_stiffness", "equivalent_mass", "Kv_ISO_B", "Kv_ISO_C",
+                 "line_load", "velocity", "theoretical_backlash"):
+        assert one[name].value == pytest.approx(other[name].value, rel=1e-9), name
+    assert one["base_diameter"].value == other["base_diameter"].value[::-1]
