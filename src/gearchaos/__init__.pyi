@@ -26,6 +26,7 @@ from gearchaos.studies.basins import Basins as Basins
 from gearchaos.studies.basins import basins as basins
 from gearchaos.studies.bifurcation import Bifurcation as Bifurcation
 from gearchaos.studies.bifurcation import bifurcation as bifurcation
+from gearchaos.studies.dynamic_factor import dynamic_factor as dynamic_factor
 from gearchaos.studies.operating_map import operating_map as operating_map
 from gearchaos.studies.regime import Regime as Regime
 from gearchaos.studies.regime import regime as regime

@@ -6,6 +6,7 @@ The functions take a `GearDesign` as Any, since its module imports this one.
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears import error_tables, mesh_stiffness, tip_relief, transmission_error
 from gearchaos.gears.design_values import OrdersFile, TableFile
 from gearchaos.gears.iso6336 import ToothStiffness, tooth_stiffness
-from gearchaos.gears.mesh_stiffness import ISO, MeshStiffness
+from gearchaos.gears.mesh_stiffness import ISO, POTENTIAL_ENERGY, MeshStiffness
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.quality import tolerances
 from gearchaos.gears.transmission_error import ErrorHarmonics
@@ -47,6 +48,23 @@ def stiffness_of(design: Any) -> MeshStiffness:
     if design.stiffness == ISO:
         return mesh_stiffness.from_iso(design.geometry, iso_tooth_stiffness(design).mesh_stiffness)
     return _energy_stiffness(design.geometry, design.material, design.given("bore"))
+
+
+def comparable_stiffnesses(design: Any) -> tuple[MeshStiffness, ...]:
+    """The mesh stiffness by the method of the design, then by ISO 6336-1 and potential energy, unless they are the
+    method of the design or cannot be computed, as without a bore or for helical gears.
+    """
+    own = stiffness_of(design)
+    others = {
+        ISO: lambda: mesh_stiffness.from_iso(design.geometry, iso_tooth_stiffness(design).mesh_stiffness),
+        POTENTIAL_ENERGY: lambda: _energy_stiffness(design.geometry, design.material, design.given("bore")),
+    }
+    found = [own]
+    for method, compute in others.items():
+        if method != own.method:
+            with suppress(InputError):
+                found.append(compute())
+    return tuple(found)
 
 
 @lru_cache(maxsize=64)

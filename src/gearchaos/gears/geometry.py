@@ -174,14 +174,14 @@ class Geometry:
     def root_form_diameter(self) -> Pair:
         """Diameters d_Ff where the involute begins, m, ISO 21771:2007 7.6, Eq. (128); of the undercut if there is one.
         """
-        return 2 * self._tooth(0).form_radius, 2 * self._tooth(1).form_radius
+        return 2 * self.generated_tooth(0).form_radius, 2 * self.generated_tooth(1).form_radius
 
     @property
     def undercut_shift(self) -> Pair:
         """Least profile shift coefficients without undercut, ISO 21771:2007 7.7."""
-        return self._tooth(0).undercut_shift, self._tooth(1).undercut_shift
+        return self.generated_tooth(0).undercut_shift, self.generated_tooth(1).undercut_shift
 
-    def _tooth(self, wheel: int) -> GeneratedTooth:
+    def generated_tooth(self, wheel: int) -> GeneratedTooth:
         """The tooth of one wheel as the basic rack generates it; wheel 1 is 0."""
         return GeneratedTooth(
             teeth=self.teeth[wheel], normal_module=self.normal_module, pressure_angle=self.pressure_angle,

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from gearchaos.gears.design import GearDesign
 
 _SAMPLES_PER_ORDER = 64
 _NEWTON_STEPS = 6
@@ -67,6 +70,28 @@ def separation_torque(
     unbounded = np.isinf(height)
     drop = _largest_drop(np.where(unbounded, 0.0, height), lag)
     return base_radius1 * stiffness * np.where(unbounded.any(axis=-1), np.inf, drop)
+
+
+def separation_margin(design: GearDesign, speeds: np.ndarray, torques: np.ndarray) -> np.ndarray:
+    """Torque less the separation torque, N m, over torques (Q,) in N m and speeds (P,) in rad/s of wheel 1: (Q, P).
+
+    Where it is positive, a motion in permanent contact exists. The stiffness is the time mean of the design's mesh
+    stiffness at each torque, on which it depends by the rule of ISO 6336-1 for low loads.
+
+    Raises
+    ------
+    InputError
+        If an input that the model needs is missing, or a torque is 0 and the stiffness is by ISO 6336-1.
+    """
+    error, radius = design.error_harmonics, design.geometry.base_diameter[0] / 2
+    rows = [
+        torque - separation_torque(
+            speeds, teeth1=design.teeth[0], base_radius1=radius, stiffness=there.mesh_stiffness.reference,
+            mass=there.equivalent_mass, damping_ratio=there.given("damping_ratio"), amplitudes=error.amplitudes,
+            phases=error.phases)
+        for torque in torques.tolist() for there in [design.at(speed=float(speeds.flat[0]), torque=torque)]
+    ]
+    return np.array(rows)
 
 
 def _largest_drop(height: np.ndarray, lag: np.ndarray) -> np.ndarray:

@@ -6,15 +6,20 @@ from gearchaos.plot._bifurcation import bifurcation
 from gearchaos.plot._characteristics import backlash, stiffness
 from gearchaos.plot._classes import CONTACT_CLASSES, MOTION_CLASSES, MotionClass, motion_class
 from gearchaos.plot._dossier import dossier
+from gearchaos.plot._dynamic_factor import dynamic_factor
+from gearchaos.plot._gear_pair import gear_pair
 from gearchaos.plot._history import history
 from gearchaos.plot._level import level
 from gearchaos.plot._lyapunov import lyapunov
+from gearchaos.plot._mesh_stiffness import mesh_stiffness
 from gearchaos.plot._phase import phase
 from gearchaos.plot._portrait import portrait
 from gearchaos.plot._result import result
 from gearchaos.plot._ribbon import ribbon
 from gearchaos.plot._schematic import schematic
+from gearchaos.plot._separation_line import separation_line
 from gearchaos.plot._spectrum import spectrum
+from gearchaos.plot._transmission_error import transmission_error
 from gearchaos.plot._zones import class_legend, zones
 
 __all__ = [
@@ -29,16 +34,21 @@ __all__ = [
     "bifurcation",
     "class_legend",
     "dossier",
+    "dynamic_factor",
+    "gear_pair",
     "history",
     "level",
     "lyapunov",
+    "mesh_stiffness",
     "motion_class",
     "phase",
     "portrait",
     "result",
     "ribbon",
     "schematic",
+    "separation_line",
     "spectrum",
     "stiffness",
+    "transmission_error",
     "zones",
 ]

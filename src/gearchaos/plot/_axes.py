@@ -29,6 +29,9 @@ _ROUNDING = 1e-9
 _DEGENERATE_HALF_WIDTH = 0.05
 """Half width of an axis along which all values are equal, relative to their magnitude."""
 
+_SECOND_AXIS = 38
+"""Distance of a second horizontal axis below the first one, in points."""
+
 
 def new_axes(ax: Axes | None) -> Axes:
     """``ax`` itself, or the Axes of a new pyplot figure."""
@@ -119,6 +122,14 @@ def widened_limits(low: float, high: float, unit: float) -> tuple[float, float]:
     if high - low > _ROUNDING * size:
         return low, high
     return middle - _DEGENERATE_HALF_WIDTH * size, middle + _DEGENERATE_HALF_WIDTH * size
+
+
+def second_axis_below(ax: Axes, factor: float, label: str) -> None:
+    """Add a second horizontal axis below that of an Axes, with ``factor`` times its values."""
+    second = ax.secondary_xaxis(
+        "bottom", functions=(lambda x: np.asarray(x, float) * factor, lambda x: np.asarray(x, float) / factor))
+    second.spines["bottom"].set_position(("outward", _SECOND_AXIS))
+    second.set_xlabel(label)
 
 
 def widen_degenerate_axes(ax: Axes, x: float | None = None, y: float | None = None) -> None:

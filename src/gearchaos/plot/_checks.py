@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.errors import InputError, unknown_name
+from gearchaos.gears.design import GearDesign
 from gearchaos.quantities import Rule
 from gearchaos.validation import LARGEST, check_rule, to_float
 
@@ -25,7 +26,8 @@ _MAY_BE_EMPTY = "number"
 
 _DRAWN_BY = {
     "zones": "zones or level", "bifurcation": "bifurcation, or lyapunov", "basins": "basins",
-    "attractors": "attractors", "simulate": "portrait, or with samples by phase, history, spectrum or dossier",
+    "attractors": "attractors", "dynamic_factor": "dynamic_factor",
+    "simulate": "portrait, or with samples by phase, history, spectrum or dossier",
 }
 
 
@@ -58,6 +60,13 @@ def check_dataset(dataset: Any) -> None:
     if not isinstance(dataset, xr.Dataset):
         raise InputError("dataset", "must be an xarray.Dataset, as the studies return", _described(dataset),
                          "gearchaos.load reads one from a file.")
+
+
+def check_design(design: Any) -> None:
+    """Raise `InputError` unless this is a gear design."""
+    if not isinstance(design, GearDesign):
+        raise InputError("design", "must be a GearDesign", _described(design),
+                         "gearchaos.GearDesign describes a pair by its drawing.")
 
 
 def check_name(

@@ -14,6 +14,7 @@ from gearchaos.plot._basins import basins
 from gearchaos.plot._bifurcation import bifurcation
 from gearchaos.plot._checks import check_dataset, check_name
 from gearchaos.plot._dossier import dossier
+from gearchaos.plot._dynamic_factor import dynamic_factor
 from gearchaos.plot._level import level
 from gearchaos.plot._lyapunov import lyapunov
 from gearchaos.plot._portrait import portrait
@@ -27,7 +28,7 @@ def result(ds: xr.Dataset, colour: str | None = None) -> Figure:
     """Draw the result of any study.
 
     The picture is a map of zones, a bifurcation diagram (without points, the Lyapunov exponents), basins, attractors,
-    or, of a simulation, the dossier (without samples, the stroboscopic portrait).
+    the dynamic factor along the speed, or, of a simulation, the dossier (without samples, the stroboscopic portrait).
 
     Parameters
     ----------
@@ -73,5 +74,6 @@ _PICTURES: dict[str, Callable[[xr.Dataset], Axes | Figure]] = {
     "bifurcation": lambda ds: bifurcation(ds) if "point" in ds.dims else lyapunov(ds),
     "basins": basins,
     "attractors": attractors,
+    "dynamic_factor": dynamic_factor,
     "simulate": lambda ds: dossier(ds) if "tau" in ds.dims else portrait(ds),
 }

@@ -1,0 +1,168 @@
+"""The transverse section of a gear pair in mesh: outlines of the teeth, line of action and path of contact.
+
+Lengths are in m, angles in rad. The centre of wheel 1, which drives clockwise, is the origin; that of wheel 2 lies
+above it at (0, a). Distances along the line of action are measured from the point where it touches the base circle of
+wheel 1.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearchaos.gears.geometry import Geometry
+
+if TYPE_CHECKING:
+    from gearchaos.gears.design import GearDesign
+
+FLANK_POINTS, FILLET_POINTS, TIP_POINTS = 24, 12, 5
+"""Points of an outline along an involute, a fillet and the tip circle of a tooth."""
+
+
+@dataclass(frozen=True)
+class TransverseSection:
+    """A gear pair in one transverse plane at one instant.
+
+    The teeth are those that the basic rack generates: involute flanks and the trochoids of its rounded tip, also of
+    helical gears, whose teeth in other planes are rotated. Where the backlash is larger than that of nominal teeth,
+    the teeth of both wheels are made thinner by equal amounts, which changes neither their root nor their tip circles.
+
+    Attributes
+    ----------
+    geometry : Geometry
+        The gear pair.
+    backlash : float
+        Total backlash along the line of action, m, at least that of nominal teeth.
+    phase : float
+        The instant, as a fraction of the mesh period since a tooth pair entered contact in this plane, in [0, 1).
+    """
+
+    geometry: Geometry
+    backlash: float
+    phase: float
+
+    @property
+    def centres(self) -> np.ndarray:
+        """Centres of both wheels, (2, 2)."""
+        return np.array([[0.0, 0.0], [0.0, self.geometry.centre_distance]])
+
+    @property
+    def direction(self) -> np.ndarray:
+        """Unit vector (2,) along the line of action, in which the contact points move."""
+        angle = self.geometry.working_pressure_angle
+        return np.array([math.cos(angle), math.sin(angle)])
+
+    def on_line(self, distance: float) -> np.ndarray:
+        """The point (2,) at a distance along the line of action."""
+        angle, base = self.geometry.working_pressure_angle, self.geometry.base_diameter[0] / 2
+        return base * np.array([-math.sin(angle), math.cos(angle)]) + distance * self.direction
+
+    @property
+    def start(self) -> float:
+        """Distance along the line of action where contact begins, on the tip circle of wheel 2."""
+        return self.geometry.tangent_length - self.geometry.tip_tangents[1]
+
+    @property
+    def end(self) -> float:
+        """Distance along the line of action where contact ends, on the tip circle of wheel 1."""
+        return self.geometry.tip_tangents[0]
+
+    @property
+    def pitch_point(self) -> np.ndarray:
+        """The point (2,) where the working pitch circles touch."""
+        return np.array([0.0, self.geometry.working_diameter[0] / 2])
+
+    @cached_property
+    def contacts(self) -> np.ndarray:
+        """Distances along the line of action of the points where flanks touch at this instant, in increasing order."""
+        first, pitch = self.start + self.phase * self.geometry.base_pitch, self.geometry.base_pitch
+        count = math.floor((self.end - first) / pitch * (1 + 1e-12)) + 1
+        return first + pitch * np.arange(max(count, 0))
+
+    def tooth_axis(self, wheel: int, contact: float) -> float:
+        """Direction, from the centre of its wheel, of the axis of the tooth that touches at a distance."""
+        base = self.geometry.base_diameter[wheel] / 2
+        tangency = self.geometry.working_pressure_angle + (math.pi / 2 if wheel == 0 else -math.pi / 2)
+        return tangency - self._length(wheel, contact) / base + self._base_half_angle(wheel)
+
+    def outline(self, wheel: int, teeth: range | None = None, detail: float = 1.0) -> np.ndarray:
+        """Points (points, 2) of the outline of teeth, counter-clockwise.
+
+        Parameters
+        ----------
+        wheel : int
+            0 for wheel 1, 1 for wheel 2.
+        teeth : range, optional
+            Numbers of the teeth, counted counter-clockwise; the tooth 0 is at the first of the `contacts`. By default
+            all teeth, a closed outline.
+        detail : float
+            Factor on the numbers of points.
+        """
+        numbers = range(self.geometry.teeth[wheel]) if teeth is None else teeth
+        radius, offset = self._half_tooth(wheel, detail)
+        radii = np.concatenate([radius, radius[::-1]])
+        offsets = np.concatenate([-offset, offset[::-1]])
+        pitch = 2 * math.pi / self.geometry.teeth[wheel]
+        axis = self.tooth_axis(wheel, float(self.start + self.phase * self.geometry.base_pitch))
+        angles = (axis + pitch * np.array(numbers)[:, None] + offsets).ravel()
+        points = np.tile(radii, len(numbers))[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+        return points + self.centres[wheel]
+
+    def _length(self, wheel: int, contact: float) -> float:
+        """Length of the tangent from the base circle of a wheel to a point of the line of action."""
+        return contact if wheel == 0 else self.geometry.tangent_length - contact
+
+    def _thinning(self, wheel: int) -> float:
+        """Angle by which each flank of a tooth lies nearer to its axis than a nominal one."""
+        excess = self.backlash - self.geometry.theoretical_backlash
+        return excess / 4 / (self.geometry.base_diameter[wheel] / 2)
+
+    def _base_half_angle(self, wheel: int) -> float:
+        """Angle between the axis of a tooth and the beginning of its involute on the base circle."""
+        g = self.geometry
+        thickness = math.pi / 2 + 2 * g.profile_shift[wheel] * math.tan(g.pressure_angle)
+        alpha = g.transverse_pressure_angle
+        return thickness / g.teeth[wheel] + math.tan(alpha) - alpha - self._thinning(wheel)
+
+    def _half_tooth(self, wheel: int, detail: float) -> tuple[np.ndarray, np.ndarray]:
+        """Radii and angles from the axis of a tooth, from the root to the middle of the tip, (points,)."""
+        base, tip = self.geometry.base_diameter[wheel] / 2, self.geometry.tip_diameter[wheel] / 2
+        fillet_radius, fillet = self._fillet(wheel, detail)
+        form = max(self.geometry.root_form_diameter[wheel] / 2, base)
+        ends = (math.sqrt(max(form**2 - base**2, 0.0)), self.geometry.tip_tangents[wheel])
+        touching = [self._length(wheel, contact) for contact in self.contacts]
+        lengths = np.linspace(*ends, max(round(FLANK_POINTS * detail), 2))
+        lengths = np.union1d(lengths, [length for length in touching if ends[0] < length < ends[1]])
+        flank = self._base_half_angle(wheel) - (lengths / base - np.arctan(lengths / base))
+        tip_angle = np.linspace(flank[-1], 0.0, max(round(TIP_POINTS * detail), 1), endpoint=False)[1:]
+        radii = np.concatenate([fillet_radius, np.hypot(base, lengths), np.full(len(tip_angle), tip)])
+        return radii, np.concatenate([fillet, flank, tip_angle])
+
+    def _fillet(self, wheel: int, detail: float) -> tuple[np.ndarray, np.ndarray]:
+        """Radii and angles from the axis of a tooth along the fillet, from the root circle up, without its last point.
+        """
+        tooth = self.geometry.generated_tooth(wheel)
+        slopes = np.linspace(math.pi / 2, tooth.form_slope, max(round(FILLET_POINTS * detail), 2))[:-1]
+        radii, positions = np.transpose([tooth.fillet(slope) for slope in slopes.tolist()])
+        return radii, math.pi / self.geometry.teeth[wheel] - positions - self._thinning(wheel)
+
+
+def transverse_section(design: GearDesign, phase: float | None = None) -> TransverseSection:
+    """The section of a design; without a backlash its teeth have nominal thickness.
+
+    Parameters
+    ----------
+    design : GearDesign
+        The gear pair.
+    phase : float, optional
+        See `TransverseSection`; by default the middle of the time during which most tooth pairs are in contact.
+    """
+    geometry = design.geometry
+    # nominal teeth may overlap by what the rounding of profile shifts explains
+    nominal = max(geometry.theoretical_backlash, 0.0)
+    backlash = nominal if design.backlash is None else design.backlash_line_of_action
+    return TransverseSection(geometry, backlash, geometry.contact_ratio % 1.0 / 2 if phase is None else phase % 1.0)

@@ -1,0 +1,108 @@
+"""The dynamic factor along the speed, computed and by the standards, with the speed ranges of ISO 6336-1."""
+
+from __future__ import annotations
+
+import json
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from gearchaos.plot._axes import axis_label, new_axes, second_axis_below
+from gearchaos.plot._checks import check
+from gearchaos.plot._legends import legend as draw_legend
+from gearchaos.plot._phase import INK, STROBE
+
+_STANDARDS: dict[str, dict[str, Any]] = {
+    "Kv_ISO_B": {"label": "ISO method B", "color": "#2f6db5", "linewidth": 1.3, "linestyle": (0, (5, 2))},
+    "Kv_ISO_C": {"label": "ISO method C", "color": "#a96a00", "linewidth": 1.3, "linestyle": (0, (2, 1.5))},
+    "Kv_AGMA": {"label": "AGMA", "color": "#1b7a4b", "linewidth": 1.3, "linestyle": (0, (6, 1.5, 1.5, 1.5))},
+}
+_RANGES = {"main resonance": "#f3d3cb", "intermediate": "#f8ebdc", "supercritical": "#eef1f6"}
+"""Colours of the speed ranges of ISO 6336-1 above the subcritical one."""
+
+_SWEEPS = {"fixed": "computed", "up": "computed, speed rising", "down": "computed, speed falling"}
+_MARGIN = 0.06
+
+
+def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axes:
+    """Draw the dynamic factor of the computed motions along the speed, beside K_v by ISO 6336-1 and AGMA.
+
+    Dots mark the speeds at which the flanks separate. A standard has no line where it gives no value; the legend says
+    where it has one. The ranges of ISO 6336-1 are shaded, the subcritical one left white, and a second axis below shows
+    the resonance ratio N.
+
+    Parameters
+    ----------
+    ds : Dataset
+        From `gearchaos.dynamic_factor`.
+    legend : bool
+        Add a legend of the lines and ranges.
+
+    Returns
+    -------
+    Axes
+    """
+    check(ds, "dynamic_factor", dynamic_factor=1, contact=1, resonance_ratio=1, **dict.fromkeys(_STANDARDS, 1))
+    ax = new_axes(ax)
+    speed, handles = ds["speed"].values, _computed(ds)
+    for name, style in _STANDARDS.items():
+        (line,) = ax.plot(speed, ds[name].values, **style)
+        line.set_label(style["label"] + _validity(speed, ds[name].values))
+        handles.append(line)
+    for handle in handles[:2]:
+        ax.add_line(handle)
+    ax.autoscale_view()
+    shaded = _ranges(ax, ds)
+    ax.set(xlabel=axis_label(ds["speed"], "speed"), ylabel="dynamic factor $K_v$")
+    if len(speed) > 1:
+        ax.set_xlim(speed[0], speed[-1])
+    if legend:
+        separated = np.any(ds["contact"].values != 0)
+        shown: list[Artist] = [h for h in handles if separated or h is not handles[1]]
+        draw_legend(ax, [*shown, *shaded])
+    return ax
+
+
+def _computed(ds: xr.Dataset) -> list[Line2D]:
+    """The line of the computed factor, and the dots where the flanks separate."""
+    speed, values = ds["speed"].values, ds["dynamic_factor"].values
+    label = _SWEEPS.get(json.loads(ds.attrs.get("settings", "{}")).get("mode"), "computed")
+    separated = ds["contact"].values != 0
+    return [
+        Line2D(speed, values, color=INK, linewidth=1.6, zorder=3, label=label),
+        Line2D(speed[separated], values[separated], color=STROBE, linestyle="none", marker="o", markersize=3.5,
+               markeredgewidth=0, zorder=4, label="flanks separate"),
+    ]
+
+
+def _validity(speed: np.ndarray, values: np.ndarray) -> str:
+    """Where a standard gives a value, for the legend; empty if everywhere."""
+    valid = np.isfinite(values)
+    if valid.all():
+        return ""
+    if not valid.any():
+        return ": none"
+    first, last = speed[valid][[0, -1]]
+    return f", to {last:.4g} rpm" if valid[0] else f", {first:.4g} to {last:.4g} rpm"
+
+
+def _ranges(ax: Axes, ds: xr.Dataset) -> list[Patch]:
+    """Shade the speed ranges, add the axis of N, and return the handles of the ranges that occur."""
+    ratio = ds["resonance_ratio"]
+    if not np.isfinite(ratio.values).all():
+        return []
+    per_ratio = float(ds["speed"][0] / ratio[0])
+    second_axis_below(ax, 1 / per_ratio, "resonance ratio $N$")
+    limits = [*(float(ratio.attrs[n]) for n in ("main_start", "main_end", "supercritical_start")), np.inf]
+    handles = []
+    for (name, colour), (low, high) in zip(_RANGES.items(), pairwise(limits), strict=True):
+        if low < ratio.values.max() and high > ratio.values.min():
+            ax.axvspan(low * per_ratio, min(high, 2 * ratio.values.max()) * per_ratio, facecolor=colour, zorder=0)
+            handles.append(Patch(facecolor=colour, edgecolor="0.6", linewidth=0.5, label=name))
+    return handles

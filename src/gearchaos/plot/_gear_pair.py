@@ -1,0 +1,207 @@
+"""The drawing of a gear pair in mesh: transverse section to scale, line of action and path of contact."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from gearchaos.errors import InputError
+from gearchaos.gears.design import GearDesign
+from gearchaos.gears.transverse_section import TransverseSection, transverse_section
+from gearchaos.plot._axes import new_axes
+from gearchaos.plot._checks import check_design, check_positive
+from gearchaos.plot._legends import legend as draw_legend
+from gearchaos.plot._panels import panels
+from gearchaos.plot._phase import INK, STROBE
+from gearchaos.validation import to_float
+
+_MM = 1e3
+_FACES = ("#e8ecf4", "#f4f1e8")
+"""Colours of the wheels."""
+
+_STYLES: dict[str, dict[str, Any]] = {
+    "tip circles": {"color": "0.35", "linewidth": 0.6},
+    "pitch circles": {"color": "#2f6db5", "linewidth": 0.9, "linestyle": (0, (5, 1.5, 1, 1.5))},
+    "reference circles": {"color": "0.45", "linewidth": 0.8, "linestyle": (0, (4, 2))},
+    "base circles": {"color": "#1b7a4b", "linewidth": 1.0, "linestyle": (0, (1.2, 1.8))},
+    "line of action": {"color": INK, "linewidth": 1.0, "linestyle": (0, (6, 1.5, 1.5, 1.5))},
+    "path of contact": {"color": STROBE, "linewidth": 2.4, "solid_capstyle": "butt"},
+}
+_CENTRE_LINE: dict[str, Any] = {"color": "0.45", "linewidth": 0.6, "linestyle": (0, (10, 3, 2, 3))}
+_SAME = 1e-6
+"""Relative difference below which the reference circles are drawn as the working pitch circles that they are."""
+
+_MOST_TEETH = 400
+"""Number of teeth above which the whole wheel is drawn without teeth, which would be smaller than a pixel."""
+
+_SMALL = 0.6
+"""Diameter, relative to the larger wheel, below which the number of a wheel stands beside it, else within it."""
+
+_LEAST_TEETH, _LARGEST_VIEW = 0.5, 1000.0
+_MARGIN = 1.25
+"""Least width of the close-up over that of the path of contact."""
+
+
+def gear_pair(design: GearDesign, ax: Axes | None = None, *, teeth: float | None = 3.0,
+              phase: float | None = None, legend: bool = True) -> Axes:
+    """Draw both wheels in mesh in the transverse section, to scale, in mm.
+
+    One panel shows the teeth in contact, another one, beside or below it, the whole pair. Wheel 1, which drives
+    clockwise, lies below wheel 2. The flanks are the involutes and trochoids that the basic rack generates. A backlash
+    is made by thinner teeth, by the same amount on both wheels; without one the teeth are nominal. Of helical gears it
+    is one transverse plane. The pitch circles are the working ones; where the reference circles are the same, they are
+    left out. A is the start and E the end of contact, C the pitch point (ISO 21771:2007); dots mark the
+    points where flanks touch.
+
+    Parameters
+    ----------
+    design : GearDesign
+        The gear pair.
+    teeth : float or None
+        Width of the close-up in pitches, at least as wide as the path of contact; None for the whole pair alone.
+    phase : float, optional
+        The instant, as a fraction of the mesh period since a tooth pair entered contact; by default in the middle of
+        the time during which most tooth pairs are in contact.
+    legend : bool
+        Add a legend of the lines.
+
+    Returns
+    -------
+    Axes
+        With the close-up and the whole pair as its ``child_axes``, or the whole pair itself if ``teeth`` is None.
+    """
+    check_design(design)
+    if teeth is not None and check_positive("teeth", teeth, _LARGEST_VIEW) < _LEAST_TEETH:
+        raise InputError("teeth", f"must be at least {_LEAST_TEETH}", teeth)
+    section = transverse_section(design, None if phase is None else to_float("phase", phase))
+    ax = new_axes(ax)
+    if teeth is None:
+        _whole_pair(ax, section)
+    else:
+        close, whole = panels(ax, 0.64, beside=0.2)
+        _close_up(close, section, teeth)
+        _whole_pair(whole, section)
+    if legend:
+        handles = [Line2D([], [], label=name, **style) for name, style in _styles(section).items()]
+        draw_legend(ax, handles)
+    return ax
+
+
+def _styles(section: TransverseSection) -> dict[str, dict[str, Any]]:
+    """Line styles by name, without those of the reference circles if these are the working pitch circles."""
+    geometry = section.geometry
+    if abs(geometry.working_diameter[0] / geometry.reference_diameter[0] - 1) > _SAME:
+        return _STYLES
+    return {name: style for name, style in _STYLES.items() if name != "reference circles"}
+
+
+def _close_up(ax: Axes, section: TransverseSection, teeth: float) -> None:
+    """Draw the teeth in contact, about the middle of the path of contact."""
+    path = _MM * np.array([section.on_line(section.start), section.on_line(section.end)])
+    pitch = _MM * math.pi * section.geometry.working_diameter[0] / section.geometry.teeth[0]
+    box = ax.get_window_extent()
+    half = max(teeth * pitch, _MARGIN * np.ptp(path[:, 0])) / 2
+    size = np.array([half, half * box.height / box.width])
+    middle = path.mean(axis=0)
+    for wheel in (0, 1):
+        _wheel_near(ax, section, wheel, middle, size)
+    _circles(ax, section, middle, size)
+    _line_of_action(ax, section, path)
+    ax.set(xlim=(middle[0] - size[0], middle[0] + size[0]), ylim=(middle[1] - size[1], middle[1] + size[1]),
+           xlabel="mm", ylabel="mm")
+    ax.set_aspect("equal")
+
+
+def _wheel_near(ax: Axes, section: TransverseSection, wheel: int, middle: np.ndarray, size: np.ndarray) -> None:
+    """Draw the part of a wheel that a view shows, (2,) its middle and (2,) half its size in mm."""
+    z, centre = section.geometry.teeth[wheel], _MM * section.centres[wheel]
+    depth = abs(middle[1] - centre[1]) - size[1]
+    if depth <= 0 or (count := math.ceil(math.atan2(abs(middle[0]) + size[0], depth) / (2 * math.pi) * z) + 3) > z / 2:
+        _fill(ax, _MM * section.outline(wheel), wheel)
+        return
+    outline = _MM * section.outline(wheel, range(-count, count + 1))
+    _fill(ax, np.vstack([outline, centre]), wheel)
+
+
+def _fill(ax: Axes, outline: np.ndarray, wheel: int, linewidth: float = 1.0) -> None:
+    """Fill a closed outline (points, 2) in the colour of a wheel."""
+    ax.fill(*outline.T, facecolor=_FACES[wheel], edgecolor=INK, linewidth=linewidth, joinstyle="round", zorder=1)
+
+
+def _circles(ax: Axes, section: TransverseSection, middle: np.ndarray, size: np.ndarray) -> None:
+    """Draw the circles of both wheels, and the line of centres."""
+    geometry, styles = section.geometry, _styles(section)
+    diameters = {"tip circles": geometry.tip_diameter, "pitch circles": geometry.working_diameter,
+                 "reference circles": geometry.reference_diameter, "base circles": geometry.base_diameter}
+    for name in diameters.keys() & styles.keys():
+        for wheel, diameter in enumerate(diameters[name]):
+            ax.plot(*_arc(_MM * section.centres[wheel], _MM * diameter / 2, middle, size), zorder=2, **styles[name])
+    ax.axvline(0, zorder=1.5, **_CENTRE_LINE)
+
+
+def _arc(centre: np.ndarray, radius: float, middle: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Points (2, points) of the part of a circle nearest to a view, longer than the view is wide and high."""
+    half = min(2 * math.asin(min(1.0, math.hypot(*size) / radius)), math.pi)
+    towards = math.atan2(*(middle - centre)[::-1])
+    angle = np.linspace(towards - half, towards + half, 361)
+    return centre[:, None] + radius * np.array([np.cos(angle), np.sin(angle)])
+
+
+def _line_of_action(ax: Axes, section: TransverseSection, path: np.ndarray) -> None:
+    """Draw the line of action between the base circles and, with its ends, (2, 2) in mm, the path of contact."""
+    ends = _MM * np.array([section.on_line(0.0), section.on_line(section.geometry.tangent_length)])
+    ax.plot(*ends.T, zorder=3, **_STYLES["line of action"])
+    ax.plot(*path.T, zorder=4, **_STYLES["path of contact"])
+    touching = _MM * np.array([section.on_line(contact) for contact in section.contacts])
+    ax.plot(*touching.T, "o", color=STROBE, markeredgecolor="white", markeredgewidth=0.8, markersize=6, zorder=6)
+    pitch_point = _MM * section.pitch_point
+    ax.plot(*pitch_point, "o", color="white", markeredgecolor=INK, markersize=4, zorder=5)
+    for name, point, offset in (("A", path[0], (-9, -4)), ("E", path[1], (9, 4)), ("C", pitch_point, (4, -11))):
+        ax.annotate(name, tuple(point), offset, textcoords="offset points", ha="center", va="center", fontsize="small",
+                    zorder=7, bbox={"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none",
+                                    "alpha": 0.85})
+
+
+def _whole_pair(ax: Axes, section: TransverseSection) -> None:
+    """Draw both wheels with their centres, sense of rotation and line of action."""
+    geometry = section.geometry
+    for wheel in (0, 1):
+        _wheel(ax, section, wheel)
+    ends = _MM * np.array([section.on_line(0.0), section.on_line(geometry.tangent_length)])
+    path = _MM * np.array([section.on_line(section.start), section.on_line(section.end)])
+    ax.plot(*ends.T, **{**_STYLES["line of action"], "linestyle": "-"})
+    ax.plot(*path.T, **_STYLES["path of contact"])
+    centres = _MM * section.centres
+    ax.plot(*centres.T, zorder=3, **_CENTRE_LINE)
+    ax.plot(*centres.T, "+", color=INK, markersize=6, zorder=4)
+    width, (low, high) = max(geometry.tip_diameter) / 2, (-geometry.tip_diameter[0] / 2, geometry.tip_diameter[1] / 2)
+    ax.set(xlim=(-1.03 * _MM * width, 1.03 * _MM * width),
+           ylim=(_MM * (low - 0.03 * width), centres[1, 1] + _MM * (high + 0.03 * width)))
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+    teeth = " and ".join(map(str, geometry.teeth))
+    ax.text(0.5, -0.02, f"{teeth} teeth\n$a$ = {_MM * geometry.centre_distance:.6g} mm", transform=ax.transAxes,
+            ha="center", va="top", fontsize="small")
+
+
+def _wheel(ax: Axes, section: TransverseSection, wheel: int) -> None:
+    """Draw a whole wheel, as a disc if it has more teeth than can be seen, with an arrow for its rotation."""
+    geometry, centre = section.geometry, _MM * section.centres[wheel]
+    radius = _MM * geometry.working_diameter[wheel] / 2
+    circle = np.linspace(0, 2 * math.pi, 361)
+    disc = centre + radius * np.column_stack([np.cos(circle), np.sin(circle)])
+    fine = geometry.teeth[wheel] > _MOST_TEETH
+    _fill(ax, disc if fine else _MM * section.outline(wheel, detail=0.5), wheel, linewidth=0.6)
+    turn = np.radians(np.linspace(205, 155, 30) if wheel == 0 else np.linspace(155, 205, 30))
+    x, y = centre[:, None] + 0.62 * radius * np.array([np.cos(turn), np.sin(turn)])
+    ax.plot(x[:-1], y[:-1], color=INK, linewidth=0.8)
+    ax.annotate("", (x[-1], y[-1]), (x[-3], y[-3]),
+                arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 0.8, "shrinkA": 0, "shrinkB": 0})
+    small = geometry.tip_diameter[wheel] < _SMALL * max(geometry.tip_diameter)
+    beside = centre[0] + small * _MM * geometry.tip_diameter[wheel] / 2
+    ax.annotate(str(wheel + 1), (beside, centre[1]), (7, 0), textcoords="offset points", ha="left", va="center",
+                fontsize="small")

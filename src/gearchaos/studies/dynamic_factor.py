@@ -1,0 +1,131 @@
+"""The dynamic factor of a gear pair along the speed: from its computed motions, and by the standards."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import groupby
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from gearchaos.datasets import variable
+from gearchaos.dynamics import Classification
+from gearchaos.errors import InputError
+from gearchaos.gears.design import GearDesign
+from gearchaos.gears.dynamic_factors import dynamic_factors
+from gearchaos.gears.operating import as_model
+from gearchaos.gears.resonance import MAIN_END, SUPERCRITICAL_START, resonance
+from gearchaos.gears.results import physical
+from gearchaos.gears.units import RPM
+from gearchaos.studies.axis import Axis
+from gearchaos.studies.bifurcation import Bifurcation
+from gearchaos.studies.operating_map import operating_axis
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+STANDARDS = {"Kv_ISO_B": "iso_b", "Kv_ISO_C": "iso_c", "Kv_AGMA": "agma"}
+"""The variables with dynamic factors by standards, and the fields of `DynamicFactors` that they are from."""
+
+
+def dynamic_factor(
+    design: GearDesign, speed: Axis | str, torque: Any = None, *, mode: Literal["fixed", "up", "down"] = "fixed",
+    settings: Classification | None = None, progress: bool = False, threads: int | None = None,
+) -> xr.Dataset:
+    """The peak of the mesh force over the static one along the speed, beside K_v by ISO 6336-1 and AGMA.
+
+    Parameters
+    ----------
+    design : GearDesign
+        The gear pair, with all that a model needs but the speed.
+    speed : Axis or str
+        Speeds of wheel 1 in rpm: "500:6000:200" (start, stop, count), or an `Axis` with the name "speed".
+    torque : torque, optional
+        At wheel 1, a number in N m or a text such as "300 N*m"; by default that of the design.
+    mode : {"fixed", "up", "down"}
+        As in `bifurcation`: every speed from rest, or a slow sweep of the speed.
+    settings, progress, threads
+        As in `zones`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``speed``, in the units of `physical`: ``dynamic_factor``, the largest mesh force of the motion over the
+        static mesh force, and the other variables of `bifurcation` without points; ``Kv_ISO_B``, ``Kv_ISO_C`` and
+        ``Kv_AGMA``, which are NaN where the standard gives no value, with the reasons in ``attrs["refused"]``;
+        ``resonance_ratio``, N of ISO 6336-1:2006, 6.4.2, with the standard's own stiffness c_γα whatever the method of
+        the design, with the limits of its ranges N_S, 1.15 and 1.5 as attributes ``main_start``, ``main_end`` and
+        ``supercritical_start``. The torque is a scalar coordinate.
+
+    Raises
+    ------
+    InputError
+        If an input that the model needs is missing, the torque is 0, or an axis is wrong.
+
+    Notes
+    -----
+    K_v multiplies F_t K_A, while the computed factor is over the force of the torque alone: they are comparable for an
+    application factor of 1. In method B running-in removes nothing, and all wheels count as solid discs.
+    """
+    axis = operating_axis("speed", speed)
+    at_start = _loaded(design, torque).at(speed=axis.start * RPM)
+    study = Bifurcation(as_model(at_start), axis, points=0, mode=mode, settings=settings)
+    standards = _standards(at_start, axis.values)
+    dataset = physical(study.run(progress=progress, threads=threads))
+    frequency = at_start.teeth[0] * axis.values / 60
+    return dataset.assign(standards).assign_coords(
+        mesh_frequency=variable("mesh_frequency", ("speed",), frequency),
+        torque=variable("torque", (), np.array(at_start.torque)),
+    ).assign_attrs(study="dynamic_factor")
+
+
+def _loaded(design: Any, torque: Any) -> GearDesign:
+    """The design at a torque, its own for None; raises `InputError` for anything but a loaded design."""
+    if not isinstance(design, GearDesign):
+        raise InputError("design", "must be a GearDesign", f"a {type(design).__name__}",
+                         "The standards need the drawing of the pair.")
+    loaded = design if torque is None else replace(design, torque=torque)
+    if loaded.given("torque") == 0:
+        raise InputError("torque", "must be greater than 0", loaded.torque,
+                         "Without load there is no ratio of forces.")
+    return loaded
+
+
+def _standards(design: GearDesign, speeds: np.ndarray) -> dict[str, Any]:
+    """The variables by the standards over speeds (P,) in rpm."""
+    found = [dynamic_factors(design.at(speed=speed * RPM)) for speed in speeds.tolist()]
+    out = {}
+    for name, field in STANDARDS.items():
+        factors = [getattr(factor, field) for factor in found]
+        values = [np.nan if factor.value is None else factor.value for factor in factors]
+        out[name] = variable(name, ("speed",), np.array(values))
+        if refused := _refusals(speeds, [factor.reason for factor in factors]):
+            out[name].attrs["refused"] = refused
+    return {**out, "resonance_ratio": _resonance_ratio(design, speeds)}
+
+
+def _refusals(speeds: np.ndarray, reasons: list[str]) -> str:
+    """The stretches of speed where a standard gives no value, with the reason of each at its first speed."""
+    indices = groupby(range(len(reasons)), key=lambda i: reasons[i].split(";")[0])  # after it stands the value there
+    parts = []
+    for reason, group in indices:
+        if reason:
+            first, *rest = group
+            last = rest[-1] if rest else first
+            parts.append(f"{speeds[first]:g} to {speeds[last]:g} rpm: {reasons[first]}")
+    return " ".join(parts)
+
+
+def _resonance_ratio(design: GearDesign, speeds: np.ndarray) -> xr.Variable:
+    """N over speeds (P,) in rpm; NaN with the reason where ISO 6336-1 gives no stiffness."""
+    out = variable("resonance_ratio", ("speed",), np.full(len(speeds), np.nan))
+    mass = design.equivalent_mass / design.geometry.common_face_width
+    try:
+        stiffness = design.tooth_stiffness.mesh_stiffness
+    except InputError as error:
+        out.attrs["refused"] = str(error)
+        return out
+    found = resonance(design.teeth[0], stiffness, mass, design.load.line_load)
+    out.values = speeds * RPM / found.resonance_speed
+    out.attrs.update(main_start=found.lower_limit_ratio, main_end=MAIN_END, supercritical_start=SUPERCRITICAL_START)
+    return out

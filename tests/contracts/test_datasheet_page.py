@@ -1,0 +1,155 @@
+"""The datasheet as a page: complete, self-contained, with pictures of the design and reasons for what is missing."""
+
+from __future__ import annotations
+
+import re
+from html.parser import HTMLParser
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+import gearchaos as gc
+from gearchaos.datasheet import sheet_html
+from gearchaos.gears.sheet import Entry, datasheet
+
+BARE = {"teeth": (12, 40), "module": "3 mm", "face_width": "20 mm", "profile_shift": (0.4, -0.1)}
+FULL = {
+    "teeth": (17, 103), "module": "8 mm", "helix_angle": "15.8 deg", "face_width": ["100 mm", "98 mm"],
+    "centre_distance": "500 mm", "profile_shift": (0.145, 0.0), "tip_diameter": ("159.66 mm", "872.35 mm"),
+    "rack": {"addendum": 1.0, "dedendum": 1.4, "root_radius": 0.39}, "bore": ["30 mm", "60 mm"],
+    "quality": {"standard": "ISO 1328-1:1995", "grade": [5, 6]}, "transmission_error": "from quality",
+    "backlash": {"value": "0.3 mm", "of": "line of action, total"}, "damping_ratio": 0.05, "speed": "360 rpm",
+    "torque": "9000 N*m",
+}
+VOID = {"meta", "br", "img", "link", "hr"}
+
+
+class Page(HTMLParser):
+    """Elements that stay open, identifiers, the texts of table rows by identifier, and all text."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.open, self.ids, self.rows, self.tags, self.text = [], [], {}, set(), ""
+        self._row = None
+        self.feed(html)
+
+    def handle_starttag(self, tag, attrs):
+        values = dict(attrs)
+        self.tags.add(tag)
+        if tag not in VOID:
+            self.open.append(tag)
+        if "id" in values:
+            self.ids.append(values["id"])
+        if tag == "tr":
+            self._row = values.get("id")
+            self.rows.setdefault(self._row, "")
+
+    def handle_endtag(self, tag):
+        if tag not in VOID:
+            assert self.open.pop() == tag
+        if tag == "tr":
+            self._row = None
+
+    def handle_data(self, data):
+        self.text += data
+        if self._row:
+            self.rows[self._row] += data
+
+
+@pytest.fixture(scope="module", params=["bare", "full"])
+def sheet(request):
+    design = gc.GearDesign(**{"bare": BARE, "full": FULL}[request.param])
+    entries = datasheet(design)
+    return design, entries, sheet_html(entries, design)
+
+
+def test_every_quantity_has_a_row_with_its_value_or_its_reason(sheet):
+    _, entries, html = sheet
+    rows = Page(html).rows
+    assert [key.removeprefix("q-") for key in rows if key] == list(entries)
+    for name, entry in entries.items():
+        text = " ".join(rows[f"q-{name}"].split())
+        if entry.value is None:
+            assert entry.reason.split(";")[0] in text
+            continue
+        values = entry.value if isinstance(entry.value, tuple) else (entry.value,)
+        for value in values[:6]:
+            assert f"{value:.6g}".replace("-", "−") in text, name
+        plain = re.sub(r"_", "", f"{entry.symbol} {entry.source}")
+        assert all(word in text for word in plain.split()), (name, text)
+
+
+def test_the_page_is_well_formed_and_refers_to_nothing_outside(sheet):
+    html = sheet[2]
+    page = Page(html)
+    assert page.open == [] and len(page.ids) == len(set(page.ids))
+    assert not page.tags & {"script", "link", "img", "iframe"}
+    outside = set(re.findall(r"https?://[^\s\"'<)]+", html))
+    assert outside <= {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"}
+    for target in re.findall(r'href="#([^"]+)"|url\(#([^)]+)\)', html):
+        assert "".join(target) in page.ids
+
+
+def test_the_pictures_are_svg_of_this_design(sheet):
+    design, _, html = sheet
+    found = re.findall(r"<svg .*?</svg>", html, re.DOTALL)
+    assert len(found) == 3
+    for svg in found:
+        root = ElementTree.fromstring(svg)
+        assert root.get("viewBox") and root.get("width") is None and root.get("role") == "img"
+    assert f"{design.teeth[0]}/{design.teeth[1]}" in html
+
+
+def test_the_same_design_makes_the_same_page(sheet):
+    design, entries, html = sheet
+    assert sheet_html(entries, design) == html
+
+
+def test_missing_inputs_are_named_with_the_quantities_that_need_them():
+    design = gc.GearDesign(**BARE)
+    html = sheet_html(datasheet(design), design)
+    missing = html[html.index('id="missing"'):]
+    for field in ("backlash", "bore", "speed", "quality", "damping_ratio"):
+        assert f"{field} must be given" in missing
+    assert "dynamic factor by ISO 6336-1, method B" in missing and "got None" not in html
+    full = gc.GearDesign(**{**FULL, "quality": {"standard": "ISO 1328-1:1995", "grade": 6}})
+    entries = {n: e for n, e in datasheet(full).items() if e.value is not None}
+    assert 'id="missing"' not in sheet_html(entries, full)
+
+
+def test_a_picture_that_cannot_be_drawn_has_its_reason():
+    design = gc.GearDesign(**BARE, stiffness="potential energy")
+    html = sheet_html(datasheet(design), design)
+    assert html.count("<svg ") == 2 and "Not drawn: bore must be given" in html
+
+
+def test_the_dynamic_factor_is_drawn_if_it_is_given():
+    design = gc.GearDesign(**{**BARE, **{n: FULL[n] for n in ("quality", "damping_ratio", "torque", "speed")}},
+                           bore="10 mm", backlash={"value": "0.05 mm", "of": "line of action, total"})
+    factors = gc.dynamic_factor(design, "1000:2000:2", "50 N*m")
+    html = sheet_html(datasheet(design), design, factors)
+    assert html.count("<svg ") == 4 and "Dynamic factor along the speed" in html
+
+
+def test_text_from_a_design_is_escaped():
+    design = gc.GearDesign(**BARE)
+    entry = Entry(value=1.0, unit="<b>", symbol="<i>", formula="a < b", source="<script>", group="<u>")
+    html = sheet_html({"x": entry}, design)
+    assert "<script>" not in html and "a &lt; b" in html and "<u>" not in html
+
+
+def test_warnings_of_the_design_are_shown():
+    design = gc.GearDesign(**FULL)
+    html = sheet_html(datasheet(design), design)
+    assert "is an assumption about typical wheels" in html
+    thin = gc.GearDesign(teeth=(12, 40), module="3 mm", face_width="20 mm", profile_shift=(0.75, 0.0))
+    assert thin.warnings, "its teeth are thin at the tip"
+    page = Page(sheet_html(datasheet(thin), thin))
+    assert all(re.sub("_", "", warning) in page.text for warning in thin.warnings)
+
+
+def test_long_lists_are_cut_short_and_counted():
+    design = gc.GearDesign(**BARE)
+    entry = Entry(value=tuple(np.arange(20.0).tolist()), unit="µm", symbol="e_j", formula="", source="", group="g")
+    assert "5 and 14 more" in Page(sheet_html({"e": entry}, design)).rows["q-e"]

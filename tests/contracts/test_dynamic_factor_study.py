@@ -1,0 +1,144 @@
+"""The dynamic factor along the speed: the linear response in closed form, the standards at each speed, the picture."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+import gearchaos as gc
+from gearchaos import plot
+from gearchaos.errors import InputError
+from gearchaos.gears.dynamic_factors import dynamic_factors
+from gearchaos.gears.units import RPM
+
+GEARS = {
+    "teeth": (50, 50), "module": "3 mm", "face_width": "20 mm", "centre_distance": "150 mm", "bore": "30 mm",
+    "quality": {"standard": "ISO 1328-1:1995", "grade": 6}, "transmission_error": "from quality",
+    "backlash": {"value": "0.12 mm", "of": "line of action, total"}, "damping_ratio": 0.05, "torque": "300 N*m",
+}
+DESIGN = gc.GearDesign(**GEARS)
+
+
+def fresh(width: float = 6.4, height: float = 4.8):
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure.subplots()
+
+
+@pytest.fixture(scope="module")
+def result():
+    return gc.dynamic_factor(DESIGN, "500:8000:16")
+
+
+def test_in_permanent_contact_at_constant_stiffness_it_is_that_of_the_linear_oscillator(tmp_path):
+    """m δ″ + 2 ζ ω0 m δ′ + c0 δ = F − m e″ for the deflection δ; the mesh force is that of spring and damper."""
+    table, orders = tmp_path / "k.csv", tmp_path / "te.csv"
+    table.write_text("fraction,level [N/um]\n0,400\n0.5,400\n")
+    orders.write_text("order,peak [um],phase [deg]\n1,0.5,0\n")
+    design = gc.GearDesign(**{**GEARS, "stiffness": {"table": str(table)},
+                              "transmission_error": {"orders": str(orders)}})
+    found = gc.dynamic_factor(design, "1000:5000:5")
+    assert (found["contact"] == 0).all()
+    pair = design.at(speed=100.0).to_pair()
+    s = found["speed"].values * RPM * 50 / pair.omega0
+    deflection = 0.5e-6 * s**2 / (1 - s**2 + 2j * 0.05 * s)
+    force = 4e8 * np.abs(deflection * (1 + 2j * 0.05 * s))
+    static = 300 / pair.R1
+    assert found["dynamic_factor"].values == pytest.approx(1 + force / static, rel=1e-6)
+
+
+def test_standards_are_those_of_the_design_at_each_speed(result):
+    for speed in result["speed"].values[::5].tolist():
+        factors = dynamic_factors(DESIGN.at(speed=speed * RPM))
+        for name, field in (("Kv_ISO_B", "iso_b"), ("Kv_ISO_C", "iso_c"), ("Kv_AGMA", "agma")):
+            expected, value = getattr(factors, field).value, float(result[name].sel(speed=speed))
+            assert math.isnan(value) if expected is None else value == expected
+        assert float(result["resonance_ratio"].sel(speed=speed)) == pytest.approx(
+            factors.iso_b.resonance_ratio, rel=1e-12)
+
+
+def test_refused_stretches_are_missing_with_their_reason(result):
+    for name in ("Kv_ISO_C", "Kv_AGMA"):
+        missing = np.isnan(result[name].values)
+        assert missing.any() and not missing.all()
+        first = float(result["speed"].values[missing][0])
+        assert result[name].attrs["refused"].startswith(f"{first:g} to ")
+    assert "fewer than 50 teeth" in result["Kv_ISO_C"].attrs["refused"]
+    assert "10 m/s" in result["Kv_ISO_C"].attrs["refused"]
+    assert "refused" not in result["Kv_ISO_B"].attrs
+
+
+def test_without_a_quality_the_standards_name_it():
+    given = {name: value for name, value in GEARS.items() if name not in ("quality", "transmission_error")}
+    found = gc.dynamic_factor(gc.GearDesign(**given), "1000:2000:2")
+    for name in ("Kv_ISO_B", "Kv_ISO_C", "Kv_AGMA"):
+        assert np.isnan(found[name]).all() and "quality" in found[name].attrs["refused"]
+    assert np.isfinite(found["resonance_ratio"]).all() and np.isfinite(found["dynamic_factor"]).all()
+
+
+def test_it_is_the_measure_of_the_bifurcation_at_the_same_speeds():
+    found = gc.dynamic_factor(DESIGN, "2000:3000:3", "100 N*m", mode="up")
+    other = gc.bifurcation(DESIGN.at(speed=2000 * RPM, torque=100.0), "speed=2000:3000:3", points=0, mode="up")
+    assert np.array_equal(found["dynamic_factor"], other["dynamic_factor"], equal_nan=True)
+    assert found["torque"] == 100 and found["mesh_frequency"].values == pytest.approx(found["speed"].values * 50 / 60)
+
+
+def test_a_saved_result_is_drawn_by_its_name(result, tmp_path):
+    gc.save(result, tmp_path / "factor.nc")
+    ds = gc.load(tmp_path / "factor.nc")
+    assert ds["Kv_ISO_C"].attrs["refused"] == result["Kv_ISO_C"].attrs["refused"]
+    (ax,) = plot.result(ds).axes
+    assert "dynamic factor" in ax.get_ylabel()
+
+
+def lines(ax) -> dict[str, np.ndarray]:
+    return {str(line.get_label()): np.asarray(line.get_ydata(), float) for line in ax.lines}
+
+
+def test_the_picture_shows_all_factors_and_leaves_refused_stretches_out(result):
+    ax = plot.dynamic_factor(result, fresh())
+    shown = lines(ax)
+    assert np.array_equal(shown["computed"], result["dynamic_factor"].values)
+    assert np.array_equal(shown["ISO method B"], result["Kv_ISO_B"].values)
+    last = float(result["speed"].values[np.isfinite(result["Kv_ISO_C"].values)][-1])
+    assert np.array_equal(shown[f"ISO method C, to {last:.4g} rpm"], result["Kv_ISO_C"].values, equal_nan=True)
+    separated = result["contact"].values != 0
+    assert np.array_equal(shown["flanks separate"], result["dynamic_factor"].values[separated])
+
+
+def test_ranges_are_shaded_where_the_standard_puts_them(result):
+    ax = plot.dynamic_factor(result, fresh())
+    shaded = sorted((p.get_x(), p.get_x() + p.get_width()) for p in ax.patches)
+    design = DESIGN.at(speed=100.0)
+    found = dynamic_factors(design).iso_b.resonance
+    limits = [x / RPM for x in (found.main_start, found.main_end, found.supercritical_start)]
+    assert [low for low, _ in shaded] == pytest.approx(limits, rel=1e-9)
+    assert [high for _, high in shaded[:2]] == pytest.approx(limits[1:], rel=1e-9)
+    ax.figure.canvas.draw()
+    (second,) = ax.child_axes
+    ratio = result["resonance_ratio"].values
+    assert second.get_xlim() == pytest.approx((ratio[0], ratio[-1]), rel=1e-9)
+
+
+@pytest.mark.parametrize("size", [(13.6, 6), (6.4, 4.8), (3.9, 4.8), (3.4, 2.8)], ids=str)
+def test_no_text_is_cut(result, size):
+    ax = plot.dynamic_factor(result, fresh(*size))
+    ax.figure.canvas.draw()
+    drawn, (width, height) = ax.figure.get_tightbbox(), ax.figure.get_size_inches()
+    assert drawn.x0 > -0.01 and drawn.y0 > -0.01 and drawn.x1 < width + 0.01 and drawn.y1 < height + 0.01
+
+
+@pytest.mark.parametrize(("arguments", "field"), [
+    ({"design": gc.MeshModel()}, "design"), ({"torque": 0.0}, "torque"), ({"torque": "3 mm"}, "torque"),
+    ({"speed": "1000"}, "speed"), ({"speed": "torque=1:2:3"}, "speed"), ({"mode": "sideways"}, "mode"),
+    ({"design": gc.GearDesign(**{**GEARS, "torque": None})}, "torque"),
+    ({"design": gc.GearDesign(**{**GEARS, "damping_ratio": None})}, "damping_ratio"),
+])
+def test_what_cannot_be_computed_is_refused(arguments, field):
+    with pytest.raises(InputError) as error:
+        gc.dynamic_factor(**{"design": DESIGN, "speed": "1000:2000:2", **arguments})
+    assert error.value.field == field

@@ -1,0 +1,181 @@
+"""The drawing of a gear pair: flanks that touch and do not overlap, circles and the path of contact to scale."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+from matplotlib.path import Path
+
+import gearchaos as gc
+from gearchaos import plot
+from gearchaos.errors import InputError
+from gearchaos.gears.transverse_section import transverse_section
+
+BACKLASH = {"value": "0.12 mm", "of": "line of action, total"}
+DESIGNS = {
+    "17/103 helical": {
+        "teeth": (17, 103), "module": "8 mm", "helix_angle": "15.8 deg", "face_width": "100 mm",
+        "centre_distance": "500 mm", "profile_shift": (0.145, 0.0), "tip_diameter": ("159.66 mm", "872.35 mm"),
+        "rack": {"addendum": 1.0, "dedendum": 1.4, "root_radius": 0.39}, "backlash": BACKLASH},
+    "62/62": {"teeth": (62, 62), "module": "2 mm", "face_width": "20 mm"},
+    "12/40 shifted": {"teeth": (12, 40), "module": "3 mm", "face_width": "20 mm", "profile_shift": (0.4, -0.1),
+                      "backlash": BACKLASH},
+    "40/12 speeding up": {"teeth": (40, 12), "module": "3 mm", "face_width": "20 mm", "profile_shift": (-0.1, 0.4),
+                          "backlash": BACKLASH},
+    "14/30 undercut": {"teeth": (14, 30), "module": "3 mm", "face_width": "20 mm",
+                       "tip_alteration": ("0 mm", "-0.9 mm"), "backlash": BACKLASH},
+    "9/9": {"teeth": (9, 9), "module": "3 mm", "face_width": "20 mm", "profile_shift": (0.5, 0.5),
+            "tip_alteration": "keep clearance"},
+}
+TOLERANCE = 1e-9
+"""Length in m by which flanks may miss each other or overlap."""
+
+
+@pytest.fixture(params=DESIGNS)
+def design(request) -> gc.GearDesign:
+    return gc.GearDesign(**DESIGNS[request.param])
+
+
+def fresh(width: float = 6.4, height: float = 4.8):
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure.subplots()
+
+
+def polygons(ax) -> list[np.ndarray]:
+    """The closed outlines (corners, 2), in m, of the two wheels in a panel."""
+    return [p.get_xy() * 1e-3 for p in ax.patches if isinstance(p, Polygon)]
+
+
+def distances(points: np.ndarray, outline: np.ndarray) -> np.ndarray:
+    """Distances of points (P, 2) from a polygon's boundary (corners, 2)."""
+    start, edge = outline[:-1], np.diff(outline, axis=0)
+    keep = (edge**2).sum(axis=1) > 0
+    start, edge = start[keep], edge[keep]
+    share = np.clip(((points[:, None] - start) * edge).sum(axis=2) / (edge**2).sum(axis=1), 0, 1)
+    return np.hypot(*np.moveaxis(points[:, None] - start - share[..., None] * edge, 2, 0)).min(axis=1)
+
+
+def overlap(first: np.ndarray, second: np.ndarray) -> float:
+    """How deep corners of either polygon lie within the other one."""
+    depths = [0.0]
+    for points, outline in ((first, second), (second, first)):
+        inside = points[Path(outline).contains_points(points)]
+        depths += distances(inside, outline).tolist() if len(inside) else []
+    return max(depths)
+
+
+@pytest.mark.parametrize("phase", [None, 0.0, 0.31, 0.77, 0.999])
+def test_flanks_of_the_drawing_touch_and_do_not_overlap(design, phase):
+    close, whole = plot.gear_pair(design, fresh(), phase=phase).child_axes
+    section = transverse_section(design, phase)
+    first, second = polygons(close)
+    assert overlap(first, second) < TOLERANCE
+    assert len(section.contacts) - design.geometry.contact_ratio == pytest.approx(0, abs=1)
+    for contact in section.contacts:
+        point = section.on_line(contact)[None]
+        assert max(distances(point, first)[0], distances(point, second)[0]) < TOLERANCE
+    assert overlap(*polygons(whole)) < TOLERANCE
+
+
+def test_the_backlash_is_the_distance_of_the_back_flanks(design):
+    """Wheel 2, turned ahead by the backlash, touches with its other flanks; turned by more, or back, it overlaps."""
+    section = transverse_section(design)
+    outlines = [section.outline(wheel, range(-3, 4), detail=20) for wheel in (0, 1)]
+    centre, base = section.centres[1], design.geometry.base_diameter[1] / 2
+
+    def turned(length: float) -> np.ndarray:
+        sine, cosine = math.sin(length / base), math.cos(length / base)
+        return (outlines[1] - centre) @ np.array([[cosine, sine], [-sine, cosine]]) + centre
+
+    beyond = 1e-4 * design.module
+    assert overlap(outlines[0], turned(section.backlash)) < TOLERANCE
+    assert overlap(outlines[0], turned(section.backlash + beyond)) == pytest.approx(beyond, rel=0.1)
+    assert overlap(outlines[0], turned(-beyond)) == pytest.approx(beyond, rel=0.1)
+
+
+def test_path_of_contact_runs_between_the_tip_circles(design):
+    section, g = transverse_section(design), design.geometry
+    start, end = section.on_line(section.start), section.on_line(section.end)
+    assert np.hypot(*(start - section.centres[1])) == pytest.approx(g.tip_diameter[1] / 2, rel=1e-12)
+    assert np.hypot(*end) == pytest.approx(g.tip_diameter[0] / 2, rel=1e-12)
+    assert np.hypot(*(end - start)) == pytest.approx(g.path_of_contact, rel=1e-12)
+    tangency = section.on_line(0.0), section.on_line(g.tangent_length)
+    assert np.hypot(*tangency[0]) == pytest.approx(g.base_diameter[0] / 2, rel=1e-12)
+    assert np.hypot(*(tangency[1] - section.centres[1])) == pytest.approx(g.base_diameter[1] / 2, rel=1e-12)
+    along = section.pitch_point - tangency[0]
+    assert along @ section.direction == pytest.approx(np.hypot(*along), rel=1e-12)
+
+
+def test_teeth_have_their_thickness_and_their_radii(design):
+    """The tooth thickness on the reference circle is that of ISO 21771 (39), less half the excess backlash."""
+    section, g = transverse_section(design), design.geometry
+    for wheel in (0, 1):
+        points = section.outline(wheel, range(1), detail=40) - section.centres[wheel]
+        radius, angle = np.hypot(*points.T), np.unwrap(np.arctan2(points[:, 1], points[:, 0]))
+        assert radius.max() == pytest.approx(g.tip_diameter[wheel] / 2, rel=1e-12)
+        assert radius.min() == pytest.approx(g.root_diameter[wheel] / 2, rel=1e-12)
+        half = len(radius) // 2
+        reference = g.reference_diameter[wheel] / 2
+        rising = np.interp(reference, radius[:half], angle[:half])
+        falling = np.interp(reference, radius[half:][::-1], angle[half:][::-1])
+        excess = section.backlash - g.theoretical_backlash
+        thickness = g.transverse_module * (math.pi / 2 + 2 * g.profile_shift[wheel] * math.tan(g.pressure_angle))
+        thickness -= excess / 2 / math.cos(g.transverse_pressure_angle)
+        assert (falling - rising) * reference == pytest.approx(thickness, abs=2e-6 * g.normal_module)
+
+
+def test_both_panels_are_to_scale(design):
+    ax = plot.gear_pair(design, fresh())
+    ax.figure.canvas.draw()
+    for panel in ax.child_axes:
+        box = panel.get_window_extent()
+        assert np.ptp(panel.get_xlim()) / np.ptp(panel.get_ylim()) == pytest.approx(box.width / box.height, rel=1e-6)
+    whole = ax.child_axes[1]
+    assert f"{1e3 * design.geometry.centre_distance:.6g} mm" in whole.texts[-1].get_text()
+
+
+def texts_overlap(ax) -> list[tuple[str, str]]:
+    """Pairs of texts in the panels of an Axes that lie over each other."""
+    ax.figure.canvas.draw()
+    found = [t for panel in ax.child_axes for t in panel.texts if t.get_text()]
+    found += [label for panel in ax.child_axes if panel.axison for label in (panel.xaxis.label, panel.yaxis.label)]
+    boxes = [(t.get_text(), t.get_window_extent()) for t in found]
+    return [(a, b) for i, (a, one) in enumerate(boxes) for b, other in boxes[:i] if one.padded(-1).overlaps(other)]
+
+
+@pytest.mark.parametrize("size", [(13.6, 6), (6.4, 4.8), (3.9, 4.8), (3.4, 2.8)], ids=str)
+def test_no_text_is_cut_or_lies_over_another_one(design, size):
+    ax = plot.gear_pair(design, fresh(*size))
+    assert texts_overlap(ax) == []
+    drawn, (width, height) = ax.figure.get_tightbbox(), ax.figure.get_size_inches()
+    assert drawn.x0 > -0.01 and drawn.y0 > -0.01 and drawn.x1 < width + 0.01 and drawn.y1 < height + 0.01
+    assert ax.child_axes[0].get_window_extent().width > 0.25 * ax.figure.bbox.width
+
+
+def test_the_whole_pair_alone(design):
+    ax = plot.gear_pair(design, fresh(), teeth=None)
+    assert ax.child_axes == [] and len(polygons(ax)) == 2
+
+
+def test_reference_circles_are_drawn_only_where_they_differ():
+    names = {}
+    for name in ("62/62", "12/40 shifted"):
+        ax = plot.gear_pair(gc.GearDesign(**DESIGNS[name]), fresh())
+        names[name] = [t.get_text() for t in ax.get_legend().get_texts()]
+    assert "reference circles" in names["12/40 shifted"] and "reference circles" not in names["62/62"]
+
+
+@pytest.mark.parametrize(("arguments", "field"), [
+    ({"design": gc.MeshModel()}, "design"), ({"teeth": 0}, "teeth"), ({"teeth": 0.1}, "teeth"),
+    ({"teeth": "many"}, "teeth"), ({"phase": math.nan}, "phase"),
+])
+def test_what_cannot_be_drawn_is_refused(arguments, field):
+    with pytest.raises(InputError) as error:
+        plot.gear_pair(**{"design": gc.GearDesign(**DESIGNS["62/62"]), "ax": fresh(), **arguments})
+    assert error.value.field == field
