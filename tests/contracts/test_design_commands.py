@@ -82,6 +82,18 @@ def test_the_printed_datasheet_shows_the_same_numbers():
     assert "1.75467" in text and "ISO 6336-1:2006" in text and "Kasuba and Evans" in text
 
 
+def test_the_page_of_a_datasheet_is_written(tmp_path):
+    page = tmp_path / "sheet.html"
+    assert "mesh_stiffness" in sheet(FZG, "--out", page)["quantities"]
+    text = page.read_text(encoding="utf-8")
+    assert "Spur gear pair 16/24, module 4.5 mm" in text and "<svg" in text and "damping ratio of the mesh" in text
+    run("gear", FZG, "--out", page, "--speed", "1000:2000:3")
+    assert "Dynamic factor along the speed" in page.read_text(encoding="utf-8")
+    assert "--out must end in .html" in refused("gear", FZG, "--out", tmp_path / "sheet.pdf")
+    assert "--speed needs --out" in refused("gear", FZG, "--speed", "1000:2000:3")
+    assert "--speed must read start:stop:count" in refused("gear", FZG, "--out", page, "--speed", "1000")
+
+
 def test_a_missing_input_is_named_where_a_quantity_needs_it(tmp_path):
     text = SPUR.read_text().partition("[operation]")[0]
     for key in ("bore", "quality", "damping_ratio", "backlash", "transmission_error"):

@@ -8,12 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gearchaos.cli import startup
+from gearchaos.cli.errors import announce_compilation, say
 from gearchaos.cli.options import Json, Out, Plot, Sets, app, given, load
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, summary
 from gearchaos.errors import InputError
-from gearchaos.files import DATA_SUFFIXES
+from gearchaos.files import DATA_SUFFIXES, write_bytes
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from gearchaos.gears.design import GearDesign
     from gearchaos.gears.sheet import Entry
 
@@ -26,14 +30,26 @@ GearsPath = Annotated[
 def gear(
     design: Annotated[Path, typer.Argument(metavar="DESIGN", help="File with [design], TOML.", readable=False)],
     sets: Sets = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE.html", help="Page with drawing and curves.", readable=False)
+    ] = None,
+    speed: Annotated[
+        str | None,
+        typer.Option(metavar="START:STOP:COUNT", help="Speeds in rpm, for the dynamic factor on the page."),
+    ] = None,
     json_out: Json = False,
 ) -> None:
     """Show every quantity that follows from the drawing of a gear pair, with its formula and source."""
+    check_output("--out", out, (".html",))
+    if speed is not None and out is None:
+        raise InputError("--speed", "needs --out", speed, "The dynamic factor along the speed is drawn on the page.")
     from gearchaos.gears.sheet import datasheet
     from gearchaos.studyfile import load_design, parse_set
 
     found = load_design(design, parse_set(sets or []))
     entries = datasheet(found)
+    if out is not None:
+        _write_page(entries, found, speed, out)
     if json_out:
         print_json({"quantities": {n: _entry(e) for n, e in entries.items()}, "model": _model(found),
                     "warnings": list(found.warnings)})
@@ -41,6 +57,22 @@ def gear(
         from gearchaos.cli.tables import print_datasheet
 
         print_datasheet(entries, found.warnings)
+
+
+def _write_page(entries: Mapping[str, Entry], design: GearDesign, speed: str | None, path: Path) -> None:
+    """Write the datasheet as a page, with the dynamic factor along the speed if one is given."""
+    from gearchaos.datasheet import sheet_html
+
+    factors = None
+    if speed is not None:
+        from gearchaos.studies.dynamic_factor import dynamic_factor
+        from gearchaos.studies.operating_map import operating_axis
+
+        startup.load_numba()
+        announce_compilation()
+        factors = dynamic_factor(design, operating_axis("speed", speed, "--speed"), progress=True)
+    write_bytes(path, sheet_html(entries, design, factors).encode())
+    say(f"wrote {path}")
 
 
 def _entry(entry: Entry) -> dict[str, Any]:

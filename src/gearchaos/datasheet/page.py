@@ -106,6 +106,10 @@ def _inputs(design: GearDesign) -> Iterator[tuple[str, str]]:
         yield "bore", f"{_values(design.bore, 1e3)} mm"
     if design.quality is not None:
         yield "quality", f"{design.quality.standard}, grade {_values(design.quality.grades)}"
+    if design.backlash is not None:
+        yield "backlash, line of action, total", f"{design.backlash_line_of_action * 1e3:.6g} mm"
+    if design.damping_ratio is not None:
+        yield "damping ratio of the mesh", f"{design.damping_ratio:g}"
     for name in ("stiffness", "transmission_error"):
         yield f"{name.replace('_', ' ')} by", _method(getattr(design, name))
     if design.speed is not None:
