@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from gearchaos.gears.sheet import Entry
 
 GearsPath = Annotated[
-    Path, typer.Argument(metavar="GEARS", help="File with [design] or [gearpair], TOML.", readable=False)
+    Path, typer.Argument(metavar="GEARS", help="File with \\[design] or \\[gearpair], TOML.", readable=False)
 ]
 
 
 @app.command()
 def gear(
-    design: Annotated[Path, typer.Argument(metavar="DESIGN", help="File with [design], TOML.", readable=False)],
+    design: Annotated[Path, typer.Argument(metavar="DESIGN", help="File with \\[design], TOML.", readable=False)],
     sets: Sets = None,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="FILE.html", help="Page with drawing and curves.", readable=False)

@@ -17,6 +17,7 @@ from gearchaos.cli.options import (
     Sets,
     StudyPath,
     app,
+    axis_starts,
     given,
     in_units,
     load,
@@ -107,7 +108,7 @@ def _run(
     """Check everything, compute the study, and write its files."""
     check_output("--out", output.out, DATA_SUFFIXES)
     check_output("--plot", output.plot, PLOT_SUFFIXES)
-    loaded = load(study, sets, output.physical)
+    loaded = load(study, sets, output.physical, axis_starts(axis or []))
     from gearchaos.studies.registry import study_class
 
     chosen = loaded.study(study_class(kind), **_axes(kind, loaded, axis or []), **given(**options))

@@ -5,6 +5,7 @@ This module imports only typer and rich; a command imports slow-loading modules 
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -88,6 +89,13 @@ def load(
         file = None if study is None else str(study)
         raise InputError("--physical", "needs a study file with a table [gearpair] or [design]", file)
     return loaded
+
+
+def axis_starts(texts: list[str]) -> dict[str, str]:
+    """The first speed and torque of axes of the command line, for a design without an operating point."""
+    starts = dict(re.findall(r"^\s*(speed|torque)\s*=\s*([^:\s]+)", text)[0] for text in texts
+                  if re.match(r"\s*(speed|torque)\s*=\s*[^:\s]", text))
+    return {name: f"{value} {'rpm' if name == 'speed' else 'N*m'}" for name, value in starts.items()}
 
 
 def given(**options: Any) -> dict[str, Any]:

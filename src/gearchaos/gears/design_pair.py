@@ -17,6 +17,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears import error_tables, mesh_stiffness, tip_relief, transmission_error
 from gearchaos.gears.design_values import OrdersFile, TableFile
 from gearchaos.gears.iso6336 import ToothStiffness, tooth_stiffness
+from gearchaos.gears.mesh_load import mesh_load
 from gearchaos.gears.mesh_stiffness import ISO, POTENTIAL_ENERGY, MeshStiffness
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.quality import tolerances
@@ -28,13 +29,18 @@ NO_ERROR = ErrorHarmonics(amplitudes=(), phases=(), source="none: the gears are 
 
 def iso_tooth_stiffness(design: Any) -> ToothStiffness:
     """c′ and c_γα by ISO 6336-1 at the torque of the design; at 100 N/mm and above if it has none."""
-    load = None if design.torque is None or design.speed is None else design.load.line_load
+    load = None if design.torque is None else line_load(design)
     if load == 0:
         raise InputError("torque", "must be greater than 0 for a mesh stiffness by ISO 6336-1", design.torque,
                          "By the rule for low loads, (90), the stiffness vanishes with the load. "
                          "stiffness = 'potential energy' does not depend on the load.")
     first, second = (material.E for material in design.material)
     return tooth_stiffness(design.geometry, line_load=load, youngs_modulus=(first, second))
+
+
+def line_load(design: Any) -> float:
+    """F_t K_A/b at the torque of the design, N/m, which does not depend on the speed."""
+    return mesh_load(design.geometry, 0.0, design.given("torque"), design.application_factor).line_load
 
 
 def stiffness_of(design: Any) -> MeshStiffness:

@@ -13,7 +13,7 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.gears.design import GearDesign
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.units import RPM
+from gearchaos.gears.units import RPM, SPEED, TORQUE, to_si
 from gearchaos.model import MeshModel, has_effect
 from gearchaos.quantities import OPERATION
 from gearchaos.validation import check, to_float
@@ -78,9 +78,10 @@ class OperatingModel(MeshModel):
         operation, rest = _separated(values)
         if not operation:
             return super().with_values(rest)
-        si = {n: to_float(n, v) * _SI[n] for n, v in operation.items()}
-        changed = {n: v.item() for n, v in self._operating_values(**operation).items()}
-        return replace(super().with_values({**changed, **rest}), gears=self.gears.at(**si))
+        given = {n: operating_value(n, v) for n, v in operation.items()}
+        changed = {n: v.item() for n, v in self._operating_values(**given).items()}
+        at = {n: v * _SI[n] for n, v in given.items()}
+        return replace(super().with_values({**changed, **rest}), gears=self.gears.at(**at))
 
     def _operating_values(self, speed: Any = None, torque: Any = None) -> dict[str, np.ndarray]:
         """The parameters that a speed and a torque set, arrays (P,) by name.
@@ -106,6 +107,13 @@ class OperatingModel(MeshModel):
             omega0 = np.array([p.pair.omega0 for p in points])[index]
             out["omega"] = own.pair.n1 * (np.asarray(speed, float) * RPM) / omega0
         return out
+
+
+def operating_value(name: str, value: Any) -> float:
+    """A speed in rpm or a torque in N m, from a number in these units or a text with another unit."""
+    if isinstance(value, str):
+        return to_si(name, value, SPEED if name == "speed" else TORQUE) / _SI[name]
+    return to_float(name, value)
 
 
 def _separated(values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:

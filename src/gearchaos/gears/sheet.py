@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -66,6 +66,10 @@ def datasheet(design: GearDesign) -> dict[str, Entry]:
     }
 
 
+_ANY_SPEED = 1.0
+"""A speed, rad/s, for values that do not depend on it."""
+
+
 class _Results:
     """What the quantities of a design are taken from; a missing input raises `InputError` at the first use."""
 
@@ -79,8 +83,8 @@ class _Results:
 
     @cached_property
     def load(self) -> MeshLoad:
-        """Load and speed of the mesh."""
-        return self.design.load
+        """Load of the mesh; its velocity is that of the design if this has a speed, else 0."""
+        return replace(self.design, speed=self.design.speed or _ANY_SPEED).load
 
     @cached_property
     def tolerances(self) -> tuple[Tolerances, Tolerances]:
@@ -95,9 +99,16 @@ class _Results:
     @cached_property
     def resonance(self) -> Resonance:
         """Main resonance at the mean stiffness of the design."""
-        load = 100e3 if self.design.torque is None or self.design.speed is None else self.load.line_load
+        load = 100e3 if self.design.torque is None else self.load.line_load
         mass = self.design.equivalent_mass / self.design.geometry.common_face_width
         return resonance(self.design.teeth[0], self.mean_stiffness, mass, load)
+
+    @property
+    def eccentric_backlash(self) -> tuple[float, float]:
+        """Amplitudes of the backlash along the line of action by eccentricity, m."""
+        factor = 2 * math.sin(self.design.geometry.working_pressure_angle)
+        first, second = self.design.eccentricity
+        return first * factor, second * factor
 
     @cached_property
     def factors(self) -> DynamicFactors:
@@ -170,7 +181,10 @@ _MODEL = "gearchaos, docs/gears.md"
 _GROUPS: dict[str, dict[str, _Row]] = {
     "Geometry": _of("design.geometry", GEOMETRY_FORMULAS),
     "Backlash and inertia": _of("design", DESIGN_FORMULAS),
-    "Load": _of("load", formulas(MeshLoad)),
+    "Load": {
+        **_of("load", formulas(MeshLoad), "velocity"),
+        "velocity": (formulas(MeshLoad)["velocity"], lambda results: results.design.load.velocity),
+    },
     "Tolerances": {
         "single_pitch_deviation": _tolerance("f_pt", "single_pitch"),
         "cumulative_pitch_deviation": _tolerance("F_p", "cumulative_pitch"),
@@ -202,6 +216,14 @@ _GROUPS: dict[str, dict[str, _Row]] = {
             Formula("θ_j", "deg", 180 / math.pi, "phases; at t = 0 a tooth pair enters contact", "Łuczko 2008, (2.4)"),
             lambda results: results.design.error_harmonics.phases),
     },
+    "Eccentricity": {
+        "eccentricity_error_amplitude": (
+            Formula("", "µm", 1e6, "e; once per turn, order 1/z of the mesh frequency: not part of the model",
+                    "kinematics, base tangent plane"), lambda results: results.design.eccentricity),
+        "eccentricity_backlash_amplitude": (
+            Formula("", "µm", 1e6, "2 e sin α_wt; once per turn: not part of the model",
+                    "kinematics, base tangent plane"), lambda results: results.eccentric_backlash),
+    },
     "Damping": {
         "damping_ratio": (
             Formula("ζ", "", 1.0, "given; usual are 0.03 to 0.1, the least known of all inputs",
@@ -216,6 +238,7 @@ _GROUPS: dict[str, dict[str, _Row]] = {
     },
     "Dynamic factor": {
         "Kv_ISO_B": (_FACTOR_B["value"], lambda results: results.granted("iso_b").value),
+        "resonance_ratio_ISO_B": (_FACTOR_B["resonance_ratio"], _parameter("resonance_ratio")),
         **{name: (formula, _parameter(name)) for name, formula in _FACTOR_B.items()
            if name not in ("value", "resonance_ratio")},
         "Kv_ISO_C": (formulas(DynamicFactorC)["value"], lambda results: results.granted("iso_c").value),

@@ -29,7 +29,7 @@ from gearchaos.model import (
 from gearchaos.studies.axis import Axis, parse_axis
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studies.study import ClassifyingStudy, Study
-from gearchaos.studyfile.gears import gears_of, separated
+from gearchaos.studyfile.gears import OPERATING_UNITS, gears_of, separated, with_units
 from gearchaos.studyfile.tables import (
     MODEL_NAMES,
     ModelTable,
@@ -128,7 +128,9 @@ def load_study(
     tables = _read(Path(path)) if path is not None else StudyFile()
     of_gears, model_values = separated(values or {})
     kind = model_values.pop("kind", None)
-    gears = gears_of(tables, of_gears, Path(path or ".").parent, operation or {})
+    given = {n: v for n, v in with_units(model_values).items() if n in OPERATING_UNITS}
+    default = {**(operation or {}), **_axis_starts(tables.study), **given}
+    gears = gears_of(tables, of_gears, Path(path or ".").parent, default)
     if gears is not None:
         model: MeshModel = operating_model(gears, kind or (tables.gearpair and tables.gearpair.kind))
     else:
@@ -140,13 +142,20 @@ def load_study(
     return LoadedStudy(model, *_study(tables.study), _classification(tables))
 
 
+def _axis_starts(table: Any) -> dict[str, str]:
+    """The first values of the axes ``speed`` and ``torque`` of a study, for a design without an operating point."""
+    _, options = _study(table)
+    axes = {axis.name: axis for axis in options.values() if isinstance(axis, Axis)}
+    return with_units({name: axes[name].start for name in OPERATING_UNITS if name in axes})
+
+
 def load_design(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) -> GearDesign:
     """The design that a file describes, which may be without speed and torque; raises `InputError` if it has none.
 
     Values as in `load_study`; ``speed`` and ``torque`` may also be given without the name of their table.
     """
     tables = _read(Path(path))
-    given = {f"operation.{n}" if n in ("speed", "torque") else n: v for n, v in (values or {}).items()}
+    given = {f"operation.{n}" if n in OPERATING_UNITS else n: v for n, v in with_units(values or {}).items()}
     of_gears, others = separated(given)
     for name, value in others.items():
         raise InputError(name, "must be a value of [design] or [operation]", value, "E.g. design.damping_ratio=0.05.")
