@@ -31,11 +31,11 @@ _STEP = 1e-6
 class TransverseSection:
     """A gear pair in one transverse plane at one instant.
 
-    An outline is a polygon that lies within the tooth: the drawn teeth overlap nowhere unless the gears do. The points
-    of contact are corners of it. The teeth are those that the basic rack generates: involute flanks and the trochoids of its rounded tip, also of
-    helical gears, whose teeth in other planes are rotated. Where the backlash is larger than that of nominal teeth,
-    the teeth of both wheels are made thinner by equal amounts, as far as their tips allow. This changes neither root nor
-    tip circles.
+    The teeth are those that the basic rack generates: involute flanks and the trochoids of its rounded tip, also of
+    helical gears, whose teeth in other planes are rotated. An outline is a polygon within the tooth, so that drawn
+    teeth overlap nowhere unless the gears do; points of contact are corners of it. Where the backlash is larger than
+    that of nominal teeth, the teeth of both wheels are made thinner by equal amounts, as far as their tips allow. This
+    changes neither root nor tip circles.
 
     Attributes
     ----------
@@ -164,7 +164,7 @@ class TransverseSection:
         return radii, np.concatenate([fillet, flank, tip_angle])
 
     def _fillet(self, wheel: int, detail: float) -> tuple[np.ndarray, np.ndarray]:
-        """Radii and angles from the axis of a tooth, (points,): where the fillet begins, then where tangents of it meet.
+        """Radii and angles from the axis of a tooth, (points,): the fillet's first point, then where its tangents meet.
 
         The fillet is concave: its chords would add material, by which a mating tip could seem to cut into it.
         """
