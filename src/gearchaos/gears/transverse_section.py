@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearchaos.gears.geometry import Geometry
+from gearchaos.gears.involute import involute
 
 if TYPE_CHECKING:
     from gearchaos.gears.design import GearDesign
@@ -22,14 +23,19 @@ if TYPE_CHECKING:
 FLANK_POINTS, FILLET_POINTS, TIP_POINTS = 24, 12, 5
 """Points of an outline along an involute, a fillet and the tip circle of a tooth."""
 
+_STEP = 1e-6
+"""Step of the rack's normal, in rad, for the tangents of a fillet."""
+
 
 @dataclass(frozen=True)
 class TransverseSection:
     """A gear pair in one transverse plane at one instant.
 
     The teeth are those that the basic rack generates: involute flanks and the trochoids of its rounded tip, also of
-    helical gears, whose teeth in other planes are rotated. Where the backlash is larger than that of nominal teeth,
-    the teeth of both wheels are made thinner by equal amounts, which changes neither their root nor their tip circles.
+    helical gears, whose teeth in other planes are rotated. An outline is a polygon within the tooth, so that drawn
+    teeth overlap nowhere unless the gears do; points of contact are corners of it. Where the backlash is larger than
+    that of nominal teeth, the teeth of both wheels are made thinner by equal amounts, as far as their tips allow. This
+    changes neither root nor tip circles.
 
     Attributes
     ----------
@@ -116,17 +122,32 @@ class TransverseSection:
         """Length of the tangent from the base circle of a wheel to a point of the line of action."""
         return contact if wheel == 0 else self.geometry.tangent_length - contact
 
-    def _thinning(self, wheel: int) -> float:
-        """Angle by which each flank of a tooth lies nearer to its axis than a nominal one."""
+    @cached_property
+    def _thinning(self) -> tuple[float, float]:
+        """Angle by which each flank of a tooth of each wheel lies nearer to its axis than a nominal one.
+
+        Both teeth lose the same thickness, unless one would then be pointed below its tip circle.
+        """
         excess = self.backlash - self.geometry.theoretical_backlash
-        return excess / 4 / (self.geometry.base_diameter[wheel] / 2)
+        bases = self.geometry.base_diameter
+        room = [max(base * self._tip_half_angle(wheel), 0.0) for wheel, base in enumerate(bases)]
+        first = min(max(excess / 2, excess - room[1]), room[0])
+        return first / bases[0], min(excess - first, room[1]) / bases[1]
+
+    def _nominal_half_angle(self, wheel: int) -> float:
+        """Angle between the axis of a nominal tooth and the beginning of its involute on the base circle."""
+        g = self.geometry
+        thickness = math.pi / 2 + 2 * g.profile_shift[wheel] * math.tan(g.pressure_angle)
+        return thickness / g.teeth[wheel] + involute(g.transverse_pressure_angle)
+
+    def _tip_half_angle(self, wheel: int) -> float:
+        """Angle between the axis of a nominal tooth and its flank at the tip circle."""
+        roll = 2 * self.geometry.tip_tangents[wheel] / self.geometry.base_diameter[wheel]
+        return self._nominal_half_angle(wheel) - involute(math.atan(roll))
 
     def _base_half_angle(self, wheel: int) -> float:
         """Angle between the axis of a tooth and the beginning of its involute on the base circle."""
-        g = self.geometry
-        thickness = math.pi / 2 + 2 * g.profile_shift[wheel] * math.tan(g.pressure_angle)
-        alpha = g.transverse_pressure_angle
-        return thickness / g.teeth[wheel] + math.tan(alpha) - alpha - self._thinning(wheel)
+        return self._nominal_half_angle(wheel) - self._thinning[wheel]
 
     def _half_tooth(self, wheel: int, detail: float) -> tuple[np.ndarray, np.ndarray]:
         """Radii and angles from the axis of a tooth, from the root to the middle of the tip, (points,)."""
@@ -143,12 +164,28 @@ class TransverseSection:
         return radii, np.concatenate([fillet, flank, tip_angle])
 
     def _fillet(self, wheel: int, detail: float) -> tuple[np.ndarray, np.ndarray]:
-        """Radii and angles from the axis of a tooth along the fillet, from the root circle up, without its last point.
+        """Radii and angles from the axis of a tooth, (points,): the fillet's first point, then where its tangents meet.
+
+        The fillet is concave: its chords would add material, by which a mating tip could seem to cut into it.
         """
+        slopes = np.linspace(math.pi / 2, self.geometry.generated_tooth(wheel).form_slope,
+                             max(round(FILLET_POINTS * detail), 2))
+        points = self._fillet_points(wheel, slopes)
+        tangents = self._fillet_points(wheel, slopes - _STEP) - self._fillet_points(wheel, slopes + _STEP)
+        corners = np.concatenate([points[:1], _intersections(points, tangents)])
+        return np.abs(corners), math.pi / self.geometry.teeth[wheel] - np.angle(corners) - self._thinning[wheel]
+
+    def _fillet_points(self, wheel: int, slopes: np.ndarray) -> np.ndarray:
+        """Points of a fillet as complex numbers, (slopes,), with the middle of the tooth space as real axis."""
         tooth = self.geometry.generated_tooth(wheel)
-        slopes = np.linspace(math.pi / 2, tooth.form_slope, max(round(FILLET_POINTS * detail), 2))[:-1]
         radii, positions = np.transpose([tooth.fillet(slope) for slope in slopes.tolist()])
-        return radii, math.pi / self.geometry.teeth[wheel] - positions - self._thinning(wheel)
+        return radii * np.exp(1j * positions)
+
+
+def _intersections(points: np.ndarray, tangents: np.ndarray) -> np.ndarray:
+    """Where the tangents at successive points of a curve meet, (points - 1,); complex numbers."""
+    steps, turn = np.diff(points), np.imag(tangents[:-1].conj() * tangents[1:])
+    return points[:-1] + tangents[:-1] * np.imag(steps.conj() * tangents[1:]) / turn
 
 
 def transverse_section(design: GearDesign, phase: float | None = None) -> TransverseSection:
