@@ -14,9 +14,11 @@ import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
+from gearchaos.gears.design_pair import _table_stiffness
 from gearchaos.gears.operating import gears_from_json, gears_json, operating_model
 from gearchaos.gears.sheet import datasheet
 from gearchaos.gears.units import RPM
+from gearchaos.model import vary
 from gearchaos.studies import motions
 from gearchaos.studyfile import load_design, load_study
 
@@ -265,3 +267,87 @@ def test_the_datasheet_does_not_depend_on_which_wheel_drives():
                  "line_load", "velocity", "theoretical_backlash"):
         assert one[name].value == pytest.approx(other[name].value, rel=1e-9), name
     assert one["base_diameter"].value == other["base_diameter"].value[::-1]
+
+
+def test_a_value_set_on_the_model_stays_at_every_torque():
+    design = replace(load_design(SPUR), supports={"stiffness": "200 N/um", "damping_ratio": 0.02})
+    own, changed = operating_model(design), operating_model(design).with_values({"zeta": 0.2, "kappa1": 9.0})
+    values = vary(own, {"torque": [20.0, 50.0, 300.0]}), vary(changed, {"torque": [20.0, 50.0, 300.0]})
+    assert np.ptp(values[0]["kappa1"]) > 0.1 and values[1]["kappa1"] == 9.0 and values[1]["zeta"] == 0.2
+    assert np.array_equal(values[0]["kappa2"], values[1]["kappa2"])
+
+
+def test_units_follow_the_torque_where_the_stiffness_does(tmp_path):
+    out = tmp_path / "z.nc"
+    run("zones", SPUR, "--axis", "speed=1000:3000:2", "--axis", "torque=20:200:2", "--physical", "--out", out)
+    mapped = gc.operating_map(load_design(SPUR), "1000:3000:2", "20:200:2")
+    assert np.array_equal(gc.load(out)["v_rms"].values, mapped["v_rms"].values)
+    other = replace(load_design(SPUR), face_width="40 mm")
+    with pytest.raises(InputError, match=r"^pair must be the gears of the result"):
+        gc.physical(gc.zones(load_design(SPUR), "speed=1000:3000:2", "torque=20:200:2"), other)
+    with pytest.raises(InputError, match=r"^dataset must be over speed instead of omega"):
+        gc.physical(gc.zones(load_design(SPUR), "omega=0.1:0.2:2", "torque=20:200:2"))
+
+
+def test_a_table_that_was_changed_is_refused(tmp_path):
+    file = tmp_path / "k.csv"
+    file.write_text("fraction, level [N/um]\n0, 400\n0.7, 250\n")
+    design = replace(load_design(SPUR), stiffness={"table": str(file)})
+    assert design.to_pair().c0 == pytest.approx(355e6, rel=1e-12)
+    found = gc.zones(design, "speed=1000:3000:2", "torque=20:200:2")
+    file.write_text("fraction, level [N/um]\n0, 800\n0.7, 250\n")
+    again = gears_from_json(found.attrs["gears"])
+    assert again == design and again != replace(load_design(SPUR), stiffness={"table": str(file)})
+    file.unlink()
+    _table_stiffness.cache_clear()
+    for text in ("", "fraction, level [N/um]\n0, 800\n0.7, 250\n"):
+        if text:
+            file.write_text(text)
+        with pytest.raises(InputError, match=r"^stiffness.table must be the file with which the design was made"):
+            _ = design.mesh_stiffness
+
+
+def test_a_table_over_time_holds_at_its_own_speed(tmp_path):
+    file = tmp_path / "k.csv"
+    file.write_text("time [ms], level [N/um]\n0, 400\n0.6, 250\n")
+    design = replace(load_design(SPUR), stiffness={"table": str(file), "speed": "1000 rpm"})  # 1.2 ms per mesh period
+    assert design.to_model().stiffness.starts == pytest.approx((0, 0.5), rel=1e-12)
+    assert design.at(speed=1.0).to_model().stiffness == design.to_model().stiffness
+    with pytest.raises(InputError, match=r"^stiffness.speed must be given"):
+        _ = replace(design, stiffness={"table": str(file)}).mesh_stiffness
+
+
+def test_the_low_load_rule_needs_no_speed():
+    design = replace(load_design(SPUR), speed=None).at(torque=75.0)
+    found = datasheet(design)
+    assert found["load_factor"].value == pytest.approx(0.5**0.25, rel=1e-14)
+    assert found["tangential_force"].value == pytest.approx(1000, rel=1e-14)
+    assert found["velocity"].reason.startswith("speed must be given")
+
+
+@pytest.mark.parametrize("name", ["a\0b", "missing.csv", "/dev/null"])
+def test_a_table_that_cannot_be_read_is_refused(name):
+    for field in ("stiffness", "transmission_error"):
+        with pytest.raises(InputError, match=f"^{field}.* must be a file that can be read"):
+            replace(load_design(SPUR), **{field: {"table": name}}).to_pair()
+
+
+@pytest.mark.parametrize("field", ["stiffness", "transmission_error", "tip_alteration"])
+def test_an_array_is_refused_or_taken(field):
+    if field == "tip_alteration":
+        assert replace(load_design(SPUR), tip_alteration=np.array([0.0, -1e-4])).tip_alteration == (0.0, -1e-4)
+    else:
+        with pytest.raises(InputError, match=f"^{field} must be one of"):
+            replace(load_design(SPUR), **{field: np.array([1.0, 2.0])})
+
+
+def test_speed_and_torque_by_name_are_in_rpm_and_newton_metres(tmp_path):
+    path = written(tmp_path)
+    texts = (("speed=3000", "torque=100"), ("speed=3000 rpm", "torque=100 N*m"))
+    by_number, by_text = (sheet(path, "--set", a, "--set", b)["quantities"]["velocity"]["value"] for a, b in texts)
+    assert by_number == by_text == pytest.approx(0.15 * math.pi * 50, rel=1e-12)
+    found = json.loads(run("regime", path, "--set", "speed=2000 rpm", "--set", "torque=400", "--json").stdout)
+    assert found == json.loads(run("regime", path, "--set", "speed=2000", "--set", "torque=400", "--json").stdout)
+    axis = ("--axis", "speed=500:600:2", "--points", 0)
+    run("bifurcation", path, "--set", "torque=400", *axis, "--out", tmp_path / "b.nc")
+    assert gc.zones(replace(load_design(path)), "speed=500:600:2", "torque=100:200:2").sizes["speed"] == 2

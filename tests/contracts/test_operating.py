@@ -7,8 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import gearchaos as gc
+from gearchaos.cli import app
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import OperatingModel, operating_model
@@ -141,6 +143,18 @@ def test_a_store_over_speed_and_torque_records_the_gears(pair, tmp_path):
     other = gc.Zones(pair.at(torque=1.0), "speed=3000:23000:4", "torque=20:250:3", settings=SHORT)
     with pytest.raises(InputError, match=r"gears\.pair\.M10"):
         gc.run(other, out=tmp_path / "s.zarr")
+
+
+def test_plot_and_export_take_the_units_of_the_gears(pair, tmp_path):
+    store = tmp_path / "s.zarr"
+    gc.run(gc.Zones(pair, "speed=3000:23000:4", "torque=20:250:3", settings=SHORT), out=store)
+    for command in (("export", store, "--out", tmp_path / "s.nc"), ("plot", store, "--out", tmp_path / "s.png")):
+        result = CliRunner().invoke(app, [*map(str, command), "--physical"])
+        assert result.exit_code == 0, result.stderr
+    assert gc.load(tmp_path / "s.nc")["v_rms"].attrs["units"] == "mm/s"
+    gc.save(gc.zones(gc.MeshModel(), "omega=1:2:2", "q0=0:0.1:2", settings=SHORT), tmp_path / "z.nc")
+    result = CliRunner().invoke(app, ["plot", str(tmp_path / "z.nc"), "--physical"])
+    assert result.exit_code == 2 and "--physical needs a result over speed or torque" in result.stderr
 
 
 def test_the_record_of_a_study_over_other_axes_is_as_before(pair):

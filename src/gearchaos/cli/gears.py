@@ -51,7 +51,7 @@ def gear(
     if out is not None:
         _write_page(entries, found, speed, out)
     if json_out:
-        print_json({"quantities": {n: _entry(e) for n, e in entries.items()}, "model": _model(found),
+        print_json({"quantities": {n: _entry(e) for n, e in entries.items()}, **_model(found),
                     "warnings": list(found.warnings)})
     else:
         from gearchaos.cli.tables import print_datasheet
@@ -81,16 +81,16 @@ def _entry(entry: Entry) -> dict[str, Any]:
     return {key: getattr(entry, key) for key in keys} | ({"reason": entry.reason} if entry.reason else {})
 
 
-def _model(design: GearDesign) -> dict[str, Any] | None:
-    """The dimensionless model of a design as JSON; None where an input for it is missing."""
+def _model(design: GearDesign) -> dict[str, Any]:
+    """The dimensionless model of a design as JSON; null, with the reason, where an input for it is missing."""
     import json
 
     from gearchaos.datasets import model_json
 
     try:
-        return json.loads(model_json(design.to_model()))
-    except InputError:
-        return None
+        return {"model": json.loads(model_json(design.to_model()))}
+    except InputError as error:
+        return {"model": None, "model_reason": str(error)}
 
 
 @app.command("map")

@@ -109,4 +109,4 @@ def in_units(dataset: xr.Dataset, loaded: LoadedStudy, physical: bool) -> xr.Dat
         return dataset
     from gearchaos.gears.results import physical as scaled
 
-    return scaled(dataset, loaded.pair)
+    return scaled(dataset, loaded.gears)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gearchaos.cli.errors import say
-from gearchaos.cli.options import Json, Sets, StudyPath, app, load
+from gearchaos.cli.options import Json, Physical, Sets, StudyPath, app, load
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save
 from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES
@@ -105,12 +105,25 @@ def plot(
     colour: Annotated[
         str | None, typer.Option(metavar="NAME", help="What a map is coloured by: motion, v_rms, contact, …")
     ] = None,
+    physical: Physical = False,
 ) -> None:
     """Draw any saved result, or the store of a finished or unfinished run."""
     target = out or _default_picture(result, colour)
     check_output("--out", target, PLOT_SUFFIXES)
     dataset, note = _from_store(result) if result.is_dir() else (_from_file(result), "")
-    draw(dataset, target, colour=colour, note=note)
+    draw(_in_units(dataset, physical), target, colour=colour, note=note)
+
+
+def _in_units(dataset: xr.Dataset, physical: bool) -> xr.Dataset:
+    """A result over speed or torque, with ``physical`` in the units of the gears that it carries."""
+    if not physical:
+        return dataset
+    from gearchaos.gears.results import physical as scaled
+
+    if "gears" not in dataset.attrs:
+        raise InputError("--physical", "needs a result over speed or torque, which carries its gears",
+                         str(dataset.attrs.get("study")), "gearchaos.physical(dataset, pair) scales any other.")
+    return scaled(dataset)
 
 
 def _from_file(path: Path) -> xr.Dataset:
@@ -147,6 +160,7 @@ def _default_picture(result: Path, colour: str | None) -> Path:
 def export(
     store: StorePath,
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="NetCDF file to write.", readable=False)],
+    physical: Physical = False,
 ) -> None:
     """Write the result in a store as NetCDF."""
     check_output("--out", out, DATA_SUFFIXES)
@@ -155,4 +169,4 @@ def export(
     found = open_store(store)
     if not found.finished:
         say(f"{store} is not done: values not yet computed are NaN, 0 in integers, -1 for contact, -2 for attractors")
-    save(found.dataset(), out)
+    save(_in_units(found.dataset(), physical), out)

@@ -8,14 +8,13 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears import error_tables, mesh_stiffness, tip_relief, transmission_error
-from gearchaos.gears.design_values import OrdersFile, TableFile
+from gearchaos.gears.design_values import OrdersFile, TableFile, checksum
 from gearchaos.gears.iso6336 import ToothStiffness, tooth_stiffness
 from gearchaos.gears.mesh_load import mesh_load
 from gearchaos.gears.mesh_stiffness import ISO, POTENTIAL_ENERGY, MeshStiffness
@@ -49,8 +48,8 @@ def stiffness_of(design: Any) -> MeshStiffness:
     That by ISO 6336-1 depends on the torque by the rule for low loads; the others do not.
     """
     if isinstance(design.stiffness, TableFile):
-        path = design.stiffness.table
-        return _table_stiffness(path, _modified(path), design.teeth[0], design.speed)
+        file = design.stiffness
+        return _table_stiffness(file.table, file.sha256, design.teeth[0], file.speed)
     if design.stiffness == ISO:
         return mesh_stiffness.from_iso(design.geometry, iso_tooth_stiffness(design).mesh_stiffness)
     return _energy_stiffness(design.geometry, design.material, design.given("bore"))
@@ -74,8 +73,9 @@ def comparable_stiffnesses(design: Any) -> tuple[MeshStiffness, ...]:
 
 
 @lru_cache(maxsize=64)
-def _table_stiffness(path: str, modified: int, teeth: int, speed: float | None) -> MeshStiffness:
-    """The stiffness of a table, read once as long as the file is not modified."""
+def _table_stiffness(path: str, sha256: str, teeth: int, speed: float | None) -> MeshStiffness:
+    """The stiffness of a table with this content, read once."""
+    _check_unchanged("stiffness.table", path, sha256)
     return mesh_stiffness.from_table(path, teeth=teeth, speed=speed)
 
 
@@ -85,12 +85,11 @@ def _energy_stiffness(*arguments: Any) -> MeshStiffness:
     return mesh_stiffness.from_energy(*arguments)
 
 
-def _modified(path: str) -> int:
-    """When a file was modified; 0 if it cannot be read, which the reader reports."""
-    try:
-        return Path(path).stat().st_mtime_ns
-    except OSError:
-        return 0
+def _check_unchanged(field: str, path: str, sha256: str) -> None:
+    """Raise `InputError` if the content of a file is no longer that with which the design was made."""
+    if sha256 and checksum(path) != sha256:
+        raise InputError(field, "must be the file with which the design was made", path,
+                         "It is missing or was changed since. Make the design again, or restore the file.")
 
 
 def error_of(design: Any) -> ErrorHarmonics:
@@ -101,7 +100,7 @@ def error_of(design: Any) -> ErrorHarmonics:
     method = design.transmission_error
     if isinstance(method, (OrdersFile, TableFile)):
         path = method.orders if isinstance(method, OrdersFile) else method.table
-        return _file_error(path, _modified(path), isinstance(method, OrdersFile), design.teeth[0])
+        return _file_error(path, method.sha256, isinstance(method, OrdersFile), design.teeth[0])
     if method == "none":
         return NO_ERROR
     quality = design.given("quality")
@@ -112,8 +111,9 @@ def error_of(design: Any) -> ErrorHarmonics:
 
 
 @lru_cache(maxsize=64)
-def _file_error(path: str, modified: int, orders: bool, teeth: int) -> ErrorHarmonics:
-    """The error in a file, read once as long as the file is not modified."""
+def _file_error(path: str, sha256: str, orders: bool, teeth: int) -> ErrorHarmonics:
+    """The error in a file with this content, read once."""
+    _check_unchanged(f"transmission_error.{'orders' if orders else 'table'}", path, sha256)
     return error_tables.from_orders(path) if orders else error_tables.from_table(path, teeth)
 
 

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
+from gearchaos.files import read_bytes
 from gearchaos.gears import units
 from gearchaos.gears.backlash import backlash_of
+from gearchaos.gears.csvtable import MOST_BYTES
 from gearchaos.gears.inputs import record_values, two_lengths, two_values
 from gearchaos.gears.materials import materials
 from gearchaos.gears.mating import KEEP_CLEARANCE
@@ -109,9 +113,20 @@ class TableFile:
     ----------
     table : str
         Path of the file.
+    sha256 : str, optional
+        Checksum of its content; by default that of the file now. A file whose content has changed since is refused.
+    speed : angular velocity, optional
+        Speed of wheel 1 at which the times of a table over time hold.
     """
 
     table: str
+    sha256: str = ""
+    speed: Any = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "sha256", self.sha256 or checksum(self.table))
+        if self.speed is not None:
+            object.__setattr__(self, "speed", _speed("speed", self.speed))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,9 +137,23 @@ class OrdersFile:
     ----------
     orders : str
         Path of the file.
+    sha256 : str, optional
+        As for `TableFile`.
     """
 
     orders: str
+    sha256: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "sha256", self.sha256 or checksum(self.orders))
+
+
+def checksum(path: str) -> str:
+    """SHA-256 of the content of a file; empty if it cannot be read, which the reader of its content reports."""
+    try:
+        return hashlib.sha256(read_bytes(Path(path), MOST_BYTES)).hexdigest()
+    except (OSError, ValueError):  # ValueError for a name with a null character
+        return ""
 
 
 STIFFNESSES = ("ISO 6336-1", "potential energy")
@@ -179,7 +208,7 @@ def _shift(field: str, value: Any) -> tuple[float, float]:
 
 def _tip_alteration(field: str, value: Any) -> tuple[float, float] | str:
     """k m_n of both wheels in m, or `KEEP_CLEARANCE`."""
-    return value if value == KEEP_CLEARANCE else two_lengths(field, value)
+    return value if isinstance(value, str) and value == KEEP_CLEARANCE else two_lengths(field, value)
 
 
 def _bore(field: str, value: Any) -> tuple[float, float]:
@@ -237,12 +266,13 @@ def _choice(names: tuple[str, ...], **files: type) -> Callable[[str, Any], Any]:
         if value is None and "none" in names:
             return "none"
         if isinstance(value, Mapping):
-            if len(value) != 1 or (key := next(iter(value))) not in files:
+            key, *others = [key for key in files if key in value] or [""]
+            if not key or others:
                 raise InputError(field, f"must be a table with one of {', '.join(files)}", dict(value))
             if not isinstance(value[key], str) or not value[key]:
                 raise InputError(f"{field}.{key}", "must be the path of a file", value[key])
-            return files[key](**value)
-        if value not in names:
+            return record_values(files[key], field, value)
+        if not isinstance(value, str) or value not in names:
             tables = " or ".join(f"{{ {key} = '…' }}" for key in files)
             error = unknown_name(field, str(value), names)
             raise InputError(field, error.rule, value, f"{error.advice} Or name a file: {tables}.".lstrip())

@@ -86,6 +86,8 @@ class OperatingModel(MeshModel):
     def _operating_values(self, speed: Any = None, torque: Any = None) -> dict[str, np.ndarray]:
         """The parameters that a speed and a torque set, arrays (P,) by name.
 
+        A parameter that was given another value than that of the gears, such as ζ, keeps it at every torque.
+
         Parameters
         ----------
         speed, torque : (P,) or float, optional
@@ -98,8 +100,10 @@ class OperatingModel(MeshModel):
                 check(name, values)
         own, given = _point(self.gears, None), () if torque is None else _SET_BY["torque"]
         different, index = np.unique(np.atleast_1d(np.nan if torque is None else torque), return_inverse=True)
+        kept = {n for n, v in self.parameters().items() if n in own.parameters and v != own.parameters[n]}
         points = [own] if torque is None else [_point(self.gears, value) for value in different.tolist()]
-        changed = {*given, *(n for p in points for n, v in p.parameters.items() if v != own.parameters[n])}
+        different_from_own = {n for p in points for n, v in p.parameters.items() if v != own.parameters[n]}
+        changed = {*given, *(different_from_own - kept)}
         out = {
             n: np.array([p.parameters[n] for p in points])[index] for n in sorted(changed) if has_effect(n, self.kind)
         }

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def physical(dataset: xr.Dataset, pair: GearPair | None = None) -> xr.Dataset:
+def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
     """A result of a study in physical units: µm, mm/s, N, ms, and Hz of mesh frequency.
 
     Parameters
     ----------
     dataset : Dataset
         The result of a study of the gears.
-    pair : GearPair, optional
+    pair : GearPair or GearDesign, optional
         The gears whose scales apply; may be left out for a result over ``speed`` or ``torque``, which carries its
         gears.
 
@@ -63,14 +63,22 @@ def _checked_gears(dataset: Any, pair: Any) -> Gears:
     if not hasattr(dataset, "data_vars"):
         advice = "Write physical(dataset, pair). Numbers of a verdict times those of pair.scales are in SI."
         raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}", advice)
-    if pair is None and "gears" in dataset.attrs:
-        pair = gears_from_json(dataset.attrs["gears"])
+    carried = gears_from_json(dataset.attrs["gears"]) if "gears" in dataset.attrs else None
+    pair = carried if pair is None else pair
     if not isinstance(pair, (GearPair, GearDesign)):
         raise InputError("pair", "must be a GearPair or a GearDesign", f"a {type(pair).__name__}",
                          "A MeshModel alone has no units.")
     if "pair" in dataset.attrs:
         raise InputError("dataset", "must be dimensionless", "physical units", "It has been scaled already.")
+    if carried is not None and not _same_gears(carried, pair):
+        raise InputError("pair", "must be the gears of the result", f"a {type(pair).__name__}",
+                         "A result over speed or torque carries its gears: physical(dataset) uses them.")
     return pair
+
+
+def _same_gears(first: Gears, second: Gears) -> bool:
+    """Whether gears are the same at the same operating point."""
+    return first.at(speed=1.0, torque=1.0) == second.at(speed=1.0, torque=1.0)
 
 
 def unit_in(dataset: xr.Dataset, name: str) -> float:

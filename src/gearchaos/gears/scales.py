@@ -96,4 +96,7 @@ def _scaled(name: str, variable: Any, factor: Any, symbol: str) -> tuple[Any, An
         attrs["long_name"] = found.physical.long_name
     if isinstance(factor, float):
         return variable.dims, variable.values * factor, attrs
+    if not set(factor.dims) <= set(variable.dims):
+        raise InputError("dataset", f"must be over speed instead of {name} where the torque changes its unit", name,
+                         "The reference stiffness depends on the torque.")
     return variable.dims, (variable * factor).transpose(*variable.dims).values.astype(variable.dtype), attrs

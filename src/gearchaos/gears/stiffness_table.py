@@ -86,7 +86,7 @@ def _period(abscissa: str, teeth: int, speed: float | None) -> float:
     if abscissa == "roll angle":
         return 2 * math.pi / teeth
     if speed is None or not speed > 0:
-        raise InputError("speed", "must be given, greater than 0, for a stiffness over time", speed,
+        raise InputError("stiffness.speed", "must be given, greater than 0, for a stiffness over time", speed,
                          "Or give the stiffness over the fraction of the mesh period.")
     return 2 * math.pi / (teeth * speed)
 

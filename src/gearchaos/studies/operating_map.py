@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gearchaos.datasets import variable
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
-from gearchaos.gears.design import GearDesign
-from gearchaos.gears.operating import AnyModel, OperatingModel, as_model
+from gearchaos.gears.operating import AnyModel, OperatingModel
 from gearchaos.gears.results import physical
-from gearchaos.gears.units import RPM
-from gearchaos.model import vary
+from gearchaos.model import MeshModel, vary
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.zones import Zones
 
@@ -55,25 +53,18 @@ def operating_map(
         If the gears are not known, as for a `MeshModel` made of dimensionless values, or an axis is wrong.
     """
     axes = operating_axis("speed", speed), operating_axis("torque", torque)
-    if isinstance(gears, GearDesign):
-        gears = _with_operation(gears, *axes)
-    model = checked_operating_model(gears)
-    study = Zones(model, *axes, starts=starts, refine=refine, settings=settings)
-    return in_operating_units(study.run(progress=progress, threads=threads), model)
+    if isinstance(gears, MeshModel):
+        checked_operating_model(gears)
+    study = Zones(gears, *axes, starts=starts, refine=refine, settings=settings)
+    dataset = study.run(progress=progress, threads=threads)
+    return in_operating_units(dataset, checked_operating_model(study.model))
 
 
-def _with_operation(design: GearDesign, speed: Axis, torque: Axis) -> GearDesign:
-    """A design with an operating point, that of the first cell if it has none; it does not affect the map."""
-    return design.at(speed=speed.start * RPM if design.speed is None else None,
-                     torque=torque.start if design.torque is None else None)
-
-
-def checked_operating_model(gears: Any) -> OperatingModel:
-    """The model of gears; raises `InputError` unless their speed and torque are known."""
-    model = as_model(gears)
+def checked_operating_model(model: MeshModel) -> OperatingModel:
+    """A model of gears as such; raises `InputError` for a dimensionless one."""
     if not isinstance(model, OperatingModel):
         raise InputError("gears", "must be a GearDesign or a GearPair, or the model of one",
-                         f"a {type(gears).__name__}",
+                         f"a {type(model).__name__}",
                          "A dimensionless MeshModel has no speed or torque; gearchaos.zones maps it over omega and q0.")
     return model
 

@@ -109,9 +109,9 @@ def _replaced(table: Mapping[str, Any], values: Mapping[str, Any], title: str) -
 
 
 def _with_paths(design: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """The table ``[design]`` with paths relative to the working directory instead of the folder of the file."""
+    """The table ``[design]`` with absolute paths of files, which are relative to the folder of the study file."""
     for name, key in _FILES:
         table = design.get(name)
         if isinstance(table, dict) and isinstance(table.get(key), str):
-            table[key] = str(folder / table[key])
+            table[key] = str((folder / table[key]).absolute())
     return design

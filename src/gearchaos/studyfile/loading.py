@@ -13,7 +13,7 @@ from gearchaos.dynamics.settings import FORMER_NAMES, Classification
 from gearchaos.errors import InputError
 from gearchaos.files import read_bytes
 from gearchaos.gears.design import GearDesign
-from gearchaos.gears.operating import OperatingModel, operating_model
+from gearchaos.gears.operating import Gears, OperatingModel, operating_model
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import (
     PARAMETER_PAIRS,
@@ -76,6 +76,11 @@ class LoadedStudy:
     def pair(self) -> GearPair | None:
         """The gear pair in SI at the operating point of the model; None if the file describes no gears."""
         return self.model.gears.to_pair() if isinstance(self.model, OperatingModel) else None
+
+    @property
+    def gears(self) -> Gears | None:
+        """The gears at the operating point of the model; None if the file describes no gears."""
+        return self.model.gears if isinstance(self.model, OperatingModel) else None
 
     def options_for(self, kind: str) -> dict[str, Any]:
         """The options if the file describes a study of this kind, else none."""
