@@ -281,7 +281,9 @@ def test_refusals_of_method_c():
     teeth = replace(SPUR_62, teeth=(20, 60))
     per_velocity = 20 / 100 * math.sqrt(0.9)
     assert "below 10 m/s" in method_c(fast / per_velocity, pair=teeth).reason
-    assert method_c(9.999 / per_velocity, pair=teeth).value is not None
+    assert "K3 is negative" in method_c(9.999 / per_velocity, pair=teeth).reason
+    assert method_c(5.80 / per_velocity, pair=teeth).value == pytest.approx(1, abs=2e-3)
+    assert method_c(5.81 / per_velocity, pair=teeth).value is None
     assert "grades 3 to 8" in method_c(1.0, grade=9).reason
     assert "grades 3 to 8" in method_c(1.0, grade=2).reason
     many = 62 / 100 * math.sqrt(0.5)

@@ -47,6 +47,9 @@ _K1 = {
 
 _K2 = {"spur": 0.0193, "helical": 0.0087}
 
+_K3_VANISHES = 2.071 / 0.357
+"""(v z1/100) √(u²/(1 + u²)), m/s, at which K3 is 0."""
+
 _LEAST_LINE_LOAD = 100.0
 """Least F_t K_A/b of method C, N/mm; smaller ones count as this one."""
 
@@ -103,7 +106,8 @@ def dynamic_factor_c(
     Returns
     -------
     DynamicFactorC or Refused
-        Refused unless 3 ≤ grade ≤ 8 and (v z1/100) √(u²/(1 + u²)) < 10 m/s; above 3 m/s also unless z1 < 50,
+        Refused unless 3 ≤ grade ≤ 8 and (v z1/100) √(u²/(1 + u²)) < 10 m/s, the range of the standard, and below 5.8
+        m/s, where K3 is positive: K_v would be below 1 beyond. Above 3 m/s also unless z1 < 50,
         β ≤ 30° and the wheels are solid.
 
     Notes
@@ -131,6 +135,9 @@ def _method_c_refusal(geometry: Geometry, parameter: float, pinion: int, grade: 
         return f"K1 is known for accuracy grades 3 to 8; the grade is {grade}."
     if parameter >= 10:
         return f"(v z1/100) √(u²/(1 + u²)) must be below 10 m/s, the subcritical range; it is {parameter:.4g} m/s."
+    if parameter >= _K3_VANISHES:
+        return (f"From (v z1/100) √(u²/(1 + u²)) = {_K3_VANISHES:.3g} m/s on K3 is negative and K_v would be below 1; "
+                f"it is {parameter:.4g} m/s.")
     if parameter < 3:
         return ""
     above = "Where (v z1/100) √(u²/(1 + u²)) is 3 m/s or more,"
