@@ -123,6 +123,11 @@ def _point(gears: Gears, torque: float | None) -> _Point:
     return _Point(there.to_pair(), there.to_model().parameters())
 
 
+def pair_of(gears: Gears, torque: float | None = None) -> GearPair:
+    """The pair of gears, at another torque of wheel 1 in N m if one is given; computed once for each torque."""
+    return _point(gears, torque).pair
+
+
 def operating_model(gears: Gears, kind: str | None = None) -> OperatingModel:
     """The model of gears at their operating point.
 

@@ -130,6 +130,7 @@ class GearPair:
                 self._set(name, units.to_si(name, getattr(self, name), dimension, rule))
         for name, dimension in SERIES_FIELDS.items():
             self._set(name, units.list_to_si(name, getattr(self, name), dimension))
+        self._set("stiffness_starts", tuple(self.stiffness_starts))  # a file has a list
         if self.M20 is None:
             self._set("M20", units.to_si("M20", self.M10 * self.R2 / self.R1, *UNIT_FIELDS["M20"]))
         check_ratio(self)
