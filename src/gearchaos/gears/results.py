@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def physical(dataset: xr.Dataset, pair: GearPair | None = None) -> xr.Dataset:
+def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
     """A result of a study in physical units: µm, mm/s, N, ms, and Hz of mesh frequency.
 
     Parameters
     ----------
     dataset : Dataset
         The result of a study of the gears.
-    pair : GearPair, optional
+    pair : GearPair or GearDesign, optional
         The gears whose scales apply; may be left out for a result over ``speed`` or ``torque``, which carries its
         gears.
 

@@ -26,7 +26,7 @@ from gearchaos.quantities.tables import (
 )
 
 __all__ = [
-    "COORDINATES", "GEARS", "HARMONICS", "NOT_NEGATIVE", "OPERATION", "PARAMETERS", "PARAMETER_PAIRS", "POSITIVE", "PREFIXES",
-    "RESPONSES", "RESULTS", "STIFFNESS_LEVELS", "VERDICTS", "Name", "Physical", "Quantity", "Range", "Rule", "find",
-    "parse", "parse_harmonic", "quantity",
+    "COORDINATES", "GEARS", "HARMONICS", "NOT_NEGATIVE", "OPERATION", "PARAMETERS", "PARAMETER_PAIRS", "POSITIVE",
+    "PREFIXES", "RESPONSES", "RESULTS", "STIFFNESS_LEVELS", "VERDICTS", "Name", "Physical", "Quantity", "Range", "Rule",
+    "find", "parse", "parse_harmonic", "quantity",
 ]

@@ -16,10 +16,11 @@ from gearchaos.explorer.view.kinds import as_kind
 from gearchaos.gears.design import GearDesign
 from gearchaos.gears.operating import Gears, OperatingModel, operating_model, pair_of
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.quality import Quality
+from gearchaos.gears.quality import GRADES, Quality
 from gearchaos.gears.units import RPM
 from gearchaos.model import MeshModel, SteppedStiffness, state_names
 from gearchaos.model.names import has_effect
+from gearchaos.quantities import Range
 from gearchaos.studies.axis import Axis
 
 GEAR_VALUES = ("speed", "torque", "backlash", "grade", "zeta")
@@ -216,6 +217,21 @@ def as_dimensionless_axis(gears: Gears, axis: Axis) -> Axis:
         return axis
     name, scale = scales[axis.name]
     return Axis(name, axis.start / scale, axis.stop / scale, axis.count)
+
+
+def slider_range(gears: Gears | None, name: str) -> Range:
+    """The range of the slider of a value: that of its axis for speed and torque, of the edition for a grade."""
+    found = value_range(name)
+    if gears is None:
+        return found
+    for axis in operating_axes(gears):
+        if axis.name == name:
+            return found._replace(low=axis.start, high=axis.stop)
+    quality = _quality(gears)
+    if name == "grade" and quality is not None:
+        low, high = GRADES[quality.standard]
+        return found._replace(low=low, high=high)
+    return found
 
 
 def limits(model: MeshModel, name: str) -> tuple[float, float]:

@@ -32,7 +32,7 @@ def axis_names(model: MeshModel) -> list[str]:
     """
     out = [q.name for q in OPERATION] if isinstance(model, OperatingModel) else []
     for name in [*known_names(model), *(n for n in model.parameters() if n not in known_names(model))]:
-        order = (parts := parse_harmonic(name)) is not None and parts.order or 0
+        order = ((parts := parse_harmonic(name)) is not None and parts.order) or 0
         if order <= HIGHEST_HARMONIC and _has_effect(name, model.kind) and name not in {*state_names(model.kind), *out}:
             out.append(name)
     return out

@@ -199,11 +199,13 @@ class View:
             return self._with_gear_value(self.model, name, accepted)
         for i, axis in enumerate((self.x, self.y)):
             own, of_axis = set(self.model.set_by(name)), set(self.model.set_by(axis.name))
-            if own == of_axis:
+            if name == axis.name:
                 return replace(self, at=(accepted, self.at[1]) if i == 0 else (self.at[0], accepted), initial=())
             if own & of_axis:
                 raise InputError(name, f"must be left to the axis {axis.name}", accepted, "Choose another axis first.")
-        return replace(self, model=self.model.with_values({name: accepted}), initial=())
+        model = self.model.with_values({name: accepted})
+        model = given_gears.settled(model) if isinstance(model, OperatingModel) else model
+        return replace(self, model=model, initial=())
 
     def _with_gear_value(self, model: OperatingModel, name: str, value: float) -> View:
         """The view with another value of its gears; one that an axis has, or that one stands for, moves the point."""
