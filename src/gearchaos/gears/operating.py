@@ -30,6 +30,9 @@ torque, the torque also changes the parameters that follow from it."""
 class Gears(Protocol):
     """Gears at an operating point: a `GearPair` or a `GearDesign`."""
 
+    def __hash__(self) -> int:
+        """Gears are values."""
+
     def at(self, *, speed: float | None = None, torque: float | None = None) -> Self:
         """The same gears at another speed, rad/s, or torque, N m, of wheel 1."""
 

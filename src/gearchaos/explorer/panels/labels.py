@@ -42,7 +42,7 @@ def label(array: xr.DataArray | xr.Variable, name: str) -> str:
     return plain(axis_label(array, name))
 
 
-def unit(array: xr.Variable) -> str:
+def unit(array: xr.DataArray | xr.Variable) -> str:
     """The unit of a variable, e.g. ``mm/s`` or ``Δω₀``; empty for a plain number."""
     return unit_symbols(array.attrs.get("units", "1"))
 

@@ -136,7 +136,8 @@ class MapFigure:
         mark = symbols or (NONE if units.marked else "")
         missing = ((_NO_VALUE, "none" if found.share == 1 else "none yet"),) if known.size < values.size else ()
         self.legend = Legend(f"{words} [{mark}]" if mark else words, missing)
-        self._set(self.mapper, tags=[[], symbols or (mark and f"[{mark}]")], **_discrete_scale(known) if whole else _continuous_scale(known))
+        tags = [[], symbols or (mark and f"[{mark}]")]
+        self._set(self.mapper, tags=tags, **_discrete_scale(known) if whole else _continuous_scale(known))
         self._set(self.bar.ticker, min_interval=float(whole))
         self._set(self.bar, visible=True)
         self._draw(found, values, words, units)

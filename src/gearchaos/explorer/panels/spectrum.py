@@ -18,11 +18,11 @@ _ORDERS = 6
 _ORDER = "order of the mesh frequency"
 
 
-def _mesh_frequency(units: Units) -> str:
-    """What the order 1 is, in brackets."""
+def _order(units: Units) -> str:
+    """Label of the axis of orders; for gears with the frequency of the first, short enough for a small figure."""
     if units.gears is not None:
-        return f" [{pair_of(units.gears).mesh_frequency / (2 * np.pi):.5g} Hz]"
-    return f" [{NONE}]" if units.marked else ""
+        return f"order (1 is {pair_of(units.gears).mesh_frequency / (2 * np.pi):.5g} Hz)"
+    return f"{_ORDER} [{NONE}]" if units.marked else _ORDER
 
 
 class SpectrumFigure:
@@ -43,8 +43,9 @@ class SpectrumFigure:
         least = max(float(amplitude[inside].max()) * FLOOR, 1e-37)
         values = (order[inside], np.maximum(amplitude[inside], least))
         self._set(self.source, data={n: v.astype(np.float32) for n, v in zip("xy", values, strict=True)})
-        self._set(self.figure.yaxis[0], axis_label=units.label(velocity, "z_dot").replace("velocity", "amplitude of", 1))
-        self._set(self.figure.xaxis[0], axis_label=_ORDER + _mesh_frequency(units))
+        words = units.label(velocity, "z_dot").replace("velocity", "amplitude of", 1)
+        self._set(self.figure.yaxis[0], axis_label=words)
+        self._set(self.figure.xaxis[0], axis_label=_order(units))
 
     def clear(self) -> None:
         """Draw nothing."""

@@ -68,6 +68,8 @@ class Units:
     def of_parameter(self, name: str) -> str:
         """The unit of a parameter or initial value, which is dimensionless unless it is one of gears."""
         found = find(name)
+        if found is not None and found.title.endswith("phase"):
+            return "rad"
         return NONE if found is None else unit_symbols(found.unit) or NONE
 
     def of_measure(self, name: str) -> str:

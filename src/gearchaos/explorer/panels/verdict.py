@@ -70,9 +70,8 @@ class VerdictText:
 
 def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:
     """The text on the motion at a point, with response measures in these units."""
-    v = found.verdict
-    where = ", ".join(
-        f"{symbol(a.name)} = {value:g}{units.after(a.name)}" for a, value in zip((view.x, view.y), view.at, strict=True))
+    v, names = found.verdict, (view.x.name, view.y.name)
+    where = ", ".join(f"{symbol(n)} = {at:g}{units.after(n)}" for n, at in zip(names, view.at, strict=True))
     spectral = "the same" if v.spectral_label == v.label else v.spectral_label or ""
     return VerdictText(
         label=v.label, reason=v.reason, colour=motion_colour(v.label), where=where, stage=found.stage,

@@ -113,9 +113,9 @@ def with_gear_value(gears: Gears, name: str, value: float) -> Gears:
 def _replaced(gears: Any, name: str, value: float) -> Gears:
     """The gears with another backlash in µm, grade or damping ratio."""
     if isinstance(gears, GearPair):
-        pair = gears
-        return replace(pair, **({"backlash": value * _UM} if name == "backlash" else {
-            "k": 2 * value * pair.mass * pair.omega0}))
+        if name == "backlash":
+            return replace(gears, backlash=value * _UM)
+        return replace(gears, k=2 * value * gears.mass * gears.omega0)
     if name == "backlash":
         return replace(gears, backlash={"value": value * _UM, "of": "line of action, total"})
     if name == "grade":
@@ -191,12 +191,14 @@ def operating_axes(gears: Gears) -> tuple[Axis, Axis]:
     pair = pair_of(gears)
     resonance, speed, torque = pair.omega0 / pair.n1 / RPM, pair.speed / RPM, pair.M10
     speeds = min(_SPEEDS[0] * resonance, 0.5 * speed), max(_SPEEDS[1] * resonance, 1.2 * speed)
-    torques = sorted(share * torque for share in _TORQUES) if torque else [0.0, 0.3 * pair.scales.torque1]
-    x, y = (
-        Axis(name, *(rounded(end, ends[1] - ends[0]) or end for end in ends), count)
-        for name, ends, count in zip(("speed", "torque"), (speeds, torques), MAP_CELLS, strict=True)
-    )
-    return x, y
+    low, high = sorted(share * torque for share in _TORQUES) if torque else (0.0, 0.3 * pair.scales.torque1)
+    return _rounded_axis("speed", *speeds, MAP_CELLS[0]), _rounded_axis("torque", low, high, MAP_CELLS[1])
+
+
+def _rounded_axis(name: str, start: float, stop: float, count: int) -> Axis:
+    """An axis whose ends have few digits."""
+    width = stop - start
+    return Axis(name, rounded(start, width) or start, rounded(stop, width), count)
 
 
 def as_operating_axis(gears: Gears, axis: Axis) -> Axis:

@@ -93,7 +93,8 @@ class Controls:
             self._messages.write("line-choose", render("menus.html.j2", menus=[line_menu()]))
         self._messages.set_values({
             **{name: f"{value:{_NUMBER}}" for name, value in field_values(view).items()},
-            "preset": self._preset if view.gears is None else GEARS, "kind": view.model.kind, "stiffness": stiffness_name(view.model), "x": view.x.name,
+            "preset": self._preset if view.gears is None else GEARS, "kind": view.model.kind,
+            "stiffness": stiffness_name(view.model), "x": view.x.name,
             "y": view.y.name, "colour": view.colour, "line": view.line, "alike": alike, "units": view.physical,
         })
 

@@ -101,7 +101,7 @@ def parameter_form(view: View, merged: Iterable[str], start: View) -> Form:
     """
     figures = tuple((key, preset.name) for key, preset in presets().items())
     gears, marks = start.gears, Units(marked=start.gears is not None)
-    first = () if gears is None else ((GEARS, "the gears of the study file"),)
+    first = () if gears is None else ((GEARS, "the gears loaded"),)
     menus = (
         Menu("preset", "Preset", (("", "choose a figure of the paper …"), *first, *figures)),
         Menu("kind", "Model", tuple((k, _KINDS[k]) for k in KINDS)),

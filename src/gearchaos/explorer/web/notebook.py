@@ -41,7 +41,8 @@ class Explorer:
 
 
 def explore(
-    model: MeshModel | GearPair | GearDesign | None = None, x: Axis | None = None, y: Axis | None = None, *, port: int = 0,
+    model: MeshModel | GearPair | GearDesign | None = None, x: Axis | None = None, y: Axis | None = None, *,
+    port: int = 0,
 ) -> Explorer:
     """The explorer: a map of motions in the browser, and for any point of the map the motion there.
 
