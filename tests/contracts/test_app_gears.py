@@ -113,6 +113,7 @@ def test_every_address_of_gears_has_their_values_by_name():
     query = to_query(DESIGN.moved(2500.0, 60.0).with_value("grade", 9.0))
     for part in ("speed=2500.0", "torque=60.0", "backlash=120.0", "grade=9.0", "zeta=0.05", "units=physical"):
         assert part in query.split("&")
+    assert from_query("speed=450&torque=220", DESIGN).point.value("torque") == 220.0  # far below the resonance
     assert from_query("torque=60", DESIGN).point.value("speed") == pytest.approx(3000.0)
 
 

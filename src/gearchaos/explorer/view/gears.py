@@ -190,9 +190,11 @@ def operating_axes(gears: Gears) -> tuple[Axis, Axis]:
     """The axes of speed and torque that a page shows first."""
     pair = pair_of(gears)
     resonance, speed, torque = pair.omega0 / pair.n1 / RPM, pair.speed / RPM, pair.M10
-    speeds = min(_SPEEDS[0] * resonance, 0.5 * speed), max(_SPEEDS[1] * resonance, 1.2 * speed)
     low, high = sorted(share * torque for share in _TORQUES) if torque else (0.0, 0.3 * pair.scales.torque1)
-    return _rounded_axis("speed", *speeds, MAP_CELLS[0]), _rounded_axis("torque", low, high, MAP_CELLS[1])
+    least = 1.01 * value_range("omega").least * pair_of(gears, high).omega0 / pair.n1 / RPM  # accepted at all torques
+    first, last = min(_SPEEDS[0] * resonance, 0.5 * speed), max(_SPEEDS[1] * resonance, 1.2 * speed)
+    return (_rounded_axis("speed", max(first, least), last, MAP_CELLS[0]),
+            _rounded_axis("torque", low, high, MAP_CELLS[1]))
 
 
 def _rounded_axis(name: str, start: float, stop: float, count: int) -> Axis:
