@@ -8,7 +8,7 @@ import pytest
 import gearchaos as gc
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import view_of
-from gearchaos.studyfile import load_study
+from gearchaos.studyfile import load_design, load_study
 from tests.slow.browser import NEEDED, SIZES, Visit, served
 from tests.slow.test_explorer_pixels import picture
 
@@ -125,3 +125,11 @@ def test_a_figure_of_the_paper_is_dimensionless_and_the_gears_come_back(visit_de
     one.page.wait_for_selector(".field-omega")
     assert one.page.evaluate(LABELS, "map") == ["mesh frequency ω [ω₀]", "error amplitude ε₁ [–]"]
     assert one.after(lambda: one.choose("preset", "the gears loaded")).point == FIRST.point
+
+
+def test_a_notebook_shows_a_design(chromium, kernels):
+    shown = gc.explore(load_design(DESIGN))
+    one = Visit(chromium, shown.url, first=FIRST)
+    assert one.view.point == FIRST.point and "N m" in one.settled().inner_text()
+    one.close()
+    shown.stop()
