@@ -149,7 +149,7 @@ def test_a_map_without_the_present_colouring_is_not_shown(page):
 
 
 def test_there_is_a_message_instead_of_a_file_of_nothing(page):
-    page.computations.ask_file("motion", "png", None)
+    page.computations.ask_file("motion", "png")
     assert page.display.shown["show_message"] == [("There is nothing to save yet.",)]
 
 

@@ -1,7 +1,6 @@
 """What a visitor of the explorer takes along, and the units it is in."""
 
 import io
-import re
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +14,7 @@ from gearchaos.explorer.jobs import export
 from gearchaos.explorer.jobs import map as maps
 from gearchaos.explorer.jobs.point_motion import point_motion
 from gearchaos.explorer.panels.spectrum import SpectrumFigure
+from gearchaos.explorer.panels.units import Units
 from gearchaos.explorer.view.pair import pair_at
 from gearchaos.explorer.view.presets import preset_of, presets
 from gearchaos.explorer.view.state import view_of
@@ -65,7 +65,7 @@ PAIR = load_study(Path(__file__).parents[2] / "examples" / "physical_pair.toml")
 def test_a_copied_study_file_keeps_the_pair_at_the_point(tmp_path, change):
     view = change(view_of(PAIR.model, *axes_of(PAIR)))
     path = tmp_path / "pair.toml"
-    path.write_text(as_toml(view, PAIR.pair), encoding="utf-8")
+    path.write_text(as_toml(view), encoding="utf-8")
     study = load_study(path)
     found, wanted = study.model.parameters(), view.point.parameters()
     assert found == pytest.approx(wanted, rel=1e-13) and study.model.initial == view.point.initial
@@ -78,7 +78,7 @@ def test_other_kinds_of_a_pair_keep_it_and_what_no_pair_has_is_a_model(tmp_path)
     for changed, kept in (
         (view.with_kind("torsional"), True), (view.with_kind("single"), True), (view.with_value("J1", 3.0), False),
     ):
-        path.write_text(as_toml(changed, PAIR.pair), encoding="utf-8")
+        path.write_text(as_toml(changed), encoding="utf-8")
         study = load_study(path)
         assert (study.pair is not None) == kept and study.model.kind == changed.model.kind
         assert gc.regime(study.model).v_rms == pytest.approx(gc.regime(changed.point).v_rms, rel=1e-6)
@@ -89,8 +89,9 @@ def test_other_kinds_of_a_pair_keep_it_and_what_no_pair_has_is_a_model(tmp_path)
 def test_copied_python_scales_to_the_units_on_show():
     view = view_of(PAIR.model)
     names: dict = {}
-    exec("import gearchaos as gc\n" + re.search(r"^pair = .*$", as_python(view, PAIR.pair), re.M)[0], names)
-    assert names["pair"] == PAIR.pair and "physical" not in as_python(view)
+    exec(as_python(view).partition("verdict = ")[0], names)
+    assert names["gears"] == PAIR.pair and names["model"] == view.point
+    assert "physical" in as_python(view) and "physical" not in as_python(replace(view, physical=False))
 
 
 @pytest.mark.parametrize("key", presets())
@@ -136,7 +137,7 @@ def test_the_spectrum_of_the_page_has_the_unit_of_the_velocity_and_the_same_orde
     motion = list(point_motion(PAIR.model))[-1].trajectory
     drawn = []
     for velocity in (motion["z_dot"], gc.physical(motion, PAIR.pair)["z_dot"]):
-        figure.show(motion, velocity)
+        figure.show(motion, velocity, Units())
         drawn.append((put[figure.source.id]["data"], put[figure.figure.yaxis[0].id]["axis_label"]))
     (plain, words), (scaled, unit) = drawn
     assert words == "amplitude of z′" and unit == "amplitude of z′ [mm/s]"

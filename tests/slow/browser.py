@@ -63,7 +63,8 @@ def served(*arguments, few=False):
 class Visit:
     """A page, what went wrong on it, and what it asked for elsewhere."""
 
-    def __init__(self, chromium, url, size="laptop"):
+    def __init__(self, chromium, url, size="laptop", first=START):
+        self.first = first  # what the server shows first; its gears are those of the page
         width, height = SIZES[size]
         self.context = chromium.new_context(viewport={"width": width, "height": height}, accept_downloads=True)
         self.context.grant_permissions(["clipboard-read", "clipboard-write"])
@@ -83,7 +84,7 @@ class Visit:
     @property
     def view(self):
         """What the address bar says."""
-        return from_query(self.page.evaluate("location.search"), START)
+        return from_query(self.page.evaluate("location.search"), self.first)
 
     def after(self, act):
         """Act, and return the view that the address bar then shows."""

@@ -15,7 +15,7 @@ from gearchaos.explorer.jobs.export import FILES
 from gearchaos.explorer.view.address import to_query
 from gearchaos.explorer.view.bounds import value_range
 from gearchaos.explorer.view.presets import presets
-from gearchaos.explorer.view.state import COLOURS
+from gearchaos.explorer.view.state import COLOURS, view_of
 from gearchaos.studyfile import load_study
 from tests.slow.browser import CALM, COMMAND, FEW_CELLS, MAP, NEEDED, SIZES, START, Visit, served
 
@@ -42,7 +42,7 @@ def visit_pair(chromium, pair_server):
     visits = []
 
     def begin(query=""):
-        visits.append(Visit(chromium, pair_server[0] + query))
+        visits.append(Visit(chromium, pair_server[0] + query, first=view_of(load_study(PAIR).model)))
         return visits[-1]
 
     yield begin
@@ -197,6 +197,8 @@ def test_downloads(visit, tmp_path):
 
 def test_downloads_in_physical_units_are_of_the_same_motion(visit_pair, tmp_path):
     one = visit_pair()
+    one.after(lambda: one.page.click("button:has-text('physical units')"))
+    one.page.wait_for_selector(".verdict:has-text('Δω₀')")
     plain = gc.load(taken(one, tmp_path, ["motion data"])["motion data"]).load()
     one.after(lambda: one.page.click("button:has-text('physical units')"))
     one.page.wait_for_selector(".verdict:has-text('mm/s')")
@@ -274,10 +276,10 @@ def test_no_click_gets_lost_however_soon_or_slow(visit):
 
 def test_a_study_file_and_its_units(visit_pair, tmp_path):
     one = visit_pair()
-    assert "mm/s" not in one.page.locator(".verdict").inner_text()
+    assert one.view.physical and "mm/s" in one.page.locator(".verdict").inner_text()
     one.after(lambda: one.page.click("button:has-text('physical units')"))
-    one.page.wait_for_selector(".verdict:has-text('mm/s')")
-    assert one.view.physical
+    one.page.wait_for_selector(".verdict:has-text('Δω₀')")
+    assert not one.view.physical and "mm/s" not in one.page.locator(".verdict").inner_text()
     assert one.page.locator("[data-press=alike]").get_attribute("aria-pressed") == "false"  # J1 is not J2
     one.export("copy as TOML")
     one.page.wait_for_selector("#note:has-text('TOML')")

@@ -38,14 +38,18 @@ def explore(
     port = check_port(host, port)
     if host not in LOCAL:
         say(f"warning: anyone who can reach {host}:{port} can use this page, and this machine's time with it")
-    running = server(view, loaded.pair, host=host, port=port)
+    running = server(view, host=host, port=port)
     running.start()
     say(f"explorer at {address(host, port)} (Ctrl-C ends it)")
     _serve(running, None if no_open else address(host, port))
 
 
 def _view(loaded: LoadedStudy, texts: list[str], no_arguments: bool) -> View:
-    """The first view: axes of the command line, otherwise of the study file; without arguments the paper's figure 2."""
+    """The first view: axes of the command line, otherwise of the study file; without arguments the paper's figure 2.
+
+    For gears the ranges of ω and q0 in a study file are those of the speed and torque.
+    """
+    from gearchaos.explorer.view.gears import as_operating_axis, gears_of
     from gearchaos.explorer.view.presets import presets
     from gearchaos.explorer.view.state import view_of
     from gearchaos.studies.axis import parse_axis
@@ -57,8 +61,10 @@ def _view(loaded: LoadedStudy, texts: list[str], no_arguments: bool) -> View:
     if no_arguments and not given:
         return presets()["2"].view
     options = loaded.options_for("zones")
-    axes = given or [options[name] for name in ("x", "y") if name in options]
-    return view_of(loaded.model, *axes)
+    of_study = [options[name] for name in ("x", "y") if name in options]
+    if (gears := gears_of(loaded.model)) is not None:
+        of_study = [as_operating_axis(gears, axis) for axis in of_study]
+    return view_of(loaded.model, *(given or of_study))
 
 
 def _serve(running: Any, page: str | None) -> None:

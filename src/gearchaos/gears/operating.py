@@ -34,6 +34,9 @@ AnyModel = MeshModel | GearPair | GearDesign
 class Gears(Protocol):
     """Gears at an operating point: a `GearPair` or a `GearDesign`."""
 
+    def __hash__(self) -> int:
+        """Gears are values."""
+
     def at(self, *, speed: float | None = None, torque: float | None = None) -> Self:
         """The same gears at another speed, rad/s, or torque, N m, of wheel 1."""
 
@@ -137,6 +140,11 @@ def _point(gears: Gears, torque: float | None) -> _Point:
     """The gears at a torque in N m; None for their own."""
     there = gears if torque is None else gears.at(torque=torque)
     return _Point(there.to_pair(), there.to_model().parameters())
+
+
+def pair_of(gears: Gears, torque: float | None = None) -> GearPair:
+    """The pair of gears, at another torque of wheel 1 in N m if one is given; computed once for each torque."""
+    return _point(gears, torque).pair
 
 
 def operating_model(gears: Gears, kind: str | None = None) -> OperatingModel:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 ISO_1995, ISO_2013 = "ISO 1328-1:1995", "ISO 1328-1:2013"
 
-_GRADES = {ISO_1995: (0, 12), ISO_2013: (1, 11)}
+GRADES = {ISO_1995: (0, 12), ISO_2013: (1, 11)}
 """Lowest and highest grade of each edition."""
 
 
@@ -49,13 +49,13 @@ class Quality:
     grade: int | tuple[int, int]
 
     def __post_init__(self) -> None:
-        if self.standard not in _GRADES:
-            raise unknown_name("quality.standard", str(self.standard), _GRADES)
+        if self.standard not in GRADES:
+            raise unknown_name("quality.standard", str(self.standard), GRADES)
         if isinstance(self.grade, list):
             object.__setattr__(self, "grade", tuple(self.grade))
         if isinstance(self.grade, tuple) and len(self.grade) != 2:
             raise InputError("quality.grade", "must be one grade or a list of two", self.grade)
-        low, high = _GRADES[self.standard]
+        low, high = GRADES[self.standard]
         for grade in self.grades:
             if isinstance(grade, bool) or not isinstance(grade, int) or not low <= grade <= high:
                 rule = f"must be a whole number from {low} to {high} in {self.standard}"

@@ -10,7 +10,7 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design import GearDesign
-from gearchaos.gears.operating import Gears, gears_from_json
+from gearchaos.gears.operating import Gears, gears_from_json, pair_of
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.scales import Scales, scaled, unit_of
 
@@ -43,15 +43,15 @@ def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
     gears = _checked_gears(dataset, pair)
     scales = _scales(dataset, gears)
     coordinates, variables = scaled(dataset.coords, scales), scaled(dataset.data_vars, scales)
-    return dataset.assign_coords(coordinates).assign(variables).assign_attrs(pair=json.dumps(asdict(gears.to_pair())))
+    return dataset.assign_coords(coordinates).assign(variables).assign_attrs(pair=json.dumps(asdict(pair_of(gears))))
 
 
 def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:
     """The scales of a result: numbers, or arrays along the coordinate ``torque`` if they depend on it."""
     if "torque" not in dataset.coords:
-        return gears.to_pair().scales
+        return pair_of(gears).scales
     torque = dataset["torque"]
-    found = [gears.at(torque=value).to_pair().scales for value in torque.values.ravel().tolist()]
+    found = [pair_of(gears, value).scales for value in torque.values.ravel().tolist()]
     if all(scales == found[0] for scales in found):
         return found[0]
     names = [f.name for f in fields(Scales)]

@@ -15,6 +15,7 @@ from gearchaos.quantities.names import PREFIXES, Name, parse
 from gearchaos.quantities.quantity import NOT_NEGATIVE, POSITIVE, Physical, Quantity, Range, Rule
 from gearchaos.quantities.tables import (
     COORDINATES,
+    GEARS,
     HARMONICS,
     OPERATION,
     PARAMETERS,
@@ -25,7 +26,7 @@ from gearchaos.quantities.tables import (
 )
 
 __all__ = [
-    "COORDINATES", "HARMONICS", "NOT_NEGATIVE", "OPERATION", "PARAMETERS", "PARAMETER_PAIRS", "POSITIVE", "PREFIXES",
-    "RESPONSES", "RESULTS", "STIFFNESS_LEVELS", "VERDICTS", "Name", "Physical", "Quantity", "Range", "Rule", "find",
-    "parse", "parse_harmonic", "quantity",
+    "COORDINATES", "GEARS", "HARMONICS", "NOT_NEGATIVE", "OPERATION", "PARAMETERS", "PARAMETER_PAIRS", "POSITIVE",
+    "PREFIXES", "RESPONSES", "RESULTS", "STIFFNESS_LEVELS", "VERDICTS", "Name", "Physical", "Quantity", "Range", "Rule",
+    "find", "parse", "parse_harmonic", "quantity",
 ]

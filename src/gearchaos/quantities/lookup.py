@@ -9,6 +9,7 @@ from gearchaos.quantities.names import Name, parse
 from gearchaos.quantities.quantity import Quantity
 from gearchaos.quantities.tables import (
     COORDINATES,
+    GEARS,
     HARMONICS,
     OPERATION,
     PARAMETERS,
@@ -22,7 +23,7 @@ from gearchaos.quantities.tables import (
 PARAMETER_PAIRS: dict[str, tuple[str, str]] = {q.name: q.members for q in (*PARAMETERS, *STIFFNESS_LEVELS) if q.members}
 """The names that set a parameter of both wheels, such as ``q0``, each with the names of the two parameters."""
 
-_TABLES = (PARAMETERS, OPERATION, STIFFNESS_LEVELS, COORDINATES, RESPONSES, VERDICTS, RESULTS)
+_TABLES = (PARAMETERS, OPERATION, GEARS, STIFFNESS_LEVELS, COORDINATES, RESPONSES, VERDICTS, RESULTS)
 _BY_NAME = {q.name: q for table in _TABLES for q in table}
 
 

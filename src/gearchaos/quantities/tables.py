@@ -139,6 +139,15 @@ OPERATION: tuple[Quantity, ...] = (
 )
 """Parameters of an operating point, which a model of given gears also has."""
 
+GEARS: tuple[Quantity, ...] = (
+    Quantity(
+        "backlash", "j", "j", long_name="total backlash along the line of action", title="backlash, line of action",
+        unit="µm", rule=POSITIVE, range=Range(10.0, 410.0, 0.1, 1e5),
+    ),
+    Quantity("grade", "Q", "Q", long_name="accuracy grade", title="accuracy grade", range=Range(0.0, 12.0, 0.0, 12.0)),
+)
+"""Values of given gears that the explorer varies, beside those of `OPERATION`."""
+
 STIFFNESS_LEVELS: tuple[Quantity, ...] = (
     *_wheels(
         Quantity("chi0", "χ₀", r"\chi_0", title="stiffness step", range=Range(-0.5, 0.75, -0.95, 0.95),

@@ -15,8 +15,6 @@ from gearchaos.explorer.jobs.point_motion import PointMotion, final_verdict, poi
 from gearchaos.explorer.jobs.worker import Job, Worker
 from gearchaos.explorer.jobs.worker_process import GeneratorFunction
 from gearchaos.explorer.view.state import View
-from gearchaos.gears.pair import GearPair
-from gearchaos.gears.results import physical
 
 _DELAY = 0.05
 """Seconds between the last change of a slider and the start of a long computation."""
@@ -125,8 +123,8 @@ class Computations:
             view = self._view
             self._ask(self._slow, "basins", partial(point_studies.basins, view), partial(self._show_basins, view))
 
-    def ask_file(self, kind: str, suffix: str, pair: GearPair | None) -> None:
-        """Make a file of the map or of the motion, in the units of the pair if there is one."""
+    def ask_file(self, kind: str, suffix: str) -> None:
+        """Make a file of the map or of the motion, in the units that the view shows."""
         dataset = {
             "map": None if self.map is None else self.map.dataset,
             "motion": None if self.point_motion is None else self.point_motion.trajectory,
@@ -135,8 +133,8 @@ class Computations:
             self._display.show_message("There is nothing to save yet.")
             return
         title = self.point_motion.verdict.label if self.point_motion and kind == "motion" else ""
-        scaled = dataset if pair is None else physical(dataset, pair)
-        function = partial(export.exported, kind, suffix, scaled, self._view.colour, title)
+        gears = self._view.gears if self._view.physical else None
+        function = partial(export.exported, kind, suffix, dataset, self._view.colour, title, gears)
         self._ask(self._quick, f"{kind}.{suffix}", function, lambda found: self._display.save_file(*found))
 
     def _ask_point_motion(self) -> None:

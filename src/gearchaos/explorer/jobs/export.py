@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 
 from gearchaos import plot
 from gearchaos.datasets import netcdf_bytes
+from gearchaos.gears.operating import Gears
+from gearchaos.gears.results import physical
 
 _DPI = 150
 _MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml", "nc": "application/x-netcdf"}
@@ -54,11 +56,15 @@ def _draw_dossier(dataset: xr.Dataset, _: str, title: str) -> Figure:
 _DRAW: dict[str, Callable[[xr.Dataset, str, str], Figure]] = {"map": _draw_map, "motion": _draw_dossier}
 
 
-def exported(kind: str, suffix: str, dataset: xr.Dataset, colour: str, title: str) -> Generator[tuple[bytes, str, str]]:
+def exported(
+    kind: str, suffix: str, dataset: xr.Dataset, colour: str, title: str, gears: Gears | None = None,
+) -> Generator[tuple[bytes, str, str]]:
     """One file as (content, media type, file name), the only result of this job; parameters as of `picture`.
 
-    The suffix "nc" gives the Dataset as NetCDF with checksums.
+    It is in the units of the gears, if there are some. The suffix "nc" gives the Dataset as NetCDF with checksums.
     """
+    if gears is not None:
+        dataset = physical(dataset, gears)
     if suffix == "nc":
         content, media = bytes(netcdf_bytes(dataset)), _MEDIA_TYPES["nc"]
     else:

@@ -8,6 +8,11 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.dynamics import Label
+from gearchaos.explorer.view.gears import gears_of
+from gearchaos.explorer.view.state import COLOURS
+from gearchaos.gears.operating import Gears
+from gearchaos.gears.results import physical
+from gearchaos.quantities import quantity
 from gearchaos.studies.fill_values import fill_value
 from gearchaos.studies.zones import Zones
 
@@ -32,6 +37,8 @@ class Map:
         Distance between the rows, and between the columns, of the lattice that is being computed.
     share : float
         Share of the cells that are computed or chaotic so far.
+    physical : xarray.Dataset or None
+        The response measures of ``dataset`` that have a unit, in the units of the gears, if there are gears.
     """
 
     dataset: xr.Dataset
@@ -40,6 +47,7 @@ class Map:
     chaotic_so_far: np.ndarray
     stride: int
     share: float
+    physical: xr.Dataset | None = None
 
     def labels(self) -> xr.DataArray:
         """Labels (rows, columns), with `Label.CHAOTIC` in cells that are chaotic so far."""
@@ -51,9 +59,13 @@ class Map:
         """Of the values (rows, columns) of all cells, the one that each cell shows; ``nothing`` if none yet."""
         return np.where(self.source >= 0, values.ravel()[self.source], np.asarray(nothing, values.dtype))
 
-    def measure(self, name: str) -> xr.Variable:
-        """The response measure that each cell shows, (rows, columns); NaN if it shows none yet."""
-        found = self.dataset[name].variable
+    def measure(self, name: str, physical: bool = False) -> xr.Variable:
+        """The response measure that each cell shows, (rows, columns); NaN if it shows none yet.
+
+        If ``physical`` it is in the unit of the gears, if it has one.
+        """
+        scaled = physical and self.physical is not None and name in self.physical
+        found = (self.physical if scaled and self.physical is not None else self.dataset)[name].variable
         return found.copy(data=np.where(self.measure_source >= 0, found.values.ravel()[self.measure_source], np.nan))
 
 
@@ -133,4 +145,22 @@ class MapGrid:
         found = {n: v.copy() for n, v in self.found.items()}
         share = float((self.known | self.chaotic_so_far).mean())
         sources = self.source.copy(), self.measure_source.copy()
-        return Map(study.finish(found), *sources, self.chaotic_so_far.ravel().copy(), stride, share)
+        dataset = study.finish(found)
+        return Map(dataset, *sources, self.chaotic_so_far.ravel().copy(), stride, share,
+                   physical_measures(dataset, gears_of(study.model), self.known))
+
+
+def physical_measures(dataset: xr.Dataset, gears: Gears | None, known: np.ndarray) -> xr.Dataset | None:
+    """The response measures of a map by which it can be coloured, in the units of the gears; None without gears.
+
+    Only those of the torques at which a cell is known, (rows, columns) of bool, are scaled: each torque may have
+    scales of its own, and those of the cells computed have been found already.
+    """
+    names = [n for n in COLOURS if n in dataset and quantity(n).physical is not None]
+    if gears is None or not names:
+        return None
+    if "torque" not in dataset.dims:
+        return physical(dataset[names], gears)
+    other = 1 - dataset["label"].dims.index("torque")
+    found = physical(dataset[names].isel(torque=np.flatnonzero(known.any(axis=other))), gears)
+    return found.reindex(torque=dataset["torque"])

@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 from bokeh.models import ColumnDataSource, Image, LinearColorMapper, Range1d
 
-from gearchaos.explorer.panels.labels import label
 from gearchaos.explorer.panels.style import Legend, SetAttributes, empty_figure
+from gearchaos.explorer.panels.units import Units
 from gearchaos.plot._axes import cell_extent
 from gearchaos.plot._basins import UNDECIDED, attractor_colours, attractor_names
 
@@ -21,6 +21,8 @@ class BasinsFigure:
     ----------
     axes : (str, str)
         Names of the two initial values; empty before the first plane is drawn.
+    scales : (float, float)
+        The units of both axes in dimensionless units: a value shown over its scale is dimensionless.
     legend : Legend
     """
 
@@ -33,11 +35,12 @@ class BasinsFigure:
         self.mapper = LinearColorMapper(palette=[UNDECIDED], low=-1.5, high=-0.5)
         self.figure.add_glyph(
             self.source, Image(image="image", x="x", y="y", dw="dw", dh="dh", color_mapper=self.mapper))
-        self.axes = ("", "")
+        self.axes, self.scales = ("", ""), (1.0, 1.0)
         self.legend = Legend()
 
-    def show(self, found: xr.Dataset) -> None:
-        """Draw a Dataset as from `gearchaos.basins`."""
+    def show(self, dimensionless: xr.Dataset, units: Units) -> None:
+        """Draw a Dataset as from `gearchaos.basins` in these units."""
+        found = units.scaled(dimensionless)
         vertical, horizontal = map(str, found["attractor"].dims)
         x, y = found[horizontal], found[vertical]
         left, right, bottom, top = cell_extent(x.values, y.values)
@@ -52,8 +55,8 @@ class BasinsFigure:
             (self.figure.y_range, self.figure.yaxis[0], y, vertical),
         ):
             self._set(end, start=float(along[0]), end=float(along[-1]))
-            self._set(axis, axis_label=label(along, name))
-        self.axes = (horizontal, vertical)
+            self._set(axis, axis_label=units.label(along, name))
+        self.axes, self.scales = (horizontal, vertical), (units.one(horizontal), units.one(vertical))
         self._set(self.figure, visible=True)
         shares = found["attractor_fraction"].values
         names = [f"{n} ({100 * s:.0f} %)" for n, s in zip(attractor_names(found), shares, strict=True)]

@@ -7,8 +7,8 @@ import xarray as xr
 from bokeh.models import ColumnDataSource, Image, LinearColorMapper, Range1d, Span
 from matplotlib.colors import to_hex
 
-from gearchaos.explorer.panels.labels import label
 from gearchaos.explorer.panels.style import PALETTE, SetAttributes, empty_figure
+from gearchaos.explorer.panels.units import Units
 from gearchaos.plot._axes import cell_extent
 from gearchaos.plot._bifurcation import DENSITY_COLOURS, DENSITY_EXPONENT, density
 from gearchaos.plot._classes import motion_class
@@ -39,8 +39,8 @@ class BifurcationFigure:
         """Draw a vertical line at the point."""
         self._set(self.marker, location=at)
 
-    def show(self, found: xr.Dataset) -> None:
-        """Draw a diagram."""
+    def show(self, found: xr.Dataset, units: Units) -> None:
+        """Draw a diagram, which is in these units."""
         name = "section_z"
         axis = str(found[name].dims[0])
         values = found[name].transpose(..., "point").values
@@ -54,8 +54,8 @@ class BifurcationFigure:
         self._set(self.ribbon, data={"image": [strip], "y": [high], "dh": [top - high], **place})
         self._set(self.figure.x_range, start=float(found[axis][0]), end=float(found[axis][-1]))
         self._set(self.figure.y_range, start=low, end=top)
-        self._set(self.figure.xaxis[0], axis_label=label(found[axis], axis))
-        self._set(self.figure.yaxis[0], axis_label=label(found[name], "z"))
+        self._set(self.figure.xaxis[0], axis_label=units.label(found[axis], axis))
+        self._set(self.figure.yaxis[0], axis_label=units.label(found[name], "z"))
 
 
 def _limits(values: np.ndarray) -> tuple[float, float]:

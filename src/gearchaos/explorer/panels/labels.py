@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import cache
 
 import xarray as xr
 
 from gearchaos.explorer.view import bounds
-from gearchaos.gears.pair import GearPair
-from gearchaos.gears.results import physical
 from gearchaos.plot._axes import axis_label
 from gearchaos.quantities import (
     COORDINATES,
     HARMONICS,
+    OPERATION,
     PARAMETERS,
     RESPONSES,
     RESULTS,
@@ -44,18 +42,15 @@ def label(array: xr.DataArray | xr.Variable, name: str) -> str:
     return plain(axis_label(array, name))
 
 
-def unit(array: xr.Variable) -> str:
+def unit(array: xr.DataArray | xr.Variable) -> str:
     """The unit of a variable, e.g. ``mm/s`` or ``Δω₀``; empty for a plain number."""
-    text = array.attrs.get("units", "1")
-    return "".join(_SCALES[part] for part in parts) if set(parts := text.split("*")) <= _SCALES.keys() else text
+    return unit_symbols(array.attrs.get("units", "1"))
 
 
-def in_units(variables: Mapping[str, xr.Variable], pair: GearPair | None) -> dict[str, xr.Variable]:
-    """Dimensionless variables by name, converted to the units of the pair if there is one."""
-    if pair is None:
-        return dict(variables)
-    shown = physical(xr.Dataset(dict(variables)), pair)
-    return {name: shown[name].variable for name in variables}
+def unit_symbols(text: str) -> str:
+    """A unit as it is shown: ``Δω₀`` for ``delta*omega0``, ``N m`` for ``N*m``; empty for a plain number."""
+    parts = text.split("*")
+    return "".join(_SCALES[part] for part in parts) if set(parts) <= _SCALES.keys() else " ".join(parts)
 
 
 def plain(text: str) -> str:
@@ -70,6 +65,6 @@ def _plain_symbols() -> dict[str, str]:
     """The symbols of all quantities, dimensionless and with units, by their mathtext."""
     orders = range(1, bounds.HIGHEST_HARMONIC + 1)
     harmonics = [quantity(f"{family}{order}") for family in HARMONICS for order in orders]
-    found = [*PARAMETERS, *STIFFNESS_LEVELS, *harmonics, *COORDINATES, *RESPONSES, *VERDICTS, *RESULTS]
+    found = [*PARAMETERS, *OPERATION, *STIFFNESS_LEVELS, *harmonics, *COORDINATES, *RESPONSES, *VERDICTS, *RESULTS]
     with_units = {q.physical.tex: q.physical.symbol for q in found if q.physical is not None}
     return with_units | {q.tex: q.symbol for q in found}

@@ -23,13 +23,13 @@ from bokeh.models import (
 from bokeh.palettes import Viridis256
 
 from gearchaos.explorer.jobs.map_grid import Map
-from gearchaos.explorer.panels.labels import in_units, label, symbol, title, unit
+from gearchaos.explorer.panels.labels import label, symbol, unit
 from gearchaos.explorer.panels.style import PALETTE, Legend, SetAttributes, empty_figure
-from gearchaos.explorer.view.bounds import value_range
-from gearchaos.gears.pair import GearPair
+from gearchaos.explorer.panels.units import NONE, Units
+from gearchaos.explorer.view.gears import limits
+from gearchaos.explorer.view.state import View
 from gearchaos.plot._axes import cell_extent
 from gearchaos.plot._classes import MOTION_CLASSES, NO_CLASS, motion_class
-from gearchaos.studies.axis import Axis
 
 _SATURATED = 1.0
 """Percentage of the cells whose values lie above the colour scale: otherwise a few peaks would determine the scale."""
@@ -45,6 +45,9 @@ _CLASSES: dict[str, Any] = {
 
 The figure changes the attributes of one mapper, since Bokeh ignores the palette of a mapper that replaces another.
 """
+
+_FORMATS = {"speed": "0.0", "torque": "0.00"}
+"""Formats of the numbers beside the pointer; those of other parameters have four digits after the point."""
 
 _HOVER = """
 const [names, unit] = mapper.tags
@@ -99,50 +102,55 @@ class MapFigure:
         ):
             self.figure.add_glyph(self.point, glyph, level="overlay")  # can be redrawn without redrawing the map
 
-    def set_plane(self, x: Axis, y: Axis) -> None:
-        """Show this part of a plane; the old image stays until there is a new one."""
+    def set_plane(self, view: View, units: Units) -> None:
+        """Show the part of the plane in view; the old image stays until there is a new one."""
         ranges, axes = (self.figure.x_range, self.figure.y_range), (self.figure.xaxis[0], self.figure.yaxis[0])
-        for axis, shown, drawn in zip((x, y), ranges, axes, strict=True):
-            shown.bounds = (value_range(axis.name).least, value_range(axis.name).most)
+        for axis, shown, drawn in zip((view.x, view.y), ranges, axes, strict=True):
+            shown.bounds = limits(view.model, axis.name)
             shown.update(start=axis.start, end=axis.stop, reset_start=axis.start, reset_end=axis.stop)
-            self._set(drawn, axis_label=f"{title(axis.name)} {symbol(axis.name)}".strip())
+            self._set(drawn, axis_label=units.parameter(axis.name))
 
     def mark(self, at: tuple[float, float]) -> None:
         """Move the crosshair to the point."""
         self._set(self.point, data={"x": [at[0]], "y": [at[1]]})
 
-    def show(self, found: Map, colour: str, pair: GearPair | None) -> None:
-        """Draw a map coloured by a variable, in the units of the pair if there is one."""
+    def show(self, found: Map, colour: str, units: Units) -> None:
+        """Draw a map coloured by a variable in these units."""
         if colour == "motion":
-            self._show_classes(found)
+            self._show_classes(found, units)
         else:
-            self._show_measure(found, in_units({colour: found.measure(colour)}, pair)[colour], colour)
+            self._show_measure(found, found.measure(colour, units.gears is not None), colour, units)
 
-    def _show_classes(self, found: Map) -> None:
+    def _show_classes(self, found: Map, units: Units) -> None:
         classes = found.shown(motion_class(found.labels(), found.dataset["period"]), NO_CLASS)
         present = [MOTION_CLASSES[i] for i in np.unique(classes) if i != NO_CLASS]
         self.legend = Legend(entries=tuple((c.colour, c.name) for c in present))
         self._set(self.mapper, **_CLASSES)
         self._set(self.bar, visible=False)
-        self._draw(found, classes.astype(np.uint8), "motion")
+        self._draw(found, classes.astype(np.uint8), "motion", units)
 
-    def _show_measure(self, found: Map, measure: xr.Variable, name: str) -> None:
+    def _show_measure(self, found: Map, measure: xr.Variable, name: str, units: Units) -> None:
         values, whole = measure.values.astype(np.float32), found.dataset[name].dtype.kind in "iu"
         known = values[np.isfinite(values)]
-        words, units = label(measure, name).partition(" [")[0], unit(measure)
+        words, symbols = label(measure, name).partition(" [")[0], unit(measure)
+        mark = symbols or (NONE if units.marked else "")
         missing = ((_NO_VALUE, "none" if found.share == 1 else "none yet"),) if known.size < values.size else ()
-        self.legend = Legend(f"{words} [{units}]" if units else words, missing)
-        self._set(self.mapper, tags=[[], units], **_discrete_scale(known) if whole else _continuous_scale(known))
+        self.legend = Legend(f"{words} [{mark}]" if mark else words, missing)
+        tags = [[], symbols or (mark and f"[{mark}]")]
+        self._set(self.mapper, tags=tags, **_discrete_scale(known) if whole else _continuous_scale(known))
         self._set(self.bar.ticker, min_interval=float(whole))
         self._set(self.bar, visible=True)
-        self._draw(found, values, words)
+        self._draw(found, values, words, units)
 
-    def _draw(self, found: Map, image: np.ndarray, words: str) -> None:
+    def _draw(self, found: Map, image: np.ndarray, words: str, units: Units) -> None:
         vertical, horizontal = map(str, found.dataset["label"].dims)
         left, right, bottom, top = cell_extent(found.dataset[horizontal].values, found.dataset[vertical].values)
         place: dict[str, Any] = {"x": [left], "y": [bottom], "dw": [right - left], "dh": [top - bottom]}
         self._set(self.image, data={"image": [image], **place})
-        at = (symbol(horizontal), "$x{0.0000}"), (symbol(vertical), "$y{0.0000}")
+        at = (
+            (symbol(name), f"${way}{{{_FORMATS.get(name, '0.0000')}}}{units.after(name)}")
+            for way, name in (("x", horizontal), ("y", vertical))
+        )
         self._set(self.hover, tooltips=[(words, "@image{custom}"), *at])
 
 

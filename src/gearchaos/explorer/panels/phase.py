@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 from bokeh.models import ColumnDataSource, DataRange1d, Line, Scatter, Span
 
-from gearchaos.explorer.panels.labels import label
 from gearchaos.explorer.panels.style import BOUNDARY, INK, STROBE, SetAttributes, empty_figure
+from gearchaos.explorer.panels.units import Units
 
 _SAMPLES = 3072
 """Largest number of samples of the trajectory drawn."""
@@ -33,16 +33,16 @@ class PhaseFigure:
         for end in self.ends:
             self.figure.add_layout(end)
 
-    def show(self, motion: xr.Dataset, backlash: float) -> None:
-        """Draw a motion; ``backlash`` is half the backlash in the unit of z."""
+    def show(self, motion: xr.Dataset, units: Units) -> None:
+        """Draw a motion, which is in these units."""
         values = (motion["z"].values, motion["z_dot"].values)
         self._set(self.line, data={n: v[:_SAMPLES].astype(np.float32) for n, v in zip("xy", values, strict=True)})
         sections = (motion[f"section_{n}"].values[:_POINTS] for n in ("z", "z_dot"))
         self._set(self.points, data=dict(zip("xy", map(np.asarray, sections), strict=True)))
         for sign, end in zip((-1, 1), self.ends, strict=True):
-            self._set(end, location=sign * backlash)
-        self._set(self.figure.xaxis[0], axis_label=label(motion["z"], "z"))
-        self._set(self.figure.yaxis[0], axis_label=label(motion["z_dot"], "z_dot"))
+            self._set(end, location=sign * units.one("z"))
+        self._set(self.figure.xaxis[0], axis_label=units.label(motion["z"], "z"))
+        self._set(self.figure.yaxis[0], axis_label=units.label(motion["z_dot"], "z_dot"))
 
     def clear(self) -> None:
         """Draw nothing."""

@@ -8,9 +8,8 @@ from bokeh.models import ColumnDataSource, Scatter
 
 from gearchaos.datasets import variable
 from gearchaos.explorer.jobs.point_motion import PointMotion
-from gearchaos.explorer.panels.labels import in_units, label
 from gearchaos.explorer.panels.style import INK, SetAttributes, empty_figure
-from gearchaos.gears.pair import GearPair
+from gearchaos.explorer.panels.units import Units
 
 _FEW = 64
 """Up to this number of points, markers are large."""
@@ -26,24 +25,24 @@ class PortraitFigure:
         self.glyph = Scatter(x="x", y="y", size=6, fill_color=INK, line_color=None)
         self.figure.add_glyph(self.source, self.glyph)
 
-    def show(self, found: PointMotion, pair: GearPair | None) -> None:
-        """Draw the points of a motion, in the units of the pair if there is one."""
-        x, y = _section(found, pair)
+    def show(self, found: PointMotion, units: Units) -> None:
+        """Draw the points of a motion in these units."""
+        x, y = _section(found, units)
         self._set(self.glyph, size=6 if len(x) <= _FEW else 2)
         self._set(self.source, data={"x": x.values, "y": y.values})
-        self._set(self.figure.xaxis[0], axis_label=label(x, "z"))
-        self._set(self.figure.yaxis[0], axis_label=label(y, "z_dot"))
+        self._set(self.figure.xaxis[0], axis_label=units.label(x, "z"))
+        self._set(self.figure.yaxis[0], axis_label=units.label(y, "z_dot"))
 
     def clear(self) -> None:
         """Draw nothing."""
         self._set(self.source, data={"x": [], "y": []})
 
 
-def _section(found: PointMotion, pair: GearPair | None) -> tuple[xr.Variable, xr.Variable]:
+def _section(found: PointMotion, units: Units) -> tuple[xr.Variable, xr.Variable]:
     """Displacement and velocity (N,) of the stroboscopic points; those of the portrait if there is one."""
     names = ("section_z", "section_z_dot")
     section = found.verdict.section if found.portrait is None else {
         n: found.portrait[f"section_{n}"].values for n in ("z", "z_dot")}
     points = {n: variable(n, ("period",), np.asarray(section[n.removeprefix("section_")])) for n in names}
-    scaled = in_units(points, pair)
+    scaled = units.variables(points)
     return scaled[names[0]], scaled[names[1]]

@@ -20,7 +20,8 @@ The model in this process is not changed; see `gearchaos.explorer.web.messages.M
 PALETTE = [c.colour for c in MOTION_CLASSES]
 BOUNDARY = "#737373"
 
-__all__ = ["BOUNDARY", "INK", "PALETTE", "STROBE", "Legend", "SetAttributes", "empty_figure", "motion_colour"]
+__all__ = ["BOUNDARY", "INK", "PALETTE", "STROBE", "Legend", "SetAttributes", "empty_figure", "motion_colour",
+           "style_axis"]
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,12 @@ def empty_figure(title: str = "", ticks: int = 4, **options: Any) -> Any:
     if plot.title is not None:
         plot.title.update(text_font_size="12px", text_font_style="normal", text_color="#444444")
     for axis in (*plot.xaxis, *plot.yaxis):
-        axis.axis_label_text_font_style, axis.axis_label_text_font_size = "normal", "12px"
-        axis.axis_label_standoff, axis.minor_tick_line_color = 3, None
-        axis.ticker.update(num_minor_ticks=0, desired_num_ticks=ticks)
+        style_axis(axis, ticks)
     return plot
+
+
+def style_axis(axis: Any, ticks: int) -> None:
+    """Set fonts and ticks of an axis."""
+    axis.axis_label_text_font_style, axis.axis_label_text_font_size = "normal", "12px"
+    axis.axis_label_standoff, axis.minor_tick_line_color = 3, None
+    axis.ticker.update(num_minor_ticks=0, desired_num_ticks=ticks)

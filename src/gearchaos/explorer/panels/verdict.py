@@ -8,10 +8,14 @@ import numpy as np
 
 from gearchaos.datasets import variable
 from gearchaos.explorer.jobs.point_motion import PointMotion
-from gearchaos.explorer.panels.labels import in_units, symbol, unit
+from gearchaos.explorer.panels.labels import symbol, unit
 from gearchaos.explorer.panels.style import motion_colour
+from gearchaos.explorer.panels.units import Units
+from gearchaos.explorer.view.gears import gear_values
 from gearchaos.explorer.view.state import View
-from gearchaos.gears.pair import GearPair
+from gearchaos.gears.operating import OperatingModel, pair_of
+from gearchaos.gears.units import RPM
+from gearchaos.model import MeshModel
 from gearchaos.quantities import quantity
 from gearchaos.studies.verdict import Verdict
 
@@ -19,6 +23,9 @@ _MEASURES = {
     **{name: quantity(name).title for name in ("v_rms", "z_rms", "z_peak_to_peak", "contact_fraction")},
     "dynamic_factor": quantity("dynamic_factor").long_name,  # its title is too long for a narrow column
 }
+_FORCES = {"mesh_force_peak": quantity("mesh_force_peak").title}
+"""Measures that are shown in the units of gears only."""
+
 _CONTACT = {
     "permanent": "the teeth never part", "one-sided": "the teeth part, the back flank is not reached",
     "two-sided": "the teeth hit both flanks", "none": "no contact at all",
@@ -61,39 +68,54 @@ class VerdictText:
     evidence: str
 
 
-def verdict_text(found: PointMotion, view: View, pair: GearPair | None) -> VerdictText:
-    """The text on the motion at a point, with response measures in the units of the pair if there is one."""
-    v = found.verdict
-    where = ", ".join(f"{symbol(a.name)} = {value:g}" for a, value in zip((view.x, view.y), view.at, strict=True))
+def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:
+    """The text on the motion at a point, with response measures in these units."""
+    v, names = found.verdict, (view.x.name, view.y.name)
+    where = ", ".join(f"{symbol(n)} = {at:g}{units.after(n)}" for n, at in zip(names, view.at, strict=True))
     spectral = "the same" if v.spectral_label == v.label else v.spectral_label or ""
     return VerdictText(
         label=v.label, reason=v.reason, colour=motion_colour(v.label), where=where, stage=found.stage,
-        final=found.final, periods=f"{v.periods_spent:,}", rows=_rows(v, pair),
+        final=found.final, periods=f"{v.periods_spent:,}", rows=[*_operation(v.model, units), *_rows(v, units)],
         spectral=spectral,
         evidence="the orbit itself and its multipliers" if v.multipliers else "the Lyapunov exponents",
     )
 
 
-def _rows(v: Verdict, pair: GearPair | None) -> list[tuple[str, str]]:
+def _operation(model: MeshModel, units: Units) -> list[tuple[str, str]]:
+    """Speed, frequency, torque and static force of gears, each with its name; nothing for a dimensionless model."""
+    if units.gears is None or not isinstance(model, OperatingModel):
+        return []
+    values, pair = gear_values(model), pair_of(units.gears)
+    frequency, force = values["speed"] * RPM * pair.n1 / (2 * np.pi), values["torque"] / pair.R1
+    return [
+        (name, units.number(f"{value:.5g}", unit_text)) for name, value, unit_text in (
+            ("speed of wheel 1", values["speed"], "rpm"), ("mesh frequency", frequency, "Hz"),
+            ("torque at wheel 1", values["torque"], "N m"), ("static mesh force", force, "N"))
+    ]
+
+
+def _rows(v: Verdict, units: Units) -> list[tuple[str, str]]:
     """Evidence and response measures, each with its name."""
     rows = []
     if v.contact:
         rows.append((quantity("contact").title, f"{v.contact}: {_CONTACT[v.contact]}"))
-    rows += _measures(v, pair)
+    rows += _measures(v, units)
     if v.multipliers:
         largest = max(map(abs, v.multipliers))
-        rows.append(("largest Floquet multiplier |μ|", f"{largest:.6f}"))
-        rows.append((quantity("residual").title, f"{v.residual:.1e}"))
+        rows.append(("largest Floquet multiplier |μ|", units.number(f"{largest:.6f}", "")))
+        rows.append((quantity("residual").title, units.number(f"{v.residual:.1e}", "")))
     elif v.lyapunov:
-        low, high = v.lyapunov_ci[0]
-        rows.append((quantity("lyapunov").long_name, f"{v.lyapunov[0]:+.3g} ({low:+.3g} to {high:+.3g})"))
-    rows.append((quantity("periods_spent").title, f"{v.periods_spent:,}"))
+        value, low, high = (units.one("lyapunov") * x for x in (v.lyapunov[0], *v.lyapunov_ci[0]))
+        text = f"{value:+.3g} ({low:+.3g} to {high:+.3g})"
+        mark = "1/s" if units.gears is not None else "ω₀" if units.marked else ""
+        rows.append((quantity("lyapunov").long_name, units.number(text, mark)))
+    rows.append((quantity("periods_spent").title, units.number(f"{v.periods_spent:,}", "")))
     return rows
 
 
-def _measures(v: Verdict, pair: GearPair | None) -> list[tuple[str, str]]:
+def _measures(v: Verdict, units: Units) -> list[tuple[str, str]]:
     """Names of the response measures that this motion has, and their values with units."""
-    known = {n: x for n in _MEASURES if (x := getattr(v, n)) is not None}
-    measures = in_units({n: variable(n, (), np.array(x)) for n, x in known.items()}, pair)
-    texts = {n: f"{float(value):.5g}\N{NO-BREAK SPACE}{unit(value)}".strip() for n, value in measures.items()}
-    return [(title, texts[n]) for n, title in _MEASURES.items() if n in known]
+    titles = _MEASURES | (_FORCES if units.gears is not None else {})
+    known = {n: x for n in titles if (x := getattr(v, n)) is not None}
+    measures = units.variables({n: variable(n, (), np.array(x)) for n, x in known.items()})
+    return [(titles[n], units.number(f"{float(value):.5g}", unit(value))) for n, value in measures.items()]

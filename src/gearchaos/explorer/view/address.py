@@ -8,8 +8,11 @@ from urllib.parse import parse_qsl, urlencode
 
 from gearchaos.errors import InputError
 from gearchaos.explorer.view.bounds import MAP_CELLS, QUERY_LENGTH, bounded, finite_number
+from gearchaos.explorer.view.gears import GEAR_VALUES, changes, gear_values, own_model, with_gear_value
+from gearchaos.explorer.view.kinds import AnyModel
 from gearchaos.explorer.view.planes import value_on
 from gearchaos.explorer.view.state import View, check_known, stiffness_name, view_of
+from gearchaos.gears.operating import OperatingModel
 from gearchaos.model import (
     COORDINATES,
     KINDS,
@@ -20,6 +23,7 @@ from gearchaos.model import (
     Stiffness,
     TwoLevelStiffness,
     expand_pairs,
+    stiffness_kind,
 )
 from gearchaos.studies.axis import Axis
 
@@ -35,23 +39,51 @@ _STEPS = ("levels", "starts")
 
 _UNITS = ("dimensionless", "physical")
 
+_OF_GEARS = set(GEAR_VALUES) - {"zeta"}
+"""Names in a query that only gears have: a query with one of them is about the gears of the server."""
+
 
 def to_query(view: View) -> str:
-    """The view as the query of an address: values that differ from the defaults, with all their digits."""
-    model = view.model
-    out: dict[str, str] = {"kind": model.kind}
-    if stiffness_name(model) != "two-level":
-        out["stiffness"] = stiffness_name(model)
-    if isinstance(model.stiffness, SteppedStiffness):
-        out |= {n: ",".join(map(repr, getattr(model.stiffness, n))) for n in _STEPS}
-    default = replace(MeshModel(kind=model.kind), stiffness=_stiffness(stiffness_name(model), out)).parameters()
-    out |= {n: repr(v) for n, v in model.parameters().items() if v != default.get(n, 0.0)}
-    out |= {n: repr(v) for n, v in model.initial.items()}
+    """The view as the query of an address: values that differ from the defaults, with all their digits.
+
+    Of gears it has `GEAR_VALUES` at the point, and what was set apart from the gears; all else stays with the server.
+    """
+    point = view.operating_point
+    out = _query_of_gears(point) if isinstance(point, OperatingModel) else _query_of_model(view.model)
+    out |= {n: repr(v) for n, v in view.model.initial.items()}
     out |= {n: f"{a.name}:{a.start!r}:{a.stop!r}" for n, a in (("x", view.x), ("y", view.y))}
     out |= {"at": ",".join(map(repr, view.at)), "colour": view.colour, "line": view.line}
     if view.initial:
         out["start"] = ",".join(f"{n}:{v!r}" for n, v in view.initial)
-    return urlencode(out | ({"units": "physical"} if view.physical else {}), safe=":,")
+    if view.physical or isinstance(point, OperatingModel):
+        out["units"] = _UNITS[view.physical]
+    return urlencode(out, safe=":,")
+
+
+def _query_of_model(model: MeshModel) -> dict[str, str]:
+    """Kind, stiffness and parameters of a dimensionless model."""
+    out: dict[str, str] = {"kind": model.kind, **_query_of_stiffness(model.stiffness)}
+    default = replace(MeshModel(kind=model.kind), stiffness=_stiffness(stiffness_name(model), out)).parameters()
+    return out | {n: repr(v) for n, v in model.parameters().items() if v != default.get(n, 0.0)}
+
+
+def _query_of_gears(model: OperatingModel) -> dict[str, str]:
+    """Kind of model, values of its gears, and what was set apart from them."""
+    own, changed = gear_values(own_model(model.gears, model.kind)), changes(model)
+    named: dict[str, str] = {}
+    if changed.pop("stiffness", None) is not None:
+        named = {"stiffness": stiffness_name(model), **_query_of_stiffness(model.stiffness)}
+        default = replace(model, stiffness=_stiffness(stiffness_name(model), named)).parameters()
+        changed |= {n: v for n, v in model.parameters().items() if v != default.get(n, 0.0)}
+    return {"kind": model.kind, **named} | {n: repr(v) for n, v in {**own, **changed}.items()}
+
+
+def _query_of_stiffness(stiffness: Stiffness) -> dict[str, str]:
+    """The kind of a stiffness that is not two-level, and the steps of one that has some."""
+    out = {} if isinstance(stiffness, TwoLevelStiffness) else {"stiffness": stiffness_kind(stiffness)}
+    if isinstance(stiffness, SteppedStiffness):
+        out |= {n: ",".join(map(repr, getattr(stiffness, n))) for n in _STEPS}
+    return out
 
 
 def from_query(text: str, default: View) -> View:
@@ -62,7 +94,7 @@ def from_query(text: str, default: View) -> View:
     text : str
         With or without the leading question mark. What it does not name has its default value.
     default : View
-        What an empty query shows.
+        What an empty query shows. Its gears are those whose speed, torque, backlash or grade a query sets.
 
     Raises
     ------
@@ -75,16 +107,43 @@ def from_query(text: str, default: View) -> View:
     if len(text) > QUERY_LENGTH:
         raise InputError("address", f"must have at most {QUERY_LENGTH} characters", len(text))
     given = dict(parse_qsl(text, keep_blank_values=True))
-    model = _model(given)
+    model = _model_of_gears(given, default) if _names_gears(given) else _model(given)
     usual = view_of(model)
     counts = dict(zip("xy", MAP_CELLS, strict=True))
     x, y = (_axis(n, given[n], count) if n in given else getattr(usual, n) for n, count in counts.items())
     at = _two_numbers("at", given["at"]) if "at" in given else (value_on(model, x), value_on(model, y))
-    check_known("units", given.get("units", "dimensionless"), _UNITS)
+    units = given.get("units", _UNITS[usual.physical])
+    check_known("units", units, _UNITS)
     return View(
         model, x, y, at, given.get("colour", "motion"), given.get("line", "x"), _initial(given.get("start", "")),
-        given.get("units") == "physical",
+        units == "physical",
     )
+
+
+def _names_gears(given: Mapping[str, str]) -> bool:
+    """Whether a query names a value that only gears have, or an axis of one."""
+    axes = {given.get(n, "").partition(":")[0] for n in "xy"}
+    return bool(_OF_GEARS & (given.keys() | axes))
+
+
+def _model_of_gears(given: Mapping[str, str], default: View) -> OperatingModel:
+    """The model of the server's gears with the values of a query."""
+    gears = default.gears
+    if gears is None:
+        name = next(iter(_OF_GEARS & given.keys()), "axis")
+        raise InputError(name, "needs gears", given.get(name), "Start the explorer with a file that has [design] or "
+                         "[gearpair]; the models on this page are dimensionless.")
+    for name in GEAR_VALUES:
+        if name in given:
+            gears = with_gear_value(gears, name, bounded(name, given[name]))
+    kind = given.get("kind", default.model.kind)
+    check_known("kind", kind, KINDS)
+    model, others = own_model(gears, kind), {*_OTHER_NAMES, *GEAR_VALUES}
+    if "stiffness" in given:
+        check_known("stiffness", given["stiffness"], STIFFNESS_KINDS)
+        model = replace(model, stiffness=_stiffness(given["stiffness"], given))
+        others |= set(_STEPS) if given["stiffness"] == "steps" else set()
+    return _with_values(model, {n: v for n, v in given.items() if n not in others})
 
 
 def _stiffness(kind: str, given: Mapping[str, str]) -> Stiffness:
@@ -103,6 +162,11 @@ def _model(given: Mapping[str, str]) -> MeshModel:
     model = MeshModel(kind=kind, stiffness=_stiffness(stiffness, given))  # type: ignore[arg-type]
     others = (*_OTHER_NAMES, *_STEPS) if stiffness == "steps" else _OTHER_NAMES
     values = {n: v for n, v in given.items() if n not in others}
+    return _with_values(model, values)
+
+
+def _with_values(model: AnyModel, values: Mapping[str, str]) -> AnyModel:
+    """The model with the values of a query by name."""
     expand_pairs(dict.fromkeys(values, 0.0), model)  # refuses an unknown name before its value is read
     return model.with_values({n: bounded(n, v) for n, v in values.items()})
 

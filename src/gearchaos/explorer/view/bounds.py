@@ -58,15 +58,22 @@ def bounded(name: str, value: object) -> float:
     Raises
     ------
     InputError
-        If it is not a finite number, or outside the range that the explorer accepts for this parameter.
+        If it is not a finite number, or outside the range that the explorer accepts for this parameter, or this is a
+        harmonic of too high an order.
     """
+    found = in_range(name, value)
+    parts = parse_harmonic(name)
+    if parts is not None and parts.order is not None and parts.order > HIGHEST_HARMONIC:
+        raise InputError(name, f"must be a harmonic of order at most {HIGHEST_HARMONIC} in the explorer", parts.order)
+    return found
+
+
+def in_range(name: str, value: object) -> float:
+    """``value`` as a float, for a harmonic of any order; raises `InputError` as `bounded`."""
     found = finite_number(name, value)
     _, _, least, most = value_range(name)
     if not least <= found <= most:
         raise InputError(name, f"must lie in [{least:g}, {most:g}] in the explorer", found)
-    parts = parse_harmonic(name)
-    if parts is not None and parts.order is not None and parts.order > HIGHEST_HARMONIC:
-        raise InputError(name, f"must be a harmonic of order at most {HIGHEST_HARMONIC} in the explorer", parts.order)
     return found
 
 

@@ -26,10 +26,10 @@ def pair_at(pair: GearPair, model: MeshModel) -> GearPair | None:
     Returns
     -------
     GearPair or None
-        None if there is no such pair: inertias that imply another equivalent mass, elastic supports where those of
-        ``pair`` are rigid, or a stepped stiffness.
+        None if there is no such pair: inertias that imply another equivalent mass, or elastic supports where those
+        of ``pair`` are rigid.
     """
-    if (model.kind == "full" and pair.rigid) or isinstance(model.stiffness, SteppedStiffness):
+    if model.kind == "full" and pair.rigid:
         return None
     if model.kind == "single":
         pair = replace(pair, b1=0.0, b2=0.0)
@@ -82,10 +82,15 @@ def _stiffness(pair: GearPair, own: MeshModel, model: MeshModel) -> dict[str, An
     stiffness, levels = model.stiffness, ("chi1", "chi2", "contact_ratio")
     if stiffness == own.stiffness:
         return {}
+    lists = ("stiffness_amplitudes", "stiffness_phases", "stiffness_levels", "stiffness_starts")
+    none = {**dict.fromkeys(levels), **dict.fromkeys(lists, ())}
     if isinstance(stiffness, HarmonicStiffness):
-        return {**dict.fromkeys(levels), "stiffness_phases": stiffness.phases,
-                "stiffness_amplitudes": tuple(c * pair.c0 for c in stiffness.amplitudes)}
-    return {**{n: getattr(stiffness, n) for n in levels}, "stiffness_amplitudes": (), "stiffness_phases": ()}
+        amplitudes = tuple(c * pair.c0 for c in stiffness.amplitudes)
+        return {**none, "stiffness_amplitudes": amplitudes, "stiffness_phases": stiffness.phases}
+    if isinstance(stiffness, SteppedStiffness):
+        found = tuple(c * pair.c0 for c in stiffness.levels)
+        return {**none, "stiffness_levels": found, "stiffness_starts": stiffness.starts}
+    return {**none, **{n: getattr(stiffness, n) for n in levels}}
 
 
 def _same(one: MeshModel, other: MeshModel) -> bool:

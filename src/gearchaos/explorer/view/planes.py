@@ -5,9 +5,12 @@ from __future__ import annotations
 from functools import cache
 
 from gearchaos.errors import InputError
-from gearchaos.explorer.view.bounds import MAP_CELLS
+from gearchaos.explorer.view.bounds import HIGHEST_HARMONIC, MAP_CELLS
+from gearchaos.explorer.view.gears import gear_values
+from gearchaos.gears.operating import OperatingModel
 from gearchaos.model import COORDINATES, MeshModel, known_names, state_names
 from gearchaos.model.names import check_has_effect
+from gearchaos.quantities import OPERATION, parse_harmonic
 from gearchaos.studies.axis import Axis
 
 
@@ -27,9 +30,10 @@ def axis_names(model: MeshModel) -> list[str]:
     A pair stands in place of its two members; parameters that have no effect on this kind of model are left out, and
     so are initial values. The harmonics listed are those that the model has, and at least the first.
     """
-    out = []
+    out = [q.name for q in OPERATION] if isinstance(model, OperatingModel) else []
     for name in [*known_names(model), *(n for n in model.parameters() if n not in known_names(model))]:
-        if _has_effect(name, model.kind) and name not in state_names(model.kind) and name not in out:
+        order = ((parts := parse_harmonic(name)) is not None and parts.order) or 0
+        if order <= HIGHEST_HARMONIC and _has_effect(name, model.kind) and name not in {*state_names(model.kind), *out}:
             out.append(name)
     return out
 
@@ -53,6 +57,8 @@ def value_on(model: MeshModel, axis: Axis) -> float:
 
     A pair has no single value if its two members differ.
     """
+    if isinstance(model, OperatingModel) and axis.name in gear_values(model):
+        return gear_values(model)[axis.name]
     known = model.parameters() | initial_values(model)
     missing = dict.fromkeys(state_names(model.kind))  # None for z, which follows from x1, x2, ... and is not in `known`
     values = {known.get(n, missing.get(n, 0.0)) for n in model.set_by(axis.name)}  # an absent harmonic is 0

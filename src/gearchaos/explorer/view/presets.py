@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 from gearchaos.explorer.view.bounds import MAP_CELLS
+from gearchaos.explorer.view.gears import gears_of
 from gearchaos.explorer.view.state import View, view_of
 from gearchaos.model import MeshModel, expand_pairs, state_names
 from gearchaos.paper.settings import FigureSettings, FigureStudy, all_figures
@@ -52,6 +53,8 @@ def preset_of(view: View, last: str = "") -> str:
     ``last`` is the preset chosen last. It stays chosen while the point moves in its plane; any other preset is
     recognised only at its own point.
     """
+    if gears_of(view.model) is not None:
+        return ""
     matching = [key for key, preset in presets().items() if _plane(preset.view) == _plane(view)]
     if last in matching:
         return last

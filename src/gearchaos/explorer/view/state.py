@@ -8,8 +8,19 @@ from functools import cached_property
 from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.explorer.view.bounds import MAP_CELLS, bounded, bounded_level, finite_number, rounded, value_range
+from gearchaos.explorer.view import gears as given_gears
+from gearchaos.explorer.view.bounds import (
+    MAP_CELLS,
+    bounded,
+    bounded_level,
+    finite_number,
+    in_range,
+    rounded,
+    value_range,
+)
+from gearchaos.explorer.view.kinds import as_kind
 from gearchaos.explorer.view.planes import axis_names, figure_plane, value_on
+from gearchaos.gears.operating import Gears, OperatingModel
 from gearchaos.model import (
     KINDS,
     STIFFNESS_KINDS,
@@ -18,7 +29,6 @@ from gearchaos.model import (
     SteppedStiffness,
     Stiffness,
     TwoLevelStiffness,
-    state_names,
     stiffness_kind,
 )
 from gearchaos.quantities import quantity
@@ -49,7 +59,7 @@ class View:
     Attributes
     ----------
     model : MeshModel
-        All parameters except the two of the map.
+        All parameters except the two of the map; an `OperatingModel` if gears are shown.
     x, y : Axis
         The horizontal and the vertical axis of the map, over the part in view.
     at : (float, float)
@@ -61,7 +71,7 @@ class View:
     initial : tuple of (name, value)
         Initial values of another motion chosen at the point; empty for those of the model.
     physical : bool
-        Whether results are shown in the units of the physical pair.
+        Whether results are shown in the units of the gears, if there are some.
 
     Raises
     ------
@@ -87,13 +97,24 @@ class View:
                 bounded(axis.name, end)
             if axis.count != count:
                 raise InputError(f"axis {axis.name} count", f"must be {count} in the explorer", axis.count)
-        check_plane(self.model, self.x, self.y)
+        if isinstance(self.model, OperatingModel):  # the torque at every row is a gear pair of its own
+            check_plane(self.model, *(replace(axis, count=2) for axis in (self.x, self.y)))
+            given_gears.check_operating_range(self.model, (self.x, self.y))
+            _check_model(self.point)
+        else:
+            check_plane(self.model, self.x, self.y)
         _ = self.point
 
     @cached_property
     def operating_point(self) -> MeshModel:
         """The model with the parameters of the point, and the initial values of `model`."""
-        return self.model.with_values(dict(zip((self.x.name, self.y.name), self.at, strict=True)))
+        found = self.model.with_values(dict(zip((self.x.name, self.y.name), self.at, strict=True)))
+        return given_gears.settled(found) if isinstance(found, OperatingModel) else found
+
+    @property
+    def gears(self) -> Gears | None:
+        """The gears at the point; None for a dimensionless model."""
+        return given_gears.gears_of(self.operating_point)
 
     @cached_property
     def point(self) -> MeshModel:
@@ -115,7 +136,8 @@ class View:
     def line_key(self) -> tuple[Any, ...]:
         """What the bifurcation diagram depends on."""
         axis = self.line_axis
-        return self.operating_point.with_values({axis.name: axis.start}), axis
+        units = self.physical and self.gears is not None
+        return self.operating_point.with_values({axis.name: axis.start}), axis, units
 
     def with_axes(self, x: Axis, y: Axis) -> View:
         """The same model over another plane, or another part of this one; the parameters at the point stay the same."""
@@ -132,12 +154,21 @@ class View:
         if name == other.name:
             x, y = (Axis(a.name, a.start, a.stop, b.count) for a, b in ((self.y, self.x), (self.x, self.y)))
             return self.with_axes(x, y)
-        new = Axis(name, value_range(name).low, value_range(name).high, old.count)
+        new = replace(self._default_axis(name), count=old.count)
         return self.with_axes(new, self.y) if which == "x" else self.with_axes(self.x, new)
+
+    def _default_axis(self, name: str) -> Axis:
+        """The axis of a parameter over the range of its slider."""
+        if (gears := given_gears.gears_of(self.model)) is not None:
+            for axis in given_gears.operating_axes(gears):
+                if axis.name == name:
+                    return axis
+        return Axis(name, value_range(name).low, value_range(name).high, 2)
 
     def moved(self, x: float, y: float) -> View:
         """The view with another point, and the initial values of the model."""
-        return replace(self, at=(_accepted(self.x, x), _accepted(self.y, y)), initial=())
+        at = _accepted(self.model, self.x, x), _accepted(self.model, self.y, y)
+        return replace(self, at=at, initial=())
 
     def stepped(self, columns: int, rows: int) -> View:
         """The view with the point moved by a number of cells of the map."""
@@ -164,18 +195,37 @@ class View:
     def with_value(self, name: str, value: object) -> View:
         """The view with a parameter or initial value set; setting a parameter of the map moves the point."""
         accepted = bounded(name, value)
+        if isinstance(self.model, OperatingModel) and name in given_gears.GEAR_VALUES:
+            return self._with_gear_value(self.model, name, accepted)
         for i, axis in enumerate((self.x, self.y)):
             own, of_axis = set(self.model.set_by(name)), set(self.model.set_by(axis.name))
-            if own == of_axis:
+            if name == axis.name:
                 return replace(self, at=(accepted, self.at[1]) if i == 0 else (self.at[0], accepted), initial=())
             if own & of_axis:
                 raise InputError(name, f"must be left to the axis {axis.name}", accepted, "Choose another axis first.")
-        return replace(self, model=self.model.with_values({name: accepted}), initial=())
+        model = self.model.with_values({name: accepted})
+        model = given_gears.settled(model) if isinstance(model, OperatingModel) else model
+        return replace(self, model=model, initial=())
+
+    def _with_gear_value(self, model: OperatingModel, name: str, value: float) -> View:
+        """The view with another value of its gears; one that an axis has, or that one stands for, moves the point."""
+        at = list(self.at)
+        for i, axis in enumerate((self.x, self.y)):
+            moved = value if axis.name == name else given_gears.at_on_axis(model, axis.name, name, value)
+            if moved is not None:
+                at[i] = moved
+                return replace(self, at=(at[0], at[1]), initial=())
+        changed = given_gears.with_new_gears(model, given_gears.with_gear_value(model.gears, name, value))
+        return replace(self, model=changed, initial=())
 
     def with_kind(self, kind: str) -> View:
         """The view with another kind of model; axes of parameters that it does not have are replaced by the default."""
         check_known("kind", kind, KINDS)
-        model = _as_kind(self.operating_point, kind)
+        point = self.operating_point
+        if isinstance(point, OperatingModel):
+            model: MeshModel = given_gears.with_new_gears(point, point.gears, kind)
+        else:
+            model = as_kind(point, kind)
         x, y = self._axes_for(model)
         if x.name == y.name:
             x, y = figure_plane(2)
@@ -198,12 +248,18 @@ class View:
 
 
 def view_of(model: MeshModel, x: Axis | None = None, y: Axis | None = None) -> View:
-    """The view of a model over these axes, whose counts are ignored; by default the axes of the paper's figure 2."""
+    """The view of a model over these axes, whose counts are ignored.
+
+    By default the axes are those of the paper's figure 2; for the model of gears their speed and torque, and results
+    are in their units.
+    """
+    gears = given_gears.gears_of(model)
+    defaults = figure_plane(2) if gears is None else given_gears.operating_axes(gears)
     x, y = (
         Axis(a.name, a.start, a.stop, n) if a else default
-        for a, default, n in zip((x, y), figure_plane(2), MAP_CELLS, strict=True)
+        for a, default, n in zip((x, y), defaults, MAP_CELLS, strict=True)
     )
-    return View(model, x, y, _values_on(model, x, y))
+    return View(model, x, y, _values_on(model, x, y), physical=gears is not None)
 
 
 def stiffness_name(model: MeshModel) -> str:
@@ -218,30 +274,24 @@ def check_known(field: str, value: str, names: Iterable[str]) -> None:
 
 
 def _check_model(model: MeshModel) -> None:
-    """Raise an `InputError` unless every value is in the range that the explorer accepts."""
+    """Raise an `InputError` unless every value is in the range that the explorer accepts.
+
+    Gears may have harmonics of higher order than a visitor can set.
+    """
+    own = given_gears.own_model(model.gears, model.kind).parameters() if isinstance(model, OperatingModel) else {}
     for name, value in {**model.parameters(), **model.initial}.items():
-        bounded(name, value)
+        (in_range if own.get(name) == value else bounded)(name, value)
     if isinstance(model.stiffness, SteppedStiffness):
         for level in model.stiffness.levels:
             bounded_level(level)
 
 
-def _accepted(axis: Axis, value: float) -> float:
+def _accepted(model: MeshModel, axis: Axis, value: float) -> float:
     """The nearest value that the explorer accepts, rounded to about what one pixel resolves."""
-    _, _, least, most = value_range(axis.name)
+    least, most = given_gears.limits(model, axis.name)
     return rounded(min(max(finite_number(axis.name, value), least), most), axis.stop - axis.start)
 
 
 def _values_on(model: MeshModel, x: Axis, y: Axis) -> tuple[float, float]:
     """The values that the model has for the parameters of both axes."""
     return value_on(model, x), value_on(model, y)
-
-
-def _as_kind(model: MeshModel, kind: str) -> MeshModel:
-    """A model of another kind, without the initial values and the bearing friction that this kind does not have."""
-    kept = {n: v for n, v in model.initial.items() if n in state_names(kind)}
-    model = replace(model, initial={})
-    if kind == "single":
-        model = replace(model, beta1=0.01, beta2=0.01) if model.kind != "single" else model
-    model = model.with_values({"kind": kind})
-    return model.with_values(kept) if kept else model

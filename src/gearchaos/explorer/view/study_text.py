@@ -8,8 +8,12 @@ from typing import Any
 
 import tomlkit
 
+from gearchaos.explorer.view.design import design_values
+from gearchaos.explorer.view.gears import as_dimensionless_axis, changes, own_kind
 from gearchaos.explorer.view.pair import pair_at
 from gearchaos.explorer.view.state import View, stiffness_name
+from gearchaos.gears.design import GearDesign
+from gearchaos.gears.operating import OperatingModel
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import SCALARS, MeshModel, Stiffness
 from gearchaos.studies.axis import Axis
@@ -18,48 +22,81 @@ _CLASSES = re.compile(r"\b(MeshModel|TransmissionError|TwoLevelStiffness|Harmoni
 """Names of classes in the ``repr`` of a model; a script has to write ``gc.MeshModel`` and so on."""
 
 
-def as_python(view: View, pair: GearPair | None = None) -> str:
-    """A script that computes what the page shows, scaled to the units of the pair if there is one."""
-    model = _CLASSES.sub(r"gc.\1(", repr(view.point))
+def as_python(view: View) -> str:
+    """A script that computes what the page shows, in the units that it shows."""
+    model, first = view.point, "import gearchaos as gc\n"
     x, y = (f'gc.Axis("{a.name}", {a.start!r}, {a.stop!r}, {a.count})' for a in (view.x, view.y))
+    if isinstance(model, OperatingModel):
+        first += "from gearchaos.gears.operating import operating_model\n"
+    scaled = view.physical and isinstance(model, OperatingModel)
     return (
-        "import gearchaos as gc\n\n"
-        f"model = {model}\n"
+        f"{first}\n{_model_lines(model)}"
         "verdict = gc.regime(model)\n"
         "motion = gc.steady(model, verdict)\n"
         f"zones = gc.zones(model, {x}, {y}, progress=True)\n"
-        f"{_scaled(pair)}"
+        f"{_SCALED if scaled else ''}"
         "print(verdict.label, verdict.reason)\n"
         "gc.plot.dossier(motion)\n"
         "gc.plot.zones(zones)\n"
     )
 
 
-def _scaled(pair: GearPair | None) -> str:
-    """The lines of a script that scale its results."""
-    if pair is None:
-        return ""
-    return f"pair = gc.{pair!r}\nmotion, zones = gc.physical(motion, pair), gc.physical(zones, pair)\n"
+_SCALED = "motion, zones = gc.physical(motion, gears), gc.physical(zones, gears)\n"
+"""The line of a script that scales its results."""
 
 
-def as_toml(view: View, pair: GearPair | None = None) -> str:
+def _model_lines(model: MeshModel) -> str:
+    """The lines of a script that make a model."""
+    if not isinstance(model, OperatingModel):
+        return f"model = {_with_prefix(repr(model))}\n"
+    gears, values = model.gears, {**changes(model), **model.initial}
+    if isinstance(gears, GearDesign):
+        text = ", ".join(f"{n}={v!r}" for n, v in design_values(gears).items())
+        made = f"gears = gc.GearDesign({text})\n"
+    else:
+        made = f"gears = gc.{gears!r}\n"
+    set_apart = f".with_values({_with_prefix(repr(values))})" if values else ""
+    return f"{made}model = operating_model(gears, {model.kind!r}){set_apart}\n"
+
+
+def _with_prefix(text: str) -> str:
+    """The ``repr`` of a model or stiffness, with the names of classes as a script has to write them."""
+    return _CLASSES.sub(r"gc.\1(", text)
+
+
+def as_toml(view: View) -> str:
     """A study file of the point and its map.
 
-    With a pair it describes the physical pair at the point, if that exists, otherwise the dimensionless model.
+    Of gears it describes the design or pair at the point. Where values were set apart from a design, it describes the
+    pair with these values; where no pair has them, the dimensionless model.
     """
-    model, document = view.point, tomlkit.document()
-    physical = pair and pair_at(pair, model)
-    if physical:
-        document.add(tomlkit.comment("The pair at the point chosen; numbers without a unit are in SI."))
-        document["gearpair"] = {"kind": model.kind, **_fields(physical)}
-    else:
-        if pair:
-            document.add(tomlkit.comment("No pair of the same mass and kind of supports has these values."))
-        document["model"] = _model(model)
+    model, axes, document = view.point, (view.x, view.y), tomlkit.document()
+    for line, tables in _tables(model):
+        if line:
+            document.add(tomlkit.comment(line))
+        for name, table in tables.items():
+            document[name] = table
+    if isinstance(model, OperatingModel) and "model" in document:
+        axes = tuple(as_dimensionless_axis(model.gears, axis) for axis in axes)  # type: ignore[assignment]
     if model.initial:
         document["initial"] = dict(model.initial)
-    document["study"] = {"kind": "zones", "x": _axis(view.x), "y": _axis(view.y)}
+    document["study"] = {"kind": "zones", "x": _axis(axes[0]), "y": _axis(axes[1])}
     return tomlkit.dumps(document)
+
+
+def _tables(model: MeshModel) -> list[tuple[str, dict[str, Any]]]:
+    """The tables of a study file that describe a model, after a comment."""
+    if not isinstance(model, OperatingModel):
+        return [("", {"model": _model(model)})]
+    gears, comment = model.gears, "The gears at the point chosen; numbers without a unit are in SI."
+    usual = model.kind == own_kind(gears)
+    if isinstance(gears, GearDesign) and usual and not changes(model):
+        values = design_values(gears)
+        operation = {n: values.pop(n) for n in ("speed", "torque")}
+        return [(comment, {"design": values, "operation": operation})]
+    if (pair := pair_at(gears.to_pair(), model)) is not None:
+        return [(comment, {"gearpair": {"kind": model.kind, **_fields(pair)}})]
+    return [("No pair of the same mass and kind of supports has these values.", {"model": _model(model)})]
 
 
 def _fields(pair: GearPair) -> dict[str, Any]:

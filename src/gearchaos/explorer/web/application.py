@@ -17,22 +17,19 @@ from gearchaos.explorer.view.state import View
 from gearchaos.explorer.web.events import Events
 from gearchaos.explorer.web.html import static_text, template_text
 from gearchaos.explorer.web.session import Session
-from gearchaos.gears.pair import GearPair
 
 
-def application(view: View, pair: GearPair | None, workers: tuple[Worker, Worker]) -> Application:
+def application(view: View, workers: tuple[Worker, Worker]) -> Application:
     """The application with the explorer's page.
 
     Parameters
     ----------
     view : View
-        What a page without a query shows.
-    pair : GearPair or None
-        The physical pair whose units results may be shown in.
+        What a page without a query shows; its gears are those of all pages.
     workers : (Worker, Worker)
         As of `Computations`; they are stopped when the server ends.
     """
-    return Application(_Handler(_page_maker(view, pair, workers), workers))
+    return Application(_Handler(_page_maker(view, workers), workers))
 
 
 class _Handler(FunctionHandler):
@@ -48,7 +45,7 @@ class _Handler(FunctionHandler):
             worker.stop()
 
 
-def _page_maker(view: View, pair: GearPair | None, workers: tuple[Worker, Worker]) -> Callable[[Any], None]:
+def _page_maker(view: View, workers: tuple[Worker, Worker]) -> Callable[[Any], None]:
     """A function that fills the document of a new visitor."""
     template, css = get_env().from_string(template_text("page.html.j2")), static_text("page.css")
 
@@ -58,14 +55,14 @@ def _page_maker(view: View, pair: GearPair | None, workers: tuple[Worker, Worker
             first = from_query(document.session_context.request.query, view)
         except InputError as error:
             first, message = view, f"The address cannot be shown: {error}"
-        session = Session(first, workers, document, pair)
+        session = Session(first, workers, document, view)
         Events(session)
         session.show_message(message)
         document.on_session_destroyed(lambda _: session.close())
         session.page.messages.attach(document, session.page.map.figure)
         document.add_next_tick_callback(session.start)
         document.title, document.template = "gearchaos explore", template
-        document.template_variables.update(css=css, files=FILES)
+        document.template_variables.update(css=css, files=FILES, gears=view.gears is not None)
         with document.models.freeze():  # otherwise Bokeh walks through all models again for every root
             for name, model in session.page.roots().items():
                 model.name = name

@@ -6,11 +6,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from gearchaos.errors import InputError
+from gearchaos.explorer.panels.units import Units
 from gearchaos.explorer.view.bounds import HIGHEST_HARMONIC
 from gearchaos.explorer.view.presets import preset_of, presets
 from gearchaos.explorer.view.state import View, stiffness_name
 from gearchaos.explorer.view.wheels import are_alike, equal, made_alike
-from gearchaos.explorer.web.form import field_values, harmonics_of, line_menu, parameter_form, plane_menus
+from gearchaos.explorer.web.form import GEARS, field_values, harmonics_of, line_menu, parameter_form, plane_menus
 from gearchaos.explorer.web.html import render
 from gearchaos.explorer.web.messages import Messages
 from gearchaos.model import PARAMETER_PAIRS
@@ -32,18 +34,20 @@ class Controls:
     ----------
     messages : Messages
         To the browser.
-    has_pair : bool
-        Whether results can be shown in physical units.
+    start : View
+        What the server shows first; results for its gears can be shown in physical units.
     """
 
-    def __init__(self, messages: Messages, has_pair: bool) -> None:
-        self._messages, self._has_pair = messages, has_pair
+    def __init__(self, messages: Messages, start: View) -> None:
+        self._messages, self._start, self._has_gears = messages, start, start.gears is not None
         self._merge_wheels, self._preset = True, ""
         self._view: View
         self._layout: Any = None
 
     def change_of(self, name: str, value: Any) -> Change | None:
         """The change made by setting a field or menu to a value; None if there is no field or menu of this name."""
+        if name == "preset" and value == GEARS and self._has_gears:
+            return lambda _: self._start
         if name in _MENUS:
             if name == "preset" and str(value) in presets():
                 self._preset = str(value)
@@ -57,8 +61,8 @@ class Controls:
         """The change made by pressing a button; None if there is none."""
         if name == "alike":
             return self._toggle_alike()
-        if name == "units" and self._has_pair:
-            return lambda view: replace(view, physical=not view.physical)
+        if name == "units" and self._has_gears:
+            return _with_other_units
         if name in ("more-eps", "more-c"):
             return self._one_more(name.removeprefix("more-"))
         return None
@@ -79,18 +83,28 @@ class Controls:
         self._view = view
         self._preset, alike = preset_of(view, self._preset), self._merge_wheels and are_alike(view.operating_point)
         merged = {pair for pair in PARAMETER_PAIRS if alike and equal(view.operating_point, pair)}
-        layout = view.model.kind, tuple(view.operating_point.parameters()), view.x.name, view.y.name, merged
+        names, units = tuple(field_values(view)), Units(view.gears if view.physical else None, self._has_gears)
+        layout = view.model.kind, names, view.x.name, view.y.name, merged, view.physical and self._has_gears
         if layout != self._layout:
             self._layout = layout
-            form = parameter_form(view, merged, self._has_pair)
+            form = parameter_form(view, merged, self._start)
             self._messages.write("parameters", render("parameters.html.j2", form=form))
-            self._messages.write("axes", render("menus.html.j2", menus=plane_menus(view)))
+            self._messages.write("axes", render("menus.html.j2", menus=plane_menus(view, units)))
             self._messages.write("line-choose", render("menus.html.j2", menus=[line_menu()]))
         self._messages.set_values({
             **{name: f"{value:{_NUMBER}}" for name, value in field_values(view).items()},
-            "preset": self._preset, "kind": view.model.kind, "stiffness": stiffness_name(view.model), "x": view.x.name,
+            "preset": self._preset if view.gears is None else GEARS, "kind": view.model.kind,
+            "stiffness": stiffness_name(view.model), "x": view.x.name,
             "y": view.y.name, "colour": view.colour, "line": view.line, "alike": alike, "units": view.physical,
         })
+
+
+def _with_other_units(view: View) -> View:
+    """The view with physical instead of dimensionless units, or the other way round."""
+    if view.gears is None:
+        raise InputError("units", "must be dimensionless for a figure of the paper", "physical",
+                         "Choose the gears in the menu of presets.")
+    return replace(view, physical=not view.physical)
 
 
 _MENUS: dict[str, Callable[[View, str], View]] = {

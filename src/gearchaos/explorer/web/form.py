@@ -6,10 +6,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from gearchaos.explorer.panels.labels import symbol, title
-from gearchaos.explorer.view.bounds import value_range
+from gearchaos.explorer.panels.units import Units
+from gearchaos.explorer.view.gears import gear_values, slider_range
 from gearchaos.explorer.view.planes import axis_names, initial_values
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import COLOURS, LINES, View, stiffness_name
+from gearchaos.gears.operating import Gears, OperatingModel
 from gearchaos.model import COORDINATES, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS
 from gearchaos.quantities import HARMONICS, parse_harmonic
 
@@ -22,6 +24,14 @@ _GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
 )
 """Headings of the form, each with its fields: parameters, pairs, and families of harmonics."""
 
+_GROUPS_OF_GEARS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("Operation", ("speed", "torque")), ("Gears", ("backlash", "grade", "zeta")),
+)
+"""Headings of the form for gears, with their fields. The fields of `_GROUPS` follow, folded."""
+
+GEARS = "gears"
+"""The entry of the menu of presets that shows the gears of the server."""
+
 _KINDS = {
     "single": "single: relative motion (2.17)", "torsional": "torsional: rigid supports",
     "full": "full: elastic supports (2.12)",
@@ -30,7 +40,7 @@ _KINDS = {
 
 @dataclass(frozen=True)
 class Field:
-    """A value, set by a slider from ``low`` to ``high`` or by a number."""
+    """A value, set by a slider from ``low`` to ``high`` or by a number; ``unit`` is empty on a page without gears."""
 
     name: str
     title: str
@@ -38,6 +48,7 @@ class Field:
     low: float
     high: float
     step: str
+    unit: str = ""
 
 
 @dataclass(frozen=True)
@@ -69,14 +80,15 @@ class Group:
 
 @dataclass(frozen=True)
 class Form:
-    """The form: the menus and buttons at its top, and the groups of fields."""
+    """The form: the menus and buttons at its top, and the groups of fields, some of them folded."""
 
     menus: tuple[Menu, ...]
     buttons: tuple[Button, ...]
     groups: tuple[Group, ...]
+    folded: tuple[Group, ...] = ()
 
 
-def parameter_form(view: View, merged: Iterable[str], has_pair: bool) -> Form:
+def parameter_form(view: View, merged: Iterable[str], start: View) -> Form:
     """The form for the model of a view.
 
     Parameters
@@ -84,34 +96,40 @@ def parameter_form(view: View, merged: Iterable[str], has_pair: bool) -> Form:
     view : View
     merged : iterable of str
         Pairs of `PARAMETER_PAIRS` with one field for both members.
-    has_pair : bool
-        Whether results can be shown in physical units.
+    start : View
+        What the server shows first; its gears determine the ranges of the sliders of speed and torque.
     """
     figures = tuple((key, preset.name) for key, preset in presets().items())
+    gears, marks = start.gears, Units(marked=start.gears is not None)
+    first = () if gears is None else ((GEARS, "the gears loaded"),)
     menus = (
-        Menu("preset", "Preset", (("", "choose a figure of the paper …"), *figures)),
+        Menu("preset", "Preset", (("", "choose a figure of the paper …"), *first, *figures)),
         Menu("kind", "Model", tuple((k, _KINDS[k]) for k in KINDS)),
         Menu("stiffness", "Mesh stiffness", tuple((s, s) for s in STIFFNESS_KINDS)),
     )
-    buttons = (Button("units", "physical units", toggle=True),) if has_pair else ()
+    buttons = (Button("units", "physical units", toggle=True),) if gears is not None else ()
     values = field_values(view)
-    groups = [
-        Group(heading, tuple(_field(n) for entry in entries for n in _names(entry, values, merged)),
-              _group_buttons(heading, view))
-        for heading, entries in _GROUPS
-    ]
-    initial = Group("Initial values", tuple(map(_field, COORDINATES[view.model.kind])))
-    return Form(menus, buttons, (*groups, initial))
+
+    def group(heading: str, entries: Iterable[str], without: Iterable[str] = ()) -> Group:
+        names = [n for entry in entries for n in _names(entry, values, merged) if n not in without]
+        return Group(heading, tuple(_field(n, gears, marks) for n in names), _group_buttons(heading, view))
+
+    initial = group("Initial values", COORDINATES[view.model.kind])
+    if view.gears is None:
+        return Form(menus, buttons, (*(group(*each) for each in _GROUPS), initial))
+    of_gears = tuple(group(*each) for each in _GROUPS_OF_GEARS)
+    shown = {f.name for each in of_gears for f in each.fields}
+    return Form(menus, buttons, of_gears, (*(group(*each, shown) for each in _GROUPS), initial))
 
 
-def plane_menus(view: View) -> tuple[Menu, ...]:
+def plane_menus(view: View, units: Units) -> tuple[Menu, ...]:
     """Menus for the two parameters of the map and for its colouring."""
-    texts = {n: f"{symbol(n)}  {title(n)}" for n in axis_names(view.model)}
+    texts = {n: f"{symbol(n)}  {title(n)}{units.bracketed(n)}" for n in axis_names(view.model)}
     axes = (
         Menu(which, text, tuple({**texts, axis.name: texts.get(axis.name, axis.name)}.items()))
         for which, text, axis in (("x", "Across", view.x), ("y", "Up", view.y))
     )
-    return (*axes, Menu("colour", "Colour", tuple(COLOURS.items())))
+    return (*axes, Menu("colour", "Colour", tuple((n, f"{text}{units.of_measure(n)}") for n, text in COLOURS.items())))
 
 
 def line_menu() -> Menu:
@@ -127,12 +145,18 @@ def field_values(view: View) -> dict[str, float]:
     values = view.operating_point.parameters()
     values |= {pair: values[members[0]] for pair, members in PARAMETER_PAIRS.items() if members[0] in values}
     offered = set(axis_names(view.model))
+    if isinstance(view.operating_point, OperatingModel):
+        offered -= {"omega", "q0", "q1", "q2"} - {view.x.name, view.y.name}
+        offered |= (of_gears := gear_values(view.operating_point)).keys()
+        values |= of_gears
     return {**{n: v for n, v in values.items() if n in offered}, **initial_values(view.point)}
 
 
-def _field(name: str) -> Field:
-    slider = value_range(name)
-    return Field(name, title(name) or "initial value", symbol(name), slider.low, slider.high, f"{slider.step:.6g}")
+def _field(name: str, gears: Gears | None, units: Units) -> Field:
+    slider = slider_range(gears, name)
+    step = "1" if name == "grade" else f"{slider.step:.6g}"
+    unit = units.of_parameter(name) if units.marked else ""
+    return Field(name, title(name) or "initial value", symbol(name), slider.low, slider.high, step, unit)
 
 
 def _names(entry: str, values: Iterable[str], merged: Iterable[str]) -> list[str]:

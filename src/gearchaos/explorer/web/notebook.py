@@ -9,6 +9,8 @@ from typing import Any
 
 from gearchaos.explorer.web.hosts import LOCAL
 from gearchaos.explorer.web.server import address, check_installed, check_port, server
+from gearchaos.gears.design import GearDesign
+from gearchaos.gears.operating import as_model
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel
 from gearchaos.studies.axis import Axis
@@ -39,16 +41,18 @@ class Explorer:
 
 
 def explore(
-    model: MeshModel | GearPair | None = None, x: Axis | None = None, y: Axis | None = None, *, port: int = 0,
+    model: MeshModel | GearPair | GearDesign | None = None, x: Axis | None = None, y: Axis | None = None, *,
+    port: int = 0,
 ) -> Explorer:
     """The explorer: a map of motions in the browser, and for any point of the map the motion there.
 
     Parameters
     ----------
-    model : MeshModel or GearPair, optional
-        The model to begin with; the paper's defaults if left out. For a pair, results can be shown in its units.
+    model : MeshModel, GearPair or GearDesign, optional
+        The model to begin with; the paper's defaults if left out. Results for gears are in their units.
     x, y : Axis, optional
-        Axes of the map, whose counts are ignored; mesh frequency and error amplitude if left out.
+        Axes of the map, whose counts are ignored; mesh frequency and error amplitude if left out, for gears speed and
+        torque.
     port : int
         Port to listen at; any free one by default. Other machines cannot reach it.
 
@@ -65,14 +69,13 @@ def explore(
     check_installed()
     from gearchaos.explorer.view.state import view_of
 
-    pair = model if isinstance(model, GearPair) else None
-    view = view_of(pair.to_model() if pair else model or MeshModel(), x, y)  # type: ignore[union-attr, arg-type]
+    view = view_of(as_model(MeshModel() if model is None else model), x, y)
     port = check_port(LOCAL[0], port)
-    running = _started(view, pair, port)
+    running = _started(view, port)
     return Explorer(address(LOCAL[0], port), running)
 
 
-def _started(view: Any, pair: GearPair | None, port: int) -> Any:
+def _started(view: Any, port: int) -> Any:
     """A server that runs in a new thread."""
     import asyncio
 
@@ -82,7 +85,7 @@ def _started(view: Any, pair: GearPair | None, port: int) -> Any:
         loop = asyncio.new_event_loop()
         asyncio.set_event_loop(loop)
         try:
-            running = server(view, pair, port=port)
+            running = server(view, port=port)
             running.start()
         except Exception as error:  # raised again in the caller, who waits
             loop.close()

@@ -12,11 +12,12 @@ from gearchaos.explorer.jobs.point_motion import PointMotion
 from gearchaos.explorer.panels.attractors import Choice
 from gearchaos.explorer.panels.basins import BasinsFigure
 from gearchaos.explorer.panels.diagram import BifurcationFigure
-from gearchaos.explorer.panels.history import HistoryFigure, times
+from gearchaos.explorer.panels.history import ForceFigure, HistoryFigure, times
 from gearchaos.explorer.panels.map import MapFigure
 from gearchaos.explorer.panels.phase import PhaseFigure
 from gearchaos.explorer.panels.portrait import PortraitFigure
 from gearchaos.explorer.panels.spectrum import SpectrumFigure
+from gearchaos.explorer.panels.units import Units
 from gearchaos.explorer.panels.verdict import verdict_text
 from gearchaos.explorer.view.address import to_query
 from gearchaos.explorer.view.state import View
@@ -24,8 +25,6 @@ from gearchaos.explorer.view.study_text import as_python, as_toml
 from gearchaos.explorer.web.controls import Controls
 from gearchaos.explorer.web.html import render
 from gearchaos.explorer.web.messages import Messages
-from gearchaos.gears.pair import GearPair
-from gearchaos.gears.results import physical
 
 
 class Page:
@@ -33,23 +32,23 @@ class Page:
 
     Parameters
     ----------
-    pair : GearPair, optional
-        The physical pair whose units results may be shown in.
+    start : View
+        What the server shows first; its gears are those of the page.
 
     Attributes
     ----------
     messages : Messages
     controls : Controls
-    map, diagram, basins, history, phase, portrait, spectrum
-        The figures.
+    map, diagram, basins, history, phase, portrait, spectrum, force
+        The figures; that of the mesh force is None without gears.
     choices : list of Choice
         The motions that the page offers as buttons.
     """
 
-    def __init__(self, pair: GearPair | None) -> None:
-        self._pair = pair
+    def __init__(self, start: View) -> None:
+        self._has_gears = start.gears is not None
         self.messages = Messages()
-        self.controls = Controls(self.messages, pair is not None)
+        self.controls = Controls(self.messages, start)
         set_attributes = self.messages.set_attributes
         self.map = MapFigure(set_attributes)
         self.diagram = BifurcationFigure(set_attributes)
@@ -58,6 +57,7 @@ class Page:
         self.phase = PhaseFigure(set_attributes)
         self.portrait = PortraitFigure(set_attributes)
         self.spectrum = SpectrumFigure(set_attributes)
+        self.force = ForceFigure(set_attributes) if self._has_gears else None
         self.choices: list[Choice] = []
         self.show_choices([])
         self._plane: tuple[Any, ...] = ()
@@ -69,12 +69,12 @@ class Page:
         return {
             "map": self.map.figure, "history": self.history.figure, "phase": self.phase.figure,
             "portrait": self.portrait.figure, "spectrum": self.spectrum.figure, "line": self.diagram.figure,
-            "basin": self.basins.figure,
+            "basin": self.basins.figure, **({} if self.force is None else {"force": self.force.figure}),
         }
 
-    def units(self, view: View) -> GearPair | None:
-        """The pair in whose units a view shows results, or None."""
-        return self._pair if view.physical else None
+    def units(self, view: View) -> Units:
+        """The units in which a view shows results."""
+        return Units(view.gears if view.physical else None, self._has_gears)
 
     def show_view(self, view: View) -> None:
         """Show the form, the axes of the map, the point, and the address of a view."""
@@ -83,8 +83,8 @@ class Page:
         self.diagram.mark(view.at["xy".index(view.line)])
         if self._plane != (view.x, view.y):
             self._plane = (view.x, view.y)
-            self.map.set_plane(view.x, view.y)
-        self.messages.set_page_state(to_query(view), as_python(view, self.units(view)), as_toml(view, self._pair))
+            self.map.set_plane(view, self.units(view))
+        self.messages.set_page_state(to_query(view), as_python(view), as_toml(view))
 
     def mark(self, view: View) -> None:
         """Move the crosshair of the map to the point."""
@@ -98,38 +98,47 @@ class Page:
 
     def show_point_motion(self, found: PointMotion, view: View) -> None:
         """Draw the motion of a point and write its verdict."""
-        pair = self.units(view)
-        self._show_portrait(found, pair)
+        units = self.units(view)
+        self._show_portrait(found, units)
         if found.trajectory is not None:
-            self._show_trajectory(found.trajectory, pair)
+            self._show_trajectory(found.trajectory, units, view)
         elif not found.verdict.section:  # it diverged
-            for figure in (self.history, self.phase, self.portrait, self.spectrum):
-                figure.clear()
+            for figure in (self.history, self.phase, self.portrait, self.spectrum, self.force):
+                if figure is not None:
+                    figure.clear()
             self._trajectory_key = self._portrait_key = None
-        self.messages.write("verdict", render("verdict.html.j2", v=verdict_text(found, view, pair)))
+        self.messages.write("verdict", render("verdict.html.j2", v=verdict_text(found, view, units)))
 
-    def _show_portrait(self, found: PointMotion, pair: GearPair | None) -> None:
+    def _show_portrait(self, found: PointMotion, units: Units) -> None:
         """Draw the stroboscopic points, unless they are drawn already."""
-        key = found.model, found.verdict.periods_spent, found.portrait is None, pair
+        key = found.model, found.verdict.periods_spent, found.portrait is None, units
         if found.verdict.section and key != self._portrait_key:
             self._portrait_key = key
-            self.portrait.show(found, pair)
+            self.portrait.show(found, units)
 
-    def _show_trajectory(self, trajectory: xr.Dataset, pair: GearPair | None) -> None:
+    def _show_trajectory(self, trajectory: xr.Dataset, units: Units, view: View) -> None:
         """Draw the motion in time, unless it is drawn already."""
-        key = float(trajectory["z"].values[0]), trajectory.sizes["tau"], pair
+        key = float(trajectory["z"].values[0]), trajectory.sizes["tau"], units
         if key == self._trajectory_key:
             return
         self._trajectory_key = key
         tau, period = times(trajectory)
-        shown = trajectory if pair is None else physical(trajectory, pair)
-        self.spectrum.show(trajectory, shown["z_dot"])
-        self.history.show(shown, tau, period)
-        self.phase.show(shown, 1.0 if pair is None else pair.scales.length * 1e6)
+        shown = units.scaled(trajectory)
+        self.spectrum.show(trajectory, shown["z_dot"], units)
+        self.history.show(shown, tau, period, units)
+        self.phase.show(shown, units)
+        if self.force is not None and view.gears is not None:
+            self.force.show(shown, tau, period, units, view.gears)
+        elif self.force is not None:
+            self.force.clear()
 
-    def show_basins(self, found: xr.Dataset) -> None:
+    def show_diagram(self, found: xr.Dataset, view: View) -> None:
+        """Draw the bifurcation diagram."""
+        self.diagram.show(found, self.units(view))
+
+    def show_basins(self, found: xr.Dataset, view: View) -> None:
         """Draw basins of attraction and their legend."""
-        self.basins.show(found)
+        self.basins.show(found, self.units(view))
         self.messages.write("basin-legend", render("legend.html.j2", legend=self.basins.legend))
 
     def clear_basins(self) -> None:

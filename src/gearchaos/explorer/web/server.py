@@ -15,7 +15,6 @@ from gearchaos.explorer.web.hosts import LOCAL
 
 if TYPE_CHECKING:
     from gearchaos.explorer.view.state import View
-    from gearchaos.gears.pair import GearPair
 
 PORT = 5006
 """The port that the server listens at by default."""
@@ -59,15 +58,13 @@ def address(host: str, port: int) -> str:
     return f"http://{f'[{host}]' if ':' in host else host}:{port}/"
 
 
-def server(view: View, pair: GearPair | None = None, *, host: str = LOCAL[0], port: int = PORT) -> Any:
+def server(view: View, *, host: str = LOCAL[0], port: int = PORT) -> Any:
     """A Bokeh server, not yet started.
 
     Parameters
     ----------
     view : View
-        What a page without a query shows.
-    pair : GearPair, optional
-        The physical pair whose units results may be shown in.
+        What a page without a query shows; its gears are those of all pages.
     host, port : str, int
         Where to listen; see `check_port`.
     """
@@ -79,7 +76,7 @@ def server(view: View, pair: GearPair | None = None, *, host: str = LOCAL[0], po
         from gearchaos.explorer.web.guard import LARGEST_MESSAGE, GuardedTornado
 
         tornado = GuardedTornado(
-            {"/": application(view, pair, workers)}, host,
+            {"/": application(view, workers)}, host,
             check_unused_sessions_milliseconds=1000, unused_session_lifetime_milliseconds=_UNUSED_LIFETIME,
         )
         return _listening(tornado, host, port, LARGEST_MESSAGE)

@@ -17,7 +17,6 @@ from gearchaos.explorer.jobs.worker import Worker
 from gearchaos.explorer.panels.attractors import choices
 from gearchaos.explorer.view.state import View
 from gearchaos.explorer.web.page import Page
-from gearchaos.gears.pair import GearPair
 
 _REST_DELAY = 120
 """Milliseconds between a change of the view and the update of all that is not the crosshair, the motion or the map."""
@@ -36,13 +35,13 @@ class Session:
         As of `Computations`.
     document : bokeh Document
         Of the page.
-    pair : GearPair, optional
-        The physical pair whose units results may be shown in.
+    start : View
+        What the server shows first; its gears are those of the page.
     """
 
-    def __init__(self, view: View, workers: tuple[Worker, Worker], document: Any, pair: GearPair | None) -> None:
+    def __init__(self, view: View, workers: tuple[Worker, Worker], document: Any, start: View) -> None:
         self.view, self._document, self._alive = view, document, True
-        self.page = Page(pair)
+        self.page = Page(start)
         self.computations = Computations(f"session-{next(_numbers)}", view, workers, self._call_soon, self)
         self._update_later: Any = None  # the timeout after which the rest of the page is updated
         self._basins_view = view  # the view whose basins are shown
@@ -73,7 +72,8 @@ class Session:
     def start_in_basins(self, x: float, y: float) -> None:
         """Show the motion from a point in the plane of the basins shown."""
         if axes := self.page.basins.axes:
-            view = self._basins_view.with_changed_initial(dict(zip(axes, (x, y), strict=True)))
+            values = (value / scale for value, scale in zip((x, y), self.page.basins.scales, strict=True))
+            view = self._basins_view.with_changed_initial(dict(zip(axes, values, strict=True)))
             self.choose_initial(view.initial)
 
     def choose_initial(self, initial: tuple[tuple[str, float], ...]) -> None:
@@ -82,7 +82,7 @@ class Session:
 
     def ask_file(self, kind: str, suffix: str) -> None:
         """Make a file of the map or of the motion shown."""
-        self.computations.ask_file(kind, suffix, self.page.units(self.view))
+        self.computations.ask_file(kind, suffix)
 
     def _show(self, view: View) -> None:
         """Show another view; only what differs is computed.
@@ -122,12 +122,12 @@ class Session:
 
     def show_diagram(self, found: xr.Dataset) -> None:
         """Draw the bifurcation diagram."""
-        self.page.diagram.show(found)
+        self.page.show_diagram(found, self.view)
 
     def show_basins(self, view: View, found: xr.Dataset) -> None:
         """Draw the basins of a view."""
         self._basins_view = view
-        self.page.show_basins(found)
+        self.page.show_basins(found, view)
 
     def show_attractors(self, found: xr.Dataset) -> None:
         """List all motions of the point."""

@@ -1,0 +1,33 @@
+"""A gear design as values from which a study file or a script makes it again."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING, asdict, fields
+from pathlib import Path
+from typing import Any
+
+from gearchaos.gears.design import GearDesign
+
+_FILES = (("stiffness", "table"), ("transmission_error", "orders"), ("transmission_error", "table"))
+"""The inputs that may name a file; a path is relative to the folder of the study file."""
+
+
+def design_values(design: GearDesign) -> dict[str, Any]:
+    """The inputs of a design that differ from their defaults, as numbers in SI, texts, lists and tables by name."""
+    default = {f.name: f.default for f in fields(design) if f.default is not MISSING}
+    plain = GearDesign(**{n: getattr(design, n) for n in ("teeth", "module", "face_width")})
+    values = {
+        name: _plain(value) for name, value in asdict(design).items()
+        if value is not None and (name not in default or getattr(design, name) != getattr(plain, name))
+    }
+    for name, key in _FILES:
+        if isinstance(table := values.get(name), dict) and key in table:
+            values[name] = {key: str(Path(table[key]).absolute())}
+    return values
+
+
+def _plain(value: Any) -> Any:
+    """A value with lists for tuples, and tables without the keys that are left out."""
+    if isinstance(value, dict):
+        return {n: _plain(v) for n, v in value.items() if v is not None}
+    return [_plain(v) for v in value] if isinstance(value, (list, tuple)) else value
