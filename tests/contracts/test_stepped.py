@@ -149,7 +149,7 @@ def test_the_explorer_shows_and_keeps_steps(tmp_path):
     assert stiffness_name(view.model) == "steps"
     assert from_query(to_query(view), presets()["2"].view) == view
     assert not {"chi1", "c1"} & field_values(view).keys()
-    menus = {menu.name: menu for menu in (*parameter_form(view, (), False).menus, *plane_menus(view))}
+    menus = {menu.name: menu for menu in (*parameter_form(view, (), view).menus, *plane_menus(view, view))}
     assert "steps" in dict(menus["stiffness"].options)
     path = tmp_path / "copied.toml"
     path.write_text(as_toml(view), encoding="utf-8")
@@ -182,10 +182,12 @@ def test_absurd_steps_in_the_address_are_refused(query):
         from_query(query, presets()["2"].view)
 
 
-def test_no_gear_pair_has_steps():
+def test_a_gear_pair_has_steps():
     pair = load_study(Path(__file__).parents[2] / "examples" / "physical_pair.toml").pair
-    model = pair.to_model("torsional")
-    assert pair_at(pair, model) is not None and pair_at(pair, model.with_values({"stiffness": STEPS})) is None
+    model = pair.to_model("torsional").with_values({"stiffness": STEPS})
+    found = pair_at(pair, model)
+    assert found.stiffness_starts == STEPS.starts
+    assert np.allclose(found.stiffness_levels, np.array(STEPS.levels) * pair.c0, rtol=1e-14)
 
 
 def test_the_estimated_steps_are_an_upper_bound():
