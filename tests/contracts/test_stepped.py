@@ -13,6 +13,7 @@ import gearchaos as gc
 from gearchaos import plot
 from gearchaos.datasets import model_from_json, model_json
 from gearchaos.errors import InputError
+from gearchaos.explorer.panels.units import Units
 from gearchaos.explorer.view.address import from_query, to_query
 from gearchaos.explorer.view.pair import pair_at
 from gearchaos.explorer.view.presets import presets
@@ -149,7 +150,7 @@ def test_the_explorer_shows_and_keeps_steps(tmp_path):
     assert stiffness_name(view.model) == "steps"
     assert from_query(to_query(view), presets()["2"].view) == view
     assert not {"chi1", "c1"} & field_values(view).keys()
-    menus = {menu.name: menu for menu in (*parameter_form(view, (), view).menus, *plane_menus(view, view))}
+    menus = {menu.name: menu for menu in (*parameter_form(view, (), view).menus, *plane_menus(view, Units(marked=False)))}
     assert "steps" in dict(menus["stiffness"].options)
     path = tmp_path / "copied.toml"
     path.write_text(as_toml(view), encoding="utf-8")
