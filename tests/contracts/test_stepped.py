@@ -150,7 +150,8 @@ def test_the_explorer_shows_and_keeps_steps(tmp_path):
     assert stiffness_name(view.model) == "steps"
     assert from_query(to_query(view), presets()["2"].view) == view
     assert not {"chi1", "c1"} & field_values(view).keys()
-    menus = {menu.name: menu for menu in (*parameter_form(view, (), view).menus, *plane_menus(view, Units(marked=False)))}
+    shown = (*parameter_form(view, (), view).menus, *plane_menus(view, Units(marked=False)))
+    menus = {menu.name: menu for menu in shown}
     assert "steps" in dict(menus["stiffness"].options)
     path = tmp_path / "copied.toml"
     path.write_text(as_toml(view), encoding="utf-8")
