@@ -22,6 +22,8 @@ from gearchaos.explorer.view.study_text import as_python, as_toml
 from gearchaos.explorer.view.wheels import are_alike, made_alike
 from gearchaos.studyfile import load_study
 
+pytestmark = pytest.mark.slow
+
 START = presets()["2"].view
 
 

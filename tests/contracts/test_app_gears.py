@@ -26,6 +26,8 @@ from gearchaos.gears.operating import OperatingModel, operating_model
 from gearchaos.studies.zones import Zones
 from gearchaos.studyfile import load_study
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DESIGN = view_of(load_study(EXAMPLES / "spur_50_50.toml").model)
 PAIR = view_of(load_study(EXAMPLES / "physical_pair.toml").model)

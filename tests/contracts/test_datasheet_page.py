@@ -13,6 +13,8 @@ import gearchaos as gc
 from gearchaos.datasheet import sheet_html
 from gearchaos.gears.sheet import Entry, datasheet
 
+pytestmark = pytest.mark.slow
+
 BARE = {"teeth": (12, 40), "module": "3 mm", "face_width": "20 mm", "profile_shift": (0.4, -0.1)}
 FULL = {
     "teeth": (17, 103), "module": "8 mm", "helix_angle": "15.8 deg", "face_width": ["100 mm", "98 mm"],

@@ -12,6 +12,8 @@ import gearchaos as gc
 from gearchaos import plot
 from gearchaos.errors import InputError
 
+pytestmark = pytest.mark.slow
+
 SPUR = {"teeth": (62, 62), "module": "2 mm", "face_width": "20 mm", "bore": "35 mm",
         "quality": {"standard": "ISO 1328-1:1995", "grade": 6}, "transmission_error": "from quality"}
 HELICAL = {"teeth": (20, 40), "module": "3 mm", "face_width": "30 mm", "helix_angle": "15 deg", "bore": "20 mm"}

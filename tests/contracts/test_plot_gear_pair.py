@@ -17,6 +17,8 @@ from gearchaos.errors import InputError
 from gearchaos.gears.tooth_profile import tooth_profile
 from gearchaos.gears.transverse_section import FILLET_POINTS, FLANK_POINTS, TransverseSection, transverse_section
 
+pytestmark = pytest.mark.slow
+
 BACKLASH = {"value": "0.12 mm", "of": "line of action, total"}
 DESIGNS = {
     "17/103 helical": {

@@ -14,6 +14,8 @@ from gearchaos import plot
 from gearchaos.plot._spectrum import amplitudes
 from gearchaos.quantities import quantity
 
+pytestmark = pytest.mark.slow
+
 PAIR = gc.GearPair(
     n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1=0.03524, R2=0.05638, c0=4e8, k=530.0, backlash=1.2e-4, M10=85.0,
     speed="14000 rpm", error_amplitudes=["6 um"],

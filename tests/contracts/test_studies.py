@@ -17,6 +17,8 @@ from gearchaos.errors import InputError
 from gearchaos.execute import tiles
 from gearchaos.studies import boundary, motions
 
+pytestmark = pytest.mark.slow
+
 FIGURE_2 = gc.MeshModel.of(q0=0.1)
 
 

@@ -11,6 +11,8 @@ from gearchaos.gears.potential_energy import ToothPairs, foundation_compliance, 
 from gearchaos.gears.tooth_profile import tooth_profile
 from tests.gear_examples import spur
 
+pytestmark = pytest.mark.slow
+
 BORE = (0.035, 0.035)
 SHIFTED = spur(teeth=(17, 45), profile_shift=(0.4, 0.1), centre_distance=2e-3 * 31.45)
 
