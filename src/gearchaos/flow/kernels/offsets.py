@@ -68,6 +68,26 @@ def _harmonic_rows(d: int, h: int, k: int) -> dict[str, int]:
     }
 
 
+def _sensitivity_rows(d: int, h: int, k: int, q: int) -> dict[str, int]:
+    """Rows of the workspace after those of the harmonics, for tangent vectors and derivatives by q parameters.
+
+    Rows of a derivative are for one parameter at a time.
+    """
+    return {
+        "motion": _TERMS * d,  # copy of the polynomials of the coordinates
+        "A": d * d,  # derivative of A
+        "b": d,
+        "f0": d,
+        "forcing_amplitudes": 2 * h,
+        "stiffness_amplitudes": 2 * k,
+        "level": 1,
+        "stretch": 1,  # derivative of the logarithm of the mesh period
+        "forcing": _TERMS,  # polynomial of the derivative of the harmonic forcing
+        "stiffness": _TERMS,  # polynomial of the derivative of the stiffness; zero in free flight
+        "vectors": (1 + d + q) * d,  # the state, d tangent vectors, and its derivatives by the q parameters
+    }
+
+
 def _offsets(sizes: dict[str, int], first: int = 0) -> list[int]:
     """Offset of each of these quantities, and the end of the last one."""
     return list(accumulate(sizes.values(), initial=first))
@@ -81,6 +101,7 @@ def _record(name: str, sizes: dict[str, int]) -> Any:
 ParameterColumns = _record("ParameterColumns", _parameters(1, 1, 1, 1))
 Rows = _record("Rows", _fixed_rows(1))
 HarmonicRows = _record("HarmonicRows", _harmonic_rows(1, 1, 1))
+SensitivityRows = _record("SensitivityRows", _sensitivity_rows(1, 1, 1, 1))
 
 
 class Harmonics(NamedTuple):
@@ -100,6 +121,12 @@ def harmonics(d: int, h: int, k: int, n: int) -> Harmonics:
     rows = HarmonicRows(*_offsets(_harmonic_rows(d, h, k), fixed.total))
     point_rows = fixed.state + rows.total - rows.forcing_amplitudes
     return Harmonics(h, k, max(h, k), ParameterColumns(*_offsets(_parameters(d, h, k, n))), rows, point_rows)
+
+
+def sensitivity_rows(d: int, harmonics: Harmonics, q: int) -> Any:
+    """`SensitivityRows` of the workspace for d coordinates and derivatives by q parameters."""
+    sizes = _sensitivity_rows(d, harmonics.forcing, harmonics.stiffness, q)
+    return SensitivityRows(*_offsets(sizes, harmonics.rows.total))
 
 
 @cache

@@ -54,7 +54,7 @@ def _advance_tangents(dims, tangents, before, after, listed, count, ws, varying)
 
 
 @subroutine
-def _switch(dims, harmonics, ws):
+def switch_contact(dims, harmonics, ws):
     """Put switching lanes on the boundary in their new contact state, with the rest of the step as their next
     segment.
 
@@ -133,7 +133,7 @@ def _resolve_pack(dims, points, slots, lanes, listed, count, work, tick, measuri
     while switching and segments < MAX_SWITCHES:
         _run_segment(dims, points, lanes, listed, count, work, parity, segments == 0, measuring)
         _mark_failed_searches(dims, lanes, listed, count, ws)
-        switching = _switch(dims, points.harmonics, ws)
+        switching = switch_contact(dims, points.harmonics, ws)
         segments += 1
     length = rows_per_slot(lanes)
     _scatter(dims, lanes.vectors, length, (1 - parity) * len(dims), listed, count, ws, at.start)

@@ -1,0 +1,433 @@
+"""One mesh period with everything that continuation needs: the monodromy matrix, the derivatives of the final state by
+parameters, and the contact switches and extrema of z on the way.
+
+With s in [0, 1] the fraction of a segment of duration h and F the right-hand side of the equations of motion,
+dw/ds = h F, so that the derivative v of w by a parameter p at constant s solves
+
+    dv/ds = h (∂F/∂w v + ∂F/∂p) + (∂h/∂p) F.
+
+F is continuous at contact switches, so v is too, and ∂h/∂p = −h/ω ∂ω/∂p. Where the stiffness jumps at an instant that
+depends on p, v jumps by the difference of F before and after, times the derivative of that instant.
+
+Every step is computed from Taylor polynomials. The results agree with those of `advance.advance_packs` to rounding.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gearchaos.flow.kernels.arrays import LENGTH, LEVEL, Workspace
+from gearchaos.flow.kernels.compilation import kernel, subroutine
+from gearchaos.flow.kernels.constants import CHATTER, DIVERGED, DIVERGED_AT, MAX_SWITCHES, ORDER, TWO_PI, WIDTH
+from gearchaos.flow.kernels.contact import SEARCH_FAILED, find_exits
+from gearchaos.flow.kernels.memory import PAGE, aligned
+from gearchaos.flow.kernels.offsets import rows
+from gearchaos.flow.kernels.resolve import switch_contact
+from gearchaos.flow.kernels.simd import broadcast, load, store, vfma
+from gearchaos.flow.kernels.taylor import (
+    add_sinusoid,
+    end_state,
+    excitation_series,
+    state_series,
+    stiffness_variation,
+)
+from gearchaos.flow.kernels.workspace import fill_level, fill_point, fill_step
+
+_BISECTIONS = 100
+
+
+class SensitivityCall(NamedTuple):
+    """Arguments and results for L trajectories over one mesh period, with derivatives by Q parameters."""
+
+    parameters: np.ndarray  # (P, total), columns as in `offsets.ParameterColumns`
+    derivatives: np.ndarray  # (P, Q, total) their derivatives
+    start_derivatives: np.ndarray  # (P, Q, N) derivatives of the starts of the parts of the period
+    values: np.ndarray  # (T, 2 + 2 * harmonics), see `arrays.Steps`
+    point: np.ndarray  # (L,) index of the parameter point
+    first_step: np.ndarray  # (L,) index of the first step in ``values``
+    w: np.ndarray  # (L, d) states: those at the start are overwritten by the final ones
+    tangent: np.ndarray  # (L, d, d) row c: derivative of the final state by coordinate c of the start
+    sensitivity: np.ndarray  # (L, Q, d) derivatives of the final state by the parameters
+    switches: np.ndarray  # (L, S, 4) fraction of the period; boundary 1 or -1; 1 into contact, 0 out of it; z'
+    switch_count: np.ndarray  # (L,)
+    extrema: np.ndarray  # (L, E, 3 + d + Q) fraction of the period; z; 1 maximum, -1 minimum; derivatives of z
+    extremum_count: np.ndarray  # (L,)
+    status: np.ndarray  # (L,)
+
+
+class Segment(NamedTuple):
+    """Where the segments of the lanes of a pack lie in the period, and the extrema of z on them."""
+
+    start: np.ndarray  # (WIDTH,) start of the segment as a fraction of the period
+    length: np.ndarray  # (WIDTH,) its length, likewise
+    at: np.ndarray  # (2, WIDTH) extrema, as fractions of the segment
+    found: np.ndarray  # (WIDTH,) their number
+    first: np.ndarray  # (WIDTH,) index of the first in `SensitivityCall.extrema`
+
+
+def new_segment() -> Segment:
+    """An empty `Segment`."""
+    return Segment(np.zeros(WIDTH), np.zeros(WIDTH), np.zeros((2, WIDTH)), *np.zeros((2, WIDTH), np.int64))
+
+
+@subroutine
+def _value(ws, first, stride, l, s):
+    """The polynomial whose coefficient k is row ``first + k * stride``, for lane l at s."""
+    total = 0.0
+    for k in range(ORDER, -1, -1):
+        total = total * s + ws[(first + k * stride) * WIDTH + l]
+    return total
+
+
+@subroutine
+def _derivative(ws, first, stride, l, s):
+    """The derivative of that polynomial."""
+    total = 0.0
+    for k in range(ORDER, 0, -1):
+        total = total * s + k * ws[(first + k * stride) * WIDTH + l]
+    return total
+
+
+@subroutine
+def _root(ws, first, stride, l, a, b, derivative):
+    """A root between a and b of the polynomial, or of its derivative, for lane l, by bisection."""
+    rising = True
+    for n in range(_BISECTIONS):
+        middle = a if n == 0 else 0.5 * (a + b)
+        if n > 0 and (middle == a or middle == b):
+            break
+        value = _derivative(ws, first, stride, l, middle) if derivative else _value(ws, first, stride, l, middle)
+        if n == 0:
+            rising = value <= 0.0
+        elif (value <= 0.0) == rising:
+            a = middle
+        else:
+            b = middle
+    return 0.5 * (a + b)
+
+
+@subroutine
+def _find_extrema(ws, first, stride, l, end, segment):
+    """Find the extrema of z on the segment of lane l up to ``end``: the roots of z', whose polynomial begins at row
+    ``first``. At most two are found: z'' changes sign at most once on a step of 0.45 rad, except in cases of no
+    practical interest."""
+    segment.found[l] = 0
+    before, after = ws[first * WIDTH + l], _value(ws, first, stride, l, end)
+    if (before > 0.0) != (after > 0.0):
+        segment.at[0, l] = _root(ws, first, stride, l, 0.0, end, False)
+        segment.found[l] = 1
+        return
+    rate, last = _derivative(ws, first, stride, l, 0.0), _derivative(ws, first, stride, l, end)
+    if (rate > 0.0) == (last > 0.0) or (rate > 0.0) == (before > 0.0):
+        return
+    turn = _root(ws, first, stride, l, 0.0, end, True)
+    if (_value(ws, first, stride, l, turn) > 0.0) != (before > 0.0):
+        segment.at[0, l] = _root(ws, first, stride, l, 0.0, turn, False)
+        segment.at[1, l] = _root(ws, first, stride, l, turn, end, False)
+        segment.found[l] = 2
+
+
+@subroutine
+def _fill_derivatives(dims, harmonics, call, q, points, steps, ws, row):
+    """Write the rows of the derivatives by parameter q for the lanes' points and steps."""
+    d, h, k, column = len(dims), harmonics.forcing, harmonics.stiffness, harmonics.columns
+    for l in range(WIDTH):
+        values = call.derivatives[points[l], q]
+        for i in range(d * d):
+            ws[(row.A + i) * WIDTH + l] = values[column.A + i]
+        for i in range(d):
+            ws[(row.b + i) * WIDTH + l] = values[column.b + i]
+            ws[(row.f0 + i) * WIDTH + l] = values[column.f0 + i]
+        for j in range(h):
+            ws[(row.forcing_amplitudes + 2 * j) * WIDTH + l] = values[column.f_cos + j]
+            ws[(row.forcing_amplitudes + 2 * j + 1) * WIDTH + l] = values[column.f_sin + j]
+        for j in range(k):
+            ws[(row.stiffness_amplitudes + 2 * j) * WIDTH + l] = values[column.chi_cos + j]
+            ws[(row.stiffness_amplitudes + 2 * j + 1) * WIDTH + l] = values[column.chi_sin + j]
+        ws[row.level * WIDTH + l] = values[column.levels + int(call.values[steps[l], LEVEL])]
+        ws[row.stretch * WIDTH + l] = -values[column.omega] / call.parameters[points[l], column.omega]
+
+
+@subroutine
+def _derivative_series(dims, harmonics, ws, row):
+    """Polynomials of the derivatives of the harmonic forcing and, for lanes in contact, of the stiffness."""
+    at, cos_sin = rows(dims), harmonics.rows.cos_sin
+    angle = load(ws, at.duration) * load(ws, at.omega)
+    contact = load(ws, at.sigma) * load(ws, at.sigma)
+    for m in range(ORDER + 1):
+        store(ws, row.forcing + m, broadcast(0.0))
+        store(ws, row.stiffness + m, broadcast(0.0))
+    store(ws, row.stiffness, contact * load(ws, row.level))
+    for j in range(harmonics.forcing):
+        a, b = load(ws, row.forcing_amplitudes + 2 * j), load(ws, row.forcing_amplitudes + 2 * j + 1)
+        add_sinusoid(ws, row.forcing, a, b, cos_sin + 2 * j, angle * broadcast(j + 1.0), False)
+    for j in range(harmonics.stiffness):
+        a = contact * load(ws, row.stiffness_amplitudes + 2 * j)
+        b = contact * load(ws, row.stiffness_amplitudes + 2 * j + 1)
+        add_sinusoid(ws, row.stiffness, a, b, cos_sin + 2 * j, angle * broadcast(j + 1.0), False)
+
+
+@subroutine
+def _extension(ws, row, d, k, sigma):
+    """Coefficient k of z − σ of the motion."""
+    z = load(ws, row.motion + k * d)
+    return z - sigma if k == 0 else z
+
+
+@subroutine
+def _spring(ws, stiffness, row, d, k, sigma):
+    """Coefficient k of the product of a polynomial, from row ``stiffness`` on, and z − σ of the motion."""
+    total = broadcast(0.0)
+    for m in range(k + 1):
+        total = vfma(load(ws, stiffness + m), _extension(ws, row, d, k - m, sigma), total)
+    return total
+
+
+@subroutine
+def _source(dims, ws, row, k, i, weakening, spring):
+    """Coefficient k of row i of ∂F/∂p; ``weakening`` and ``spring`` are the spring force's terms."""
+    d, at = len(dims), rows(dims)
+    total = vfma(load(ws, at.minus_b + i), weakening, broadcast(-1.0) * load(ws, row.b + i) * spring)
+    if k == 0:
+        total = total + load(ws, row.f0 + i)
+    if i == 1:
+        total = total + load(ws, row.forcing + k)
+    for j in range(d):
+        total = vfma(load(ws, row.A + i * d + j), load(ws, row.motion + k * d + j), total)
+    return total
+
+
+@subroutine
+def _sensitivity_series(dims, harmonics, ws, row):
+    """Polynomials of the derivative of the motion by one parameter, from the start rows."""
+    d, at = len(dims), rows(dims)
+    h, sigma, stretch, zero = load(ws, at.duration), load(ws, at.sigma), load(ws, row.stretch), broadcast(0.0)
+    for i in range(d):
+        store(ws, at.state + i, load(ws, at.start + i))
+    for k in range(ORDER):
+        scale, now, after = h * broadcast(1.0 / (k + 1)), at.state + k * d, at.state + (k + 1) * d
+        weakening = _spring(ws, row.stiffness, row, d, k, sigma)
+        spring = _spring(ws, at.stiffness, row, d, k, sigma)
+        store(ws, after, vfma(scale, load(ws, now + 1), stretch * load(ws, row.motion + (k + 1) * d)))
+        for i in range(1, d):
+            total = vfma(load(ws, at.stiffness_column + i), load(ws, now), _source(dims, ws, row, k, i, weakening, spring))
+            if harmonics.stiffness > 0:
+                total = vfma(load(ws, at.minus_b + i), stiffness_variation(ws, at, d, k, zero), total)
+            for j in range(1, d):
+                total = vfma(load(ws, at.A + i * d + j), load(ws, now + j), total)
+            store(ws, after + i, vfma(scale, total, stretch * load(ws, row.motion + (k + 1) * d + i)))
+
+
+@subroutine
+def _record_switches(ws, at, call, lanes, count, segment):
+    """Record the contact switches at the ends of the segments, with z' from the start rows."""
+    for l in range(count):
+        lane, sigma, beyond = lanes[l], ws[at.sigma * WIDTH + l], ws[at.next_sigma * WIDTH + l]
+        if beyond == SEARCH_FAILED:
+            call.status[lane] = CHATTER
+        elif sigma != beyond and call.switch_count[lane] < call.switches.shape[1]:
+            record = call.switches[lane, call.switch_count[lane]]
+            record[0] = segment.start[l] + segment.length[l] * ws[at.end_fraction * WIDTH + l]
+            record[1] = beyond if sigma == 0.0 else sigma
+            record[2] = 1.0 if sigma == 0.0 else 0.0
+            record[3] = ws[(at.start + 1) * WIDTH + l]
+            call.switch_count[lane] += 1
+
+
+@subroutine
+def _record_extrema(dims, ws, row, call, lanes, count, segment):
+    """Find and record the extrema of z on the segments, without their derivatives."""
+    d, at = len(dims), rows(dims)
+    for l in range(count):
+        segment.found[l] = 0
+        if ws[at.duration * WIDTH + l] > 0.0:
+            _find_extrema(ws, row.motion + 1, d, l, ws[at.end_fraction * WIDTH + l], segment)
+        lane = lanes[l]
+        segment.first[l] = call.extremum_count[lane]
+        segment.found[l] = min(segment.found[l], call.extrema.shape[1] - segment.first[l])
+        for n in range(segment.found[l]):
+            record = call.extrema[lane, segment.first[l] + n]
+            record[0] = segment.start[l] + segment.length[l] * segment.at[n, l]
+            record[1] = _value(ws, row.motion, d, l, segment.at[n, l])
+            record[2] = 1.0 if _value(ws, row.motion + 1, d, l, 0.0) > 0.0 else -1.0
+            record[2] = -record[2] if n == 1 else record[2]
+        call.extremum_count[lane] += segment.found[l]
+
+
+@subroutine
+def _extremum_derivatives(dims, ws, call, lanes, count, segment, column):
+    """Record the derivative of z at the extrema of the segments, from the polynomial of a tangent vector."""
+    for l in range(count):
+        for n in range(segment.found[l]):
+            value = _value(ws, rows(dims).state, len(dims), l, segment.at[n, l])
+            call.extrema[lanes[l], segment.first[l] + n, 3 + column] = value
+
+
+@subroutine
+def _advance_vector(dims, ws, row, number):
+    """Evaluate the polynomials of a vector at the end of the segment, and keep the result as its new value."""
+    d, at = len(dims), rows(dims)
+    end_state(dims, ws)
+    for i in range(d):
+        store(ws, row.vectors + number * d + i, load(ws, at.end + i))
+
+
+@subroutine
+def _load_vector(dims, ws, row, number):
+    """Copy the value of a vector to the start rows."""
+    d, at = len(dims), rows(dims)
+    for i in range(d):
+        store(ws, at.start + i, load(ws, row.vectors + number * d + i))
+
+
+@subroutine
+def _run_segment(dims, harmonics, call, lanes, count, work, row, segment):
+    """Advance state, tangent vectors and sensitivities of a pack to the next switch or the end of the step."""
+    ws, at, d = work.rows, rows(dims), len(dims)
+    _load_vector(dims, ws, row, 0)
+    excitation_series(dims, harmonics, ws)
+    state_series(dims, ws, True, harmonics.stiffness > 0)
+    find_exits(dims, ws)
+    for i in range((ORDER + 1) * d):
+        store(ws, row.motion + i, load(ws, at.state + i))
+    _record_extrema(dims, ws, row, call, lanes, count, segment)
+    _advance_vector(dims, ws, row, 0)
+    for c in range(d):
+        _load_vector(dims, ws, row, 1 + c)
+        state_series(dims, ws, False, harmonics.stiffness > 0)
+        _extremum_derivatives(dims, ws, call, lanes, count, segment, c)
+        _advance_vector(dims, ws, row, 1 + c)
+    for q in range(call.derivatives.shape[1]):
+        _fill_derivatives(dims, harmonics, call, q, work.points, work.steps, ws, row)
+        _derivative_series(dims, harmonics, ws, row)
+        _load_vector(dims, ws, row, 1 + d + q)
+        _sensitivity_series(dims, harmonics, ws, row)
+        _extremum_derivatives(dims, ws, call, lanes, count, segment, d + q)
+        _advance_vector(dims, ws, row, 1 + d + q)
+    _load_vector(dims, ws, row, 0)
+    _record_switches(ws, at, call, lanes, count, segment)
+
+
+@subroutine
+def _shorten_segments(ws, at, segment):
+    """Let the segments begin where the last ones have ended."""
+    for l in range(WIDTH):
+        elapsed = segment.length[l] * ws[at.end_fraction * WIDTH + l]
+        segment.start[l] += elapsed
+        segment.length[l] -= elapsed
+
+
+@subroutine
+def _jump_sensitivities(dims, harmonics, call, work, row):
+    """Change the sensitivities at the start of a step on which the stiffness has another level than before.
+
+    They jump by (F before − F after) times the derivative of that instant.
+    """
+    ws, at, d, column = work.rows, rows(dims), len(dims), harmonics.columns
+    for l in range(WIDTH):
+        step, point, sigma = work.steps[l], work.points[l], ws[at.sigma * WIDTH + l]
+        level, old = int(call.values[step, LEVEL]), int(call.values[step - 1, LEVEL])
+        if sigma == 0.0 or level == old:
+            continue
+        values = call.parameters[point]
+        drop = values[column.levels + old] - values[column.levels + level]
+        force = drop * (ws[row.vectors * WIDTH + l] - sigma) * TWO_PI / values[column.omega]
+        for q in range(call.derivatives.shape[1]):
+            for i in range(1, d):
+                jump = -values[column.b + i] * force * call.start_derivatives[point, q, level]
+                ws[(row.vectors + (1 + d + q) * d + i) * WIDTH + l] += jump
+
+
+@subroutine
+def _run_step(dims, harmonics, call, lanes, count, work, row, segment):
+    """Advance a pack over one step, with all contact switches in it."""
+    ws, at = work.rows, rows(dims)
+    fill_point(dims, call.parameters, harmonics, work.points, False, ws)
+    fill_level(dims, call.parameters, harmonics, call.values, work.points, work.steps, ws)
+    fill_step(dims, harmonics, call.values, work.steps, ws)
+    for l in range(WIDTH):
+        segment.length[l] = call.values[work.steps[l], LENGTH]
+    switching, segments = True, 0
+    while switching and segments < MAX_SWITCHES:
+        _run_segment(dims, harmonics, call, lanes, count, work, row, segment)
+        _shorten_segments(ws, at, segment)
+        switching = switch_contact(dims, harmonics, ws)
+        store(ws, row.vectors, load(ws, at.start))
+        segments += 1
+    for l in range(count):
+        if switching and ws[at.duration * WIDTH + l] > 0.0:
+            call.status[lanes[l]] = CHATTER
+
+
+@subroutine
+def _begin_pack(dims, call, lanes, work, row, segment):
+    """Write the initial states, unit tangent vectors and zero sensitivities of a pack to the workspace."""
+    ws, at, d = work.rows, rows(dims), len(dims)
+    for i in range((1 + d + call.derivatives.shape[1]) * d):
+        store(ws, row.vectors + i, broadcast(0.0))
+    for l in range(WIDTH):
+        lane = lanes[l]
+        z = call.w[lane, 0]
+        work.points[l] = call.point[lane]
+        ws[at.sigma * WIDTH + l] = 1.0 if z > 1.0 else (-1.0 if z < -1.0 else 0.0)
+        segment.start[l] = 0.0
+        for i in range(d):
+            ws[(row.vectors + i) * WIDTH + l] = call.w[lane, i]
+            ws[(row.vectors + d + i * d + i) * WIDTH + l] = 1.0
+
+
+@subroutine
+def _end_pack(dims, call, lanes, count, work, row):
+    """Write the results of a pack to the arrays of the call."""
+    ws, d = work.rows, len(dims)
+    for l in range(count):
+        lane = lanes[l]
+        for i in range(d):
+            call.w[lane, i] = ws[(row.vectors + i) * WIDTH + l]
+            for c in range(d):
+                call.tangent[lane, c, i] = ws[(row.vectors + (1 + c) * d + i) * WIDTH + l]
+            for q in range(call.derivatives.shape[1]):
+                call.sensitivity[lane, q, i] = ws[(row.vectors + (1 + d + q) * d + i) * WIDTH + l]
+        if not (abs(call.w[lane, 0]) < DIVERGED_AT and abs(call.w[lane, 1]) < DIVERGED_AT):
+            call.status[lane] = DIVERGED
+
+
+@kernel
+def advance_with_sensitivities(dims, harmonics, row, call, step_count, lanes, work, segment):
+    """Advance trajectories by one mesh period, `WIDTH` at a time.
+
+    Parameters
+    ----------
+    harmonics : Harmonics
+    row : SensitivityRows
+    call : SensitivityCall
+        Its results are overwritten.
+    step_count : int
+        Steps in the period, the same for all of these trajectories.
+    lanes : (B,)
+        Their indices in the arrays of the call.
+    work : Workspace
+        With rows up to ``row.total``.
+    segment : Segment
+    """
+    pack = work.listed
+    for first in range(0, len(lanes), WIDTH):
+        count = min(WIDTH, len(lanes) - first)
+        for l in range(WIDTH):
+            pack[l] = lanes[first + (l if l < count else 0)]
+        _begin_pack(dims, call, pack, work, row, segment)
+        for step in range(step_count):
+            for l in range(WIDTH):
+                work.steps[l] = call.first_step[pack[l]] + step
+            if step > 0:
+                _jump_sensitivities(dims, harmonics, call, work, row)
+            _run_step(dims, harmonics, call, pack, count, work, row, segment)
+        _end_pack(dims, call, pack, count, work, row)
+
+
+def new_sensitivity_workspace(total: int) -> Workspace:
+    """A workspace with this number of rows."""
+    listed, points, steps = np.zeros((3, WIDTH), np.int64)
+    return Workspace(aligned(total * WIDTH, to=PAGE), listed, np.zeros(0, np.int64), np.zeros(0), points, steps)

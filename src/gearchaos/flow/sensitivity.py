@@ -1,0 +1,136 @@
+"""One mesh period of many trajectories with monodromy matrices, derivatives by parameters, contact switches and
+extrema of z."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearchaos.flow.grids import describe_steps, step_counts, steps_in_parts
+from gearchaos.flow.kernels.offsets import ParameterColumns, sensitivity_rows
+from gearchaos.flow.kernels.sensitivity import (
+    SensitivityCall,
+    advance_with_sensitivities,
+    new_segment,
+    new_sensitivity_workspace,
+)
+from gearchaos.flow.system import SwitchedSystem
+from gearchaos.flow.tables import harmonics_of, parameter_array
+
+_MEASURED = ("bound0", "bound", "damping", "velocity", "velocity0", "velocity_cos", "velocity_sin", "total")
+"""Columns of the parameter array on which the motion does not depend."""
+
+DIFFERENTIATED = (*(name for name in ParameterColumns._fields if name not in _MEASURED), "starts")
+"""The arrays of a `SwitchedSystem` on which the motion depends."""
+
+_MIN_RECORDS = 32
+"""Least numbers of contact switches and of extrema of z that are recorded in a mesh period."""
+
+
+@dataclass(frozen=True)
+class PeriodResult:
+    """Results for L trajectories over one mesh period, with derivatives by Q parameters.
+
+    Attributes
+    ----------
+    w : (L, d)
+        Final states.
+    monodromy : (L, d, d)
+        Derivatives of the final state i by the initial state j.
+    sensitivity : (L, d, Q)
+        Derivatives of the final state by the parameters.
+    switches : (L, S, 4)
+        Contact switches in order of time, of each the instant as a fraction of the period, the boundary (1 or −1), 1
+        into contact or 0 out of it, and z'. Rows from ``switch_count`` on are meaningless.
+    switch_count : (L,)
+    extrema : (L, E, 3 + d + Q)
+        Extrema of z in order of time, of each the instant, z, 1 for a maximum or −1 for a minimum, and the derivatives
+        of z there by the initial state and by the parameters. Rows from ``extremum_count`` on are meaningless.
+    extremum_count : (L,)
+    status : (L,)
+        As in `FlowResult`.
+    """
+
+    w: np.ndarray
+    monodromy: np.ndarray
+    sensitivity: np.ndarray
+    switches: np.ndarray
+    switch_count: np.ndarray
+    extrema: np.ndarray
+    extremum_count: np.ndarray
+    status: np.ndarray
+
+
+class SensitivityFlow:
+    """The exact flow over one mesh period, with derivatives by the initial state and by parameters.
+
+    Parameters
+    ----------
+    system : SwitchedSystem
+        P parameter points with d coordinates.
+    derivatives : mapping of str to (P, Q, ...)
+        The derivatives of the arrays `DIFFERENTIATED` of the system by Q parameters. By default there are none.
+    """
+
+    def __init__(self, system: SwitchedSystem, derivatives: Mapping[str, np.ndarray] | None = None) -> None:
+        self._harmonics, self.dimension = harmonics_of(system), system.dimension
+        self._parameters = parameter_array(system)
+        self._derivatives, self._starts = _derivative_arrays(system, derivatives or {})
+        self._rows = sensitivity_rows(self.dimension, self._harmonics, self._derivatives.shape[1])
+        self._values, self._first, self.step_count = _steps(system)
+
+    def advance(self, w: np.ndarray, points: np.ndarray | None = None) -> PeriodResult:
+        """Advance trajectories from phase 0 by one mesh period.
+
+        Parameters
+        ----------
+        w : (L, d)
+            States at the start.
+        points : (L,), optional
+            Index of the parameter point of each trajectory; by default trajectory i has point i.
+        """
+        (count, d), parameters = w.shape, self._derivatives.shape[1]
+        points = np.arange(count) if points is None else np.asarray(points, np.int64)
+        records = _MIN_RECORDS + 2 * int(self.step_count.max())
+        call = SensitivityCall(
+            self._parameters, self._derivatives, self._starts, self._values, points, self._first[points],
+            np.array(w, dtype=float, order="C"), np.empty((count, d, d)), np.empty((count, parameters, d)),
+            np.empty((count, records, 4)), np.zeros(count, np.int64),
+            np.empty((count, records, 3 + d + parameters)), np.zeros(count, np.int64), np.zeros(count, np.int64),
+        )
+        work, segment, steps = new_sensitivity_workspace(self._rows.total), new_segment(), self.step_count[points]
+        for number in np.unique(steps):
+            lanes = np.flatnonzero(steps == number)
+            advance_with_sensitivities((0,) * d, self._harmonics, self._rows, call, int(number), lanes, work, segment)
+        return PeriodResult(
+            call.w, call.tangent.transpose(0, 2, 1), call.sensitivity.transpose(0, 2, 1), call.switches,
+            call.switch_count, call.extrema, call.extremum_count, call.status,
+        )
+
+
+def _derivative_arrays(system: SwitchedSystem, given: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """The derivatives by Q parameters side by side, (P, Q, total), in the order of the parameter array, and those of
+    the starts of the parts of the period, (P, Q, N)."""
+    count = next(iter(given.values())).shape[1] if given else 0
+    out = np.zeros((system.points, count, harmonics_of(system).columns.total))
+    columns = harmonics_of(system).columns
+    for name in DIFFERENTIATED[:-1]:
+        if name in given:
+            values = given[name].reshape(system.points, count, -1)
+            out[:, :, getattr(columns, name) : getattr(columns, name) + values.shape[2]] = values
+    return out, np.ascontiguousarray(given.get("starts", np.zeros((system.points, count, system.levels.shape[1]))))
+
+
+def _steps(system: SwitchedSystem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """`Steps.values` of all points, the first step of each point (P,) in it, and their numbers of steps (P,)."""
+    layout = np.column_stack([step_counts(system), system.starts])
+    distinct, index = np.unique(layout, axis=0, return_inverse=True)
+    parts, levels = [], system.levels.shape[1]
+    for row in distinct:
+        length, start, level = steps_in_parts(row[:levels].astype(int), row[None, levels:])
+        parts.append(describe_steps(system, length, start, level, np.zeros(0, np.int64)).values)
+    counts = np.array([len(part) for part in parts])
+    index = index.ravel()
+    return np.concatenate(parts), (np.cumsum(counts) - counts)[index], counts[index]
