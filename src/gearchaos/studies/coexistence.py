@@ -16,7 +16,7 @@ from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.batch_classification import InitialStates, classify_batch
-from gearchaos.studies.initial_conditions import default_box, spread
+from gearchaos.dynamics.initial_conditions import default_box, spread
 from gearchaos.studies.plane import at_cells, shared_coordinates
 from gearchaos.studies.sweep import swept_initial_values
 

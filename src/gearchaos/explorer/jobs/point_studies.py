@@ -18,7 +18,7 @@ from gearchaos.studies.attractors import Attractors
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.basins import Basins
 from gearchaos.studies.bifurcation import Bifurcation
-from gearchaos.studies.initial_conditions import default_box
+from gearchaos.dynamics.initial_conditions import default_box
 from gearchaos.studies.study import Study
 
 _SETTINGS = Classification(doublings=2, longest_transient=1500)

@@ -1,0 +1,1 @@
+"""Periodic orbits of any stability, and how they change with parameters: branches, events, curves, manifolds."""

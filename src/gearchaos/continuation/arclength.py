@@ -1,0 +1,212 @@
+"""Pseudo-arclength continuation of the solutions u of N equations F(u) = 0 in N + 1 unknowns.
+
+Source: H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, 1977; E. L. Allgower,
+K. Georg, Introduction to Numerical Continuation Methods, SIAM 2003.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from gearchaos.errors import InputError
+
+_TOLERANCE = 1e-12
+"""Largest residual of a converged point."""
+
+_ACCEPTED = 1e-10
+"""Largest residual of a point whose residual Newton's method cannot lower any more."""
+
+_ITERATIONS = 8
+_FEW = 3
+"""With at most this number of iterations the next step may be longer."""
+
+_LEAST_COSINE = 0.97
+"""Least cosine of the angle between the tangents of neighbouring points."""
+
+_STRAIGHT = 0.995
+"""From this cosine on the next step may be longer."""
+
+_MAX_CORRECTION = 0.3
+"""Largest distance of a point from its prediction, relative to the step."""
+
+
+class Equations(Protocol):
+    """N equations in N + 1 unknowns.
+
+    Attributes
+    ----------
+    weights : (N + 1,)
+        Weights of the squares of the unknowns in the length of a vector.
+    """
+
+    weights: np.ndarray
+
+    def evaluate(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, Any]:
+        """F(u) (N,), its derivatives (N, N + 1), and what else belongs to the point.
+
+        Raises `InputError` where the equations do not exist.
+        """
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Lengths of steps: of the first one, the longest and the shortest; and the largest number of points."""
+
+    first: float = 1e-2
+    longest: float = 5e-2
+    shortest: float = 1e-9
+    points: int = 10_000
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A point of a curve of solutions.
+
+    Attributes
+    ----------
+    u : (N + 1,)
+        The unknowns.
+    tangent : (N + 1,)
+        Unit tangent in the direction in which the curve is followed.
+    orientation : int
+        Sign of the determinant of the Jacobian with the tangent as last row; it changes where another curve crosses.
+    residual : float
+        Largest |F| of an equation.
+    data : object
+        What `Equations.evaluate` returned for the point.
+    step : float
+        Distance from the point before.
+    """
+
+    u: np.ndarray
+    tangent: np.ndarray
+    orientation: int
+    residual: float
+    data: Any
+    step: float
+
+
+class Stopped(Exception):
+    """Newton's method did not find a point of the curve; the message says why."""
+
+
+def length(weights: np.ndarray, vector: np.ndarray) -> float:
+    """Length of a vector (N + 1,) of unknowns."""
+    return float(np.sqrt(np.sum(weights * vector * vector)))
+
+
+def correct(
+    equations: Equations, guess: np.ndarray, normal: np.ndarray, tangent: np.ndarray, step: float = 0.0
+) -> Point:
+    """The solution nearest to a guess in the plane through it with this normal, by Newton's method.
+
+    Parameters
+    ----------
+    equations : Equations
+    guess : (N + 1,)
+    normal : (N + 1,)
+        Direction of the arclength; the solution differs from the guess at a right angle to it.
+    tangent : (N + 1,)
+        A direction that the tangent of the solution should not turn against.
+    step : float
+        `Point.step` of the result.
+
+    Raises
+    ------
+    Stopped
+        If Newton's method does not converge, or leaves the domain of the equations.
+    """
+    u, best, row = guess.copy(), None, equations.weights * normal
+    for _ in range(_ITERATIONS):
+        try:
+            f, jacobian, data = equations.evaluate(u)
+        except InputError as error:
+            raise Stopped(str(error)) from None
+        residual = float(np.abs(f).max())
+        if not np.isfinite(residual):
+            raise Stopped("the motion diverges")
+        if best is None or residual < best[1]:
+            stalled, best = False, (u, residual, jacobian, data)
+        else:
+            stalled = True
+        if best[1] <= _TOLERANCE or (stalled and best[1] <= _ACCEPTED):
+            break
+        if stalled and residual > 1e3 * best[1]:
+            raise Stopped("Newton's method diverges")
+        change = _solve(np.vstack([jacobian, row]), np.append(-f, -np.dot(row, u - guess)))
+        u = u + change
+    u, residual, jacobian, data = best
+    if residual > _ACCEPTED:
+        raise Stopped("Newton's method does not converge")
+    return _point(equations, u, jacobian, tangent, residual, data, step)
+
+
+def _point(
+    equations: Equations, u: np.ndarray, jacobian: np.ndarray, along: np.ndarray, residual: float, data: Any,
+    step: float,
+) -> Point:
+    """The point with its tangent, turned so that it does not point against ``along``."""
+    matrix = np.vstack([jacobian, equations.weights * along])
+    tangent = _solve(matrix, np.append(np.zeros(len(jacobian)), 1.0))
+    tangent = tangent / length(equations.weights, tangent)
+    sign, _ = np.linalg.slogdet(np.vstack([jacobian, equations.weights * tangent]))
+    return Point(u, tangent, int(sign), residual, data, step)
+
+
+def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """The solution of a linear system; raises `Stopped` if it is singular."""
+    try:
+        found = np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        raise Stopped("the Jacobian is singular") from None
+    if not np.all(np.isfinite(found)):
+        raise Stopped("the Jacobian is singular")
+    return found
+
+
+def follow(equations: Equations, start: Point, settings: Settings) -> Iterator[Point]:
+    """The points of the curve after the start, one at a time.
+
+    Raises
+    ------
+    Stopped
+        If the step would have to be shorter than the shortest one; the message has the cause.
+    """
+    point, size = start, settings.first
+    for _ in range(settings.points):
+        point, size = _next(equations, point, size, settings)
+        yield point
+
+
+def _next(equations: Equations, point: Point, size: float, settings: Settings) -> tuple[Point, float]:
+    """The next point at a distance of at most ``size``, and the length of the step after it."""
+    while True:
+        try:
+            after = correct(equations, point.u + size * point.tangent, point.tangent, point.tangent, size)
+            cosine = float(np.sum(equations.weights * after.tangent * point.tangent))
+            correction = length(equations.weights, after.u - point.u - size * point.tangent)
+            cause = "" if cosine > _LEAST_COSINE and correction < _MAX_CORRECTION * size else "the branch turns sharply"
+        except Stopped as stop:
+            cause = str(stop)
+        if not cause:
+            straight = cosine > _STRAIGHT and correction < 0.3 * _MAX_CORRECTION * size
+            return after, min(settings.longest, size * (1.6 if straight else 1.0))
+        if size <= settings.shortest:
+            raise Stopped(cause)
+        size = max(settings.shortest, 0.5 * size)
+
+
+def between(equations: Equations, first: Point, last: Point, distance: float) -> Point:
+    """The point of the curve between two neighbouring ones, at a distance from the first along its tangent."""
+    full = float(np.sum(equations.weights * first.tangent * (last.u - first.u)))
+    share = distance / full
+    # cubic Hermite interpolation of the unknowns, from both tangents
+    a, b = share * share * (3 - 2 * share), share * (1 - share)
+    slope = last.tangent * full / max(float(np.sum(equations.weights * last.tangent * first.tangent)), 1e-3)
+    guess = first.u + a * (last.u - first.u) + b * ((1 - share) * full * first.tangent - share * slope)
+    guess = guess + (distance - float(np.sum(equations.weights * first.tangent * (guess - first.u)))) * first.tangent
+    return correct(equations, guess, first.tangent, first.tangent, distance)

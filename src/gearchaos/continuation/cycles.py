@@ -1,0 +1,37 @@
+"""The equations of a periodic orbit along one or two parameters, in the form that `arclength` follows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.shooting import Cycle, evaluate
+
+
+class CycleEquations:
+    """Orbits of period n along one parameter: n d equations for n points and the parameter.
+
+    Parameters
+    ----------
+    family : ParameterFamily
+        A model along Q = 1 parameter.
+    period : int
+        n, in mesh periods.
+    span : float
+        The change of the parameter that counts as much as a change of all points by one half backlash.
+    """
+
+    def __init__(self, family: ParameterFamily, period: int, span: float) -> None:
+        self.family, self.period = family, period
+        self.weights = np.append(np.full(period * family.dimension, 1.0 / period), 1.0 / span**2)
+
+    def evaluate(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, Cycle]:
+        """The defects of the cycle u, their derivatives, and the cycle."""
+        self.family.check(u[None, -1:])
+        cycle = evaluate(self.family, u[:-1].reshape(self.period, -1), u[-1:])
+        return cycle.defect.ravel(), cycle.jacobian, cycle
+
+
+def unknowns(cycle: Cycle) -> np.ndarray:
+    """The points and parameter values of a cycle as one vector (n d + Q,)."""
+    return np.append(cycle.points.ravel(), cycle.values)

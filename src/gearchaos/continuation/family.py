@@ -1,0 +1,118 @@
+"""A model with some of its parameters as variables: its equations and their derivatives by these parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+
+from gearchaos.flow import ExactFlow
+from gearchaos.flow.sensitivity import DIFFERENTIATED, SensitivityFlow
+from gearchaos.model import Batch, MeshModel, vary
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import SwitchedAffine, coordinates, switched_system
+from gearchaos.quantities import find
+
+_STENCIL = np.array([0, -3, -2, -1, 1, 2, 3])
+_WEIGHTS = np.array([0, -1, 9, -45, 45, -9, 1]) / 60
+"""Central differences of sixth order. The arrays of a system are polynomials, sines or simple fractions of each
+parameter, so that the differences are exact to about 1e-12."""
+
+_STEP = 5e-3
+"""Step of the differences, relative to the parameter."""
+
+_LEAST = 0.1
+"""Least magnitude to which the step is relative, for parameters by which the equations do not divide."""
+
+
+class ParameterFamily:
+    """A model along Q parameters.
+
+    Parameters
+    ----------
+    model : MeshModel
+        Has all other parameters, and the initial values.
+    axes : sequence of str
+        Names of the Q parameters, as in `MeshModel.with_values`.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The d coordinates of the dynamic state, the same along the whole axes.
+    """
+
+    def __init__(self, model: MeshModel, axes: Sequence[str]) -> None:
+        self.model, self.axes = model, tuple(axes)
+        self.names = coordinates(self.batch(self._stencil(self.start[None])[0]))
+
+    @cached_property
+    def start(self) -> np.ndarray:
+        """The model's own values of the parameters, (Q,); the value of wheel 1 for a pair with different ones."""
+        own = [self.model.value(name) for name in self.axes]
+        first = [self.model.value(self.model.set_by(name)[0]) for name in self.axes]
+        return np.array([b if a is None else a for a, b in zip(own, first, strict=True)], dtype=float)
+
+    @property
+    def dimension(self) -> int:
+        """Number of coordinates of the dynamic state, d."""
+        return len(self.names)
+
+    def at(self, values: np.ndarray) -> MeshModel:
+        """The model at values (Q,) of the parameters."""
+        return self.model.with_values(dict(zip(self.axes, map(float, values), strict=True)))
+
+    def check(self, values: np.ndarray) -> None:
+        """Raise `InputError` if the model does not accept these values, (P, Q)."""
+        vary(self.model, dict(zip(self.axes, values.T, strict=True)))
+
+    def initial_states(self, values: np.ndarray) -> np.ndarray:
+        """The initial states of the model (P, d) at values (P, Q)."""
+        batch = self.batch(values)
+        return initial_state(batch, switched_system(batch, self.names))
+
+    def states_of(self, values: np.ndarray, initial: Mapping[str, np.ndarray]) -> np.ndarray:
+        """The dynamic states (d, L) with these initial values, each (L,), at values (Q,)."""
+        batch = vary(replace(self.at(values), initial={}), initial)
+        return initial_state(batch, switched_system(batch, self.names)).T.copy()
+
+    def exact_flow(self, values: np.ndarray) -> ExactFlow:
+        """The exact flow at values (P, Q)."""
+        return ExactFlow(self.system(values))
+
+    def system(self, values: np.ndarray) -> SwitchedAffine:
+        """The equations at values (P, Q)."""
+        return switched_system(self.batch(values), self.names)
+
+    def flow(self, values: np.ndarray) -> SensitivityFlow:
+        """The exact flow at values (P, Q), with derivatives by the Q parameters."""
+        points, steps = self._stencil(values)
+        (count, parameters), width = values.shape, len(_STENCIL)
+        system = switched_system(self.batch(points), self.names)
+        derivatives = {}
+        for name in DIFFERENTIATED:
+            array = getattr(system, name)
+            array = array.reshape(count, parameters, width, *array.shape[1:])
+            slope = np.einsum("s,pqs...->pq...", _WEIGHTS, array)
+            derivatives[name] = slope / steps.reshape(count, parameters, *(1,) * (slope.ndim - 2))
+        return SensitivityFlow(system.take(np.arange(count) * parameters * width), derivatives)
+
+    def batch(self, values: np.ndarray) -> Batch:
+        """The model at values (P, Q), which are not checked: a difference may step beyond the end of a range."""
+        flat = self.model.expand(dict(zip(self.axes, values.T, strict=True)))
+        return Batch(self.model, MappingProxyType(flat), len(values))
+
+    def _stencil(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The points of the differences about values (P, Q), in turn by parameter and stencil, and the steps (P, Q)."""
+        size = np.where(self._divisors & (values != 0), np.abs(values), np.maximum(np.abs(values), _LEAST))
+        steps, q = _STEP * size, values.shape[1]
+        offsets = np.einsum("pq,s,qr->pqsr", steps, _STENCIL, np.eye(q))
+        return (values[:, None, None, :] + offsets).reshape(-1, q), steps
+
+    @cached_property
+    def _divisors(self) -> np.ndarray:
+        """Whether the equations divide by each parameter, or it must be positive for another reason; bool (Q,)."""
+        found = [[find(single) for single in (name, *self.model.set_by(name))] for name in self.axes]
+        return np.array([any(q is not None and q.divisor for q in group) for group in found])

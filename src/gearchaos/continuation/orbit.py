@@ -1,0 +1,264 @@
+"""A periodic orbit of any stability at one operating point."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
+from gearchaos.continuation.states import as_initial_values
+from gearchaos.dynamics import Classification, Label, classify, orbits
+from gearchaos.dynamics.initial_conditions import default_box, spread
+from gearchaos.errors import InputError
+from gearchaos.gears.operating import AnyModel, as_model
+from gearchaos.model import MeshModel
+from gearchaos.dynamics.initial_conditions import default_box, spread
+
+LONGEST_PERIOD = 1024
+"""Largest period of an orbit, in mesh periods."""
+
+_SAME_POINT = 1e-6
+"""Points are the same if no coordinate differs by more than this."""
+
+_STARTS = 256
+"""Number of further initial states from which the nearest orbit is searched where Newton's method fails."""
+
+_UNIT_CIRCLE = 1e-9
+"""Distance from 1 up to which the modulus of a multiplier counts as 1."""
+
+
+class Switch(NamedTuple):
+    """A contact switch."""
+
+    time: float  # in mesh periods from phase 0
+    boundary: int  # 1 front flank, -1 back flank
+    into_contact: bool  # false where contact is lost
+
+
+class Extremum(NamedTuple):
+    """An extremum of z."""
+
+    time: float  # in mesh periods from phase 0
+    z: float
+    maximum: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Orbit:
+    """A periodic orbit, stable or not; `orbit` returns it.
+
+    Attributes
+    ----------
+    model : MeshModel
+        The operating point; its initial values lie on the orbit.
+    period : int
+        Minimal period n in mesh periods.
+    points : dict of str to (n,)
+        The stroboscopic points by coordinate.
+    multipliers : (d,)
+        Floquet multipliers, complex, largest modulus first.
+    switches : list of Switch
+        Contact switches in order of time over n mesh periods; empty if the contact state never changes.
+    extrema : list of Extremum
+        Extrema of z in order of time.
+    residual : float
+        Largest difference between the image of a point under one mesh period and the next point.
+    """
+
+    model: MeshModel
+    period: int
+    points: dict[str, np.ndarray]
+    multipliers: np.ndarray
+    switches: list[Switch]
+    extrema: list[Extremum]
+    residual: float
+
+    @property
+    def unstable(self) -> int:
+        """Number of multipliers outside the unit circle."""
+        return count_unstable(self.multipliers)
+
+    @property
+    def state(self) -> dict[str, float]:
+        """The first stroboscopic point."""
+        return {name: float(values[0]) for name, values in self.points.items()}
+
+    def to_dict(self) -> dict[str, Any]:
+        """All attributes except the model as JSON-ready values; multipliers as [re, im]."""
+        return {
+            "period": self.period, "state": self.state, "unstable": self.unstable,
+            "multipliers": pairs(self.multipliers), "residual": self.residual,
+            "points": {name: values.tolist() for name, values in self.points.items()},
+            "switches": [s._asdict() for s in self.switches], "extrema": [e._asdict() for e in self.extrema],
+        }
+
+    def __repr__(self) -> str:
+        stability = "stable" if self.unstable == 0 else f"{self.unstable} unstable"
+        state = ", ".join(f"{name}={value:.6g}" for name, value in self.state.items())
+        return f"Orbit({self.period}T, {stability}, {state})"
+
+
+def pairs(multipliers: np.ndarray) -> list[list[float]]:
+    """Complex numbers as [re, im]."""
+    return [[float(m.real), float(m.imag)] for m in multipliers]
+
+
+def count_unstable(multipliers: np.ndarray) -> int:
+    """Number of multipliers outside the unit circle."""
+    return int(np.sum(np.abs(multipliers) > 1.0 + _UNIT_CIRCLE))
+
+
+def orbit(
+    model: AnyModel, *, period: int | None = None, near: Mapping[str, float] | None = None,
+    settings: Classification | None = None,
+) -> Orbit:
+    """The periodic orbit nearest to a state, stable or not.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point.
+    period : int, optional
+        Period n in mesh periods, at most 1024; by default that of the motion that the state leads to.
+    near : mapping of str to float, optional
+        A state at phase 0, by names of initial values; by default the model's own initial values.
+    settings : Classification, optional
+        Where no period is given: how the motion is classified that the state leads to.
+
+    Returns
+    -------
+    Orbit
+
+    Raises
+    ------
+    InputError
+        If no orbit of this minimal period is found near the state; the message says which one is the nearest found.
+
+    Notes
+    -----
+    Newton's method on all n stroboscopic points at once (multiple shooting), with halved steps.
+    """
+    family, cycle = find_cycle(as_model(model), (), period, near, settings)
+    return as_orbit(family, cycle)
+
+
+def find_cycle(
+    model: MeshModel, axes: tuple[str, ...], period: int | None, near: Mapping[str, float] | None,
+    settings: Classification | None = None,
+) -> tuple[ParameterFamily, Cycle]:
+    """The orbit nearest to a state as a cycle of a model along axes, at the model's own values; see `orbit`."""
+    model = model.with_values(near) if near else model
+    family = ParameterFamily(model, axes)
+    values = family.start
+    if period is None:
+        guess = _attractor(family, values, settings)
+    else:
+        check_period(period)
+        guess = _iterates(family, values, family.initial_states(values[None])[0], period)
+    cycle = converge(family, guess, values)
+    if cycle.residual > ACCEPTED:
+        raise _no_orbit(family, values, guess)
+    cycle = minimal(family, cycle)
+    if period is not None and cycle.period != period:
+        raise InputError(
+            "period", f"must be the minimal period of the orbit near the start, which is {cycle.period}", period,
+            f"Ask for period {cycle.period}, or start from another state.")
+    return family, cycle
+
+
+def as_orbit(family: ParameterFamily, cycle: Cycle) -> Orbit:
+    """The public description of a cycle."""
+    points = {name: x[0] for name, x in as_initial_values(family, cycle.values[None], cycle.points[None]).items()}
+    model = family.at(cycle.values).with_values({name: float(x[0]) for name, x in points.items()})
+    return Orbit(
+        model, cycle.period, points, cycle.multipliers,
+        [Switch(float(t), int(b), bool(i)) for t, b, i in cycle.switches],
+        [Extremum(float(t), float(z), k > 0) for t, z, k in cycle.extrema], cycle.residual,
+    )
+
+
+def check_period(period: Any) -> None:
+    """Raise `InputError` unless a period is a whole number from 1 to `LONGEST_PERIOD`."""
+    if isinstance(period, bool) or not hasattr(period, "__index__") or not 1 <= period.__index__() <= LONGEST_PERIOD:
+        raise InputError("period", f"must be a whole number of mesh periods from 1 to {LONGEST_PERIOD}", period)
+
+
+def minimal(family: ParameterFamily, cycle: Cycle) -> Cycle:
+    """The cycle over its minimal period."""
+    n = cycle.period
+    for k in (k for k in range(1, n) if n % k == 0):
+        if np.abs(np.roll(cycle.points, -k, axis=0) - cycle.points).max() < _SAME_POINT:
+            return converge(family, cycle.points[:k], cycle.values)
+    return cycle
+
+
+def same_cycle(first: Cycle, second: Cycle) -> bool:
+    """Whether two cycles are one orbit, up to a shift of phase by whole mesh periods."""
+    if first.period != second.period:
+        return False
+    return any(
+        np.abs(np.roll(first.points, -k, axis=0) - second.points).max() < _SAME_POINT for k in range(first.period))
+
+
+def _attractor(family: ParameterFamily, values: np.ndarray, settings: Classification | None) -> np.ndarray:
+    """The points (n, d) of the periodic motion that the model's initial values lead to."""
+    flow, w = family.exact_flow(values[None]), family.initial_states(values[None]).T.copy()
+    found = classify(flow, w, settings=settings, response=False)
+    if found.label[0] != Label.PERIODIC:
+        kind = Label(int(found.label[0])).name.lower().replace("_", "-")
+        raise InputError(
+            "start", "must lead to a periodic motion where no period is given", f"a {kind} motion",
+            "Give a period, or another start.")
+    return orbits.sections(flow, found.w, np.zeros(1, int), found.period)[0]
+
+
+def _iterates(family: ParameterFamily, values: np.ndarray, state: np.ndarray, period: int) -> np.ndarray:
+    """A state and its images under the stroboscopic map, (n, d)."""
+    flow = family.exact_flow(values[None])
+    return orbits.sections(flow, state[:, None].copy(), np.zeros(1, int), np.array([period]))[0]
+
+
+def _no_orbit(family: ParameterFamily, values: np.ndarray, guess: np.ndarray) -> InputError:
+    """The error for a start from which Newton's method finds no orbit; it names the nearest orbit found."""
+    found = search(family, values, len(guess))
+    period, start = len(guess), guess[0]
+    if not found:
+        return InputError("start", f"must be near an orbit of period {period}", _text(family, values, start),
+                          f"None was found from {_STARTS} other states either; try another period.")
+    points = np.concatenate([cycle.points for cycle in found])
+    distance = np.linalg.norm(points - start, axis=1)
+    nearest = points[np.argmin(distance)]
+    return InputError(
+        "start", f"must be near an orbit of period {period}", _text(family, values, start),
+        f"The nearest one found is at a distance of {distance.min():.3g}: {_text(family, values, nearest)}.")
+
+
+def _text(family: ParameterFamily, values: np.ndarray, state: np.ndarray) -> str:
+    """A state in the names of initial values."""
+    named = as_initial_values(family, values[None], state[None, None])
+    return ", ".join(f"{name}={x[0, 0]:.6g}" for name, x in named.items())
+
+
+def search(
+    family: ParameterFamily, values: np.ndarray, period: int, starts: int = _STARTS
+) -> list[Cycle]:
+    """The orbits of minimal period n that Newton's method reaches from many initial states, each once."""
+    flow = family.exact_flow(values[None])
+    model = family.at(values)
+    w = family.states_of(values, spread(default_box(model), starts, seed=0))
+    points = np.zeros(w.shape[1], int)
+    found = orbits.polish(flow, w, points, np.full(w.shape[1], period))
+    cycles: list[Cycle] = []
+    for lane in np.flatnonzero(found.converged):
+        guess = orbits.sections(flow, found.w[:, [lane]], points[:1], np.array([period]))[0]
+        if any(np.abs(c.points - guess[0]).max(axis=1).min() < _SAME_POINT for c in cycles):
+            continue
+        cycle = converge(family, guess, values)
+        if cycle.residual <= ACCEPTED and minimal(family, cycle).period == period:
+            if not any(same_cycle(cycle, c) for c in cycles):
+                cycles.append(cycle)
+    return cycles

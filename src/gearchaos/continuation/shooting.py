@@ -1,0 +1,152 @@
+"""Periodic orbits as cycles of n stroboscopic points, x(k + 1) = P(x(k)) with P the map over one mesh period.
+
+All n points are unknowns (multiple shooting), so that an orbit with large multipliers is found as precisely as a stable
+one: rounding errors grow over one mesh period only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from gearchaos.continuation.family import ParameterFamily
+from gearchaos.flow import OK
+from gearchaos.flow.sensitivity import PeriodResult
+
+TOLERANCE = 1e-12
+"""A cycle has converged if P takes every point to the next one with no larger difference of a coordinate."""
+
+ACCEPTED = 1e-10
+"""A cycle whose residual cannot be made smaller counts as converged up to this."""
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """A candidate for a periodic orbit: n points and their images under the stroboscopic map.
+
+    Attributes
+    ----------
+    points : (n, d)
+    values : (Q,)
+        Values of the parameters.
+    result : PeriodResult
+        One mesh period from each point.
+    """
+
+    points: np.ndarray
+    values: np.ndarray
+    result: PeriodResult
+
+    @property
+    def period(self) -> int:
+        """Number n of mesh periods."""
+        return len(self.points)
+
+    @cached_property
+    def defect(self) -> np.ndarray:
+        """Images of the points less the next points, (n, d)."""
+        return self.result.w - np.roll(self.points, -1, axis=0)
+
+    @cached_property
+    def residual(self) -> float:
+        """Largest defect of a coordinate; infinite if the flow failed."""
+        if np.any(self.result.status != OK) or not np.all(np.isfinite(self.result.w)):
+            return np.inf
+        return float(np.abs(self.defect).max())
+
+    @cached_property
+    def jacobian(self) -> np.ndarray:
+        """Derivatives (n d, n d + Q) of the defect by the points and the parameters."""
+        (n, d), q = self.points.shape, len(self.values)
+        out = np.zeros((n, d, n * d + q))
+        for k in range(n):
+            out[k, :, k * d : (k + 1) * d] = self.result.monodromy[k]
+            after = (k + 1) % n * d
+            out[k, :, after : after + d] -= np.eye(d)
+        out[:, :, n * d :] = self.result.sensitivity
+        return out.reshape(n * d, -1)
+
+    @cached_property
+    def monodromy(self) -> np.ndarray:
+        """Derivative (d, d) of Pⁿ at the first point."""
+        product = np.eye(self.points.shape[1])
+        for matrix in self.result.monodromy:
+            product = matrix @ product
+        return product
+
+    @cached_property
+    def multipliers(self) -> np.ndarray:
+        """Floquet multipliers, complex (d,), largest modulus first."""
+        values = np.linalg.eigvals(self.monodromy).astype(complex)
+        return values[np.argsort(-np.abs(values), kind="stable")]
+
+    @cached_property
+    def extrema(self) -> np.ndarray:
+        """Extrema of z over all n periods, (E, 3): instant in mesh periods from 0 to n, z, 1 maximum or −1 minimum."""
+        return np.concatenate([
+            np.column_stack([k + rows[:, 0], rows[:, 1:3]]) for k, rows in enumerate(self._trimmed("extrema", "extremum"))
+        ])
+
+    @cached_property
+    def switches(self) -> np.ndarray:
+        """Contact switches over all n periods, (S, 3): instant in mesh periods, boundary 1 or −1, 1 into contact."""
+        return np.concatenate([
+            np.column_stack([k + rows[:, 0], rows[:, 1:3]]) for k, rows in enumerate(self._trimmed("switches", "switch"))
+        ])
+
+    def extremum_derivatives(self, number: int) -> np.ndarray:
+        """Derivatives (n d + Q,) of z at an extremum by the points and the parameters."""
+        (n, d), rows = self.points.shape, self._trimmed("extrema", "extremum")
+        period = int(np.searchsorted(np.cumsum([len(r) for r in rows]), number, side="right"))
+        row = rows[period][number - sum(len(r) for r in rows[:period]), 3:]
+        out = np.zeros(n * d + len(self.values))
+        out[period * d : (period + 1) * d], out[n * d :] = row[:d], row[d:]
+        return out
+
+    def _trimmed(self, name: str, singular: str) -> list[np.ndarray]:
+        """The records of this name in each mesh period."""
+        counts = getattr(self.result, f"{singular}_count")
+        return [rows[:count] for rows, count in zip(getattr(self.result, name), counts, strict=True)]
+
+
+def evaluate(family: ParameterFamily, points: np.ndarray, values: np.ndarray) -> Cycle:
+    """The cycle of these points (n, d) at parameter values (Q,)."""
+    result = family.flow(values[None]).advance(points, np.zeros(len(points), np.int64))
+    return Cycle(np.array(points), np.array(values), result)
+
+
+def converge(family: ParameterFamily, points: np.ndarray, values: np.ndarray, iterations: int = 30) -> Cycle:
+    """The cycle that Newton's method with halved steps reaches from points (n, d) at fixed parameter values (Q,).
+
+    The best cycle found is returned whether it has converged or not: see its ``residual``.
+    """
+    flow, index = family.flow(values[None]), np.zeros(len(points), np.int64)
+    best = Cycle(np.array(points, dtype=float), np.array(values, dtype=float), flow.advance(points, index))
+    for _ in range(iterations):
+        if best.residual <= TOLERANCE or not np.isfinite(best.residual):
+            break
+        step = _solve(best.jacobian[:, : points.size], -best.defect.ravel())
+        if step is None:
+            break
+        improved = None
+        for halving in range(6):
+            moved = best.points + step.reshape(points.shape) / 2**halving
+            trial = Cycle(moved, best.values, flow.advance(moved, index))
+            if trial.residual < best.residual:
+                improved = trial
+                break
+        if improved is None:
+            break
+        best = improved
+    return best
+
+
+def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
+    """The solution of a linear system, or None if it is singular."""
+    try:
+        found = np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        return None
+    return found if np.all(np.isfinite(found)) else None
