@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gears.backlash import OF, Backlash, ThicknessAllowances, base_tangent_length
-from gearchaos.gears.design import GearDesign
-from gearchaos.gears.geometry import Geometry
-from gearchaos.gears.involute import inverse_involute, involute
-from gearchaos.gears.mating import shift_sum
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.geometry.backlash import OF, Backlash, ThicknessAllowances, base_tangent_length
+from gearchaos.gears.geometry.dimensions import Geometry
+from gearchaos.gears.geometry.involute import inverse_involute, involute
+from gearchaos.gears.geometry.mating import shift_sum
 from gearchaos.gears.pair import GearPair
 
 EXAMPLE_1 = GearDesign(

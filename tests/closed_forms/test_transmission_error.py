@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gears.quality import ISO_1995, ISO_2013, Quality, tolerances
-from gearchaos.gears.tip_relief import TipRelief, from_tip_relief, relief_error
-from gearchaos.gears.transmission_error import evaluate, from_quality, shaft_orders
+from gearchaos.gears.transmission_error.harmonics import evaluate, from_quality, shaft_orders
+from gearchaos.gears.transmission_error.quality import ISO_1995, ISO_2013, Quality, tolerances
+from gearchaos.gears.transmission_error.tip_relief import TipRelief, from_tip_relief, relief_error
 from tests.gear_examples import ISO_TR_EXAMPLE_1, SPUR_62, spur
 
 TAU = np.arange(4000) / 4000

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.design import GearDesign
+from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import Gears, gears_from_json, pair_of
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.scales import Scales, scaled, unit_of

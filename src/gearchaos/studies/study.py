@@ -14,7 +14,7 @@ from gearchaos.datasets import provenance
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, unknown_name, whole_number
-from gearchaos.gears.design import GearDesign
+from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import Gears, OperatingModel, as_model, gears_json
 from gearchaos.gears.units import RPM
 from gearchaos.model import MeshModel

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gearchaos.errors import InputError
-from gearchaos.gears.design import GearDesign
+from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import Gears
 from gearchaos.gears.pair import GearPair
 from gearchaos.studyfile.tables import GearPairTable, StudyFile, validated

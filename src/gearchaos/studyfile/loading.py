@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from gearchaos.dynamics.settings import FORMER_NAMES, Classification
 from gearchaos.errors import InputError
 from gearchaos.files import read_bytes
-from gearchaos.gears.design import GearDesign
+from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import Gears, OperatingModel, operating_model
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import (

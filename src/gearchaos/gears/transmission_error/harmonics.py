@@ -28,8 +28,8 @@ from gearchaos.gears.formulas import described
 from gearchaos.validation import MAX_HARMONICS
 
 if TYPE_CHECKING:
-    from gearchaos.gears.geometry import Geometry
-    from gearchaos.gears.quality import Quality, Tolerances
+    from gearchaos.gears.geometry.dimensions import Geometry
+    from gearchaos.gears.transmission_error.quality import Quality, Tolerances
 
 
 @dataclass(frozen=True, kw_only=True)
