@@ -12,11 +12,11 @@ from gearchaos.gears.dynamic_factor.resonance import Resonance
 from gearchaos.gears.formulas import Formula, formulas
 from gearchaos.gears.mesh_load import MeshLoad
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
-from gearchaos.gears.transmission_error.harmonics import QualityError, ShaftOrder
+from gearchaos.gears.transmission_error.harmonics import QualityError
 from gearchaos.gears.transmission_error.quality import Tolerances1995, Tolerances2013
 
 RESULTS = (
-    Deviations, DynamicFactorAGMA, DynamicFactorB, DynamicFactorC, MeshLoad, QualityError, Resonance, ShaftOrder,
+    Deviations, DynamicFactorAGMA, DynamicFactorB, DynamicFactorC, MeshLoad, QualityError, Resonance,
     Tolerances1995, Tolerances2013, ToothStiffness,
 )
 
