@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from gearchaos.gears.geometry import Geometry
+from gearchaos.gears.geometry.dimensions import Geometry
 
 ISO_TR_EXAMPLE_1 = Geometry(
     teeth=(17, 103), normal_module=8e-3, pressure_angle=math.radians(20), helix_angle=math.radians(15.8),

@@ -14,7 +14,7 @@ _MODULES = {
     "InputError": "errors",
     "HarmonicStiffness": "model", "MeshModel": "model", "SteppedStiffness": "model", "TransmissionError": "model",
     "TwoLevelStiffness": "model",
-    "GearDesign": "gears.design", "GearPair": "gears.pair", "physical": "gears.results",
+    "GearDesign": "gears.design.gear_design", "GearPair": "gears.pair", "physical": "gears.results",
     "Axis": "studies.axis", "Classification": "dynamics.settings", "Verdict": "studies.verdict",
     "Attractors": "studies.attractors", "attractors": "studies.attractors",
     "Basins": "studies.basins", "basins": "studies.basins",

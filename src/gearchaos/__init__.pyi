@@ -9,7 +9,7 @@ from gearchaos.datasets import save as save
 from gearchaos.dynamics.settings import Classification as Classification
 from gearchaos.errors import InputError as InputError
 from gearchaos.explorer.web.notebook import explore as explore
-from gearchaos.gears.design import GearDesign as GearDesign
+from gearchaos.gears.design.gear_design import GearDesign as GearDesign
 from gearchaos.gears.pair import GearPair as GearPair
 from gearchaos.gears.results import physical as physical
 from gearchaos.model import HarmonicStiffness as HarmonicStiffness

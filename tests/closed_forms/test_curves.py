@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gears.curves import PeriodicCurve, approximate, periodic_curve, truncated_series
-from gearchaos.gears.mesh_stiffness import from_curve
+from gearchaos.gears.stiffness.mesh_stiffness import from_curve
+from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, approximate, periodic_curve, truncated_series
 from gearchaos.model import HarmonicStiffness, SteppedStiffness
 
 GRID = (np.arange(200_000) + 0.5) / 200_000

@@ -8,16 +8,10 @@ from dataclasses import replace
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gears.design import GearDesign
-from gearchaos.gears.dynamic_factor import (
-    DynamicFactorAGMA,
-    DynamicFactorC,
-    Refused,
-    dynamic_factor_agma,
-    dynamic_factor_c,
-    quality_number,
-)
-from gearchaos.gears.dynamic_factor_b import (
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.dynamic_factor.agma import DynamicFactorAGMA, dynamic_factor_agma, quality_number
+from gearchaos.gears.dynamic_factor.all_standards import dynamic_factors
+from gearchaos.gears.dynamic_factor.iso_method_b import (
     Deviations,
     DynamicFactorB,
     FlankMaterial,
@@ -27,12 +21,13 @@ from gearchaos.gears.dynamic_factor_b import (
     relief_from_running_in,
     running_in_allowance,
 )
-from gearchaos.gears.dynamic_factors import dynamic_factors
-from gearchaos.gears.iso6336 import tooth_stiffness
-from gearchaos.gears.masses import disc_diameter, disc_inertia, disc_mass, equivalent_mass
+from gearchaos.gears.dynamic_factor.iso_method_c import DynamicFactorC, dynamic_factor_c
+from gearchaos.gears.dynamic_factor.refused import Refused
+from gearchaos.gears.dynamic_factor.resonance import SpeedRange, resonance
+from gearchaos.gears.geometry.masses import disc_diameter, disc_inertia, disc_mass, equivalent_mass
 from gearchaos.gears.mesh_load import MeshLoad, mesh_load
-from gearchaos.gears.quality import ISO_1995, Quality, tolerances
-from gearchaos.gears.resonance import SpeedRange, resonance
+from gearchaos.gears.stiffness.iso6336 import tooth_stiffness
+from gearchaos.gears.transmission_error.quality import ISO_1995, Quality, tolerances
 from tests.gear_examples import ISO_TR_EXAMPLE_1, SPUR_62, spur
 
 RPM = math.pi / 30

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gears.backlash import OF, Backlash, ThicknessAllowances, base_tangent_length
-from gearchaos.gears.design import GearDesign
-from gearchaos.gears.geometry import Geometry
-from gearchaos.gears.involute import inverse_involute, involute
-from gearchaos.gears.mating import shift_sum
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.geometry.backlash import OF, Backlash, ThicknessAllowances, base_tangent_length
+from gearchaos.gears.geometry.dimensions import Geometry
+from gearchaos.gears.geometry.involute import inverse_involute, involute
+from gearchaos.gears.geometry.mating import shift_sum
 from gearchaos.gears.pair import GearPair
+from gearchaos.gears.sheet import datasheet
 
 EXAMPLE_1 = GearDesign(
     teeth=(17, 103), module="8 mm", helix_angle="15.8 deg", face_width="100 mm", centre_distance="500 mm",
@@ -226,3 +227,18 @@ def test_the_equivalent_mass_is_that_of_the_pair_and_of_iso_6336():
             for d, radius, bore in zip(mean, (radius1, radius2), (0.01, 0.02), strict=True)]
     per_width = 1 / (1 / each[0] + 1 / each[1])
     assert disc.equivalent_mass / 0.03 == pytest.approx(per_width, rel=1e-13)
+
+
+def test_eccentricity_changes_error_and_backlash_once_per_turn():
+    found = datasheet(replace(EXAMPLE_1, eccentricity=(10e-6, 30e-6)))
+    assert found["eccentricity_error_amplitude"].value == pytest.approx((10.0, 30.0), rel=1e-14)
+    # the opening of the centre distance by 30 µm opens the backlash along the line of action
+    opened = replace(EXAMPLE_1.geometry, centre_distance=0.5 + 30e-6)
+    change = 1e6 * (opened.theoretical_backlash - EXAMPLE_1.geometry.theoretical_backlash)
+    assert found["eccentricity_backlash_amplitude"].value == pytest.approx((change / 3, change), rel=1e-3)
+    for name in ("eccentricity_error_amplitude", "eccentricity_backlash_amplitude"):
+        assert "not part of the model" in found[name].formula
+        assert datasheet(replace(EXAMPLE_1, eccentricity=(0.0, 1e-6)))[name].value[0] == 0.0
+    for bad in (-1e-6, math.nan, math.inf):
+        with pytest.raises(InputError, match=r"eccentricity\[1\]"):
+            replace(EXAMPLE_1, eccentricity=(0.0, bad))

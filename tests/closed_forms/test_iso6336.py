@@ -9,7 +9,7 @@ import pytest
 
 from gearchaos.errors import InputError
 from gearchaos.gears.formulas import formulas
-from gearchaos.gears.iso6336 import Blank, ToothStiffness, rack_factor, tooth_stiffness
+from gearchaos.gears.stiffness.iso6336 import Blank, ToothStiffness, rack_factor, tooth_stiffness
 from tests.gear_examples import ISO_TR_EXAMPLE_1, SPUR_62, spur
 
 UNIT = 1e9

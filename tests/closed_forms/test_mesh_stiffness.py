@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gears.contact_lines import fourier_coefficients, relative_length
-from gearchaos.gears.iso6336 import tooth_stiffness
 from gearchaos.gears.materials import STEEL
-from gearchaos.gears.mesh_stiffness import MeshStiffness, compare, from_energy, from_iso, from_table
-from gearchaos.gears.potential_energy import ToothPairs
+from gearchaos.gears.stiffness.contact_lines import fourier_coefficients, relative_length
+from gearchaos.gears.stiffness.iso6336 import tooth_stiffness
+from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness, compare, from_energy, from_iso, from_table
+from gearchaos.gears.stiffness.potential_energy import ToothPairs
 from gearchaos.model import HarmonicStiffness, SteppedStiffness, TwoLevelStiffness
 from tests.gear_examples import ISO_TR_EXAMPLE_1, SPUR_62, spur
 

@@ -11,7 +11,7 @@ import pytest
 
 from gearchaos.errors import InputError
 from gearchaos.gears.formulas import formulas
-from gearchaos.gears.quality import ISO_1995, ISO_2013, Quality, rounded, tolerances
+from gearchaos.gears.transmission_error.quality import ISO_1995, ISO_2013, Quality, rounded, tolerances
 from tests.gear_examples import ISO_TR_EXAMPLE_1, spur
 
 

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
+from gearchaos.gears.geometry.tooth_profile import Stations, tooth_profile
 from gearchaos.gears.materials import STEEL, Material
-from gearchaos.gears.mesh_stiffness import from_energy
-from gearchaos.gears.potential_energy import (
+from gearchaos.gears.stiffness.mesh_stiffness import from_energy
+from gearchaos.gears.stiffness.potential_energy import (
     Load,
     ToothPairs,
     beam_compliance,
@@ -17,7 +18,6 @@ from gearchaos.gears.potential_energy import (
     hertz_stiffness,
     tooth_compliance,
 )
-from gearchaos.gears.tooth_profile import Stations, tooth_profile
 from tests.gear_examples import ISO_TR_EXAMPLE_1, spur
 
 BORE = (0.035, 0.035)
@@ -166,8 +166,8 @@ def test_stiffness_with_several_pairs_is_the_sum_over_the_pairs():
 
 def test_quadrature_has_converged(monkeypatch):
     reference = ToothPairs(PAIRS["17/45 shifted"], (STEEL, STEEL), (0.01, 0.03)).curve()
-    monkeypatch.setattr("gearchaos.gears.tooth_profile._FILLET_NODES", 96)
-    monkeypatch.setattr("gearchaos.gears.tooth_profile._FLANK_NODES", 48)
+    monkeypatch.setattr("gearchaos.gears.geometry.tooth_profile._FILLET_NODES", 96)
+    monkeypatch.setattr("gearchaos.gears.geometry.tooth_profile._FLANK_NODES", 48)
     finer = ToothPairs(PAIRS["17/45 shifted"], (STEEL, STEEL), (0.01, 0.03)).curve()
     assert reference.first == pytest.approx(finer.first, rel=1e-10)
 

@@ -1,4 +1,4 @@
-"""Harmonics of the transmission error: definitions, parabola, tip relief by brute force, eccentricity."""
+"""Harmonics of the transmission error: definitions, parabola, tip relief by brute force."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gears.quality import ISO_1995, ISO_2013, Quality, tolerances
-from gearchaos.gears.tip_relief import TipRelief, from_tip_relief, relief_error
-from gearchaos.gears.transmission_error import evaluate, from_quality, shaft_orders
+from gearchaos.gears.transmission_error.harmonics import evaluate, from_quality
+from gearchaos.gears.transmission_error.quality import ISO_1995, ISO_2013, Quality, tolerances
+from gearchaos.gears.transmission_error.tip_relief import TipRelief, from_tip_relief, relief_error
 from tests.gear_examples import ISO_TR_EXAMPLE_1, SPUR_62, spur
 
 TAU = np.arange(4000) / 4000
@@ -160,20 +160,3 @@ def test_wrong_tip_relief_is_refused():
     wide = spur(centre_distance=SPUR_62.centre_distance + 3e-3)
     with pytest.raises(InputError, match="contact_ratio must be at least 1"):
         from_tip_relief(wide, TipRelief((0.0, 0.0), (0.0, 0.0)))
-
-
-def test_eccentricity_is_a_shaft_order():
-    first, second = shaft_orders(ISO_TR_EXAMPLE_1, (10e-6, 30e-6))
-    assert (first.order, second.order) == pytest.approx((1 / 17, 1 / 103), rel=1e-14)
-    assert (first.wheel, second.wheel) == (1, 2)
-    assert second.error_amplitude == 30e-6
-    # the opening of the centre distance by 30 µm opens the backlash along the line of action
-    opened = replace(ISO_TR_EXAMPLE_1, centre_distance=0.5 + 30e-6)
-    change = opened.theoretical_backlash - ISO_TR_EXAMPLE_1.theoretical_backlash
-    assert second.backlash_amplitude == pytest.approx(change, rel=1e-3)
-    assert "not part of the model" in first.text
-    assert [s.wheel for s in shaft_orders(SPUR_62, (0.0, 1e-6))] == [2]
-    assert shaft_orders(SPUR_62, (0.0, 0.0)) == ()
-    for bad in (-1e-6, math.nan, math.inf):
-        with pytest.raises(InputError, match=r"eccentricity\[1\]"):
-            shaft_orders(SPUR_62, (0.0, bad))

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 import gearchaos as gc
 from gearchaos import plot
 from gearchaos.errors import InputError
-from gearchaos.gears.dynamic_factors import dynamic_factors
+from gearchaos.gears.dynamic_factor.all_standards import dynamic_factors
 from gearchaos.gears.units import RPM
 
 GEARS = {

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gears.error_tables import fit_harmonics, from_orders, from_table
+from gearchaos.gears.transmission_error.tables import fit_harmonics, from_orders, from_table
 
 
 def written(folder: Path, text: str) -> Path:

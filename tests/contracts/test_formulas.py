@@ -5,17 +5,18 @@ from __future__ import annotations
 import pytest
 
 from gearchaos.gears import units
-from gearchaos.gears.dynamic_factor import DynamicFactorAGMA, DynamicFactorC
-from gearchaos.gears.dynamic_factor_b import Deviations, DynamicFactorB
+from gearchaos.gears.dynamic_factor.agma import DynamicFactorAGMA
+from gearchaos.gears.dynamic_factor.iso_method_b import Deviations, DynamicFactorB
+from gearchaos.gears.dynamic_factor.iso_method_c import DynamicFactorC
+from gearchaos.gears.dynamic_factor.resonance import Resonance
 from gearchaos.gears.formulas import Formula, formulas
-from gearchaos.gears.iso6336 import ToothStiffness
 from gearchaos.gears.mesh_load import MeshLoad
-from gearchaos.gears.quality import Tolerances1995, Tolerances2013
-from gearchaos.gears.resonance import Resonance
-from gearchaos.gears.transmission_error import QualityError, ShaftOrder
+from gearchaos.gears.stiffness.iso6336 import ToothStiffness
+from gearchaos.gears.transmission_error.harmonics import QualityError
+from gearchaos.gears.transmission_error.quality import Tolerances1995, Tolerances2013
 
 RESULTS = (
-    Deviations, DynamicFactorAGMA, DynamicFactorB, DynamicFactorC, MeshLoad, QualityError, Resonance, ShaftOrder,
+    Deviations, DynamicFactorAGMA, DynamicFactorB, DynamicFactorC, MeshLoad, QualityError, Resonance,
     Tolerances1995, Tolerances2013, ToothStiffness,
 )
 

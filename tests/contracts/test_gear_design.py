@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gears.backlash import OF, Backlash, ThicknessAllowances
-from gearchaos.gears.design import GearDesign
-from gearchaos.gears.design_values import CONVERTERS, OrdersFile, Rack, ReliefDimensions, Supports, TableFile
-from gearchaos.gears.geometry import Geometry
-from gearchaos.gears.geometry_formulas import DESIGN_FORMULAS, GEOMETRY_FORMULAS
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.design.values import CONVERTERS, OrdersFile, Rack, ReliefDimensions, Supports, TableFile
+from gearchaos.gears.geometry.backlash import OF, Backlash, ThicknessAllowances
+from gearchaos.gears.geometry.dimensions import Geometry
+from gearchaos.gears.geometry.formulas import DESIGN_FORMULAS, GEOMETRY_FORMULAS
 from gearchaos.gears.materials import STEEL, Material
-from gearchaos.gears.quality import Quality
-from gearchaos.gears.tip_relief import TipRelief
+from gearchaos.gears.transmission_error.quality import Quality
+from gearchaos.gears.transmission_error.tip_relief import TipRelief
 
 SMALL = {"teeth": (20, 40), "module": 3e-3, "face_width": 0.03}
 

@@ -6,9 +6,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from gearchaos.errors import InputError
-from gearchaos.gears.backlash import OF
-from gearchaos.gears.design import GearDesign
-from gearchaos.gears.geometry_formulas import GEOMETRY_FORMULAS
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.geometry.backlash import OF
+from gearchaos.gears.geometry.formulas import GEOMETRY_FORMULAS
 
 
 def two(values):

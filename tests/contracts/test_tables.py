@@ -7,7 +7,7 @@ import pytest
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
-from gearchaos.gears.csvtable import MOST_BYTES, Column, read_table
+from gearchaos.gears.inputs.csvtable import MOST_BYTES, Column, read_table
 
 COLUMNS = (
     Column("order"), Column("amplitude", units.LENGTH), Column("phase", units.ANGLE, ("phase angle",), required=False))

@@ -64,7 +64,7 @@ def main(
 
 
 def _files(only: str) -> list[Path]:
-    every = [f for package in FIRST_TESTS for f in sorted((SOURCES / package).glob("*.py"))]
+    every = [f for package in FIRST_TESTS for f in sorted((SOURCES / package).rglob("*.py"))]
     return [f for f in every if only in str(f)]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from gearchaos.gears.tooth_root import GeneratedTooth
+from gearchaos.gears.geometry.tooth_root import GeneratedTooth
 from tests.oracles.involute_oracle import transverse_slope
 
 DEGREE = math.pi / 180

@@ -6,9 +6,14 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, trapezoid
 
+from gearchaos.gears.geometry.tooth_profile import tooth_profile
 from gearchaos.gears.materials import STEEL
-from gearchaos.gears.potential_energy import ToothPairs, foundation_compliance, hertz_stiffness, tooth_compliance
-from gearchaos.gears.tooth_profile import tooth_profile
+from gearchaos.gears.stiffness.potential_energy import (
+    ToothPairs,
+    foundation_compliance,
+    hertz_stiffness,
+    tooth_compliance,
+)
 from tests.gear_examples import spur
 
 pytestmark = pytest.mark.slow

@@ -18,7 +18,7 @@ from gearchaos.files import DATA_SUFFIXES, write_bytes
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from gearchaos.gears.design import GearDesign
+    from gearchaos.gears.design.gear_design import GearDesign
     from gearchaos.gears.sheet import Entry
 
 GearsPath = Annotated[

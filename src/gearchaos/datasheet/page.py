@@ -15,7 +15,7 @@ from markupsafe import Markup, escape
 
 from gearchaos.datasheet.pictures import pictures
 from gearchaos.errors import InputError
-from gearchaos.gears.design import GearDesign
+from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.sheet import Entry
 
 if TYPE_CHECKING:

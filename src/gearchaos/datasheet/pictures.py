@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from gearchaos import plot
 from gearchaos.errors import InputError
-from gearchaos.gears.design import GearDesign
+from gearchaos.gears.design.gear_design import GearDesign
 
 if TYPE_CHECKING:
     import xarray as xr

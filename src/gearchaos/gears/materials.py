@@ -8,8 +8,8 @@ from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
-from gearchaos.gears.inputs import record_values, two_values
-from gearchaos.gears.plausibility import DENSITY, PRESSURE, check_plausible
+from gearchaos.gears.inputs.forms import record_values, two_values
+from gearchaos.gears.inputs.plausibility import DENSITY, PRESSURE, check_plausible
 from gearchaos.quantities import Rule
 from gearchaos.validation import check_rule, to_float
 

@@ -10,7 +10,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears.formulas import described
 
 if TYPE_CHECKING:
-    from gearchaos.gears.geometry import Geometry
+    from gearchaos.gears.geometry.dimensions import Geometry
 
 _SOURCE = "ISO 6336-1:2006, 4.2"
 

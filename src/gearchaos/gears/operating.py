@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
-from typing import Any, NamedTuple, Protocol, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self, TypeAlias, TypeGuard
 
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.design import GearDesign
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.units import RPM, SPEED, TORQUE, to_si
 from gearchaos.model import MeshModel, has_effect
 from gearchaos.quantities import OPERATION
 from gearchaos.validation import check, to_float
+
+if TYPE_CHECKING:
+    from gearchaos.gears.design.gear_design import GearDesign
 
 _NAMES = tuple(q.name for q in OPERATION)
 _SI = {"speed": RPM, "torque": 1.0}
@@ -27,7 +29,7 @@ _SET_BY = {"speed": ("omega",), "torque": ("q1", "q2")}
 torque, the torque also changes the parameters that follow from it."""
 
 
-AnyModel = MeshModel | GearPair | GearDesign
+AnyModel: TypeAlias = "MeshModel | GearPair | GearDesign"
 """What studies take as their model: a dimensionless model, or gears at an operating point."""
 
 
@@ -164,9 +166,18 @@ def with_gears(model: MeshModel, gears: Gears) -> OperatingModel:
     return OperatingModel(**{f.name: getattr(model, f.name) for f in fields(model)}, gears=gears)
 
 
+def is_design(value: Any) -> TypeGuard[GearDesign]:
+    """Whether a value is a `GearDesign`, whose modules are imported only if it is no `MeshModel` and no `GearPair`."""
+    if isinstance(value, (MeshModel, GearPair)):
+        return False
+    from gearchaos.gears.design.gear_design import GearDesign
+
+    return isinstance(value, GearDesign)
+
+
 def gears_json(gears: Gears) -> str:
     """All fields of gears as JSON, from which `gears_from_json` makes equal gears."""
-    kind = "design" if isinstance(gears, GearDesign) else "pair"
+    kind = "design" if is_design(gears) else "pair"
     return json.dumps({kind: asdict(gears)})  # type: ignore[call-overload]
 
 
@@ -174,15 +185,23 @@ def gears_from_json(text: str) -> Gears:
     """The gears that `gears_json` wrote; raises `InputError` for anything else."""
     try:
         ((kind, values),) = json.loads(text).items()
-        return {"pair": GearPair, "design": GearDesign}[kind](**values)
+        kinds: dict[str, Callable[..., Gears]] = {"pair": GearPair, "design": _design}
+        return kinds[kind](**values)
     except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
         raise InputError("dataset", "must carry its gears as JSON", text,
                          f"Compute it again, or load the file that was saved. ({error})") from error
 
 
+def _design(**values: Any) -> GearDesign:
+    """A `GearDesign` with these fields; its modules are imported only when a design is read."""
+    from gearchaos.gears.design.gear_design import GearDesign
+
+    return GearDesign(**values)
+
+
 def as_model(model: Any) -> MeshModel:
     """A `MeshModel` itself, or the model of gears; raises `InputError` for anything else."""
-    if isinstance(model, (GearPair, GearDesign)):
+    if isinstance(model, GearPair) or is_design(model):
         return operating_model(model)
     if not isinstance(model, MeshModel):
         raise InputError("model", "must be a MeshModel, a GearPair or a GearDesign", f"a {type(model).__name__}",

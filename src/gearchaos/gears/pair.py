@@ -12,7 +12,7 @@ from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
-from gearchaos.gears.checks import (
+from gearchaos.gears.pair_checks import (
     OPTIONAL_FIELDS,
     SERIES_FIELDS,
     UNIT_FIELDS,

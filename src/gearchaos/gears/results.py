@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.design import GearDesign
-from gearchaos.gears.operating import Gears, gears_from_json, pair_of
+from gearchaos.gears.operating import Gears, gears_from_json, is_design, pair_of
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.scales import Scales, scaled, unit_of
 
@@ -65,7 +64,7 @@ def _checked_gears(dataset: Any, pair: Any) -> Gears:
         raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}", advice)
     carried = gears_from_json(dataset.attrs["gears"]) if "gears" in dataset.attrs else None
     pair = carried if pair is None else pair
-    if not isinstance(pair, (GearPair, GearDesign)):
+    if not (isinstance(pair, GearPair) or is_design(pair)):
         raise InputError("pair", "must be a GearPair or a GearDesign", f"a {type(pair).__name__}",
                          "A MeshModel alone has no units.")
     if "pair" in dataset.attrs:

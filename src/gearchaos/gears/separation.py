@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from gearchaos.gears.design import GearDesign
+    from gearchaos.gears.design.gear_design import GearDesign
 
 _SAMPLES_PER_ORDER = 64
 _NEWTON_STEPS = 6

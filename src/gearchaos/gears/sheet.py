@@ -13,16 +13,17 @@ from functools import cached_property
 from typing import Any
 
 from gearchaos.errors import InputError
-from gearchaos.gears.design import GearDesign
-from gearchaos.gears.dynamic_factor import DynamicFactorAGMA, DynamicFactorC
-from gearchaos.gears.dynamic_factor_b import DynamicFactorB
-from gearchaos.gears.dynamic_factors import DynamicFactors, dynamic_factors
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.dynamic_factor.agma import DynamicFactorAGMA
+from gearchaos.gears.dynamic_factor.all_standards import DynamicFactors, dynamic_factors
+from gearchaos.gears.dynamic_factor.iso_method_b import DynamicFactorB
+from gearchaos.gears.dynamic_factor.iso_method_c import DynamicFactorC
+from gearchaos.gears.dynamic_factor.resonance import Resonance, resonance
 from gearchaos.gears.formulas import Formula, formulas
-from gearchaos.gears.geometry_formulas import DESIGN_FORMULAS, GEOMETRY_FORMULAS
-from gearchaos.gears.iso6336 import ToothStiffness
+from gearchaos.gears.geometry.formulas import DESIGN_FORMULAS, GEOMETRY_FORMULAS
 from gearchaos.gears.mesh_load import MeshLoad
-from gearchaos.gears.quality import Tolerances, tolerances
-from gearchaos.gears.resonance import Resonance, resonance
+from gearchaos.gears.stiffness.iso6336 import ToothStiffness
+from gearchaos.gears.transmission_error.quality import Tolerances, tolerances
 
 
 @dataclass(frozen=True, kw_only=True)

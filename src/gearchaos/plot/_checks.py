@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears.design import GearDesign
+from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.quantities import Rule
 from gearchaos.validation import LARGEST, check_rule, to_float
 

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from gearchaos.errors import InputError
-from gearchaos.gears.design import GearDesign
-from gearchaos.gears.transverse_section import TransverseSection, transverse_section
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.design.transverse_section import TransverseSection, transverse_section
 from gearchaos.plot._axes import new_axes
 from gearchaos.plot._checks import check_design, check_positive
 from gearchaos.plot._legends import legend as draw_legend

@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from gearchaos.gears.design import GearDesign
-from gearchaos.gears.design_pair import comparable_stiffnesses
-from gearchaos.gears.mesh_stiffness import MeshStiffness
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.design.gear_pair import comparable_stiffnesses
+from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness
 from gearchaos.model import HarmonicStiffness, SteppedStiffness, TwoLevelStiffness
 from gearchaos.plot._axes import new_axes, second_axis_below, widened_limits
 from gearchaos.plot._checks import check_design

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
 from gearchaos.errors import InputError
-from gearchaos.gears.design import GearDesign
+from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.separation import separation_margin
 from gearchaos.gears.units import RPM
 from gearchaos.plot._axes import new_axes, wrapped

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from gearchaos.gears.design import GearDesign
-from gearchaos.gears.transmission_error import ErrorHarmonics
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics
 from gearchaos.plot._axes import new_axes, wrapped
 from gearchaos.plot._checks import check_design
 from gearchaos.plot._panels import panels

@@ -11,10 +11,10 @@ import numpy as np
 from gearchaos.datasets import variable
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
-from gearchaos.gears.design import GearDesign
-from gearchaos.gears.dynamic_factors import dynamic_factors
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.dynamic_factor.all_standards import dynamic_factors
+from gearchaos.gears.dynamic_factor.resonance import MAIN_END, SUPERCRITICAL_START, resonance
 from gearchaos.gears.operating import as_model
-from gearchaos.gears.resonance import MAIN_END, SUPERCRITICAL_START, resonance
 from gearchaos.gears.results import physical
 from gearchaos.gears.units import RPM
 from gearchaos.studies.axis import Axis

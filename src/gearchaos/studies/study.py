@@ -14,8 +14,7 @@ from gearchaos.datasets import provenance
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, unknown_name, whole_number
-from gearchaos.gears.design import GearDesign
-from gearchaos.gears.operating import Gears, OperatingModel, as_model, gears_json
+from gearchaos.gears.operating import Gears, OperatingModel, as_model, gears_json, is_design
 from gearchaos.gears.units import RPM
 from gearchaos.model import MeshModel
 from gearchaos.quantities import OPERATION
@@ -82,7 +81,7 @@ class Study(ABC):
     def _with_operation(self) -> Any:
         """The model given; a design without speed or torque gets those at the start of the axes."""
         model = self.model
-        if not isinstance(model, GearDesign):
+        if not is_design(model):
             return model
         axes = [as_axis(getattr(self, name), name) for name in self.axis_fields]
         starts = {axis.name: axis.start * (RPM if axis.name == "speed" else 1.0) for axis in axes}

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from gearchaos.errors import InputError
-from gearchaos.gears.design import GearDesign
 from gearchaos.gears.operating import Gears
 from gearchaos.gears.pair import GearPair
 from gearchaos.studyfile.tables import GearPairTable, StudyFile, validated
@@ -76,6 +75,8 @@ def gears_of(
     _refuse_beside(tables, "design", "model")
     design = _with_paths(_replaced(tables.design, values["design"], "design"), folder)
     operation = _replaced(tables.operation or {}, values["operation"], "operation")
+    from gearchaos.gears.design.gear_design import GearDesign  # many modules, for files with a design alone
+
     return GearDesign.from_tables(design, {**default, **operation})
 
 

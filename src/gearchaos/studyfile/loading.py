@@ -7,13 +7,12 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from gearchaos.dynamics.settings import FORMER_NAMES, Classification
 from gearchaos.errors import InputError
 from gearchaos.files import read_bytes
-from gearchaos.gears.design import GearDesign
-from gearchaos.gears.operating import Gears, OperatingModel, operating_model
+from gearchaos.gears.operating import Gears, OperatingModel, is_design, operating_model
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import (
     PARAMETER_PAIRS,
@@ -37,6 +36,9 @@ from gearchaos.studyfile.tables import (
     StudyFile,
     validated,
 )
+
+if TYPE_CHECKING:
+    from gearchaos.gears.design.gear_design import GearDesign
 
 _STIFFNESS_KEYS = {
     "two-level": ("chi0", "chi1", "chi2", "contact_ratio"),
@@ -165,7 +167,7 @@ def load_design(path: str | os.PathLike[str], values: Mapping[str, Any] | None =
     for name, value in others.items():
         raise InputError(name, "must be a value of [design] or [operation]", value, "E.g. design.damping_ratio=0.05.")
     gears = gears_of(tables, of_gears, Path(path).parent, {})
-    if not isinstance(gears, GearDesign):
+    if not is_design(gears):
         raise InputError("study file", "must have a table [design]", str(path))
     return gears
 

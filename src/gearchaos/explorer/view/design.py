@@ -6,7 +6,7 @@ from dataclasses import MISSING, asdict, fields
 from pathlib import Path
 from typing import Any
 
-from gearchaos.gears.design import GearDesign
+from gearchaos.gears.design.gear_design import GearDesign
 
 _FILES = (("stiffness", "table"), ("transmission_error", "orders"), ("transmission_error", "table"))
 """The inputs that may name a file; a path is relative to the folder of the study file."""

@@ -13,10 +13,10 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.explorer.view.bounds import MAP_CELLS, in_range, rounded, value_range
 from gearchaos.explorer.view.kinds import as_kind
-from gearchaos.gears.design import GearDesign
+from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import Gears, OperatingModel, operating_model, pair_of
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.quality import GRADES, Quality
+from gearchaos.gears.transmission_error.quality import GRADES, Quality
 from gearchaos.gears.units import RPM
 from gearchaos.model import MeshModel, SteppedStiffness, state_names
 from gearchaos.model.names import has_effect

@@ -12,7 +12,7 @@ from gearchaos.explorer.view.design import design_values
 from gearchaos.explorer.view.gears import as_dimensionless_axis, changes, own_kind
 from gearchaos.explorer.view.pair import pair_at
 from gearchaos.explorer.view.state import View, stiffness_name
-from gearchaos.gears.design import GearDesign
+from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import OperatingModel
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import SCALARS, MeshModel, Stiffness

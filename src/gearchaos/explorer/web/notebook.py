@@ -9,7 +9,7 @@ from typing import Any
 
 from gearchaos.explorer.web.hosts import LOCAL
 from gearchaos.explorer.web.server import address, check_installed, check_port, server
-from gearchaos.gears.design import GearDesign
+from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import as_model
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel

@@ -8,10 +8,9 @@ from functools import cached_property
 from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears import design_pair, masses
-from gearchaos.gears.backlash import AnyBacklash, check_backlash
-from gearchaos.gears.design_checks import check_inputs, check_wheels, design_warnings
-from gearchaos.gears.design_values import (
+from gearchaos.gears.design.checks import check_inputs, check_wheels, design_warnings
+from gearchaos.gears.design.gear_pair import error_of, gear_pair, iso_tooth_stiffness, stiffness_of
+from gearchaos.gears.design.values import (
     CONVERTERS,
     PRESSURE_ANGLE,
     PROFILE_A,
@@ -21,17 +20,19 @@ from gearchaos.gears.design_values import (
     Supports,
     TableFile,
 )
-from gearchaos.gears.geometry import Geometry, Pair
-from gearchaos.gears.geometry_checks import check_geometry
-from gearchaos.gears.iso6336 import ToothStiffness
+from gearchaos.gears.geometry import masses
+from gearchaos.gears.geometry.backlash import AnyBacklash, check_backlash
+from gearchaos.gears.geometry.checks import check_geometry
+from gearchaos.gears.geometry.dimensions import Geometry, Pair
+from gearchaos.gears.geometry.mating import mating_geometry
 from gearchaos.gears.materials import Material
-from gearchaos.gears.mating import mating_geometry
 from gearchaos.gears.mesh_load import MeshLoad, mesh_load
-from gearchaos.gears.mesh_stiffness import MeshStiffness
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.quality import Quality
-from gearchaos.gears.tip_relief import TipRelief
-from gearchaos.gears.transmission_error import ErrorHarmonics
+from gearchaos.gears.stiffness.iso6336 import ToothStiffness
+from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness
+from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics
+from gearchaos.gears.transmission_error.quality import Quality
+from gearchaos.gears.transmission_error.tip_relief import TipRelief
 from gearchaos.model import MeshModel
 
 OPERATION = ("speed", "torque", "application_factor")
@@ -280,17 +281,17 @@ class GearDesign:
     @property
     def tooth_stiffness(self) -> ToothStiffness:
         """Tooth stiffness by ISO 6336-1, whatever the method of the design."""
-        return design_pair.iso_tooth_stiffness(self)
+        return iso_tooth_stiffness(self)
 
     @property
     def mesh_stiffness(self) -> MeshStiffness:
         """Mesh stiffness over the mesh period by the method of the design."""
-        return design_pair.stiffness_of(self)
+        return stiffness_of(self)
 
     @property
     def error_harmonics(self) -> ErrorHarmonics:
         """Harmonics of the transmission error of the unloaded gears by the method of the design."""
-        return design_pair.error_of(self)
+        return error_of(self)
 
     def at(self, *, speed: float | None = None, torque: float | None = None) -> GearDesign:
         """The same design at another speed, rad/s, or torque, N m, of wheel 1."""
@@ -298,8 +299,8 @@ class GearDesign:
         return replace(self, **given)
 
     def to_pair(self) -> GearPair:
-        """The gear pair of (2.1) at this speed and torque; see `gearchaos.gears.design_pair`."""
-        return design_pair.pair_of(self)
+        """The gear pair of (2.1) at this speed and torque; see `gearchaos.gears.design.gear_pair`."""
+        return gear_pair(self)
 
     def to_model(self, kind: str | None = None) -> MeshModel:
         """The dimensionless model at this speed and torque; see `GearPair.to_model`."""

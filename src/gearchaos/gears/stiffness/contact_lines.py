@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.curves import PeriodicCurve
+from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve
 
 _SAME_POSITION = 1e-12
 """Positions that are closer to each other than this, in mesh periods, are one."""

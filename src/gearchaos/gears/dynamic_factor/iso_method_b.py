@@ -11,15 +11,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from gearchaos.errors import InputError
-from gearchaos.gears.dynamic_factor import Refused
+from gearchaos.gears.dynamic_factor.refused import Refused
+from gearchaos.gears.dynamic_factor.resonance import MAIN_END, SUPERCRITICAL_START, Resonance, SpeedRange, resonance
 from gearchaos.gears.formulas import described
-from gearchaos.gears.resonance import MAIN_END, SUPERCRITICAL_START, Resonance, SpeedRange, resonance
 
 if TYPE_CHECKING:
-    from gearchaos.gears.geometry import Geometry
-    from gearchaos.gears.iso6336 import ToothStiffness
+    from gearchaos.gears.geometry.dimensions import Geometry
     from gearchaos.gears.mesh_load import MeshLoad
-    from gearchaos.gears.quality import Tolerances
+    from gearchaos.gears.stiffness.iso6336 import ToothStiffness
+    from gearchaos.gears.transmission_error.quality import Tolerances
 
 METHOD_B = "ISO 6336-1:2006, method B"
 

@@ -1,4 +1,7 @@
-"""The dynamic factors of a `GearDesign` by all standards."""
+"""The dynamic factors of a `GearDesign` by all standards.
+
+The dynamic factor K_v is the ratio of the largest tooth force, with its dynamic part, to F_t K_A.
+"""
 
 from __future__ import annotations
 
@@ -6,28 +9,21 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from gearchaos.errors import InputError
-from gearchaos.gears.dynamic_factor import (
-    AGMA_METHOD,
-    METHOD_C,
-    DynamicFactorAGMA,
-    DynamicFactorC,
-    Refused,
-    dynamic_factor_agma,
-    dynamic_factor_c,
-    quality_number,
-)
-from gearchaos.gears.dynamic_factor_b import (
+from gearchaos.gears.dynamic_factor.agma import AGMA_METHOD, DynamicFactorAGMA, dynamic_factor_agma, quality_number
+from gearchaos.gears.dynamic_factor.iso_method_b import (
     METHOD_B,
     DynamicFactorB,
     FlankMaterial,
     deviations,
     dynamic_factor_b,
 )
-from gearchaos.gears.iso6336 import tooth_stiffness
-from gearchaos.gears.quality import tolerances
+from gearchaos.gears.dynamic_factor.iso_method_c import METHOD_C, DynamicFactorC, dynamic_factor_c
+from gearchaos.gears.dynamic_factor.refused import Refused
+from gearchaos.gears.stiffness.iso6336 import tooth_stiffness
+from gearchaos.gears.transmission_error.quality import tolerances
 
 if TYPE_CHECKING:
-    from gearchaos.gears.design import GearDesign
+    from gearchaos.gears.design.gear_design import GearDesign
 
 
 @dataclass(frozen=True, kw_only=True)

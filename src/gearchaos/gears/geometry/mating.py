@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from gearchaos.errors import InputError
-from gearchaos.gears.geometry import Geometry, Pair
-from gearchaos.gears.involute import inverse_involute, involute
+from gearchaos.gears.geometry.dimensions import Geometry, Pair
+from gearchaos.gears.geometry.involute import inverse_involute, involute
 
 KEEP_CLEARANCE = "keep clearance"
 """The tip alteration that shortens the teeth until the tip clearance is that of the basic rack."""

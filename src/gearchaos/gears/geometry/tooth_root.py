@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from gearchaos.gears.involute import involute
+from gearchaos.gears.geometry.involute import involute
 
 
 @dataclass(frozen=True, kw_only=True)

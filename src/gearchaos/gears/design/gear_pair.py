@@ -13,14 +13,17 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears import error_tables, mesh_stiffness, tip_relief, transmission_error
-from gearchaos.gears.design_values import OrdersFile, TableFile, checksum
-from gearchaos.gears.iso6336 import ToothStiffness, tooth_stiffness
+from gearchaos.gears.design.values import OrdersFile, TableFile, checksum
 from gearchaos.gears.mesh_load import mesh_load
-from gearchaos.gears.mesh_stiffness import ISO, POTENTIAL_ENERGY, MeshStiffness
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.quality import tolerances
-from gearchaos.gears.transmission_error import ErrorHarmonics
+from gearchaos.gears.stiffness.iso6336 import ToothStiffness, tooth_stiffness
+from gearchaos.gears.stiffness.mesh_stiffness import ISO, POTENTIAL_ENERGY, MeshStiffness, from_energy, from_iso
+from gearchaos.gears.stiffness.mesh_stiffness import from_table as stiffness_from_table
+from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, from_quality
+from gearchaos.gears.transmission_error.quality import tolerances
+from gearchaos.gears.transmission_error.tables import from_orders
+from gearchaos.gears.transmission_error.tables import from_table as error_from_table
+from gearchaos.gears.transmission_error.tip_relief import from_tip_relief
 from gearchaos.model import HarmonicStiffness, SteppedStiffness, TwoLevelStiffness
 
 NO_ERROR = ErrorHarmonics(amplitudes=(), phases=(), source="none: the gears are taken to be exact")
@@ -51,7 +54,7 @@ def stiffness_of(design: Any) -> MeshStiffness:
         file = design.stiffness
         return _table_stiffness(file.table, file.sha256, design.teeth[0], file.speed)
     if design.stiffness == ISO:
-        return mesh_stiffness.from_iso(design.geometry, iso_tooth_stiffness(design).mesh_stiffness)
+        return from_iso(design.geometry, iso_tooth_stiffness(design).mesh_stiffness)
     return _energy_stiffness(design.geometry, design.material, design.given("bore"))
 
 
@@ -61,7 +64,7 @@ def comparable_stiffnesses(design: Any) -> tuple[MeshStiffness, ...]:
     """
     own = stiffness_of(design)
     others = {
-        ISO: lambda: mesh_stiffness.from_iso(design.geometry, iso_tooth_stiffness(design).mesh_stiffness),
+        ISO: lambda: from_iso(design.geometry, iso_tooth_stiffness(design).mesh_stiffness),
         POTENTIAL_ENERGY: lambda: _energy_stiffness(design.geometry, design.material, design.given("bore")),
     }
     found = [own]
@@ -76,13 +79,13 @@ def comparable_stiffnesses(design: Any) -> tuple[MeshStiffness, ...]:
 def _table_stiffness(path: str, sha256: str, teeth: int, speed: float | None) -> MeshStiffness:
     """The stiffness of a table with this content, read once."""
     _check_unchanged("stiffness.table", path, sha256)
-    return mesh_stiffness.from_table(path, teeth=teeth, speed=speed)
+    return stiffness_from_table(path, teeth=teeth, speed=speed)
 
 
 @lru_cache(maxsize=64)
 def _energy_stiffness(*arguments: Any) -> MeshStiffness:
-    """`mesh_stiffness.from_energy`, computed once for each pair."""
-    return mesh_stiffness.from_energy(*arguments)
+    """`from_energy`, computed once for each pair."""
+    return from_energy(*arguments)
 
 
 def _check_unchanged(field: str, path: str, sha256: str) -> None:
@@ -104,17 +107,17 @@ def error_of(design: Any) -> ErrorHarmonics:
     if method == "none":
         return NO_ERROR
     quality = design.given("quality")
-    found = [transmission_error.from_quality(
-        design.geometry, quality, tolerances(quality, design.geometry))]
-    relief = design.path_relief
-    return _sum([*found, *([] if relief is None else [tip_relief.from_tip_relief(design.geometry, relief)])])
+    found: list[ErrorHarmonics] = [from_quality(design.geometry, quality, tolerances(quality, design.geometry))]
+    if design.path_relief is not None:
+        found.append(from_tip_relief(design.geometry, design.path_relief))
+    return _sum(found)
 
 
 @lru_cache(maxsize=64)
 def _file_error(path: str, sha256: str, orders: bool, teeth: int) -> ErrorHarmonics:
     """The error in a file with this content, read once."""
     _check_unchanged(f"transmission_error.{'orders' if orders else 'table'}", path, sha256)
-    return error_tables.from_orders(path) if orders else error_tables.from_table(path, teeth)
+    return from_orders(path) if orders else error_from_table(path, teeth)
 
 
 def _sum(parts: list[ErrorHarmonics]) -> ErrorHarmonics:
@@ -133,7 +136,7 @@ def _sum(parts: list[ErrorHarmonics]) -> ErrorHarmonics:
     )
 
 
-def pair_of(design: Any) -> GearPair:
+def gear_pair(design: Any) -> GearPair:
     """The gear pair with the parameters of (2.1) at the operating point of a design.
 
     The reference stiffness c0 is the time mean of the mesh stiffness. The resisting torque balances the driving one;

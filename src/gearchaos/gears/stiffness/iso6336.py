@@ -17,7 +17,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears.formulas import described
 
 if TYPE_CHECKING:
-    from gearchaos.gears.geometry import Geometry
+    from gearchaos.gears.geometry.dimensions import Geometry
 
 N_PER_MM_UM = 1e9
 """One N/(mm µm) in N/m²."""

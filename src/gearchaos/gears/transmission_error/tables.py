@@ -1,7 +1,7 @@
 """Static transmission error from measured orders, or from a table over the roll angle.
 
 Both describe gears without load, or with a load so small that teeth do not deflect; see
-`gearchaos.gears.transmission_error` for the sign and for the elastic part, which must not be in them.
+`gearchaos.gears.transmission_error.harmonics` for the sign and for the elastic part, which must not be in them.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
-from gearchaos.gears.csvtable import Column, Table, read_table
-from gearchaos.gears.transmission_error import ErrorHarmonics, check_orders, evaluate
+from gearchaos.gears.inputs.csvtable import Column, Table, read_table
+from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, check_orders, evaluate
 from gearchaos.validation import MAX_HARMONICS
 
 _FIELD = "transmission_error"
@@ -40,8 +40,8 @@ def from_orders(path: str | Path) -> ErrorHarmonics:
     Parameters
     ----------
     path : str or Path
-        A table, see `gearchaos.gears.csvtable.read_table`, with the columns ``order``, ``phase`` (with a unit) and
-        either ``peak`` or ``peak to peak`` (with a unit): the amplitude e_j or twice it. The error of order j is
+        A table, see `gearchaos.gears.inputs.csvtable.read_table`, with the columns ``order``, ``phase`` (with a unit)
+        and either ``peak`` or ``peak to peak`` (with a unit): the amplitude e_j or twice it. The error of order j is
         e_j cos(j θ − phase), where θ = 0 is the instant at which a tooth pair enters contact.
 
     Returns
@@ -101,8 +101,8 @@ def from_table(path: str | Path, teeth1: int, orders: int = 8) -> ErrorHarmonics
     Parameters
     ----------
     path : str or Path
-        A table, see `gearchaos.gears.csvtable.read_table`, with the columns ``roll angle`` and ``error``, both with
-        units. Roll angle 0 is the instant at which a tooth pair enters contact; the angles increase.
+        A table, see `gearchaos.gears.inputs.csvtable.read_table`, with the columns ``roll angle`` and ``error``, both
+        with units. Roll angle 0 is the instant at which a tooth pair enters contact; the angles increase.
     teeth1 : int
         Number of teeth of wheel 1: the mesh period is 2π/z1.
     orders : int

@@ -1,11 +1,4 @@
-"""Dynamic factor K_v by simple standards: ISO 6336-1 method C, AGMA 2001-D04 and 2101-D04.
-
-K_v is the ratio of the largest tooth force, with its dynamic part, to F_t K_A. Method B of ISO 6336-1 is in
-`gearchaos.gears.dynamic_factor_b`. Outside its validity a standard gives no value: the result is `Refused` with the
-reason, and its ``value`` is None.
-
-AGMA standards before 2001-C95 defined K_v as the reciprocal, which is below 1; that definition is not offered.
-"""
+"""Dynamic factor K_v by ISO 6336-1:2006, method C."""
 
 from __future__ import annotations
 
@@ -13,29 +6,12 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from gearchaos.gears.dynamic_factor.refused import Refused
 from gearchaos.gears.formulas import described
 
 if TYPE_CHECKING:
-    from gearchaos.gears.geometry import Geometry
+    from gearchaos.gears.geometry.dimensions import Geometry
     from gearchaos.gears.mesh_load import MeshLoad
-
-
-@dataclass(frozen=True)
-class Refused:
-    """A dynamic factor that a standard does not give.
-
-    Attributes
-    ----------
-    method : str
-        The standard and its method.
-    reason : str
-        Why, in a sentence that ends with a full stop.
-    """
-
-    method: str
-    reason: str
-    value: ClassVar[None] = None
-
 
 METHOD_C = "ISO 6336-1:2006, method C"
 
@@ -146,83 +122,3 @@ def _method_c_refusal(geometry: Geometry, parameter: float, pinion: int, grade: 
     if pinion >= 50:
         return f"{above} the pinion must have fewer than 50 teeth; it has {pinion}."
     return "" if solid_wheels else f"{above} the wheels must be solid discs or have heavy steel rims."
-
-
-AGMA_METHOD = "ANSI/AGMA 2001-D04"
-
-_AGMA = "ANSI/AGMA 2001-D04 and 2101-D04, clause 8"
-
-
-@dataclass(frozen=True, kw_only=True)
-class DynamicFactorAGMA:
-    """K_v by AGMA 2001-D04.
-
-    Attributes
-    ----------
-    exponent : float
-        B.
-    velocity_constant : float
-        A in the notation with Q_v, C in that with A_v.
-    largest_velocity : float
-        Largest pitch line velocity for which the standard gives a value, m/s.
-    value : float
-        K_v.
-    """
-
-    method: ClassVar[str] = AGMA_METHOD
-    reason: ClassVar[str] = ""
-
-    exponent: float = described("B", "0.25 (12 − Q_v)^(2/3)", _AGMA)
-    velocity_constant: float = described("A", "50 + 56 (1 − B)", _AGMA)
-    largest_velocity: float = described("v_max", "(A + Q_v − 3)²/200", _AGMA, "m/s")
-    value: float = described("K_v", "((A + √(200 v))/A)^B", _AGMA)
-
-
-def quality_number(accuracy_grade: int) -> int:
-    """AGMA quality number Q_v = 17 − A_v of a transmission accuracy grade A_v.
-
-    A_v and the ISO grades fall with better quality, Q_v rises. AGMA's answer to a request for interpretation of
-    2001-D04 lets the accuracy grade of pitch and profile by ANSI/AGMA 2015-1-A01 stand for A_v. That grade has the same
-    step √2 and nearly the same tolerances as an ISO 1328-1 grade of the same number, which is therefore used here.
-    """
-    return 17 - accuracy_grade
-
-
-def dynamic_factor_agma(velocity: float, quality: int) -> DynamicFactorAGMA | Refused:
-    """Dynamic factor by AGMA 2001-D04, from the quality number Q_v.
-
-    Parameters
-    ----------
-    velocity : float
-        Pitch line velocity v, m/s.
-    quality : int
-        Q_v; see `quality_number` for that of an ISO grade.
-
-    Returns
-    -------
-    DynamicFactorAGMA or Refused
-        Refused unless 5 ≤ Q_v ≤ 11 and v ≤ (A + Q_v − 3)²/200.
-
-    Notes
-    -----
-    In the notation of 2101-D04 with A_v = 17 − Q_v from 6 to 12, B = 0.25 (A_v − 5)^(2/3), C = 50 + 56 (1 − B),
-    v_max = (C + 14 − A_v)²/196.85 and K_v = ((C + √(196.85 v))/C)^B. The two differ in the number of ft/min in one m/s
-    alone, 196.85, which textbooks round to 200; the rounded number is used here, and raises K_v − 1 by less than 1 %.
-    """
-    if not 5 <= quality <= 11:
-        return Refused(
-            AGMA_METHOD, f"The quality number Q_v must lie in [5, 11], A_v = 17 − Q_v in [6, 12]; Q_v is {quality}. "
-            "The standard has no formula for more accurate gears, but a range from 1.02 to 1.11 by judgement."
-            if quality > 11 else f"The quality number Q_v must lie in [5, 11]; it is {quality}.",
-        )
-    exponent = 0.25 * (12 - quality) ** (2 / 3)
-    constant = 50 + 56 * (1 - exponent)
-    largest = (constant + quality - 3) ** 2 / 200
-    if velocity > largest:
-        return Refused(
-            AGMA_METHOD,
-            f"The pitch line velocity must be at most {largest:.4g} m/s for Q_v = {quality}; it is {velocity:.4g} m/s.",
-        )
-    value = ((constant + math.sqrt(200 * velocity)) / constant) ** exponent
-    return DynamicFactorAGMA(
-        exponent=exponent, velocity_constant=constant, largest_velocity=largest, value=value)

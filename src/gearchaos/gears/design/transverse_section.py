@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearchaos.gears.geometry import Geometry
-from gearchaos.gears.involute import involute
+from gearchaos.gears.geometry.dimensions import Geometry
+from gearchaos.gears.geometry.involute import involute
 
 if TYPE_CHECKING:
-    from gearchaos.gears.design import GearDesign
+    from gearchaos.gears.design.gear_design import GearDesign
 
 FLANK_POINTS, FILLET_POINTS, TIP_POINTS = 24, 12, 5
 """Points of an outline along an involute, a fillet and the tip circle of a tooth."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from gearchaos.gears.geometry import Geometry, Pair
+from gearchaos.gears.geometry.dimensions import Geometry, Pair
 
 
 def disc_diameter(geometry: Geometry) -> Pair:

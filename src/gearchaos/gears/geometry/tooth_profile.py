@@ -16,7 +16,7 @@ import numpy as np
 from gearchaos.errors import InputError
 
 if TYPE_CHECKING:
-    from gearchaos.gears.geometry import Geometry
+    from gearchaos.gears.geometry.dimensions import Geometry
 
 _FILLET_NODES, _FLANK_NODES = 48, 24
 """Gauss nodes along the fillet and the flank, with which integrals converge to about 1e-12."""

@@ -13,10 +13,10 @@ from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
-from gearchaos.gears.geometry import Geometry, Pair
-from gearchaos.gears.geometry_checks import SHIFT_TOLERANCE
-from gearchaos.gears.inputs import record_values, two_lengths
-from gearchaos.gears.plausibility import check_plausible
+from gearchaos.gears.geometry.checks import SHIFT_TOLERANCE
+from gearchaos.gears.geometry.dimensions import Geometry, Pair
+from gearchaos.gears.inputs.forms import record_values, two_lengths
+from gearchaos.gears.inputs.plausibility import check_plausible
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 
 _KINDS = ("line of action", "circumferential", "reference circle", "normal", "radial")

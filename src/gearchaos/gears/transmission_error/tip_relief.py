@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears.transmission_error import ErrorHarmonics, check_orders, evaluate
+from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, check_orders, evaluate
 
 if TYPE_CHECKING:
-    from gearchaos.gears.geometry import Geometry
+    from gearchaos.gears.geometry.dimensions import Geometry
 
 _EXPONENTS = {"linear": 1, "parabolic": 2}
 

@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from gearchaos.errors import InputError
-from gearchaos.gears.geometry import Geometry
-from gearchaos.gears.mating import shift_sum
+from gearchaos.gears.geometry.dimensions import Geometry
+from gearchaos.gears.geometry.mating import shift_sum
 
 LEAST_TIP_THICKNESS = 0.2
 """Tip thickness in normal modules below which there is a warning, ISO 21771:2007 7.9."""

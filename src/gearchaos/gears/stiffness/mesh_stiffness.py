@@ -15,16 +15,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.contact_lines import fourier_coefficients, relative_length
-from gearchaos.gears.curves import PeriodicCurve, approximate, truncated_series
-from gearchaos.gears.potential_energy import ToothPairs
-from gearchaos.gears.stiffness_table import read_curve
+from gearchaos.gears.stiffness.contact_lines import fourier_coefficients, relative_length
+from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, approximate, truncated_series
+from gearchaos.gears.stiffness.potential_energy import ToothPairs
+from gearchaos.gears.stiffness.table import read_curve
 from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, Stiffness, TwoLevelStiffness
 from gearchaos.model import mesh_stiffness as stiffness_over_reference
 from gearchaos.validation import MAX_HARMONICS
 
 if TYPE_CHECKING:
-    from gearchaos.gears.geometry import Geometry
+    from gearchaos.gears.geometry.dimensions import Geometry
     from gearchaos.gears.materials import Material
 
 TOLERANCE = 2e-3
@@ -83,15 +83,16 @@ def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TO
 
     The standard gives the mean alone; the waveform is built on it. Spur gears with ε_α < 2 have two levels: c′ b with
     one tooth pair in contact and 1.75 c′ b with two, whose mean is c′ b (0.75 ε_α + 0.25) = c_γα b. In all other pairs
-    the stiffness is proportional to the total length of the contact lines, see `gearchaos.gears.contact_lines`: two
-    levels for spur gears, a Fourier series for helical gears, unless ε_β is so small that steps are more exact.
+    the stiffness is proportional to the total length of the contact lines, see
+    `gearchaos.gears.stiffness.contact_lines`: two levels for spur gears, a Fourier series for helical gears, unless ε_β
+    is so small that steps are more exact.
 
     Parameters
     ----------
     geometry : Geometry
         The gear pair.
     mesh_stiffness : float
-        c_γα, N/m², see `gearchaos.gears.iso6336.tooth_stiffness`.
+        c_γα, N/m², see `gearchaos.gears.stiffness.iso6336.tooth_stiffness`.
     tolerance : float
         Bound of ``truncation`` for helical gears, unless `MAX_HARMONICS` harmonics are too few.
 
@@ -120,7 +121,7 @@ def from_energy(
     geometry: Geometry, materials: tuple[Material, Material], bore: tuple[float, float], *,
     tolerance: float = TOLERANCE,
 ) -> MeshStiffness:
-    """Mesh stiffness by the potential-energy method, see `gearchaos.gears.potential_energy`.
+    """Mesh stiffness by the potential-energy method, see `gearchaos.gears.stiffness.potential_energy`.
 
     Parameters
     ----------
@@ -160,7 +161,7 @@ def from_table(
     Parameters
     ----------
     path : str or Path
-        The file, see `gearchaos.gears.csvtable.read_table`.
+        The file, see `gearchaos.gears.inputs.csvtable.read_table`.
     teeth : int
         z1.
     speed : float, optional
@@ -187,7 +188,8 @@ def from_curve(
 ) -> MeshStiffness:
     """Mesh stiffness by a curve in N/m: exact if it has constant pieces only, else steps or a Fourier series.
 
-    See `gearchaos.gears.curves.approximate` for the choice between the two; ``tolerance`` bounds ``truncation``.
+    See `gearchaos.gears.stiffness.periodic_curves.approximate` for the choice between the two; ``tolerance`` bounds
+    ``truncation``.
     """
     _check_positive("tolerance", tolerance)
     waveform, error = approximate(curve, tolerance)

@@ -19,7 +19,7 @@ from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.formulas import described
 
 if TYPE_CHECKING:
-    from gearchaos.gears.geometry import Geometry
+    from gearchaos.gears.geometry.dimensions import Geometry
 
 ISO_1995, ISO_2013 = "ISO 1328-1:1995", "ISO 1328-1:2013"
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
-from gearchaos.gears.csvtable import Column, Table, read_table
-from gearchaos.gears.curves import PeriodicCurve, periodic_curve
+from gearchaos.gears.inputs.csvtable import Column, Table, read_table
+from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, periodic_curve
 
 TIME = units.Dimension("a time", "s", "2 ms")
 
@@ -36,7 +36,7 @@ _CLOSING_TOLERANCE = 1e-4
 
 
 def read_curve(path: str | Path, *, field: str, teeth: int, speed: float | None = None) -> PeriodicCurve:
-    """The curve of a table in N/m; see `gearchaos.gears.mesh_stiffness.from_table`.
+    """The curve of a table in N/m; see `gearchaos.gears.stiffness.mesh_stiffness.from_table`.
 
     Parameters
     ----------

@@ -11,8 +11,8 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from gearchaos.gears.involute import involute
-from gearchaos.gears.tooth_root import GeneratedTooth
+from gearchaos.gears.geometry.involute import involute
+from gearchaos.gears.geometry.tooth_root import GeneratedTooth
 
 Pair = tuple[float, float]
 """The values of wheel 1 and wheel 2."""
@@ -23,7 +23,7 @@ class Geometry:
     """Dimensions of an external spur or helical gear pair, ISO 21771:2007.
 
     The fields determine all other values, which are properties. They are not checked here:
-    `gearchaos.gears.GearDesign` refuses pairs that cannot run.
+    `gearchaos.GearDesign` refuses pairs that cannot run.
 
     Parameters
     ----------

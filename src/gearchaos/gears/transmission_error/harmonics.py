@@ -12,7 +12,9 @@ out.
 τ = 0 is the instant at which a tooth pair enters contact, as for the mesh stiffness.
 
 Deviations that repeat once per turn of a wheel, such as eccentricity, have the order 1/z of the mesh frequency. A model
-that is periodic with the mesh cannot contain them; see `shaft_orders`.
+that is periodic with the mesh cannot contain them. An eccentricity e changes the transmission error by ±e, with
+accelerations smaller than those of a mesh harmonic of equal amplitude by the factor z², and the backlash by
+±2 e sin α_wt; the datasheet of a design lists both amplitudes (`gearchaos.gears.sheet`).
 """
 
 from __future__ import annotations
@@ -23,13 +25,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearchaos.errors import InputError, whole_number
+from gearchaos.errors import whole_number
 from gearchaos.gears.formulas import described
 from gearchaos.validation import MAX_HARMONICS
 
 if TYPE_CHECKING:
-    from gearchaos.gears.geometry import Geometry
-    from gearchaos.gears.quality import Quality, Tolerances
+    from gearchaos.gears.geometry.dimensions import Geometry
+    from gearchaos.gears.transmission_error.quality import Quality, Tolerances
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,69 +147,4 @@ def from_quality(
         source=f"{quality.standard}, grade {quality.grade}: assumption, tooth-to-tooth deviation f_i′ as a parabola",
         tooth_to_tooth=(deviation[0], deviation[1]), peak_to_peak=total,
         warnings=("The accuracy grade gives no transmission error; this one is an assumption about typical wheels.",),
-    )
-
-
-@dataclass(frozen=True, kw_only=True)
-class ShaftOrder:
-    """The effect of the eccentricity of one wheel, once per turn of its shaft.
-
-    Attributes
-    ----------
-    wheel : int
-        1 or 2.
-    order : float
-        Order of the mesh frequency, 1/z.
-    error_amplitude : float
-        Amplitude of the transmission error, m: the eccentricity itself, along the line of action.
-    backlash_amplitude : float
-        Amplitude of the total backlash along the line of action, 2 e sin α_wt, m, through the centre distance.
-    """
-
-    wheel: int
-    order: float = described("", "1/z", "kinematics")
-    error_amplitude: float = described("", "e", "kinematics, base tangent plane", "µm", 1e6)
-    backlash_amplitude: float = described("", "2 e sin α_wt", "kinematics, base tangent plane", "µm", 1e6)
-
-    @property
-    def text(self) -> str:
-        """What the eccentricity does, in one sentence."""
-        return (
-            f"The eccentricity of wheel {self.wheel} modulates the mesh once per turn, at {self.order:.6g} of the mesh "
-            f"frequency: the transmission error by ±{self.error_amplitude * 1e6:.4g} µm, the backlash by "
-            f"±{self.backlash_amplitude * 1e6:.4g} µm. It is not part of the model, whose period is the mesh period."
-        )
-
-
-def shaft_orders(geometry: Geometry, eccentricity: tuple[float, float]) -> tuple[ShaftOrder, ...]:
-    """What the eccentricities of the wheels do. They are no harmonics of the mesh frequency and enter no model.
-
-    Parameters
-    ----------
-    geometry : Geometry
-        Gives the numbers of teeth and the working pressure angle.
-    eccentricity : tuple of float
-        Distance between the axis of the teeth and the axis of rotation of each wheel, m.
-
-    Returns
-    -------
-    tuple of ShaftOrder
-        One for each wheel with an eccentricity other than 0. The mesh sees a slow modulation: the transmission error
-        drifts by 2 e within half a turn, with accelerations smaller than those of a mesh harmonic of equal amplitude by
-        the factor z², and the backlash opens and closes.
-
-    Raises
-    ------
-    InputError
-        If an eccentricity is negative or not finite.
-    """
-    for i, value in enumerate(eccentricity):
-        if not 0 <= value < math.inf:
-            raise InputError(f"eccentricity[{i}]", "must be a finite length of at least 0", value)
-    return tuple(
-        ShaftOrder(
-            wheel=i + 1, order=1 / geometry.teeth[i], error_amplitude=value,
-            backlash_amplitude=2 * value * math.sin(geometry.working_pressure_angle),
-        )
-        for i, value in enumerate(eccentricity) if value
     )

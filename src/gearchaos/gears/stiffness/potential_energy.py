@@ -23,11 +23,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.curves import PeriodicCurve, periodic_curve
-from gearchaos.gears.tooth_profile import Stations, ToothProfile, tooth_profile
+from gearchaos.gears.geometry.tooth_profile import Stations, ToothProfile, tooth_profile
+from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, periodic_curve
 
 if TYPE_CHECKING:
-    from gearchaos.gears.geometry import Geometry
+    from gearchaos.gears.geometry.dimensions import Geometry
     from gearchaos.gears.materials import Material
 
 SHEAR_FACTOR = 1.2

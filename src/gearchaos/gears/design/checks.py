@@ -9,11 +9,12 @@ import math
 from typing import Any
 
 from gearchaos.errors import InputError
-from gearchaos.gears import masses, units
-from gearchaos.gears.geometry_checks import check_rack, geometry_warnings
-from gearchaos.gears.mating import KEEP_CLEARANCE
+from gearchaos.gears import units
+from gearchaos.gears.geometry import masses
+from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
+from gearchaos.gears.geometry.mating import KEEP_CLEARANCE
+from gearchaos.gears.inputs.plausibility import check_plausible
 from gearchaos.gears.mesh_load import mesh_load
-from gearchaos.gears.plausibility import check_plausible
 
 USUAL_DAMPING = (0.03, 0.1)
 """Usual damping ratios of a mesh, see the parameter ``damping_ratio`` of `GearDesign`."""

@@ -12,13 +12,13 @@ from typing import Any
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.files import read_bytes
 from gearchaos.gears import units
-from gearchaos.gears.backlash import backlash_of
-from gearchaos.gears.csvtable import MOST_BYTES
-from gearchaos.gears.inputs import record_values, two_lengths, two_values
+from gearchaos.gears.geometry.backlash import backlash_of
+from gearchaos.gears.geometry.mating import KEEP_CLEARANCE
+from gearchaos.gears.inputs.csvtable import MOST_BYTES
+from gearchaos.gears.inputs.forms import record_values, two_lengths, two_values
+from gearchaos.gears.inputs.plausibility import check_plausible
 from gearchaos.gears.materials import materials
-from gearchaos.gears.mating import KEEP_CLEARANCE
-from gearchaos.gears.plausibility import check_plausible
-from gearchaos.gears.quality import Quality
+from gearchaos.gears.transmission_error.quality import Quality
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 from gearchaos.validation import check_rule, to_float
 
