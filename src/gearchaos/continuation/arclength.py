@@ -51,14 +51,19 @@ class Equations(Protocol):
         Raises `InputError` where the equations do not exist.
         """
 
+    def resolved(self, first: Any, last: Any) -> bool:
+        """Whether two neighbouring points, given by what else belongs to them, are near enough to each other."""
+
 
 @dataclass(frozen=True)
 class Settings:
-    """Lengths of steps: of the first one, the longest and the shortest; and the largest number of points."""
+    """Lengths of steps: of the first one, the longest, the shortest, and the shortest with which more resolution is
+    sought; and the largest number of points."""
 
     first: float = 1e-2
-    longest: float = 5e-2
+    longest: float = 3e-2
     shortest: float = 1e-9
+    finest: float = 1e-5
     points: int = 10_000
 
 
@@ -189,7 +194,9 @@ def _next(equations: Equations, point: Point, size: float, settings: Settings) -
             after = correct(equations, point.u + size * point.tangent, point.tangent, point.tangent, size)
             cosine = float(np.sum(equations.weights * after.tangent * point.tangent))
             correction = length(equations.weights, after.u - point.u - size * point.tangent)
+            fine = size <= settings.finest or equations.resolved(point.data, after.data)
             cause = "" if cosine > _LEAST_COSINE and correction < _MAX_CORRECTION * size else "the branch turns sharply"
+            cause = cause if fine else "the multipliers change fast"
         except Stopped as stop:
             cause = str(stop)
         if not cause:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -20,7 +20,7 @@ HALVED = "joins a branch of half the period"
 _RETURNED = 1e-3
 """A branch has returned to its start if it passes it at a distance of less than this fraction of a step."""
 
-_DOUBLING_STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
+_DOUBLING_STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
 """Distances from a flip at which a doubled orbit is tried, in half backlashes."""
 
 
@@ -244,12 +244,16 @@ def doubled_start(family: ParameterFamily, flip: Event, span: float) -> tuple[Cy
     tangent = np.append(doubled.ravel(), 0.0)
     tangent /= length(equations.weights, tangent)
     base = np.append(np.tile(cycle.points, (2, 1)).ravel(), cycle.values)
+    _, _, twice = equations.evaluate(base)
     cause = "no doubled orbit is found at the flip"
     for step in _DOUBLING_STEPS:
         try:
-            return equations, correct(equations, base + step * tangent, tangent, tangent, step)
+            start = correct(equations, base + step * tangent, tangent, tangent, step)
         except Stopped as stop:
             cause = str(stop)
+            continue
+        if equations.resolved(twice, start.data):
+            return equations, start
     raise Stopped(cause)
 
 
@@ -270,7 +274,7 @@ def follow_doubled(
 ) -> Branch:
     """The branch of orbits of twice the period that begins at a flip."""
     equations, start = doubled_start(family, flip, bounds[1] - bounds[0])
-    branch = _one_way(family, equations, start, bounds, settings, None, until)
+    branch = _one_way(family, equations, start, bounds, replace(settings, first=start.step), None, until)
     origin = End(float(flip.point.u[-1]), HALVED)
     branch.ends = [origin, *branch.ends]
     return branch
@@ -289,8 +293,7 @@ def cascade(
         Number of doublings.
     """
     for _ in range(count):
-        steps = Settings(settings.first, settings.longest, settings.shortest, settings.points)
-        branch = follow_doubled(family, flip, bounds, steps, until=_lost_by_flip)
+        branch = follow_doubled(family, flip, bounds, settings, until=_lost_by_flip)
         next_flip = next((e for e in branch.events if e.kind == FLIP), None)
         yield branch, next_flip
         if next_flip is None:

@@ -7,6 +7,9 @@ import numpy as np
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import Cycle, evaluate
 
+_MAX_CHANGE = 0.25
+"""Largest change of `_positions` in a step."""
+
 
 class CycleEquations:
     """Orbits of period n along one parameter: n d equations for n points and the parameter.
@@ -30,6 +33,24 @@ class CycleEquations:
         self.family.check(u[None, -1:])
         cycle = evaluate(self.family, u[:-1].reshape(self.period, -1), u[-1:])
         return cycle.defect.ravel(), cycle.jacobian, cycle
+
+    def resolved(self, first: Cycle, last: Cycle) -> bool:
+        """Whether the multipliers of two cycles differ so little that no event between them can be overlooked."""
+        return bool(np.abs(_positions(first.multipliers) - _positions(last.multipliers)).max() < _MAX_CHANGE)
+
+
+def _positions(multipliers: np.ndarray) -> np.ndarray:
+    """Where the multipliers lie relative to 1, −1 and the unit circle: three numbers from −1 to 1.
+
+    They are Π (μ − 1), Π (μ + 1) and Π (μ_i μ_j − 1), each factor divided by its largest value for this modulus.
+    """
+    size = 1.0 + np.abs(multipliers)
+    i, j = np.triu_indices(len(multipliers), 1)
+    products = multipliers[i] * multipliers[j]
+    return np.array([
+        np.prod((multipliers - 1.0) / size).real, np.prod((multipliers + 1.0) / size).real,
+        np.prod((products - 1.0) / (1.0 + np.abs(products))).real,
+    ])
 
 
 def unknowns(cycle: Cycle) -> np.ndarray:
