@@ -127,17 +127,23 @@ def describe_steps(
     index of the stiffness level on each step. ``sampled`` are the indices of the steps at whose start samples are
     taken.
     """
-    harmonics = np.arange(1, max(system.f_cos.shape[1], system.chi_cos.shape[1]) + 1)
-    phase = 2 * np.pi * start.T.ravel()[:, None] * harmonics
     entry: np.ndarray = _equal_runs(level, length[:, 0]) if steps_share_matrices(system) else np.arange(len(length))
     sample = np.full(len(length), -1)
     sample[sampled] = np.arange(len(sampled))
     periods = length.shape[1]
-    values = np.empty((phase.shape[0], 2 + 2 * len(harmonics)))
-    values[:, LENGTH], values[:, LEVEL] = length.T.ravel(), np.tile(level, periods)
-    values[:, COS_SIN::2], values[:, COS_SIN + 1 :: 2] = np.cos(phase), np.sin(phase)
+    values = step_values(length, start, level, max(system.f_cos.shape[1], system.chi_cos.shape[1]))
     entry_end = np.searchsorted(entry, entry, side="right")
     return Steps(np.tile(entry, periods), np.tile(entry_end, periods), np.tile(sample, periods), values)
+
+
+def step_values(length: np.ndarray, start: np.ndarray, level: np.ndarray, highest: int) -> np.ndarray:
+    """`Steps.values` of steps as in `describe_steps`, with ``highest`` harmonics."""
+    harmonics = np.arange(1, highest + 1)
+    phase = 2 * np.pi * start.T.ravel()[:, None] * harmonics
+    values = np.empty((phase.shape[0], 2 + 2 * highest))
+    values[:, LENGTH], values[:, LEVEL] = length.T.ravel(), np.tile(level, length.shape[1])
+    values[:, COS_SIN::2], values[:, COS_SIN + 1 :: 2] = np.cos(phase), np.sin(phase)
+    return values
 
 
 def _equal_runs(level: np.ndarray, length: np.ndarray) -> np.ndarray:

@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from gearchaos.flow.grids import describe_steps, step_counts, steps_in_parts
+from gearchaos.flow.grids import step_counts, step_values, steps_in_parts
 from gearchaos.flow.kernels.offsets import ParameterColumns, sensitivity_rows
 from gearchaos.flow.kernels.sensitivity import (
     SensitivityCall,
@@ -125,12 +126,17 @@ def _derivative_arrays(system: SwitchedSystem, given: Mapping[str, np.ndarray]) 
 
 def _steps(system: SwitchedSystem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """`Steps.values` of all points, the first step of each point (P,) in it, and their numbers of steps (P,)."""
-    layout = np.column_stack([step_counts(system), system.starts])
-    distinct, index = np.unique(layout, axis=0, return_inverse=True)
-    parts, levels = [], system.levels.shape[1]
-    for row in distinct:
-        length, start, level = steps_in_parts(row[:levels].astype(int), row[None, levels:])
-        parts.append(describe_steps(system, length, start, level, np.zeros(0, np.int64)).values)
+    highest = max(system.f_cos.shape[1], system.chi_cos.shape[1])
+    keys = list(zip(map(tuple, step_counts(system).tolist()), map(tuple, system.starts.tolist()), strict=True))
+    distinct = list(dict.fromkeys(keys))
+    parts = [_period_steps(*key, highest) for key in distinct]
     counts = np.array([len(part) for part in parts])
-    index = index.ravel()
-    return np.concatenate(parts), (np.cumsum(counts) - counts)[index], counts[index]
+    index = np.array([distinct.index(key) for key in keys])
+    values = parts[0] if len(parts) == 1 else np.concatenate(parts)
+    return values, (np.cumsum(counts) - counts)[index], counts[index]
+
+
+@lru_cache(maxsize=256)
+def _period_steps(counts: tuple[int, ...], starts: tuple[float, ...], highest: int) -> np.ndarray:
+    """`Steps.values` of one mesh period, from the numbers of steps in its parts and where these begin."""
+    return step_values(*steps_in_parts(np.array(counts), np.array([starts])), highest)

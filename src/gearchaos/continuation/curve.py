@@ -1,0 +1,198 @@
+"""Curves of events in two parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from gearchaos.continuation.arclength import Point, Settings, Stopped, correct, follow, length
+from gearchaos.continuation.branch import AXIS_END, CLOSED, POINT_LIMIT, follow_branch
+from gearchaos.continuation.codimension2 import SpecialPoint, find_special_points
+from gearchaos.continuation.defining import EventEquations, event_equations
+from gearchaos.continuation.events import GRAZE, NEIMARK_SACKER, Event, locate
+from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.shooting import Cycle
+from gearchaos.errors import InputError
+
+SETTINGS = Settings(first=5e-3, longest=2e-2, shortest=1e-6)
+"""Steps along a curve, unless others are given."""
+
+_TOUCHING = 1e-4
+"""Distance of an extremum of z from a boundary up to which a curve that stops has met a graze."""
+
+Bounds = tuple[tuple[float, float], tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class CurveEnd:
+    """Where a curve ends, (x, y), and why."""
+
+    x: float
+    y: float
+    why: str
+
+
+@dataclass(eq=False)
+class Curve:
+    """A curve of an event in two parameters.
+
+    Attributes
+    ----------
+    family : ParameterFamily
+        The model along both parameters.
+    kind : str
+        The event.
+    period : int
+    points : list of Point
+        In order along the curve; `Point.data` is an `EventState`.
+    special : list of SpecialPoint
+        Points of codimension 2, in order along the curve.
+    ends : list of CurveEnd
+        Of the first and the last point; empty for a closed curve.
+    closed : bool
+    boundary : int or None
+        For a graze, the boundary of contact that z touches.
+    """
+
+    family: ParameterFamily
+    kind: str
+    period: int
+    points: list[Point] = field(default_factory=list)
+    special: list[SpecialPoint] = field(default_factory=list)
+    ends: list[CurveEnd] = field(default_factory=list)
+    closed: bool = False
+    boundary: int | None = None
+
+    @property
+    def values(self) -> np.ndarray:
+        """Both parameters at the points, (P, 2)."""
+        return np.array([point.data.cycle.values for point in self.points])
+
+
+def find_event(
+    model_family: ParameterFamily, start: Cycle, kind: str, bounds: tuple[float, float], settings: Settings
+) -> Event:
+    """The event of this kind nearest to the start on the branch of an orbit along the first axis.
+
+    Raises
+    ------
+    InputError
+        If the branch has none.
+    """
+    branch = follow_branch(model_family, start, bounds, settings)
+    found = [e for e in branch.events if e.kind == kind]
+    if not found:
+        kinds = ", ".join(sorted({e.kind for e in branch.events})) or "none"
+        name = model_family.axes[0]
+        raise InputError(
+            "event", f"must be one on the branch of the start along {name} from {bounds[0]:g} to {bounds[1]:g}", kind,
+            f"The branch of period {start.period} has these: {kinds}. Choose one of them, a wider axis or another start.")
+    own = start.values[0]
+    return min(found, key=lambda e: abs(float(e.cycle.values[0]) - own))
+
+
+def follow_curve(family: ParameterFamily, event: Event, bounds: Bounds, settings: Settings) -> Curve:
+    """Follow the curve of an event in both directions.
+
+    Parameters
+    ----------
+    family : ParameterFamily
+        The model along two parameters.
+    event : Event
+        Found along the first one, at the model's own value of the second.
+    bounds : two pairs of float
+        Ends of both axes.
+    settings : Settings
+
+    Raises
+    ------
+    Stopped
+        If the event is not found again along two parameters.
+    """
+    spans = (bounds[0][1] - bounds[0][0], bounds[1][1] - bounds[1][0])
+    equations, u = event_equations(family, event, spans)
+    normal = np.zeros(len(u))
+    normal[equations.size + 1] = 1.0  # the second parameter is kept
+    along = normal + 1e-3 * np.ones(len(u))
+    first = correct(equations, u, normal, along)
+    equations.accept(first.data)
+    ahead = _one_way(equations, first, bounds, settings)
+    if ahead.closed:
+        return replace(ahead, boundary=event.boundary)
+    equations.accept(first.data)
+    back = _one_way(equations, replace(first, tangent=-first.tangent), bounds, settings)
+    points = [replace(p, tangent=-p.tangent) for p in back.points[:0:-1]] + ahead.points
+    return Curve(family, event.kind, event.cycle.period, points, back.special[::-1] + ahead.special,
+                 back.ends + ahead.ends, False, event.boundary)
+
+
+def _one_way(equations: EventEquations, start: Point, bounds: Bounds, settings: Settings) -> Curve:
+    """Follow a curve from a point in the direction of its tangent to its end."""
+    curve = Curve(equations.family, equations.kind, equations.period, [start])
+    why = POINT_LIMIT
+    try:
+        for point in follow(equations, start, settings):
+            last, found = _end_between(curve, equations, point, bounds) or (point, "")
+            curve.special += find_special_points(equations, curve.points[-1], last, equations.kind)
+            curve.points.append(last)
+            equations.accept(last.data)
+            if found:
+                why, curve.closed = found, found == CLOSED
+                break
+    except Stopped as stop:
+        why = _stop_reason(equations, curve.points[-1], str(stop))
+    x, y = map(float, equations.values(curve.points[-1].u))
+    curve.ends = [] if curve.closed else [CurveEnd(x, y, why)]
+    return curve
+
+
+def _stop_reason(equations: EventEquations, point: Point, cause: str) -> str:
+    """Why a curve cannot be followed beyond a point."""
+    state = point.data
+    gaps = np.abs(np.abs(np.delete(state.cycle.extrema[:, 1], state.extremum or [])) - 1.0)
+    if equations.kind != GRAZE and len(gaps) and gaps.min() < _TOUCHING:
+        return f"grazing-{equations.kind}: meets a graze, where multipliers change with infinite slope"
+    return f"step too small: {cause}"
+
+
+def _end_between(
+    curve: Curve, equations: EventEquations, point: Point, bounds: Bounds
+) -> tuple[Point, str] | None:
+    """The point at which the curve ends between its last point and this one, and why; None if it goes on."""
+    last, tests = curve.points[-1], _end_tests(equations, bounds)
+    for test, why in tests:
+        if test(last) * test(point) < 0:
+            return locate(equations, last, point, test) or last, why
+    if len(curve.points) > 3 and _passes(equations, curve.points[0], last, point):
+        return point, CLOSED
+    return None
+
+
+def _end_tests(equations: EventEquations, bounds: Bounds) -> list[tuple[Callable[[Point], float], str]]:
+    """Functions of a point that vanish where a curve ends, and why it ends there."""
+    tests: list[tuple[Callable[[Point], float], str]] = [
+        (lambda p, i=i, b=b: float(p.u[equations.size + i] - b), AXIS_END) for i in (0, 1) for b in bounds[i]]
+    if equations.kind == NEIMARK_SACKER:
+        tests += [(lambda p: float(p.u[-1]), "1:1 resonance"), (lambda p: float(p.u[-1] - np.pi), "1:2 resonance")]
+    return tests
+
+
+def _passes(equations: EventEquations, start: Point, last: Point, point: Point) -> bool:
+    """Whether a curve passes its start between two points, or a copy of it shifted by mesh periods."""
+    w, n, size = equations.weights, equations.period, length(equations.weights, point.u - last.u)
+    for shift in range(n):
+        u, tangent = (_shifted(v, equations.size, n, shift) for v in (start.u, start.tangent))
+        before, after = (float(np.sum(w * tangent * (v - u))) for v in (last.u, point.u))
+        near = max(length(w, point.u - u), length(w, last.u - u)) < 1.1 * size
+        if near and before < 0 <= after and float(np.sum(w * tangent * point.tangent)) > 0:
+            return True
+    return False
+
+
+def _shifted(u: np.ndarray, size: int, period: int, shift: int) -> np.ndarray:
+    """Unknowns with the points of the cycle shifted by whole mesh periods."""
+    return np.append(np.roll(u[:size].reshape(period, -1), -shift, axis=0).ravel(), u[size:])
+
+

@@ -1,0 +1,212 @@
+"""Orbits at an event along two parameters: the equations of fold, flip, Neimark–Sacker and graze curves.
+
+A multiplier μ of a cycle x(k + 1) = P(x(k)) is critical where the matrix A of the linear equations
+Φ(k) v(k) − v(k + 1) = 0 for k < n − 1 and Φ(n − 1) v(n − 1) − μ v(0) = 0, with Φ(k) the derivative of P at x(k), is
+singular. Its least singular value σ = w* A v is the function that vanishes along the curve; its derivatives w* (dA) v
+follow from central differences of the exact Φ and ∂P/∂p in the direction v, since D²P[v, ·] is the derivative of Φ in
+that direction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gearchaos.continuation.events import FLIP, FOLD, GRAZE, NEIMARK_SACKER, Event
+from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.shooting import Cycle
+from gearchaos.flow.sensitivity import SensitivityFlow
+
+_STEP = 1e-5
+"""Step of the central differences, in half backlashes."""
+
+_ANGLE_WEIGHT = 1e-2
+"""Weight of the argument of a multiplier in the arclength."""
+
+_CRITICAL = {FOLD: 1.0, FLIP: -1.0}
+
+
+@dataclass(frozen=True, eq=False)
+class EventState:
+    """An orbit at an event.
+
+    Attributes
+    ----------
+    cycle : Cycle
+    extremum : int or None
+        For a graze, the index of the extremum in `Cycle.extrema`.
+    angle : float or None
+        For a Neimark–Sacker point, the argument of the critical multiplier, in radians.
+    direction : (n, d) or None
+        Critical vector v at the points of the orbit; complex for a Neimark–Sacker point.
+    covector : (n, d) or None
+        Its counterpart w.
+    curvature : float or None
+        For a fold, w* D²P[v, v], which vanishes at a cusp; its sign is that of w.
+    """
+
+    cycle: Cycle
+    extremum: int | None = None
+    angle: float | None = None
+    direction: np.ndarray | None = None
+    covector: np.ndarray | None = None
+    curvature: float | None = None
+
+
+class EventEquations:
+    """The equations of an orbit of period n at an event, along two parameters.
+
+    Parameters
+    ----------
+    family : ParameterFamily
+        A model along Q = 2 parameters.
+    kind : str
+        The kind of event.
+    period : int
+    spans : (float, float)
+        Changes of the parameters that count as much as a change of all points by one half backlash.
+    """
+
+    def __init__(self, family: ParameterFamily, kind: str, period: int, spans: tuple[float, float]) -> None:
+        self.family, self.kind, self.period = family, kind, period
+        self.size = period * family.dimension
+        angle = [_ANGLE_WEIGHT] if kind == NEIMARK_SACKER else []
+        self.weights = np.concatenate([np.full(self.size, 1.0 / period), 1.0 / np.array(spans) ** 2, angle])
+
+    def values(self, u: np.ndarray) -> np.ndarray:
+        """The two parameters among the unknowns, (2,)."""
+        return u[self.size : self.size + 2]
+
+    def unknowns(self, event: Event, values: np.ndarray) -> np.ndarray:
+        """The unknowns of an event that was found at these parameters (2,)."""
+        angle = []
+        if self.kind == NEIMARK_SACKER:
+            critical = min(event.cycle.multipliers, key=lambda m: abs(abs(m) - 1.0) + (m.imag < 0))
+            angle = [float(np.angle(critical))]
+        return np.concatenate([event.cycle.points.ravel(), values, angle])
+
+    def evaluate(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, EventState]:
+        """The defects of cycle and event, their derivatives, and the orbit."""
+        values = self.values(u)
+        self.family.check(values[None])
+        flow, points = self.family.flow(values[None]), u[: self.size].reshape(self.period, -1)
+        cycle = Cycle(points.copy(), values.copy(), flow.advance(points, np.zeros(self.period, np.int64)))
+        test, slopes, state = self._event(flow, cycle, u)
+        jacobian = np.zeros((self.size + len(test), len(u)))
+        jacobian[: self.size, : self.size + 2] = cycle.jacobian
+        jacobian[self.size :, : slopes.shape[1]] = slopes
+        return np.append(cycle.defect.ravel(), test), jacobian, state
+
+    def resolved(self, first: EventState, last: EventState) -> bool:
+        """Whether the event is the same one at two neighbouring points."""
+        if self.kind != GRAZE:
+            return True
+        before, after = (s.cycle.extrema[s.extremum] for s in (first, last))
+        lag = (after[0] - before[0] + self.period / 2) % self.period - self.period / 2
+        return bool(abs(lag) < 0.05 and abs(before[1] - after[1]) < 1e-6)
+
+    def accept(self, state: EventState) -> None:
+        """Note that the curve has reached this orbit."""
+
+    def _event(
+        self, flow: SensitivityFlow, cycle: Cycle, u: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, EventState]:
+        """The functions that vanish at the event, their derivatives (…, unknowns), and the state."""
+        if not np.all(np.isfinite(cycle.result.w)):
+            return np.full(1, np.nan), np.zeros((1, len(u))), EventState(cycle)
+        if self.kind == NEIMARK_SACKER:
+            angle = float(u[-1])
+            sigma, slope, v, w = self._singular(flow, cycle, np.exp(1j * angle))
+            by_angle = -1j * np.exp(1j * angle) * np.conj(w[-1]) @ v[0]
+            complex_slope = np.append(slope, by_angle)
+            rows = np.stack([complex_slope.real, complex_slope.imag])
+            return np.array([sigma, 0.0]), rows, EventState(cycle, None, angle, v, w)
+        sigma, slope, v, w = self._singular(flow, cycle, _CRITICAL[self.kind])
+        curvature = float(slope.real[: self.size] @ v.real.ravel()) if self.kind == FOLD else None
+        return np.array([sigma]), slope.real[None], EventState(cycle, None, None, v.real, w.real, curvature)
+
+    def _singular(
+        self, flow: SensitivityFlow, cycle: Cycle, multiplier: complex
+    ) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+        """Least singular value σ, its derivatives (n d + 2,) by points and parameters, and the vectors v and w (n, d)."""
+        n, d = cycle.points.shape
+        left, sigma, right = np.linalg.svd(critical_matrix(cycle, multiplier))
+        v, w = right[-1].conj().reshape(n, d), left[:, -1].reshape(n, d)
+        slope = self._directional(flow, cycle, w, v.real)
+        if np.iscomplexobj(v):
+            slope = slope + 1j * self._directional(flow, cycle, w, v.imag)
+        return float(sigma[-1]), slope, v, w
+
+    def _directional(
+        self, flow: SensitivityFlow, cycle: Cycle, w: np.ndarray, v: np.ndarray
+    ) -> np.ndarray:
+        """w* times the derivative in the direction v of the Jacobian of the cycle, (n d + 2,)."""
+        n, d = cycle.points.shape
+        ahead, back = cycle.points + _STEP * v, cycle.points - _STEP * v
+        result = flow.advance(np.concatenate([ahead, back]), np.zeros(2 * n, np.int64))
+        phi = (result.monodromy[:n] - result.monodromy[n:]) / (2 * _STEP)
+        by_parameter = (result.sensitivity[:n] - result.sensitivity[n:]) / (2 * _STEP)
+        conjugate = w.conj()
+        points = np.einsum("ki,kij->kj", conjugate, phi).ravel()
+        return np.append(points, np.einsum("ki,kiq->q", conjugate, by_parameter))
+
+
+class GrazeEquations(EventEquations):
+    """The equations of an orbit on which an extremum of z lies on a boundary of contact.
+
+    Parameters
+    ----------
+    boundary : int
+        1 or −1.
+    instant : float
+        Instant of the extremum on the first orbit, in mesh periods.
+    """
+
+    def __init__(
+        self, family: ParameterFamily, period: int, spans: tuple[float, float], boundary: int, instant: float
+    ) -> None:
+        super().__init__(family, GRAZE, period, spans)
+        self.boundary, self.instant = boundary, instant
+
+    def accept(self, state: EventState) -> None:
+        """Follow the extremum to this orbit."""
+        if state.extremum is not None:
+            self.instant = float(state.cycle.extrema[state.extremum, 0])
+
+    def _event(
+        self, flow: SensitivityFlow, cycle: Cycle, u: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, EventState]:
+        extrema = cycle.extrema
+        if not np.all(np.isfinite(cycle.result.w)) or len(extrema) == 0:
+            return np.full(1, np.nan), np.zeros((1, len(u))), EventState(cycle)
+        lag = np.abs((extrema[:, 0] - self.instant + self.period / 2) % self.period - self.period / 2)
+        gap = extrema[:, 1] - self.boundary
+        number = int(np.argmin(lag + np.abs(gap)))
+        return gap[[number]], cycle.extremum_derivatives(number)[None], EventState(cycle, number)
+
+
+def critical_matrix(cycle: Cycle, multiplier: complex) -> np.ndarray:
+    """The matrix (n d, n d) that is singular where the cycle has this multiplier."""
+    (n, d), identity = cycle.points.shape, np.eye(cycle.points.shape[1])
+    out = np.zeros((n, d, n, d), dtype=type(multiplier))
+    for k in range(n):
+        out[k, :, k] = cycle.result.monodromy[k]
+        out[k, :, (k + 1) % n] -= identity * (multiplier if k == n - 1 else 1.0)
+    return out.reshape(n * d, n * d)
+
+
+def event_equations(
+    family: ParameterFamily, event: Event, spans: tuple[float, float]
+) -> tuple[EventEquations, Any]:
+    """The equations of the curve of an event that was found along the first of two parameters, and its unknowns."""
+    period = event.cycle.period
+    values = family.start.copy()
+    values[0] = event.cycle.values[0]
+    if event.kind == GRAZE:
+        instant = float(event.cycle.extrema[event.extremum, 0])
+        equations: EventEquations = GrazeEquations(family, period, spans, int(event.boundary or 1), instant)
+    else:
+        equations = EventEquations(family, event.kind, period, spans)
+    return equations, equations.unknowns(event, values)
