@@ -10,7 +10,7 @@ import numpy as np
 from gearchaos.continuation.arclength import Point, Settings, Stopped, correct, follow, length
 from gearchaos.continuation.branch import AXIS_END, CLOSED, POINT_LIMIT, follow_branch
 from gearchaos.continuation.codimension2 import SpecialPoint, find_special_points
-from gearchaos.continuation.defining import EventEquations, event_equations
+from gearchaos.continuation.defining import EventEquations, EventSeed, event_equations
 from gearchaos.continuation.events import GRAZE, NEIMARK_SACKER, Event, locate
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import Cycle
@@ -93,15 +93,16 @@ def find_event(
     return min(found, key=lambda e: abs(float(e.cycle.values[0]) - own))
 
 
-def follow_curve(family: ParameterFamily, event: Event, bounds: Bounds, settings: Settings) -> Curve:
+def follow_curve(
+    family: ParameterFamily, seed: EventSeed, bounds: Bounds, settings: Settings = SETTINGS
+) -> Curve:
     """Follow the curve of an event in both directions.
 
     Parameters
     ----------
     family : ParameterFamily
         The model along two parameters.
-    event : Event
-        Found along the first one, at the model's own value of the second.
+    seed : EventSeed
     bounds : two pairs of float
         Ends of both axes.
     settings : Settings
@@ -112,20 +113,20 @@ def follow_curve(family: ParameterFamily, event: Event, bounds: Bounds, settings
         If the event is not found again along two parameters.
     """
     spans = (bounds[0][1] - bounds[0][0], bounds[1][1] - bounds[1][0])
-    equations, u = event_equations(family, event, spans)
+    equations = event_equations(family, seed, spans)
+    u = equations.unknowns(seed)
     normal = np.zeros(len(u))
-    normal[equations.size + 1] = 1.0  # the second parameter is kept
-    along = normal + 1e-3 * np.ones(len(u))
-    first = correct(equations, u, normal, along)
+    normal[equations.size : equations.size + 2] = 1.0  # any direction in which the curve can be left
+    first = correct(equations, u, normal, normal)
     equations.accept(first.data)
     ahead = _one_way(equations, first, bounds, settings)
     if ahead.closed:
-        return replace(ahead, boundary=event.boundary)
+        return replace(ahead, boundary=seed.boundary)
     equations.accept(first.data)
     back = _one_way(equations, replace(first, tangent=-first.tangent), bounds, settings)
     points = [replace(p, tangent=-p.tangent) for p in back.points[:0:-1]] + ahead.points
-    return Curve(family, event.kind, event.cycle.period, points, back.special[::-1] + ahead.special,
-                 back.ends + ahead.ends, False, event.boundary)
+    return Curve(family, seed.kind, seed.period, points, back.special[::-1] + ahead.special,
+                 back.ends + ahead.ends, False, seed.boundary)
 
 
 def _one_way(equations: EventEquations, start: Point, bounds: Bounds, settings: Settings) -> Curve:

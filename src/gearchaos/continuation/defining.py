@@ -10,7 +10,6 @@ that direction.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -55,6 +54,48 @@ class EventState:
     curvature: float | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class EventSeed:
+    """An event from which its curve can be followed.
+
+    Attributes
+    ----------
+    kind : str
+    points : (n, d)
+        The orbit.
+    values : (2,)
+        Both parameters.
+    boundary : int or None
+        For a graze: 1 or −1.
+    instant : float or None
+        For a graze, the instant of the extremum of z, in mesh periods.
+    angle : float or None
+        For a Neimark–Sacker point, the argument of the critical multiplier, in radians.
+    """
+
+    kind: str
+    points: np.ndarray
+    values: np.ndarray
+    boundary: int | None = None
+    instant: float | None = None
+    angle: float | None = None
+
+    @property
+    def period(self) -> int:
+        """n."""
+        return len(self.points)
+
+
+def seed_of(event: Event, values: np.ndarray) -> EventSeed:
+    """The seed of an event that a branch has at these parameters (2,)."""
+    instant = float(event.cycle.extrema[event.extremum, 0]) if event.extremum is not None else None
+    angle = None
+    if event.kind == NEIMARK_SACKER:
+        critical = min(event.cycle.multipliers, key=lambda m: abs(abs(m) - 1.0) + (m.imag < 0))
+        angle = float(np.angle(critical))
+    return EventSeed(event.kind, event.cycle.points, np.asarray(values, float), event.boundary, instant, angle)
+
+
 class EventEquations:
     """The equations of an orbit of period n at an event, along two parameters.
 
@@ -79,13 +120,10 @@ class EventEquations:
         """The two parameters among the unknowns, (2,)."""
         return u[self.size : self.size + 2]
 
-    def unknowns(self, event: Event, values: np.ndarray) -> np.ndarray:
-        """The unknowns of an event that was found at these parameters (2,)."""
-        angle = []
-        if self.kind == NEIMARK_SACKER:
-            critical = min(event.cycle.multipliers, key=lambda m: abs(abs(m) - 1.0) + (m.imag < 0))
-            angle = [float(np.angle(critical))]
-        return np.concatenate([event.cycle.points.ravel(), values, angle])
+    def unknowns(self, seed: EventSeed) -> np.ndarray:
+        """The unknowns of an event."""
+        angle = [] if seed.angle is None else [seed.angle]
+        return np.concatenate([seed.points.ravel(), seed.values, angle])
 
     def evaluate(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, EventState]:
         """The defects of cycle and event, their derivatives, and the orbit."""
@@ -197,16 +235,9 @@ def critical_matrix(cycle: Cycle, multiplier: complex) -> np.ndarray:
     return out.reshape(n * d, n * d)
 
 
-def event_equations(
-    family: ParameterFamily, event: Event, spans: tuple[float, float]
-) -> tuple[EventEquations, Any]:
-    """The equations of the curve of an event that was found along the first of two parameters, and its unknowns."""
-    period = event.cycle.period
-    values = family.start.copy()
-    values[0] = event.cycle.values[0]
-    if event.kind == GRAZE:
-        instant = float(event.cycle.extrema[event.extremum, 0])
-        equations: EventEquations = GrazeEquations(family, period, spans, int(event.boundary or 1), instant)
-    else:
-        equations = EventEquations(family, event.kind, period, spans)
-    return equations, equations.unknowns(event, values)
+def event_equations(family: ParameterFamily, seed: EventSeed, spans: tuple[float, float]) -> EventEquations:
+    """The equations of the curve of an event."""
+    if seed.kind == GRAZE:
+        assert seed.boundary is not None and seed.instant is not None
+        return GrazeEquations(family, seed.period, spans, seed.boundary, seed.instant)
+    return EventEquations(family, seed.kind, seed.period, spans)
