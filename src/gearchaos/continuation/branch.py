@@ -172,9 +172,10 @@ def _end_between(
 ) -> tuple[Point, str] | None:
     """The point at which the branch ends between its last point and this one, and why; None if it goes on."""
     last = branch.points[-1]
-    for bound in bounds:
-        if (last.u[-1] - bound) * (point.u[-1] - bound) < 0:
-            end = _cross(equations, last, point, lambda p, b=bound: float(p.u[-1] - b))
+    for bound, side in zip(bounds, (-1.0, 1.0), strict=True):
+        if side * (point.u[-1] - bound) > 0:
+            begins_there = side * (last.u[-1] - bound) >= 0
+            end = last if begins_there else _cross(equations, last, point, lambda p, b=bound: float(p.u[-1] - b))
             return (end, AXIS_END)
     returned = _returned(equations, branch.points[0], last, point) if len(branch.points) > 3 else None
     if returned is not None:

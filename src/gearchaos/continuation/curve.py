@@ -164,19 +164,22 @@ def _end_between(
     """The point at which the curve ends between its last point and this one, and why; None if it goes on."""
     last, tests = curve.points[-1], _end_tests(equations, bounds)
     for test, why in tests:
-        if test(last) * test(point) < 0:
-            return locate(equations, last, point, test) or last, why
+        if test(point) < 0:
+            return (locate(equations, last, point, test) if test(last) > 0 else None) or last, why
     if len(curve.points) > 3 and _passes(equations, curve.points[0], last, point):
         return point, CLOSED
     return None
 
 
 def _end_tests(equations: EventEquations, bounds: Bounds) -> list[tuple[Callable[[Point], float], str]]:
-    """Functions of a point that vanish where a curve ends, and why it ends there."""
-    tests: list[tuple[Callable[[Point], float], str]] = [
-        (lambda p, i=i, b=b: float(p.u[equations.size + i] - b), AXIS_END) for i in (0, 1) for b in bounds[i]]
+    """Functions of a point that become negative where a curve ends, and why it ends there."""
+    tests: list[tuple[Callable[[Point], float], str]] = []
+    for i in (0, 1):
+        low, high = bounds[i]
+        tests += [(lambda p, i=i, b=low: float(p.u[equations.size + i] - b), AXIS_END),
+                  (lambda p, i=i, b=high: float(b - p.u[equations.size + i]), AXIS_END)]
     if equations.kind == NEIMARK_SACKER:
-        tests += [(lambda p: float(p.u[-1]), "1:1 resonance"), (lambda p: float(p.u[-1] - np.pi), "1:2 resonance")]
+        tests += [(lambda p: float(p.u[-1]), "1:1 resonance"), (lambda p: float(np.pi - p.u[-1]), "1:2 resonance")]
     return tests
 
 

@@ -1,0 +1,155 @@
+"""All branches on a line of a map: one parameter varies, the other is fixed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearchaos.continuation.arclength import Settings, Stopped
+from gearchaos.continuation.branch import Branch, doubled_start, follow_branch, follow_doubled
+from gearchaos.continuation.defining import EventSeed, seed_of
+from gearchaos.continuation.events import FLIP, NEUTRAL_SADDLE, PITCHFORK
+from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.orbit import minimal, same_cycle
+from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
+from gearchaos.dynamics import Classification, Label, classify, orbits
+from gearchaos.dynamics.initial_conditions import default_box, spread
+from gearchaos.errors import InputError
+from gearchaos.model import MeshModel
+
+_SETTINGS = Settings(first=1e-2, longest=4e-2, shortest=1e-7, finest=1e-4, points=3000)
+"""Steps along the branches of a line, unless others are given."""
+
+_CLASSIFICATION = Classification(exponent_run=400, doublings=0, longest_transient=0)
+"""Only periodic motions are needed."""
+
+_NEAR = 0.5
+"""Largest distance of a branch, interpolated between two points, from an orbit that may lie on it."""
+
+_NO_CURVE = (NEUTRAL_SADDLE, PITCHFORK)
+"""Events of codimension 1 in parameters whose curves are not followed: neutral saddles are no bifurcations, and
+pitchforks need a symmetry that a second parameter breaks."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of a map.
+
+    Attributes
+    ----------
+    model : MeshModel
+    axes : (str, str)
+    bounds : two pairs of float
+    along : int
+        Index of the axis along which the parameter varies, 0 or 1.
+    value : float
+        Value of the other parameter.
+    cells : int
+        Number of equidistant places at which motions are searched.
+    starts : int
+        Number of initial states at each place, besides the model's own.
+    period : int
+        Largest period of the orbits followed, in mesh periods.
+    """
+
+    model: MeshModel
+    axes: tuple[str, str]
+    bounds: tuple[tuple[float, float], tuple[float, float]]
+    along: int
+    value: float
+    cells: int
+    starts: int
+    period: int
+
+
+def line_branches(line: Line) -> tuple[ParameterFamily, list[Branch]]:
+    """The branches through all stable periodic motions found on a line, and the doubled branches at their flips."""
+    other = 1 - line.along
+    family = ParameterFamily(line.model.with_values({line.axes[other]: line.value}), (line.axes[line.along],))
+    bounds, branches = line.bounds[line.along], list[Branch]()
+    for cycle in stable_orbits(line, family):
+        if not on_any(family, branches, cycle):
+            _add(family, branches, follow_branch(family, cycle, bounds, _SETTINGS), bounds, line.period)
+    return family, branches
+
+
+def line_seeds(line: Line) -> list[EventSeed]:
+    """The events on all branches of a line, as seeds of their curves."""
+    _, branches = line_branches(line)
+    seeds = []
+    for branch in branches:
+        for event in branch.events:
+            values = np.empty(2)
+            values[line.along], values[1 - line.along] = event.cycle.values[0], line.value
+            if event.kind not in _NO_CURVE:
+                seeds.append(seed_of(event, values))
+    return seeds
+
+
+def stable_orbits(line: Line, family: ParameterFamily) -> list[Cycle]:
+    """The stable orbits up to the largest period that motions on a line lead to; the same orbit may occur repeatedly."""
+    values = np.linspace(*line.bounds[line.along], line.cells)
+    flow = family.exact_flow(values[:, None])
+    box = spread(default_box(family.model), line.starts, seed=0) if line.starts else {}
+    own = family.initial_states(values[:, None]).T
+    parts = [own] + [family.states_of(np.array([v]), box) for v in values if line.starts]
+    index = np.concatenate([np.arange(line.cells), *(np.full(line.starts, i) for i in range(line.cells))]).astype(int)
+    found = classify(flow, np.concatenate(parts, axis=1), index, settings=_CLASSIFICATION, response=False)
+    periodic = np.flatnonzero((found.label == Label.PERIODIC) & (found.period <= line.period) & (found.period > 0))
+    if len(periodic) == 0:
+        return []
+    points = orbits.sections(flow, found.w[:, periodic], index[periodic], found.period[periodic])
+    out: list[Cycle] = []
+    for motion, section in zip(periodic, points, strict=True):
+        value = values[index[motion]]
+        if any(c.values[0] == value and _contains(c, section[0]) for c in out):
+            continue
+        cycle = converge(family, section, np.array([value]))
+        if cycle.residual <= ACCEPTED:
+            out.append(cycle)
+    return out
+
+
+def _contains(cycle: Cycle, point: np.ndarray) -> bool:
+    """Whether a point (d,) is one of the cycle."""
+    return bool(np.abs(cycle.points - point).max(axis=1).min() < 1e-6)
+
+
+def _add(
+    family: ParameterFamily, branches: list[Branch], branch: Branch, bounds: tuple[float, float], longest: int
+) -> None:
+    """Add a branch, and the branches of twice the period at its flips that are not among them yet."""
+    branches.append(branch)
+    if 2 * branch.period > longest:
+        return
+    for event in branch.events:
+        if event.kind != FLIP:
+            continue
+        try:
+            _, start = doubled_start(family, event, bounds[1] - bounds[0])
+            if bounds[0] <= start.u[-1] <= bounds[1] and not on_any(family, branches, start.data):
+                _add(family, branches, follow_doubled(family, event, bounds, _SETTINGS), bounds, longest)
+        except (Stopped, InputError):
+            continue
+
+
+def on_any(family: ParameterFamily, branches: list[Branch], cycle: Cycle) -> bool:
+    """Whether an orbit lies on one of the branches."""
+    return any(on_branch(family, branch, cycle) for branch in branches if branch.period == cycle.period)
+
+
+def on_branch(family: ParameterFamily, branch: Branch, cycle: Cycle) -> bool:
+    """Whether an orbit lies on a branch of the same period."""
+    value, values = cycle.values[0], branch.values
+    for i in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0):
+        a, b = branch.points[i].data, branch.points[i + 1].data
+        full = values[i + 1] - values[i]
+        guess = a.points + (b.points - a.points) * ((value - values[i]) / full if full else 0.5)
+        shifts = [np.abs(np.roll(guess, -k, axis=0) - cycle.points).max() for k in range(cycle.period)]
+        if min(shifts) > _NEAR:
+            continue
+        found = converge(family, guess, cycle.values)
+        if found.residual <= ACCEPTED and same_cycle(minimal(family, found), cycle):
+            return True
+    return False
