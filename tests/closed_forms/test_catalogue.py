@@ -7,11 +7,11 @@ from scipy.stats import sem
 
 import gearchaos as gc
 from gearchaos.dynamics import Label, Reason
+from gearchaos.dynamics.initial_conditions import default_box, spread
 from gearchaos.flow import ExactFlow
 from gearchaos.model import vary
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.attractor_set import Attractor, AttractorSet, _statistics
-from gearchaos.dynamics.initial_conditions import default_box, spread
 
 SINGLE = gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05)
 

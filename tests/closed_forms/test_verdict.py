@@ -7,6 +7,7 @@ from scipy.special import stdtrit
 from gearchaos.dynamics import Classification, ClassificationState, Label, Reason, classify, lyapunov, orbits, torus
 from gearchaos.dynamics.lyapunov import from_growth
 from gearchaos.dynamics.recurrence import candidates
+from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.coordinates import initial_state
@@ -14,7 +15,6 @@ from gearchaos.model.switched import SwitchedAffine, switched_system
 from gearchaos.studies.attractors import Attractors
 from gearchaos.studies.basins import Basins
 from gearchaos.studies.bifurcation import Bifurcation
-from gearchaos.studies.regime import REGIME_SETTINGS
 from gearchaos.studies.zones import Zones
 
 SHORT = Classification(transient_lengths=(80,), longest_period=8, exponent_run=21, doublings=0, longest_transient=0,
@@ -332,7 +332,7 @@ def test_settings_are_those_of_the_documentation():
     assert Bifurcation.default_settings == Classification(exponent_run=1000, doublings=2, longest_transient=10_000,
                                                           averaging_periods=96, **common)
     assert Classification(exponent_run=2000, doublings=2, longest_transient=20_000,
-                                             averaging_periods=1000, **common) == REGIME_SETTINGS
+                                             averaging_periods=1000, **common) == SINGLE_MOTION
 
 
 def test_the_response_is_computed_unless_it_is_not_wanted():

@@ -95,7 +95,7 @@ class Point:
     step: float
 
 
-class Stopped(Exception):
+class Stopped(Exception):  # noqa: N818  (the end of a branch is no error)
     """Newton's method did not find a point of the curve; the message says why."""
 
 
@@ -125,7 +125,8 @@ def correct(
     Stopped
         If Newton's method does not converge, or leaves the domain of the equations.
     """
-    u, best, row = guess.copy(), None, equations.weights * normal
+    u, row = guess.copy(), equations.weights * normal
+    best: tuple[np.ndarray, float, np.ndarray, Any] | None = None
     for _ in range(_ITERATIONS):
         try:
             f, jacobian, data = equations.evaluate(u)
@@ -144,10 +145,17 @@ def correct(
             raise Stopped("Newton's method diverges")
         change = _solve(np.vstack([jacobian, row]), np.append(-f, -np.dot(row, u - guess)))
         u = u + change
+    assert best is not None
     u, residual, jacobian, data = best
     if residual > _ACCEPTED:
         raise Stopped("Newton's method does not converge")
     return _point(equations, u, jacobian, tangent, residual, data, step)
+
+
+def point_of(equations: Equations, u: np.ndarray, along: np.ndarray, step: float) -> Point:
+    """The point at a solution u (N + 1,), with the tangent that does not turn against ``along``."""
+    f, jacobian, data = equations.evaluate(u)
+    return _point(equations, u, jacobian, along, float(np.abs(f).max()), data, step)
 
 
 def _point(

@@ -2,17 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from gearchaos.continuation.arclength import Equations, Point, Settings, Stopped, between, correct, follow, length
+from gearchaos.continuation.arclength import (
+    Equations,
+    Point,
+    Settings,
+    Stopped,
+    between,
+    correct,
+    follow,
+    length,
+    point_of,
+)
 from gearchaos.continuation.cycles import CycleEquations, unknowns
-from gearchaos.continuation.events import FLIP, Event, find_events
+from gearchaos.continuation.events import (
+    FLIP,
+    FOLD,
+    NEIMARK_SACKER,
+    PITCHFORK,
+    Event,
+    find_events,
+    locate,
+)
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import count_unstable
-from gearchaos.continuation.shooting import Cycle
+from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
 from gearchaos.errors import InputError
 
 AXIS_END, CLOSED, POINT_LIMIT = "end of the axis", "returns to its start", "point limit"
@@ -20,8 +38,11 @@ HALVED = "joins a branch of half the period"
 _RETURNED = 1e-3
 """A branch has returned to its start if it passes it at a distance of less than this fraction of a step."""
 
-_DOUBLING_STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
-"""Distances from a flip at which a doubled orbit is tried, in half backlashes."""
+_MOVED = 1e-6
+"""Largest change of a coordinate between the orbits near an end of the axis and at it."""
+
+CHANGE_STABILITY = (FOLD, FLIP, NEIMARK_SACKER, PITCHFORK)
+"""The kinds of events at which stability may change."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +73,8 @@ class Branch:
         Of the first and the last point; empty for a closed branch.
     closed : bool
         Whether the last point is the first one: an isola.
+    start : int
+        Index of the point from which the branch was followed in both directions.
     """
 
     family: ParameterFamily
@@ -61,6 +84,7 @@ class Branch:
     event_positions: list[int] = field(default_factory=list)
     ends: list[End] = field(default_factory=list)
     closed: bool = False
+    start: int = 0
 
     @property
     def values(self) -> np.ndarray:
@@ -75,31 +99,47 @@ class Branch:
     def stable_intervals(self) -> list[list[float]]:
         """Intervals [low, high] of the parameter in which orbits of the branch are stable.
 
-        They end at events or at ends of the branch.
+        They end at events or at ends of the branch. One that passes the first point of a closed branch is not divided.
         """
-        nodes: list[tuple[int, float]] = []  # stability of the orbits before, and the parameter
-        intervals, order = [], sorted(zip(self.event_positions, self.events, strict=True), key=lambda pair: pair[0])
-        current: list[float] = []
-        positions = iter(order)
-        pending = next(positions, None)
-        unstable, values = self.unstable, self.values
-        del nodes
-        for i, (count, value) in enumerate(zip(unstable, values, strict=True)):
-            if count == 0:
-                current.append(float(value))
-            crossed = []
-            while pending is not None and pending[0] == i:
-                crossed.append(pending[1])
-                pending = next(positions, None)
-            after = unstable[i + 1] if i + 1 < len(unstable) else None
-            changing = [e for e in crossed if e.kind != "graze"]
-            if after is not None and (count == 0) != (after == 0) and changing:
-                edge = float((changing[0] if count == 0 else changing[-1]).point.u[-1])
-                current.append(edge)
-            if count == 0 and (after is None or after > 0):
-                intervals.append([min(current), max(current)])
-                current = []
-        return intervals
+        stable, values = self.unstable == 0, self.values
+        found: list[list[float]] = []
+        for i, value in enumerate(values):
+            before = i > 0 and stable[i - 1]
+            if stable[i] and not before:
+                found.append([value, *self._changes(i - 1, last=True)])
+            elif stable[i]:
+                found[-1].append(value)
+            elif before:
+                found[-1] += self._changes(i - 1, last=False)
+        if self.closed and len(found) > 1 and stable[0] and stable[-1]:
+            found[0] += found.pop()
+        return [[float(min(part)), float(max(part))] for part in found]
+
+    def _changes(self, position: int, last: bool) -> list[float]:
+        """The parameter at the first or last event after a point at which stability may change; empty without one."""
+        event = self._change(position, last)
+        return [] if event is None else [float(event.point.u[-1])]
+
+    def _change(self, position: int, last: bool) -> Event | None:
+        """The first or last event after the point at a position at which stability may change."""
+        found = [e for i, e in zip(self.event_positions, self.events, strict=True)
+                 if i == position and e.kind in CHANGE_STABILITY]
+        return found[-1 if last else 0] if found else None
+
+    def loss_of_stability(self, kind: str) -> Event | None:
+        """The event of a kind at which the branch loses stability on leaving its start, in one direction or the other.
+
+        Of two such events that with the parameter nearer to the start is taken; None if there is none.
+        """
+        stable, found = self.unstable == 0, []
+        ahead, back = range(self.start, len(stable) - 1), range(self.start - 1, -1, -1)
+        for positions, step in ((ahead, 1), (back, -1)):
+            pairs = ((i, i + max(-step, 0)) for i in positions)
+            lost = next((i for i, inner in pairs if stable[inner] and not stable[inner + step]), None)
+            found.append(None if lost is None else self._change(lost, last=step < 0))
+        value = self.points[self.start].u[-1]
+        wanted = [e for e in found if e is not None and e.kind == kind]
+        return min(wanted, key=lambda e: abs(e.point.u[-1] - value), default=None)
 
 
 def follow_branch(
@@ -123,10 +163,10 @@ def follow_branch(
     equations = CycleEquations(family, start.period, bounds[1] - bounds[0])
     upwards = np.append(np.zeros(start.points.size), 1.0)
     first = correct(equations, unknowns(start), upwards, upwards)
-    ahead = _one_way(family, equations, first, bounds, settings, user)
+    ahead = follow_one_way(family, equations, first, bounds, settings, user)
     if ahead.closed:
         return ahead
-    back = _one_way(family, equations, reversed_point(first), bounds, settings, user)
+    back = follow_one_way(family, equations, reversed_point(first), bounds, settings, user)
     return _joined(back, ahead)
 
 
@@ -135,7 +175,7 @@ def reversed_point(point: Point) -> Point:
     return Point(point.u, -point.tangent, -point.orientation, point.residual, point.data, point.step)
 
 
-def _one_way(
+def follow_one_way(
     family: ParameterFamily, equations: CycleEquations, start: Point, bounds: tuple[float, float], settings: Settings,
     user: dict[str, Callable[[Cycle], float]] | None, until: Callable[[Branch], bool] | None = None,
 ) -> Branch:
@@ -145,7 +185,8 @@ def _one_way(
         for point in follow(equations, start, settings):
             why = _end_between(branch, equations, point, bounds)
             last = point if why is None else why[0]
-            _append(branch, equations, last, user)
+            if last is not branch.points[-1]:  # a branch that starts at an end of the axis has no other point there
+                _append(branch, equations, last, user)
             if why is not None:
                 branch.ends, branch.closed = [End(float(last.u[-1]), why[1])], why[1] == CLOSED
                 return branch
@@ -172,11 +213,9 @@ def _end_between(
 ) -> tuple[Point, str] | None:
     """The point at which the branch ends between its last point and this one, and why; None if it goes on."""
     last = branch.points[-1]
-    for bound, side in zip(bounds, (-1.0, 1.0), strict=True):
-        if side * (point.u[-1] - bound) > 0:
-            begins_there = side * (last.u[-1] - bound) >= 0
-            end = last if begins_there else _cross(equations, last, point, lambda p, b=bound: float(p.u[-1] - b))
-            return (end, AXIS_END)
+    for bound, outwards in zip(bounds, (-1.0, 1.0), strict=True):
+        if (point.u[-1] - bound) * outwards > 0:
+            return _at_bound(equations, last, point, bound), AXIS_END
     returned = _returned(equations, branch.points[0], last, point) if len(branch.points) > 3 else None
     if returned is not None:
         return returned, CLOSED
@@ -188,10 +227,24 @@ def _end_between(
     return None
 
 
+def _at_bound(equations: CycleEquations, last: Point, point: Point, bound: float) -> Point:
+    """The point between two others at which the parameter has a given value, exactly."""
+    if last.u[-1] == bound:
+        return last
+
+    def beyond(p: Point) -> float:
+        return float(p.u[-1] - bound)
+
+    crossing = _cross(equations, last, point, beyond)
+    points = crossing.u[:-1].reshape(equations.period, -1)
+    cycle = converge(equations.family, points, np.array([bound]))
+    if cycle.residual > ACCEPTED or np.abs(cycle.points - points).max() > _MOVED:
+        return crossing
+    return point_of(equations, unknowns(cycle), crossing.tangent, crossing.step)
+
+
 def _cross(equations: Equations, first: Point, last: Point, test: Callable[[Point], float]) -> Point:
     """The point between two others where a function vanishes; the first one where that cannot be found."""
-    from gearchaos.continuation.events import locate
-
     return locate(equations, first, last, test) or first
 
 
@@ -227,84 +280,7 @@ def _joined(back: Branch, ahead: Branch) -> Branch:
     offset, before = len(back.points) - 1, len(back.points) - 2
     positions = [before - i for i in back.event_positions[::-1]] + [offset + i for i in ahead.event_positions]
     events = back.events[::-1] + ahead.events
-    return Branch(ahead.family, ahead.period, points, events, positions, back.ends + ahead.ends)
-
-
-def doubled_start(family: ParameterFamily, flip: Event, span: float) -> tuple[CycleEquations, Point]:
-    """An orbit of twice the period next to a flip, and the equations of its branch; the tangent leads away from the flip.
-
-    Raises
-    ------
-    Stopped
-        If none is found.
-    """
-    cycle = flip.cycle
-    direction = critical_direction(cycle, -1.0)
-    doubled = np.concatenate([direction, -direction])
-    equations = CycleEquations(family, 2 * cycle.period, span)
-    tangent = np.append(doubled.ravel(), 0.0)
-    tangent /= length(equations.weights, tangent)
-    base = np.append(np.tile(cycle.points, (2, 1)).ravel(), cycle.values)
-    _, _, twice = equations.evaluate(base)
-    cause = "no doubled orbit is found at the flip"
-    for step in _DOUBLING_STEPS:
-        try:
-            start = correct(equations, base + step * tangent, tangent, tangent, step)
-        except Stopped as stop:
-            cause = str(stop)
-            continue
-        if equations.resolved(twice, start.data):
-            return equations, start
-    raise Stopped(cause)
-
-
-def critical_direction(cycle: Cycle, multiplier: float) -> np.ndarray:
-    """The real eigenvector to a multiplier at all points of the orbit, (n, d), with the largest element 1."""
-    values, vectors = np.linalg.eig(cycle.monodromy)
-    vector = vectors[:, np.argmin(np.abs(values - multiplier))].real
-    out = [vector]
-    for matrix in cycle.result.monodromy[:-1]:
-        out.append(matrix @ out[-1])
-    directions = np.stack(out)
-    return directions / np.abs(directions).max()
-
-
-def follow_doubled(
-    family: ParameterFamily, flip: Event, bounds: tuple[float, float], settings: Settings,
-    until: Callable[[Branch], bool] | None = None,
-) -> Branch:
-    """The branch of orbits of twice the period that begins at a flip."""
-    equations, start = doubled_start(family, flip, bounds[1] - bounds[0])
-    branch = _one_way(family, equations, start, bounds, replace(settings, first=start.step), None, until)
-    origin = End(float(flip.point.u[-1]), HALVED)
-    branch.ends = [origin, *branch.ends]
-    return branch
-
-
-def cascade(
-    family: ParameterFamily, flip: Event, bounds: tuple[float, float], settings: Settings, count: int
-) -> Iterator[tuple[Branch, Event | None]]:
-    """The branches of a period-doubling cascade: each up to the flip at which it becomes unstable, and that flip.
-
-    Parameters
-    ----------
-    flip : Event
-        Where the first branch begins.
-    count : int
-        Number of doublings.
-    """
-    for _ in range(count):
-        branch = follow_doubled(family, flip, bounds, settings, until=_lost_by_flip)
-        next_flip = next((e for e in branch.events if e.kind == FLIP), None)
-        yield branch, next_flip
-        if next_flip is None:
-            return
-        flip = next_flip
-
-
-def _lost_by_flip(branch: Branch) -> bool:
-    """Whether the branch has passed a flip."""
-    return any(e.kind == FLIP for e in branch.events)
+    return Branch(ahead.family, ahead.period, points, events, positions, back.ends + ahead.ends, start=offset)
 
 
 def outside(family: ParameterFamily, value: float, bounds: tuple[float, float]) -> InputError | None:

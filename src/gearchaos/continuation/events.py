@@ -145,7 +145,6 @@ def _grazes(equations: Equations, first: Point, last: Point) -> Iterator[Event]:
             gap = first.data.extrema[number, 1] - boundary
             if gap * (last.data.extrema[other, 1] - boundary) < 0:
                 yield from _graze(equations, first, last, number, boundary)
-    gone, _ = match(last.data.extrema, first.data.extrema, period)
     vanished = [i for i in range(len(index)) if index[i] < 0]
     for point, pairs in ((last, new), (first, _pairs_of(vanished))):
         for pair in pairs:

@@ -9,8 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from gearchaos.flow import ExactFlow
-from gearchaos.flow.sensitivity import DIFFERENTIATED, SensitivityFlow
+from gearchaos.flow import DIFFERENTIATED, ExactFlow, SensitivityFlow
 from gearchaos.model import Batch, MeshModel, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import SwitchedAffine, coordinates, switched_system

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearchaos.continuation.arclength import Settings, Stopped
-from gearchaos.continuation.branch import Branch, doubled_start, follow_branch, follow_doubled
+from gearchaos.continuation.branch import Branch, follow_branch
 from gearchaos.continuation.defining import EventSeed, seed_of
+from gearchaos.continuation.doubling import doubled_start, follow_doubled
 from gearchaos.continuation.events import FLIP, NEUTRAL_SADDLE, PITCHFORK
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import minimal, same_cycle

@@ -16,7 +16,6 @@ from gearchaos.dynamics.initial_conditions import default_box, spread
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.model import MeshModel
-from gearchaos.dynamics.initial_conditions import default_box, spread
 
 LONGEST_PERIOD = 1024
 """Largest period of an orbit, in mesh periods."""
@@ -258,7 +257,7 @@ def search(
         if any(np.abs(c.points - guess[0]).max(axis=1).min() < _SAME_POINT for c in cycles):
             continue
         cycle = converge(family, guess, values)
-        if cycle.residual <= ACCEPTED and minimal(family, cycle).period == period:
-            if not any(same_cycle(cycle, c) for c in cycles):
-                cycles.append(cycle)
+        minimal_period = cycle.residual <= ACCEPTED and minimal(family, cycle).period == period
+        if minimal_period and not any(same_cycle(cycle, c) for c in cycles):
+            cycles.append(cycle)
     return cycles

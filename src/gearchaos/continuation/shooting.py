@@ -12,8 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.flow import OK
-from gearchaos.flow.sensitivity import PeriodResult
+from gearchaos.flow import OK, PeriodResult
 
 TOLERANCE = 1e-12
 """A cycle has converged if P takes every point to the next one with no larger difference of a coordinate."""
@@ -86,14 +85,16 @@ class Cycle:
     def extrema(self) -> np.ndarray:
         """Extrema of z over all n periods, (E, 3): instant in mesh periods from 0 to n, z, 1 maximum or −1 minimum."""
         return np.concatenate([
-            np.column_stack([k + rows[:, 0], rows[:, 1:3]]) for k, rows in enumerate(self._trimmed("extrema", "extremum"))
+            np.column_stack([k + rows[:, 0], rows[:, 1:3]])
+            for k, rows in enumerate(self._trimmed("extrema", "extremum"))
         ])
 
     @cached_property
     def switches(self) -> np.ndarray:
         """Contact switches over all n periods, (S, 3): instant in mesh periods, boundary 1 or −1, 1 into contact."""
         return np.concatenate([
-            np.column_stack([k + rows[:, 0], rows[:, 1:3]]) for k, rows in enumerate(self._trimmed("switches", "switch"))
+            np.column_stack([k + rows[:, 0], rows[:, 1:3]])
+            for k, rows in enumerate(self._trimmed("switches", "switch"))
         ])
 
     def extremum_derivatives(self, number: int) -> np.ndarray:

@@ -89,6 +89,12 @@ def _field(name: str) -> str:
     return f"classification.{name}"
 
 
+SINGLE_MOTION = Classification(
+    exponent_run=2000, doublings=2, longest_transient=20_000, averaging_periods=1000
+)
+"""A single motion is given longer runs than a cell of a map, for chaotic transients of up to 20 000 periods."""
+
+
 def as_settings(settings: Any) -> Classification | None:
     """The settings unchanged, or None for the defaults of a study; raises `InputError` for anything else."""
     if settings is None or isinstance(settings, Classification):

@@ -11,10 +11,10 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.dynamics import Classification
+from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.model import MeshModel
 from gearchaos.paper.settings import FigureSettings, FigureStudy, Quality, all_figures
 from gearchaos.studies import Axis, Verdict, basins, bifurcation, regime, simulate, zones
-from gearchaos.studies.regime import REGIME_SETTINGS
 
 TRANSIENT = 3000
 """Mesh periods before a portrait or trajectory is recorded."""
@@ -107,7 +107,7 @@ class ComputationCache:
         return self.cached(
             f"{_range(axis)} at {_described(values)}{', waited for longer' if long_transients else ''}",
             lambda: bifurcation(
-                MeshModel.of(**values), axis, points=0, settings=REGIME_SETTINGS if long_transients else None),
+                MeshModel.of(**values), axis, points=0, settings=SINGLE_MOTION if long_transients else None),
         )
 
     def map(self, model: MeshModel, x: Axis, y: Axis) -> xr.Dataset:

@@ -11,6 +11,7 @@ import numpy as np
 
 from gearchaos.datasets import new_dataset, variable
 from gearchaos.dynamics import Classification
+from gearchaos.dynamics.initial_conditions import checked_box, default_box, spread
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import ExactFlow
@@ -21,7 +22,6 @@ from gearchaos.model.switched import switched_system
 from gearchaos.studies.attractor_set import AttractorSet, attractor_variables, final_states
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.cost import Cost, estimate
-from gearchaos.dynamics.initial_conditions import checked_box, default_box, spread
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.perturbation import BYTES_PER_DIRECTION, MOTIONS_PER_DIRECTION, smallest_perturbation
 from gearchaos.studies.study import ClassifyingStudy, option

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from gearchaos.dynamics import ON_ATTRACTOR, Classification, Verdicts
+from gearchaos.dynamics.initial_conditions import default_box, spread
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.execute import tiles
 from gearchaos.flow import ExactFlow
@@ -16,7 +17,6 @@ from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.batch_classification import InitialStates, classify_batch
-from gearchaos.dynamics.initial_conditions import default_box, spread
 from gearchaos.studies.plane import at_cells, shared_coordinates
 from gearchaos.studies.sweep import swept_initial_values
 

@@ -11,6 +11,7 @@ import numpy as np
 from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics import Classification, Label, classify, motion_name
 from gearchaos.dynamics.labels import label_and_period
+from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.dynamics.spectrum import spectral_class
 from gearchaos.gears.operating import AnyModel
 from gearchaos.model import vary
@@ -23,11 +24,6 @@ from gearchaos.studies.verdict import Verdict
 
 if TYPE_CHECKING:
     import xarray as xr
-
-REGIME_SETTINGS = Classification(
-    exponent_run=2000, doublings=2, longest_transient=20_000, averaging_periods=1000
-)
-"""A single motion is given longer runs than a cell of a map, for chaotic transients of up to 20 000 periods."""
 
 _SECTION_POINTS = 512
 """Number of stroboscopic points reported for a motion without a period."""
@@ -69,7 +65,7 @@ class Regime(ClassifyingStudy):
     """The study that `regime` runs; its only work item is the motion, its fields the arguments of `regime`."""
 
     kind: ClassVar[str] = "regime"
-    default_settings: ClassVar[Classification] = REGIME_SETTINGS
+    default_settings: ClassVar[Classification] = SINGLE_MOTION
 
     if TYPE_CHECKING:  # what `__post_init__` converts is accepted, too
 

@@ -7,14 +7,15 @@ from dataclasses import dataclass, replace
 
 import xarray as xr
 
+from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.explorer.view.bounds import PORTRAIT_POINTS
 from gearchaos.model import COORDINATES, MeshModel
-from gearchaos.studies.regime import REGIME_SETTINGS, regime
+from gearchaos.studies.regime import regime
 from gearchaos.studies.simulate import simulate
 from gearchaos.studies.steady import steady
 from gearchaos.studies.verdict import Verdict
 
-QUICK = replace(REGIME_SETTINGS, exponent_run=1000, doublings=0, longest_transient=0, averaging_periods=200)
+QUICK = replace(SINGLE_MOTION, exponent_run=1000, doublings=0, longest_transient=0, averaging_periods=200)
 """Settings of the first verdict.
 
 Its transients are as long as those of `gearchaos.regime`, so a stable orbit that is found within them has the

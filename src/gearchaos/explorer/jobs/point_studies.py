@@ -10,6 +10,7 @@ import xarray as xr
 
 from gearchaos.datasets import variable
 from gearchaos.dynamics import Classification
+from gearchaos.dynamics.initial_conditions import default_box
 from gearchaos.explorer.view.bounds import BASIN_CELLS, DIAGRAM_COLUMNS, DIAGRAM_POINTS, INITIAL_STATES
 from gearchaos.explorer.view.state import View
 from gearchaos.gears.results import physical
@@ -18,7 +19,6 @@ from gearchaos.studies.attractors import Attractors
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.basins import Basins
 from gearchaos.studies.bifurcation import Bifurcation
-from gearchaos.dynamics.initial_conditions import default_box
 from gearchaos.studies.study import Study
 
 _SETTINGS = Classification(doublings=2, longest_transient=1500)

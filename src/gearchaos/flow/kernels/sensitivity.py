@@ -96,7 +96,7 @@ def _root(ws, first, stride, l, a, b, derivative):
     rising = True
     for n in range(_BISECTIONS):
         middle = a if n == 0 else 0.5 * (a + b)
-        if n > 0 and (middle == a or middle == b):
+        if n > 0 and middle in (a, b):
             break
         value = _derivative(ws, first, stride, l, middle) if derivative else _value(ws, first, stride, l, middle)
         if n == 0:
@@ -212,7 +212,8 @@ def _sensitivity_series(dims, harmonics, ws, row):
         spring = _spring(ws, at.stiffness, row, d, k, sigma)
         store(ws, after, vfma(scale, load(ws, now + 1), stretch * load(ws, row.motion + (k + 1) * d)))
         for i in range(1, d):
-            total = vfma(load(ws, at.stiffness_column + i), load(ws, now), _source(dims, ws, row, k, i, weakening, spring))
+            source = _source(dims, ws, row, k, i, weakening, spring)
+            total = vfma(load(ws, at.stiffness_column + i), load(ws, now), source)
             if harmonics.stiffness > 0:
                 total = vfma(load(ws, at.minus_b + i), stiffness_variation(ws, at, d, k, zero), total)
             for j in range(1, d):
