@@ -33,6 +33,9 @@ _STRAIGHT = 0.995
 _MAX_CORRECTION = 0.3
 """Largest distance of a point from its prediction, relative to the step."""
 
+_LARGE = 5.0
+"""Orbits of a larger amplitude are followed in steps that are longer in proportion."""
+
 
 class Equations(Protocol):
     """N equations in N + 1 unknowns.
@@ -50,6 +53,9 @@ class Equations(Protocol):
 
         Raises `InputError` where the equations do not exist.
         """
+
+    def amplitude(self, u: np.ndarray) -> float:
+        """The largest coordinate of the orbit."""
 
     def resolved(self, first: Any, last: Any) -> bool:
         """Whether two neighbouring points, given by what else belongs to them, are near enough to each other."""
@@ -209,7 +215,8 @@ def _next(equations: Equations, point: Point, size: float, settings: Settings) -
             cause = str(stop)
         if not cause:
             straight = cosine > _STRAIGHT and correction < 0.3 * _MAX_CORRECTION * size
-            return after, min(settings.longest, size * (1.6 if straight else 1.0))
+            longest = settings.longest * max(1.0, equations.amplitude(after.u) / _LARGE)
+            return after, min(longest, size * (1.6 if straight else 1.0))
         if size <= settings.shortest:
             raise Stopped(cause)
         size = max(settings.shortest, 0.5 * size)

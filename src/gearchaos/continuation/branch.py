@@ -34,6 +34,10 @@ from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
 from gearchaos.errors import InputError
 
 AXIS_END, CLOSED, POINT_LIMIT = "end of the axis", "returns to its start", "point limit"
+UNBOUNDED = "amplitude above 1000 half backlashes"
+LARGEST = 1e3
+"""Largest coordinate of a stroboscopic point that a branch is followed to."""
+
 HALVED = "joins a branch of half the period"
 _RETURNED = 1e-3
 """A branch has returned to its start if it passes it at a distance of less than this fraction of a step."""
@@ -216,6 +220,8 @@ def _end_between(
     for bound, outwards in zip(bounds, (-1.0, 1.0), strict=True):
         if (point.u[-1] - bound) * outwards > 0:
             return _at_bound(equations, last, point, bound), AXIS_END
+    if np.abs(point.u[:-1]).max() > LARGEST:
+        return point, UNBOUNDED
     returned = _returned(equations, branch.points[0], last, point) if len(branch.points) > 3 else None
     if returned is not None:
         return returned, CLOSED

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from gearchaos.continuation.arclength import Point, Settings, Stopped, correct, follow, length
-from gearchaos.continuation.branch import AXIS_END, CLOSED, POINT_LIMIT, follow_branch
+from gearchaos.continuation.branch import AXIS_END, CLOSED, LARGEST, POINT_LIMIT, UNBOUNDED, follow_branch
 from gearchaos.continuation.codimension2 import SpecialPoint, find_special_points
 from gearchaos.continuation.defining import EventEquations, EventSeed, event_equations
 from gearchaos.continuation.events import GRAZE, NEIMARK_SACKER, Event, locate
@@ -166,6 +166,8 @@ def _end_between(
     for test, why in tests:
         if test(point) < 0:
             return (locate(equations, last, point, test) if test(last) > 0 else None) or last, why
+    if equations.amplitude(point.u) > LARGEST:
+        return point, UNBOUNDED
     if len(curve.points) > 3 and _passes(equations, curve.points[0], last, point):
         return point, CLOSED
     return None
