@@ -111,6 +111,25 @@ class SwitchedAffine:
         return replace(self, **{k: v[index] for k, v in self.__dict__.items() if isinstance(v, np.ndarray)})
 
 
+def reversed_in_time(system: SwitchedAffine) -> SwitchedAffine:
+    """The equations in reversed time, −τ, of the same motions with the signs of all velocities reversed.
+
+    The flow of the result over a mesh period is the inverse of the stroboscopic map, but for these signs
+    (`velocity_signs`). The fields that describe x1' and the mean rotation are kept as they are.
+    """
+    sign = velocity_signs(system.names)
+    return replace(
+        system, A=-sign[:, None] * system.A * sign, b=-sign * system.b, f0=-sign * system.f0, f_sin=-system.f_sin,
+        chi_sin=-system.chi_sin, levels=np.ascontiguousarray(system.levels[:, ::-1]),
+        starts=np.hstack([np.zeros((system.points, 1)), 1.0 - system.starts[:, :0:-1]]),
+    )
+
+
+def velocity_signs(names: tuple[str, ...]) -> np.ndarray:
+    """−1 for the coordinates that are velocities, 1 for the others, (d,)."""
+    return np.array([-1.0 if name.endswith("_dot") else 1.0 for name in names])
+
+
 def coordinates(batch: Batch) -> tuple[str, ...]:
     """The names of the d coordinates of the dynamic state.
 

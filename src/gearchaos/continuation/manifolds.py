@@ -1,0 +1,185 @@
+"""Stable and unstable manifolds of the saddles of a system with two coordinates (d = 2).
+
+An unstable manifold is grown from a fundamental segment next to the saddle: the images of the segment under the
+iterated map follow one another along the manifold (D. Hobson, J. Comput. Phys. 104, 1993). Where an image is not
+resolved, points are added to the segment. A stable manifold is the unstable one in reversed time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.orbit import search
+from gearchaos.continuation.shooting import Cycle
+from gearchaos.errors import InputError
+from gearchaos.flow import ExactFlow
+from gearchaos.model.switched import reversed_in_time, velocity_signs
+
+_DISTANCE = 1e-5
+"""Distance from the saddle at which the fundamental segment begins, in half backlashes."""
+
+_FIRST_POINTS = 17
+_SHARPEST = 0.3
+"""Largest angle between neighbouring pieces of a resolved curve, in radians; pieces shorter than a tenth of the largest
+distance may turn more."""
+
+_MAX_POINTS = 100_000
+"""Most points of one branch of a manifold."""
+
+_MAX_IMAGES = 200
+
+
+@dataclass(frozen=True, eq=False)
+class Manifold:
+    """One branch of a manifold.
+
+    Attributes
+    ----------
+    saddle : Cycle
+    stable : bool
+    points : (P, 2)
+        z and z' at phase 0, in order from the saddle.
+    complete : bool
+        Whether the manifold was followed over the length asked for, or left the region before.
+    """
+
+    saddle: Cycle
+    stable: bool
+    points: np.ndarray
+    complete: bool
+
+
+def saddles(family: ParameterFamily, values: np.ndarray, period: int) -> list[Cycle]:
+    """The saddles of all minimal periods up to the given one at one parameter point, with one unstable multiplier."""
+    return [
+        cycle for n in range(1, period + 1) for cycle in search(family, values, n)
+        if np.sum(np.abs(cycle.multipliers) > 1.0) == 1
+    ]
+
+
+def saddle_manifolds(
+    family: ParameterFamily, saddle: Cycle, *, length: float, spacing: float, region: np.ndarray
+) -> list[Manifold]:
+    """All branches of the stable and unstable manifolds of a saddle, at all its n points.
+
+    Parameters
+    ----------
+    family : ParameterFamily
+        A model with d = 2.
+    saddle : Cycle
+    length : float
+        Arclength of each branch inside the region.
+    spacing : float
+        Largest distance of neighbouring points inside the region.
+    region : (2, 2)
+        Least and largest z, and least and largest z'.
+
+    Raises
+    ------
+    InputError
+        If the model does not have d = 2.
+    """
+    if family.dimension != 2:
+        raise InputError("model", "must have two coordinates for manifolds that are curves", family.dimension,
+                         "Use a single model, or a torsional one with the same β/J of both wheels.")
+    system, out = family.system(saddle.values[None]), []
+    for stable in (False, True):
+        flow = ExactFlow(reversed_in_time(system) if stable else system)
+        sign = velocity_signs(family.names) if stable else np.ones(2)
+        for k in range(saddle.period):
+            for direction in (1.0, -1.0):
+                grown = _Growth(flow, saddle, k, stable, direction, sign, length, spacing, region)
+                out.append(Manifold(saddle, stable, *grown.run()))
+    return out
+
+
+class _Growth:
+    """The growth of one branch of a manifold."""
+
+    def __init__(
+        self, flow: ExactFlow, saddle: Cycle, number: int, stable: bool, direction: float, sign: np.ndarray,
+        length: float, spacing: float, region: np.ndarray,
+    ) -> None:
+        self.flow, self.sign, self.length, self.spacing, self.region = flow, sign, length, spacing, region
+        monodromy = _monodromy(saddle, number)
+        values, vectors = np.linalg.eig(np.linalg.inv(monodromy) if stable else monodromy)
+        unstable = int(np.argmax(np.abs(values)))
+        multiplier = float(values[unstable].real)
+        self.periods = saddle.period * (1 if multiplier > 0 else 2)  # so that the branch is mapped to itself
+        self.stretch = abs(multiplier) ** (1 if multiplier > 0 else 2)
+        self.origin = saddle.points[number]
+        self.vector = direction * vectors[:, unstable].real * _DISTANCE
+
+    def run(self) -> tuple[np.ndarray, bool]:
+        """The points of the branch, and whether it is complete."""
+        shares = np.linspace(0.0, 1.0, _FIRST_POINTS)
+        pieces, covered, count = [self._segment(shares)], 0.0, 0
+        for images in range(1, _MAX_IMAGES):
+            shares, points = self._resolved_image(shares, images)
+            pieces.append(points[1:])
+            count += len(points)
+            covered += float(self._inside_lengths(points).sum())
+            outside = not np.any(self._inside(points))
+            if covered >= self.length or outside:
+                return np.concatenate(pieces), True
+            if count > _MAX_POINTS:
+                return np.concatenate(pieces), False
+        return np.concatenate(pieces), False
+
+    def _segment(self, shares: np.ndarray) -> np.ndarray:
+        """Points (N, 2) of the fundamental segment at shares (N,) of its length on a logarithmic scale."""
+        return self.origin + self.vector * self.stretch ** shares[:, None]
+
+    def _image(self, shares: np.ndarray, images: int) -> np.ndarray:
+        """The points of the segment after this many applications of the map, (N, 2)."""
+        w = (self.sign * self._segment(shares)).T.copy()
+        return self.sign * self.flow.advance(w, images * self.periods, points=np.zeros(len(shares), int)).w.T
+
+    def _resolved_image(self, shares: np.ndarray, images: int) -> tuple[np.ndarray, np.ndarray]:
+        """The image of the segment, with points added to it until the image is resolved inside the region."""
+        points = self._image(shares, images)
+        for _ in range(40):
+            coarse = self._coarse(points)
+            if not np.any(coarse) or len(shares) > _MAX_POINTS:
+                break
+            at = np.flatnonzero(coarse)
+            new = 0.5 * (shares[at] + shares[at + 1])
+            separate = (new > shares[at]) & (new < shares[at + 1])
+            at, new = at[separate], new[separate]
+            if len(new) == 0:
+                break
+            shares, points = np.insert(shares, at + 1, new), np.insert(points, at + 1, self._image(new, images), axis=0)
+        return shares, points
+
+    def _coarse(self, points: np.ndarray) -> np.ndarray:
+        """Whether each piece between neighbouring points (N − 1,) must be divided."""
+        steps = np.diff(points, axis=0)
+        size = np.hypot(*steps.T)
+        inside = self._inside(points)
+        relevant = inside[:-1] | inside[1:]
+        turn = np.abs(np.arctan2(
+            steps[:-1, 0] * steps[1:, 1] - steps[:-1, 1] * steps[1:, 0], (steps[:-1] * steps[1:]).sum(axis=1)))
+        bent = np.zeros(len(size), bool)
+        bent[:-1] |= turn > _SHARPEST
+        bent[1:] |= turn > _SHARPEST
+        return relevant & np.isfinite(size) & ((size > self.spacing) | (bent & (size > 0.1 * self.spacing)))
+
+    def _inside(self, points: np.ndarray) -> np.ndarray:
+        """Whether points (N, 2) lie in the region."""
+        return np.all((points >= self.region[:, 0]) & (points <= self.region[:, 1]), axis=1)
+
+    def _inside_lengths(self, points: np.ndarray) -> np.ndarray:
+        """Lengths (N − 1,) of the pieces with both ends in the region; 0 for the others."""
+        inside = self._inside(points)
+        return np.where(inside[:-1] & inside[1:], np.hypot(*np.diff(points, axis=0).T), 0.0)
+
+
+def _monodromy(cycle: Cycle, number: int) -> np.ndarray:
+    """Derivative (d, d) of Pⁿ at point ``number`` of a cycle."""
+    product = np.eye(cycle.points.shape[1])
+    for matrix in np.roll(cycle.result.monodromy, -number, axis=0):
+        product = matrix @ product
+    return product
