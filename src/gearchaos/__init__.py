@@ -18,6 +18,7 @@ _MODULES = {
     "Axis": "studies.axis", "Classification": "dynamics.settings", "Verdict": "studies.verdict",
     "Attractors": "studies.attractors", "attractors": "studies.attractors",
     "Basins": "studies.basins", "basins": "studies.basins",
+    "branch": "studies.branch", "orbit": "continuation.orbit", "orbits": "continuation.orbit",
     "Bifurcation": "studies.bifurcation", "bifurcation": "studies.bifurcation",
     "Regime": "studies.regime", "regime": "studies.regime",
     "Simulate": "studies.simulate", "simulate": "studies.simulate", "steady": "studies.steady",

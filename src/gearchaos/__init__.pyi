@@ -4,6 +4,8 @@ from gearchaos import dynamics as dynamics
 from gearchaos import flow as flow
 from gearchaos import plot as plot
 from gearchaos import studies as studies
+from gearchaos.continuation.orbit import orbit as orbit
+from gearchaos.continuation.orbit import orbits as orbits
 from gearchaos.datasets import load as load
 from gearchaos.datasets import save as save
 from gearchaos.dynamics.settings import Classification as Classification
@@ -26,6 +28,7 @@ from gearchaos.studies.basins import Basins as Basins
 from gearchaos.studies.basins import basins as basins
 from gearchaos.studies.bifurcation import Bifurcation as Bifurcation
 from gearchaos.studies.bifurcation import bifurcation as bifurcation
+from gearchaos.studies.branch import branch as branch
 from gearchaos.studies.dynamic_factor import dynamic_factor as dynamic_factor
 from gearchaos.studies.operating_map import operating_map as operating_map
 from gearchaos.studies.regime import Regime as Regime

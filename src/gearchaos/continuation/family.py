@@ -35,7 +35,7 @@ class ParameterFamily:
     model : MeshModel
         Has all other parameters, and the initial values.
     axes : sequence of str
-        Names of the Q parameters, as in `MeshModel.with_values`.
+        Names of the Q parameters, as in `MeshModel.with_values`; there may be none.
 
     Attributes
     ----------
@@ -45,7 +45,8 @@ class ParameterFamily:
 
     def __init__(self, model: MeshModel, axes: Sequence[str]) -> None:
         self.model, self.axes = model, tuple(axes)
-        self.names = coordinates(self.batch(self._stencil(self.start[None])[0]))
+        points = self._stencil(self.start[None])[0] if self.axes else self.start[None]
+        self.names = coordinates(self.batch(points))
 
     @cached_property
     def start(self) -> np.ndarray:
@@ -87,6 +88,8 @@ class ParameterFamily:
 
     def flow(self, values: np.ndarray) -> SensitivityFlow:
         """The exact flow at values (P, Q), with derivatives by the Q parameters."""
+        if not self.axes:
+            return SensitivityFlow(self.system(values))
         points, steps = self._stencil(values)
         (count, parameters), width = values.shape, len(_STENCIL)
         system = switched_system(self.batch(points), self.names)

@@ -11,11 +11,14 @@ import numpy as np
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
 from gearchaos.continuation.states import as_initial_values
-from gearchaos.dynamics import Classification, Label, classify, orbits
+from gearchaos.dynamics import Classification, Label, classify
+from gearchaos.dynamics import orbits as polishing
 from gearchaos.dynamics.initial_conditions import default_box, spread
-from gearchaos.errors import InputError
+from gearchaos.dynamics.settings import SINGLE_MOTION
+from gearchaos.errors import InputError, unknown_name, whole_number
 from gearchaos.gears.operating import AnyModel, as_model
-from gearchaos.model import MeshModel
+from gearchaos.model import MeshModel, state_names
+from gearchaos.validation import to_float
 
 LONGEST_PERIOD = 1024
 """Largest period of an orbit, in mesh periods."""
@@ -26,6 +29,7 @@ _SAME_POINT = 1e-6
 _STARTS = 256
 """Number of further initial states from which the nearest orbit is searched where Newton's method fails."""
 
+_MAX_STARTS = 1_000_000
 _UNIT_CIRCLE = 1e-9
 """Distance from 1 up to which the modulus of a multiplier counts as 1."""
 
@@ -124,9 +128,10 @@ def orbit(
     period : int, optional
         Period n in mesh periods, at most 1024; by default that of the motion that the state leads to.
     near : mapping of str to float, optional
-        A state at phase 0, by names of initial values; by default the model's own initial values.
+        A state at phase 0, by names of initial values; by default the model's own initial values. If Newton's method
+        finds no orbit of the period from those, the nearest one is taken that it finds from many initial states.
     settings : Classification, optional
-        Where no period is given: how the motion is classified that the state leads to.
+        Where no period is given: how the motion is classified that the state leads to; by default as `regime` does.
 
     Returns
     -------
@@ -135,7 +140,8 @@ def orbit(
     Raises
     ------
     InputError
-        If no orbit of this minimal period is found near the state; the message says which one is the nearest found.
+        If no orbit of this minimal period is found near the state given; the message says which one is the nearest
+        found, and at what distance.
 
     Notes
     -----
@@ -145,28 +151,73 @@ def orbit(
     return as_orbit(family, cycle)
 
 
+def orbits(model: AnyModel, *, period: int = 1, starts: int = _STARTS) -> list[Orbit]:
+    """All periodic orbits of one period, stable or not, that Newton's method reaches from many initial states.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point.
+    period : int
+        Minimal period n in mesh periods, at most 1024.
+    starts : int
+        Number of initial states, spread over ±3 half backlashes and ±2 in velocity.
+
+    Returns
+    -------
+    list of Orbit
+        Each orbit once, in the order in which they are found. An orbit that no start leads to is missing.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range.
+    """
+    check_period(period)
+    starts = whole_number("starts", starts, 1, _MAX_STARTS)
+    family = ParameterFamily(as_model(model), ())
+    return [as_orbit(family, cycle) for cycle in search(family, family.start, period, starts)]
+
+
 def find_cycle(
     model: MeshModel, axes: tuple[str, ...], period: int | None, near: Mapping[str, float] | None,
     settings: Classification | None = None,
 ) -> tuple[ParameterFamily, Cycle]:
     """The orbit nearest to a state as a cycle of a model along axes, at the model's own values; see `orbit`."""
-    model = model.with_values(near) if near else model
+    model = model.with_values(_checked_state(model, near)) if near else model
     family = ParameterFamily(model, axes)
     values = family.start
     if period is None:
         guess = _attractor(family, values, settings)
-    else:
-        check_period(period)
-        guess = _iterates(family, values, family.initial_states(values[None])[0], period)
+        cycle = minimal(family, converge(family, guess, values))
+        if cycle.residual > ACCEPTED:
+            raise _no_orbit(family, values, guess, [])
+        return family, cycle
+    check_period(period)
+    guess = _iterates(family, values, family.initial_states(values[None])[0], period)
     cycle = converge(family, guess, values)
-    if cycle.residual > ACCEPTED:
-        raise _no_orbit(family, values, guess)
-    cycle = minimal(family, cycle)
-    if period is not None and cycle.period != period:
-        raise InputError(
-            "period", f"must be the minimal period of the orbit near the start, which is {cycle.period}", period,
-            f"Ask for period {cycle.period}, or start from another state.")
-    return family, cycle
+    if cycle.residual <= ACCEPTED and minimal(family, cycle).period == period:
+        return family, cycle
+    found = search(family, values, period)
+    if near or not found:
+        raise _no_orbit(family, values, guess, found)
+    return family, _nearest(found, guess[0])
+
+
+def _nearest(found: list[Cycle], state: np.ndarray) -> Cycle:
+    """The cycle with the stroboscopic point nearest to a state, which may be any of its points."""
+    return min(found, key=lambda cycle: np.linalg.norm(cycle.points - state, axis=1).min())
+
+
+def _checked_state(model: MeshModel, near: Any) -> dict[str, float]:
+    """A state by names of initial values; raises `InputError` for anything else."""
+    if not isinstance(near, Mapping):
+        raise InputError("start", "must give initial values by name", near, "E.g. {'z': 1.2, 'z_dot': 0.1}.")
+    known = state_names(model.kind)
+    for name in near:
+        if name not in known:
+            raise unknown_name("start", str(name), known)
+    return {name: to_float(name, value) for name, value in near.items()}
 
 
 def as_orbit(family: ParameterFamily, cycle: Cycle) -> Orbit:
@@ -206,33 +257,32 @@ def same_cycle(first: Cycle, second: Cycle) -> bool:
 def _attractor(family: ParameterFamily, values: np.ndarray, settings: Classification | None) -> np.ndarray:
     """The points (n, d) of the periodic motion that the model's initial values lead to."""
     flow, w = family.exact_flow(values[None]), family.initial_states(values[None]).T.copy()
-    found = classify(flow, w, settings=settings, response=False)
+    found = classify(flow, w, settings=settings or SINGLE_MOTION, response=False)
     if found.label[0] != Label.PERIODIC:
         kind = Label(int(found.label[0])).name.lower().replace("_", "-")
         raise InputError(
             "start", "must lead to a periodic motion where no period is given", f"a {kind} motion",
             "Give a period, or another start.")
-    return orbits.sections(flow, found.w, np.zeros(1, int), found.period)[0]
+    return polishing.sections(flow, found.w, np.zeros(1, int), found.period)[0]
 
 
 def _iterates(family: ParameterFamily, values: np.ndarray, state: np.ndarray, period: int) -> np.ndarray:
     """A state and its images under the stroboscopic map, (n, d)."""
     flow = family.exact_flow(values[None])
-    return orbits.sections(flow, state[:, None].copy(), np.zeros(1, int), np.array([period]))[0]
+    return polishing.sections(flow, state[:, None].copy(), np.zeros(1, int), np.array([period]))[0]
 
 
-def _no_orbit(family: ParameterFamily, values: np.ndarray, guess: np.ndarray) -> InputError:
-    """The error for a start from which Newton's method finds no orbit; it names the nearest orbit found."""
-    found = search(family, values, len(guess))
-    period, start = len(guess), guess[0]
+def _no_orbit(family: ParameterFamily, values: np.ndarray, guess: np.ndarray, found: list[Cycle]) -> InputError:
+    """The error for a start (n, d) from which Newton's method reaches no orbit of period n; it names the nearest."""
+    rule, start = f"must be near an orbit of minimal period {len(guess)}", guess[0]
     if not found:
-        return InputError("start", f"must be near an orbit of period {period}", _text(family, values, start),
+        return InputError("start", rule, _text(family, values, start),
                           f"None was found from {_STARTS} other states either; try another period.")
-    points = np.concatenate([cycle.points for cycle in found])
+    points = _nearest(found, start).points
     distance = np.linalg.norm(points - start, axis=1)
     nearest = points[np.argmin(distance)]
     return InputError(
-        "start", f"must be near an orbit of period {period}", _text(family, values, start),
+        "start", rule, _text(family, values, start),
         f"The nearest one found is at a distance of {distance.min():.3g}: {_text(family, values, nearest)}.")
 
 
@@ -250,10 +300,10 @@ def search(
     model = family.at(values)
     w = family.states_of(values, spread(default_box(model), starts, seed=0))
     points = np.zeros(w.shape[1], int)
-    found = orbits.polish(flow, w, points, np.full(w.shape[1], period))
+    found = polishing.polish(flow, w, points, np.full(w.shape[1], period))
     cycles: list[Cycle] = []
     for lane in np.flatnonzero(found.converged):
-        guess = orbits.sections(flow, found.w[:, [lane]], points[:1], np.array([period]))[0]
+        guess = polishing.sections(flow, found.w[:, [lane]], points[:1], np.array([period]))[0]
         if any(np.abs(c.points - guess[0]).max(axis=1).min() < _SAME_POINT for c in cycles):
             continue
         cycle = converge(family, guess, values)

@@ -6,9 +6,11 @@ import re
 from dataclasses import dataclass
 from functools import lru_cache
 
-PREFIXES = ("attractor_section_", "attractor_start_", "attractor_", "section_", "start_")
-"""Prefixes of variables of a result: ``attractor_`` one value per attractor, ``section_`` values at the stroboscopic
-section, ``start_`` initial values."""
+PREFIXES = (
+    "attractor_section_", "attractor_start_", "attractor_", "event_section_", "event_", "section_", "start_",
+)
+"""Prefixes of variables of a result: ``attractor_`` one value per attractor, ``event_`` one per event on a branch,
+``section_`` values at the stroboscopic section, ``start_`` initial values."""
 
 _PARTS = re.compile(r"([A-Za-z_]+?)(0|[1-9][0-9]{0,17})?(_dot)?")
 

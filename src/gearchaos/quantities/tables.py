@@ -275,11 +275,22 @@ RESULTS: tuple[Quantity, ...] = (
     Quantity("basin_entropy", long_name="basin entropy", unit="nat"),
     Quantity("boundary_basin_entropy", long_name="boundary basin entropy", unit="nat"),
     Quantity("uncertainty_exponent", long_name="uncertainty exponent of the boundary"),
+    _length("z_max", "largest z"),
+    _length("z_min", "smallest z"),
+    Quantity("branch", long_name="number of the branch"),
+    Quantity("unstable", long_name="number of multipliers outside the unit circle"),
+    Quantity("contact_sequence", long_name="contact states in order of time"),
+    Quantity("step", long_name="distance along the branch from the point before"),
+    Quantity("kind", long_name="kind of event"),
+    Quantity("value", long_name="parameter at the event"),
+    Quantity("boundary", long_name="boundary of contact that is touched, 1 or -1; 0 for none"),
+    Quantity("point", long_name="index of the point before the event"),
 )
 """Other variables of results: time, mesh force, and variables of attractors, basins and maps.
 
 The starts are the initial states of a study. ``up`` and ``down`` are the attractors reached by slow sweeps of a
 parameter. ``contact_worst`` is the contact state with the most contact loss: two-sided before one-sided before
 permanent. A kick is the smallest perturbation found after which a motion leaves its attractor: ``kick`` is its norm,
-``kick_change`` the change of each ``coordinate`` of the state, and ``kick_point`` the state to which it is added.
+``kick_change`` the change of each ``coordinate`` of the state, and ``kick_point`` the state to which it is added. The
+rows from ``branch`` on belong to branches of periodic orbits and, with the prefix ``event_``, to the events on them.
 """

@@ -78,6 +78,17 @@ def as_axis(axis: Any, field: str = "axis") -> Axis:
     return axis
 
 
+def as_range(axis: Any, field: str = "axis") -> Axis:
+    """The axis itself, or that of a text, of which only the name and the ends count: "eps1=0:0.3" has no number."""
+    if not isinstance(axis, str):
+        return as_axis(axis, field)
+    if re.fullmatch(r"[^=:]*=[^:]*:[^:]*", axis):
+        return parse_axis(f"{axis}:2", field)
+    if axis.count(":") != 2:
+        raise InputError(field, "must read name=start:stop", axis, "E.g. eps1=0:0.3.")
+    return parse_axis(axis, field)
+
+
 def parse_axis(text: str, field: str = "axis") -> Axis:
     """An axis from ``name=start:stop:count``, e.g. ``eps1=0:0.3:400``."""
     match = re.fullmatch(r"\s*(\w+)\s*=([^:]*):([^:]*):([^:]*)", text)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields
 from types import NoneType
 from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, get_type_hints
@@ -38,6 +38,25 @@ def option(default: Any, *, least: int | None = None, keyword: bool = True) -> A
         Whether it is a keyword-only argument.
     """
     return field(default=default, kw_only=keyword, metadata={"least": least})
+
+
+def model_of(given: Any, axes: Callable[[], Sequence[Axis]]) -> MeshModel:
+    """The model of a study; a design without speed or torque gets those at the start of the axes."""
+    if is_design(given):
+        starts = {axis.name: axis.start * (RPM if axis.name == "speed" else 1.0) for axis in axes()}
+        given = given.at(**{n: starts[n] for n in ("speed", "torque") if n in starts and getattr(given, n) is None})
+    return as_model(given)
+
+
+def varied_gears(model: MeshModel, axes: Sequence[Axis]) -> Gears | None:
+    """The gears on which a result depends besides the model: those of an axis ``speed`` or ``torque``."""
+    varied = {axis.name for axis in axes} & {q.name for q in OPERATION}
+    return model.gears if varied and isinstance(model, OperatingModel) else None
+
+
+def gears_attribute(gears: Gears | None) -> dict[str, str]:
+    """The attribute of a Dataset with its gears, if it has any."""
+    return {} if gears is None else {"gears": gears_json(gears)}
 
 
 def _without_none(annotation: Any) -> Any:
@@ -76,16 +95,7 @@ class Study(ABC):
     model: MeshModel
 
     def __post_init__(self) -> None:
-        self._set(model=as_model(self._with_operation()))
-
-    def _with_operation(self) -> Any:
-        """The model given; a design without speed or torque gets those at the start of the axes."""
-        model = self.model
-        if not is_design(model):
-            return model
-        axes = [as_axis(getattr(self, name), name) for name in self.axis_fields]
-        starts = {axis.name: axis.start * (RPM if axis.name == "speed" else 1.0) for axis in axes}
-        return model.at(**{n: starts[n] for n in ("speed", "torque") if n in starts and getattr(model, n) is None})
+        self._set(model=model_of(self.model, lambda: [as_axis(getattr(self, n), n) for n in self.axis_fields]))
 
     @property
     @abstractmethod
@@ -161,14 +171,12 @@ class Study(ABC):
     @property
     def gears(self) -> Gears | None:
         """The gears on which the result depends besides the model: those of an axis ``speed`` or ``torque``."""
-        axes = (getattr(self, f.name) for f in fields(self))
-        varied = {axis.name for axis in axes if isinstance(axis, Axis)} & {q.name for q in OPERATION}
-        return self.model.gears if varied and isinstance(self.model, OperatingModel) else None
+        values = (getattr(self, f.name) for f in fields(self))
+        return varied_gears(self.model, [value for value in values if isinstance(value, Axis)])
 
     def provenance(self, **settings: Any) -> dict[str, Any]:
         """Attributes of the Dataset: study, model and, if given, its other settings, versions, and the `gears`."""
-        gears = {} if self.gears is None else {"gears": gears_json(self.gears)}
-        return {**provenance(self.kind, self.model, **settings), **gears}
+        return {**provenance(self.kind, self.model, **settings), **gears_attribute(self.gears)}
 
     def __getstate__(self) -> dict[str, Any]:
         """The fields alone; cached properties are computed again from them."""

@@ -1,0 +1,192 @@
+"""The Dataset of branches of periodic orbits: their points, their events, and what holds for whole branches."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearchaos.continuation.arclength import length
+from gearchaos.continuation.branch import Branch
+from gearchaos.continuation.cycles import CycleEquations
+from gearchaos.continuation.events import Event
+from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.orbit import count_unstable
+from gearchaos.continuation.shooting import Cycle
+from gearchaos.continuation.states import as_initial_values
+from gearchaos.datasets import describe, new_dataset, variable
+from gearchaos.dynamics.response import compute_response
+from gearchaos.flow import Measure
+from gearchaos.studies.axis import Axis
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_BATCH = 512
+"""Number of orbits whose response measures are computed together."""
+
+_COMBINED = {
+    Measure.Z_MAX: np.maximum, Measure.Z_DOT_MAX: np.maximum, Measure.FORCE_MAX: np.maximum,
+    Measure.Z_MIN: np.minimum, Measure.Z_DOT_MIN: np.minimum, Measure.FORCE_MIN: np.minimum,
+}
+"""How the extremes of mesh periods are combined to those of an orbit; the other measures are added."""
+
+_CONTACT_STATES = {1: "front", 0: "free", -1: "back"}
+
+
+def branch_dataset(
+    branches: Sequence[Branch], flips: Sequence[Event], axis: Axis, attributes: dict[str, Any]
+) -> xr.Dataset:
+    """The Dataset that `gearchaos.branch` returns.
+
+    Parameters
+    ----------
+    branches : sequence of Branch
+        The main branch, and those of doubled periods.
+    flips : sequence of Event
+        The flips of the cascade in order.
+    axis : Axis
+        The parameter and its range.
+    attributes : dict
+        Further attributes.
+    """
+    family, points = branches[0].family, [point for branch in branches for point in branch.points]
+    events = [event for branch in branches for event in branch.events]
+    cycles: list[Cycle] = [point.data for point in points]
+    found = _values(family, cycles + [event.cycle for event in events])
+    number = np.repeat(np.arange(len(branches)), [len(branch.points) for branch in branches])
+    data = {
+        "branch": variable("branch", ("point",), number),
+        **_variables({name: v[: len(cycles)] for name, v in found.items()}, "point", ""),
+        **_sections(branches),
+        "contact_sequence": variable("contact_sequence", ("point",), _texts(map(contact_sequence, cycles))),
+        "residual": variable("residual", ("point",), np.array([p.residual for p in points])),
+        "step": variable("step", ("point",), np.concatenate([_steps(b, axis) for b in branches])),
+        **_variables({name: v[len(cycles) :] for name, v in found.items()}, "event", "event_"),
+        **_events(branches, axis),
+    }
+    coordinates = {axis.name: variable(axis.name, ("point",), np.array([p.u[-1] for p in points]))}
+    return new_dataset(data, coordinates, {**attributes, **_attributes(branches, flips)})
+
+
+def contact_sequence(cycle: Cycle) -> str:
+    """The contact states of an orbit in order of time from phase 0, e.g. "front free front"."""
+    z = cycle.points[0, 0]
+    states = [1 if z > 1 else -1 if z < -1 else 0]
+    states += [int(boundary) if into else 0 for _, boundary, into in cycle.switches]
+    return " ".join(_CONTACT_STATES[state] for state in states)
+
+
+def _texts(values: Iterable[str]) -> np.ndarray:
+    """Texts as an array of objects (N,)."""
+    return np.array(list(values), dtype=object)
+
+
+def _variables(values: Mapping[str, np.ndarray], dim: str, prefix: str) -> dict[str, xr.Variable]:
+    """Variables of orbits along a dimension, by name with a prefix; a second dimension is that of the multipliers."""
+    dims = {1: (dim,), 2: (dim, "exponent")}
+    return {prefix + name: variable(prefix + name, dims[v.ndim], v) for name, v in values.items()}
+
+
+def _values(family: ParameterFamily, cycles: Sequence[Cycle]) -> dict[str, np.ndarray]:
+    """Period, stability, multipliers and response measures of orbits by name, each (P,) or (P, d)."""
+    multipliers = np.array([cycle.multipliers for cycle in cycles])
+    parts = [_measures(family, cycles[i : i + _BATCH]) for i in range(0, len(cycles), _BATCH)]
+    return {
+        "period": np.array([cycle.period for cycle in cycles]),
+        "unstable": np.array([count_unstable(m) for m in multipliers]),
+        "multipliers_real": multipliers.real, "multipliers_imag": multipliers.imag,
+        **{name: np.concatenate([part[name] for part in parts]) for name in parts[0]},
+    }
+
+
+def _measures(family: ParameterFamily, cycles: Sequence[Cycle]) -> dict[str, np.ndarray]:
+    """The response measures of orbits over one period, and the range of z, each (P,).
+
+    Every mesh period begins at a stroboscopic point of its own, so that errors do not grow along unstable orbits.
+    """
+    periods = np.array([cycle.period for cycle in cycles])
+    flow = family.exact_flow(np.array([cycle.values for cycle in cycles]))
+    states = np.concatenate([cycle.points for cycle in cycles]).T.copy()
+    single = flow.advance(states, 1, points=np.repeat(np.arange(len(cycles)), periods), measured=True).measures
+    first = np.cumsum(periods) - periods
+    measures = np.stack([_COMBINED.get(Measure(i), np.add).reduceat(row, first) for i, row in enumerate(single)])
+    system = flow.system
+    response = compute_response(measures, periods * system.period, periods, system.static_force)
+    return {
+        **response.variables(double=True), "mesh_force_peak": response.mesh_force_peak,
+        "z_max": measures[Measure.Z_MAX], "z_min": measures[Measure.Z_MIN],
+    }
+
+
+def _sections(branches: Sequence[Branch]) -> dict[str, xr.Variable]:
+    """The stroboscopic points of all orbits by name, over point and cycle; NaN after the last one of an orbit."""
+    longest = max(branch.period for branch in branches)
+    parts: dict[str, list[np.ndarray]] = {}
+    for branch in branches:
+        values, states = branch.values[:, None], np.array([point.data.points for point in branch.points])
+        for name, x in as_initial_values(branch.family, values, states).items():
+            padded = np.pad(x, ((0, 0), (0, longest - branch.period)), constant_values=np.nan)
+            parts.setdefault(name, []).append(padded)
+    return {
+        f"section_{name}": variable(f"section_{name}", ("point", "cycle"), np.concatenate(part))
+        for name, part in parts.items()
+    }
+
+
+def _steps(branch: Branch, axis: Axis) -> np.ndarray:
+    """Distance of each point of a branch from the one before, (P,); 0 for the first."""
+    weights = CycleEquations(branch.family, branch.period, axis.stop - axis.start).weights
+    return np.array([0.0] + [length(weights, b.u - a.u) for a, b in pairwise(branch.points)])
+
+
+def _events(branches: Sequence[Branch], axis: Axis) -> dict[str, xr.Variable]:
+    """The variables of events, by name."""
+    sizes = np.cumsum([0] + [len(branch.points) for branch in branches])
+    rows = [(number, int(sizes[number]) + position, event) for number, branch in enumerate(branches)
+            for position, event in zip(branch.event_positions, branch.events, strict=True)]
+    events = [event for *_, event in rows]
+    found = {
+        "kind": _texts(event.kind for event in events),
+        "value": np.array([event.point.u[-1] for event in events], dtype=float),
+        "boundary": np.array([event.boundary or 0 for event in events], dtype=int),
+        "residual": np.array([max(event.defect, event.point.residual) for event in events], dtype=float),
+        "branch": np.array([number for number, *_ in rows], dtype=int),
+        "point": np.array([before for _, before, _ in rows], dtype=int),
+        **{f"section_{name}": x for name, x in _event_states(branches[0].family, events).items()},
+    }
+    out = {f"event_{name}": variable(f"event_{name}", ("event",), v) for name, v in found.items()}
+    out["event_value"].attrs.update(describe(axis.name), quantity=axis.name)
+    return out
+
+
+def _event_states(family: ParameterFamily, events: Sequence[Event]) -> dict[str, np.ndarray]:
+    """The first stroboscopic points of the orbits at events by name, each (E,)."""
+    values = np.array([event.cycle.values for event in events]).reshape(len(events), 1)
+    states = np.array([event.cycle.points[:1] for event in events]).reshape(len(events), 1, family.dimension)
+    if not events:  # a batch of no points has no states
+        values, states = family.start[None], np.zeros((1, 1, family.dimension))
+    return {name: x[: len(events), 0] for name, x in as_initial_values(family, values, states).items()}
+
+
+def _attributes(branches: Sequence[Branch], flips: Sequence[Event]) -> dict[str, str]:
+    """What holds for whole branches, as JSON by attribute."""
+    main, *doubled = branches
+    values = [float(flip.point.u[-1]) for flip in flips]
+    lengths = np.diff(values)
+    found = {
+        **_of_branch(main), "closed": main.closed,
+        "cascade": [{"period": branch.period, **_of_branch(branch)} for branch in doubled],
+        "feigenbaum": (lengths[:-1] / lengths[1:]).tolist(),
+    }
+    return {name: json.dumps(value) for name, value in found.items()}
+
+
+def _of_branch(branch: Branch) -> dict[str, Any]:
+    """Range of the parameter, ends and stable intervals of a branch; a closed branch has no ends."""
+    values = [*branch.values.tolist(), *(float(event.point.u[-1]) for event in branch.events)]
+    ends = [] if branch.closed else [{"value": end.value, "why": end.why} for end in branch.ends]
+    return {"range": [min(values), max(values)], "ends": ends, "stable": branch.stable_intervals()}
