@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from gearchaos.flow import DIFFERENTIATED, ExactFlow, SensitivityFlow
+from gearchaos.flow import ExactFlow, SensitivityFlow, differentiate
 from gearchaos.model import Batch, MeshModel, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import SwitchedAffine, coordinates, switched_system
@@ -93,12 +93,7 @@ class ParameterFamily:
         points, steps = self._stencil(values)
         (count, parameters), width = values.shape, len(_STENCIL)
         system = switched_system(self.batch(points), self.names)
-        derivatives = {}
-        for name in DIFFERENTIATED:
-            array = getattr(system, name)
-            array = array.reshape(count, parameters, width, *array.shape[1:])
-            slope = np.einsum("s,pqs...->pq...", _WEIGHTS, array)
-            derivatives[name] = slope / steps.reshape(count, parameters, *(1,) * (slope.ndim - 2))
+        derivatives = differentiate(system, _WEIGHTS, steps)
         return SensitivityFlow(system.take(np.arange(count) * parameters * width), derivatives)
 
     def batch(self, values: np.ndarray) -> Batch:

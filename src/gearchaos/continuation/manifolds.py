@@ -30,6 +30,9 @@ _MAX_POINTS = 100_000
 """Most points of one branch of a manifold."""
 
 _MAX_IMAGES = 200
+_ENDED = 1e-2
+"""An image whose extent is less than this share of the spacing lies on an attractor, where the branch ends."""
+
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +46,8 @@ class Manifold:
     points : (P, 2)
         z and z' at phase 0, in order from the saddle.
     complete : bool
-        Whether the manifold was followed over the length asked for, or left the region before.
+        Whether the manifold was followed over the length asked for, or ended before: outside the region, or on an
+        attractor.
     """
 
     saddle: Cycle
@@ -115,15 +119,16 @@ class _Growth:
 
     def run(self) -> tuple[np.ndarray, bool]:
         """The points of the branch, and whether it is complete."""
-        shares = np.linspace(0.0, 1.0, _FIRST_POINTS)
+        shares, extent = np.linspace(0.0, 1.0, _FIRST_POINTS), 0.0
         pieces, covered, count = [self._segment(shares)], 0.0, 0
         for images in range(1, _MAX_IMAGES):
             shares, points = self._resolved_image(shares, images)
             pieces.append(points[1:])
             count += len(points)
             covered += float(self._inside_lengths(points).sum())
-            outside = not np.any(self._inside(points))
-            if covered >= self.length or outside:
+            before, extent = extent, float(np.ptp(points, axis=0).max())
+            ended = not np.any(self._inside(points)) or extent < min(before, _ENDED * self.spacing)
+            if covered >= self.length or ended:
                 return np.concatenate(pieces), True
             if count > _MAX_POINTS:
                 return np.concatenate(pieces), False

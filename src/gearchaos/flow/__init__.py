@@ -12,13 +12,13 @@ from gearchaos.flow.kernels.constants import CHATTER, DIVERGED, DIVERGED_AT, OK,
 from gearchaos.flow.newton import RESIDUAL, NewtonSearch, newton_iteration, start_newton_search
 from gearchaos.flow.rates import fastest_rate, min_steps_per_period
 from gearchaos.flow.returns import near_returns
-from gearchaos.flow.sensitivity import DIFFERENTIATED, PeriodResult, SensitivityFlow
+from gearchaos.flow.sensitivity import PeriodResult, SensitivityFlow, differentiate
 from gearchaos.flow.system import SwitchedSystem
 from gearchaos.flow.tables import steps_share_matrices
 
 __all__ = [
-    "CHATTER", "DIFFERENTIATED", "DIVERGED", "DIVERGED_AT", "OK", "RESIDUAL", "WIDTH", "ExactFlow", "FlowResult",
+    "CHATTER", "DIVERGED", "DIVERGED_AT", "OK", "RESIDUAL", "WIDTH", "ExactFlow", "FlowResult",
     "Measure", "NewtonSearch", "PeriodResult", "SensitivityFlow", "StoppedError", "SwitchedSystem", "cache_is_empty",
-    "cancel_event", "empty_measures", "fastest_rate", "min_steps_per_period", "near_returns", "newton_iteration",
+    "cancel_event", "differentiate", "empty_measures", "fastest_rate", "min_steps_per_period", "near_returns", "newton_iteration",
     "on_compile", "start_newton_search", "steps_share_matrices",
 ]

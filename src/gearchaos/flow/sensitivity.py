@@ -3,14 +3,14 @@ extrema of z."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from gearchaos.flow.grids import step_counts, step_values, steps_in_parts
-from gearchaos.flow.kernels.offsets import ParameterColumns, sensitivity_rows
+from gearchaos.flow.kernels.offsets import sensitivity_rows
 from gearchaos.flow.kernels.sensitivity import (
     SensitivityCall,
     advance_with_sensitivities,
@@ -18,16 +18,17 @@ from gearchaos.flow.kernels.sensitivity import (
     new_sensitivity_workspace,
 )
 from gearchaos.flow.system import SwitchedSystem
-from gearchaos.flow.tables import harmonics_of, parameter_array
-
-_MEASURED = ("bound0", "bound", "damping", "velocity", "velocity0", "velocity_cos", "velocity_sin", "total")
-"""Columns of the parameter array on which the motion does not depend."""
-
-DIFFERENTIATED = (*(name for name in ParameterColumns._fields if name not in _MEASURED), "starts")
-"""The arrays of a `SwitchedSystem` on which the motion depends."""
+from gearchaos.flow.tables import equation_array, harmonics_of
 
 _MIN_RECORDS = 32
 """Least numbers of contact switches and of extrema of z that are recorded in a mesh period."""
+
+
+class Derivatives(NamedTuple):
+    """Derivatives of the equations by Q parameters at P points."""
+
+    equations: np.ndarray  # (P, Q, total) of the columns of `tables.equation_array`
+    starts: np.ndarray  # (P, Q, N) of the starts of the parts of the period
 
 
 @dataclass(frozen=True)
@@ -71,14 +72,16 @@ class SensitivityFlow:
     ----------
     system : SwitchedSystem
         P parameter points with d coordinates.
-    derivatives : mapping of str to (P, Q, ...)
-        The derivatives of the arrays `DIFFERENTIATED` of the system by Q parameters. By default there are none.
+    derivatives : Derivatives, optional
+        The derivatives of the equations by Q parameters. By default there are none.
     """
 
-    def __init__(self, system: SwitchedSystem, derivatives: Mapping[str, np.ndarray] | None = None) -> None:
+    def __init__(self, system: SwitchedSystem, derivatives: Derivatives | None = None) -> None:
         self._harmonics, self.dimension = harmonics_of(system), system.dimension
-        self._parameters = parameter_array(system)
-        self._derivatives, self._starts = _derivative_arrays(system, derivatives or {})
+        self._parameters = equation_array(system)
+        none = Derivatives(
+            np.zeros((system.points, 0, self._parameters.shape[1])), np.zeros((system.points, 0, system.levels.shape[1])))
+        self._derivatives, self._starts = derivatives or none
         self._rows = sensitivity_rows(self.dimension, self._harmonics, self._derivatives.shape[1])
         self._values, self._first, self.step_count = _steps(system)
 
@@ -111,17 +114,23 @@ class SensitivityFlow:
         )
 
 
-def _derivative_arrays(system: SwitchedSystem, given: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """The derivatives by Q parameters side by side, (P, Q, total), in the order of the parameter array, and those of
-    the starts of the parts of the period, (P, Q, N)."""
-    count = next(iter(given.values())).shape[1] if given else 0
-    out = np.zeros((system.points, count, harmonics_of(system).columns.total))
-    columns = harmonics_of(system).columns
-    for name in DIFFERENTIATED[:-1]:
-        if name in given:
-            values = given[name].reshape(system.points, count, -1)
-            out[:, :, getattr(columns, name) : getattr(columns, name) + values.shape[2]] = values
-    return out, np.ascontiguousarray(given.get("starts", np.zeros((system.points, count, system.levels.shape[1]))))
+def differentiate(neighbours: SwitchedSystem, weights: np.ndarray, steps: np.ndarray) -> Derivatives:
+    """The derivatives of the equations by Q parameters at P points, from differences.
+
+    Parameters
+    ----------
+    neighbours : SwitchedSystem
+        P Q S points: for each point and parameter in turn S values of that parameter, at equal distances.
+    weights : (S,)
+        Weights of the difference formula, for the distance 1.
+    steps : (P, Q)
+        Distances of the values.
+    """
+    (points, parameters), size = steps.shape, len(weights)
+    found = (equation_array(neighbours), neighbours.starts)
+    columns, starts = (a.reshape(points, parameters, size, -1) for a in found)
+    return Derivatives(*(np.ascontiguousarray(
+        np.einsum("s,pqsc->pqc", weights, a) / steps[:, :, None]) for a in (columns, starts)))
 
 
 def _steps(system: SwitchedSystem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

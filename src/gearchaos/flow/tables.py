@@ -22,7 +22,17 @@ def harmonics_of(system: SwitchedSystem) -> Harmonics:
 
 def parameter_array(system: SwitchedSystem) -> np.ndarray:
     """The arrays of a system and its bounds side by side, (P, total), in the order of `offsets.ParameterColumns`."""
-    computed = dict(zip(("bound0", "bound"), bounds(system), strict=True))
+    return _side_by_side(system, dict(zip(("bound0", "bound"), bounds(system), strict=True)))
+
+
+def equation_array(system: SwitchedSystem) -> np.ndarray:
+    """`parameter_array` with zeros in place of the bounds, which are not needed where every step is resolved."""
+    points, d = system.points, system.dimension
+    return _side_by_side(system, {"bound0": np.zeros((points, 2)), "bound": np.zeros((points, d))})
+
+
+def _side_by_side(system: SwitchedSystem, computed: dict[str, np.ndarray]) -> np.ndarray:
+    """The arrays of a system, or those ``computed`` from it, in the order of `offsets.ParameterColumns`."""
     *names, _ = ParameterColumns._fields  # the last one is the total
     columns = [computed[name] if name in computed else getattr(system, name) for name in names]
     return np.ascontiguousarray(np.concatenate([c.reshape(system.points, -1) for c in columns], axis=1))

@@ -1,0 +1,154 @@
+"""Whether the curves of a skeleton explain the boundaries of the periodic cells of a map.
+
+The motion of a cell ends at the side to a neighbour with another motion for one of two reasons. Either its orbit is
+stable there too, and the same initial state leads elsewhere: the side lies on a basin boundary, which is no
+bifurcation. Or the orbit has lost its stability or does not exist: then a curve of its family must pass between the two
+cells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearchaos.continuation.events import FLIP, FOLD, NEIMARK_SACKER, PITCHFORK
+from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.skeleton import CurveData
+from gearchaos.dynamics import Label, classify, orbits
+from gearchaos.flow import ExactFlow
+
+CURVE, BASIN, UNEXPLAINED = 1, 2, 3
+"""Why a motion ends at the side of a cell: a curve of its family, a basin boundary, or neither was found."""
+
+_WITHIN = 1.0
+"""A curve passes between two neighbouring cells if it comes within this distance of the line between their centres, in
+units of the distance of cells."""
+
+_SAME_FAMILY = 0.5
+"""Largest difference of a coordinate between the orbits of one family at neighbouring cells, relative to the larger of 1
+and the largest coordinate."""
+
+_TILE = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class Sides:
+    """The sides of cells at which a periodic motion ends.
+
+    Attributes
+    ----------
+    cell : (S, 2)
+        Row and column of the cell with the motion.
+    neighbour : (S, 2)
+        Row and column of the neighbour with another motion.
+    period : (S,)
+        Period of the motion.
+    cause : (S,)
+        `CURVE`, `BASIN` or `UNEXPLAINED`.
+    curve : (S,)
+        Index of the curve, −1 for none.
+    """
+
+    cell: np.ndarray
+    neighbour: np.ndarray
+    period: np.ndarray
+    cause: np.ndarray
+    curve: np.ndarray
+
+
+def explain_sides(
+    family: ParameterFamily, x: np.ndarray, y: np.ndarray, label: np.ndarray, period: np.ndarray,
+    curves: Sequence[CurveData], longest: int,
+) -> Sides:
+    """Find why periodic motions end at the sides of the cells of a map.
+
+    Parameters
+    ----------
+    family : ParameterFamily
+        The model along both axes, with the initial values of the map.
+    x, y : (X,), (Y,)
+        Values of the parameters at the cells.
+    label, period : (Y, X)
+        The motions, as codes of `Label`, and their periods.
+    curves : sequence of CurveData
+    longest : int
+        Largest period of the motions considered.
+    """
+    motion = np.where(label == Label.PERIODIC, period, 0)
+    cells, neighbours = _sides(label, motion, longest)
+    values = np.stack([x[cells[:, 1]], y[cells[:, 0]]], axis=1)
+    beyond = np.stack([x[neighbours[:, 1]], y[neighbours[:, 0]]], axis=1)
+    n = motion[cells[:, 0], cells[:, 1]]
+    cause = np.full(len(cells), UNEXPLAINED)
+    for first in range(0, len(cells), _TILE):
+        tile = slice(first, first + _TILE)
+        cause[tile][_continues(family, values[tile], beyond[tile], n[tile])] = BASIN
+    index = np.full(len(cells), -1)
+    spacing = np.array([np.ptp(x) / max(len(x) - 1, 1), np.ptp(y) / max(len(y) - 1, 1)])
+    for number, curve in enumerate(curves):
+        open_sides = np.flatnonzero((cause == UNEXPLAINED) & _can_end(curve, n))
+        if len(open_sides) == 0:
+            continue
+        hit = open_sides[_near(curve.values / spacing, values[open_sides] / spacing, beyond[open_sides] / spacing)]
+        cause[hit], index[hit] = CURVE, number
+    return Sides(cells, neighbours, n, cause, index)
+
+
+def _can_end(curve: CurveData, period: np.ndarray) -> np.ndarray:
+    """Whether motions of these periods (S,) can be born or lose their stability on a curve."""
+    own = curve.period == period
+    if curve.kind == FLIP:
+        return own | (2 * curve.period == period)
+    return own & (curve.kind in (FOLD, NEIMARK_SACKER, PITCHFORK))
+
+
+def _sides(label: np.ndarray, motion: np.ndarray, longest: int) -> tuple[np.ndarray, np.ndarray]:
+    """Rows and columns (S, 2) of periodic cells, and of their neighbours with another kind of motion or period."""
+    rows, columns = motion.shape
+    at = np.indices(motion.shape).reshape(2, -1).T
+    cells, neighbours = [], []
+    for step in ((0, 1), (0, -1), (1, 0), (-1, 0)):
+        other = at + step
+        inside = (other[:, 0] >= 0) & (other[:, 0] < rows) & (other[:, 1] >= 0) & (other[:, 1] < columns)
+        here, there = at[inside], other[inside]
+        own = motion[here[:, 0], here[:, 1]]
+        different = (own != motion[there[:, 0], there[:, 1]]) & (own > 0) & (own <= longest)
+        different &= label[there[:, 0], there[:, 1]] != 0
+        cells.append(here[different])
+        neighbours.append(there[different])
+    return np.concatenate(cells), np.concatenate(neighbours)
+
+
+def _continues(family: ParameterFamily, values: np.ndarray, beyond: np.ndarray, period: np.ndarray) -> np.ndarray:
+    """Whether the stable orbits at parameters (S, 2) are also stable at neighbouring ones (S, 2), (S,) of bool."""
+    flow = family.exact_flow(values)
+    points = np.arange(len(values))
+    found = classify(flow, family.initial_states(values).T.copy(), response=False)
+    same = (found.label == Label.PERIODIC) & (found.period == period)
+    there = orbits.polish(family.exact_flow(beyond), found.w, points, period)
+    near = _distance(flow, found.w, there.w) < _SAME_FAMILY
+    shorter = orbits.minimal_period(family.exact_flow(beyond), there.w, points, period) < period
+    return same & there.stable & near & ~shorter
+
+
+def _distance(flow: ExactFlow, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Largest difference of a coordinate of states (d, S), relative to the larger of 1 and the largest coordinate."""
+    return np.abs(first - second).max(axis=0) / np.maximum(1.0, np.abs(first).max(axis=0))
+
+
+def _near(polyline: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Whether a polyline (P, 2) comes within `_WITHIN` of segments from a to b, (S, 2) each, of unit length."""
+    out = np.zeros(len(a), bool)
+    low, high = polyline.min(axis=0) - _WITHIN, polyline.max(axis=0) + _WITHIN
+    middle = 0.5 * (a + b)
+    candidates = np.flatnonzero(np.all((middle >= low - 1) & (middle <= high + 1), axis=1))
+    start, direction = polyline[:-1], np.diff(polyline, axis=0)
+    square = np.maximum((direction**2).sum(axis=1), 1e-300)
+    for i in candidates:
+        offset = middle[i] - start
+        share = np.clip((offset * direction).sum(axis=1) / square, 0.0, 1.0)
+        gap = offset - share[:, None] * direction
+        out[i] = np.hypot(*gap.T).min() <= _WITHIN
+    return out
