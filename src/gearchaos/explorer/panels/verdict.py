@@ -106,7 +106,7 @@ def _rows(v: Verdict, units: Units) -> list[tuple[str, str]]:
     if v.multipliers:
         largest = max(map(abs, v.multipliers))
         rows.append((f"largest Floquet multiplier |{_JOINED}μ{_JOINED}|", units.number(f"{largest:.6f}", "")))
-        rows.append((quantity("residual").title, units.number(f"{v.residual:.1e}", "")))
+        rows.append((quantity("residual").title, units.number(f"{v.residual:.2g}", "")))
     elif v.lyapunov:
         value, low, high = (units.one("lyapunov") * x for x in (v.lyapunov[0], *v.lyapunov_ci[0]))
         text = f"{value:+.3g} ({low:+.3g} to {high:+.3g})"
