@@ -45,7 +45,7 @@ OUTSIDE = """() => {
     for (const [axes, room] of [[view.model.left, height], [view.model.below, width + 60]])
       for (const axis of axes) {
         pen.font = `${axis.axis_label_text_font_size} system-ui, "DejaVu Sans", sans-serif`
-        if (axis.axis_label && pen.measureText(axis.axis_label).width > room) outside.push([view.model.name, axis.axis_label])
+        if (pen.measureText(axis.axis_label ?? "").width > room) outside.push([view.model.name, axis.axis_label])
       }
   }
   return outside

@@ -39,7 +39,9 @@ _MOST_TEETH = 400
 """Number of teeth above which the whole wheel is drawn without teeth, which would be smaller than a pixel."""
 
 _SMALL = 0.6
-"""Diameter, relative to the larger wheel, below which its number and the arrow of its rotation are beside it, not within."""
+"""Diameter, relative to the larger wheel, below which a wheel has its number and the arrow of its rotation beside it,
+not within it.
+"""
 
 _LEAST_TEETH, _LARGEST_VIEW = 0.5, 1000.0
 _MARGIN = 1.25
