@@ -142,6 +142,6 @@ def test_the_spectrum_of_the_page_has_the_unit_of_the_velocity_and_the_same_orde
         figure.show(motion, velocity, Units())
         drawn.append((put[figure.source.id]["data"], put[figure.figure.yaxis[0].id]["axis_label"]))
     (plain, words), (scaled, unit) = drawn
-    assert words == "amplitude of z′" and unit == "amplitude of z′ [mm/s]"
+    assert words == "amplitude" and unit == "amplitude [mm/s]"
     assert np.array_equal(plain["x"], scaled["x"])
     assert scaled["y"] == pytest.approx(plain["y"] * PAIR.pair.scales.velocity * 1e3, rel=1e-5)

@@ -186,12 +186,13 @@ def test_the_form_has_speed_and_torque_in_place_of_omega_and_q0(first):
     assert not plain.folded and not any(f.unit for g in plain.groups for f in g.fields)
 
 
-def test_a_map_of_gears_has_the_scales_of_each_torque():
-    view = replace(DESIGN, colour="v_rms")
+@pytest.mark.parametrize("across", ["speed", "omega"])
+def test_a_map_of_gears_has_the_scales_of_each_torque(across):
+    view = replace(DESIGN.with_axis("x", across), colour="v_rms")
     x, y = (gc.Axis(a.name, a.start, a.stop, n) for a, n in ((view.x, 3), (view.y, 4)))
     study = Zones(view.model, x, y)
     dataset = study.run()
-    wanted = gc.physical(dataset)["v_rms"]
+    wanted = gc.physical(dataset.drop_vars(across))["v_rms"]
     grid = MapGrid(3, 4)
     grid.put(study.compute(np.arange(12)), np.arange(12))
     grid.show(np.arange(12), 1)

@@ -19,6 +19,7 @@ from gearchaos.plot._basins import attractor_colours
 from gearchaos.plot._bifurcation import density
 from gearchaos.plot._portrait import distinct
 from gearchaos.plot._spectrum import amplitudes
+from tests.pictures import legend_words
 
 FLAGS = {
     "flag_values": np.arange(1, 6, dtype=np.int8),
@@ -45,10 +46,6 @@ def is_drawn(ax: matplotlib.axes.Axes) -> bool:
     box = ax.get_window_extent()
     inside = image[::-1][int(box.y0) + 3 : int(box.y1) - 3, int(box.x0) + 3 : int(box.x1) - 3]
     return bool(inside.reshape(-1, 3).std(axis=0).max() > 1)
-
-
-def legend_texts(ax) -> list[str]:
-    return [t.get_text() for t in ax.get_legend().get_texts()]
 
 
 def zones_map() -> xr.Dataset:
@@ -143,7 +140,7 @@ def test_classes_follow_label_and_period():
 
 
 def test_zones_legend_names_only_the_classes_present():
-    texts = legend_texts(plot.zones(zones_map(), axes()))
+    texts = legend_words(plot.zones(zones_map(), axes()))
     assert texts == ["1T", "2T", "4T", "other sub-harmonic", "quasi-periodic", "chaotic"]
 
 
@@ -206,7 +203,7 @@ def test_bifurcation_of_many_columns_is_one_picture_not_many_markers():
 def test_bifurcation_strip_names_the_verdicts():
     ax = plot.bifurcation(diagram(), "x1", axes())
     (strip,) = ax.child_axes
-    assert legend_texts(strip) == ["1T", "chaotic"]
+    assert legend_words(strip) == ["1T", "chaotic"]
 
 
 def test_bifurcation_of_a_single_value_draws():
@@ -217,11 +214,11 @@ def test_bifurcation_of_a_single_value_draws():
 def test_lyapunov_shows_the_zero_line_and_the_interval():
     ax = plot.lyapunov(diagram(), axes())
     assert any(np.allclose(line.get_ydata(), 0) for line in ax.lines)
-    assert "99 % confidence interval" in legend_texts(ax)
+    assert "99 % confidence interval" in legend_words(ax)
 
 
 def test_basins_name_each_attractor_with_its_share():
-    assert legend_texts(plot.basins(starts(), axes())) == ["1T (17 %)", "4T (33 %)", "4T′ (33 %)", "undecided (17 %)"]
+    assert legend_words(plot.basins(starts(), axes())) == ["1T (17 %)", "4T (33 %)", "4T′ (33 %)", "undecided (17 %)"]
 
 
 def test_attractors_of_one_period_have_different_colours():
@@ -290,5 +287,5 @@ def test_what_a_run_has_not_come_to_is_hatched():
     assert not plot.zones(half, axes()).patch.get_hatch()
     half["label"][:2] = 0
     ax = plot.zones(half, axes())
-    assert ax.patch.get_hatch() and "not computed" in legend_texts(ax)
+    assert ax.patch.get_hatch() and "not computed" in legend_words(ax)
     assert np.ma.count_masked(ax.images[0].get_array()) == half["label"][:2].size

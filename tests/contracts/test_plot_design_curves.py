@@ -11,6 +11,7 @@ from matplotlib.patches import StepPatch
 import gearchaos as gc
 from gearchaos import plot
 from gearchaos.errors import InputError
+from tests.pictures import legend_words
 
 pytestmark = pytest.mark.slow
 
@@ -23,10 +24,6 @@ def fresh(width: float = 6.4, height: float = 4.8):
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure.subplots()
-
-
-def legend_texts(ax) -> list[str]:
-    return [t.get_text() for t in ax.get_legend().get_texts()]
 
 
 def steps(ax) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -44,13 +41,13 @@ def test_two_levels_are_drawn_as_steps_with_the_levels_of_iso():
     (mean,) = {line.get_ydata()[0] for line in ax.lines}
     assert mean == pytest.approx(tooth.mesh_stiffness * width * 1e-6, rel=1e-12)
     assert values @ np.diff(edges) == pytest.approx(mean, rel=1e-12)
-    assert legend_texts(ax) == [f"ISO 6336-1, mean {mean:.4g} N/µm:\ntwo levels, exact"]
+    assert legend_words(ax) == [f"ISO 6336-1, mean {mean:.4g} N/µm:\ntwo levels, exact"]
 
 
 @pytest.mark.parametrize("method", ["ISO 6336-1", "potential energy"])
 def test_accepted_methods_stand_side_by_side_with_their_means(method):
     ax = plot.mesh_stiffness(gc.GearDesign(**SPUR, stiffness=method), fresh())
-    texts = legend_texts(ax)
+    texts = legend_words(ax)
     assert len(texts) == 2 and texts[0].startswith(method)
     means = {t.split(",")[0]: float(t.split("mean ")[1].split()[0]) for t in texts}
     assert sorted(line.get_ydata()[0] for line in ax.lines) == pytest.approx(sorted(means.values()), rel=1e-3)
@@ -67,8 +64,8 @@ def test_a_fourier_series_is_drawn_smooth_and_its_truncation_stated():
     curve = max(ax.lines, key=lambda line: len(line.get_xdata()))
     found = design.mesh_stiffness
     assert curve.get_ydata() == pytest.approx(1e-6 * found(curve.get_xdata()), rel=1e-12)
-    assert steps(ax) == [] and len(legend_texts(ax)) == 1, "the potential-energy method is for spur gears"
-    assert f"rms error {100 * found.truncation:.2g} %" in legend_texts(ax)[0]
+    assert steps(ax) == [] and len(legend_words(ax)) == 1, "the potential-energy method is for spur gears"
+    assert f"rms error {100 * found.truncation:.2g} %" in legend_words(ax)[0]
     exact = design.geometry.common_face_width * design.tooth_stiffness.mesh_stiffness * 1e-6
     assert np.trapezoid(curve.get_ydata(), curve.get_xdata()) == pytest.approx(exact, rel=1e-12)
 
@@ -82,7 +79,7 @@ def test_the_second_axis_is_the_roll_angle_of_wheel_1():
 
 def test_a_stiffness_without_a_bore_is_compared_with_none():
     given = {name: value for name, value in SPUR.items() if name != "bore"}
-    assert len(legend_texts(plot.mesh_stiffness(gc.GearDesign(**given), fresh()))) == 1
+    assert len(legend_words(plot.mesh_stiffness(gc.GearDesign(**given), fresh()))) == 1
     with pytest.raises(InputError) as error:
         plot.mesh_stiffness(gc.GearDesign(**given, stiffness="potential energy"), fresh())
     assert error.value.field == "bore"
@@ -108,6 +105,7 @@ def test_exact_gears_have_no_error():
     curve, bars = ax.child_axes
     assert all(not np.any(line.get_ydata()) for line in curve.lines) and not bars.patches
     assert ax.get_title(loc="left") == "none: the gears are taken to be exact"
+    assert [text.get_text() for text in bars.texts] == ["no harmonics"] and not bars.get_yticks().size
 
 
 def test_what_the_harmonics_of_a_table_leave_out_is_stated(tmp_path):

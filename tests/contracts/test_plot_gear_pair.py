@@ -172,6 +172,17 @@ def test_the_whole_pair_alone(design):
     assert ax.child_axes == [] and len(polygons(ax)) == 2
 
 
+def test_the_arrows_of_rotation_cross_no_teeth(design):
+    whole = plot.gear_pair(design, fresh()).child_axes[1]
+    outlines = [Path(polygon) for polygon in polygons(whole)]
+    arrows = [1e-3 * np.column_stack(line.get_data()) for line in whole.lines if 20 < len(line.get_xdata()) < 40]
+    assert len(arrows) == 2
+    for arrow in arrows:
+        assert all(len(set(outline.contains_points(arrow).tolist())) == 1 for outline in outlines)
+        for values, limits in zip(1e3 * arrow.T, (whole.get_xlim(), whole.get_ylim()), strict=True):
+            assert limits[0] < values.min() and values.max() < limits[1]
+
+
 def test_reference_circles_are_drawn_only_where_they_differ():
     names = {}
     for name in ("62/62", "12/40 shifted"):

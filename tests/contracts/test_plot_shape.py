@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 import gearchaos as gc
 from gearchaos import plot
 from gearchaos.errors import InputError
+from tests.pictures import legend_words
 
 pytestmark = pytest.mark.slow
 
@@ -190,10 +191,6 @@ def test_motion_that_diverged_is_drawn_as_far_as_it_goes():
 # --- classes by name -----------------------------------------------------------------------------------------------
 
 
-def names(ax) -> list[str]:
-    return [t.get_text() for t in ax.get_legend().get_texts()]
-
-
 def test_contact_is_drawn_as_named_classes():
     ds = xr.Dataset(
         {"contact": (("y", "x"), np.array([[0, 1, 2], [3, 3, -1]], np.int8), {"long_name": "contact state"}),
@@ -203,7 +200,7 @@ def test_contact_is_drawn_as_named_classes():
         {"x": [1.0, 2.0, 3.0], "y": [0.0, 1.0]},
     )
     ax = plot.level(ds, "contact", fresh().subplots())
-    assert names(ax) == ["permanent", "one-sided", "two-sided", "no contact", "diverged", "not computed"]
+    assert legend_words(ax) == ["permanent", "one-sided", "two-sided", "no contact", "diverged", "not computed"]
     assert ax.get_legend().get_title().get_text() == "contact state"
     image = ax.images[0]
     colours = [matplotlib.colors.to_hex(c) for c in image.cmap(image.norm(image.get_array().compressed()))]
@@ -211,11 +208,32 @@ def test_contact_is_drawn_as_named_classes():
     assert len(ax.figure.axes) == 1, "there is no colour bar"
 
 
+def test_the_colour_scale_of_a_share_ends_at_1():
+    share = xr.DataArray(np.ones((2, 3)), dims=("y", "x"), attrs={"long_name": "share of the time in contact"})
+    ds = xr.Dataset(
+        {"contact_fraction": share, "dynamic_factor": share, "period": share.astype(int),
+         "label": (("y", "x"), np.ones((2, 3), np.int8), {
+             "flag_values": np.arange(1, 6), "flag_meanings": "periodic quasi-periodic chaotic undecided diverged"})},
+        {"x": [1.0, 2.0, 3.0], "y": [0.0, 1.0]},
+    )
+    image = plot.level(ds, "contact_fraction", fresh().subplots()).images[0]
+    assert image.norm.vmin < image.norm.vmax == 1
+    other = plot.level(ds, "dynamic_factor", fresh().subplots()).images[0]
+    assert other.norm.vmin < 1 < other.norm.vmax
+
+
+def test_a_legend_of_two_rows_is_read_row_by_row():
+    ax = fresh().subplots()
+    class_number = np.arange(len(plot.MOTION_CLASSES))[None]
+    plot.class_legend(ax, class_number, ncols=4)
+    assert legend_words(ax) == [one.name for one in plot.MOTION_CLASSES]
+
+
 def test_answers_and_small_numbers_are_named_and_many_numbers_shaded(results):
     ds = results["zones"][0]
     axes = {n: plot.level(ds, n, fresh().subplots()) for n in ("hysteresis", "attractors")}
-    assert set(names(axes["hysteresis"])) <= {"no", "yes"}
-    assert names(axes["attractors"]) == [str(n) for n in np.unique(ds["attractors"])]
+    assert set(legend_words(axes["hysteresis"])) <= {"no", "yes"}
+    assert legend_words(axes["attractors"]) == [str(n) for n in np.unique(ds["attractors"])]
     many = ds.assign(period=ds["period"] * 0 + np.arange(ds["period"].size).reshape(ds["period"].shape))
     assert plot.level(many, "period", fresh().subplots()).get_legend() is None
 
@@ -223,7 +241,7 @@ def test_answers_and_small_numbers_are_named_and_many_numbers_shaded(results):
 def test_level_of_the_label_is_the_zones_map(results):
     ds = results["zones"][0]
     one, other = plot.zones(ds, fresh().subplots()), plot.level(ds, "label", fresh().subplots())
-    assert names(one) == names(other)
+    assert legend_words(one) == legend_words(other)
     assert np.array_equal(one.images[0].get_array(), other.images[0].get_array())
 
 

@@ -56,8 +56,11 @@ def test_the_page_loads_at_every_size_and_nothing_is_wider_than_it(visit, size):
     page.wait_for_selector("[data-stride]", state="attached")
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     if size == "phone":  # folded away, right after the map
-        assert page.locator("#map + #controls").bounding_box()["height"] < 60
+        above, folded = (page.locator(f"#{name}").bounding_box() for name in ("map", "controls"))
+        assert folded["height"] < 60 and 0 < folded["y"] - above["y"] - above["height"] < 20
         page.click("#controls summary")
+    page.click("[data-basins]")
+    page.wait_for_selector("#basin-legend .entry")
     for name in ("map", "dossier", "controls", "line", "basin"):
         box = page.locator(f"#{name}").bounding_box()
         assert box["width"] > 200 and box["height"] > 100

@@ -20,6 +20,38 @@ LABELS = """(name) => {
   const view = [...Bokeh.index.roots].find((root) => root.model.name === name)
   return [...view.model.below, ...view.model.left, ...view.model.above].map((axis) => axis.axis_label ?? "")
 }"""
+CUT = """() => {
+  const pen = document.createElement("canvas").getContext("2d")
+  const cut = []
+  for (const menu of document.querySelectorAll("#axes select")) {
+    pen.font = getComputedStyle(menu).font
+    for (const option of menu.options)
+      if (pen.measureText(option.label).width > menu.clientWidth - 22) cut.push(option.label)  // 22 px for the arrow
+  }
+  return cut
+}"""
+"""The options of the menus above the map that are wider than the menu."""
+
+BOXES = """() => Object.fromEntries(["map", "line", "dossier", "basin"].map((id) => {
+  const {top, bottom, left} = document.getElementById(id).getBoundingClientRect()
+  return [id, {top, bottom, left}]
+}))"""
+OUTSIDE = """() => {
+  const pen = document.createElement("canvas").getContext("2d")
+  const outside = []
+  for (const view of Bokeh.index.roots) {
+    if (!view.frame) continue  // hidden
+    const {width, height} = view.frame.bbox
+    for (const [axes, room] of [[view.model.left, height], [view.model.below, width + 60]])
+      for (const axis of axes) {
+        pen.font = `${axis.axis_label_text_font_size} system-ui, "DejaVu Sans", sans-serif`
+        if (pen.measureText(axis.axis_label ?? "").width > room) outside.push([view.model.name, axis.axis_label])
+      }
+  }
+  return outside
+}"""
+"""Labels longer than their axis: Bokeh clears only the height of an axis before it draws a vertical label again."""
+
 CALM = "?x=speed:400.0:500.0&y=torque:200.0:250.0&speed=450&torque=220"
 """A plane of one periodic motion, whose map is soon complete."""
 
@@ -51,16 +83,52 @@ def test_every_axis_has_its_unit_at_every_size(visit_design, size):
     page.wait_for_selector("[data-stride]", state="attached")
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     assert page.evaluate(LABELS, "map") == ["speed n₁ [rpm]", "torque M₁ [N m]"]
+    page.wait_for_function(f"({LABELS})('line')[0] !== ''")
+    assert page.evaluate(LABELS, "line") == ["speed n₁ [rpm]", "displacement z [µm]"]
     assert page.evaluate(LABELS, "force") == ["time [ms]", "mesh force S [N]", "roll angle of wheel 1 [°]"]
     assert page.evaluate(LABELS, "history") == ["time [ms]", "displacement z [µm]"]
     for name in ("phase", "portrait"):
         assert page.evaluate(LABELS, name) == ["displacement z [µm]", "velocity z′ [mm/s]"]
-    assert page.evaluate(LABELS, "spectrum") == ["order (1 is 2500 Hz)", "amplitude of z′ [mm/s]"]
+    assert page.evaluate(LABELS, "spectrum") == ["order (1 is 2500 Hz)", "amplitude [mm/s]"]
     text = page.locator(".verdict").inner_text()
     assert all(part in text for part in ("n₁ = 3000 rpm, M₁ = 100 N m", "µm", "mm/s", "2500", "Hz", "1418.9", "[–]"))
     page.evaluate("document.getElementById('controls').open = true")
     titles = page.locator("#parameters .field span").all_text_contents()
     assert titles and all(title.endswith("]") for title in titles)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_no_menu_is_cut_and_no_panel_is_empty_at_any_size(visit_design, size):
+    page = visit_design(size=size).page
+    page.wait_for_selector("[data-stride]", state="attached")
+    assert page.evaluate(CUT) == [] and page.evaluate(OUTSIDE) == []
+    box = page.evaluate(BOXES)
+    assert box["basin"]["bottom"] - box["basin"]["top"] < 80  # a button until basins are asked for
+    if size != "phone":
+        for above, below in (("map", "line"), ("dossier", "basin")):
+            assert box[above]["left"] == box[below]["left"]
+            assert 0 < box[below]["top"] - box[above]["bottom"] < 20
+    page.click("[data-basins]")
+    page.wait_for_selector("#basin-legend .entry")
+    assert page.locator("#basin .plot").bounding_box()["height"] == 300
+
+
+def test_a_group_of_fields_stays_open_or_folded_when_the_form_changes(visit_design):
+    one = visit_design(CALM)
+    assert one.page.locator(".folded").get_attribute("open") is None
+    one.page.click(".folded summary")
+    one.after(lambda: one.choose("kind", "single: relative motion (2.17)"))
+    one.page.wait_for_selector(".field-z")
+    assert one.page.locator(".folded").get_attribute("open") is not None
+    one.after(lambda: one.choose("preset", presets()["4"].name))
+    one.page.wait_for_selector(".folded", state="detached")
+    one.after(lambda: one.choose("preset", "the gears loaded"))
+    one.page.wait_for_selector(".field-speed")
+    assert one.page.locator(".folded").get_attribute("open") is not None
+    one.page.click(".folded summary")
+    one.after(lambda: one.choose("kind", "single: relative motion (2.17)"))
+    one.page.wait_for_selector(".field-z", state="attached")
+    assert one.page.locator(".folded").get_attribute("open") is None
 
 
 def test_sliders_of_gears_change_the_map_and_the_verdict(visit_design):

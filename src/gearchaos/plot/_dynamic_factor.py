@@ -87,9 +87,9 @@ def _validity(speed: np.ndarray, values: np.ndarray) -> str:
     if valid.all():
         return ""
     if not valid.any():
-        return ": none"
+        return ": no value"
     first, last = speed[valid][[0, -1]]
-    return f", to {last:.4g} rpm" if valid[0] else f", {first:.4g} to {last:.4g} rpm"
+    return f", to {last:.0f} rpm" if valid[0] else f", {first:.0f} to {last:.0f} rpm"
 
 
 def _ranges(ax: Axes, ds: xr.Dataset) -> list[Patch]:

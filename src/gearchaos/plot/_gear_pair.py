@@ -39,7 +39,9 @@ _MOST_TEETH = 400
 """Number of teeth above which the whole wheel is drawn without teeth, which would be smaller than a pixel."""
 
 _SMALL = 0.6
-"""Diameter, relative to the larger wheel, below which the number of a wheel stands beside it, else within it."""
+"""Diameter, relative to the larger wheel, below which a wheel has its number and the arrow of its rotation beside it,
+not within it.
+"""
 
 _LEAST_TEETH, _LARGEST_VIEW = 0.5, 1000.0
 _MARGIN = 1.25
@@ -196,12 +198,13 @@ def _wheel(ax: Axes, section: TransverseSection, wheel: int) -> None:
     disc = centre + radius * np.column_stack([np.cos(circle), np.sin(circle)])
     fine = geometry.teeth[wheel] > _MOST_TEETH
     _fill(ax, disc if fine else _MM * section.outline(wheel, detail=0.5), wheel, linewidth=0.6)
-    turn = np.radians(np.linspace(205, 155, 30) if wheel == 0 else np.linspace(155, 205, 30))
-    x, y = centre[:, None] + 0.62 * radius * np.array([np.cos(turn), np.sin(turn)])
+    small = geometry.tip_diameter[wheel] < _SMALL * max(geometry.tip_diameter)
+    distance, start, end = (1.6, -40, 15) if small else (0.62, -25, 25)  # the arrow of a small wheel is outside it
+    turn = np.radians(180 + (-1, 1)[wheel] * np.linspace(start, end, 30))
+    x, y = centre[:, None] + distance * radius * np.array([np.cos(turn), np.sin(turn)])
     ax.plot(x[:-1], y[:-1], color=INK, linewidth=0.8)
     ax.annotate("", (x[-1], y[-1]), (x[-3], y[-3]),
                 arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 0.8, "shrinkA": 0, "shrinkB": 0})
-    small = geometry.tip_diameter[wheel] < _SMALL * max(geometry.tip_diameter)
     beside = centre[0] + small * _MM * geometry.tip_diameter[wheel] / 2
     ax.annotate(str(wheel + 1), (beside, centre[1]), (7, 0), textcoords="offset points", ha="left", va="center",
                 fontsize="small")

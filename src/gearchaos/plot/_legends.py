@@ -45,16 +45,22 @@ def legend(host: Axes | Figure, handles: Sequence[Artist], fit_to: Axes | None =
     options
         Passed to ``host.legend``. With ``ncols``, or on a Figure, the number of columns is not fitted to the width.
     """
-    options = {**_STYLE, "handles": handles, **options}
+    options = {**_STYLE, **options}
     if isinstance(host, Figure) or "ncols" in options:
-        return host.legend(**{"ncols": min(len(handles), _COLUMNS), **options})
+        columns = options.pop("ncols", min(len(handles), _COLUMNS))
+        return host.legend(handles=_by_rows(handles, columns), ncols=columns, **options)
     width = _available_width(fit_to or host)
     for size, columns in _layouts(len(handles)):
-        made = host.legend(**options, ncols=columns, fontsize=size)
+        made = host.legend(handles=_by_rows(handles, columns), ncols=columns, fontsize=size, **options)
         if made.get_window_extent().width <= width:
             break
     _make_space_above(fit_to or host, made)
     return made
+
+
+def _by_rows(handles: Sequence[Artist], columns: int) -> list[Artist]:
+    """The entries in the order in which matplotlib, which fills columns, shows them row by row."""
+    return [handle for column in range(columns) for handle in handles[column::columns]]
 
 
 def _layouts(count: int) -> Iterator[tuple[str, int]]:

@@ -26,6 +26,9 @@ from gearchaos.validation import check_rule, to_float
 _NO_VALUE = "0.75"
 """Colour of cells without a value."""
 
+_BOUNDS = {"contact_fraction": (0.0, 1.0)}
+"""Variables that have a least and a greatest possible value."""
+
 
 def level(
     ds: xr.Dataset, name: str = "v_rms", ax: Axes | None = None, *, cmap: str = "viridis", clip: float = 1.0,
@@ -62,7 +65,8 @@ def level(
     if classes:
         draw_classes(classes[0], ax, extent, classes[1])
     else:
-        image = _draw_continuous(ax, values, extent, cmap, clip, unit_in(ds, name))
+        limits = colour_limits(name, values[np.isfinite(values)], clip, unit_in(ds, name))
+        image = _draw_continuous(ax, values, extent, cmap, limits)
     label_and_limit(ax, ds, horizontal, vertical)
     inches = ax.get_window_extent().transformed(ax.figure.dpi_scale_trans.inverted())
     if colorbar and classes:
@@ -83,14 +87,22 @@ def _checked_clip(cmap: Any, clip: Any) -> float:
     return percent
 
 
-def _draw_continuous(
-    ax: Axes, values: np.ndarray, extent: tuple[float, float, float, float], cmap: str, clip: float, unit: float
-) -> AxesImage:
-    """The image of a continuous variable (rows, columns), ``clip`` percent of its values are above the colour scale."""
-    known = values[np.isfinite(values)]
+def colour_limits(name: str, known: np.ndarray, clip: float, unit: float) -> tuple[float, float]:
+    """Limits of the colour scale of a variable with the finite values ``known`` (N,); ``clip`` percent lie above it.
+
+    If all values are equal the scale extends to both sides of them, by a share of them or of ``unit``; that of a share
+    of the time not beyond 0 and 1.
+    """
     low, high = (np.min(known), np.percentile(known, 100 - clip)) if known.size else (0.0, unit)
     low, high = widened_limits(float(low), float(high), unit)
+    least, most = _BOUNDS.get(name, (-np.inf, np.inf))
+    return max(low, least), min(high, most)
+
+
+def _draw_continuous(
+    ax: Axes, values: np.ndarray, extent: tuple[float, float, float, float], cmap: str, limits: tuple[float, float]
+) -> AxesImage:
+    """The image of a continuous variable (rows, columns) on a colour scale between these limits."""
     ax.set_facecolor(_NO_VALUE)
-    return ax.imshow(
-        values, origin="lower", aspect="auto", interpolation="nearest", cmap=cmap, vmin=low, vmax=high, extent=extent,
-    )
+    return ax.imshow(values, origin="lower", aspect="auto", interpolation="nearest", cmap=cmap, vmin=limits[0],
+                     vmax=limits[1], extent=extent)

@@ -55,7 +55,8 @@ def transmission_error(design: GearDesign, ax: Axes | None = None) -> Axes:
     bars.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=5))
     if not count:
         curve.set_ylim(-1, 1)
-        bars.set_ylim(0, 1)
+        bars.set(xticks=[], yticks=[])
+        bars.text(0.5, 0.5, "no harmonics", transform=bars.transAxes, ha="center", va="center", fontsize="small")
     inches = ax.get_window_extent().width / ax.figure.dpi
     ax.set_title(wrapped(_source(error), inches / _SMALL_FONT), loc="left", fontsize="small")
     return ax

@@ -162,5 +162,6 @@ def physical_measures(dataset: xr.Dataset, gears: Gears | None, known: np.ndarra
     if "torque" not in dataset.dims:
         return physical(dataset[names], gears)
     other = 1 - dataset["label"].dims.index("torque")
-    found = physical(dataset[names].isel(torque=np.flatnonzero(known.any(axis=other))), gears)
+    measures = dataset[names].drop_vars([n for n in dataset.coords if n != "torque"])  # an axis of ω is not scaled
+    found = physical(measures.isel(torque=np.flatnonzero(known.any(axis=other))), gears)
     return found.reindex(torque=dataset["torque"])

@@ -54,7 +54,7 @@ class BifurcationFigure:
         self._set(self.ribbon, data={"image": [strip], "y": [high], "dh": [top - high], **place})
         self._set(self.figure.x_range, start=float(found[axis][0]), end=float(found[axis][-1]))
         self._set(self.figure.y_range, start=low, end=top)
-        self._set(self.figure.xaxis[0], axis_label=units.label(found[axis], axis))
+        self._set(self.figure.xaxis[0], axis_label=units.parameter(axis))
         self._set(self.figure.yaxis[0], axis_label=units.label(found[name], "z"))
 
 

@@ -30,6 +30,7 @@ from gearchaos.explorer.view.gears import limits
 from gearchaos.explorer.view.state import View
 from gearchaos.plot._axes import cell_extent
 from gearchaos.plot._classes import MOTION_CLASSES, NO_CLASS, motion_class
+from gearchaos.plot._level import colour_limits
 
 _SATURATED = 1.0
 """Percentage of the cells whose values lie above the colour scale: otherwise a few peaks would determine the scale."""
@@ -137,7 +138,7 @@ class MapFigure:
         missing = ((_NO_VALUE, "none" if found.share == 1 else "none yet"),) if known.size < values.size else ()
         self.legend = Legend(f"{words} [{mark}]" if mark else words, missing)
         tags = [[], symbols or (mark and f"[{mark}]")]
-        self._set(self.mapper, tags=tags, **_discrete_scale(known) if whole else _continuous_scale(known))
+        self._set(self.mapper, tags=tags, **_discrete_scale(known) if whole else _continuous_scale(name, known))
         self._set(self.bar.ticker, min_interval=float(whole))
         self._set(self.bar, visible=True)
         self._draw(found, values, words, units)
@@ -154,10 +155,10 @@ class MapFigure:
         self._set(self.hover, tooltips=[(words, "@image{custom}"), *at])
 
 
-def _continuous_scale(known: np.ndarray) -> dict[str, Any]:
+def _continuous_scale(name: str, known: np.ndarray) -> dict[str, Any]:
     """Attributes of the colour mapper for the known values (N,) of a response measure."""
-    low, high = (float(known.min()), float(np.percentile(known, 100 - _SATURATED))) if known.size else (0.0, 1.0)
-    return {"palette": list(Viridis256), "low": low, "high": max(high, low + 1e-9), "high_color": None}
+    low, high = colour_limits(name, known, _SATURATED, 1.0)
+    return {"palette": list(Viridis256), "low": low, "high": high, "high_color": None}
 
 
 def _discrete_scale(known: np.ndarray) -> dict[str, Any]:

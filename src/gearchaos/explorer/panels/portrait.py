@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from bokeh.models import ColumnDataSource, Scatter
+from bokeh.models import ColumnDataSource, DataRange1d, Scatter
 
 from gearchaos.datasets import variable
 from gearchaos.explorer.jobs.point_motion import PointMotion
@@ -14,13 +14,17 @@ from gearchaos.explorer.panels.units import Units
 _FEW = 64
 """Up to this number of points, markers are large."""
 
+_PADDING = 0.3
+"""Room around the points, relative to the range of their values, so that few of them do not lie in the corners."""
+
 
 class PortraitFigure:
     """Stroboscopic points in the plane of displacement and velocity."""
 
     def __init__(self, set_attributes: SetAttributes) -> None:
         self._set = set_attributes
-        self.figure = empty_figure("Stroboscopic portrait")
+        ranges = {"x_range": DataRange1d(range_padding=_PADDING), "y_range": DataRange1d(range_padding=_PADDING)}
+        self.figure = empty_figure("Stroboscopic portrait", **ranges)
         self.source = ColumnDataSource({"x": [], "y": []})
         self.glyph = Scatter(x="x", y="y", size=6, fill_color=INK, line_color=None)
         self.figure.add_glyph(self.source, self.glyph)

@@ -14,8 +14,9 @@ from gearchaos.plot._spectrum import FLOOR, amplitudes
 _ORDERS = 6
 """Highest order of the mesh frequency shown."""
 
-
 _ORDER = "order of the mesh frequency"
+
+_AMPLITUDE = "amplitude"
 
 
 def _order(units: Units) -> str:
@@ -30,8 +31,8 @@ class SpectrumFigure:
 
     def __init__(self, set_attributes: SetAttributes) -> None:
         self._set = set_attributes
-        self.figure = empty_figure("Spectrum", y_axis_type="log", x_range=Range1d(0, _ORDERS),
-                           x_axis_label=_ORDER, y_axis_label="amplitude of z′")
+        self.figure = empty_figure("Spectrum of the velocity z′", y_axis_type="log", x_range=Range1d(0, _ORDERS),
+                           x_axis_label=_ORDER, y_axis_label=_AMPLITUDE)
         self.figure.xaxis.ticker = FixedTicker(ticks=list(range(_ORDERS + 1)))
         self.source = ColumnDataSource({"x": [], "y": []})
         self.figure.add_glyph(self.source, Line(x="x", y="y", line_color=INK, line_width=1))
@@ -43,8 +44,8 @@ class SpectrumFigure:
         least = max(float(amplitude[inside].max()) * FLOOR, 1e-37)
         values = (order[inside], np.maximum(amplitude[inside], least))
         self._set(self.source, data={n: v.astype(np.float32) for n, v in zip("xy", values, strict=True)})
-        words = units.label(velocity, "z_dot").replace("velocity", "amplitude of", 1)
-        self._set(self.figure.yaxis[0], axis_label=words)
+        _, bracket, unit = units.label(velocity, "z_dot").partition(" [")
+        self._set(self.figure.yaxis[0], axis_label=_AMPLITUDE + bracket + unit)
         self._set(self.figure.xaxis[0], axis_label=_order(units))
 
     def clear(self) -> None:

@@ -23,6 +23,9 @@ _MEASURES = {
     **{name: quantity(name).title for name in ("v_rms", "z_rms", "z_peak_to_peak", "contact_fraction")},
     "dynamic_factor": quantity("dynamic_factor").long_name,  # its title is too long for a narrow column
 }
+_JOINED = "\N{WORD JOINER}"
+"""Keeps the characters beside it in one line."""
+
 _FORCES = {"mesh_force_peak": quantity("mesh_force_peak").title}
 """Measures that are shown in the units of gears only."""
 
@@ -102,8 +105,8 @@ def _rows(v: Verdict, units: Units) -> list[tuple[str, str]]:
     rows += _measures(v, units)
     if v.multipliers:
         largest = max(map(abs, v.multipliers))
-        rows.append(("largest Floquet multiplier |μ|", units.number(f"{largest:.6f}", "")))
-        rows.append((quantity("residual").title, units.number(f"{v.residual:.1e}", "")))
+        rows.append((f"largest Floquet multiplier |{_JOINED}μ{_JOINED}|", units.number(f"{largest:.6f}", "")))
+        rows.append((quantity("residual").title, units.number(f"{v.residual:.2g}", "")))
     elif v.lyapunov:
         value, low, high = (units.one("lyapunov") * x for x in (v.lyapunov[0], *v.lyapunov_ci[0]))
         text = f"{value:+.3g} ({low:+.3g} to {high:+.3g})"

@@ -189,7 +189,7 @@ def at_on_axis(model: OperatingModel, axis: str, name: str, value: float) -> flo
 def operating_axes(gears: Gears) -> tuple[Axis, Axis]:
     """The axes of speed and torque that a page shows first."""
     pair = pair_of(gears)
-    resonance, speed, torque = pair.omega0 / pair.n1 / RPM, pair.speed / RPM, pair.M10
+    resonance, speed, torque = _resonance_speed(pair), pair.speed / RPM, pair.M10
     low, high = sorted(share * torque for share in _TORQUES) if torque else (0.0, 0.3 * pair.scales.torque1)
     least = 1.01 * value_range("omega").least * pair_of(gears, high).omega0 / pair.n1 / RPM  # accepted at all torques
     first, last = min(_SPEEDS[0] * resonance, 0.5 * speed), max(_SPEEDS[1] * resonance, 1.2 * speed)
@@ -205,22 +205,29 @@ def _rounded_axis(name: str, start: float, stop: float, count: int) -> Axis:
 
 def as_operating_axis(gears: Gears, axis: Axis) -> Axis:
     """An axis of ``omega`` or ``q0`` as that of the speed or torque; any other axis as it is."""
-    pair = pair_of(gears)
-    scales = {"omega": ("speed", pair.omega0 / pair.n1 / RPM), "q0": ("torque", pair.scales.torque1)}
-    if axis.name not in scales:
-        return axis
-    name, scale = scales[axis.name]
-    return Axis(name, _digits(axis.start * scale), _digits(axis.stop * scale), axis.count)
+    for dimensionless, operating, unit in _axis_units(gears):
+        if axis.name == dimensionless:
+            return Axis(operating, _digits(axis.start * unit), _digits(axis.stop * unit), axis.count)
+    return axis
 
 
 def as_dimensionless_axis(gears: Gears, axis: Axis) -> Axis:
     """The inverse of `as_operating_axis`."""
+    for dimensionless, operating, unit in _axis_units(gears):
+        if axis.name == operating:
+            return Axis(dimensionless, axis.start / unit, axis.stop / unit, axis.count)
+    return axis
+
+
+def _axis_units(gears: Gears) -> tuple[tuple[str, str, float], ...]:
+    """A dimensionless parameter, the operating value that belongs to it, and one unit of it in rpm or N m."""
     pair = pair_of(gears)
-    scales = {"speed": ("omega", pair.omega0 / pair.n1 / RPM), "torque": ("q0", pair.scales.torque1)}
-    if axis.name not in scales:
-        return axis
-    name, scale = scales[axis.name]
-    return Axis(name, axis.start / scale, axis.stop / scale, axis.count)
+    return ("omega", "speed", _resonance_speed(pair)), ("q0", "torque", pair.scales.torque1)
+
+
+def _resonance_speed(pair: GearPair) -> float:
+    """The speed of wheel 1 in rpm at which ω = 1."""
+    return pair.omega0 / pair.n1 / RPM
 
 
 def slider_range(gears: Gears | None, name: str) -> Range:
@@ -242,8 +249,7 @@ def limits(model: MeshModel, name: str) -> tuple[float, float]:
     """The least and the largest value that a page accepts for a parameter; of a speed those within the range of ω."""
     found = value_range(name)
     if isinstance(model, OperatingModel) and name == "speed":
-        pair, omega = pair_of(model.gears), value_range("omega")
-        unit = pair.omega0 / pair.n1 / RPM
+        unit, omega = _resonance_speed(pair_of(model.gears)), value_range("omega")
         return max(found.least, omega.least * unit), min(found.most, omega.most * unit)
     if isinstance(model, OperatingModel) and name == "torque" and isinstance(model.gears, GearDesign):
         return 1e-3 * abs(pair_of(model.gears).M10), found.most

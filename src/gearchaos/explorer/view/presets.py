@@ -10,6 +10,7 @@ from gearchaos.explorer.view.gears import gears_of
 from gearchaos.explorer.view.state import View, view_of
 from gearchaos.model import MeshModel, expand_pairs, state_names
 from gearchaos.paper.settings import FigureSettings, FigureStudy, all_figures
+from gearchaos.quantities import quantity
 from gearchaos.studies.axis import Axis
 
 
@@ -75,7 +76,7 @@ def _title(figure: FigureSettings, study: FigureStudy, parts: int) -> str:
         return figure.title
     others = [s.model for s in figure.studies.values()]
     own = [n for n in study.model if any(other.get(n) != study.model[n] for other in others)]
-    return f"{figure.title}, {', '.join(f'{n} = {study.model[n]:g}' for n in own)}"
+    return f"{figure.title}, {', '.join(f'{quantity(n).symbol} = {study.model[n]:g}' for n in own)}"
 
 
 def _view(study: FigureStudy) -> View:

@@ -37,9 +37,15 @@ function set_attributes(id, attributes) {
     console.error(`model ${id} could not be changed`, error)  // the other models still can
   }
 }
+const unfolded = new Map()  // whether each group of fields that can be folded was open when it was last on the page
+function replace_content(element, html) {
+  for (const group of element.querySelectorAll("details")) unfolded.set(group.id, group.open)
+  element.innerHTML = html
+  for (const group of element.querySelectorAll("details")) group.open = unfolded.get(group.id) ?? group.open
+}
 updates.properties.data.change.connect(() => {
   for (const [id, attributes] of entries(updates.data.models[0])) set_attributes(id, attributes)
-  for (const [name, html] of entries(updates.data.html[0])) document.getElementById(name).innerHTML = html
+  for (const [name, html] of entries(updates.data.html[0])) replace_content(document.getElementById(name), html)
   show_values(Object.fromEntries(entries(updates.data.values[0])))
 })
 
