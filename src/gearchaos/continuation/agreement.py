@@ -27,8 +27,8 @@ _WITHIN = 1.0
 units of the distance of cells."""
 
 _SAME_FAMILY = 0.5
-"""Largest difference of a coordinate between the orbits of one family at neighbouring cells, relative to the larger of 1
-and the largest coordinate."""
+"""Largest difference of a coordinate between the orbits of one family at neighbouring cells, relative to the larger of
+1 and the largest coordinate."""
 
 _TILE = 4096
 
@@ -99,9 +99,10 @@ def explain_sides(
 def _can_end(curve: CurveData, period: np.ndarray) -> np.ndarray:
     """Whether motions of these periods (S,) can be born or lose their stability on a curve."""
     own = curve.period == period
+    found: np.ndarray = own & (curve.kind in (FOLD, FLIP, NEIMARK_SACKER, PITCHFORK))
     if curve.kind == FLIP:
-        return own | (2 * curve.period == period)
-    return own & (curve.kind in (FOLD, NEIMARK_SACKER, PITCHFORK))
+        found |= 2 * curve.period == period
+    return found
 
 
 def _sides(label: np.ndarray, motion: np.ndarray, longest: int) -> tuple[np.ndarray, np.ndarray]:

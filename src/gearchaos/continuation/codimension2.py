@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -50,11 +51,16 @@ def find_special_points(equations: Equations, first: Point, last: Point, kind: s
     for name, test in _tests(kind, first.data, equations):
         before, after = test(first.data), test(last.data)
         if before * after < 0 and min(abs(before), abs(after)) > _NOISE.get(name, 0.0):
-            point = locate(equations, first, last, lambda p, t=test: t(p.data))
+            point = locate(equations, first, last, _of_point(test))
             if point is not None:
                 found.append(SpecialPoint(name, point))
     found += _second_grazes(equations, first, last, kind)
     return sorted(found, key=lambda s: float(np.sum(equations.weights * first.tangent * (s.point.u - first.u))))
+
+
+def _of_point(test: Callable[[EventState], float]) -> Callable[[Point], float]:
+    """A test function of a state as one of a point."""
+    return lambda point: test(point.data)
 
 
 def _tests(
@@ -73,12 +79,17 @@ def _tests(
         yield "flip-neimark-sacker", lambda s: _pairs(s, -1.0)
     elif kind == NEIMARK_SACKER:
         for name, angle in _RESONANCES.items():
-            yield f"{name} resonance", lambda s, a=angle: float(s.angle or 0.0) - a
+            yield f"{name} resonance", partial(_from_angle, angle)
     elif kind == GRAZE:
         yield "grazing-fold", lambda s: _all(s, 1.0)
         yield "grazing-flip", lambda s: _all(s, -1.0)
         if len(reference.cycle.multipliers) > 2:
             yield "grazing-neimark-sacker", lambda s: _pairs(s, None)
+
+
+def _from_angle(angle: float, state: EventState) -> float:
+    """Argument of the critical multiplier less an angle."""
+    return float(state.angle or 0.0) - angle
 
 
 def _all(state: EventState, value: float) -> float:

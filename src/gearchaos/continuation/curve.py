@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -88,7 +89,8 @@ def find_event(
         name = model_family.axes[0]
         raise InputError(
             "event", f"must be one on the branch of the start along {name} from {bounds[0]:g} to {bounds[1]:g}", kind,
-            f"The branch of period {start.period} has these: {kinds}. Choose one of them, a wider axis or another start.")
+            f"The branch of period {start.period} has these: {kinds}. "
+            "Choose one of them, a wider axis or another start.")
     own = start.values[0]
     return min(found, key=lambda e: abs(float(e.cycle.values[0]) - own))
 
@@ -177,12 +179,16 @@ def _end_tests(equations: EventEquations, bounds: Bounds) -> list[tuple[Callable
     """Functions of a point that become negative where a curve ends, and why it ends there."""
     tests: list[tuple[Callable[[Point], float], str]] = []
     for i in (0, 1):
-        low, high = bounds[i]
-        tests += [(lambda p, i=i, b=low: float(p.u[equations.size + i] - b), AXIS_END),
-                  (lambda p, i=i, b=high: float(b - p.u[equations.size + i]), AXIS_END)]
+        for bound, inwards in zip(bounds[i], (1.0, -1.0), strict=True):
+            tests.append((partial(_inside, equations.size + i, bound, inwards), AXIS_END))
     if equations.kind == NEIMARK_SACKER:
         tests += [(lambda p: float(p.u[-1]), "1:1 resonance"), (lambda p: float(np.pi - p.u[-1]), "1:2 resonance")]
     return tests
+
+
+def _inside(index: int, bound: float, inwards: float, point: Point) -> float:
+    """How far an unknown lies inside a bound."""
+    return inwards * float(point.u[index] - bound)
 
 
 def _passes(equations: EventEquations, start: Point, last: Point, point: Point) -> bool:

@@ -16,7 +16,7 @@ import numpy as np
 from gearchaos.continuation.events import FLIP, FOLD, GRAZE, NEIMARK_SACKER, Event
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import Cycle
-from gearchaos.flow.sensitivity import SensitivityFlow
+from gearchaos.flow import SensitivityFlow
 
 _STEP = 1e-5
 """Step of the central differences, in half backlashes."""
@@ -172,7 +172,7 @@ class EventEquations:
     def _singular(
         self, flow: SensitivityFlow, cycle: Cycle, multiplier: complex
     ) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
-        """Least singular value σ, its derivatives (n d + 2,) by points and parameters, and the vectors v and w (n, d)."""
+        """Least singular value σ, its derivatives (n d + 2,) by points and parameters, and v and w (n, d)."""
         n, d = cycle.points.shape
         left, sigma, right = np.linalg.svd(critical_matrix(cycle, multiplier))
         v, w = right[-1].conj().reshape(n, d), left[:, -1].reshape(n, d)
@@ -185,7 +185,7 @@ class EventEquations:
         self, flow: SensitivityFlow, cycle: Cycle, w: np.ndarray, v: np.ndarray
     ) -> np.ndarray:
         """w* times the derivative in the direction v of the Jacobian of the cycle, (n d + 2,)."""
-        n, d = cycle.points.shape
+        n = cycle.period
         ahead, back = cycle.points + _STEP * v, cycle.points - _STEP * v
         result = flow.advance(np.concatenate([ahead, back]), np.zeros(2 * n, np.int64))
         phi = (result.monodromy[:n] - result.monodromy[n:]) / (2 * _STEP)

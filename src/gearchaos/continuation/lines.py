@@ -89,7 +89,7 @@ def line_seeds(line: Line) -> list[EventSeed]:
 
 
 def stable_orbits(line: Line, family: ParameterFamily) -> list[Cycle]:
-    """The stable orbits up to the largest period that motions on a line lead to; the same orbit may occur repeatedly."""
+    """The stable orbits, up to the largest period, that motions on a line lead to; an orbit may occur repeatedly."""
     values = np.linspace(*line.bounds[line.along], line.cells)
     flow = family.exact_flow(values[:, None])
     box = spread(default_box(family.model), line.starts, seed=0) if line.starts else {}

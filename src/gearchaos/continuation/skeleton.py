@@ -184,7 +184,8 @@ def on_curve(seed: EventSeed, curve: CurveData, spans: np.ndarray) -> bool:
     size = max(1.0, float(np.abs(seed.points).max()))
     for i in near:
         points = curve.points[i] + share[i] * (curve.points[i + 1] - curve.points[i])
-        if any(np.abs(np.roll(points, -k, axis=0) - seed.points).max() < _SAME_ORBIT * size for k in range(seed.period)):
+        gaps = [np.abs(np.roll(points, -k, axis=0) - seed.points).max() for k in range(seed.period)]
+        if min(gaps) < _SAME_ORBIT * size:
             return True
     return False
 

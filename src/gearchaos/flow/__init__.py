@@ -19,6 +19,6 @@ from gearchaos.flow.tables import steps_share_matrices
 __all__ = [
     "CHATTER", "DIVERGED", "DIVERGED_AT", "OK", "RESIDUAL", "WIDTH", "ExactFlow", "FlowResult",
     "Measure", "NewtonSearch", "PeriodResult", "SensitivityFlow", "StoppedError", "SwitchedSystem", "cache_is_empty",
-    "cancel_event", "differentiate", "empty_measures", "fastest_rate", "min_steps_per_period", "near_returns", "newton_iteration",
-    "on_compile", "start_newton_search", "steps_share_matrices",
+    "cancel_event", "differentiate", "empty_measures", "fastest_rate", "min_steps_per_period", "near_returns",
+    "newton_iteration", "on_compile", "start_newton_search", "steps_share_matrices",
 ]

@@ -79,8 +79,8 @@ class SensitivityFlow:
     def __init__(self, system: SwitchedSystem, derivatives: Derivatives | None = None) -> None:
         self._harmonics, self.dimension = harmonics_of(system), system.dimension
         self._parameters = equation_array(system)
-        none = Derivatives(
-            np.zeros((system.points, 0, self._parameters.shape[1])), np.zeros((system.points, 0, system.levels.shape[1])))
+        sizes = (self._parameters.shape[1], system.levels.shape[1])
+        none = Derivatives(*(np.zeros((system.points, 0, size)) for size in sizes))
         self._derivatives, self._starts = derivatives or none
         self._rows = sensitivity_rows(self.dimension, self._harmonics, self._derivatives.shape[1])
         self._values, self._first, self.step_count = _steps(system)
