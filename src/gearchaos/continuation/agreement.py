@@ -98,11 +98,9 @@ def explain_sides(
 
 def _can_end(curve: CurveData, period: np.ndarray) -> np.ndarray:
     """Whether motions of these periods (S,) can be born or lose their stability on a curve."""
-    own = curve.period == period
-    found: np.ndarray = own & (curve.kind in (FOLD, FLIP, NEIMARK_SACKER, PITCHFORK))
-    if curve.kind == FLIP:
-        found |= 2 * curve.period == period
-    return found
+    periods = [curve.period] if curve.kind in (FOLD, NEIMARK_SACKER, PITCHFORK) else []
+    periods = [curve.period, 2 * curve.period] if curve.kind == FLIP else periods
+    return np.isin(period, periods)
 
 
 def _sides(label: np.ndarray, motion: np.ndarray, longest: int) -> tuple[np.ndarray, np.ndarray]:

@@ -20,7 +20,7 @@ from gearchaos.errors import InputError
 SETTINGS = Settings(first=5e-3, longest=2e-2, shortest=1e-6)
 """Steps along a curve, unless others are given."""
 
-_TOUCHING = 1e-4
+_TOUCHING = 1e-3
 """Distance of an extremum of z from a boundary up to which a curve that stops has met a graze."""
 
 Bounds = tuple[tuple[float, float], tuple[float, float]]
@@ -145,19 +145,21 @@ def _one_way(equations: EventEquations, start: Point, bounds: Bounds, settings: 
                 why, curve.closed = found, found == CLOSED
                 break
     except Stopped as stop:
-        why = _stop_reason(equations, curve.points[-1], str(stop))
+        why = f"step too small: {stop}"
+        if _touches(equations, curve.points[-1]):
+            curve.special.append(SpecialPoint(f"grazing-{equations.kind}", curve.points[-1]))
+            why = f"grazing-{equations.kind}: meets a graze, where multipliers change with infinite slope"
     x, y = map(float, equations.values(curve.points[-1].u))
     curve.ends = [] if curve.closed else [CurveEnd(x, y, why)]
     return curve
 
 
-def _stop_reason(equations: EventEquations, point: Point, cause: str) -> str:
-    """Why a curve cannot be followed beyond a point."""
-    state = point.data
-    gaps = np.abs(np.abs(np.delete(state.cycle.extrema[:, 1], state.extremum or [])) - 1.0)
-    if equations.kind != GRAZE and len(gaps) and gaps.min() < _TOUCHING:
-        return f"grazing-{equations.kind}: meets a graze, where multipliers change with infinite slope"
-    return f"step too small: {cause}"
+def _touches(equations: EventEquations, point: Point) -> bool:
+    """Whether z touches a boundary of contact besides the event itself."""
+    if equations.kind == GRAZE:
+        return False
+    gaps = np.abs(np.abs(point.data.cycle.extrema[:, 1]) - 1.0)
+    return len(gaps) > 0 and float(gaps.min()) < _TOUCHING
 
 
 def _end_between(
