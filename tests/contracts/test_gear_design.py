@@ -132,7 +132,7 @@ REFUSED = [
     ({"tip_alteration": [0, 0.1]}, "tip_alteration[1]", "did you mean '0.1 mm'", ""),
     ({"tip_alteration": -0.1}, "tip_alteration[0]", "did you mean '-0.1 mm'", ""),
     ({"tip_diameter": [66, 126]}, "tip_diameter[0]", "did you mean '66 mm'", ""),
-    ({"tip_diameter": ["73 mm", "126 mm"]}, "tip_diameter[0]", "nominal tip diameter is 0.066 m", "0.06 and 0.072 m"),
+    ({"tip_diameter": ["73 mm", "126 mm"]}, "tip_diameter[0]", "nominal tip diameter is 66 mm", "60 and 72 mm"),
     ({"bore": [0.01, 20]}, "bore[1]", "did you mean '20 mm'", ""),
     ({"bore": "51 mm"}, "bore[0]", "half a module", ""),
     ({"backlash": {"value": 0.12, "of": "line of action, total"}}, "backlash.value", "did you mean '0.12 mm'", ""),
@@ -205,7 +205,7 @@ REFUSED = [
     ({"torque": -1}, "torque", "", "not be negative"),
     # dimensions that contradict each other, and pairs that cannot run
     ({"centre_distance": "92 mm"}, "profile_shift", "split this sum", "with a sum of 0.718705"),
-    ({"centre_distance": "84 mm", "profile_shift": [0, 0]}, "centre_distance", "0.09 m", "sum of the base radii"),
+    ({"centre_distance": "84 mm", "profile_shift": [0, 0]}, "centre_distance", "is 90 mm", "sum of the base radii"),
     ({"centre_distance": "90 mm", "profile_shift": [0.1, 0.05]}, "profile_shift", "leave out centre_distance",
      "a sum of at most "),
     ({"centre_distance": "92 mm", "profile_shift": [0, 0], "backlash": {"value": "0.5 mm", "of": OF[0]}},
@@ -223,6 +223,10 @@ REFUSED = [
     ({"teeth": [40, 12]}, "start_of_active_profile[1]", "Give wheel 2 a larger profile_shift", "form diameter"),
     ({"teeth": [40, 12]}, "start_of_active_profile[1]", "The tip of wheel 1 meets the root of wheel 2", "form"),
     ({"rack": {"root_radius": 0.47, "addendum": 1.2}}, "start_of_active_profile[0]", "no involute", "form diameter"),
+    ({"tip_alteration": [0, "0.5 mm"]}, "tip_diameter[1]", "enters the root fillet of wheel 1, by 22.5",
+     "126.879898 mm"),
+    ({"teeth": [40, 20], "tip_alteration": ["0.5 mm", 0]}, "tip_diameter[0]", "shorten the teeth of wheel 1",
+     "must be at most 126.879898 mm"),
     ({"rack": {"addendum": 0.5}}, "contact_ratio", "smaller centre_distance", "at least 1"),
 ]
 
@@ -235,6 +239,26 @@ def test_refusals_name_the_field_the_rule_and_what_to_do(changes, field, advice,
     assert error.field == field
     assert rule in error.rule and advice.lower() in error.advice.lower(), str(error)
     assert str(error).endswith((".", "?")) and "  " not in str(error)
+
+
+def test_messages_about_lengths_are_in_millimetres():
+    for changes, words in [
+        ({"module": "3 um"}, "between 0.01 and 100 mm; got 0.003 mm."),
+        ({"module": 3}, "got 3000 mm. Did you mean '3 mm'? A plain number is in m."),
+        ({"centre_distance": "84 mm", "profile_shift": [0, 0]},
+         "greater than 84.5723359 mm, the sum of the base radii; got 84 mm."),
+        ({"teeth": [8, 40], "profile_shift": [0.9, 0]}, "tip_thickness[0] must be greater than 0; got -1.29749755 mm"),
+        ({"tip_alteration": -1e-4, "tip_diameter": [0.066, 0.126]}, "got (-0.1 mm, -0.1 mm)."),
+        ({"rack": {"root_radius": 0.47, "addendum": 1.2}}, "form diameter, 56.5245323 mm; got 56.4464157 mm."),
+    ]:
+        with pytest.raises(InputError) as refusal:
+            design(**changes)
+        assert words in str(refusal.value) and " m," not in str(refusal.value), str(refusal.value)
+        assert "mm" in str(refusal.value)
+    with pytest.raises(InputError) as refusal:
+        design(module="3 um")
+    assert refusal.value.value == 3e-6
+    assert str(pickle.loads(pickle.dumps(refusal.value))) == str(refusal.value)
 
 
 def test_inputs_that_a_result_needs_are_asked_for():
@@ -268,9 +292,10 @@ def test_relief_on_the_path_of_contact():
     ({"teeth": [16, 20]}, "The teeth of wheel 1 are undercut: profile_shift[0] is 0"),
     ({"teeth": [20, 16]}, "The teeth of wheel 2 are undercut"),
     ({"teeth": [10, 40], "profile_shift": [0.65, 0]}, "The teeth of wheel 1 are 0.1552 mm thick at the tip"),
-    ({"tip_alteration": "0.5 mm"}, "Between the tip of wheel 1 and the root of wheel 2 there are 0.25 mm"),
+    ({"tip_alteration": ["0.5 mm", 0]}, "Between the tip of wheel 1 and the root of wheel 2 there are 0.25 mm"),
     ({"centre_distance": "90.5 mm", "profile_shift": [0, 0]}, "would have the sum 0.1701 at this centre distance"),
-    ({"tip_alteration": "0.5 mm"}, "Between the tip of wheel 2 and the root of wheel 1 there are 0.25 mm"),
+    ({"tip_alteration": "0.5 mm", "rack": {"root_radius": 0.2}},
+     "Between the tip of wheel 2 and the root of wheel 1 there are 0.25 mm"),
     ({"damping_ratio": 0.01}, "damping_ratio is 0.01; usual are 0.03 to 0.1."),
     ({"damping_ratio": 0.2}, "damping_ratio is 0.2"),
     ({"speed": 3500}, "3500 rad/s are 33422.5 rpm: did you mean '3500 rpm'?"),
