@@ -25,8 +25,7 @@ def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
     dataset : Dataset
         The result of a study of the gears.
     pair : GearPair or GearDesign, optional
-        The gears whose scales apply; may be left out for a result over ``speed`` or ``torque``, which carries its
-        gears.
+        The gears whose scales apply; may be left out for a study of gears, whose result carries them.
 
     Returns
     -------
@@ -71,13 +70,13 @@ def _checked_gears(dataset: Any, pair: Any) -> Gears:
         raise InputError("dataset", "must be dimensionless", "physical units", "It has been scaled already.")
     if carried is not None and not _same_gears(carried, pair):
         raise InputError("pair", "must be the gears of the result", f"a {type(pair).__name__}",
-                         "A result over speed or torque carries its gears: physical(dataset) uses them.")
+                         "The result of a study of gears carries them: physical(dataset) uses them.")
     return pair
 
 
 def _same_gears(first: Gears, second: Gears) -> bool:
     """Whether gears are the same at the same operating point."""
-    return first.at(speed=1.0, torque=1.0) == second.at(speed=1.0, torque=1.0)
+    return first == second or first.at(speed=1.0, torque=1.0) == second.at(speed=1.0, torque=1.0)
 
 
 def unit_in(dataset: xr.Dataset, name: str) -> float:
