@@ -17,8 +17,6 @@ from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_pair import _table_stiffness
 from gearchaos.gears.operating import gears_from_json, gears_json, operating_model
 from gearchaos.gears.sheet import datasheet
-from gearchaos.gears.transmission_error.harmonics import from_quality
-from gearchaos.gears.transmission_error.quality import tolerances
 from gearchaos.gears.units import RPM
 from gearchaos.model import vary
 from gearchaos.studies import motions
@@ -79,22 +77,6 @@ def test_every_quantity_of_a_datasheet_is_described(path):
         assert entry["formula"] and entry["source"] and (entry["value"] is None) == ("reason" in entry), name
     pairs = ("virtual_teeth", "tip_diameter", "base_diameter", "masses", "inertias")
     assert all(len(found["quantities"][name]["value"]) == 2 for name in pairs)
-
-
-def test_the_datasheet_has_support_frequencies_composite_deviations_and_the_mesh_period(tmp_path):
-    plain = sheet(SPUR)["quantities"]
-    assert plain["support_frequency"]["reason"] == "The supports are rigid."
-    assert plain["mesh_period_roll_angle"]["value"] == pytest.approx(7.2, rel=1e-14)
-    design = load_design(SPUR)
-    found = from_quality(design.geometry, design.quality, tolerances(design.quality, design.geometry))
-    assert plain["tangential_composite_deviation"]["value"] == [v * 1e6 for v in found.tooth_to_tooth]
-    path = written(
-        tmp_path, "supports = { stiffness = ['200 N/um', '800 N/um'], damping_ratio = 0.02 }\nmass = [2, 2]")
-    elastic = sheet(path)["quantities"]["support_frequency"]
-    assert elastic["value"] == pytest.approx([1e4 / (2 * math.pi), 2e4 / (2 * math.pi)], rel=1e-14)
-    assert elastic["unit"] == "Hz"
-    newer = sheet(SPUR, "--set", "design.quality.standard=ISO 1328-1:2013")["quantities"]
-    assert "no formula" in newer["tangential_composite_deviation"]["reason"]
 
 
 def test_the_printed_datasheet_shows_the_same_numbers():

@@ -241,26 +241,6 @@ def test_refusals_name_the_field_the_rule_and_what_to_do(changes, field, advice,
     assert str(error).endswith((".", "?")) and "  " not in str(error)
 
 
-def test_messages_about_lengths_are_in_millimetres():
-    for changes, words in [
-        ({"module": "3 um"}, "between 0.01 and 100 mm; got 0.003 mm."),
-        ({"module": 3}, "got 3000 mm. Did you mean '3 mm'? A plain number is in m."),
-        ({"centre_distance": "84 mm", "profile_shift": [0, 0]},
-         "greater than 84.5723359 mm, the sum of the base radii; got 84 mm."),
-        ({"teeth": [8, 40], "profile_shift": [0.9, 0]}, "tip_thickness[0] must be greater than 0; got -1.29749755 mm"),
-        ({"tip_alteration": -1e-4, "tip_diameter": [0.066, 0.126]}, "got (-0.1 mm, -0.1 mm)."),
-        ({"rack": {"root_radius": 0.47, "addendum": 1.2}}, "form diameter, 56.5245323 mm; got 56.4464157 mm."),
-    ]:
-        with pytest.raises(InputError) as refusal:
-            design(**changes)
-        assert words in str(refusal.value) and " m," not in str(refusal.value), str(refusal.value)
-        assert "mm" in str(refusal.value)
-    with pytest.raises(InputError) as refusal:
-        design(module="3 um")
-    assert refusal.value.value == 3e-6
-    assert str(pickle.loads(pickle.dumps(refusal.value))) == str(refusal.value)
-
-
 def test_inputs_that_a_result_needs_are_asked_for():
     plain = design()
     for name, read in [("backlash", lambda d: d.backlash_line_of_action), ("bore", lambda d: d.masses),

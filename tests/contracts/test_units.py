@@ -1,11 +1,13 @@
 """Texts with units: usual spellings are read, and what could be read in two ways is refused."""
 
 import math
+import pickle
 
 import pytest
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
+from gearchaos.gears.design.gear_design import GearDesign
 
 
 @pytest.mark.parametrize("text", [
@@ -41,3 +43,26 @@ def test_decimal_commas_are_refused_with_the_number_to_write(text, advice):
     with pytest.raises(InputError, match="must have a decimal point, not a comma") as refusal:
         units.to_si("module", text, units.LENGTH)
     assert refusal.value.advice == advice and refusal.value.value == text
+
+
+SMALL = {"teeth": (20, 40), "module": 3e-3, "face_width": 0.03}
+
+
+def test_messages_about_lengths_are_in_millimetres():
+    for changes, words in [
+        ({"module": "3 um"}, "between 0.01 and 100 mm; got 0.003 mm."),
+        ({"module": 3}, "got 3000 mm. Did you mean '3 mm'? A plain number is in m."),
+        ({"centre_distance": "84 mm", "profile_shift": [0, 0]},
+         "greater than 84.5723359 mm, the sum of the base radii; got 84 mm."),
+        ({"teeth": [8, 40], "profile_shift": [0.9, 0]}, "tip_thickness[0] must be greater than 0; got -1.29749755 mm"),
+        ({"tip_alteration": -1e-4, "tip_diameter": [0.066, 0.126]}, "got (-0.1 mm, -0.1 mm)."),
+        ({"rack": {"root_radius": 0.47, "addendum": 1.2}}, "form diameter, 56.5245323 mm; got 56.4464157 mm."),
+    ]:
+        with pytest.raises(InputError) as refusal:
+            GearDesign(**{**SMALL, **changes})
+        assert words in str(refusal.value) and " m," not in str(refusal.value), str(refusal.value)
+        assert "mm" in str(refusal.value)
+    with pytest.raises(InputError) as refusal:
+        GearDesign(**{**SMALL, "module": "3 um"})
+    assert refusal.value.value == 3e-6
+    assert str(pickle.loads(pickle.dumps(refusal.value))) == str(refusal.value)

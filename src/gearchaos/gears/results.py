@@ -76,7 +76,9 @@ def _checked_gears(dataset: Any, pair: Any) -> Gears:
 
 def _same_gears(first: Gears, second: Gears) -> bool:
     """Whether gears are the same at the same operating point."""
-    return first == second or first.at(speed=1.0, torque=1.0) == second.at(speed=1.0, torque=1.0)
+    if first.at(speed=1.0) == second.at(speed=1.0):
+        return True
+    return first.at(speed=1.0, torque=1.0) == second.at(speed=1.0, torque=1.0)
 
 
 def unit_in(dataset: xr.Dataset, name: str) -> float:

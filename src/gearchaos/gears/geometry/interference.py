@@ -25,9 +25,8 @@ def interference_depth(geometry: Geometry, wheel: int) -> float:
     same angle as their flanks.
 
     In polar coordinates fixed to the wheel the corner of the mate's tip is at ψ − t z_mate/z, where t is its angle
-    from the line of centres about the mate's axis, and ψ about the axis of the wheel. It is at the flank at the start
-    of active profile, and ahead of the fillet until it passes the line of centres (F. L. Litvin and A. Fuentes, *Gear
-    Geometry and Applied Theory*, 2004, chapter 10).
+    from the line of centres about the mate's axis, and ψ about the axis of the wheel. It is on the flank, at the start
+    of active profile, at the first contact, and nearest to the fillet between there and the line of centres.
 
     Parameters
     ----------
