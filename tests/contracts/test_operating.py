@@ -155,7 +155,7 @@ def test_plot_and_export_take_the_units_of_the_gears(pair, tmp_path):
     assert gc.load(tmp_path / "s.nc")["v_rms"].attrs["units"] == "mm/s"
     gc.save(gc.zones(gc.MeshModel(), "omega=1:2:2", "q0=0:0.1:2", settings=SHORT), tmp_path / "z.nc")
     result = CliRunner().invoke(app, ["plot", str(tmp_path / "z.nc"), "--physical"])
-    assert result.exit_code == 2 and "--physical needs a result over speed or torque" in result.stderr
+    assert result.exit_code == 2 and "--physical needs the result of a study of gears" in result.stderr
 
 
 def test_the_record_of_a_study_over_other_axes_is_as_before(pair):
