@@ -254,6 +254,17 @@ def test_a_verdict_carries_its_gears(pair):
         gc.physical(gc.regime(gc.MeshModel(), settings=SHORT).to_dataset())
 
 
+def test_gears_whose_torque_cannot_be_varied_scale_their_results(pair):
+    idle = replace(pair, M10=0.0, M20=3.0)
+    found = gc.simulate(operating_model(idle).with_values({"omega": 1.5}), 2)
+    assert gc.physical(found, idle).identical(gc.physical(found))
+    soft = gc.GearDesign(
+        teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, speed="3000 rpm",
+        torque="50 N*m", backlash={"value": "0.12 mm", "of": "line of action, total"})
+    found = gc.simulate(soft, 2)
+    assert gc.physical(found, soft.at(torque=100.0)).identical(gc.physical(found))  # in the units of its own torque
+
+
 def test_the_gears_of_a_store_are_compared_where_it_has_them(pair, tmp_path):
     study = STUDIES["zones"](pair)
     gc.run(study, out=tmp_path / "s.zarr")

@@ -57,7 +57,7 @@ def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:
 
 
 def _checked_gears(dataset: Any, pair: Any) -> Gears:
-    """The gears given, or those of the Dataset; raises `InputError` unless there are some and it is dimensionless."""
+    """The gears of the Dataset, or those given if it has none; raises `InputError` unless there are some and it is dimensionless."""
     if not hasattr(dataset, "data_vars"):
         advice = "Write physical(dataset, pair). Numbers of a verdict times those of pair.scales are in SI."
         raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}", advice)
@@ -71,7 +71,7 @@ def _checked_gears(dataset: Any, pair: Any) -> Gears:
     if carried is not None and not _same_gears(carried, pair):
         raise InputError("pair", "must be the gears of the result", f"a {type(pair).__name__}",
                          "The result of a study of gears carries them: physical(dataset) uses them.")
-    return pair
+    return pair if carried is None else carried
 
 
 def _same_gears(first: Gears, second: Gears) -> bool:
