@@ -57,7 +57,13 @@ def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:
 
 
 def _checked_gears(dataset: Any, pair: Any) -> Gears:
-    """The gears of the Dataset, or those given if it has none; raises `InputError` unless there are some and it is dimensionless."""
+    """The gears of the Dataset, or those given if it has none.
+
+    Raises
+    ------
+    InputError
+        If there are none, those given are others than those of the Dataset, or the Dataset is not dimensionless.
+    """
     if not hasattr(dataset, "data_vars"):
         advice = "Write physical(dataset, pair). Numbers of a verdict times those of pair.scales are in SI."
         raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}", advice)
@@ -76,7 +82,7 @@ def _checked_gears(dataset: Any, pair: Any) -> Gears:
 
 def _same_gears(first: Gears, second: Gears) -> bool:
     """Whether gears are the same at the same operating point."""
-    if first.at(speed=1.0) == second.at(speed=1.0):
+    if first.at(speed=1.0) == second.at(speed=1.0):  # also where the torque of the gears cannot be varied
         return True
     return first.at(speed=1.0, torque=1.0) == second.at(speed=1.0, torque=1.0)
 
