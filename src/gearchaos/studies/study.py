@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import MISSING, asdict, dataclass, field, fields
 from types import NoneType
 from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, get_type_hints
 
@@ -14,7 +14,7 @@ from gearchaos.datasets import provenance
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, unknown_name, whole_number
-from gearchaos.gears.operating import Gears, OperatingModel, as_model, gears_json, is_design
+from gearchaos.gears.operating import Gears, OperatingModel, as_model, is_design
 from gearchaos.gears.units import RPM
 from gearchaos.model import MeshModel
 from gearchaos.quantities import OPERATION
@@ -166,9 +166,8 @@ class Study(ABC):
         return self.model.gears if varied and isinstance(self.model, OperatingModel) else None
 
     def provenance(self, **settings: Any) -> dict[str, Any]:
-        """Attributes of the Dataset: study, model and, if given, its other settings, versions, and the `gears`."""
-        gears = {} if self.gears is None else {"gears": gears_json(self.gears)}
-        return {**provenance(self.kind, self.model, **settings), **gears}
+        """Attributes of the Dataset: study, model and its gears, the settings given here, and versions."""
+        return provenance(self.kind, self.model, **settings)
 
     def __getstate__(self) -> dict[str, Any]:
         """The fields alone; cached properties are computed again from them."""
@@ -216,3 +215,7 @@ class ClassifyingStudy(Study):
     def classification(self) -> Classification:
         """The settings, which `__post_init__` has set where none were given."""
         return self.settings or self.default_settings
+
+    def provenance(self, **settings: Any) -> dict[str, Any]:
+        """As that of every study, with the classification settings."""
+        return super().provenance(**settings, classification=asdict(self.classification))
