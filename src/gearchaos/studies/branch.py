@@ -19,7 +19,7 @@ from gearchaos.model import MeshModel, state_names
 from gearchaos.quantities import Rule
 from gearchaos.studies.axis import Axis, as_range
 from gearchaos.studies.branch_dataset import branch_dataset
-from gearchaos.studies.study import gears_attribute, model_of, varied_gears
+from gearchaos.studies.study import model_of
 from gearchaos.validation import check_rule, to_float
 
 if TYPE_CHECKING:
@@ -102,8 +102,7 @@ def branch(
     attributes = provenance(
         "branch", family.model, axis=[axis.name, axis.start, axis.stop], period=main.period, cascade=doublings,
         events=sorted(events or {}), longest_step=settings.longest, max_points=settings.points)
-    gears = gears_attribute(varied_gears(model, [axis]))
-    return branch_dataset([main, *(b for b, _ in doubled if b is not None)], flips, axis, {**attributes, **gears})
+    return branch_dataset([main, *(b for b, _ in doubled if b is not None)], flips, axis, attributes)
 
 
 def _settings(longest_step: Any, max_points: Any) -> Settings:
