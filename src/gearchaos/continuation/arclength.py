@@ -33,7 +33,7 @@ _STRAIGHT = 0.995
 _MAX_CORRECTION = 0.3
 """Largest distance of a point from its prediction, relative to the step."""
 
-_LARGE = 5.0
+_LARGE = 1.5
 """Orbits of a larger amplitude are followed in steps that are longer in proportion."""
 
 
