@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,10 +9,10 @@ import typer
 
 from gearchaos.cli import startup
 from gearchaos.cli.errors import announce_compilation, say
-from gearchaos.cli.options import Json, Out, Plot, Sets, app, given, load
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, summary
+from gearchaos.cli.options import Json, Out, Plot, Refine, Sets, StartsPerCell, app, given, load
+from gearchaos.cli.output import MapOutput, check_output, print_json
 from gearchaos.errors import InputError
-from gearchaos.files import DATA_SUFFIXES, write_bytes
+from gearchaos.files import write_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -104,30 +103,19 @@ def operating_map(
     ],
     out: Out,
     sets: Sets = None,
-    starts: Annotated[
-        int | None, typer.Option(help="Number of initial states in each cell, to find all its motions.")
-    ] = None,
-    refine: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Every N-th row and column; more cells only where neighbours differ."),
-    ] = None,
+    starts: StartsPerCell = None,
+    refine: Refine = None,
     plot: Plot = None,
     json_out: Json = False,
 ) -> None:
     """Map the kinds of motion of given gears over speed and torque, in rpm, N m, µm and N."""
-    check_output("--out", out, DATA_SUFFIXES)
-    check_output("--plot", plot, PLOT_SUFFIXES)
+    output = MapOutput(out, plot, json_out)
+    output.check()
     from gearchaos.studies.operating_map import checked_operating_model, in_operating_units, operating_axis
     from gearchaos.studies.zones import Zones
 
     axes = {"x": operating_axis("speed", speed, "--speed"), "y": operating_axis("torque", torque, "--torque")}
-    first = {"speed": f"{axes['x'].start!r} rpm", "torque": f"{axes['y'].start!r} N*m"}
-    loaded = load(gears, sets, physical=True, operation=first)
+    loaded = load(gears, sets, physical=True, axes=axes.values())
     study = loaded.study(Zones, **axes, **given(starts=starts, refine=refine))
     dataset = in_operating_units(study.run(progress=True), checked_operating_model(study.model))
-    save(dataset, out)
-    draw(dataset, plot)
-    if json_out:
-        files = {"out": str(out), "plot": None if plot is None else str(plot)}
-        described = [{**asdict(axis), "units": dataset[axis.name].attrs["units"]} for axis in axes.values()]
-        print_json({"study": "map", **files, "axes": described, **summary(study.kind, dataset)})
+    output.write("map", dataset, axes.values())

@@ -14,12 +14,12 @@ from gearchaos.datasets import provenance
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, unknown_name, whole_number
-from gearchaos.gears.operating import Gears, OperatingModel, as_model, is_design
-from gearchaos.gears.units import RPM
+from gearchaos.gears.operating import Gears, OperatingModel, as_model
 from gearchaos.model import MeshModel
 from gearchaos.quantities import OPERATION
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.cost import Cost
+from gearchaos.studies.operating_point import at_axis_starts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -76,16 +76,8 @@ class Study(ABC):
     model: MeshModel
 
     def __post_init__(self) -> None:
-        self._set(model=as_model(self._with_operation()))
-
-    def _with_operation(self) -> Any:
-        """The model given; a design without speed or torque gets those at the start of the axes."""
-        model = self.model
-        if not is_design(model):
-            return model
-        axes = [as_axis(getattr(self, name), name) for name in self.axis_fields]
-        starts = {axis.name: axis.start * (RPM if axis.name == "speed" else 1.0) for axis in axes}
-        return model.at(**{n: starts[n] for n in ("speed", "torque") if n in starts and getattr(model, n) is None})
+        axes = (as_axis(getattr(self, name), name) for name in self.axis_fields)
+        self._set(model=as_model(at_axis_starts(self.model, axes)))
 
     @property
     @abstractmethod

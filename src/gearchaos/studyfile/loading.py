@@ -26,6 +26,7 @@ from gearchaos.model import (
     default_stiffness,
 )
 from gearchaos.studies.axis import Axis, parse_axis
+from gearchaos.studies.operating_point import at_axis_starts
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studies.study import ClassifyingStudy, Study
 from gearchaos.studyfile.gears import OPERATING_UNITS, gears_of, separated, with_units
@@ -111,8 +112,7 @@ class LoadedStudy:
 
 
 def load_study(
-    path: str | os.PathLike[str] | None = None, values: Mapping[str, Any] | None = None, *,
-    operation: Mapping[str, Any] | None = None,
+    path: str | os.PathLike[str] | None = None, values: Mapping[str, Any] | None = None, *, axes: Iterable[Axis] = (),
 ) -> LoadedStudy:
     """Read a study file and replace values by name.
 
@@ -123,8 +123,9 @@ def load_study(
     values : mapping, optional
         Values that replace those of the file. Names as in `MeshModel.with_values`, ``kind`` included, or
         ``gearpair.<field>``, ``design.<key>`` and ``operation.<key>`` for values of the gears.
-    operation : mapping, optional
-        ``speed`` and ``torque`` of a ``[design]`` whose file has none.
+    axes : iterable of Axis, optional
+        Axes given beside the file. A ``[design]`` without speed or torque gets the first value of the axis ``speed`` or
+        ``torque`` among these, or else among those of the file.
 
     Raises
     ------
@@ -136,8 +137,9 @@ def load_study(
     of_gears, model_values = separated(values or {})
     kind = model_values.pop("kind", None)
     given = {n: v for n, v in with_units(model_values).items() if n in OPERATING_UNITS}
-    default = {**(operation or {}), **_axis_starts(tables.study), **given}
-    gears = gears_of(tables, of_gears, Path(path or ".").parent, default)
+    gears = gears_of(tables, of_gears, Path(path or ".").parent, given)
+    study_kind, options = _study(tables.study)
+    gears = at_axis_starts(gears, [*axes, *(each for each in options.values() if isinstance(each, Axis))])
     if gears is not None:
         model: MeshModel = operating_model(gears, kind or (tables.gearpair and tables.gearpair.kind))
     else:
@@ -146,14 +148,7 @@ def load_study(
     for name in tables.initial:
         check_state_name(model.kind, name)
     model = model.with_values(tables.initial).with_values(model_values)
-    return LoadedStudy(model, *_study(tables.study), _classification(tables))
-
-
-def _axis_starts(table: Any) -> dict[str, str]:
-    """The first values of the axes ``speed`` and ``torque`` of a study, for a design without an operating point."""
-    _, options = _study(table)
-    axes = {axis.name: axis for axis in options.values() if isinstance(axis, Axis)}
-    return with_units({name: axes[name].start for name in OPERATING_UNITS if name in axes})
+    return LoadedStudy(model, study_kind, options, _classification(tables))
 
 
 def load_design(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) -> GearDesign:
