@@ -56,6 +56,24 @@ def print_datasheet(entries: Mapping[str, Entry], warnings: Sequence[str]) -> No
         say(f"warning: {warning}")
 
 
+def print_speeds_to_avoid(factors: xr.Dataset) -> None:
+    """Print the ranges of speed to avoid with their largest dynamic factor, and that of all speeds."""
+    from gearchaos.studies.speeds_to_avoid import CRITERION, all_speeds, speeds_to_avoid
+
+    found, computed, torque = speeds_to_avoid(factors), all_speeds(factors), float(factors["torque"])
+    table = Table(title=f"Speeds to avoid at {torque:g} N m: {CRITERION}", title_justify="left")
+    for column in ("from rpm", "to rpm", "largest dynamic factor", "at rpm"):
+        table.add_column(column, justify="right")
+    for each in found:
+        table.add_row(*map(_shown, (each.start, each.stop, each.dynamic_factor, each.speed_of_largest)))
+    if not found:
+        table.add_row("none", "none")
+    _print(table)
+    Console(width=_FILE_WIDTH, highlight=False).print(
+        f"Computed from rest at {factors.sizes['speed']} speeds from {computed.start:g} to {computed.stop:g} rpm; the "
+        f"largest dynamic factor is {_shown(computed.dynamic_factor)}, at {_shown(computed.speed_of_largest)} rpm.")
+
+
 def _cells(value: Any) -> str:
     """One number or several for a table; "–" where there is none."""
     if value is None:

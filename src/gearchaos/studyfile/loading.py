@@ -264,28 +264,25 @@ def _study(table: Any) -> tuple[str | None, dict[str, Any]]:
 
 
 def parse_set(texts: Iterable[str]) -> dict[str, Any]:
-    """Values by name from texts ``name=value``; the last of several is used.
-
-    A value is a number if it reads as one, a list or table if it begins with a bracket or brace, else a text.
-    """
+    """Values by name from texts ``name=value``, see `parse_value`; the last of several is used."""
     values: dict[str, Any] = {}
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))
         if not (name and equals and value):
             raise InputError("--set", "must read name=value", text, "E.g. --set omega=1.")
         values.pop(name, None)  # so that it comes last: values are set in order, and q0 also sets q1
-        values[name] = _value(value)
+        values[name] = parse_value(value)
     return values
 
 
-def _value(text: str) -> Any:
+def parse_value(text: str) -> Any:
     """A text as an integer or a float if it is one, as a list or table in TOML if it begins like one."""
     for number in (int, float):
         try:
             return number(text)
         except ValueError:
             continue
-    return _list_or_table(text) if text[0] in "[{" else text
+    return _list_or_table(text) if text.startswith(("[", "{")) else text
 
 
 def _list_or_table(text: str) -> Any:
