@@ -12,6 +12,7 @@ from gearchaos.model import HarmonicStiffness, MeshModel, TransmissionError, Two
 from gearchaos.studies.axis import Axis, parse_axis
 from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studies.registry import STUDIES
+from gearchaos.studies.zones import Zones
 from gearchaos.studyfile import load_design, load_study, parse_set
 
 DESIGNS = {"spur_50_50.toml", "iso_tr_6336_30_example_1.toml", "fzg_type_c.toml"}
@@ -243,6 +244,28 @@ def test_a_field_of_a_gear_pair_needs_the_name_of_its_table():
 def test_a_decimal_comma_is_named():
     with pytest.raises(InputError, match=r"^omega must be a number; got '0,5'. Write a decimal point"):
         load_study(None, parse_set(["omega=0,5"]))
+
+
+@pytest.mark.parametrize(("kind", "advice"), [
+    ("map", 'write kind = "zones", x = "speed=500:8000:200" and y = "torque=20:400:150"'),
+    ("gear", "gearchaos gear shows the datasheet"),
+])
+def test_the_name_of_a_command_that_is_no_kind_of_study_is_refused_with_what_to_write(kind, advice, tmp_path):
+    path, text = tmp_path / "s.toml", (EXAMPLES / "spur_50_50.toml").read_text()
+    path.write_text(f'{text}\n[study]\nkind = "{kind}"\nx = "speed=500:8000:200"\n')
+    with pytest.raises(InputError, match=r"^study.kind must be .*'zones'.*; got ") as error:
+        load_study(path)
+    assert advice in error.value.advice
+    path.write_text("[study]\nkind = [1]\n")
+    with pytest.raises(InputError, match=r"^study.kind must be .*; got \[1\]"):
+        load_study(path)
+
+
+def test_a_map_over_speed_and_torque_in_a_study_file(tmp_path):
+    """What the advice for kind = "map" says works."""
+    path, text = tmp_path / "s.toml", (EXAMPLES / "spur_50_50.toml").read_text().partition("[operation]")[0]
+    path.write_text(f'{text}\n[study]\nkind = "zones"\nx = "speed=500:8000:200"\ny = "torque=20:400:150"\n')
+    assert load_study(path).study(Zones).count == 30_000
 
 
 def test_parse_axis():

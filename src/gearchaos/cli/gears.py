@@ -28,26 +28,28 @@ GearsPath = Annotated[
 ]
 
 
+DesignPath = Annotated[Path, typer.Argument(metavar="DESIGN", help="File with \\[design], TOML.", readable=False)]
+Page = Annotated[
+    Path | None, typer.Option("--out", metavar="FILE.html", help="Page with drawing and curves.", readable=False)
+]
+Speeds = Annotated[
+    str | None,
+    typer.Option(metavar="START:STOP:COUNT", help="Speeds in rpm: which to avoid, and the dynamic factor there."),
+]
+Torque = Annotated[
+    str | None, typer.Option(metavar="TORQUE", help="At wheel 1, in N m or with a unit; by default that of the design.")
+]
+FactorPlot = Annotated[
+    Path | None,
+    typer.Option("--plot", metavar="FILE", help="Picture of the dynamic factor along --speed: .png, .pdf or .svg.",
+                 readable=False),
+]
+
+
 @app.command()
 def gear(
-    design: Annotated[Path, typer.Argument(metavar="DESIGN", help="File with \\[design], TOML.", readable=False)],
-    sets: Sets = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE.html", help="Page with drawing and curves.", readable=False)
-    ] = None,
-    speed: Annotated[
-        str | None,
-        typer.Option(metavar="START:STOP:COUNT", help="Speeds in rpm: which to avoid, and the dynamic factor there."),
-    ] = None,
-    torque: Annotated[
-        str | None, typer.Option(help="At wheel 1, in N m or with a unit; by default that of the design.")
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Picture of the dynamic factor along --speed: .png, .pdf or .svg.",
-                     readable=False),
-    ] = None,
-    json_out: Json = False,
+    design: DesignPath, sets: Sets = None, out: Page = None, speed: Speeds = None, torque: Torque = None,
+    plot: FactorPlot = None, json_out: Json = False,
 ) -> None:
     """Show every quantity that follows from the drawing of a gear pair, and which speeds to avoid."""
     check_output("--out", out, (".html",))

@@ -153,6 +153,12 @@ _ATTRACTOR_FIELDS = (
 """The variables ``attractor_<name>`` that are keys of the JSON of an attractor."""
 
 
+def attractor_units(dataset: xr.Dataset) -> dict[str, str]:
+    """The physical units in `attractor_list`, by key; empty for a dimensionless result."""
+    units = {name: dataset[f"attractor_{name}"].attrs["units"] for name in _ATTRACTOR_FIELDS}
+    return {name: unit for name, unit in units.items() if unit != quantity(name).unit}
+
+
 def section(dataset: xr.Dataset) -> dict[str, list[float]]:
     """The stroboscopic section of a simulation: τ and every coordinate by name, one value per mesh period."""
     return {short: dataset[name].values.tolist() for short, name in _section_names(dataset).items()}

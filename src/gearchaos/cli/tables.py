@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from gearchaos.cli.errors import say
-from gearchaos.cli.output import attractor_list, section, section_units
+from gearchaos.cli.output import attractor_list, attractor_units, section, section_units
 from gearchaos.gears.scales import Scales, unit_of
 from gearchaos.quantities import RESPONSES, VERDICTS, quantity
 
@@ -129,10 +129,12 @@ def print_attractors(dataset: xr.Dataset) -> None:
     """Print the attractors of an operating point, one per row."""
     found = attractor_list(dataset)
     table = Table(title=f"Attractors found from {found['starts']} starts: {len(found['attractors'])}")
-    numbers = {"dynamic factor": "dynamic_factor", "λ1": "lyapunov", "max |μ|": "multiplier"}
+    units = {name: f" ({unit})" for name, unit in attractor_units(dataset).items()}
+    exponent = f"λ1{units.get('lyapunov', '')}"
+    numbers = {"dynamic factor": "dynamic_factor", exponent: "lyapunov", "max |μ|": "multiplier"}
     if "attractor_kick" in dataset:
         numbers["smallest kick"] = "kick"
-    for title in ("motion", "share of the starts (95 %)", "V_RMS", "contact", *numbers):
+    for title in ("motion", "share of the starts (95 %)", f"V_RMS{units.get('v_rms', '')}", "contact", *numbers):
         table.add_column(title, justify="left" if title in ("motion", "contact") else "right")
     for a in found["attractors"]:
         share = f"{a['fraction']:.1%} ({a['fraction_lo']:.1%} to {a['fraction_hi']:.1%})"

@@ -25,7 +25,7 @@ _MAY_BE_EMPTY = "number"
 """The dimension of attractors. There are none if all motions are undecided."""
 
 _DRAWN_BY = {
-    "zones": "zones or level", "bifurcation": "bifurcation, or lyapunov", "basins": "basins",
+    "zones": "zones or level", "bifurcation": "bifurcation, lyapunov or response", "basins": "basins",
     "attractors": "attractors", "dynamic_factor": "dynamic_factor",
     "simulate": "portrait, or with samples by phase, history, spectrum or dossier",
 }
