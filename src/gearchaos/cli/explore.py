@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gearchaos.cli.errors import say
-from gearchaos.cli.options import AxisTexts, Sets, StudyPath, app, load
+from gearchaos.cli.options import AxisTexts, Sets, StudyPath, app, load, parse_axes
 from gearchaos.errors import InputError
 
 if TYPE_CHECKING:
@@ -34,9 +34,7 @@ def explore(
     from gearchaos.explorer.web.server import address, check_installed, check_port, server
 
     check_installed()
-    from gearchaos.studies.axis import parse_axis
-
-    axes = [parse_axis(text, "--axis") for text in axis or []]
+    axes = parse_axes(axis)
     loaded = load(study, sets, axes=axes)
     view = _view(loaded, axes, study is None and not sets)
     port = check_port(host, port)

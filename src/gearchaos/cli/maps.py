@@ -21,6 +21,7 @@ from gearchaos.cli.options import (
     given,
     in_units,
     load,
+    parse_axes,
 )
 from gearchaos.cli.output import MapOutput
 from gearchaos.errors import InputError
@@ -89,10 +90,9 @@ def _run(
 ) -> None:
     """Check everything, compute the study, and write its files."""
     output.check()
-    from gearchaos.studies.axis import parse_axis
+    given_axes = parse_axes(texts)
     from gearchaos.studies.registry import study_class
 
-    given_axes = [parse_axis(text, "--axis") for text in texts or []]
     loaded = load(study, sets, physical, given_axes)
     axes = _axes(kind, loaded, given_axes)
     dataset = loaded.study(study_class(kind), **axes, **given(**options)).run(progress=True)

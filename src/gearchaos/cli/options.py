@@ -99,6 +99,13 @@ def load(
     return loaded
 
 
+def parse_axes(texts: list[str] | None) -> list[Axis]:
+    """The axes of ``--axis``."""
+    from gearchaos.studies.axis import parse_axis
+
+    return [parse_axis(text, "--axis") for text in texts or []]
+
+
 def given(**options: Any) -> dict[str, Any]:
     """The options that are given on the command line, i.e. are not None."""
     return {name: value for name, value in options.items() if value is not None}
