@@ -23,7 +23,7 @@ _MODULES = {
     "Regime": "studies.regime", "regime": "studies.regime",
     "Simulate": "studies.simulate", "simulate": "studies.simulate", "steady": "studies.steady",
     "Zones": "studies.zones", "zones": "studies.zones", "operating_map": "studies.operating_map",
-    "dynamic_factor": "studies.dynamic_factor",
+    "dynamic_factor": "studies.dynamic_factor", "speeds_to_avoid": "studies.speeds_to_avoid",
     "load": "datasets", "save": "datasets", "run": "store.run",
     "Outcome": "store.run", "explore": "explorer.web.notebook",
 }

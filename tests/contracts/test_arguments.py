@@ -112,6 +112,9 @@ def test_a_number_of_workers_that_is_no_positive_whole_number_is_refused(option,
     if option == "threads":
         with pytest.raises(InputError, match=r"^threads must be a whole number of at least 1"):
             study.run(threads=value)
+    if (option, value) == ("threads", 0):  # the tiles are the last to check it
+        with pytest.raises(InputError, match=r"^threads must be a whole number of at least 1"):
+            study.compute(np.arange(study.count), threads=value)
 
 
 @pytest.mark.parametrize("sweep", [3, ("omega", 0, 1, 2), "omega=1"], ids=str)

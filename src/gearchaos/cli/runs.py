@@ -103,7 +103,7 @@ def plot(
     ],
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Picture: .png, .pdf or .svg.")] = None,
     colour: Annotated[
-        str | None, typer.Option(metavar="NAME", help="What a map is coloured by: motion, v_rms, contact, …")
+        str | None, typer.Option(metavar="NAME", help="What a map or a diagram shows: motion, v_rms, contact, …")
     ] = None,
     physical: Physical = False,
 ) -> None:

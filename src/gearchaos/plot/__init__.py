@@ -16,6 +16,7 @@ from gearchaos.plot._lyapunov import lyapunov
 from gearchaos.plot._mesh_stiffness import mesh_stiffness
 from gearchaos.plot._phase import phase
 from gearchaos.plot._portrait import portrait
+from gearchaos.plot._response import response
 from gearchaos.plot._result import result
 from gearchaos.plot._ribbon import ribbon
 from gearchaos.plot._schematic import schematic
@@ -47,6 +48,7 @@ __all__ = [
     "motion_class",
     "phase",
     "portrait",
+    "response",
     "result",
     "ribbon",
     "schematic",

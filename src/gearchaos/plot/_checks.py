@@ -31,7 +31,7 @@ _MAY_BE_EMPTY = (("number",), ("event",))
 """The dimensions of attractors and of events. There are no attractors if all motions are undecided."""
 
 _DRAWN_BY = {
-    "zones": "zones or level", "bifurcation": "bifurcation, or lyapunov", "basins": "basins",
+    "zones": "zones or level", "bifurcation": "bifurcation, lyapunov or response", "basins": "basins",
     "attractors": "attractors", "branch": "backbone or branch", "dynamic_factor": "dynamic_factor",
     "simulate": "portrait, or with samples by phase, history, spectrum or dossier",
 }

@@ -14,12 +14,12 @@ from gearchaos.continuation.orbit import Orbit, as_orbit, check_period, find_cyc
 from gearchaos.continuation.shooting import Cycle
 from gearchaos.datasets import provenance
 from gearchaos.errors import InputError, whole_number
-from gearchaos.gears.operating import AnyModel
+from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.model import MeshModel, state_names
 from gearchaos.quantities import Rule
 from gearchaos.studies.axis import Axis, as_range
 from gearchaos.studies.branch_dataset import branch_dataset
-from gearchaos.studies.study import model_of
+from gearchaos.studies.operating_point import at_axis_starts
 from gearchaos.validation import check_rule, to_float
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def branch(
     ['fold', 'flip']
     """
     axis = as_range(axis)
-    model = model_of(model, lambda: [axis])
+    model = as_model(at_axis_starts(model, [axis]))
     settings = _settings(longest_step, max_points)
     doublings = whole_number("cascade", cascade, 0, _MOST_DOUBLINGS)
     family, cycle = _start(model, axis, start, period)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import MISSING, asdict, dataclass, field, fields
 from types import NoneType
 from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, get_type_hints
@@ -14,12 +14,12 @@ from gearchaos.datasets import provenance
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, unknown_name, whole_number
-from gearchaos.gears.operating import Gears, OperatingModel, as_model, is_design
-from gearchaos.gears.units import RPM
+from gearchaos.gears.operating import Gears, OperatingModel, as_model
 from gearchaos.model import MeshModel
 from gearchaos.quantities import OPERATION
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.cost import Cost
+from gearchaos.studies.operating_point import at_axis_starts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,14 +38,6 @@ def option(default: Any, *, least: int | None = None, keyword: bool = True) -> A
         Whether it is a keyword-only argument.
     """
     return field(default=default, kw_only=keyword, metadata={"least": least})
-
-
-def model_of(given: Any, axes: Callable[[], Sequence[Axis]]) -> MeshModel:
-    """The model of a study; a design without speed or torque gets those at the start of the axes."""
-    if is_design(given):
-        starts = {axis.name: axis.start * (RPM if axis.name == "speed" else 1.0) for axis in axes()}
-        given = given.at(**{n: starts[n] for n in ("speed", "torque") if n in starts and getattr(given, n) is None})
-    return as_model(given)
 
 
 def _without_none(annotation: Any) -> Any:
@@ -84,7 +76,8 @@ class Study(ABC):
     model: MeshModel
 
     def __post_init__(self) -> None:
-        self._set(model=model_of(self.model, lambda: [as_axis(getattr(self, n), n) for n in self.axis_fields]))
+        axes = (as_axis(getattr(self, name), name) for name in self.axis_fields)
+        self._set(model=as_model(at_axis_starts(self.model, axes)))
 
     @property
     @abstractmethod
