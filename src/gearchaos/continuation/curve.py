@@ -11,6 +11,7 @@ import numpy as np
 from gearchaos.continuation.arclength import Point, Settings, Stopped, correct, follow, length
 from gearchaos.continuation.branch import AXIS_END, CLOSED, LARGEST, POINT_LIMIT, UNBOUNDED, follow_branch
 from gearchaos.continuation.codimension2 import SpecialPoint, find_special_points
+from gearchaos.continuation.crossing import beyond_graze
 from gearchaos.continuation.defining import EventEquations, EventSeed, event_equations
 from gearchaos.continuation.events import GRAZE, NEIMARK_SACKER, Event, locate
 from gearchaos.continuation.family import ParameterFamily
@@ -22,6 +23,12 @@ SETTINGS = Settings(first=5e-3, longest=2e-2, shortest=1e-6)
 
 _TOUCHING = 1e-3
 """Distance of an extremum of z from a boundary up to which a curve that stops has met a graze."""
+
+_MAX_CORNERS = 8
+"""Most corners at grazes that a curve is followed through."""
+
+_FINAL = (AXIS_END, CLOSED, POINT_LIMIT, UNBOUNDED, "1:1 resonance", "1:2 resonance")
+"""Why a curve ends for good."""
 
 Bounds = tuple[tuple[float, float], tuple[float, float]]
 
@@ -134,24 +141,38 @@ def follow_curve(
 def _one_way(equations: EventEquations, start: Point, bounds: Bounds, settings: Settings) -> Curve:
     """Follow a curve from a point in the direction of its tangent to its end."""
     curve = Curve(equations.family, equations.kind, equations.period, [start])
-    why = POINT_LIMIT
-    try:
-        for point in follow(equations, start, settings):
-            last, found = _end_between(curve, equations, point, bounds) or (point, "")
-            curve.special += find_special_points(equations, curve.points[-1], last, equations.kind)
-            curve.points.append(last)
-            equations.accept(last.data)
-            if found:
-                why, curve.closed = found, found == CLOSED
-                break
-    except Stopped as stop:
-        why = f"step too small: {stop}"
-        if _touches(equations, curve.points[-1]):
-            curve.special.append(SpecialPoint(f"grazing-{equations.kind}", curve.points[-1]))
-            why = f"grazing-{equations.kind}: meets a graze, where multipliers change with infinite slope"
+    why = _follow_piece(curve, equations, bounds, settings)
+    for _ in range(_MAX_CORNERS):
+        if why in _FINAL or not _touches(equations, curve.points[-1]):
+            break
+        found = beyond_graze(equations, curve.points[max(0, len(curve.points) - 6)], curve.points[-1])
+        if found is None:
+            break
+        curve.special.append(found[0])
+        why = f"grazing-{equations.kind}: meets a graze, where multipliers change with infinite slope"
+        if found[1] is None:
+            break
+        curve.points.append(found[1])
+        why = _follow_piece(curve, equations, bounds, replace(settings, first=found[1].step))
+    curve.closed = why == CLOSED
     x, y = map(float, equations.values(curve.points[-1].u))
     curve.ends = [] if curve.closed else [CurveEnd(x, y, why)]
     return curve
+
+
+def _follow_piece(curve: Curve, equations: EventEquations, bounds: Bounds, settings: Settings) -> str:
+    """Follow a curve from its last point until it ends or turns too sharply, and return why."""
+    try:
+        for point in follow(equations, curve.points[-1], settings):
+            last, why = _end_between(curve, equations, point, bounds) or (point, "")
+            curve.special += find_special_points(equations, curve.points[-1], last, equations.kind)
+            curve.points.append(last)
+            equations.accept(last.data)
+            if why:
+                return why
+    except Stopped as stop:
+        return f"step too small: {stop}"
+    return POINT_LIMIT
 
 
 def _touches(equations: EventEquations, point: Point) -> bool:

@@ -207,7 +207,7 @@ class GrazeEquations(EventEquations):
     """
 
     def __init__(
-        self, family: ParameterFamily, period: int, spans: tuple[float, float], boundary: int, instant: float
+        self, family: ParameterFamily, period: int, spans: tuple[float, float], boundary: float, instant: float
     ) -> None:
         super().__init__(family, GRAZE, period, spans)
         self.boundary, self.instant = boundary, instant
