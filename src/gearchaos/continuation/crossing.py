@@ -1,14 +1,19 @@
-"""Where the curve of an event meets a graze, and how it goes on beyond.
+"""Where the curve of an event has a corner, and how it goes on beyond.
 
 On one side of a graze multipliers change with the square root of the penetration, on the other side smoothly. So the
 curve of a fold, a flip or a Neimark–Sacker point that reaches a graze has a corner there: it arrives at an angle and
 leaves at a tangent to the graze curve, or the other way round. The corner is the root, along the graze curve, of the
 test function of the event. The curve beyond is the root on a half circle about it.
+
+Where a contact switch falls on a jump of the stiffness, the derivatives of P have a kink, and curves a corner too. The
+curve beyond is then searched on a whole circle about the last point, in the surface of orbits over both parameters.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import brentq
@@ -17,7 +22,7 @@ from gearchaos.continuation.arclength import Point, Stopped, correct, length
 from gearchaos.continuation.codimension2 import SpecialPoint
 from gearchaos.continuation.defining import EventEquations, EventState, GrazeEquations
 from gearchaos.continuation.events import FLIP, FOLD, flip_test, pair_test
-from gearchaos.continuation.shooting import Cycle
+from gearchaos.continuation.shooting import Cycle, evaluate
 
 _REACH = np.array([0.0, 1e-5, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2])
 """Distances from the last point, along the graze curve, between which the corner is searched."""
@@ -25,8 +30,19 @@ _REACH = np.array([0.0, 1e-5, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2])
 _RADII = (1e-3, 3e-3, 3e-4, 1e-2)
 """Radii of the half circle."""
 
-_ANGLES = np.concatenate([np.logspace(-7, -0.5, 14), np.linspace(0.4, np.pi - 0.4, 8), np.pi - np.logspace(-0.5, -7, 14)])
+_STEEP = np.logspace(-7, -0.5, 14)
+_ANGLES = np.concatenate([_STEEP, np.linspace(0.4, np.pi - 0.4, 8), np.pi - _STEEP[::-1]])
 """Angles on the half circle between which the curve is searched, dense near the graze curve."""
+
+
+_WHOLE_CIRCLE = np.linspace(0.1, 0.1 + 2 * np.pi, 49)
+"""Angles on the circle about a corner that is no graze."""
+
+_RECENT = 40
+"""Number of the last points of a curve with which points beyond a corner are compared."""
+
+_SEPARATE = 0.3
+"""Least distance of these from each other, relative to the radius."""
 
 
 def test_function(kind: str, cycle: Cycle) -> float:
@@ -36,15 +52,17 @@ def test_function(kind: str, cycle: Cycle) -> float:
     return flip_test(cycle) if kind == FLIP else pair_test(cycle)
 
 
-def beyond_graze(equations: EventEquations, before: Point, last: Point) -> tuple[SpecialPoint, Point | None] | None:
+def beyond_graze(
+    equations: EventEquations, points: Sequence[Point]
+) -> tuple[SpecialPoint, Point | None] | None:
     """The corner of a curve at a graze, and the first point of the curve beyond it.
 
     Parameters
     ----------
     equations : EventEquations
         Those of the event, no graze.
-    before, last : Point
-        An earlier point of the curve, and the last one, at which z nearly touches a boundary.
+    points : sequence of Point
+        The curve so far; at the last point z nearly touches a boundary.
 
     Returns
     -------
@@ -53,12 +71,14 @@ def beyond_graze(equations: EventEquations, before: Point, last: Point) -> tuple
         The tangent leads away from the corner; None if the curve is not found again.
     """
     try:
-        grazes = _Grazes(equations, last)
+        grazes = _Grazes(equations, points[-1])
         corner = grazes.corner()
         if corner is None:
             return None
-        side = -np.sign(grazes.gap(before.data.cycle)) or 1.0
-        return SpecialPoint(f"grazing-{equations.kind}", corner), grazes.beyond(corner, float(side), last)
+        gaps = [grazes.gap(point.data.cycle) for point in points[-_RECENT:]]
+        side = -float(np.sign(gaps[int(np.argmax(np.abs(gaps)))])) or 1.0
+        found = grazes.beyond(corner, side, points) or grazes.beyond(corner, -side, points)
+        return SpecialPoint(f"grazing-{equations.kind}", corner), found
     except Stopped:
         return None
 
@@ -101,54 +121,141 @@ class _Grazes:
         def value(distance: float) -> float:
             return self.test(self.point(self.origin, distance, 0.0))
 
-        for inner, outer in zip(_REACH[:-1], _REACH[1:], strict=True):
+        for inner, outer in pairwise(_REACH):
             for sign in (1.0, -1.0):
                 a, b = sign * float(inner), sign * float(outer)
                 if value(a) * value(b) <= 0:
                     return self.point(self.origin, float(brentq(value, a, b, xtol=1e-14)), 0.0)
         return None
 
-    def beyond(self, corner: Point, side: float, last: Point) -> Point | None:
+    def beyond(self, corner: Point, side: float, points: Sequence[Point]) -> Point | None:
         """The first point of the curve on one side of the graze: gap positive or negative."""
         for radius in _RADII:
 
             def on_circle(angle: float, radius: float = radius) -> Point:
                 return self.point(corner, radius * float(np.cos(angle)), side * radius * float(np.sin(angle)))
 
-            for start in self._roots(on_circle):
-                found = self._start(corner, start, last, radius)
+            for root in roots_on_circle(self.test, on_circle, _ANGLES):
+                found = first_point(self.equations, corner.u, root.u, points, radius)
                 if found is not None:
                     return found
         return None
 
-    def _roots(self, on_circle) -> list[Point]:  # type: ignore[no-untyped-def]
-        """The points of a half circle at which the test function changes its sign."""
-        values, roots = [], []
-        for angle in _ANGLES:
-            try:
-                values.append(self.test(on_circle(float(angle))))
-            except Stopped:
-                values.append(np.nan)
-        for i in range(len(_ANGLES) - 1):
-            if values[i] * values[i + 1] < 0:
-                try:
-                    a, b = float(_ANGLES[i]), float(_ANGLES[i + 1])
-                    angle = brentq(lambda x: self.test(on_circle(x)), a, b, xtol=1e-13)
-                    roots.append(on_circle(float(angle)))
-                except Stopped:
-                    continue
-        return roots
 
-    def _start(self, corner: Point, start: Point, last: Point, radius: float) -> Point | None:
-        """A point of the event's curve next to an orbit on the half circle, with the tangent away from the corner."""
-        e, size = self.equations, self.equations.size + 2
-        u = np.append(start.u, last.u[size:])
-        away = np.append(start.u - corner.u, np.zeros(len(u) - size))
-        away /= length(e.weights, away)
+class _Slice:
+    """Orbits along two parameters in the plane through a point, at a right angle to one direction.
+
+    Parameters
+    ----------
+    equations : EventEquations
+        Those of the event, whose family, period and weights are used.
+    origin, across : (n d + 2,)
+    """
+
+    def __init__(self, equations: EventEquations, origin: np.ndarray, across: np.ndarray) -> None:
+        self.family, self.period = equations.family, equations.period
+        self.weights = equations.weights[: len(origin)]
+        self.origin, self.row = origin, self.weights * across
+
+    def evaluate(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, EventState]:
+        """Defects and the distance from the plane, their derivatives, and the orbit."""
+        cycle = evaluate(self.family, u[:-2].reshape(self.period, -1), u[-2:])
+        defect = np.append(cycle.defect.ravel(), float(self.row @ (u - self.origin)))
+        return defect, np.vstack([cycle.jacobian, self.row]), EventState(cycle)
+
+    def amplitude(self, u: np.ndarray) -> float:
+        """The largest coordinate of the points."""
+        return float(np.abs(u[:-2]).max())
+
+    def resolved(self, first: EventState, last: EventState) -> bool:
+        """Two points of a slice are not compared."""
+        return True
+
+
+def beyond_kink(equations: EventEquations, points: Sequence[Point]) -> Point | None:
+    """The first point of a curve beyond the last one, where it has a corner that is no graze; None if there is none."""
+    size = equations.size + 2
+    origin, weights = points[-1].u[:size], equations.weights[:size]
+    _, _, right = np.linalg.svd(points[-1].data.cycle.jacobian / np.sqrt(weights))
+    first, second = (v / np.sqrt(weights) for v in right[-2:])
+
+    def on_circle(angle: float, radius: float) -> Point:
+        along = np.cos(angle) * first + np.sin(angle) * second
+        across = -np.sin(angle) * first + np.cos(angle) * second
+        return correct(_Slice(equations, origin, across), origin + radius * along, along, along)
+
+    def test(point: Point) -> float:
+        return test_function(equations.kind, point.data.cycle)
+
+    for radius in _RADII[:2]:
+        for root in roots_on_circle(test, partial(on_circle, radius=radius), _WHOLE_CIRCLE):
+            found = first_point(equations, origin, root.u, points, radius)
+            if found is not None:
+                return found
+    return None
+
+
+def roots_on_circle(
+    test: Callable[[Point], float], on_circle: Callable[[float], Point], angles: np.ndarray
+) -> Iterator[Point]:
+    """The points of a circle at which a test function changes its sign between two of these angles."""
+
+    def value(angle: float) -> float:
         try:
-            found = correct(e, u, away, away, radius)
+            return test(on_circle(angle))
         except Stopped:
-            return None
-        data: EventState = found.data
-        near = length(self.weights, found.u[:size] - start.u) < 0.3 * radius
-        return replace(found, step=radius) if near and data.cycle.residual < 1e-9 else None
+            return float("nan")
+
+    values = [value(float(angle)) for angle in angles]
+    for i in range(len(angles) - 1):
+        if values[i] * values[i + 1] < 0:
+            try:
+                yield on_circle(float(brentq(value, float(angles[i]), float(angles[i + 1]), xtol=1e-13)))
+            except (Stopped, RuntimeError):
+                continue
+
+
+def first_point(
+    equations: EventEquations, corner: np.ndarray, u: np.ndarray, points: Sequence[Point], radius: float
+) -> Point | None:
+    """The point of the event's curve next to an orbit near a corner, with the tangent away from the corner.
+
+    Parameters
+    ----------
+    equations : EventEquations
+    corner, u : (n d + 2,)
+        Points and parameters at the corner, and of the orbit.
+    points : sequence of Point
+        The curve so far, to which the point must not belong.
+    radius : float
+        Distance of the orbit from the corner.
+
+    Returns
+    -------
+    Point or None
+        None if Newton's method leads elsewhere.
+    """
+    size, weights = len(u), equations.weights[: len(u)]
+    if any(length(weights, p.u[:size] - u) < _SEPARATE * radius for p in points[-_RECENT:]):
+        return None
+    if _between(weights, points[-_RECENT:], u) < _SEPARATE * radius:
+        return None
+    rest = points[-1].u[size:]
+    away = np.append(u - corner, np.zeros(len(rest)))
+    away /= length(equations.weights, away)
+    try:
+        found = correct(equations, np.append(u, rest), away, away, radius)
+    except Stopped:
+        return None
+    near = length(weights, found.u[:size] - u) < _SEPARATE * radius
+    return found if near else None
+
+
+def _between(weights: np.ndarray, points: Sequence[Point], u: np.ndarray) -> float:
+    """Distance of unknowns (N,) from the line through recent points of a curve."""
+    nearest = np.inf
+    for a, b in pairwise(p.u[: len(u)] for p in points):
+        direction, offset = b - a, u - a
+        share = float(np.clip((weights * offset) @ direction / max((weights * direction) @ direction, 1e-300), 0, 1))
+        nearest = min(nearest, length(weights, offset - share * direction))
+    return nearest

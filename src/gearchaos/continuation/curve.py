@@ -11,7 +11,7 @@ import numpy as np
 from gearchaos.continuation.arclength import Point, Settings, Stopped, correct, follow, length
 from gearchaos.continuation.branch import AXIS_END, CLOSED, LARGEST, POINT_LIMIT, UNBOUNDED, follow_branch
 from gearchaos.continuation.codimension2 import SpecialPoint, find_special_points
-from gearchaos.continuation.crossing import beyond_graze
+from gearchaos.continuation.crossing import beyond_graze, beyond_kink
 from gearchaos.continuation.defining import EventEquations, EventSeed, event_equations
 from gearchaos.continuation.events import GRAZE, NEIMARK_SACKER, Event, locate
 from gearchaos.continuation.family import ParameterFamily
@@ -143,21 +143,26 @@ def _one_way(equations: EventEquations, start: Point, bounds: Bounds, settings: 
     curve = Curve(equations.family, equations.kind, equations.period, [start])
     why = _follow_piece(curve, equations, bounds, settings)
     for _ in range(_MAX_CORNERS):
-        if why in _FINAL or not _touches(equations, curve.points[-1]):
+        beyond = None if why in _FINAL or equations.kind == GRAZE else _beyond_corner(curve, equations)
+        if beyond is None:
             break
-        found = beyond_graze(equations, curve.points[max(0, len(curve.points) - 6)], curve.points[-1])
-        if found is None:
-            break
-        curve.special.append(found[0])
-        why = f"grazing-{equations.kind}: meets a graze, where multipliers change with infinite slope"
-        if found[1] is None:
-            break
-        curve.points.append(found[1])
-        why = _follow_piece(curve, equations, bounds, replace(settings, first=found[1].step))
+        curve.points.append(beyond)
+        why = _follow_piece(curve, equations, bounds, replace(settings, first=beyond.step))
     curve.closed = why == CLOSED
     x, y = map(float, equations.values(curve.points[-1].u))
     curve.ends = [] if curve.closed else [CurveEnd(x, y, why)]
     return curve
+
+
+def _beyond_corner(curve: Curve, equations: EventEquations) -> Point | None:
+    """The next point of a curve that ends at a corner; if that is a graze, it is added to the special points."""
+    if not _touches(equations, curve.points[-1]):
+        return beyond_kink(equations, curve.points)
+    found = beyond_graze(equations, curve.points)
+    if found is None:
+        return None
+    curve.special.append(found[0])
+    return found[1]
 
 
 def _follow_piece(curve: Curve, equations: EventEquations, bounds: Bounds, settings: Settings) -> str:

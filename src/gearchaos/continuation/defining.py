@@ -18,7 +18,7 @@ from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import Cycle
 from gearchaos.flow import SensitivityFlow
 
-_STEP = 1e-5
+_STEP = 1e-6
 """Step of the central differences, in half backlashes."""
 
 _ANGLE_WEIGHT = 1e-2
