@@ -227,7 +227,7 @@ def as_orbit(family: ParameterFamily, cycle: Cycle) -> Orbit:
     return Orbit(
         model, cycle.period, points, cycle.multipliers,
         [Switch(float(t), int(b), bool(i)) for t, b, i in cycle.switches],
-        [Extremum(float(t), float(z), k > 0) for t, z, k in cycle.extrema], cycle.residual,
+        [Extremum(float(t), float(z), bool(k > 0)) for t, z, k in cycle.extrema], cycle.residual,
     )
 
 
