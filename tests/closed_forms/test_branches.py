@@ -195,6 +195,29 @@ def test_a_torus_is_born_where_a_pair_of_multipliers_leaves_the_unit_circle():
     assert inside == "1T" and outside != "1T"
 
 
+@pytest.mark.parametrize("step", [0.03, 0.02, 0.01])
+def test_a_symmetric_orbit_loses_its_symmetry_at_a_pitchfork(step):
+    """Without load and with constant stiffness z(τ + T/2) = −z(τ) solves the equations: here z_min = −z_max."""
+    model = gc.MeshModel.of(kind="single", chi0=0, q0=0, zeta=0.05, omega=0.6, eps1=2.0)
+    ds = gc.branch(model, "omega=0.3:0.65", period=1, start={"z": 3.0307, "z_dot": 0.606}, longest_step=step)
+    np.testing.assert_allclose(ds["z_max"].values, -ds["z_min"].values, atol=1e-6)
+    assert ds["event_kind"].values.tolist() == ["pitchfork"]
+    value = float(ds["event_value"][0])
+    assert value == pytest.approx(0.348540, abs=1e-6)
+    assert np.abs(ds["event_multipliers_real"].values[0] - 1).min() < 1e-6
+    np.testing.assert_array_equal(ds["unstable"].values, (ds["omega"].values < value).astype(int))
+    beyond = gc.orbits(model.with_values({"omega": value - 2e-3}), period=1)
+    lopsided = [o for o in beyond if abs(max(e.z for e in o.extrema) + min(e.z for e in o.extrema)) > 1e-3]
+    assert len(lopsided) >= 2
+
+
+def test_orbits_finds_stable_and_unstable_ones():
+    found = gc.orbits(SINGLE.with_values({"omega": 0.7}), period=1)
+    assert sorted(o.unstable for o in found) == [0, 0, 1]
+    lowest = min(o.state["z"] for o in found)
+    assert _orbits_on_branch(resonance(), 0.7).min() == pytest.approx(lowest, abs=1e-9)
+
+
 def test_period_doublings_follow_feigenbaum():
     """The flips are a regression; the limit of the ratios is Feigenbaum's constant 4.669…"""
     ds = gc.branch(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206), "eps1=0:0.3", cascade=4)
