@@ -15,7 +15,6 @@ from gearchaos.cli.options import (
     Sets,
     StudyPath,
     app,
-    axis_starts,
     in_units,
     load,
 )
@@ -52,11 +51,11 @@ def branch(
     texts = axis or []
     if len(texts) != 1:
         raise InputError("--axis", "must be given once", texts, "E.g. --axis eps1=0:0.3.")
-    loaded = load(study, sets, physical, axis_starts(texts))
     from gearchaos.studies.axis import as_range
     from gearchaos.studies.branch import branch as follow
 
     chosen = as_range(texts[0], "--axis")
+    loaded = load(study, sets, physical, [chosen])
     found = follow(loaded.model, chosen, start=_state(start or []), period=period, cascade=cascade)
     dataset = in_units(found, loaded, physical)
     save(dataset, out)
