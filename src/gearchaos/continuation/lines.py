@@ -9,11 +9,11 @@ import numpy as np
 from gearchaos.continuation.arclength import Settings, Stopped
 from gearchaos.continuation.branch import Branch, follow_branch
 from gearchaos.continuation.defining import EventSeed, seed_of
-from gearchaos.continuation.doubling import doubled_start, follow_doubled
 from gearchaos.continuation.events import FLIP, NEUTRAL_SADDLE, PITCHFORK
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import minimal, same_cycle
 from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
+from gearchaos.continuation.switching import doubled_start, follow_doubled
 from gearchaos.dynamics import Classification, Label, classify, orbits
 from gearchaos.dynamics.initial_conditions import default_box, spread
 from gearchaos.errors import InputError

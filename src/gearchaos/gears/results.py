@@ -66,7 +66,7 @@ def _branch_attributes(dataset: xr.Dataset, gears: Gears) -> dict[str, str]:
     return {name: json.dumps(_times(factor, value)) for name, value in found.items()}
 
 
-_WITH_VALUES = ("range", "ends", "stable", "cascade")
+_WITH_VALUES = ("range", "ends", "stable", "cascade", "asymmetric")
 """Attributes of a branch that are JSON with values of its parameter."""
 
 
