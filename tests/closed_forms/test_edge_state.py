@@ -39,5 +39,5 @@ def test_the_edge_state_of_six_coordinates_divides_two_attractors():
 
 
 def test_two_starts_of_one_attractor_are_refused():
-    with pytest.raises(gc.InputError, match="second.*another attractor"):
+    with pytest.raises(gc.InputError, match=r"second.*another attractor"):
         gc.edge_state(SINGLE, {"z": 1.04}, {"z": 1.05})
