@@ -103,7 +103,8 @@ class Branch:
     def stable_intervals(self) -> list[list[float]]:
         """Intervals [low, high] of the parameter in which orbits of the branch are stable.
 
-        They end at events or at ends of the branch. One that passes the first point of a closed branch is not divided.
+        They are in ascending order, overlap where the branch turns, and end at events or at ends of the branch. One
+        that passes the first point of a closed branch is not divided.
         """
         stable, values = self.unstable == 0, self.values
         found: list[list[float]] = []
@@ -117,7 +118,7 @@ class Branch:
                 found[-1] += self._changes(i - 1, last=False)
         if self.closed and len(found) > 1 and stable[0] and stable[-1]:
             found[0] += found.pop()
-        return [[float(min(part)), float(max(part))] for part in found]
+        return sorted([float(min(part)), float(max(part))] for part in found)
 
     def _changes(self, position: int, last: bool) -> list[float]:
         """The parameter at the first or last event after a point at which stability may change; empty without one."""

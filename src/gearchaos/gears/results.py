@@ -40,9 +40,44 @@ def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
         If the dataset is in physical units already, or an argument has another type.
     """
     gears = _checked_gears(dataset, pair)
-    scales = _scales(dataset, gears)
-    coordinates, variables = scaled(dataset.coords, scales), scaled(dataset.data_vars, scales)
-    return dataset.assign_coords(coordinates).assign(variables).assign_attrs(pair=json.dumps(asdict(pair_of(gears))))
+    out = dataset.assign_attrs(pair=json.dumps(asdict(pair_of(gears))))
+    for part in _parts(dataset):
+        scales = _scales(part, gears)
+        own = {name: array for name, array in part.coords.items() if array.dims == dataset[name].dims}
+        out = out.assign_coords(scaled(own, scales)).assign(scaled(part.data_vars, scales))
+    return out.assign_attrs(_branch_attributes(dataset, gears))
+
+
+def _parts(dataset: xr.Dataset) -> list[xr.Dataset]:
+    """The Dataset; for a branch what is over its points, and what is over its events, each with its own torques."""
+    if "event_value" not in dataset:
+        return [dataset]
+    events = dataset.drop_dims("point")
+    axis = events["event_value"].attrs.get("quantity")
+    return [dataset.drop_dims("event"), events.assign_coords({axis: events["event_value"]})]
+
+
+def _branch_attributes(dataset: xr.Dataset, gears: Gears) -> dict[str, str]:
+    """The attributes of a branch with values of its parameter, in physical units; empty for other results."""
+    if "event_value" not in dataset:
+        return {}
+    unit = unit_of(dataset["event_value"].attrs.get("quantity", ""), pair_of(gears).scales)
+    factor = 1.0 if unit is None else unit[0]
+    found = {name: json.loads(dataset.attrs[name]) for name in _WITH_VALUES if name in dataset.attrs}
+    return {name: json.dumps(_times(factor, value)) for name, value in found.items()}
+
+
+_WITH_VALUES = ("range", "ends", "stable", "cascade")
+"""Attributes of a branch that are JSON with values of its parameter."""
+
+
+def _times(factor: float, value: Any) -> Any:
+    """A JSON value with all its numbers that are not integers times a factor."""
+    if isinstance(value, dict):
+        return {key: _times(factor, item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_times(factor, item) for item in value]
+    return value * factor if isinstance(value, float) else value
 
 
 def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:

@@ -59,9 +59,14 @@ def unit_of(name: str, scales: Scales[Value]) -> tuple[Value, str] | None:
 
 
 def scaled(variables: Mapping[Any, Any], scales: Scales[Any]) -> dict[str, tuple[Any, Any, dict[str, Any]]]:
-    """Dims, scaled values and attributes of those variables, DataArrays by name, that have a physical unit."""
-    units = {str(name): unit_of(str(name), scales) for name in variables}
-    return {name: _scaled(name, variables[name], *unit) for name, unit in units.items() if unit}
+    """Dims, scaled values and attributes of those variables, DataArrays by name, that have a physical unit.
+
+    A variable with values of several quantities, such as ``event_value``, has the name of its own one as the attribute
+    ``quantity``.
+    """
+    quantities = {str(name): variables[name].attrs.get("quantity", str(name)) for name in variables}
+    units = {name: unit_of(quantity, scales) for name, quantity in quantities.items()}
+    return {name: _scaled(quantities[name], variables[name], *unit) for name, unit in units.items() if unit}
 
 
 def scaled_numbers(values: Mapping[str, Any], scales: Scales[Any]) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -1,8 +1,10 @@
 """Pictures: each function takes a Dataset or a model and ``ax=``, draws with plain matplotlib and returns the Axes."""
 
 from gearchaos.plot._attractors import attractors
+from gearchaos.plot._backbone import backbone
 from gearchaos.plot._basins import attractor_legend, attractor_names, basins
 from gearchaos.plot._bifurcation import bifurcation
+from gearchaos.plot._branch import branch
 from gearchaos.plot._characteristics import backlash, stiffness
 from gearchaos.plot._classes import CONTACT_CLASSES, MOTION_CLASSES, MotionClass, motion_class
 from gearchaos.plot._dossier import dossier
@@ -29,9 +31,11 @@ __all__ = [
     "attractor_legend",
     "attractor_names",
     "attractors",
+    "backbone",
     "backlash",
     "basins",
     "bifurcation",
+    "branch",
     "class_legend",
     "dossier",
     "dynamic_factor",

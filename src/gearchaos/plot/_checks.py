@@ -15,18 +15,24 @@ from gearchaos.validation import LARGEST, check_rule, to_float
 Dims = int | tuple[str, ...]
 """Number of dimensions that a variable must have, each with a coordinate; or the names of its dimensions."""
 
-_INTEGERS = ("label", "period", "attractor", "attractor_label", "attractor_period")
+_INTEGERS = (
+    "label", "period", "attractor", "attractor_label", "attractor_period", "branch", "unstable", "event_point",
+    "event_branch",
+)
 """Variables that must hold integers."""
 
 _LABELS = ("label", "attractor_label")
 """Variables whose codes must have names, in the CF attributes ``flag_values`` and ``flag_meanings``."""
 
-_MAY_BE_EMPTY = "number"
-"""The dimension of attractors. There are none if all motions are undecided."""
+_TEXTS = ("event_kind",)
+"""Variables that must hold texts."""
+
+_MAY_BE_EMPTY = (("number",), ("event",))
+"""The dimensions of attractors and of events. There are no attractors if all motions are undecided."""
 
 _DRAWN_BY = {
     "zones": "zones or level", "bifurcation": "bifurcation, or lyapunov", "basins": "basins",
-    "attractors": "attractors", "dynamic_factor": "dynamic_factor",
+    "attractors": "attractors", "branch": "backbone or branch", "dynamic_factor": "dynamic_factor",
     "simulate": "portrait, or with samples by phase, history, spectrum or dossier",
 }
 
@@ -113,9 +119,9 @@ def _check_content(dataset: xr.Dataset, study: str, variables: dict[str, Dims]) 
 
 def _fault(array: xr.DataArray) -> str:
     """What is wrong with a variable; an empty text if nothing is."""
-    if array.dtype.kind not in ("biu" if array.name in _INTEGERS else "biuf"):
+    if array.dtype.kind not in ("biu" if array.name in _INTEGERS else "OUT" if array.name in _TEXTS else "biuf"):
         return f"{array.name} of type {array.dtype}"
-    if array.size == 0 and array.dims != (_MAY_BE_EMPTY,):
+    if array.size == 0 and array.dims not in _MAY_BE_EMPTY:
         return f"{array.name} without values"
     return "" if array.name not in _LABELS or flags(array) else f"{array.name} whose codes are not named"
 

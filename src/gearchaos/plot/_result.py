@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from gearchaos.errors import InputError
 from gearchaos.plot._attractors import attractors
+from gearchaos.plot._backbone import backbone
 from gearchaos.plot._basins import basins
 from gearchaos.plot._bifurcation import bifurcation
 from gearchaos.plot._checks import check_dataset, check_name
@@ -28,7 +29,8 @@ def result(ds: xr.Dataset, colour: str | None = None) -> Figure:
     """Draw the result of any study.
 
     The picture is a map of zones, a bifurcation diagram (without points, the Lyapunov exponents), basins, attractors,
-    the dynamic factor along the speed, or, of a simulation, the dossier (without samples, the stroboscopic portrait).
+    the dynamic factor along the speed, the response along a branch of orbits, or, of a simulation, the dossier (without
+    samples, the stroboscopic portrait).
 
     Parameters
     ----------
@@ -73,6 +75,7 @@ _PICTURES: dict[str, Callable[[xr.Dataset], Axes | Figure]] = {
     "zones": zones,
     "bifurcation": lambda ds: bifurcation(ds) if "point" in ds.dims else lyapunov(ds),
     "basins": basins,
+    "branch": backbone,
     "attractors": attractors,
     "dynamic_factor": dynamic_factor,
     "simulate": lambda ds: dossier(ds) if "tau" in ds.dims else portrait(ds),

@@ -1,0 +1,119 @@
+"""The response of a branch of periodic orbits over its parameter, with its events and jumps."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from gearchaos.errors import unknown_name
+from gearchaos.plot._axes import axis_label, new_axes
+from gearchaos.plot._branch_lines import axis_of, check_branch, draw_lines, stability_handles
+from gearchaos.plot._legends import legend as draw_legend
+from gearchaos.plot._phase import INK, STROBE
+
+_EVENTS: dict[str, dict[str, Any]] = {
+    "fold": {"marker": "o", "color": INK},
+    "flip": {"marker": "s", "color": "#2f6db5"},
+    "neimark-sacker": {"marker": "^", "color": "#1b7a4b"},
+    "pitchfork": {"marker": "D", "color": "#7a3b8f"},
+    "neutral-saddle": {"marker": "x", "color": "0.45"},
+    "graze": {"marker": "|", "color": "#a96a00", "markersize": 8, "markeredgewidth": 1.4},
+}
+"""How each kind of event is marked; a graze is no bifurcation in general, and is marked by a stroke."""
+
+_OTHER: dict[str, Any] = {"marker": "*", "color": "0.2"}
+"""How the events of a user's function are marked."""
+
+_JUMP: dict[str, Any] = {"arrowstyle": "-|>", "color": STROBE, "linewidth": 1.1, "shrinkA": 2, "shrinkB": 1,
+                         "mutation_scale": 10}
+
+
+def backbone(ds: xr.Dataset, y: str = "z_peak_to_peak", ax: Axes | None = None, *, legend: bool = True) -> Axes:
+    """Draw the response along a branch of periodic orbits: stable parts solid, unstable ones dashed.
+
+    Every kind of event has a marker of its own. Where a fold ends a stable part, a slow change of the parameter makes
+    the motion jump: an arrow leads to the nearest stable part of the branch at this parameter, if there is one.
+
+    Parameters
+    ----------
+    ds : Dataset
+        From `gearchaos.branch`.
+    y : str
+        The variable to show: a response measure, ``z_max`` or ``z_min``.
+    legend : bool
+        Add a legend of the lines, the events and the jumps.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a branch, or has no variable of this name along its points and events.
+    """
+    check_branch(ds)
+    names = [str(n)[6:] for n in ds.data_vars if str(n).startswith("event_") and ds[n].dims == ("event",)]
+    known = [n for n in names if n in ds and ds[n].dims == ("point",) and ds[n].dtype.kind == "f"]
+    if y not in known:
+        raise unknown_name("y", str(y), known)
+    ax, axis = new_axes(ax), axis_of(ds)
+    draw_lines(ds, ax, ds[y].values, ds[f"event_{y}"].values)
+    found = _mark_events(ds, ax, y)
+    jumps = [_arrow(ax, *jump) for jump in _jumps(ds, y)]
+    ax.set(xlabel=axis_label(ds[axis], axis), ylabel=axis_label(ds[y], y))
+    ax.margins(0.03, 0.06)
+    if legend:
+        jump = Line2D([], [], color=STROBE, marker=">", markersize=5, linewidth=1.1, label="jump")
+        draw_legend(ax, [*stability_handles(ds), *found, *([jump] if jumps else [])])
+    return ax
+
+
+def _mark_events(ds: xr.Dataset, ax: Axes, y: str) -> list[Line2D]:
+    """Mark the events, and return the legend handles of the kinds that occur."""
+    kinds, handles = ds["event_kind"].values, []
+    for kind in [*(k for k in _EVENTS if k in kinds), *(k for k in dict.fromkeys(kinds) if k not in _EVENTS)]:
+        own = kinds == kind
+        style = {"markersize": 5, "markeredgewidth": 1.2, "markerfacecolor": "white", **_EVENTS.get(kind, _OTHER)}
+        (line,) = ax.plot(ds["event_value"].values[own], ds[f"event_{y}"].values[own], linestyle="none", zorder=4,
+                          label=_words(kind), **style)
+        handles.append(line)
+    return handles
+
+
+def _words(kind: str) -> str:
+    """A kind of event in words."""
+    return "Neimark–Sacker" if kind == "neimark-sacker" else kind.replace("-", " ")
+
+
+def _jumps(ds: xr.Dataset, y: str) -> list[tuple[float, float, float]]:
+    """The parameter, and the response before and after, of the jumps at folds that end a stable part."""
+    x, stable, found = ds[axis_of(ds)].values, ds["unstable"].values == 0, []
+    for i in np.flatnonzero(ds["event_kind"].values == "fold"):
+        before, value = int(ds["event_point"][i]), float(ds["event_value"][i])
+        if not stable[before : before + 2].any():
+            continue
+        from_y = float(ds[f"event_{y}"][i])
+        outwards = np.sign(value - x[before : before + 2].mean())
+        to_y = _stable_responses(ds, y, value + outwards * 1e-9 * np.ptp(x))
+        if len(to_y):
+            found.append((value, from_y, float(to_y[np.argmin(np.abs(to_y - from_y))])))
+    return found
+
+
+def _stable_responses(ds: xr.Dataset, y: str, value: float) -> np.ndarray:
+    """The response of all stable orbits of the branches at a parameter value, by linear interpolation."""
+    x, r, stable = ds[axis_of(ds)].values, ds[y].values, ds["unstable"].values == 0
+    same = np.diff(ds["branch"].values) == 0
+    crossed = np.flatnonzero(same & stable[1:] & stable[:-1] & ((x[1:] - value) * (x[:-1] - value) <= 0))
+    share = (value - x[crossed]) / (x[crossed + 1] - x[crossed])
+    return r[crossed] + share * (r[crossed + 1] - r[crossed])
+
+
+def _arrow(ax: Axes, value: float, start: float, end: float) -> Any:
+    """Draw the arrow of a jump."""
+    return ax.annotate("", (value, end), (value, start), arrowprops=_JUMP, zorder=3)

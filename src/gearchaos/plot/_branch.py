@@ -1,0 +1,46 @@
+"""The stroboscopic points of a branch of periodic orbits over its parameter, alone or over a bifurcation diagram."""
+
+from __future__ import annotations
+
+import xarray as xr
+from matplotlib.axes import Axes
+
+from gearchaos.plot._axes import axis_label, new_axes
+from gearchaos.plot._branch_lines import axis_of, check_branch, draw_lines, stability_handles
+from gearchaos.plot._checks import check_name
+from gearchaos.plot._legends import legend as draw_legend
+from gearchaos.plot._portrait import first_coordinate
+
+
+def branch(ds: xr.Dataset, name: str | None = None, ax: Axes | None = None, *, legend: bool = True) -> Axes:
+    """Draw the stroboscopic points of a branch: n lines for orbits of period n, solid if stable, dashed if not.
+
+    In an Axes that `bifurcation` has drawn, the lines lie over the diagram, whose limits are kept.
+
+    Parameters
+    ----------
+    ds : Dataset
+        From `gearchaos.branch`: ``section_<name>`` with dims (point, cycle).
+    name : str
+        Coordinate to show; x1, or z of a single model, if left out.
+    legend : bool
+        Add a legend of the lines, unless the Axes has a diagram.
+
+    Returns
+    -------
+    Axes
+    """
+    check_branch(ds)
+    name = name or first_coordinate(ds)
+    check_name(ds, "name", name, ("point", "cycle"), "section_")
+    ax, section, axis = new_axes(ax), ds[f"section_{name}"], axis_of(ds)
+    over_diagram = bool(ax.images)
+    limits = ax.get_xlim(), ax.get_ylim()
+    draw_lines(ds, ax, section.values)
+    if over_diagram:
+        ax.set(xlim=limits[0], ylim=limits[1])
+        return ax
+    ax.set(xlabel=axis_label(ds[axis], axis), ylabel=axis_label(section, name))
+    if legend:
+        draw_legend(ax, stability_handles(ds))
+    return ax
