@@ -129,6 +129,41 @@ def print_attractors(dataset: xr.Dataset) -> None:
     _print(table)
 
 
+def print_branch(document: dict[str, Any], name: str) -> None:
+    """Print a branch of periodic orbits along the parameter of this name: where it ends, its events in order."""
+    low, high = document["range"]
+    table = Table(show_header=False)
+    table.add_row("branch", f"{document['points']} points, {name} from {low:.10g} to {high:.10g}")
+    if document["closed"]:
+        table.add_row("ends", "none: it is closed, an isola")
+    for end in document["ends"]:
+        table.add_row("end", f"{name} = {end['value']:.10g}: {end['why']}")
+    intervals = [f"{a:.10g} to {b:.10g}" for a, b in document["stable"]]
+    table.add_row("stable", "\n".join(intervals) or "nowhere")
+    for branch in document.get("cascade", []):
+        stable = ", ".join(f"{a:.10g} to {b:.10g}" for a, b in branch["stable"])
+        table.add_row(f"doubled, {branch['period']}T", f"stable {stable or 'nowhere'}")
+    if document.get("feigenbaum"):
+        table.add_row("ratios of intervals", ", ".join(f"{ratio:.6g}" for ratio in document["feigenbaum"]))
+    _print(table)
+    _print_events(document["events"], name)
+
+
+def _print_events(events: Sequence[Mapping[str, Any]], name: str) -> None:
+    """Print the events of a branch in order, one per row."""
+    if not events:
+        return
+    table = Table(title="Events, in order along the branch")
+    for title in ("event", name, "period", "multipliers", "residual"):
+        table.add_column(title, justify="left" if title == "event" else "right")
+    for event in events:
+        flank = {1: ", front flank", -1: ", back flank"}.get(event["boundary"], "")
+        multipliers = ", ".join(f"{a:.4g}{b:+.4g}i" if b else f"{a:.4g}" for a, b in event["multipliers"])
+        table.add_row(f"{event['kind']}{flank}", f"{event['value']:.12g}", f"{event['period']}T", multipliers,
+                      f"{event['residual']:.1e}")
+    _print(table)
+
+
 def _print(table: Table) -> None:
     """Print a table in the width of the terminal."""
     console = Console()

@@ -188,5 +188,6 @@ def _attributes(branches: Sequence[Branch], flips: Sequence[Event]) -> dict[str,
 def _of_branch(branch: Branch) -> dict[str, Any]:
     """Range of the parameter, ends and stable intervals of a branch; a closed branch has no ends."""
     values = [*branch.values.tolist(), *(float(event.point.u[-1]) for event in branch.events)]
+    values += [end.value for end in branch.ends]
     ends = [] if branch.closed else [{"value": end.value, "why": end.why} for end in branch.ends]
     return {"range": [min(values), max(values)], "ends": ends, "stable": branch.stable_intervals()}

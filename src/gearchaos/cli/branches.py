@@ -1,0 +1,112 @@
+"""The command for branches of periodic orbits."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gearchaos.cli.options import (
+    Json,
+    OutIfWanted,
+    Physical,
+    Plot,
+    Sets,
+    StudyPath,
+    app,
+    axis_starts,
+    in_units,
+    load,
+)
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save
+from gearchaos.errors import InputError
+from gearchaos.files import DATA_SUFFIXES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@app.command()
+def branch(
+    study: StudyPath = None,
+    sets: Sets = None,
+    axis: Annotated[
+        list[str] | None, typer.Option("--axis", metavar="NAME=START:STOP", help="The parameter and its range, once.")
+    ] = None,
+    period: Annotated[
+        int | None, typer.Option(help="Minimal period; by default that of the motion that the start leads to.")
+    ] = None,
+    start: Annotated[
+        list[str] | None, typer.Option("--start", metavar="NAME=VALUE", help="An initial value; may be repeated.")
+    ] = None,
+    cascade: Annotated[int, typer.Option(help="Period doublings to follow from the first flip.")] = 0,
+    out: OutIfWanted = None,
+    plot: Plot = None,
+    json_out: Json = False,
+    physical: Physical = False,
+) -> None:
+    """Follow a branch of periodic orbits along one parameter, stable or not, with all its events."""
+    check_output("--out", out, DATA_SUFFIXES)
+    check_output("--plot", plot, PLOT_SUFFIXES)
+    texts = axis or []
+    if len(texts) != 1:
+        raise InputError("--axis", "must be given once", texts, "E.g. --axis eps1=0:0.3.")
+    loaded = load(study, sets, physical, axis_starts(texts))
+    from gearchaos.studies.axis import as_range
+    from gearchaos.studies.branch import branch as follow
+
+    chosen = as_range(texts[0], "--axis")
+    found = follow(loaded.model, chosen, start=_state(start or []), period=period, cascade=cascade)
+    dataset = in_units(found, loaded, physical)
+    save(dataset, out)
+    draw(dataset, plot)
+    document = branch_document(dataset)
+    if json_out:
+        print_json(document)
+    else:
+        from gearchaos.cli.tables import print_branch
+
+        print_branch(document, chosen.name)
+
+
+def _state(texts: list[str]) -> dict[str, float] | None:
+    """Initial values by name; None if there are none."""
+    out = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        try:
+            out[name.strip()] = float(value)
+        except ValueError:
+            equals = ""
+        if not equals:
+            raise InputError("--start", "must read NAME=VALUE", text, "E.g. --start z=1.2.")
+    return out or None
+
+
+def branch_document(dataset: xr.Dataset) -> dict[str, Any]:
+    """The JSON document of a branch: number of points, range, ends, events in order, stable intervals.
+
+    After a cascade it also has the branches of doubled periods and the ratios of successive intervals between flips.
+    """
+    whole = {name: json.loads(dataset.attrs[name]) for name in ("closed", "range", "ends", "stable")}
+    events = [_event(dataset, i) for i in range(dataset.sizes["event"])]
+    out = {"points": dataset.sizes["point"], "closed": whole.pop("closed"), "range": whole["range"],
+           "ends": whole["ends"], "events": events, "stable": whole["stable"]}
+    if json.loads(dataset.attrs["settings"])["cascade"]:
+        out |= {name: json.loads(dataset.attrs[name]) for name in ("cascade", "feigenbaum")}
+    return out
+
+
+def _event(dataset: xr.Dataset, number: int) -> dict[str, Any]:
+    """One event of a branch as JSON."""
+    at = dataset.isel(event=number)
+    prefix = "event_section_"
+    parts = (at[f"event_multipliers_{part}"].values.tolist() for part in ("real", "imag"))
+    return {
+        "kind": str(at["event_kind"].item()), "value": at["event_value"].item(), "period": at["event_period"].item(),
+        "multipliers": [list(pair) for pair in zip(*parts, strict=True)],
+        "boundary": at["event_boundary"].item() or None,
+        "state": {str(n).removeprefix(prefix): at[n].item() for n in at.data_vars if str(n).startswith(prefix)},
+        "residual": at["event_residual"].item(),
+    }

@@ -1,0 +1,240 @@
+"""Branches of periodic orbits: closed forms, laws of bifurcations, symmetries, and other ways to the same orbits."""
+
+from __future__ import annotations
+
+import json
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+import gearchaos as gc
+from gearchaos.flow import ExactFlow
+from gearchaos.model import vary
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import switched_system
+
+SINGLE = gc.MeshModel.of(kind="single", omega=1.0, zeta=0.025, q0=0.1, eps1=0.05)
+LINEAR = {"kind": "single", "chi0": 0.0, "J": 2.0, "zeta": 0.05, "q0": 0.1}
+"""Constant stiffness, and J1 = J2 = 2: z'' + 2 ζ z' + z − 1 = q0 + ε1 ω² cos ωτ in permanent contact, (2.17)."""
+
+
+@cache
+def resonance():
+    """The 1T branch of the single equation over ω, with folds, flips and grazes."""
+    return gc.branch(SINGLE, "omega=0.3:2.5")
+
+
+@cache
+def isola(period: int):
+    return gc.branch(gc.MeshModel.of(kind="single", omega=2.3, q0=0.1, eps1=0.1), "omega=1:3", period=period)
+
+
+def events(ds, *kinds: str) -> np.ndarray:
+    """Values of the events of these kinds, in ascending order."""
+    return np.sort(ds["event_value"].values[np.isin(ds["event_kind"].values, kinds)])
+
+
+def meissner_flip(omega: float) -> float:
+    """det(M + 1) of z'' + 2 ζ z' + χ(τ) z = 0 over a period with two levels of stiffness."""
+    stiffness, monodromy = SINGLE.stiffness, np.eye(2)
+    first = stiffness.contact_ratio - 1
+    for level, share in ((1 + stiffness.chi1, first), (1 - stiffness.chi2, 1 - first)):
+        rate = np.array([[0.0, 1.0], [-level, -2 * SINGLE.zeta]])
+        monodromy = expm(rate * share * 2 * np.pi / omega) @ monodromy
+    return float(np.linalg.det(monodromy + np.eye(2)))
+
+
+def test_flips_in_permanent_contact_are_those_of_meissners_equation():
+    exact = [brentq(meissner_flip, 1.7, 2.0, xtol=1e-14), brentq(meissner_flip, 2.0, 2.3, xtol=1e-14)]
+    ds = resonance()
+    flips = (ds["event_kind"] == "flip") & (ds["event_value"] > 1.5)
+    np.testing.assert_allclose(np.sort(ds["event_value"].values[flips]), exact, atol=1e-10)
+    before = ds["event_point"].values[flips]
+    assert set(ds["contact_sequence"].values[before]) == {"front"}
+    assert np.abs(ds["event_residual"].values[flips]).max() < 1e-12
+
+
+@pytest.mark.parametrize("omega", [0.6, 1.4, 2.2])
+def test_contact_is_lost_where_the_linear_response_reaches_the_boundary(omega):
+    exact = 0.1 * math.hypot(1 - omega**2, 2 * 0.05 * omega) / omega**2
+    ds = gc.branch(gc.MeshModel.of(omega=omega, eps1=0.3 * exact, **LINEAR), f"eps1=0:{1.2 * exact!r}")
+    first = int(np.argmin(ds["event_value"].values))
+    assert ds["event_kind"].values[first] == "graze" and ds["event_boundary"].values[first] == 1
+    assert ds["event_value"].values[first] == pytest.approx(exact, rel=1e-12)
+    assert ds["event_z_min"].values[first] == pytest.approx(1, abs=1e-12)
+
+
+def test_orbits_meet_at_a_fold_like_the_square_root_of_the_distance():
+    fold = events(resonance(), "fold")[-1]
+    apart = [np.linalg.norm([a.state[n] - b.state[n] for n in ("z", "z_dot")])
+             for a, b in (_pair_before(fold, delta) for delta in (4e-7, 1e-7))]
+    assert apart[0] / apart[1] == pytest.approx(2, rel=2e-3)
+    assert 1e-4 < apart[1] < 1e-2
+
+
+def _pair_before(fold: float, delta: float):
+    """The stable and the unstable orbit that meet at a fold, at a distance in the parameter before it."""
+    ds, found = resonance(), []
+    at = int(np.argmin(np.abs(ds["event_value"].values - fold)))
+    for neighbour in ds["event_point"].values[at] + np.arange(2):
+        share = float(np.sqrt(delta / (fold - ds["omega"].values[neighbour])))
+        near = {n: float((1 - share) * ds[f"event_section_{n}"][at] + share * ds[f"section_{n}"][neighbour, 0])
+                for n in ("z", "z_dot")}
+        found.append(gc.orbit(SINGLE.with_values({"omega": fold - delta}), period=1, near=near))
+    assert sorted(o.unstable for o in found) == [0, 1]
+    return found
+
+
+def test_a_mirrored_mesh_has_the_mirrored_branch():
+    mirrored = gc.branch(SINGLE.with_values({"q0": -0.1, "theta1": np.pi, "z": -1.0}), "omega=0.3:2.5")
+    ds = resonance()
+    np.testing.assert_array_equal(mirrored["event_kind"].values, ds["event_kind"].values)
+    np.testing.assert_allclose(mirrored["event_value"].values, ds["event_value"].values, atol=1e-9)
+    np.testing.assert_array_equal(mirrored["event_boundary"].values, -ds["event_boundary"].values)
+    np.testing.assert_allclose(mirrored["event_section_z"].values, -ds["event_section_z"].values, atol=1e-6)
+
+
+def test_without_a_varying_stiffness_the_phase_of_the_error_has_no_effect():
+    values = [gc.branch(gc.MeshModel.of(omega=0.9, eps1=0.05, theta1=theta, **LINEAR), "omega=0.4:1.5")
+              for theta in (0.0, 1.3)]
+    assert len(values[0]["event_value"]) > 2
+    np.testing.assert_array_equal(*(ds["event_kind"].values for ds in values))
+    np.testing.assert_allclose(*(ds["event_value"].values for ds in values), atol=1e-9)
+    assert abs(values[0]["section_z"].values[0] - values[1]["section_z"].values[0]) > 1e-3
+
+
+def test_the_branch_is_the_same_from_either_end():
+    forth, back = (gc.branch(SINGLE.with_values({"omega": omega}), "omega=0.3:2.5") for omega in (0.3, 2.5))
+    assert forth["omega"].values[0] == back["omega"].values[0] == 0.3
+    for ds in (forth, back):
+        for kind in ("fold", "flip", "graze"):
+            np.testing.assert_allclose(events(ds, kind), events(resonance(), kind), atol=1e-9)
+
+
+def test_the_ends_lie_on_the_bounds():
+    ds = gc.branch(SINGLE, "eps1=0:0.06")
+    assert ds["eps1"].values[[0, -1]].tolist() == [0.0, 0.06]
+    assert [e["value"] for e in json.loads(ds.attrs["ends"])] == [0.0, 0.06]
+    assert ds["residual"].values[[0, -1]].max() < 1e-12
+    on_bound = gc.branch(SINGLE.with_values({"eps1": 0.0}), "eps1=0:0.06")
+    assert on_bound["eps1"].values[0] == 0.0 and np.all(np.diff(on_bound["eps1"].values) > 0)
+
+
+def test_motions_from_rest_settle_on_the_stable_part():
+    axis = gc.Axis("omega", 0.85, 2.4, 32)
+    diagram, ds = gc.bifurcation(SINGLE, axis, points=1), resonance()
+    settled = np.flatnonzero(diagram["period"].values == 1)
+    assert len(settled) > 12
+    for x, z in zip(axis.values[settled], diagram["section_z"].values[settled, 0], strict=True):
+        assert any(a < x < b for a, b in json.loads(ds.attrs["stable"])), x
+        assert np.abs(_orbits_on_branch(ds, x) - z).min() < 1e-8, x
+
+
+def _orbits_on_branch(ds, value: float) -> np.ndarray:
+    """z of the orbits of a branch at a parameter value, converged from interpolated points."""
+    x, found = ds["omega"].values, []
+    for i in np.flatnonzero((x[1:] - value) * (x[:-1] - value) <= 0):
+        share = (value - x[i]) / (x[i + 1] - x[i])
+        near = {n: float((1 - share) * ds[f"section_{n}"][i, 0] + share * ds[f"section_{n}"][i + 1, 0])
+                for n in ("z", "z_dot")}
+        found.append(gc.orbit(SINGLE.with_values({"omega": value}), period=1, near=near).state["z"])
+    return np.array(found)
+
+
+@pytest.mark.parametrize("period", [3, 4, 5])
+def test_subharmonic_branches_are_isolas(period):
+    ds = isola(period)
+    low, high = json.loads(ds.attrs["range"])
+    assert json.loads(ds.attrs["closed"]) and not json.loads(ds.attrs["ends"])
+    assert 1 < low < 2.3 < high < 3
+    assert np.ptp(ds["omega"].values[[0, -1]]) < 1e-9 and np.all(ds["period"].values == period)
+    folds = events(ds, "fold")
+    assert len(folds) % 2 == 0 and (low, high) == (folds[0], folds[-1])
+
+
+def test_stable_intervals_of_an_isola_do_not_depend_on_its_start():
+    model = gc.MeshModel.of(kind="single", omega=2.3, q0=0.1, eps1=0.1)
+    found = gc.orbits(model, period=3)
+    assert sorted(o.unstable for o in found) == [0, 1]
+    parts = [json.loads(gc.branch(model, "omega=1:3", period=3, start=o.state).attrs["stable"]) for o in found]
+    np.testing.assert_allclose(parts[0], parts[1], atol=1e-9)
+    assert any(a < 2.3 < b for a, b in parts[0])
+
+
+def test_two_coordinates_have_no_neimark_sacker_bifurcation():
+    """The product of both multipliers is exp(tr A n T) < 1, so that no pair lies on the unit circle."""
+    for ds in (resonance(), isola(3), isola(5)):
+        assert not set(ds["event_kind"].values) & {"neimark-sacker", "neutral-saddle"}
+        product = np.prod(ds["multipliers_real"].values + 1j * ds["multipliers_imag"].values, axis=1)
+        exact = np.exp(-2 * SINGLE.zeta * ds["period"].values * 2 * np.pi / ds["omega"].values)
+        np.testing.assert_allclose(product, exact, rtol=1e-6)
+
+
+def test_a_torus_is_born_where_a_pair_of_multipliers_leaves_the_unit_circle():
+    model = gc.MeshModel.of(kind="full", kappa=0.5, omega=1.05, eps1=0.02)
+    ds = gc.branch(model, "eps1=0:0.05")
+    at = int(np.flatnonzero(ds["event_kind"].values == "neimark-sacker")[-1])
+    value = float(ds["event_value"][at])
+    assert value == pytest.approx(0.0336555, abs=5e-8)
+    state = {n: float(ds[f"event_section_{n}"][at]) for n in ("x1", "x1_dot", "x2", "x2_dot", "y1", "y1_dot", "y2",
+                                                              "y2_dot")}
+    batch = vary(model.with_values({"eps1": value, **state}), {})
+    system = switched_system(batch)
+    w, n = initial_state(batch, system).T.copy(), int(ds["event_period"][at])
+    unit = np.eye(system.dimension)[:, :, None]
+    out = ExactFlow(system).advance(w, n, tangent=unit)
+    assert np.abs(out.w - w).max() < 1e-10
+    multipliers = np.linalg.eigvals(out.tangent[:, :, 0].T)
+    critical = multipliers[np.abs(multipliers.imag) > 0.1]
+    np.testing.assert_allclose(np.abs(critical[np.argsort(-np.abs(critical))][:2]), 1, atol=1e-9)
+    inside, outside = (gc.regime(model.with_values({"eps1": value + d})).label for d in (-1e-3, 4e-3))
+    assert inside == "1T" and outside != "1T"
+
+
+@pytest.mark.parametrize("step", [0.03, 0.02, 0.01])
+def test_a_symmetric_orbit_loses_its_symmetry_at_a_pitchfork(step):
+    """Without load and with constant stiffness z(τ + T/2) = −z(τ) solves the equations: here z_min = −z_max."""
+    model = gc.MeshModel.of(kind="single", chi0=0, q0=0, zeta=0.05, omega=0.6, eps1=2.0)
+    ds = gc.branch(model, "omega=0.3:0.65", period=1, start={"z": 3.0307, "z_dot": 0.606}, longest_step=step)
+    np.testing.assert_allclose(ds["z_max"].values, -ds["z_min"].values, atol=1e-6)
+    assert ds["event_kind"].values.tolist() == ["pitchfork"]
+    value = float(ds["event_value"][0])
+    assert value == pytest.approx(0.348540, abs=1e-6)
+    assert np.abs(ds["event_multipliers_real"].values[0] - 1).min() < 1e-6
+    np.testing.assert_array_equal(ds["unstable"].values, (ds["omega"].values < value).astype(int))
+    beyond = gc.orbits(model.with_values({"omega": value - 2e-3}), period=1)
+    lopsided = [o for o in beyond if abs(max(e.z for e in o.extrema) + min(e.z for e in o.extrema)) > 1e-3]
+    assert len(lopsided) >= 2
+
+
+def test_orbits_finds_stable_and_unstable_ones():
+    found = gc.orbits(SINGLE.with_values({"omega": 0.7}), period=1)
+    assert sorted(o.unstable for o in found) == [0, 0, 1]
+    lowest = min(o.state["z"] for o in found)
+    assert _orbits_on_branch(resonance(), 0.7).min() == pytest.approx(lowest, abs=1e-9)
+
+
+def test_period_doublings_follow_feigenbaum():
+    """The flips are a regression; the limit of the ratios is Feigenbaum's constant 4.669…"""
+    ds = gc.branch(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206), "eps1=0:0.3", cascade=4)
+    flips = ds["event_value"].values[ds["event_kind"].values == "flip"]
+    known = [0.206988838, 0.208041000, 0.208096881, 0.208109531, 0.208112261]
+    np.testing.assert_allclose(flips, known, atol=1e-9)
+    assert ds["event_period"].values[ds["event_kind"].values == "flip"].tolist() == [8, 16, 32, 64, 128]
+    ratios = json.loads(ds.attrs["feigenbaum"])
+    assert ratios[-1] == pytest.approx(4.6692, rel=0.01)
+    assert abs(ratios[-1] - 4.6692) < abs(ratios[0] - 4.6692)
+    lengths = np.diff(flips)
+    np.testing.assert_allclose(ratios, lengths[:-1] / lengths[1:], rtol=1e-12)
+
+
+def test_the_users_events_are_located():
+    middle = float(gc.branch(SINGLE, "omega=0.8:1.4")["section_z"].values[[0, -1]].mean())
+    ds = gc.branch(SINGLE, "omega=0.8:1.4", events={"half": lambda orbit: orbit.state["z"] - middle})
+    at = np.flatnonzero(ds["event_kind"].values == "half")
+    assert len(at) % 2 == 1
+    np.testing.assert_allclose(ds["event_section_z"].values[at], middle, atol=1e-12)
