@@ -101,4 +101,5 @@ def side_legend(ax: Axes, handles: Sequence[Artist]) -> Legend:
                      handlelength=1.8, handletextpad=0.6, alignment="left")
     if earlier is not None:
         ax.add_artist(earlier)
+        earlier.set_clip_on(False)  # `add_artist` would cut off what lies outside the Axes
     return made

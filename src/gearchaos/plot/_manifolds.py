@@ -16,8 +16,8 @@ from gearchaos.plot._axes import axis_label, new_axes
 from gearchaos.plot._checks import check
 from gearchaos.plot._legends import side_legend
 
-_STABLE: dict[str, Any] = {"color": "black", "linewidth": 0.7}
-_UNSTABLE: dict[str, Any] = {"color": "#c8102e", "linewidth": 0.7}
+_STABLE: dict[str, Any] = {"color": "black", "linewidth": 0.5}
+_UNSTABLE: dict[str, Any] = {"color": "#c8102e", "linewidth": 0.5}
 _SADDLE: dict[str, Any] = {
     "linestyle": "none", "marker": "X", "markersize": 6, "color": "#ffd21f", "markeredgecolor": "black",
     "markeredgewidth": 0.7,
