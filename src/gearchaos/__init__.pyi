@@ -39,6 +39,7 @@ from gearchaos.studies.regime import regime as regime
 from gearchaos.studies.simulate import Simulate as Simulate
 from gearchaos.studies.simulate import simulate as simulate
 from gearchaos.studies.skeleton import skeleton as skeleton
+from gearchaos.studies.speeds_to_avoid import speeds_to_avoid as speeds_to_avoid
 from gearchaos.studies.steady import steady as steady
 from gearchaos.studies.verdict import Verdict as Verdict
 from gearchaos.studies.zones import Zones as Zones

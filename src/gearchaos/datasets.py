@@ -18,6 +18,7 @@ from gearchaos.dynamics import REASONS, Label, Reason, motion_name
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES, NOT_REGULAR, check_target, write_bytes
+from gearchaos.gears.operating import OperatingModel, gears_json
 from gearchaos.model import STIFFNESS_KINDS, MeshModel, TransmissionError, stiffness_kind
 from gearchaos.quantities import parse, quantity
 
@@ -132,20 +133,22 @@ def _fields(model: MeshModel) -> dict[str, Any]:
 
 
 def provenance(study: str, model: MeshModel, **settings: Any) -> dict[str, Any]:
-    """Attributes of a Dataset: the study, its model and settings as JSON, and the versions of packages.
+    """Attributes of a Dataset: the study, its model, gears and settings as JSON, and the versions of packages.
 
     Parameters
     ----------
     study : str
         Name of the study, e.g. "zones".
     model : MeshModel
-        Its model.
+        Its model; an `OperatingModel` has gears, at the operating point of the model.
     settings
-        The other arguments of the study, which must be serialisable as JSON.
+        The other arguments of the study, and its classification settings as ``classification``. They must be
+        serialisable as JSON.
     """
+    gears = {"gears": gears_json(model.operating_gears)} if isinstance(model, OperatingModel) else {}
     return {
         "study": study, "model": model_json(model), "settings": json.dumps(settings, sort_keys=True),
-        **_versions(),
+        **_versions(), **gears,
     }
 
 

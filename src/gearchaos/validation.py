@@ -75,7 +75,8 @@ def _rules(name: str) -> tuple[Rule, ...]:
 def to_float(name: str, value: Any) -> float:
     """A value given by the user as a float, checked by the rules of its quantity, see `check`."""
     if isinstance(value, (str, bytes, bool)) or value is None:
-        raise InputError(name, "must be a number", value)
+        comma = isinstance(value, str) and "," in value
+        raise InputError(name, "must be a number", value, "Write a decimal point, not a comma." if comma else "")
     try:
         number = float(value)
     except (TypeError, ValueError):

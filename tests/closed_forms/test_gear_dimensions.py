@@ -148,7 +148,7 @@ def test_a_backlash_of_more_than_half_a_module_along_the_line_of_action_is_refus
     kind, part = of.split(", ")
     most = 2e-3 / base_tangent_length(HELICAL.geometry, kind) / (2 if part == "half" else 1)
     assert replace(HELICAL, backlash={"value": 0.999 * most, "of": of}).backlash_line_of_action < 2e-3
-    with pytest.raises(InputError, match=rf"^backlash\.value must lie between 0 and {most:.4g} m") as refusal:
+    with pytest.raises(InputError, match=rf"^backlash\.value must lie between 0 and {1e3 * most:.4g} mm") as refusal:
         replace(HELICAL, backlash={"value": 1.001 * most, "of": of})
     assert "Did you mean" in refusal.value.advice and refusal.value.value == 1.001 * most
 

@@ -75,7 +75,7 @@ def test_the_ranges_of_a_study_file_are_those_of_speed_and_torque():
     pair = loaded.pair
     assert view.x.start == pytest.approx(0.2 * pair.omega0 / pair.n1 * 30 / np.pi)
     assert view.y.stop == pytest.approx(0.3 * pair.scales.torque1)
-    assert _view(loaded, ["omega=0.5:1:9", "eps1=0:0.1:9"], False).x.name == "omega"
+    assert _view(loaded, [gc.Axis("omega", 0.5, 1, 9), gc.Axis("eps1", 0, 0.1, 9)], False).x.name == "omega"
 
 
 @pytest.mark.parametrize("change", CHANGES)

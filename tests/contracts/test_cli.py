@@ -223,6 +223,26 @@ def test_regime_page_says_each_level_once_and_in_both_kinds_of_units(pair_file, 
     assert "--physical needs a study file" in refused("regime", "--physical")
 
 
+def test_attractors_in_physical_units(pair_file, tmp_path):
+    import gearchaos as gc
+    from gearchaos.studyfile import load_study
+
+    out, loaded = tmp_path / "a.nc", load_study(pair_file)
+    plain = run_json("attractors", pair_file, "--starts", 6)
+    found = run_json("attractors", pair_file, "--starts", 6, "--physical", "--out", out)
+    assert "units" not in plain
+    assert found["units"] == {"v_rms": "mm/s", "lyapunov": "1/s", "lyapunov_lo": "1/s", "lyapunov_hi": "1/s"}
+    for one, other in zip(found["attractors"], plain["attractors"], strict=True):
+        assert one["v_rms"] == pytest.approx(1e3 * loaded.pair.scales.velocity * other["v_rms"], rel=1e-12)
+        assert one["lyapunov"] == pytest.approx(loaded.pair.scales.rate * other["lyapunov"], rel=1e-12)
+        same = ("label", "contact", "fraction", "dynamic_factor", "multiplier", "residual")
+        assert all(one[name] == other[name] for name in same)
+    assert gc.load(out)["attractor_section_z"].attrs["units"] == "µm"
+    page = run("attractors", pair_file, "--starts", 6, "--physical").stdout
+    assert "V_RMS (mm/s)" in page and "λ1 (1/s)" in page
+    assert "--physical needs a study file" in refused("attractors", "--physical")
+
+
 def test_peak_mesh_force_is_the_dynamic_factor_times_the_static_one_and_is_there_without_load():
     found = run_json("regime", "--set", "omega=1", "--set", "q0=0.1", "--set", "eps1=0.206")
     assert found["mesh_force_peak"] == pytest.approx(0.1 * found["dynamic_factor"], rel=1e-14)  # static: q0
@@ -276,6 +296,15 @@ def test_plot_of_a_map_in_any_colour(saved, tmp_path):
         pictures.add(out.read_bytes())
     assert len(pictures) == 7
     assert re.search("permanent|one-sided|two-sided", (tmp_path / "contact.svg").read_text())
+
+
+@pytest.mark.parametrize("name", ["bifurcation", "exponents"])
+def test_plot_of_a_diagram_shows_any_of_its_variables(saved, tmp_path, name):
+    for colour in ("dynamic_factor", "contact", "v_rms", "lyapunov"):
+        assert run("plot", saved / f"{name}.nc", "--colour", colour, "--out", tmp_path / f"{colour}.png").exit_code == 0
+    assert len({p.read_bytes() for p in tmp_path.iterdir()}) == 4
+    text = refused("plot", saved / f"{name}.nc", "--colour", "hysteresis", "--out", tmp_path / "p.png")
+    assert "colour must be one of contact, contact_fraction, dynamic_factor" in text
 
 
 def test_plot_says_what_is_possible(saved, tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import gearchaos as gc
 from gearchaos import plot
 from gearchaos.errors import InputError
 from gearchaos.gears.dynamic_factor.all_standards import dynamic_factors
+from gearchaos.gears.sheet import datasheet
 from gearchaos.gears.units import RPM
 
 GEARS = {
@@ -57,8 +59,20 @@ def test_standards_are_those_of_the_design_at_each_speed(result):
         for name, field in (("Kv_ISO_B", "iso_b"), ("Kv_ISO_C", "iso_c"), ("Kv_AGMA", "agma")):
             expected, value = getattr(factors, field).value, float(result[name].sel(speed=speed))
             assert math.isnan(value) if expected is None else value == expected
-        assert float(result["resonance_ratio"].sel(speed=speed)) == pytest.approx(
+        assert float(result["resonance_ratio_ISO_B"].sel(speed=speed)) == pytest.approx(
             factors.iso_b.resonance_ratio, rel=1e-12)
+
+
+def test_resonance_ratios_are_those_of_the_datasheet_by_name():
+    design = replace(DESIGN, stiffness="potential energy")
+    found = gc.dynamic_factor(design, "2000:3000:3")
+    for speed in found["speed"].values.tolist():
+        sheet = datasheet(design.at(speed=speed * RPM))
+        for name in ("resonance_ratio", "resonance_ratio_ISO_B"):
+            assert float(found[name].sel(speed=speed)) == pytest.approx(sheet[name].value, rel=1e-12)
+    assert abs(found["resonance_ratio"][0] / found["resonance_ratio_ISO_B"][0] - 1) > 0.01
+    older = found.drop_vars("resonance_ratio_ISO_B")  # as a file of an earlier version
+    assert len(plot.dynamic_factor(older, fresh()).child_axes) == 1
 
 
 def test_refused_stretches_are_missing_with_their_reason(result):

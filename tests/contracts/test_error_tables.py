@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
+from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.transmission_error.tables import fit_harmonics, from_orders, from_table
 
 
@@ -115,3 +116,42 @@ def test_unequal_steps(tmp_path: Path):
     falling = written(tmp_path, "roll angle [deg],error [um]\n1,0\n0,1\n")
     with pytest.raises(InputError, match="greater roll angle"):
         from_table(falling, 17)
+
+
+@pytest.mark.parametrize("ends", [0.9, 0.975, 1.0, 1.0005])
+def test_an_error_of_one_mesh_period_that_does_not_return_is_refused(tmp_path: Path, ends: float):
+    tau = np.linspace(0, ends, 41)
+    wave = np.cos(2 * np.pi * tau)
+    for error, closed in ((tau, False), (wave, True), *([(wave + tau, False)] if ends >= 1 else [])):
+        rows = "".join(f"{t * 360 / 17!r},{e!r}\n" for t, e in zip(tau.tolist(), error.tolist(), strict=True))
+        path = written(tmp_path, f"roll angle [deg],error [um]\n{rows}")
+        if closed:
+            assert from_table(path, 17, 1).amplitudes[0] == pytest.approx(1e-6, rel=0.01)
+        else:
+            with pytest.raises(InputError, match=r"line 42, must return to the error of line 2, .* µm, with which"):
+                from_table(path, 17, 1)
+
+
+def test_few_samples_and_several_periods_need_not_close(tmp_path: Path):
+    for phase in np.linspace(0, 2 * np.pi, 37):
+        for count in (3, 4, 5):
+            rows = "".join(f"{i / count * 360 / 17!r},{math.cos(2 * math.pi * i / count - phase)!r}\n"
+                           for i in range(count))
+            found = from_table(written(tmp_path, f"roll angle [deg],error [um]\n{rows}"), 17, 1)
+            assert found.amplitudes[0] == pytest.approx(1e-6, rel=1e-9)
+    rows = "".join(f"{t * 360 / 17!r},{math.cos(2 * math.pi * t) + t!r}\n" for t in (np.arange(81) / 40).tolist())
+    assert from_table(written(tmp_path, f"roll angle [deg],error [um]\n{rows}"), 17, 2).warnings
+
+
+def test_amplitudes_in_a_wrong_unit_are_refused_with_their_line(tmp_path: Path):
+    orders = "order,peak [m],phase [deg]\n1,1e-6,0\n2,3.5,0\n"
+    curve = "roll angle [deg],error [mm]\n" + "".join(
+        f"{i / 40 * 18!r},{3.5 * math.cos(2 * math.pi * i / 40)!r}\n" for i in range(41))
+    for text, key, line, shown in ((orders, "orders", 3, "3500 mm"), (curve, "table", 2, "3.")):
+        path = str(written(tmp_path, text))
+        design = GearDesign(teeth=(20, 40), module="3 mm", face_width="30 mm", transmission_error={key: path})
+        with pytest.raises(InputError, match="Check the unit in the header") as error:
+            _ = design.error_harmonics
+        assert f"line {line}," in error.value.field and error.value.rule.endswith("at most 1.5 mm")
+        assert f"got {shown}" in str(error.value)
+        assert from_orders(path) if key == "orders" else from_table(path, 20)

@@ -3,6 +3,7 @@
 import ast
 import inspect
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -103,3 +104,14 @@ def test_a_wheel_holds_types_templates_and_data():
     }
     assert {"gearchaos/py.typed", "gearchaos/__init__.pyi", "gearchaos/paper/settings.toml"} <= packed
     assert packed == sources
+
+
+def test_every_function_that_the_flow_exports_is_called_above_it():
+    above = "\n".join(p.read_text() for p in PACKAGE.rglob("*.py") if PACKAGE / "flow" not in p.parents)
+    functions = [name for name in gearchaos.flow.__all__ if inspect.isfunction(getattr(gearchaos.flow, name))]
+    assert "near_returns" in functions
+    assert [name for name in functions if not re.search(rf"\b{name}\b", above)] == []
+
+
+def test_pictures_compute_no_spectra_of_their_own():
+    assert not any("fft." in p.read_text() for p in (PACKAGE / "plot").glob("*.py"))

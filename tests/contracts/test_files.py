@@ -143,3 +143,28 @@ def test_a_temporary_folder_goes_while_a_thread_still_writes_to_it(tmp_path):
         raise ValueError("the first error")
     thread.join()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_temporary_folder_is_hidden_beside_what_is_written(tmp_path):
+    """In the same folder, so that a rename to the final name stays within one file system."""
+    with temporary_folder(tmp_path) as folder:
+        assert folder.is_dir() and folder.parent == tmp_path and folder.name.startswith(".")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_removal_that_fails_is_repeated_and_hides_no_error(tmp_path, monkeypatch):
+    from gearchaos import files
+
+    remove, attempts = files.shutil.rmtree, []
+
+    def fails_twice(folder, ignore_errors=False):
+        attempts.append(folder)
+        if len(attempts) > 2:
+            remove(folder)
+        elif not ignore_errors:
+            raise OSError("the folder is not empty")
+
+    monkeypatch.setattr(files.shutil, "rmtree", fails_twice)
+    with pytest.raises(ValueError, match=r"^the first error$"), temporary_folder(tmp_path):
+        raise ValueError("the first error")
+    assert len(attempts) == 3 and list(tmp_path.iterdir()) == []

@@ -3,6 +3,7 @@
 import json
 import math
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -154,11 +155,146 @@ def test_plot_and_export_take_the_units_of_the_gears(pair, tmp_path):
     assert gc.load(tmp_path / "s.nc")["v_rms"].attrs["units"] == "mm/s"
     gc.save(gc.zones(gc.MeshModel(), "omega=1:2:2", "q0=0:0.1:2", settings=SHORT), tmp_path / "z.nc")
     result = CliRunner().invoke(app, ["plot", str(tmp_path / "z.nc"), "--physical"])
-    assert result.exit_code == 2 and "--physical needs a result over speed or torque" in result.stderr
+    assert result.exit_code == 2 and "--physical needs the result of a study of gears" in result.stderr
 
 
 def test_the_record_of_a_study_over_other_axes_is_as_before(pair):
     assert "gears" not in to_record(gc.Zones(pair, "omega=1:2:3", "q0=0:0.1:3"))
+
+
+def test_speed_and_torque_follow_omega_and_q1(pair, model):
+    changed = model.with_values({"omega": 1.5, "q0": 0.05})
+    assert changed.value("speed") * RPM * pair.n1 / pair.omega0 == pytest.approx(1.5, rel=1e-14)
+    assert changed.value("torque") / pair.scales.torque1 == pytest.approx(0.05, rel=1e-14)
+    assert (changed.omega, changed.q1, changed.gears) == (1.5, 0.05, pair)
+    there = changed.operating_gears
+    assert there.speed / RPM == pytest.approx(changed.value("speed"), rel=1e-14)
+    assert (there.M10, there.scales) == (changed.value("torque"), pair.scales)
+    assert model.operating_gears is pair and model.value("speed") == pair.speed / RPM
+    alone = model.with_values({"q1": 0.05})  # a resisting torque that is not in balance
+    assert alone.value("torque") == changed.value("torque") and alone.operating_gears == pair
+
+
+def test_the_torque_of_gears_whose_stiffness_depends_on_it_stays_theirs():
+    design = gc.GearDesign(
+        teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, speed="3000 rpm",
+        torque="50 N*m", backlash={"value": "0.12 mm", "of": "line of action, total"})
+    model = operating_model(design)
+    changed = model.with_values({"omega": 2 * model.omega, "q0": 2 * model.q1})
+    assert changed.value("speed") == pytest.approx(6000, rel=1e-13)
+    assert changed.value("torque") == pytest.approx(100, rel=1e-13)
+    there = changed.operating_gears
+    assert there.torque == 50 and there.speed / RPM == pytest.approx(6000, rel=1e-13)
+    assert there.to_pair().scales == design.to_pair().scales != design.at(torque=100).to_pair().scales
+    stiff = operating_model(replace(design, stiffness="potential energy"))
+    assert stiff.with_values({"q0": 2 * stiff.q1}).operating_gears.torque == pytest.approx(100, rel=1e-13)
+    for torque in (0.0, -stiff.q1):
+        assert stiff.with_values({"q0": torque}).value("torque") == pytest.approx(50 * torque / stiff.q1, abs=1e-12)
+    assert stiff.with_values({"q0": -stiff.q1}).operating_gears.torque == 50
+
+
+def test_a_sweep_of_the_speed_ends_at_the_omega_that_was_set(model):
+    changed = model.with_values({"omega": 0.5})
+    speed = changed.value("speed")
+    found = gc.attractors(changed, 2, sweep=gc.Axis("speed", 0.9 * speed, 1.1 * speed, 3), settings=SHORT)
+    assert int(found["attractor_up"]) >= -1
+    with pytest.raises(InputError, match="must run from below to above the model's value"):
+        gc.attractors(changed, 2, sweep=gc.Axis("speed", 0.9 * 14000, 1.1 * 14000, 3), settings=SHORT)
+
+
+def test_a_full_model_of_a_rigid_pair_needs_its_supports(pair):
+    values = {"n1": 25, "n2": 50, "I1": 5e-4, "I2": 8e-3, "R1": 0.035, "R2": 0.07, "c0": 4e8, "k": 500.0,
+              "backlash": 1.2e-4, "M10": 85.0, "speed": 1466.0}
+    rigid = operating_model(gc.GearPair(**values))
+    assert rigid.kind == "torsional"
+    with pytest.raises(InputError, match="kind must be torsional or single where the supports are rigid") as refusal:
+        rigid.with_values({"kind": "full"})
+    assert "supports to a GearDesign" in refusal.value.advice
+    with pytest.raises(InputError, match="kind"):
+        rigid.with_values({"kind": "full", "mu": 4.0, "kappa1": 0.5, "zeta_support": 0.01})
+    assert rigid.with_values({"kind": "full", "mu": 4.0, "kappa": 0.5, "zeta_support": 0.01}).kappa2 == 0.5
+    supported = operating_model(pair, "torsional").with_values({"kind": "full"})
+    assert supported.parameters() == operating_model(pair).parameters() and supported.mu1 == pair.m1 / pair.mass
+
+
+STUDIES = {
+    "regime": lambda pair: gc.Regime(pair, settings=SHORT),
+    "simulate": lambda pair: gc.Simulate(pair, 3, samples=4),
+    "attractors": lambda pair: gc.Attractors(pair, 3, settings=SHORT),
+    "bifurcation": lambda pair: gc.Bifurcation(pair, "eps1=0.1:0.2:3", points=2, settings=SHORT),
+    "zones": lambda pair: gc.Zones(pair, "omega=1:2:2", "eps1=0:0.1:2", settings=SHORT),
+    "basins": lambda pair: gc.Basins(
+        operating_model(pair, "torsional"), "x1=-1:1:3", "x1_dot=-1:1:3", settings=SHORT),
+}
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_results_carry_their_gears_and_are_scaled_by_them(pair, tmp_path, name):
+    study = STUDIES[name](pair)
+    found = study.run()
+    scaled = gc.physical(found)
+    assert scaled.identical(gc.physical(found, pair)) and "mm/s" in {v.attrs.get("units") for v in scaled.values()}
+    with pytest.raises(InputError, match="pair must be the gears of the result"):
+        gc.physical(found, replace(pair, backlash=2 * pair.backlash))
+    gc.save(found, tmp_path / "f.nc")
+    assert gc.physical(gc.load(tmp_path / "f.nc")).identical(scaled)
+    gc.run(study, out=tmp_path / "s.zarr")
+    assert open_store(tmp_path / "s.zarr").dataset().identical(found)
+
+
+def test_a_verdict_carries_its_gears(pair):
+    changed = operating_model(pair).with_values({"omega": 1.5})
+    verdict = gc.regime(changed, settings=SHORT)
+    scaled, scales = gc.physical(verdict.to_dataset()), pair.scales
+    assert float(scaled["v_rms"]) == pytest.approx(verdict.v_rms * scales.velocity * 1e3, rel=1e-14)
+    recorded = json.loads(scaled.attrs["gears"])["pair"]["speed"]
+    assert recorded * pair.n1 / pair.omega0 == pytest.approx(1.5, rel=1e-14)
+    assert gc.Regime(changed, settings=SHORT).run().identical(verdict.to_dataset())
+    with pytest.raises(InputError, match="pair must be a GearPair or a GearDesign"):
+        gc.physical(gc.regime(gc.MeshModel(), settings=SHORT).to_dataset())
+
+
+def test_gears_whose_torque_cannot_be_varied_scale_their_results(pair):
+    idle = replace(pair, M10=0.0, M20=3.0)
+    found = gc.simulate(operating_model(idle).with_values({"omega": 1.5}), 2)
+    assert gc.physical(found, idle).identical(gc.physical(found))
+    soft = gc.GearDesign(
+        teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, speed="3000 rpm",
+        torque="50 N*m", backlash={"value": "0.12 mm", "of": "line of action, total"})
+    found = gc.simulate(soft, 2)
+    assert gc.physical(found, soft.at(torque=100.0)).identical(gc.physical(found))  # in the units of its own torque
+
+
+def test_the_gears_of_a_store_are_compared_where_it_has_them(pair, tmp_path):
+    study = STUDIES["zones"](pair)
+    gc.run(study, out=tmp_path / "s.zarr")
+    scaled_alike = replace(pair, R1=2 * pair.R1, R2=2 * pair.R2, I1=4 * pair.I1, I2=4 * pair.I2, M10=2 * pair.M10,
+                           M20=2 * pair.M20, b1=4 * pair.b1, b2=4 * pair.b2)
+    assert operating_model(scaled_alike).parameters() == study.model.parameters()
+    with pytest.raises(InputError, match=r"carried_gears\.pair\.R1"):
+        gc.run(STUDIES["zones"](scaled_alike), out=tmp_path / "s.zarr")
+    path = tmp_path / "s.zarr" / "run" / "study.json"  # as an earlier version wrote it
+    record = json.loads(path.read_text())
+    del record["study"]["carried_gears"]
+    path.write_text(json.dumps(record))
+    gc.run(study, out=tmp_path / "s.zarr")
+    assert not isinstance(open_store(tmp_path / "s.zarr").study.model, OperatingModel)
+
+
+def test_results_record_their_classification_settings(pair):
+    for name, make in STUDIES.items():
+        settings = json.loads(make(pair).provenance().get("settings"))
+        if name == "simulate":
+            assert "classification" not in settings
+            continue
+        given = settings["classification"]
+        assert Classification(**given | {"transient_lengths": tuple(given["transient_lengths"])}) == SHORT
+    found = gc.regime(gc.MeshModel(), settings=SHORT).to_dataset()
+    assert json.loads(found.attrs["settings"])["classification"]["longest_transient"] == 800
+    basins = json.loads(STUDIES["basins"](pair).run().attrs["settings"])
+    assert basins["classification"]["doublings"] == 1
+    default = json.loads(gc.Regime(gc.MeshModel()).provenance()["settings"])["classification"]
+    assert default["longest_transient"] == 20_000
 
 
 def test_sweeps_and_diagrams_over_speed_and_torque(pair):

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from gearchaos import plot
 from gearchaos.datasets import model_json
+from gearchaos.errors import InputError
 from gearchaos.model import HarmonicStiffness, MeshModel
 from gearchaos.plot._axes import axis_label, cell_extent, symbol
 from gearchaos.plot._basins import attractor_colours
@@ -100,6 +101,7 @@ PICTURES = {
     "level": lambda ax: plot.level(zones_map(), "v_rms", ax),
     "bifurcation": lambda ax: plot.bifurcation(diagram(), "x1", ax),
     "lyapunov": lambda ax: plot.lyapunov(diagram(), ax),
+    "response": lambda ax: plot.response(diagram(), "lyapunov", ax),
     "basins": lambda ax: plot.basins(starts(), ax),
     "phase": lambda ax: plot.phase(motion(), "z", ax=ax),
     "history": lambda ax: plot.history(motion(), "z_dot", ax),
@@ -234,6 +236,28 @@ def test_phase_marks_the_backlash_only_where_z_is_shown():
     ds = motion().rename({"z": "x1", "z_dot": "x1_dot", "section_z": "section_x1", "section_z_dot": "section_x1_dot"})
     assert dashed(plot.phase(motion(), "z", ax=axes())) == [-1.0, 1.0]
     assert dashed(plot.phase(ds, "x1", ax=axes())) == []
+
+
+def test_a_response_along_a_parameter_has_its_values_and_gaps_where_there_is_none():
+    ds = diagram(5).assign(v_rms=("q0", [1.0, 2.0, np.nan, 4.0, 3.0]), contact=("q0", np.array([0, 1, 2, 1, 0], "i1")))
+    (line,) = plot.response(ds, "v_rms", axes()).lines
+    assert np.array_equal(line.get_ydata(), ds["v_rms"], equal_nan=True)
+    assert np.array_equal(line.get_xdata(), ds["q0"])
+    ax = plot.response(ds, "contact", axes(), ribbon=False)
+    assert [t.get_text() for t in ax.get_yticklabels()] == ["permanent", "one-sided", "two-sided"]
+    assert ax.lines[0].get_ydata().tolist() == [0, 1, 2, 1, 0] and not ax.child_axes
+    with pytest.raises(InputError, match=r"^name must be one of .*'v_rms'"):
+        plot.response(ds, "v_rsm", axes())
+
+
+def test_the_variables_of_diagrams_and_maps_are_drawn_by_name():
+    ds = diagram().assign_attrs(study="bifurcation")
+    assert plot.result(ds, "lyapunov").axes[0].get_ylabel() == plot.response(ds, "lyapunov", axes()).get_ylabel()
+    assert plot.result(ds.assign_attrs(study="dynamic_factor"), "lyapunov").axes[0].lines
+    with pytest.raises(InputError, match=r"^colour must be one of .*lyapunov"):
+        plot.result(ds, "section_x1")
+    with pytest.raises(InputError, match=r"^colour must be left out for a result that is not of zones, bifurcation"):
+        plot.result(starts().assign_attrs(study="basins"), "attractor")
 
 
 def test_history_counts_mesh_periods():

@@ -57,6 +57,8 @@ PICTURES = {
     "periods": ("zones", lambda ds, ax: plot.level(ds, "period", ax)),
     "bifurcation": ("bifurcation", lambda ds, ax: plot.bifurcation(ds, ax=ax)),
     "lyapunov": ("bifurcation", lambda ds, ax: plot.lyapunov(ds, ax)),
+    "response": ("bifurcation", lambda ds, ax: plot.response(ds, "v_rms", ax)),
+    "contact along": ("bifurcation", lambda ds, ax: plot.response(ds, "contact", ax)),
     "basins": ("basins", lambda ds, ax: plot.basins(ds, ax)),
     "attractors": ("attractors", lambda ds, ax: plot.attractors(ds, ax)),
     "stiffness": ("simulate", lambda ds, ax: plot.stiffness(None, ax)),
@@ -249,7 +251,8 @@ def test_level_of_the_label_is_the_zones_map(results):
 
 TAKES = {
     "zones": {"zones"}, "level": {"zones"}, "bifurcation": {"bifurcation"}, "lyapunov": {"bifurcation"},
-    "basins": {"basins"}, "attractors": {"attractors"}, "history": {"simulate"}, "spectrum": {"simulate"},
+    "response": {"bifurcation"}, "basins": {"basins"}, "attractors": {"attractors"}, "history": {"simulate"},
+    "spectrum": {"simulate"},
     "phase": {"simulate"}, "dossier": {"simulate"}, "portrait": {"simulate", "section"},
 }
 

@@ -12,7 +12,8 @@ from gearchaos.model import HarmonicStiffness, MeshModel, TransmissionError, Two
 from gearchaos.studies.axis import Axis, parse_axis
 from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studies.registry import STUDIES
-from gearchaos.studyfile import load_study, parse_set
+from gearchaos.studies.zones import Zones
+from gearchaos.studyfile import load_design, load_study, parse_set
 
 DESIGNS = {"spur_50_50.toml", "iso_tr_6336_30_example_1.toml", "fzg_type_c.toml"}
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -205,6 +206,66 @@ def test_parse_set_keeps_numbers_and_order():
 def test_parse_set_refuses(text):
     with pytest.raises(InputError, match="--set must read name=value"):
         parse_set([text])
+
+
+def test_parse_set_takes_lists_and_tables():
+    values = parse_set(["design.bore=['30 mm', 0.06]", "design.quality={ standard = 'ISO 1328-1:2013', grade = 5 }"])
+    assert values == {"design.bore": ["30 mm", 0.06],
+                      "design.quality": {"standard": "ISO 1328-1:2013", "grade": 5}}
+    design = load_design(EXAMPLES / "spur_50_50.toml", values)
+    assert design.bore == (0.03, 0.06) and design.quality.grade == 5
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    ("design.bore=[30 mm, 60 mm]", "must give a list or table as in TOML"), ("design.bore=['30 mm'", "Unclosed array"),
+    ("a=[1]\nb=2", "must give one value"), ("a={", "as in TOML"), ("a=" + "[" * 5000, "as in TOML"),
+])
+def test_parse_set_refuses_a_list_that_is_none(text, message):
+    with pytest.raises(InputError, match=f"^--set .*{message}"):
+        parse_set([text])
+
+
+@pytest.mark.parametrize(("name", "value", "written"), [
+    ("bore", ["30 mm", "60 mm"], "design.bore"), ("module", "4 mm", "design.module"),
+    ("quality.grade", 8, "design.quality.grade"), ("damping_ratio", 0.1, "design.damping_ratio"),
+])
+def test_a_key_of_a_design_needs_the_name_of_its_table(name, value, written):
+    for read in (load_study, load_design):
+        with pytest.raises(InputError, match=rf"^{name} must be given .*Write {written}=VALUE"):
+            read(EXAMPLES / "spur_50_50.toml", {name: value})
+
+
+def test_a_field_of_a_gear_pair_needs_the_name_of_its_table():
+    with pytest.raises(InputError, match=r"^R1 must be given .*Write gearpair.R1=VALUE"):
+        load_study(EXAMPLES / "physical_pair.toml", {"R1": "30 mm"})
+    assert load_study(EXAMPLES / "physical_pair.toml", {"chi1": 0.2, "speed": 900.0}).model.stiffness.chi1 == 0.2
+
+
+def test_a_decimal_comma_is_named():
+    with pytest.raises(InputError, match=r"^omega must be a number; got '0,5'. Write a decimal point"):
+        load_study(None, parse_set(["omega=0,5"]))
+
+
+@pytest.mark.parametrize(("kind", "advice"), [
+    ("map", 'write kind = "zones", x = "speed=500:8000:200" and y = "torque=20:400:150"'),
+    ("gear", "gearchaos gear shows the datasheet"),
+])
+def test_the_name_of_a_command_that_is_no_kind_of_study_is_refused_with_what_to_write(kind, advice, tmp_path):
+    path, text = tmp_path / "s.toml", (EXAMPLES / "spur_50_50.toml").read_text()
+    path.write_text(f'{text}\n[study]\nkind = "{kind}"\nx = "speed=500:8000:200"\n')
+    with pytest.raises(InputError, match=r"^study.kind must be .*'zones'.*; got ") as error:
+        load_study(path)
+    assert advice in error.value.advice
+    path.write_text("[study]\nkind = [1]\n")
+    with pytest.raises(InputError, match=r"^study.kind must be .*; got \[1\]"):
+        load_study(path)
+
+
+def test_a_map_over_speed_and_torque_in_a_study_file(tmp_path):
+    """What the advice for kind = "map" says works."""
+    path, text = tmp_path / "s.toml", (EXAMPLES / "spur_50_50.toml").read_text().partition("[operation]")[0]
+    path.write_text(f'{text}\n[study]\nkind = "zones"\nx = "speed=500:8000:200"\ny = "torque=20:400:150"\n')
+    assert load_study(path).study(Zones).count == 30_000
 
 
 def test_parse_axis():

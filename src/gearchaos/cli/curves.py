@@ -19,7 +19,6 @@ from gearchaos.cli.options import (
     Starts,
     StudyPath,
     app,
-    axis_starts,
     in_units,
     initial_values,
     load,
@@ -55,11 +54,12 @@ def curve(
     check_output("--out", out, DATA_SUFFIXES)
     check_output("--plot", plot, PLOT_SUFFIXES)
     x, y = _two(axis or [], "NAME=START:STOP", "--axis omega=0.2:2.5 --axis eps1=0:0.3")
-    loaded = load(study, sets, physical, axis_starts([x, y]))
     from gearchaos.studies.axis import as_range
-    from gearchaos.studies.curve import curve as follow
 
     x_axis, y_axis = as_range(x, "--axis"), as_range(y, "--axis")
+    loaded = load(study, sets, physical, [x_axis, y_axis])
+    from gearchaos.studies.curve import curve as follow
+
     found = follow(loaded.model, event, x_axis, y_axis, start=initial_values(start or []), period=period)
     dataset = in_units(found, loaded, physical)
     save(dataset, out)
@@ -93,7 +93,9 @@ def skeleton(
     check_output("--out", out, DATA_SUFFIXES)
     check_output("--plot", plot, PLOT_SUFFIXES)
     x, y = _two(axis or [], "NAME=START:STOP:COUNT", "--axis omega=0.2:2.5:48 --axis eps1=0:0.3:24")
-    loaded = load(study, sets, physical, axis_starts([x, y]))
+    from gearchaos.studies.axis import as_range
+
+    loaded = load(study, sets, physical, [as_range(x, "--axis"), as_range(y, "--axis")])
     from gearchaos.studies.skeleton import skeleton as find
 
     journal = Path(f"{out}.part")

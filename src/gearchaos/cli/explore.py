@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gearchaos.cli.errors import say
-from gearchaos.cli.options import AxisTexts, Sets, StudyPath, app, load
+from gearchaos.cli.options import AxisTexts, Sets, StudyPath, app, load, parse_axes
 from gearchaos.errors import InputError
 
 if TYPE_CHECKING:
     from gearchaos.explorer.view.state import View
+    from gearchaos.studies.axis import Axis
     from gearchaos.studyfile import LoadedStudy
 
 
@@ -33,8 +34,9 @@ def explore(
     from gearchaos.explorer.web.server import address, check_installed, check_port, server
 
     check_installed()
-    loaded = load(study, sets)
-    view = _view(loaded, axis or [], study is None and not sets)
+    axes = parse_axes(axis)
+    loaded = load(study, sets, axes=axes)
+    view = _view(loaded, axes, study is None and not sets)
     port = check_port(host, port)
     if host not in LOCAL:
         say(f"warning: anyone who can reach {host}:{port} can use this page, and this machine's time with it")
@@ -44,7 +46,7 @@ def explore(
     _serve(running, None if no_open else address(host, port))
 
 
-def _view(loaded: LoadedStudy, texts: list[str], no_arguments: bool) -> View:
+def _view(loaded: LoadedStudy, given: list[Axis], no_arguments: bool) -> View:
     """The first view: axes of the command line, otherwise of the study file; without arguments the paper's figure 2.
 
     For gears the ranges of ω and q0 in a study file are those of the speed and torque.
@@ -52,11 +54,9 @@ def _view(loaded: LoadedStudy, texts: list[str], no_arguments: bool) -> View:
     from gearchaos.explorer.view.gears import as_operating_axis, gears_of
     from gearchaos.explorer.view.presets import presets
     from gearchaos.explorer.view.state import view_of
-    from gearchaos.studies.axis import parse_axis
 
-    given = [parse_axis(text, "--axis") for text in texts]
     if len(given) not in (0, 2):
-        raise InputError("--axis", "must be given twice or not at all", texts,
+        raise InputError("--axis", "must be given twice or not at all", [axis.name for axis in given],
                          "E.g. --axis omega=0.2:3:400 --axis eps1=0:0.3:300.")
     if no_arguments and not given:
         return presets()["2"].view

@@ -10,13 +10,15 @@ import typer
 
 from gearchaos.cli import startup
 from gearchaos.cli.errors import announce_compilation, say
-from gearchaos.cli.options import Json, Out, Plot, Sets, app, given, load
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, summary
+from gearchaos.cli.options import Json, Out, Plot, Refine, Sets, StartsPerCell, app, given, load
+from gearchaos.cli.output import PLOT_SUFFIXES, MapOutput, check_output, draw, print_json
 from gearchaos.errors import InputError
-from gearchaos.files import DATA_SUFFIXES, write_bytes
+from gearchaos.files import write_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    import xarray as xr
 
     from gearchaos.gears.design.gear_design import GearDesign
     from gearchaos.gears.sheet import Entry
@@ -26,53 +28,94 @@ GearsPath = Annotated[
 ]
 
 
+DesignPath = Annotated[Path, typer.Argument(metavar="DESIGN", help="File with \\[design], TOML.", readable=False)]
+Page = Annotated[
+    Path | None, typer.Option("--out", metavar="FILE.html", help="Page with drawing and curves.", readable=False)
+]
+Speeds = Annotated[
+    str | None,
+    typer.Option(metavar="START:STOP:COUNT", help="Speeds in rpm: which to avoid, and the dynamic factor there."),
+]
+Torque = Annotated[
+    str | None, typer.Option(metavar="TORQUE", help="At wheel 1, in N m or with a unit; by default that of the design.")
+]
+FactorPlot = Annotated[
+    Path | None,
+    typer.Option("--plot", metavar="FILE", help="Picture of the dynamic factor along --speed: .png, .pdf or .svg.",
+                 readable=False),
+]
+
+
 @app.command()
 def gear(
-    design: Annotated[Path, typer.Argument(metavar="DESIGN", help="File with \\[design], TOML.", readable=False)],
-    sets: Sets = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE.html", help="Page with drawing and curves.", readable=False)
-    ] = None,
-    speed: Annotated[
-        str | None,
-        typer.Option(metavar="START:STOP:COUNT", help="Speeds in rpm, for the dynamic factor on the page."),
-    ] = None,
-    json_out: Json = False,
+    design: DesignPath, sets: Sets = None, out: Page = None, speed: Speeds = None, torque: Torque = None,
+    plot: FactorPlot = None, json_out: Json = False,
 ) -> None:
-    """Show every quantity that follows from the drawing of a gear pair, with its formula and source."""
+    """Show every quantity that follows from the drawing of a gear pair, and which speeds to avoid."""
     check_output("--out", out, (".html",))
-    if speed is not None and out is None:
-        raise InputError("--speed", "needs --out", speed, "The dynamic factor along the speed is drawn on the page.")
+    check_output("--plot", plot, PLOT_SUFFIXES)
+    if plot is not None and speed is None:
+        raise InputError("--plot", "needs --speed", str(plot), "It shows the dynamic factor along the speed.")
     from gearchaos.gears.sheet import datasheet
-    from gearchaos.studyfile import load_design, parse_set
 
-    found = load_design(design, parse_set(sets or []))
+    found = _design(design, sets, torque)
+    factors = None if speed is None else _dynamic_factor(found, speed)
     entries = datasheet(found)
     if out is not None:
-        _write_page(entries, found, speed, out)
+        _write_page(entries, found, factors, out)
+    if factors is not None:
+        draw(factors, plot)
     if json_out:
+        speeds = None if factors is None else _speeds_document(factors)
         print_json({"quantities": {n: _entry(e) for n, e in entries.items()}, **_model(found),
-                    "warnings": list(found.warnings)})
-    else:
-        from gearchaos.cli.tables import print_datasheet
+                    "warnings": list(found.warnings), "speeds_to_avoid": speeds})
+        return
+    from gearchaos.cli.tables import print_datasheet, print_speeds_to_avoid
 
-        print_datasheet(entries, found.warnings)
+    print_datasheet(entries, found.warnings)
+    if factors is not None:
+        print_speeds_to_avoid(factors)
 
 
-def _write_page(entries: Mapping[str, Entry], design: GearDesign, speed: str | None, path: Path) -> None:
-    """Write the datasheet as a page, with the dynamic factor along the speed if one is given."""
+def _design(path: Path, sets: list[str] | None, torque: str | None) -> GearDesign:
+    """The design of a file with the values of ``--set`` and ``--torque``."""
+    from gearchaos.studyfile import load_design, parse_set, parse_value
+
+    values = parse_set(sets or [])
+    if torque is not None:
+        values.pop("torque", None)
+        values["torque"] = parse_value(torque)  # last, so that it replaces operation.torque too
+    return load_design(path, values)
+
+
+def _dynamic_factor(design: GearDesign, speed: str) -> xr.Dataset:
+    """The dynamic factor of a design along the speeds of the command line."""
+    from gearchaos.studies.dynamic_factor import dynamic_factor
+    from gearchaos.studies.operating_map import operating_axis
+
+    axis = operating_axis("speed", speed, "--speed")
+    startup.load_numba()
+    announce_compilation()
+    return dynamic_factor(design, axis, progress=True)
+
+
+def _write_page(entries: Mapping[str, Entry], design: GearDesign, factors: xr.Dataset | None, path: Path) -> None:
+    """Write the datasheet as a page, with the dynamic factor along the speed if it is given."""
     from gearchaos.datasheet import sheet_html
 
-    factors = None
-    if speed is not None:
-        from gearchaos.studies.dynamic_factor import dynamic_factor
-        from gearchaos.studies.operating_map import operating_axis
-
-        startup.load_numba()
-        announce_compilation()
-        factors = dynamic_factor(design, operating_axis("speed", speed, "--speed"), progress=True)
     write_bytes(path, sheet_html(entries, design, factors).encode())
     say(f"wrote {path}")
+
+
+def _speeds_document(factors: xr.Dataset) -> dict[str, Any]:
+    """The speeds to avoid as JSON."""
+    from gearchaos.studies.speeds_to_avoid import CRITERION, all_speeds, speeds_to_avoid
+
+    return {
+        "criterion": CRITERION, "units": {"speed": "rpm", "torque": "N*m"}, "torque": float(factors["torque"]),
+        "computed": {**asdict(all_speeds(factors)), "count": factors.sizes["speed"]},
+        "ranges": [asdict(each) for each in speeds_to_avoid(factors)],
+    }
 
 
 def _entry(entry: Entry) -> dict[str, Any]:
@@ -104,30 +147,19 @@ def operating_map(
     ],
     out: Out,
     sets: Sets = None,
-    starts: Annotated[
-        int | None, typer.Option(help="Number of initial states in each cell, to find all its motions.")
-    ] = None,
-    refine: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Every N-th row and column; more cells only where neighbours differ."),
-    ] = None,
+    starts: StartsPerCell = None,
+    refine: Refine = None,
     plot: Plot = None,
     json_out: Json = False,
 ) -> None:
     """Map the kinds of motion of given gears over speed and torque, in rpm, N m, µm and N."""
-    check_output("--out", out, DATA_SUFFIXES)
-    check_output("--plot", plot, PLOT_SUFFIXES)
+    output = MapOutput(out, plot, json_out)
+    output.check()
     from gearchaos.studies.operating_map import checked_operating_model, in_operating_units, operating_axis
     from gearchaos.studies.zones import Zones
 
     axes = {"x": operating_axis("speed", speed, "--speed"), "y": operating_axis("torque", torque, "--torque")}
-    first = {"speed": f"{axes['x'].start!r} rpm", "torque": f"{axes['y'].start!r} N*m"}
-    loaded = load(gears, sets, physical=True, operation=first)
+    loaded = load(gears, sets, physical=True, axes=axes.values())
     study = loaded.study(Zones, **axes, **given(starts=starts, refine=refine))
     dataset = in_operating_units(study.run(progress=True), checked_operating_model(study.model))
-    save(dataset, out)
-    draw(dataset, plot)
-    if json_out:
-        files = {"out": str(out), "plot": None if plot is None else str(plot)}
-        described = [{**asdict(axis), "units": dataset[axis.name].attrs["units"]} for axis in axes.values()]
-        print_json({"study": "map", **files, "axes": described, **summary(study.kind, dataset)})
+    output.write("map", dataset, axes.values())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,23 +13,21 @@ from gearchaos.cli.options import (
     Out,
     Physical,
     Plot,
+    Refine,
     Sets,
+    StartsPerCell,
     StudyPath,
     app,
-    axis_starts,
     given,
     in_units,
     load,
+    parse_axes,
 )
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, summary
+from gearchaos.cli.output import MapOutput
 from gearchaos.errors import InputError
-from gearchaos.files import DATA_SUFFIXES
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearchaos.studies.axis import Axis
-    from gearchaos.studies.study import Study
     from gearchaos.studyfile import LoadedStudy
 
 
@@ -51,8 +48,8 @@ def bifurcation(
     physical: Physical = False,
 ) -> None:
     """Scan one parameter: stroboscopic points, verdicts and exponents."""
-    output = _Output(out, plot, json_out, physical)
-    _run("bifurcation", study, sets, axis, output, points=points, mode=mode)
+    output = MapOutput(out, plot, json_out)
+    _run("bifurcation", study, sets, axis, output, physical, points=points, mode=mode)
 
 
 @app.command()
@@ -61,20 +58,15 @@ def zones(
     study: StudyPath = None,
     sets: Sets = None,
     axis: AxisTexts = None,
-    starts: Annotated[
-        int | None, typer.Option(help="Number of initial states in each cell, to find all its motions.")
-    ] = None,
-    refine: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Every N-th row and column; more cells only where neighbours differ."),
-    ] = None,
+    starts: StartsPerCell = None,
+    refine: Refine = None,
     plot: Plot = None,
     json_out: Json = False,
     physical: Physical = False,
 ) -> None:
     """Map the kinds of motion over two parameters."""
-    output = _Output(out, plot, json_out, physical)
-    _run("zones", study, sets, axis, output, starts=starts, refine=refine)
+    output = MapOutput(out, plot, json_out)
+    _run("zones", study, sets, axis, output, physical, starts=starts, refine=refine)
 
 
 @app.command()
@@ -88,59 +80,44 @@ def basins(
     physical: Physical = False,
 ) -> None:
     """Map the basins of attraction over two initial values."""
-    output = _Output(out, plot, json_out, physical)
-    _run("basins", study, sets, axis, output)
-
-
-@dataclass(frozen=True)
-class _Output:
-    """Options for the output of a map."""
-
-    out: Path
-    plot: Path | None
-    json_out: bool
-    physical: bool
+    output = MapOutput(out, plot, json_out)
+    _run("basins", study, sets, axis, output, physical)
 
 
 def _run(
-    kind: str, study: Path | None, sets: list[str] | None, axis: list[str] | None, output: _Output, **options: Any
+    kind: str, study: Path | None, sets: list[str] | None, texts: list[str] | None, output: MapOutput,
+    physical: bool, **options: Any,
 ) -> None:
     """Check everything, compute the study, and write its files."""
-    check_output("--out", output.out, DATA_SUFFIXES)
-    check_output("--plot", output.plot, PLOT_SUFFIXES)
-    loaded = load(study, sets, output.physical, axis_starts(axis or []))
+    output.check()
+    given_axes = parse_axes(texts)
     from gearchaos.studies.registry import study_class
 
-    chosen = loaded.study(study_class(kind), **_axes(kind, loaded, axis or []), **given(**options))
-    _finish(chosen, chosen.run(progress=True), loaded, output)
+    loaded = load(study, sets, physical, given_axes)
+    axes = _axes(kind, loaded, given_axes)
+    dataset = loaded.study(study_class(kind), **axes, **given(**options)).run(progress=True)
+    output.write(kind, in_units(dataset, loaded, physical), axes.values())
 
 
-def _axes(kind: str, loaded: LoadedStudy, texts: list[str]) -> dict[str, Axis]:
+def _axes(kind: str, loaded: LoadedStudy, given_axes: list[Axis]) -> dict[str, Axis]:
     """The axes by field of the study. Axes of the command line replace those of the study file with the same name."""
-    from gearchaos.studies.axis import parse_axis
+    from gearchaos.studies.axis import axis_example
     from gearchaos.studies.registry import study_class
 
     names = study_class(kind).axis_fields
     from_file = [axis for name, axis in loaded.options_for(kind).items() if name in names]
-    parsed = [parse_axis(text, "--axis") for text in texts]
-    by_name = {a.name: a for a in parsed}
-    if len(parsed) < len(names) and by_name.keys() <= {a.name for a in from_file}:
-        parsed = [by_name.get(a.name, a) for a in from_file]
-    if len(parsed) != len(names):
-        examples = ("--axis z=-3:3:200", "--axis z_dot=-2:2:200")
-        if kind != "basins":
-            examples = ("--axis omega=0.2:3:200", "--axis eps1=0:0.3:200")
+    by_name = {a.name: a for a in given_axes}
+    if len(given_axes) < len(names) and by_name.keys() <= {a.name for a in from_file}:
+        given_axes = [by_name.get(a.name, a) for a in from_file]
+    if len(given_axes) != len(names):
         times = "once" if len(names) == 1 else "twice"
-        raise InputError("--axis", f"must be given {times}", texts, f"E.g. {' '.join(examples[: len(names)])}.")
-    return dict(zip(names, parsed, strict=True))
+        examples = " ".join(f"--axis {axis_example(name)}" for name in _examples(kind, loaded)[: len(names)])
+        raise InputError("--axis", f"must be given {times}", sorted(by_name), f"E.g. {examples}.")
+    return dict(zip(names, given_axes, strict=True))
 
 
-def _finish(study: Study, dataset: xr.Dataset, loaded: LoadedStudy, output: _Output) -> None:
-    """Write the files of a map, and print its JSON summary if it is wanted."""
-    dataset = in_units(dataset, loaded, output.physical)
-    save(dataset, output.out)
-    draw(dataset, output.plot)
-    if output.json_out:
-        files = {"out": str(output.out), "plot": None if output.plot is None else str(output.plot)}
-        axes = [asdict(getattr(study, name)) for name in study.axis_fields]
-        print_json({"study": study.kind, **files, "axes": axes, **summary(study.kind, dataset)})
+def _examples(kind: str, loaded: LoadedStudy) -> tuple[str, str]:
+    """Names of axes that suit a study of this kind, for an error message."""
+    if kind == "basins":
+        return "z", "z_dot"
+    return ("omega", "eps1") if loaded.gears is None else ("speed", "torque")

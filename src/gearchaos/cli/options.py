@@ -5,7 +5,7 @@ This module imports only typer and rich; a command imports slow-loading modules 
 
 from __future__ import annotations
 
-import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,6 +18,7 @@ from gearchaos.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gearchaos.studies.axis import Axis
     from gearchaos.studyfile import LoadedStudy
 
 app = typer.Typer(
@@ -40,6 +41,13 @@ AxisTexts = Annotated[
 ]
 Starts = Annotated[
     list[str] | None, typer.Option("--start", metavar="NAME=VALUE", help="An initial value; may be repeated.")
+]
+StartsPerCell = Annotated[
+    int | None, typer.Option("--starts", help="Number of initial states in each cell, to find all its motions.")
+]
+Refine = Annotated[
+    int | None,
+    typer.Option("--refine", metavar="N", help="Every N-th row and column; more cells only where neighbours differ."),
 ]
 Out = Annotated[Path, typer.Option("--out", metavar="FILE", help="NetCDF file to write.", readable=False)]
 OutIfWanted = Annotated[
@@ -77,16 +85,16 @@ def _options(
 
 
 def load(
-    study: Path | None, sets: list[str] | None, physical: bool = False, operation: dict[str, str] | None = None
+    study: Path | None, sets: list[str] | None, physical: bool = False, axes: Iterable[Axis] = ()
 ) -> LoadedStudy:
     """The content of a study file with the values of ``--set``; also lets the user know when kernels are compiled.
 
-    ``physical`` says that it must describe gears; ``operation`` has the speed and torque of a design without them.
+    ``physical`` says that it must describe gears; ``axes`` are those of the command line.
     """
     startup.load_numba()
     from gearchaos.studyfile import load_study, parse_set
 
-    loaded = load_study(study, parse_set(sets or []), operation=operation)
+    loaded = load_study(study, parse_set(sets or []), axes=axes)
     announce_compilation()
     if physical and loaded.pair is None:
         file = None if study is None else str(study)
@@ -94,11 +102,11 @@ def load(
     return loaded
 
 
-def axis_starts(texts: list[str]) -> dict[str, str]:
-    """The first speed and torque of axes of the command line, for a design without an operating point."""
-    starts = dict(re.findall(r"^\s*(speed|torque)\s*=\s*([^:\s]+)", text)[0] for text in texts
-                  if re.match(r"\s*(speed|torque)\s*=\s*[^:\s]", text))
-    return {name: f"{value} {'rpm' if name == 'speed' else 'N*m'}" for name, value in starts.items()}
+def parse_axes(texts: list[str] | None) -> list[Axis]:
+    """The axes of ``--axis``."""
+    from gearchaos.studies.axis import parse_axis
+
+    return [parse_axis(text, "--axis") for text in texts or []]
 
 
 def given(**options: Any) -> dict[str, Any]:

@@ -7,16 +7,20 @@ import json
 import math
 import os
 import tempfile
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.cli.errors import say
 from gearchaos.errors import InputError
-from gearchaos.files import check_target, write_bytes
-from gearchaos.quantities import parse
+from gearchaos.files import DATA_SUFFIXES, check_target, write_bytes
+from gearchaos.quantities import parse, quantity
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from gearchaos.studies.axis import Axis
 
 PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 
@@ -149,6 +153,12 @@ _ATTRACTOR_FIELDS = (
 """The variables ``attractor_<name>`` that are keys of the JSON of an attractor."""
 
 
+def attractor_units(dataset: xr.Dataset) -> dict[str, str]:
+    """The physical units in `attractor_list`, by key; empty for a dimensionless result."""
+    units = {name: dataset[f"attractor_{name}"].attrs["units"] for name in _ATTRACTOR_FIELDS}
+    return {name: unit for name, unit in units.items() if unit != quantity(name).unit}
+
+
 def section(dataset: xr.Dataset) -> dict[str, list[float]]:
     """The stroboscopic section of a simulation: τ and every coordinate by name, one value per mesh period."""
     return {short: dataset[name].values.tolist() for short, name in _section_names(dataset).items()}
@@ -165,7 +175,30 @@ def _section_names(dataset: xr.Dataset) -> dict[str, str]:
     return {"tau": "tau_section", **{name.base: str(name) for name in parts if name.prefix == "section_"}}
 
 
-def summary(kind: str, dataset: xr.Dataset) -> dict[str, Any]:
+@dataclass(frozen=True)
+class MapOutput:
+    """What a command makes of a map: the file of its data, its picture if there is a path, and a summary in JSON."""
+
+    out: Path
+    plot: Path | None
+    json_out: bool
+
+    def check(self) -> None:
+        """Raise `InputError` unless both files can be written."""
+        check_output("--out", self.out, DATA_SUFFIXES)
+        check_output("--plot", self.plot, PLOT_SUFFIXES)
+
+    def write(self, kind: str, dataset: xr.Dataset, axes: Iterable[Axis]) -> None:
+        """Write the files of a map, and print its summary if it is wanted."""
+        save(dataset, self.out)
+        draw(dataset, self.plot)
+        if self.json_out:
+            files = {"out": str(self.out), "plot": None if self.plot is None else str(self.plot)}
+            described = [{**asdict(axis), "units": quantity(axis.name).unit} for axis in axes]
+            print_json({"study": kind, **files, "axes": described, **_summary(kind, dataset)})
+
+
+def _summary(kind: str, dataset: xr.Dataset) -> dict[str, Any]:
     """The JSON summary of a map: the number of cells of each motion; for basins, the attractors and their shares."""
     from gearchaos.studies import motions
 

@@ -12,6 +12,7 @@ from gearchaos.cli.options import Json, OutIfWanted, Physical, Plot, Sets, Study
 from gearchaos.cli.output import (
     PLOT_SUFFIXES,
     attractor_list,
+    attractor_units,
     check_output,
     draw_dossier,
     print_json,
@@ -120,19 +121,20 @@ def attractors(
     ] = None,
     out: OutIfWanted = None,
     json_out: Json = False,
+    physical: Physical = False,
 ) -> None:
     """Find all attractors of one operating point, with the share of the initial states that lead to each."""
     check_output("--out", out, DATA_SUFFIXES)
-    loaded = load(study, sets)
+    loaded = load(study, sets, physical)
     from gearchaos.studies.attractors import Attractors
     from gearchaos.studies.axis import parse_axis
 
     path = parse_axis(sweep, "--sweep") if sweep else None
     options = given(starts=starts, seed=seed, sweep=path, kicks=kicks)
-    found = loaded.study(Attractors, **options).run(progress=True)
+    found = in_units(loaded.study(Attractors, **options).run(progress=True), loaded, physical)
     save(found, out)
     if json_out:
-        print_json(attractor_list(found))
+        print_json({**attractor_list(found), **({"units": attractor_units(found)} if physical else {})})
     else:
         from gearchaos.cli.tables import print_attractors
 

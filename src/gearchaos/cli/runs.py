@@ -103,7 +103,7 @@ def plot(
     ],
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Picture: .png, .pdf or .svg.")] = None,
     colour: Annotated[
-        str | None, typer.Option(metavar="NAME", help="What a map is coloured by: motion, v_rms, contact, …")
+        str | None, typer.Option(metavar="NAME", help="What a map or a diagram shows: motion, v_rms, contact, …")
     ] = None,
     physical: Physical = False,
 ) -> None:
@@ -115,13 +115,13 @@ def plot(
 
 
 def _in_units(dataset: xr.Dataset, physical: bool) -> xr.Dataset:
-    """A result over speed or torque, with ``physical`` in the units of the gears that it carries."""
+    """A result, with ``physical`` in the units of the gears that it carries."""
     if not physical:
         return dataset
     from gearchaos.gears.results import physical as scaled
 
     if "gears" not in dataset.attrs:
-        raise InputError("--physical", "needs a result over speed or torque, which carries its gears",
+        raise InputError("--physical", "needs the result of a study of gears, which carries them",
                          str(dataset.attrs.get("study")), "gearchaos.physical(dataset, pair) scales any other.")
     return scaled(dataset)
 

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from gearchaos.cli.errors import say
-from gearchaos.cli.output import attractor_list, section, section_units
+from gearchaos.cli.output import attractor_list, attractor_units, section, section_units
 from gearchaos.gears.scales import Scales, unit_of
 from gearchaos.quantities import RESPONSES, VERDICTS, quantity
 
@@ -54,6 +54,24 @@ def print_datasheet(entries: Mapping[str, Entry], warnings: Sequence[str]) -> No
         _print(table)
     for warning in warnings:
         say(f"warning: {warning}")
+
+
+def print_speeds_to_avoid(factors: xr.Dataset) -> None:
+    """Print the ranges of speed to avoid with their largest dynamic factor, and that of all speeds."""
+    from gearchaos.studies.speeds_to_avoid import CRITERION, all_speeds, speeds_to_avoid
+
+    found, computed, torque = speeds_to_avoid(factors), all_speeds(factors), float(factors["torque"])
+    table = Table(title=f"Speeds to avoid at {torque:g} N m: {CRITERION}", title_justify="left")
+    for column in ("from rpm", "to rpm", "largest dynamic factor", "at rpm"):
+        table.add_column(column, justify="right")
+    for each in found:
+        table.add_row(*map(_shown, (each.start, each.stop, each.dynamic_factor, each.speed_of_largest)))
+    if not found:
+        table.add_row("none", "none")
+    _print(table)
+    Console(width=_FILE_WIDTH, highlight=False).print(
+        f"Computed from rest at {factors.sizes['speed']} speeds from {computed.start:g} to {computed.stop:g} rpm; the "
+        f"largest dynamic factor is {_shown(computed.dynamic_factor)}, at {_shown(computed.speed_of_largest)} rpm.")
 
 
 def _cells(value: Any) -> str:
@@ -111,10 +129,12 @@ def print_attractors(dataset: xr.Dataset) -> None:
     """Print the attractors of an operating point, one per row."""
     found = attractor_list(dataset)
     table = Table(title=f"Attractors found from {found['starts']} starts: {len(found['attractors'])}")
-    numbers = {"dynamic factor": "dynamic_factor", "λ1": "lyapunov", "max |μ|": "multiplier"}
+    units = {name: f" ({unit})" for name, unit in attractor_units(dataset).items()}
+    exponent = f"λ1{units.get('lyapunov', '')}"
+    numbers = {"dynamic factor": "dynamic_factor", exponent: "lyapunov", "max |μ|": "multiplier"}
     if "attractor_kick" in dataset:
         numbers["smallest kick"] = "kick"
-    for title in ("motion", "share of the starts (95 %)", "V_RMS", "contact", *numbers):
+    for title in ("motion", "share of the starts (95 %)", f"V_RMS{units.get('v_rms', '')}", "contact", *numbers):
         table.add_column(title, justify="left" if title in ("motion", "contact") else "right")
     for a in found["attractors"]:
         share = f"{a['fraction']:.1%} ({a['fraction_lo']:.1%} to {a['fraction_hi']:.1%})"

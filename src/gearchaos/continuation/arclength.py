@@ -27,13 +27,17 @@ _FEW = 3
 _LEAST_COSINE = 0.97
 """Least cosine of the angle between the tangents of neighbouring points."""
 
+_CORNER, _LEAST_AT_CORNER = 1e-4, 0.5
+"""Steps up to this length may turn more, by this cosine at most: where a contact switch falls on a jump of the
+stiffness, the derivatives of P have a kink, and curves a corner."""
+
 _STRAIGHT = 0.995
 """From this cosine on the next step may be longer."""
 
 _MAX_CORRECTION = 0.3
 """Largest distance of a point from its prediction, relative to the step."""
 
-_LARGE = 5.0
+_LARGE = 1.5
 """Orbits of a larger amplitude are followed in steps that are longer in proportion."""
 
 
@@ -209,7 +213,8 @@ def _next(equations: Equations, point: Point, size: float, settings: Settings) -
             cosine = float(np.sum(equations.weights * after.tangent * point.tangent))
             correction = length(equations.weights, after.u - point.u - size * point.tangent)
             fine = size <= settings.finest or equations.resolved(point.data, after.data)
-            cause = "" if cosine > _LEAST_COSINE and correction < _MAX_CORRECTION * size else "the branch turns sharply"
+            least = _LEAST_COSINE if size > _CORNER else _LEAST_AT_CORNER
+            cause = "" if cosine > least and correction < _MAX_CORRECTION * size else "the branch turns sharply"
             cause = cause if fine else "the multipliers change fast"
         except Stopped as stop:
             cause = str(stop)

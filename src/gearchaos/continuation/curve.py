@@ -11,6 +11,7 @@ import numpy as np
 from gearchaos.continuation.arclength import Point, Settings, Stopped, correct, follow, length, point_of
 from gearchaos.continuation.branch import AXIS_END, CLOSED, LARGEST, POINT_LIMIT, UNBOUNDED, follow_branch
 from gearchaos.continuation.codimension2 import SpecialPoint, find_special_points
+from gearchaos.continuation.crossing import beyond_graze, beyond_kink
 from gearchaos.continuation.defining import CRITICAL, EventEquations, EventSeed, event_equations
 from gearchaos.continuation.events import GRAZE, NEIMARK_SACKER, Event, locate
 from gearchaos.continuation.family import ParameterFamily
@@ -26,6 +27,12 @@ _TOUCHING = 1e-3
 _AT_EVENT, _AT_GRAZE = 1e-4, 1e-7
 """Distance of a multiplier from its critical value, or of an extremum of z from a boundary, up to which an orbit is at
 an event. At a fold, a multiplier changes by the square root of a rounding error."""
+
+_MAX_CORNERS = 8
+"""Most corners at grazes that a curve is followed through."""
+
+_FINAL = (AXIS_END, CLOSED, POINT_LIMIT, UNBOUNDED, "1:1 resonance", "1:2 resonance")
+"""Why a curve ends for good."""
 
 Bounds = tuple[tuple[float, float], tuple[float, float]]
 
@@ -165,25 +172,47 @@ def follow_curve(
 def _one_way(equations: EventEquations, start: Point, bounds: Bounds, settings: Settings) -> Curve:
     """Follow a curve from a point in the direction of its tangent to its end."""
     curve = Curve(equations.family, equations.kind, equations.period, [start])
-    why = POINT_LIMIT
+    why = _follow_piece(curve, equations, bounds, settings)
+    for _ in range(_MAX_CORNERS):
+        beyond = None if why in _FINAL or equations.kind == GRAZE else _beyond_corner(curve, equations)
+        if beyond is None:
+            break
+        curve.points.append(beyond)
+        why = _follow_piece(curve, equations, bounds, replace(settings, first=beyond.step))
+    if why not in _FINAL and _touches(equations, curve.points[-1]):
+        curve.special.append(SpecialPoint(f"grazing-{equations.kind}", curve.points[-1]))
+        why = f"grazing-{equations.kind}: meets a graze, where multipliers change with infinite slope"
+    curve.closed = why == CLOSED
+    x, y = map(float, equations.values(curve.points[-1].u))
+    curve.ends = [] if curve.closed else [CurveEnd(x, y, why)]
+    return curve
+
+
+def _beyond_corner(curve: Curve, equations: EventEquations) -> Point | None:
+    """The next point of a curve that ends at a corner; if that is a graze, it is added to the special points."""
+    if not _touches(equations, curve.points[-1]):
+        return beyond_kink(equations, curve.points)
+    found = beyond_graze(equations, curve.points)
+    if found is None:
+        return None
+    curve.special.append(found[0])
+    return found[1]
+
+
+def _follow_piece(curve: Curve, equations: EventEquations, bounds: Bounds, settings: Settings) -> str:
+    """Follow a curve from its last point until it ends or turns too sharply, and return why."""
     try:
-        for point in follow(equations, start, settings):
-            last, found = _end_between(curve, equations, point, bounds) or (point, "")
+        for point in follow(equations, curve.points[-1], settings):
+            last, why = _end_between(curve, equations, point, bounds) or (point, "")
             if last is not curve.points[-1]:  # a curve that starts at an end of an axis has no other point there
                 curve.special += find_special_points(equations, curve.points[-1], last, equations.kind)
                 curve.points.append(last)
             equations.accept(last.data)
-            if found:
-                why, curve.closed = found, found == CLOSED
-                break
+            if why:
+                return why
     except Stopped as stop:
-        why = f"step too small: {stop}"
-        if _touches(equations, curve.points[-1]):
-            curve.special.append(SpecialPoint(f"grazing-{equations.kind}", curve.points[-1]))
-            why = f"grazing-{equations.kind}: meets a graze, where multipliers change with infinite slope"
-    x, y = map(float, equations.values(curve.points[-1].u))
-    curve.ends = [] if curve.closed else [CurveEnd(x, y, why)]
-    return curve
+        return f"step too small: {stop}"
+    return POINT_LIMIT
 
 
 def _touches(equations: EventEquations, point: Point) -> bool:

@@ -18,7 +18,7 @@ from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import Cycle
 from gearchaos.flow import SensitivityFlow
 
-_STEP = 1e-5
+_STEP = 1e-6
 """Step of the central differences, in half backlashes."""
 
 _ANGLE_WEIGHT = 1e-2
@@ -208,7 +208,7 @@ class GrazeEquations(EventEquations):
     """
 
     def __init__(
-        self, family: ParameterFamily, period: int, spans: tuple[float, float], boundary: int, instant: float
+        self, family: ParameterFamily, period: int, spans: tuple[float, float], boundary: float, instant: float
     ) -> None:
         super().__init__(family, GRAZE, period, spans)
         self.boundary, self.instant = boundary, instant

@@ -31,7 +31,7 @@ def amplitudes(series: np.ndarray, periods: int) -> tuple[np.ndarray, np.ndarray
         In units of the series; the first is the absolute mean.
     """
     n = len(series)
-    spectrum = np.abs(np.fft.rfft(series, axis=0)) / n
+    spectrum = np.abs(np.fft.rfft(series, axis=0) / n)
     spectrum[1:] *= 2
     return np.arange(len(spectrum)) / periods, spectrum
 

@@ -5,7 +5,7 @@ The package depends on no other part of gearchaos, and deals with no gears, unit
 names exported here.
 """
 
-from gearchaos.flow.exact import ExactFlow, FlowResult, empty_measures
+from gearchaos.flow.exact import ExactFlow, FlowResult
 from gearchaos.flow.kernels.cancellation import StoppedError, cancel_event
 from gearchaos.flow.kernels.compilation import cache_is_empty, on_compile
 from gearchaos.flow.kernels.constants import CHATTER, DIVERGED, DIVERGED_AT, OK, WIDTH, Measure
@@ -19,6 +19,6 @@ from gearchaos.flow.tables import steps_share_matrices
 __all__ = [
     "CHATTER", "DIVERGED", "DIVERGED_AT", "OK", "RESIDUAL", "WIDTH", "ExactFlow", "FlowResult",
     "Measure", "NewtonSearch", "PeriodResult", "SensitivityFlow", "StoppedError", "SwitchedSystem", "cache_is_empty",
-    "cancel_event", "differentiate", "empty_measures", "fastest_rate", "min_steps_per_period", "near_returns",
+    "cancel_event", "differentiate", "fastest_rate", "min_steps_per_period", "near_returns",
     "newton_iteration", "on_compile", "start_newton_search", "steps_share_matrices",
 ]

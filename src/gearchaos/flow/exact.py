@@ -64,7 +64,7 @@ class FlowResult:
     status: np.ndarray
 
 
-def empty_measures(count: int) -> np.ndarray:
+def _empty_measures(count: int) -> np.ndarray:
     """Initial values (len(Measure), ``count``) of the measures: zero integrals and infinite extremes."""
     out = np.zeros((len(Measure), count))
     out[[Measure.Z_MAX, Measure.Z_DOT_MAX, Measure.FORCE_MAX]] = -np.inf
@@ -166,7 +166,7 @@ class ExactFlow(Generic[System]):
             w=np.array(w, order="C", dtype=float), tangent=np.array(tangent, order="C", dtype=float),
             growth=np.zeros((longest if growth else 0, k, count)),
             sections=recorded,
-            measures=empty_measures(count) if measured else np.empty((0, count)),
+            measures=_empty_measures(count) if measured else np.empty((0, count)),
             samples=np.zeros((longest if sample else 0, self._samples, d + 1, count)),
             status=np.zeros(count, dtype=np.int64),
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
@@ -13,7 +14,7 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.units import RPM, SPEED, TORQUE, to_si
-from gearchaos.model import MeshModel, has_effect
+from gearchaos.model import PARAMETER_PAIRS, MeshModel, has_effect
 from gearchaos.quantities import OPERATION
 from gearchaos.validation import check, to_float
 
@@ -71,22 +72,69 @@ class OperatingModel(MeshModel):
         return _SET_BY[name] if name in _NAMES else super().set_by(name)
 
     def value(self, name: str) -> float | None:
-        pair = _point(self.gears, None).pair
-        own = {"speed": pair.speed / RPM, "torque": pair.M10}
-        return own[name] if name in own else super().value(name)
+        return getattr(self, f"_{name}") if name in _NAMES else super().value(name)
+
+    @property
+    def _speed(self) -> float:
+        """Speed of wheel 1 in rpm that ω stands for."""
+        own = _point(self.gears, None)
+        if self.omega == own.parameters["omega"]:
+            return own.pair.speed / RPM
+        return self.omega * own.pair.omega0 / own.pair.n1 / RPM
+
+    @property
+    def _torque(self) -> float:
+        """Torque at wheel 1 in N m that q1 stands for, at the reference stiffness of the gears."""
+        own = _point(self.gears, None)
+        return own.pair.M10 if self.q1 == own.parameters["q1"] else self.q1 * own.pair.scales.torque1
+
+    @property
+    def operating_gears(self) -> Gears:
+        """The gears at the speed and torque of the model, which may have been set as ω and q1.
+
+        The torque stays that of the gears where theirs would be another model: the reference stiffness depends on the
+        torque, or q1 and q2 are not in the ratio of the gears. Results are in the units of the reference stiffness
+        either way.
+        """
+        gears, own = self.gears, _point(self.gears, None).pair
+        if self._speed != own.speed / RPM:
+            gears = gears.at(speed=self._speed * RPM)
+        if self._torque == own.M10:
+            return gears
+        try:
+            there = _point(self.gears, self._torque)
+        except InputError:  # a torque that the gears cannot have
+            return gears
+        same = there.pair.scales == own.scales and math.isclose(there.parameters["q2"], self.q2, rel_tol=1e-12)
+        return gears.at(torque=self._torque) if same else gears
 
     def expand(self, values: Mapping[str, Any]) -> dict[str, Any]:
         operation, rest = _separated(values)
         return {**self._operating_values(**operation), **super().expand(rest)}
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
-        operation, rest = _separated(values)
+        operation, rest = _separated(self._with_supports(values))
         if not operation:
             return super().with_values(rest)
         given = {n: operating_value(n, v) for n, v in operation.items()}
         changed = {n: v.item() for n, v in self._operating_values(**given).items()}
         at = {n: v * _SI[n] for n, v in given.items()}
         return replace(super().with_values({**changed, **rest}), gears=self.gears.at(**at))
+
+    def _with_supports(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        """The values, with those of the supports of the gears where they make a full model of another kind.
+
+        Raises
+        ------
+        InputError
+            If the supports of the gears are rigid, and the values do not say what they are instead.
+        """
+        if values.get("kind") != "full" or self.kind == "full":
+            return values
+        given = {single for name in values for single in PARAMETER_PAIRS.get(name, (name,))}
+        if given >= {f"{family}{n}" for family in ("mu", "kappa", "zeta_support") for n in (1, 2)}:
+            return values
+        return {**_point(self.gears, None).pair.lateral_parameters(), **values}
 
     def _operating_values(self, speed: Any = None, torque: Any = None) -> dict[str, np.ndarray]:
         """The parameters that a speed and a torque set, arrays (P,) by name.

@@ -224,7 +224,7 @@ class GearPair:
             zeta=self.k / (2 * self.mass * self.omega0),
             error=self._error(),
             stiffness=self._stiffness(),
-        ).with_values({**self._wheel(1), **self._wheel(2), **(self._lateral() if kind == "full" else {})})
+        ).with_values({**self._wheel(1), **self._wheel(2), **(self.lateral_parameters() if kind == "full" else {})})
 
     def _wheel(self, n: int) -> dict[str, float]:
         """J_n, q_n and β_n of (2.11)."""
@@ -235,12 +235,12 @@ class GearPair:
             f"beta{n}": friction / (2 * self.mass * self.omega0 * radius**2),
         }
 
-    def _lateral(self) -> dict[str, float]:
-        """μ_n, κ_n and ζ_n of (2.11)."""
+    def lateral_parameters(self) -> dict[str, float]:
+        """μ_n, κ_n and ζ_n of (2.11), by name; raises `InputError` for rigid supports."""
         if self.rigid:
             raise InputError(
                 "kind", "must be torsional or single where the supports are rigid", "full",
-                "Give c1, c2, m1 and m2 for elastic supports.",
+                "Give supports to a GearDesign, or c1, c2, m1 and m2 to a GearPair, for elastic supports.",
             )
         values = {}
         for n, m, c, k in ((1, self.m1, self.c1, self.k1), (2, self.m2, self.c2, self.k2)):

@@ -25,8 +25,7 @@ def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
     dataset : Dataset
         The result of a study of the gears.
     pair : GearPair or GearDesign, optional
-        The gears whose scales apply; may be left out for a result over ``speed`` or ``torque``, which carries its
-        gears.
+        The gears whose scales apply; may be left out for a study of gears, whose result carries them.
 
     Returns
     -------
@@ -93,7 +92,13 @@ def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:
 
 
 def _checked_gears(dataset: Any, pair: Any) -> Gears:
-    """The gears given, or those of the Dataset; raises `InputError` unless there are some and it is dimensionless."""
+    """The gears of the Dataset, or those given if it has none.
+
+    Raises
+    ------
+    InputError
+        If there are none, those given are others than those of the Dataset, or the Dataset is not dimensionless.
+    """
     if not hasattr(dataset, "data_vars"):
         advice = "Write physical(dataset, pair). Numbers of a verdict times those of pair.scales are in SI."
         raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}", advice)
@@ -106,12 +111,14 @@ def _checked_gears(dataset: Any, pair: Any) -> Gears:
         raise InputError("dataset", "must be dimensionless", "physical units", "It has been scaled already.")
     if carried is not None and not _same_gears(carried, pair):
         raise InputError("pair", "must be the gears of the result", f"a {type(pair).__name__}",
-                         "A result over speed or torque carries its gears: physical(dataset) uses them.")
-    return pair
+                         "The result of a study of gears carries them: physical(dataset) uses them.")
+    return pair if carried is None else carried
 
 
 def _same_gears(first: Gears, second: Gears) -> bool:
     """Whether gears are the same at the same operating point."""
+    if first.at(speed=1.0) == second.at(speed=1.0):  # also where the torque of the gears cannot be varied
+        return True
     return first.at(speed=1.0, torque=1.0) == second.at(speed=1.0, torque=1.0)
 
 

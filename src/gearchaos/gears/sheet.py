@@ -23,7 +23,8 @@ from gearchaos.gears.formulas import Formula, formulas
 from gearchaos.gears.geometry.formulas import DESIGN_FORMULAS, GEOMETRY_FORMULAS
 from gearchaos.gears.mesh_load import MeshLoad
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
-from gearchaos.gears.transmission_error.quality import Tolerances, tolerances
+from gearchaos.gears.transmission_error.harmonics import QualityError, from_quality
+from gearchaos.gears.transmission_error.quality import ISO_1995, Tolerances, tolerances
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,6 +106,22 @@ class _Results:
         return resonance(self.design.teeth[0], self.mean_stiffness, mass, load)
 
     @property
+    def tangential_composite_deviation(self) -> tuple[float, float]:
+        """f_i′ of both wheels, m; raises `_RefusedError` for an edition that does not derive it from f_pt and F_α."""
+        quality = self.design.given("quality")
+        if quality.standard != ISO_1995:
+            raise _RefusedError(f"{quality.standard} has no formula for f_i′ in terms of f_pt and F_α.")
+        return from_quality(self.design.geometry, quality, self.tolerances).tooth_to_tooth
+
+    @property
+    def support_frequencies(self) -> tuple[float, float]:
+        """Natural frequencies of the wheels on their supports, without the mesh, rad/s."""
+        if self.design.supports is None:
+            raise _RefusedError("The supports are rigid.")
+        (c1, c2), (m1, m2) = self.design.supports.stiffness, self.design.masses
+        return math.sqrt(c1 / m1), math.sqrt(c2 / m2)
+
+    @property
     def eccentric_backlash(self) -> tuple[float, float]:
         """Amplitudes of the backlash along the line of action by eccentricity, m."""
         factor = 2 * math.sin(self.design.geometry.working_pressure_angle)
@@ -127,7 +144,7 @@ class _Results:
 
 
 class _RefusedError(Exception):
-    """A standard gives no value; the message is its reason."""
+    """There is no value; the message is the reason."""
 
 
 def _entry(group: str, formula: Formula, results: _Results, compute: Callable[[_Results], Any]) -> Entry:
@@ -193,6 +210,8 @@ _GROUPS: dict[str, dict[str, _Row]] = {
         "profile_form_deviation": _tolerance("f_fα", "profile_form"),
         "profile_slope_deviation": _tolerance("f_Hα", "profile_slope"),
         "runout": _tolerance("F_r", "runout"),
+        "tangential_composite_deviation": (
+            formulas(QualityError)["tooth_to_tooth"], lambda results: results.tangential_composite_deviation),
     },
     "Tooth stiffness by ISO 6336-1": _of("tooth", _TOOTH, "mesh_stiffness"),
     "Mesh stiffness": {
@@ -205,9 +224,17 @@ _GROUPS: dict[str, dict[str, _Row]] = {
         "mesh_stiffness_range": (
             Formula("c_min, c_max", "N/µm", 1e-6, "least and greatest over the mesh cycle", _MODEL),
             lambda results: results.design.mesh_stiffness.extremes),
+        "mesh_period_roll_angle": (
+            Formula("", "deg", 180 / math.pi, "360°/z1: roll angle of wheel 1 over the mesh period, that of the "
+                    "stiffness curve", "kinematics"), lambda results: 2 * math.pi / results.design.teeth[0]),
         "mesh_stiffness_truncation": (
             Formula("", "", 1.0, "root mean square error of steps or harmonics over the mean", _MODEL),
             lambda results: results.design.mesh_stiffness.truncation),
+    },
+    "Supports": {
+        "support_frequency": (
+            Formula("f_n", "Hz", 1 / (2 * math.pi), "√(c_n/m_n)/(2π): each wheel on its support, without the mesh",
+                    "Łuczko 2008, (2.1)"), lambda results: results.support_frequencies),
     },
     "Transmission error of the unloaded gears": {
         "transmission_error_amplitudes": (
@@ -234,7 +261,8 @@ _GROUPS: dict[str, dict[str, _Row]] = {
     "Resonance": {
         **_of("resonance", _RESONANCE),
         "resonance_ratio": (
-            Formula("N", "", 1.0, "n1/n_E1", "ISO 6336-1:2006, 6.4.2, (9)"),
+            Formula("N", "", 1.0, "n1/n_E1 at the mean stiffness by the method of the design",
+                    "ISO 6336-1:2006, 6.4.2, (9)"),
             lambda results: results.resonance.ratio(results.design.given("speed"))),
     },
     "Dynamic factor": {

@@ -18,7 +18,8 @@ from gearchaos.quantities import Rule
 from gearchaos.validation import FINITE, check_rule
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf)"
-_NUMBER_AND_UNIT = re.compile(rf"\s*({_NUMBER})\s*([^\d\s].*|)")
+_NUMBER_AND_UNIT = re.compile(rf"\s*({_NUMBER})\s*([^\d\s].*|1\s*/.*|)")
+_DECIMAL_COMMA = re.compile(r"\s*([-+]?\d*),(\d+)(.*)")
 _ANGLE = re.compile("radian|revolution|turn|degree|grade|arc")
 
 
@@ -50,6 +51,24 @@ TORQUE = Dimension("a torque", "N*m", "85 N*m")
 BEARING_FRICTION = Dimension("a rotational damping coefficient", "N*m*s/rad", "1e-4 N*m*s/rad")
 SPEED = Dimension("an angular velocity", "rad/s", "2500 rpm")
 ANGLE = Dimension("an angle", "rad", "30 deg")
+
+class Length(float):
+    """A length in m that error messages show in mm, the unit of drawings."""
+
+    def __repr__(self) -> str:
+        return f"{1e3 * self:.9g} mm"
+
+    __str__ = __repr__
+
+
+_SPELLINGS: dict[Dimension, tuple[re.Pattern[str], str]] = {
+    SPEED: (re.compile(r"1?/min|min(\^|\*\*)?-1|min⁻¹|(rev|r|U)/min"), "rpm"),
+    TORQUE: (re.compile(r"([kM]?N)(m|mm|cm)"), r"\1*\2"),
+    BEARING_FRICTION: (re.compile(r"([kM]?N)m\*?s(/rad)?"), r"\1*m*s"),
+    INERTIA: (re.compile(r"(k?g)(m|mm|cm)(\^2|\*\*2|²)"), r"\1*\2**2"),
+}
+"""Units as they are usually written, without spaces, that pint does not know or takes for others: for each dimension a
+pattern of the whole unit and what it means in the notation of pint. A speed in 1/min is in revolutions per minute."""
 
 RPM = 0.10471975511965977
 """One revolution per minute in rad/s, rounded as by pint."""
@@ -133,8 +152,10 @@ def _registry() -> Any:
 
 def _converted(field: str, value: Any, dimension: Dimension) -> float:
     """The number in SI of a text or a pint quantity."""
+    if isinstance(value, str):
+        _check_decimal_point(field, value)
     try:
-        measured = _parsed(value) if isinstance(value, str) else value
+        measured = _parsed(value, dimension) if isinstance(value, str) else value
         number = float(measured.to(dimension.unit).magnitude)
     except Exception as error:  # pint does not wrap what its tokenizer and arithmetic raise
         raise _not_convertible(field, value, dimension, f"{str(error).rstrip('.')}. ") from None
@@ -144,12 +165,30 @@ def _converted(field: str, value: Any, dimension: Dimension) -> float:
     return number
 
 
-def _parsed(text: str) -> Any:
+def _check_decimal_point(field: str, text: str) -> None:
+    """Raise `InputError` for a number with a comma."""
+    if match := _DECIMAL_COMMA.fullmatch(text):
+        whole, decimals, rest = match.groups()
+        thousands = f", or '{whole}{decimals}{rest}' if the comma separates thousands" if len(decimals) == 3 else ""
+        raise InputError(field, "must have a decimal point, not a comma", text,
+                         f"Write '{whole or '0'}.{decimals}{rest}'{thousands}.")
+
+
+def _parsed(text: str, dimension: Dimension) -> Any:
     """A text such as "3 mm" as a pint quantity; raises ValueError if it is not a number followed by a unit."""
     match = _NUMBER_AND_UNIT.fullmatch(text)
     if not match:
         raise ValueError("It is not a number followed by a unit")
-    return _registry().Quantity(float(match[1]), match[2])
+    return _registry().Quantity(float(match[1]), _unit(match[2], dimension))
+
+
+def _unit(text: str, dimension: Dimension) -> str:
+    """A unit in the notation of pint."""
+    pattern, meaning = _SPELLINGS.get(dimension, (None, ""))
+    compact = re.sub(r"\s", "", text)
+    if pattern and pattern.fullmatch(compact):
+        return pattern.sub(meaning, compact)
+    return f"1{text}" if text.startswith("/") else text
 
 
 def _not_convertible(field: str, value: object, dimension: Dimension, reason: str = "") -> InputError:

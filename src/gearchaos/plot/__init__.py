@@ -17,6 +17,7 @@ from gearchaos.plot._manifolds import manifolds
 from gearchaos.plot._mesh_stiffness import mesh_stiffness
 from gearchaos.plot._phase import phase
 from gearchaos.plot._portrait import portrait
+from gearchaos.plot._response import response
 from gearchaos.plot._result import result
 from gearchaos.plot._ribbon import ribbon
 from gearchaos.plot._schematic import schematic
@@ -50,6 +51,7 @@ __all__ = [
     "motion_class",
     "phase",
     "portrait",
+    "response",
     "result",
     "ribbon",
     "schematic",

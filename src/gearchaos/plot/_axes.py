@@ -29,6 +29,9 @@ _ROUNDING = 1e-9
 _DEGENERATE_HALF_WIDTH = 0.05
 """Half width of an axis along which all values are equal, relative to their magnitude."""
 
+_MARGIN = 0.03
+"""Margin above and below the values that are shown, relative to their range."""
+
 _SECOND_AXIS = 38
 """Distance of a second horizontal axis below the first one, in points."""
 
@@ -122,6 +125,14 @@ def widened_limits(low: float, high: float, unit: float) -> tuple[float, float]:
     if high - low > _ROUNDING * size:
         return low, high
     return middle - _DEGENERATE_HALF_WIDTH * size, middle + _DEGENERATE_HALF_WIDTH * size
+
+
+def vertical_limits(values: np.ndarray, unit: float) -> tuple[float, float]:
+    """Limits of the vertical axis for all values that are finite, with a margin; ``unit`` as of `widened_limits`."""
+    known = values[np.isfinite(values)]
+    low, high = widened_limits(*((float(known.min()), float(known.max())) if known.size else (-unit, unit)), unit)
+    margin = _MARGIN * (high - low)
+    return low - margin, high + margin
 
 
 def second_axis_below(ax: Axes, factor: float, label: str) -> None:

@@ -9,7 +9,7 @@ from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 
 from gearchaos.errors import InputError, whole_number
 from gearchaos.gears.results import unit_in
-from gearchaos.plot._axes import axis_label, cell_extent, new_axes, widened_limits
+from gearchaos.plot._axes import axis_label, cell_extent, new_axes, vertical_limits
 from gearchaos.plot._checks import check, check_name
 from gearchaos.plot._portrait import first_coordinate
 from gearchaos.plot._ribbon import ribbon as draw_ribbon
@@ -17,9 +17,6 @@ from gearchaos.plot._ribbon import ribbon as draw_ribbon
 DENSITY_COLOURS = LinearSegmentedColormap.from_list("ink", ["#ffffff", "#7f93b8", "#1d2b53", "#060a1c"])
 DENSITY_EXPONENT = 0.22
 """Darkness is the density of points to this power, so that low densities are visible."""
-
-_MARGIN = 0.03
-"""Margin above and below the points, relative to their range."""
 
 _MAX_ROWS = 10_000
 
@@ -57,7 +54,7 @@ def bifurcation(
     check_name(ds, "name", name, (axis, "point"), "section_")
     rows = whole_number("rows", rows, 1, _MAX_ROWS)
     ax, section = new_axes(ax), ds[f"section_{name}"]
-    low, high = _vertical_limits(section.values, unit_in(ds, name))
+    low, high = vertical_limits(section.values, unit_in(ds, name))
     centres = low + (np.arange(rows) + 0.5) * (high - low) / rows
     ax.imshow(
         density(section.values, low, high, rows).T, origin="lower", aspect="auto", cmap=DENSITY_COLOURS,
@@ -70,14 +67,6 @@ def bifurcation(
     if ribbon:
         draw_ribbon(ds, ax, legend=legend)
     return ax
-
-
-def _vertical_limits(values: np.ndarray, unit: float) -> tuple[float, float]:
-    """Limits of the image for all points, with a margin; ``unit`` as of `widened_limits`."""
-    known = values[np.isfinite(values)]
-    low, high = widened_limits(*((float(known.min()), float(known.max())) if known.size else (-unit, unit)), unit)
-    margin = _MARGIN * (high - low)
-    return low - margin, high + margin
 
 
 def density(values: np.ndarray, low: float, high: float, rows: int) -> np.ndarray:

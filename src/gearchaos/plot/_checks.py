@@ -28,14 +28,14 @@ _TEXTS = ("event_kind", "curve_kind", "special_kind")
 """Variables that must hold texts."""
 
 _MAY_BE_EMPTY = (("number",), ("event",), ("special",))
-"""The dimensions of attractors, curves and manifolds, of events, and of points of codimension 2. There are no attractors
-if all motions are undecided."""
+"""The dimensions of attractors, curves and manifolds, of events, and of points of codimension 2. There are no
+attractors if all motions are undecided."""
 
 _MAY_HAVE_NO_POINTS = ("curve", "manifold", "z", "z_dot")
 """Variables over the points of curves and manifolds, of which there may be none."""
 
 _DRAWN_BY = {
-    "zones": "zones or level", "bifurcation": "bifurcation, or lyapunov", "basins": "basins",
+    "zones": "zones or level", "bifurcation": "bifurcation, lyapunov or response", "basins": "basins",
     "attractors": "attractors", "branch": "backbone or branch", "curve": "skeleton",
     "skeleton": "skeleton", "manifolds": "manifolds", "dynamic_factor": "dynamic_factor",
     "simulate": "portrait, or with samples by phase, history, spectrum or dossier",

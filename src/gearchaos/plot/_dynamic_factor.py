@@ -93,8 +93,8 @@ def _validity(speed: np.ndarray, values: np.ndarray) -> str:
 
 
 def _ranges(ax: Axes, ds: xr.Dataset) -> list[Patch]:
-    """Shade the speed ranges, add the axis of N, and return the handles of the ranges that occur."""
-    ratio = ds["resonance_ratio"]
+    """Shade the speed ranges of ISO 6336-1, add the axis of N, and return the handles of the ranges that occur."""
+    ratio = ds["resonance_ratio_ISO_B" if "resonance_ratio_ISO_B" in ds else "resonance_ratio"]  # in older files
     if not np.isfinite(ratio.values).all():
         return []
     per_ratio = float(ds["speed"][0] / ratio[0])

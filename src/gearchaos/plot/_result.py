@@ -20,6 +20,7 @@ from gearchaos.plot._level import level
 from gearchaos.plot._lyapunov import lyapunov
 from gearchaos.plot._manifolds import manifolds
 from gearchaos.plot._portrait import portrait
+from gearchaos.plot._response import response
 from gearchaos.plot._skeleton import skeleton
 from gearchaos.plot._zones import zones
 
@@ -39,7 +40,8 @@ def result(ds: xr.Dataset, colour: str | None = None) -> Figure:
     ds : Dataset
         From any study, or from `gearchaos.load`.
     colour : str, optional
-        What the colours of a map of zones show: "motion", or a variable such as "v_rms" or "contact".
+        What the colours of a map of zones show, or the values of a diagram along one parameter: "motion", the default,
+        or a variable such as "v_rms" or "contact".
 
     Returns
     -------
@@ -56,21 +58,21 @@ def result(ds: xr.Dataset, colour: str | None = None) -> Figure:
         raise InputError("dataset", "must be the result of a study", kind or sorted(map(str, ds.variables)),
                          f"It carries the name of its study in attrs['study']: {', '.join(_PICTURES)}.")
     check_colour(ds, colour)
-    artist = _PICTURES[kind](ds) if colour is None or colour == MOTION else level(ds, colour)
+    artist = _PICTURES[kind](ds) if colour is None or colour == MOTION else _COLOURED[kind][1](ds, colour)
     figure = artist.get_figure(root=True)
     assert figure is not None
     return figure
 
 
 def check_colour(ds: xr.Dataset, colour: str | None) -> None:
-    """Raise `InputError` unless a result can be coloured by this variable; None is always possible."""
+    """Raise `InputError` unless a result has a picture of this variable; None is always possible."""
     if colour is None:
         return
-    if (kind := ds.attrs.get("study")) != "zones":
-        raise InputError("colour", "must be left out for a result that is not a map of zones", colour,
+    if (kind := str(ds.attrs.get("study"))) not in _COLOURED:
+        raise InputError("colour", f"must be left out for a result that is not of {', '.join(_COLOURED)}", colour,
                          f"It is of {kind}.")
     if colour != MOTION:
-        check_name(ds, "colour", colour, 2, also=(MOTION,))
+        check_name(ds, "colour", colour, _COLOURED[kind][0], also=(MOTION,))
 
 
 _PICTURES: dict[str, Callable[[xr.Dataset], Axes | Figure]] = {
@@ -85,3 +87,8 @@ _PICTURES: dict[str, Callable[[xr.Dataset], Axes | Figure]] = {
     "dynamic_factor": dynamic_factor,
     "simulate": lambda ds: dossier(ds) if "tau" in ds.dims else portrait(ds),
 }
+
+_COLOURED: dict[str, tuple[int, Callable[[xr.Dataset, str], Axes]]] = {
+    "zones": (2, level), "bifurcation": (1, response), "dynamic_factor": (1, response),
+}
+"""Studies whose single variables have pictures: the number of dimensions of these variables, and the picture."""

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from gearchaos.dynamics import spectrum as spectra
 from gearchaos.errors import InputError
 from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, mesh_period, new_axes
@@ -64,7 +65,4 @@ def amplitudes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
     if periods == 0:
         raise InputError("dataset", "must have at least two samples per mesh period, over at least one mesh period",
                          len(tau), "Call simulate with samples=64.")
-    coefficients = np.fft.rfft(values[: periods * per_period]) / (periods * per_period)
-    amplitude = np.abs(coefficients)
-    amplitude[1:] *= 2
-    return np.arange(len(amplitude)) / periods, amplitude
+    return spectra.amplitudes(values[: periods * per_period], periods)

@@ -11,10 +11,13 @@ from gearchaos.datasets import model_from_json, model_json
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import FORMER_NAMES
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears.operating import gears_from_json, gears_json, with_gears
+from gearchaos.gears.operating import OperatingModel, gears_from_json, gears_json, with_gears
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.registry import study_class
 from gearchaos.studies.study import Study
+
+CARRIED = "carried_gears"
+"""The key of the gears of a model, where the study depends on them by the units of its results alone."""
 
 
 def to_record(study: Study) -> dict[str, Any]:
@@ -31,8 +34,9 @@ def to_record(study: Study) -> dict[str, Any]:
         "options": {n: asdict(v) if isinstance(v, Axis) else v for n, v in options.items()},
         "budget": None if settings is None else _settings_record(settings),
     }
-    if study.gears is not None:
-        record["gears"] = json.loads(gears_json(study.gears))
+    if isinstance(study.model, OperatingModel):
+        key = CARRIED if study.gears is None else "gears"
+        record[key] = json.loads(gears_json(study.model.gears))
     return json.loads(json.dumps(record, default=lambda value: value.item()))
 
 
@@ -50,8 +54,8 @@ def from_record(record: Mapping[str, Any]) -> Study:
     if record["budget"] is not None:
         values["settings"] = _settings(record["budget"])
     model = model_from_json(json.dumps(record["model"]))
-    if record.get("gears"):
-        model = with_gears(model, gears_from_json(json.dumps(record["gears"])))
+    if gears := record.get("gears") or record.get(CARRIED):
+        model = with_gears(model, gears_from_json(json.dumps(gears)))
     return study_type.of(model, values)
 
 
@@ -64,6 +68,19 @@ def _settings(record: Mapping[str, Any]) -> Classification:
     """The inverse of `_settings_record`."""
     values: dict[str, Any] = {FORMER_NAMES[former]: value for former, value in record.items()}
     return Classification(**{**values, "transient_lengths": tuple(values["transient_lengths"])})
+
+
+def study_differences(stored: Study, requested: Study) -> list[str]:
+    """The differences of two studies as texts; none if the results are the same.
+
+    Gears on which only the units of the results depend are compared if both studies have them: they are not in stores
+    of earlier versions.
+    """
+    first, second = to_record(stored), to_record(requested)
+    if not (first.get(CARRIED) and second.get(CARRIED)):
+        first.pop(CARRIED, None)
+        second.pop(CARRIED, None)
+    return differences(first, second)
 
 
 def differences(stored: Mapping[str, Any], requested: Mapping[str, Any], field: str = "") -> list[str]:

@@ -21,7 +21,7 @@ from gearchaos.execute import pools
 from gearchaos.execute.progress import bar
 from gearchaos.store.create import create, repair, versions
 from gearchaos.store.machine import process_name
-from gearchaos.store.record import differences, to_record
+from gearchaos.store.record import differences, study_differences
 from gearchaos.store.store import Store, TileStatus, open_store
 from gearchaos.store.tiles import divide
 from gearchaos.store.writers import Shard, write_lock
@@ -187,7 +187,7 @@ def _opened(study: Study, path: Path, tile: int | None, say: Callable[[str], Non
             if not path.exists():  # otherwise another shard has created it meanwhile
                 raise
     store = open_store(path)
-    differing = differences(to_record(store.study), to_record(study))
+    differing = study_differences(store.study, study)
     if differing:
         raise InputError("store", "must hold the same study", str(path), "; ".join(differing) + ".")
     done = sum(s.done for s in store.statuses().values())

@@ -105,6 +105,7 @@ class _Study(_Schema):
     options: dict[str, Any]
     budget: _Budget | None
     gears: dict[str, Any] | None = None
+    carried_gears: dict[str, Any] | None = None
 
 
 class FormatSchema(BaseModel):

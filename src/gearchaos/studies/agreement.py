@@ -37,9 +37,10 @@ def agreement(skeleton: xr.Dataset, zones: xr.Dataset) -> xr.Dataset:
     xarray.Dataset
         Over ``side``, the sides between a cell with a periodic motion and a neighbour with another kind of motion or
         period: both parameters of the cell and the neighbour, ``cell_<parameter>`` and ``neighbour_<parameter>``, the
-        ``period``, the ``cause``, and ``curve``, the number of the curve, −1 for none. Over ``orbit``, the periods up to
-        the largest one of the skeleton: ``orbit_period``, ``orbit_cells``, the number of cells with an orbit of this
-        period, ``orbit_explained``, the share of these without unexplained side, and ``orbit_sides`` (orbit, cause_name).
+        ``period``, the ``cause``, and ``curve``, the number of the curve, −1 for none. Over ``orbit``, the periods up
+        to the largest one of the skeleton: ``orbit_period``, ``orbit_cells``, the number of cells with an orbit of this
+        period, ``orbit_explained``, the share of these without unexplained side, and ``orbit_sides`` (orbit,
+        cause_name).
         ``curve_seen`` (number): whether a curve passes such a side. A curve that is not seen belongs to motions that
         coexist with those of the map. The attribute ``explained`` is the share of the cells of all periods without
         unexplained side.
@@ -61,7 +62,7 @@ def agreement(skeleton: xr.Dataset, zones: xr.Dataset) -> xr.Dataset:
     _check_same(skeleton, zones, (x_name, y_name))
     settings = json.loads(zones.attrs["settings"])
     longest = json.loads(skeleton.attrs["settings"])["period"]
-    family = ParameterFamily(_model(zones), (x_name, y_name))
+    family = ParameterFamily(_model(zones, (x_name, y_name)), (x_name, y_name))
     sides = explain_sides(
         family, zones[x_name].values, zones[y_name].values, zones["label"].values, zones["period"].values,
         _curves(skeleton, (x_name, y_name)), longest, Classification(**settings["classification"]))
@@ -91,23 +92,22 @@ def _check_same(skeleton: xr.Dataset, zones: xr.Dataset, names: tuple[str, str])
 
 def _same_model(skeleton: xr.Dataset, zones: xr.Dataset, names: tuple[str, str]) -> bool:
     """Whether two results are of the same model, but for the parameters of their axes and the initial values."""
-    gears = [gears_from_json(ds.attrs["gears"]).at(speed=1.0, torque=1.0) for ds in (skeleton, zones)
-             if "gears" in ds.attrs]
-    if gears:
-        return len(gears) == 2 and gears[0] == gears[1]
-    first, second = (model_from_json(ds.attrs["model"]) for ds in (skeleton, zones))
+    first, second = (_model(ds, names) for ds in (skeleton, zones))
     varied = {single for name in names for single in first.set_by(name)}
     own, other = first.parameters(), second.parameters()
     return first.kind == second.kind and own.keys() == other.keys() and all(
         own[n] == other[n] for n in own.keys() - varied)
 
 
-def _model(zones: xr.Dataset) -> MeshModel:
-    """The model of a map; over speed or torque that of its gears, with the same initial values."""
-    model = model_from_json(zones.attrs["model"])
-    if "gears" not in zones.attrs:
+def _model(dataset: xr.Dataset, names: tuple[str, str]) -> MeshModel:
+    """The model of a result; over speed or torque that of its gears, with the same parameters and initial values."""
+    model = model_from_json(dataset.attrs["model"])
+    if not {"speed", "torque"} & set(names):
         return model
-    return as_model(gears_from_json(zones.attrs["gears"])).with_values(dict(model.initial))
+    of_gears = as_model(gears_from_json(dataset.attrs["gears"]))
+    own = of_gears.parameters()
+    changed = {name: value for name, value in model.parameters().items() if value != own[name]}
+    return of_gears.with_values({**changed, **model.initial})
 
 
 def _curves(skeleton: xr.Dataset, names: tuple[str, str]) -> list[CurveData]:

@@ -11,12 +11,13 @@ import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.model import HarmonicStiffness, MeshModel, check, known_names
-from gearchaos.quantities import OPERATION
+from gearchaos.quantities import OPERATION, find
 
 MAX_COUNT = 1_000_000
 """Largest number of values of an axis."""
 
-_EXAMPLE = "Write it like eps1=0:0.3:400."
+_EXAMPLES = {"speed": "500:8000:200", "torque": "20:400:150"}
+"""Examples of axes whose values depend on the gears; those of the others are the ranges of their quantities."""
 
 
 @dataclass(frozen=True)
@@ -28,14 +29,15 @@ class Axis:
     name : str
         A parameter, a pair of parameters (``q0``) or an initial value of any kind of model.
     start, stop : float
-        First and last value; ``start < stop``.
+        First and last value; ``start < stop``, or equal if ``count`` is 1.
     count : int
         Number of values; with 1 the only value is ``start``.
 
     Raises
     ------
     InputError
-        For a name that no model has, an end outside the range of its parameter, or ``start >= stop``.
+        For a name that no model has, an end outside the range of its parameter, or ``start >= stop`` with more than one
+        value.
 
     Examples
     --------
@@ -53,11 +55,12 @@ class Axis:
             raise InputError("axis name", "must be a text", self.name, "E.g. Axis('eps1', 0, 0.3, 400).")
         singles = _single_names(self.name)
         for end in ("start", "stop"):
-            object.__setattr__(self, end, _number(f"axis {self.name} {end}", getattr(self, end)))
+            object.__setattr__(self, end, _number(self.name, end, getattr(self, end)))
         object.__setattr__(self, "count", _count(self.name, self.count))
-        if self.start >= self.stop:
+        if self.start > self.stop or (self.start == self.stop and self.count > 1):
             ends = f"{self.start:g}:{self.stop:g}"
-            raise InputError(f"axis {self.name}", "must run from a smaller to a larger value", ends, _EXAMPLE)
+            raise InputError(f"axis {self.name}", "must run from a smaller to a larger value", ends,
+                             f"E.g. {axis_example(self.name)}; one value alone is {self.start:g}:{self.start:g}:1.")
         for single in singles:
             check(single, [self.start, self.stop])
 
@@ -102,7 +105,18 @@ def parse_axis(text: str, field: str = "axis") -> Axis:
 
 
 def _unreadable(field: str, text: str) -> InputError:
-    return InputError(field, "must read name=start:stop:count", text, "E.g. eps1=0:0.3:400.")
+    """The error for a text that describes no axis, with an example of an axis of the same name."""
+    name = text.partition("=")[0].strip()
+    comma = "Numbers have a decimal point, no comma. " if "," in text else ""
+    return InputError(field, "must read name=start:stop:count", text, f"{comma}E.g. {axis_example(name)}.")
+
+
+def axis_example(name: str) -> str:
+    """An axis of this name as a text, for error messages: ``speed=500:8000:200``; of eps1 for a name without range."""
+    found = find(name)
+    if found is None or found.range is None:
+        return axis_example("eps1")
+    return f"{name}={_EXAMPLES.get(name, f'{found.range.low:g}:{found.range.high:g}:400')}"
 
 
 def _single_names(name: str) -> tuple[str, ...]:
@@ -120,13 +134,13 @@ def _single_names(name: str) -> tuple[str, ...]:
     raise unknown_name("axis", name, known)
 
 
-def _number(field: str, value: Any) -> float:
-    """A finite number as float; raises `InputError` for anything else."""
+def _number(name: str, end: str, value: Any) -> float:
+    """The start or stop of the axis of this name as float; raises `InputError` unless it is a finite number."""
     if isinstance(value, (str, bytes, bool)) or not hasattr(value, "__float__") or np.ndim(value):
-        raise InputError(field, "must be a number", value, _EXAMPLE)
+        raise InputError(f"axis {name} {end}", "must be a number", value, f"E.g. {axis_example(name)}.")
     number = float(value)
     if not math.isfinite(number):
-        raise InputError(field, "must be a finite number", number)
+        raise InputError(f"axis {name} {end}", "must be a finite number", number)
     return number
 
 
@@ -134,5 +148,5 @@ def _count(name: str, value: object) -> int:
     """The number of values of the axis of this name; raises `InputError` unless it is from 1 to `MAX_COUNT`."""
     if isinstance(value, bool) or not hasattr(value, "__index__") or not 1 <= value.__index__() <= MAX_COUNT:
         rule = f"must be a whole number from 1 to {MAX_COUNT}"
-        raise InputError(f"axis {name} count", rule, value, _EXAMPLE)
+        raise InputError(f"axis {name} count", rule, value, f"E.g. {axis_example(name)}.")
     return value.__index__()

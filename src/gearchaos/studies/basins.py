@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
@@ -133,7 +133,7 @@ def _dataset(
         **{n: variable(n, (), np.array(v)) for n, v in boundary.items()},
     }
     coords = {a.name: variable(a.name, (a.name,), a.values) for a in (x, y)}
-    return new_dataset(data, coords, provenance("basins", model))
+    return new_dataset(data, coords, provenance("basins", model, classification=asdict(settings)))
 
 
 def _kicks(model: MeshModel, x: Axis, y: Axis, index: np.ndarray, attractors: AttractorSet) -> np.ndarray:

@@ -14,12 +14,12 @@ from gearchaos.continuation.orbit import Orbit, as_orbit, check_period, find_cyc
 from gearchaos.continuation.shooting import Cycle
 from gearchaos.datasets import provenance
 from gearchaos.errors import InputError, whole_number
-from gearchaos.gears.operating import AnyModel
+from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.model import MeshModel, state_names
 from gearchaos.quantities import Rule
 from gearchaos.studies.axis import Axis, as_range
 from gearchaos.studies.branch_dataset import branch_dataset
-from gearchaos.studies.study import gears_attribute, model_of, varied_gears
+from gearchaos.studies.operating_point import at_axis_starts
 from gearchaos.validation import check_rule, to_float
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def branch(
     ['fold', 'flip']
     """
     axis = as_range(axis)
-    model = model_of(model, lambda: [axis])
+    model = as_model(at_axis_starts(model, [axis]))
     settings = _settings(longest_step, max_points)
     doublings = whole_number("cascade", cascade, 0, _MOST_DOUBLINGS)
     family, cycle = _start(model, axis, start, period)
@@ -102,8 +102,7 @@ def branch(
     attributes = provenance(
         "branch", family.model, axis=[axis.name, axis.start, axis.stop], period=main.period, cascade=doublings,
         events=sorted(events or {}), longest_step=settings.longest, max_points=settings.points)
-    gears = gears_attribute(varied_gears(model, [axis]))
-    return branch_dataset([main, *(b for b, _ in doubled if b is not None)], flips, axis, {**attributes, **gears})
+    return branch_dataset([main, *(b for b, _ in doubled if b is not None)], flips, axis, attributes)
 
 
 def _settings(longest_step: Any, max_points: Any) -> Settings:

@@ -17,7 +17,7 @@ from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import check_period, find_cycle
 from gearchaos.datasets import new_dataset, provenance
 from gearchaos.errors import InputError, unknown_name, whole_number
-from gearchaos.gears.operating import AnyModel
+from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.quantities import Rule
 from gearchaos.studies.axis import Axis, as_range
 from gearchaos.studies.curve_dataset import (
@@ -27,7 +27,7 @@ from gearchaos.studies.curve_dataset import (
     point_variables,
     special_variables,
 )
-from gearchaos.studies.study import gears_attribute, model_of, varied_gears
+from gearchaos.studies.operating_point import at_axis_starts
 from gearchaos.validation import check_rule, to_float
 
 if TYPE_CHECKING:
@@ -102,17 +102,16 @@ def curve(
         raise unknown_name("event", str(event), EVENTS)
     x, y = as_range(x, "x"), as_range(y, "y")
     settings = _settings(longest_step, max_points)
-    model = model_of(model, lambda: [x, y])
     if period is not None:
         check_period(period)
-    family = parameter_plane(model, x, y)
+    family = parameter_plane(as_model(at_axis_starts(model, [x, y])), x, y)
     check_inside(family, x, y)
     seed = _first_event(family, event, x, start, period)
     found = _followed(family, seed, x, y, settings)
     attributes = provenance(
         "curve", family.model, x=[x.name, x.start, x.stop], y=[y.name, y.start, y.stop],
         longest_step=settings.longest, max_points=settings.points)
-    return _dataset(family, found, {**attributes, **gears_attribute(varied_gears(model, [x, y]))})
+    return _dataset(family, found, attributes)
 
 
 def _settings(longest_step: Any, max_points: Any) -> Settings:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, Literal
@@ -53,9 +54,10 @@ def dynamic_factor(
         Over ``speed``, in the units of `physical`: ``dynamic_factor``, the largest mesh force of the motion over the
         static mesh force, and the other variables of `bifurcation` without points; ``Kv_ISO_B``, ``Kv_ISO_C`` and
         ``Kv_AGMA``, which are NaN where the standard gives no value, with the reasons in ``attrs["refused"]``;
-        ``resonance_ratio``, N of ISO 6336-1:2006, 6.4.2, with the standard's own stiffness c_γα whatever the method of
-        the design, with the limits of its ranges N_S, 1.15 and 1.5 as attributes ``main_start``, ``main_end`` and
-        ``supercritical_start``. The torque is a scalar coordinate.
+        ``resonance_ratio``, N of ISO 6336-1:2006, 6.4.2, at the mean mesh stiffness by the method of the design, and
+        ``resonance_ratio_ISO_B``, N at the standard's own stiffness c_γα, on which method B is based; both with the
+        limits of the ranges N_S, 1.15 and 1.5 as attributes ``main_start``, ``main_end`` and ``supercritical_start``.
+        The torque is a scalar coordinate.
 
     Raises
     ------
@@ -101,7 +103,7 @@ def _standards(design: GearDesign, speeds: np.ndarray) -> dict[str, Any]:
         out[name] = variable(name, ("speed",), np.array(values))
         if refused := _refusals(speeds, [factor.reason for factor in factors]):
             out[name].attrs["refused"] = refused
-    return {**out, "resonance_ratio": _resonance_ratio(design, speeds)}
+    return {**out, **_resonance_ratios(design, speeds)}
 
 
 def _refusals(speeds: np.ndarray, reasons: list[str]) -> str:
@@ -116,12 +118,28 @@ def _refusals(speeds: np.ndarray, reasons: list[str]) -> str:
     return " ".join(parts)
 
 
-def _resonance_ratio(design: GearDesign, speeds: np.ndarray) -> xr.Variable:
-    """N over speeds (P,) in rpm; NaN with the reason where ISO 6336-1 gives no stiffness."""
-    out = variable("resonance_ratio", ("speed",), np.full(len(speeds), np.nan))
+def _resonance_ratios(design: GearDesign, speeds: np.ndarray) -> dict[str, xr.Variable]:
+    """N over speeds (P,) in rpm, at the mean mesh stiffness of the design and at that of ISO 6336-1.
+
+    NaN with the reason where ISO 6336-1 gives no stiffness.
+    """
+    width = design.geometry.common_face_width
+    return {
+        "resonance_ratio": _resonance_ratio(
+            "resonance_ratio", design, speeds, lambda: design.mesh_stiffness.reference / width),
+        "resonance_ratio_ISO_B": _resonance_ratio(
+            "resonance_ratio_ISO_B", design, speeds, lambda: design.tooth_stiffness.mesh_stiffness),
+    }
+
+
+def _resonance_ratio(
+    name: str, design: GearDesign, speeds: np.ndarray, mesh_stiffness: Callable[[], float],
+) -> xr.Variable:
+    """N over speeds (P,) in rpm at a mesh stiffness over the face width, N/m²."""
+    out = variable(name, ("speed",), np.full(len(speeds), np.nan))
     mass = design.equivalent_mass / design.geometry.common_face_width
     try:
-        stiffness = design.tooth_stiffness.mesh_stiffness
+        stiffness = mesh_stiffness()
     except InputError as error:
         out.attrs["refused"] = str(error)
         return out

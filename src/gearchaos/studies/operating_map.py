@@ -13,7 +13,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears.operating import AnyModel, OperatingModel
 from gearchaos.gears.results import physical
 from gearchaos.model import MeshModel, vary
-from gearchaos.studies.axis import Axis, as_axis
+from gearchaos.studies.axis import Axis, as_axis, axis_example
 from gearchaos.studies.zones import Zones
 
 if TYPE_CHECKING:
@@ -84,12 +84,12 @@ def in_operating_units(dataset: xr.Dataset, model: OperatingModel) -> xr.Dataset
 
 def operating_axis(name: str, given: Axis | str, field: str = "") -> Axis:
     """The axis of a speed or torque; a text may leave out the name. ``field`` is its name in error messages."""
-    field = field or name
-    if isinstance(given, str) and re.fullmatch(r"[^=:]*:[^=:]*:[^=:]*", given):
+    field, advice = field or name, f"E.g. {axis_example(name).partition('=')[2]}."
+    if isinstance(given, str) and "=" not in given:
+        if not re.fullmatch(r"[^:]*:[^:]*:[^:]*", given):
+            raise InputError(field, "must read start:stop:count", given, advice)
         given = f"{name}={given}"
-    elif isinstance(given, str) and "=" not in given:
-        raise InputError(field, "must read start:stop:count", given, "E.g. 500:4500:200.")
     axis = as_axis(given, field)
     if axis.name != name:
-        raise InputError(field, f"must be an axis of {name}", axis.name, "E.g. 500:4500:200.")
+        raise InputError(field, f"must be an axis of {name}", axis.name, advice)
     return axis

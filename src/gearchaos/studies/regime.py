@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from gearchaos.datasets import new_dataset, provenance, variable
+from gearchaos.datasets import new_dataset, variable
 from gearchaos.dynamics import Classification, Label, classify, motion_name
 from gearchaos.dynamics.labels import label_and_period
 from gearchaos.dynamics.settings import SINGLE_MOTION
@@ -90,13 +90,14 @@ class Regime(ClassifyingStudy):
         problem = initial_value_problems(self.model)
         verdicts = classify(problem.flow, problem.w, settings=self.classification)
         if verdicts.label[0] == Label.DIVERGED:
-            return Verdict(self.model, verdicts, {}, None)
+            return Verdict(self.model, verdicts, {}, None, self.classification)
         sections = steady_sections(
             problem.batch, problem.flow, problem.points, problem.w, verdicts, _SECTION_POINTS)
         spectral_label, _ = spectral_class(np.stack([sections["z"][0], sections["z_dot"][0]], axis=1))
         count = int(verdicts.period[0]) or _SECTION_POINTS
         return Verdict(
-            self.model, verdicts, {name: x[0, -count:].tolist() for name, x in sections.items()}, spectral_label)
+            self.model, verdicts, {name: x[0, -count:].tolist() for name, x in sections.items()}, spectral_label,
+            self.classification)
 
     def compute(
         self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
@@ -115,7 +116,7 @@ class Regime(ClassifyingStudy):
             if not name.startswith("spectral_")
         }
         classes = {"motion": _motion(found, ""), "spectral_label": _motion(found, "spectral_")}
-        return new_dataset(data, attrs={**provenance("regime", self.model), **classes})
+        return new_dataset(data, attrs={**self.provenance(), **classes})
 
 
 def _motion(found: dict[str, np.ndarray], prefix: str) -> str:

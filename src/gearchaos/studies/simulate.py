@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from gearchaos.datasets import new_dataset, provenance, variable
+from gearchaos.datasets import new_dataset, variable
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import CHATTER, DIVERGED, DIVERGED_AT, OK, ExactFlow
 from gearchaos.gears.operating import AnyModel
@@ -120,7 +120,7 @@ class Simulate(Study):
             data.update(_trajectory(batch, names, _bounded(found["samples"][0]), self.transient, x2))
         settings = {"periods": self.periods, "transient": self.transient, "samples": self.samples or 0}
         status = {"status": _STATUS[int(found["status"][0])]}
-        return new_dataset(data, attrs={**provenance("simulate", self.model, **settings), **status})
+        return new_dataset(data, attrs={**self.provenance(**settings), **status})
 
 
 _BYTES_PER_SECTION, _BYTES_PER_SAMPLE = 700, 800

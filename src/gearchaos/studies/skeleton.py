@@ -17,11 +17,11 @@ from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.errors import whole_number
 from gearchaos.execute.machine import cores
 from gearchaos.execute.pools import process_pool, thread_pool
-from gearchaos.gears.operating import AnyModel
+from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.studies.axis import Axis, as_axis, as_range
 from gearchaos.studies.curve_dataset import ends_of, parameter_plane, point_variables, special_variables
+from gearchaos.studies.operating_point import at_axis_starts
 from gearchaos.studies.skeleton_journal import SkeletonJournal
-from gearchaos.studies.study import gears_attribute, model_of, varied_gears
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -88,8 +88,7 @@ def skeleton(
     search = _search(x, y, period, lines, starts)
     x, y = as_range(x, "x"), as_range(y, "y")
     count = cores() if workers is None else whole_number("workers", workers, 1)
-    model = model_of(model, lambda: [x, y])
-    family = parameter_plane(model, x, y)
+    family = parameter_plane(as_model(at_axis_starts(model, [x, y])), x, y)
     attributes = _attributes(family, x, y, search)
     kept = None if journal is None else SkeletonJournal(Path(journal), attributes)
     bounds = ((x.start, x.stop), (y.start, y.stop))
@@ -97,8 +96,7 @@ def skeleton(
         curves, failed = find_curves(
             family.model, (x.name, y.name), bounds, pool, search, journal=kept, progress=progress)
     failures = json.dumps(Counter(why for _, why in failed))
-    gears = gears_attribute(varied_gears(model, [x, y]))
-    return _dataset(family, curves, {**attributes, "failed": failures, **gears})
+    return _dataset(family, curves, {**attributes, "failed": failures})
 
 
 def _search(x: Any, y: Any, period: Any, lines: Any, starts: Any) -> Search:

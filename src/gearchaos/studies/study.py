@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import MISSING, dataclass, field, fields
+from collections.abc import Mapping
+from dataclasses import MISSING, asdict, dataclass, field, fields
 from types import NoneType
 from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, get_type_hints
 
@@ -14,12 +14,12 @@ from gearchaos.datasets import provenance
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, unknown_name, whole_number
-from gearchaos.gears.operating import Gears, OperatingModel, as_model, gears_json, is_design
-from gearchaos.gears.units import RPM
+from gearchaos.gears.operating import Gears, OperatingModel, as_model
 from gearchaos.model import MeshModel
 from gearchaos.quantities import OPERATION
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.cost import Cost
+from gearchaos.studies.operating_point import at_axis_starts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,25 +38,6 @@ def option(default: Any, *, least: int | None = None, keyword: bool = True) -> A
         Whether it is a keyword-only argument.
     """
     return field(default=default, kw_only=keyword, metadata={"least": least})
-
-
-def model_of(given: Any, axes: Callable[[], Sequence[Axis]]) -> MeshModel:
-    """The model of a study; a design without speed or torque gets those at the start of the axes."""
-    if is_design(given):
-        starts = {axis.name: axis.start * (RPM if axis.name == "speed" else 1.0) for axis in axes()}
-        given = given.at(**{n: starts[n] for n in ("speed", "torque") if n in starts and getattr(given, n) is None})
-    return as_model(given)
-
-
-def varied_gears(model: MeshModel, axes: Sequence[Axis]) -> Gears | None:
-    """The gears on which a result depends besides the model: those of an axis ``speed`` or ``torque``."""
-    varied = {axis.name for axis in axes} & {q.name for q in OPERATION}
-    return model.gears if varied and isinstance(model, OperatingModel) else None
-
-
-def gears_attribute(gears: Gears | None) -> dict[str, str]:
-    """The attribute of a Dataset with its gears, if it has any."""
-    return {} if gears is None else {"gears": gears_json(gears)}
 
 
 def _without_none(annotation: Any) -> Any:
@@ -95,7 +76,8 @@ class Study(ABC):
     model: MeshModel
 
     def __post_init__(self) -> None:
-        self._set(model=model_of(self.model, lambda: [as_axis(getattr(self, n), n) for n in self.axis_fields]))
+        axes = (as_axis(getattr(self, name), name) for name in self.axis_fields)
+        self._set(model=as_model(at_axis_starts(self.model, axes)))
 
     @property
     @abstractmethod
@@ -171,12 +153,13 @@ class Study(ABC):
     @property
     def gears(self) -> Gears | None:
         """The gears on which the result depends besides the model: those of an axis ``speed`` or ``torque``."""
-        values = (getattr(self, f.name) for f in fields(self))
-        return varied_gears(self.model, [value for value in values if isinstance(value, Axis)])
+        axes = (getattr(self, f.name) for f in fields(self))
+        varied = {axis.name for axis in axes if isinstance(axis, Axis)} & {q.name for q in OPERATION}
+        return self.model.gears if varied and isinstance(self.model, OperatingModel) else None
 
     def provenance(self, **settings: Any) -> dict[str, Any]:
-        """Attributes of the Dataset: study, model and, if given, its other settings, versions, and the `gears`."""
-        return {**provenance(self.kind, self.model, **settings), **gears_attribute(self.gears)}
+        """Attributes of the Dataset: study, model and its gears, the settings given here, and versions."""
+        return provenance(self.kind, self.model, **settings)
 
     def __getstate__(self) -> dict[str, Any]:
         """The fields alone; cached properties are computed again from them."""
@@ -224,3 +207,7 @@ class ClassifyingStudy(Study):
     def classification(self) -> Classification:
         """The settings, which `__post_init__` has set where none were given."""
         return self.settings or self.default_settings
+
+    def provenance(self, **settings: Any) -> dict[str, Any]:
+        """As that of every study, with the classification settings."""
+        return super().provenance(**settings, classification=asdict(self.classification))

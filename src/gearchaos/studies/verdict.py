@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gearchaos.datasets import new_dataset, provenance, variable
-from gearchaos.dynamics import REASONS, Label, Reason, Verdicts, motion_name
+from gearchaos.dynamics import REASONS, Classification, Label, Reason, Verdicts, motion_name
 from gearchaos.dynamics.response import CONTACTS, Response
 from gearchaos.model import MeshModel
 
@@ -41,12 +41,15 @@ class Verdict:
         bounded motion, and empty for a motion that diverged.
     spectral_label : str or None
         The class that the spectrum of z and z' at those points suggests; see `spectral_class`.
+    settings : Classification
+        The settings by which the motion was classified.
     """
 
     model: MeshModel
     verdicts: Verdicts
     section: dict[str, list[float]]
     spectral_label: str | None
+    settings: Classification
 
     @property
     def label(self) -> str:
@@ -144,7 +147,8 @@ class Verdict:
             The variables that `zones` has for a cell, as scalars in double precision, and the response measures that
             `zones` omits; ``lyapunov_spectrum``, ``lyapunov_spectrum_lo``, ``lyapunov_spectrum_hi``,
             ``multipliers_real`` and ``multipliers_imag`` over the dim "exponent"; and ``section_<coordinate>`` over the
-            dim "point". The attributes contain the model, the ``motion`` and the ``spectral_label``.
+            dim "point". The attributes contain the model and its gears, the settings, the ``motion`` and the
+            ``spectral_label``.
         """
         v = self.verdicts
         scalars = {n: values[0] for n, values in v.variables(double=True).items()}
@@ -158,4 +162,5 @@ class Verdict:
         data |= {n: variable(n, ("exponent",), values) for n, values in spectrum.items()}
         data |= {f"section_{n}": variable(f"section_{n}", ("point",), np.array(x)) for n, x in self.section.items()}
         classes = {"motion": self.label, "spectral_label": self.spectral_label or "none"}
-        return new_dataset(data, attrs={**provenance("regime", self.model), **classes})
+        attributes = provenance("regime", self.model, classification=asdict(self.settings))
+        return new_dataset(data, attrs={**attributes, **classes})

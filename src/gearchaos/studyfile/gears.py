@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from gearchaos.errors import InputError
-from gearchaos.gears.operating import Gears
+from gearchaos.gears.operating import Gears, is_design
 from gearchaos.gears.pair import GearPair
 from gearchaos.studyfile.tables import GearPairTable, StudyFile, validated
 
@@ -43,6 +43,18 @@ def separated(values: Mapping[str, Any]) -> tuple[dict[str, dict[str, Any]], dic
         else:
             rest[name] = value
     return of_gears, rest
+
+
+def refuse_without_table(gears: Gears, values: Mapping[str, Any], known: Collection[str] = ()) -> None:
+    """Raise `InputError` for a value of the gears that is given without the name of its table.
+
+    ``known`` are the names that need no table: those of the parameters and initial values of the model.
+    """
+    table = "design" if is_design(gears) else "gearpair"
+    own = {f.name for f in fields(gears)} - set(known)  # type: ignore[arg-type]
+    for name, value in values.items():
+        if name.partition(".")[0] in own:
+            raise InputError(name, "must be given with the name of its table", value, f"Write {table}.{name}=VALUE.")
 
 
 def gears_of(

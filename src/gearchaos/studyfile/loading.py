@@ -24,11 +24,13 @@ from gearchaos.model import (
     TwoLevelStiffness,
     check_state_name,
     default_stiffness,
+    known_names,
 )
 from gearchaos.studies.axis import Axis, parse_axis
+from gearchaos.studies.operating_point import at_axis_starts
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studies.study import ClassifyingStudy, Study
-from gearchaos.studyfile.gears import OPERATING_UNITS, gears_of, separated, with_units
+from gearchaos.studyfile.gears import OPERATING_UNITS, gears_of, refuse_without_table, separated, with_units
 from gearchaos.studyfile.tables import (
     MODEL_NAMES,
     ModelTable,
@@ -111,8 +113,7 @@ class LoadedStudy:
 
 
 def load_study(
-    path: str | os.PathLike[str] | None = None, values: Mapping[str, Any] | None = None, *,
-    operation: Mapping[str, Any] | None = None,
+    path: str | os.PathLike[str] | None = None, values: Mapping[str, Any] | None = None, *, axes: Iterable[Axis] = (),
 ) -> LoadedStudy:
     """Read a study file and replace values by name.
 
@@ -123,8 +124,9 @@ def load_study(
     values : mapping, optional
         Values that replace those of the file. Names as in `MeshModel.with_values`, ``kind`` included, or
         ``gearpair.<field>``, ``design.<key>`` and ``operation.<key>`` for values of the gears.
-    operation : mapping, optional
-        ``speed`` and ``torque`` of a ``[design]`` whose file has none.
+    axes : iterable of Axis, optional
+        Axes given beside the file. A ``[design]`` without speed or torque gets the first value of the axis ``speed`` or
+        ``torque`` among these, or else among those of the file.
 
     Raises
     ------
@@ -136,24 +138,20 @@ def load_study(
     of_gears, model_values = separated(values or {})
     kind = model_values.pop("kind", None)
     given = {n: v for n, v in with_units(model_values).items() if n in OPERATING_UNITS}
-    default = {**(operation or {}), **_axis_starts(tables.study), **given}
-    gears = gears_of(tables, of_gears, Path(path or ".").parent, default)
+    gears = gears_of(tables, of_gears, Path(path or ".").parent, given)
+    study_kind, options = _study(tables.study)
     if gears is not None:
+        gears = at_axis_starts(gears, [*axes, *(each for each in options.values() if isinstance(each, Axis))])
         model: MeshModel = operating_model(gears, kind or (tables.gearpair and tables.gearpair.kind))
     else:
         model = _model(tables.model or ModelTable(), default_stiffness(model_values))
         model = model if kind is None else model.with_values({"kind": kind})
+    if gears is not None:
+        refuse_without_table(gears, model_values, {*known_names(model), *OPERATING_UNITS})
     for name in tables.initial:
         check_state_name(model.kind, name)
     model = model.with_values(tables.initial).with_values(model_values)
-    return LoadedStudy(model, *_study(tables.study), _classification(tables))
-
-
-def _axis_starts(table: Any) -> dict[str, str]:
-    """The first values of the axes ``speed`` and ``torque`` of a study, for a design without an operating point."""
-    _, options = _study(table)
-    axes = {axis.name: axis for axis in options.values() if isinstance(axis, Axis)}
-    return with_units({name: axes[name].start for name in OPERATING_UNITS if name in axes})
+    return LoadedStudy(model, study_kind, options, _classification(tables))
 
 
 def load_design(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) -> GearDesign:
@@ -164,11 +162,12 @@ def load_design(path: str | os.PathLike[str], values: Mapping[str, Any] | None =
     tables = _read(Path(path))
     given = {f"operation.{n}" if n in OPERATING_UNITS else n: v for n, v in with_units(values or {}).items()}
     of_gears, others = separated(given)
-    for name, value in others.items():
-        raise InputError(name, "must be a value of [design] or [operation]", value, "E.g. design.damping_ratio=0.05.")
     gears = gears_of(tables, of_gears, Path(path).parent, {})
     if not is_design(gears):
         raise InputError("study file", "must have a table [design]", str(path))
+    refuse_without_table(gears, others)
+    for name, value in others.items():
+        raise InputError(name, "must be a value of [design] or [operation]", value, "E.g. design.damping_ratio=0.05.")
     return gears
 
 
@@ -265,22 +264,34 @@ def _study(table: Any) -> tuple[str | None, dict[str, Any]]:
 
 
 def parse_set(texts: Iterable[str]) -> dict[str, Any]:
-    """Values by name from texts ``name=value``, numbers where possible; the last of several is used."""
+    """Values by name from texts ``name=value``, see `parse_value`; the last of several is used."""
     values: dict[str, Any] = {}
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))
         if not (name and equals and value):
             raise InputError("--set", "must read name=value", text, "E.g. --set omega=1.")
         values.pop(name, None)  # so that it comes last: values are set in order, and q0 also sets q1
-        values[name] = _value(value)
+        values[name] = parse_value(value)
     return values
 
 
-def _value(text: str) -> int | float | str:
-    """A text as an integer or a float if it is one."""
+def parse_value(text: str) -> Any:
+    """A text as an integer or a float if it is one, as a list or table in TOML if it begins like one."""
     for number in (int, float):
         try:
             return number(text)
         except ValueError:
             continue
-    return text
+    return _list_or_table(text) if text.startswith(("[", "{")) else text
+
+
+def _list_or_table(text: str) -> Any:
+    """The value of a list or an inline table in TOML."""
+    try:
+        found = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError) as error:
+        raise InputError("--set", "must give a list or table as in TOML", text,
+                         f"{error}. Texts stand in quotes: --set \"design.bore=['30 mm', '60 mm']\".") from None
+    if len(found) > 1:
+        raise InputError("--set", "must give one value", text)
+    return found["value"]

@@ -143,7 +143,15 @@ def _input_error(schema: type[BaseModel], error: Any, where: tuple[str, ...]) ->
         return InputError(field[1:], "must be given", None)
     if error["type"] in ("model_type", "dict_type"):
         return InputError(field[1:], "must be a table", error["input"])
-    return InputError(field[1:], error["msg"].replace("Input should", "must"), error["input"])
+    advice = _ADVICE_ON_KINDS.get(str(error["input"]), "") if error["loc"] == ("study", "kind") else ""
+    return InputError(field[1:], error["msg"].replace("Input should", "must"), error["input"], advice)
+
+
+_ADVICE_ON_KINDS = {
+    "map": 'For speed and torque write kind = "zones", x = "speed=500:8000:200" and y = "torque=20:400:150".',
+    "gear": "gearchaos gear shows the datasheet of a design; it needs no [study].",
+}
+"""What to write in a study file instead of the name of a command that is not a kind of study."""
 
 
 def _table_at(schema: Any, location: Sequence[Any]) -> Any:

@@ -45,7 +45,7 @@ def check_inputs(design: Any) -> None:
     if design.centre_distance is not None:
         reference = transverse * sum(design.teeth) / 2
         check_plausible("centre_distance", design.centre_distance, 0.8 * reference, 1.3 * reference, units.LENGTH,
-                        f"Without profile shift it is {reference:.9g} m for these teeth and this module.")
+                        f"Without profile shift it is {units.Length(reference)} for these teeth and this module.")
     alterations = () if design.tip_alteration == KEEP_CLEARANCE else design.tip_alteration
     for name, lengths in (("tip_alteration", alterations), ("eccentricity", design.eccentricity)):
         for wheel, length in enumerate(lengths):
@@ -59,13 +59,18 @@ def _check_tip_diameter(design: Any, transverse_module: float) -> None:
     if design.tip_diameter is None:
         return
     if design.tip_alteration != (0.0, 0.0):
-        raise InputError("tip_alteration", "must be left out beside tip_diameter", design.tip_alteration)
+        raise InputError("tip_alteration", "must be left out beside tip_diameter", _shown(design.tip_alteration))
     shifts = design.profile_shift or (0.0, 0.0)
     for wheel, diameter in enumerate(design.tip_diameter):
         nominal = transverse_module * design.teeth[wheel] + 2 * design.module * (design.rack.addendum + shifts[wheel])
         check_plausible(
             f"tip_diameter[{wheel}]", diameter, nominal - 2 * design.module, nominal + 2 * design.module, units.LENGTH,
-            f"The nominal tip diameter is {nominal:.9g} m.")
+            f"The nominal tip diameter is {units.Length(nominal)}.")
+
+
+def _shown(tip_alteration: tuple[float, float] | str) -> tuple[units.Length, ...] | str:
+    """A tip alteration as error messages show it."""
+    return tip_alteration if isinstance(tip_alteration, str) else tuple(map(units.Length, tip_alteration))
 
 
 def check_wheels(design: Any) -> None:

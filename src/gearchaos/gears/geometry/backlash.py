@@ -67,7 +67,7 @@ class Backlash:
         if excess > SHIFT_TOLERANCE * geometry.normal_module:
             raise InputError(
                 "backlash.value", f"must give at least the {geometry.theoretical_backlash * 1e3:.4g} mm along the line "
-                "of action that teeth of nominal thickness have at this centre distance", self.value,
+                "of action that teeth of nominal thickness have at this centre distance", units.Length(self.value),
                 f"It gives {total * 1e3:.4g} mm. Check the centre distance, the profile shifts, and whether the "
                 "value is the total or half of it.")
         return total
@@ -174,7 +174,7 @@ def check_backlash(given: AnyBacklash, geometry: Geometry) -> float:
     """j_bt, total, m; raises `InputError` if it is not positive, or more than half a module: a slip of units."""
     total = given.along_line_of_action(geometry)
     if total <= 0:
-        raise InputError("backlash", "must be greater than 0", total,
+        raise InputError("backlash", "must be greater than 0", units.Length(total),
                          "The allowances leave no backlash at this centre distance.")
     if isinstance(given, Backlash):
         most = geometry.normal_module / 2 * given.value / total

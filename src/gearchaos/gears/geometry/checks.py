@@ -7,7 +7,9 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears.geometry.dimensions import Geometry
+from gearchaos.gears.geometry.interference import enters_fillet, interference_depth, largest_tip_diameter
 from gearchaos.gears.geometry.mating import shift_sum
+from gearchaos.gears.units import Length
 
 LEAST_TIP_THICKNESS = 0.2
 """Tip thickness in normal modules below which there is a warning, ISO 21771:2007 7.9."""
@@ -53,6 +55,7 @@ def check_geometry(geometry: Geometry) -> None:
     for wheel in (0, 1):
         _check_tooth(geometry, wheel)
         _check_root(geometry, wheel)
+        _check_fillet(geometry, wheel)
     if geometry.contact_ratio < 1:
         raise InputError(
             "contact_ratio", "must be at least 1", geometry.contact_ratio,
@@ -66,16 +69,17 @@ def _check_tooth(geometry: Geometry, wheel: int) -> None:
     root, tip, base = geometry.root_diameter[wheel], geometry.tip_diameter[wheel], geometry.base_diameter[wheel]
     if root <= 0 or tip <= max(base, root):
         raise InputError(
-            f"tip_diameter[{wheel}]", f"must be greater than those of the base circle, {base:.6g} m, and of the root, "
-            f"{root:.6g} m, and these greater than 0", tip, "Check the rack, profile_shift and tip_alteration.")
+            f"tip_diameter[{wheel}]", f"must be greater than those of the base circle, {Length(base)}, and of the "
+            f"root, {Length(root)}, and these greater than 0", Length(tip),
+            "Check the rack, profile_shift and tip_alteration.")
     if (thickness := geometry.tip_thickness[wheel]) <= 0:
         raise InputError(
-            f"tip_thickness[{wheel}]", "must be greater than 0", thickness,
+            f"tip_thickness[{wheel}]", "must be greater than 0", Length(thickness),
             "The flanks of the tooth meet below its tip. Give a smaller profile_shift or addendum, or shorten the "
             "tooth by a negative tip_alteration.")
     if (clearance := geometry.tip_clearance[wheel]) <= 0:
         raise InputError(
-            f"tip_clearance[{wheel}]", "must be greater than 0", clearance,
+            f"tip_clearance[{wheel}]", "must be greater than 0", Length(clearance),
             f"The tip of wheel {wheel + 1} touches the root of wheel {2 - wheel}. Shorten the teeth by a negative "
             "tip_alteration or 'keep clearance', or give a larger centre_distance.")
 
@@ -87,11 +91,24 @@ def _check_root(geometry: Geometry, wheel: int) -> None:
         least = geometry.undercut_shift[wheel]
         undercut = geometry.profile_shift[wheel] < least
         raise InputError(
-            f"start_of_active_profile[{wheel}]", f"must not be below the root form diameter, {form:.9g} m",
-            "a contact below the base circle" if math.isnan(start) else start,
+            f"start_of_active_profile[{wheel}]", f"must not be below the root form diameter, {Length(form)}",
+            "a contact below the base circle" if math.isnan(start) else Length(start),
             f"The tip of wheel {2 - wheel} meets the root of wheel {wheel + 1} where its flank is no involute. Give "
             f"wheel {wheel + 1} a larger profile_shift, or shorten the teeth of wheel {2 - wheel} by tip_alteration."
             + (f" Without undercut profile_shift[{wheel}] is at least {least:.4g}." if undercut else ""))
+
+
+def _check_fillet(geometry: Geometry, wheel: int) -> None:
+    """Raise `InputError` if the mate's tip enters the fillet, although the contact begins on the involute."""
+    if not enters_fillet(geometry, wheel):
+        return
+    mate, depth = 1 - wheel, interference_depth(geometry, wheel) * 1e6
+    largest = largest_tip_diameter(geometry, wheel)
+    raise InputError(
+        f"tip_diameter[{mate}]", f"must be at most {Length(largest)}", Length(geometry.tip_diameter[mate]),
+        f"After the first contact the tip of wheel {mate + 1} enters the root fillet of wheel {wheel + 1}, by "
+        f"{depth:.3g} µm. Shorten the teeth of wheel {mate + 1} by tip_alteration, or give a rack with a smaller "
+        "root_radius or a larger dedendum.")
 
 
 def _check_overlap(geometry: Geometry) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 from gearchaos.errors import InputError
 from gearchaos.gears.geometry.dimensions import Geometry, Pair
 from gearchaos.gears.geometry.involute import inverse_involute, involute
+from gearchaos.gears.units import Length
 
 KEEP_CLEARANCE = "keep clearance"
 """The tip alteration that shortens the teeth until the tip clearance is that of the basic rack."""
@@ -52,7 +53,7 @@ def mating_geometry(
         raise InputError(
             "profile_shift", f"must be given with this centre distance, with a sum of {needed:.6g}", None,
             "Split this sum between the wheels, e.g. in favour of the pinion: there is no split that fits every pair. "
-            f"Or leave out centre_distance; without profile shift it is {_reference_distance(given):.9g} m.",
+            f"Or leave out centre_distance; without profile shift it is {Length(_reference_distance(given))}.",
         )
     return replace(given, tip_alteration=_alterations(given, tip_alteration, tip_diameter))
 
@@ -106,7 +107,7 @@ def _check_base_circles(geometry: Geometry) -> None:
     least = sum(geometry.base_diameter) / 2
     if geometry.centre_distance <= least:
         raise InputError(
-            "centre_distance", f"must be greater than {least:.9g} m, the sum of the base radii",
-            geometry.centre_distance,
-            f"Without profile shift it is {_reference_distance(geometry):.9g} m.",
+            "centre_distance", f"must be greater than {Length(least)}, the sum of the base radii",
+            Length(geometry.centre_distance),
+            f"Without profile shift it is {Length(_reference_distance(geometry))}.",
         )

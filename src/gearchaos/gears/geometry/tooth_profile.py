@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gearchaos.errors import InputError
+from gearchaos.gears.units import Length
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
@@ -191,5 +192,5 @@ def _check_tooth(geometry: Geometry, wheel: int) -> None:
         raise InputError("root_radius", "must leave the basic rack a tip that is not pointed", geometry.root_radius,
                          "Reduce the root radius or the dedendum.")
     if geometry.tip_thickness[wheel] <= 0:
-        raise InputError(f"tip_thickness[{wheel}]", "must be greater than 0", geometry.tip_thickness[wheel],
+        raise InputError(f"tip_thickness[{wheel}]", "must be greater than 0", Length(geometry.tip_thickness[wheel]),
                          "The tooth is pointed: reduce its profile shift or its tip diameter.")

@@ -95,7 +95,7 @@ class GeneratedTooth:
         base, inside, outside = self._base_radius, math.pi / 2, self.pressure_angle
         while (middle := (inside + outside) / 2) not in (inside, outside):
             radius, position = self.fillet(middle)
-            if radius < base or position > self._flank(radius):
+            if radius < base or position > self.flank_position(radius):
                 inside = middle
             else:
                 outside = middle
@@ -116,7 +116,7 @@ class GeneratedTooth:
         along = depth * math.cos(self.helix_angle) / math.tan(slope)
         return math.hypot(along, reference - depth), math.atan2(along, reference - depth) - (along - width) / reference
 
-    def _flank(self, radius: float) -> float:
+    def flank_position(self, radius: float) -> float:
         """Polar angle of the involute at a radius, from the middle of the tooth space, rad."""
         space = math.pi / 2 - 2 * self.profile_shift * math.tan(self.pressure_angle)
         angle = math.acos(self._base_radius / radius)

@@ -81,11 +81,12 @@ class MeshStiffness:
 def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TOLERANCE) -> MeshStiffness:
     """Mesh stiffness with the mean c_γα b of ISO 6336-1:2006, 9.3.
 
-    The standard gives the mean alone; the waveform is built on it. Spur gears with ε_α < 2 have two levels: c′ b with
-    one tooth pair in contact and 1.75 c′ b with two, whose mean is c′ b (0.75 ε_α + 0.25) = c_γα b. In all other pairs
-    the stiffness is proportional to the total length of the contact lines, see
-    `gearchaos.gears.stiffness.contact_lines`: two levels for spur gears, a Fourier series for helical gears, unless ε_β
-    is so small that steps are more exact.
+    The standard gives the mean alone, c_γα = c′ (0.75 ε_α + 0.25). The waveform is an assumption: the same law at each
+    instant, c′ b (0.75 n + 0.25), where n is the number of tooth pairs in contact, of helical gears the total length of
+    the contact lines over that of one pair across the whole face width (`gearchaos.gears.stiffness.contact_lines`).
+    The mean of n is ε_α, so that of the stiffness is c_γα b. Spur gears have two levels, for ε_α < 2 c′ b and
+    1.75 c′ b, helical gears a Fourier series, unless ε_β is so small that steps are more exact. The waveform of helical
+    gears tends to that of spur gears as β tends to 0.
 
     Parameters
     ----------
@@ -104,7 +105,9 @@ def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TO
     _check_positive("mesh_stiffness", mesh_stiffness)
     _check_positive("tolerance", tolerance)
     ratio, overlap = geometry.contact_ratio, geometry.overlap_ratio
-    curve = relative_length(ratio, overlap)
+    share = 0.75 * ratio / (0.75 * ratio + 0.25)  # of the mean stiffness that is proportional to the number of pairs
+    length = relative_length(ratio, overlap)
+    curve = PeriodicCurve(length.knots, 1 + share * (length.first - 1), 1 + share * (length.last - 1))
     reference = mesh_stiffness * geometry.common_face_width
     if overlap == 0 and ratio < 2:
         single = 1 / (0.75 * ratio + 0.25)
@@ -112,7 +115,8 @@ def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TO
     if overlap == 0:
         waveform, error = approximate(curve, tolerance)
         return MeshStiffness(reference, waveform, error, ISO)
-    series = truncated_series(curve, *fourier_coefficients(ratio, overlap, MAX_HARMONICS), tolerance)
+    amplitudes, phases = fourier_coefficients(ratio, overlap, MAX_HARMONICS)
+    series = truncated_series(curve, share * amplitudes, phases, tolerance)
     waveform, error = series if series and series[1] <= tolerance else approximate(curve, tolerance)
     return MeshStiffness(reference, waveform, error, ISO, _truncation_note(error, tolerance))
 

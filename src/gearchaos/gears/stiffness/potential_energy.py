@@ -25,6 +25,7 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.gears.geometry.tooth_profile import Stations, ToothProfile, tooth_profile
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, periodic_curve
+from gearchaos.gears.units import Length
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
@@ -258,7 +259,8 @@ def _check_contact(geometry: Geometry) -> None:
             zip(geometry.start_of_active_profile, geometry.root_form_diameter, strict=True)):
         if not active >= form * (1 - 1e-9):
             raise InputError(
-                f"start_of_active_profile[{wheel}]", f"must be at least the root form diameter, {form:.6g} m", active,
+                f"start_of_active_profile[{wheel}]", f"must be at least the root form diameter, {Length(form)}",
+                Length(active),
                 "The tip of the mating tooth reaches below the involute: shorten it or raise the profile shift.")
 
 
@@ -267,7 +269,8 @@ def _check_body(profile: ToothProfile, bore: float, wheel: int) -> None:
     least, most = (2 * profile.root_radius / ratio for ratio in reversed(BODY_RATIOS))
     if not least <= bore <= most:
         raise InputError(
-            f"bore[{wheel}]", f"must lie in [{least:.6g}, {most:.6g}] m for the potential-energy method", bore,
+            f"bore[{wheel}]", f"must lie between {Length(least)} and {Length(most)} for the potential-energy method",
+            Length(bore),
             "The compliance of the wheel body is known for ratios of the root and bore diameters from "
             f"{BODY_RATIOS[0]:g} to {BODY_RATIOS[1]:g} (Sainsot et al., 2004). Use ISO 6336-1 or a table.")
     if profile.root_half_angle < ROOT_ANGLES[0]:

@@ -34,7 +34,21 @@ _CURVE_COLUMNS = (
 )
 
 
-def from_orders(path: str | Path) -> ErrorHarmonics:
+_PERIOD_TOLERANCE = 1e-3
+"""Difference from a mesh period, in mesh periods, that the rounding of roll angles in a file explains."""
+
+_CLOSING_TOLERANCE = 0.01
+"""Largest difference between the errors at both ends of a mesh period over the peak-to-peak value, for the noise of a
+measurement."""
+
+_CLOSING_SLOPE = 3.0
+"""Largest slope between the last row and the beginning of the next mesh period over the largest one in the table."""
+
+
+_UNIT_ADVICE = "Check the unit in the header: errors of gears are some µm. At most half a module is accepted."
+
+
+def from_orders(path: str | Path, *, most: float = math.inf) -> ErrorHarmonics:
     """Harmonics from a file of measured orders of the mesh frequency.
 
     Parameters
@@ -43,6 +57,8 @@ def from_orders(path: str | Path) -> ErrorHarmonics:
         A table, see `gearchaos.gears.inputs.csvtable.read_table`, with the columns ``order``, ``phase`` (with a unit)
         and either ``peak`` or ``peak to peak`` (with a unit): the amplitude e_j or twice it. The error of order j is
         e_j cos(j θ − phase), where θ = 0 is the instant at which a tooth pair enters contact.
+    most : float, optional
+        Largest plausible amplitude, m.
 
     Returns
     -------
@@ -53,8 +69,8 @@ def from_orders(path: str | Path) -> ErrorHarmonics:
     ------
     InputError
         With the number of the line, for an order that is no whole number from 1 to 64 or is repeated, and for a
-        negative amplitude; also for a file that `read_table` refuses, and unless it has exactly one column of
-        amplitudes.
+        negative or implausible amplitude; also for a file that `read_table` refuses, and unless it has exactly one
+        column of amplitudes.
     """
     table = read_table(path, _ORDER_COLUMNS, field=_FIELD)
     kinds = [name for name in (_PEAK, _PEAK_TO_PEAK) if name in table.columns]
@@ -68,6 +84,7 @@ def from_orders(path: str | Path) -> ErrorHarmonics:
     if (values < 0).any():
         row = int(np.argmax(values < 0))
         raise table.error(row, "must not have a negative amplitude", float(values[row]), "Add 180 deg to the phase.")
+    _check_amplitudes(table, values, most)
     amplitudes, phases = np.zeros(max(orders)), np.zeros(max(orders))
     for order, value, phase in zip(orders, values, table.columns["phase"], strict=True):
         amplitudes[order - 1], phases[order - 1] = value, phase
@@ -95,27 +112,71 @@ def _orders(table: Table) -> list[int]:
     return found
 
 
-def from_table(path: str | Path, teeth1: int, orders: int = 8) -> ErrorHarmonics:
+def _check_amplitudes(table: Table, amplitudes: np.ndarray, most: float) -> None:
+    """Raise `InputError` for an amplitude, in m, that only a wrong unit explains."""
+    if (amplitudes > most).any():
+        row = int(np.argmax(amplitudes > most))
+        raise table.error(row, f"must have an amplitude of at most {units.Length(most)}",
+                          units.Length(amplitudes[row]), _UNIT_ADVICE)
+
+
+def from_table(path: str | Path, teeth1: int, orders: int = 8, *, most: float = math.inf) -> ErrorHarmonics:
     """Harmonics from a file with the error over the roll angle of wheel 1.
 
     Parameters
     ----------
     path : str or Path
         A table, see `gearchaos.gears.inputs.csvtable.read_table`, with the columns ``roll angle`` and ``error``, both
-        with units. Roll angle 0 is the instant at which a tooth pair enters contact; the angles increase.
+        with units. Roll angle 0 is the instant at which a tooth pair enters contact; the angles increase. A table of
+        one mesh period must return to its first error: the error of the gears without load is continuous. One of
+        several periods need not, since it may contain orders of the shafts.
     teeth1 : int
         Number of teeth of wheel 1: the mesh period is 2π/z1.
     orders : int
         Number of harmonics, 1 to 64; by default 8.
+    most : float, optional
+        Largest plausible difference of an error from the mean of the table, m.
 
     Returns
     -------
     ErrorHarmonics
         See `fit_harmonics`.
+
+    Raises
+    ------
+    InputError
+        With the number of the line, for an error that does not return to its first value, or is implausible; also for
+        a file that `read_table` or samples that `fit_harmonics` refuses.
     """
     table = read_table(path, _CURVE_COLUMNS, field=_FIELD, abscissa=("roll angle",))
     periods = table.columns["roll angle"] * teeth1 / (2 * math.pi)
+    _check_amplitudes(table, np.abs(table.columns["error"] - np.mean(table.columns["error"])), most)
+    _check_closed(table, periods)
     return fit_harmonics(periods, table.columns["error"], orders, source=f"curve of {Path(table.path).name}")
+
+
+def _check_closed(table: Table, periods: np.ndarray) -> None:
+    """Raise `InputError` unless an error over one mesh period returns to its first value.
+
+    Where the last row lies before the end of the period, the slope from there on decides.
+
+    Parameters
+    ----------
+    table : Table
+        With the column ``error``.
+    periods : array (rows,)
+        Roll angles in mesh periods.
+    """
+    error, missing = table.columns["error"], 1 - float(periods[-1] - periods[0])
+    if len(error) < 2 or missing < -_PERIOD_TOLERANCE:
+        return
+    steepest = float(np.max(np.abs(np.diff(error)) / np.diff(periods)))
+    most = _CLOSING_TOLERANCE * float(np.ptp(error)) + _CLOSING_SLOPE * steepest * max(missing, 0.0)
+    if missing < 0.5 and abs(error[-1] - error[0]) > most:
+        raise table.error(
+            len(error) - 1, f"must return to the error of line {table.lines[0]}, {error[0] * 1e6:.6g} µm, with which "
+            "the next mesh period begins", f"{error[-1] * 1e6:.6g} µm",
+            "The error of the gears without load is continuous. Remove the drift, or give several mesh periods.")
 
 
 def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: str = "curve") -> ErrorHarmonics:

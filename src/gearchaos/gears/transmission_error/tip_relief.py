@@ -10,6 +10,7 @@ import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, check_orders, evaluate
+from gearchaos.gears.units import Length
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
@@ -84,8 +85,8 @@ def _check_lengths(relief: TipRelief, path: float, contact_ratio: float) -> None
     """Raise `InputError` if the relieved lengths overlap, or contact could be lost between two pairs."""
     if sum(relief.length) > path:
         raise InputError(
-            "tip_relief.length", f"must have a sum of at most the path of contact, {path:.6g} m", relief.length,
-            "The reliefs of both wheels would overlap.",
+            "tip_relief.length", f"must have a sum of at most the path of contact, {Length(path)}",
+            tuple(map(Length, relief.length)), "The reliefs of both wheels would overlap.",
         )
     if contact_ratio < 1:
         raise InputError("contact_ratio", "must be at least 1", contact_ratio)

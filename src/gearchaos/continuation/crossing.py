@@ -1,0 +1,261 @@
+"""Where the curve of an event has a corner, and how it goes on beyond.
+
+On one side of a graze multipliers change with the square root of the penetration, on the other side smoothly. So the
+curve of a fold, a flip or a Neimark–Sacker point that reaches a graze has a corner there: it arrives at an angle and
+leaves at a tangent to the graze curve, or the other way round. The corner is the root, along the graze curve, of the
+test function of the event. The curve beyond is the root on a half circle about it.
+
+Where a contact switch falls on a jump of the stiffness, the derivatives of P have a kink, and curves a corner too. The
+curve beyond is then searched on a whole circle about the last point, in the surface of orbits over both parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import brentq
+
+from gearchaos.continuation.arclength import Point, Stopped, correct, length
+from gearchaos.continuation.codimension2 import SpecialPoint
+from gearchaos.continuation.defining import EventEquations, EventState, GrazeEquations
+from gearchaos.continuation.events import FLIP, FOLD, flip_test, pair_test
+from gearchaos.continuation.shooting import Cycle, evaluate
+
+_REACH = np.array([0.0, 1e-5, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2])
+"""Distances from the last point, along the graze curve, between which the corner is searched."""
+
+_RADII = (1e-3, 3e-3, 3e-4, 1e-2)
+"""Radii of the half circle."""
+
+_STEEP = np.logspace(-7, -0.5, 14)
+_ANGLES = np.concatenate([_STEEP, np.linspace(0.4, np.pi - 0.4, 8), np.pi - _STEEP[::-1]])
+"""Angles on the half circle between which the curve is searched, dense near the graze curve."""
+
+
+_WHOLE_CIRCLE = np.linspace(0.1, 0.1 + 2 * np.pi, 49)
+"""Angles on the circle about a corner that is no graze."""
+
+_RECENT = 40
+"""Number of the last points of a curve with which points beyond a corner are compared."""
+
+_SEPARATE = 0.3
+"""Least distance of these from each other, relative to the radius."""
+
+
+def test_function(kind: str, cycle: Cycle) -> float:
+    """The function of the multipliers that vanishes at an event of this kind."""
+    if kind == FOLD:
+        return float(np.prod(cycle.multipliers - 1.0).real)
+    return flip_test(cycle) if kind == FLIP else pair_test(cycle)
+
+
+def beyond_graze(
+    equations: EventEquations, points: Sequence[Point]
+) -> tuple[SpecialPoint, Point | None] | None:
+    """The corner of a curve at a graze, and the first point of the curve beyond it.
+
+    Parameters
+    ----------
+    equations : EventEquations
+        Those of the event, no graze.
+    points : sequence of Point
+        The curve so far; at the last point z nearly touches a boundary.
+
+    Returns
+    -------
+    SpecialPoint
+    Point or None
+        The tangent leads away from the corner; None if the curve is not found again.
+    """
+    try:
+        grazes = _Grazes(equations, points[-1])
+        corner = grazes.corner()
+        if corner is None:
+            return None
+        gaps = [grazes.gap(point.data.cycle) for point in points[-_RECENT:]]
+        side = -float(np.sign(gaps[int(np.argmax(np.abs(gaps)))])) or 1.0
+        found = grazes.beyond(corner, side, points) or grazes.beyond(corner, -side, points)
+        return SpecialPoint(f"grazing-{equations.kind}", corner), found
+    except Stopped:
+        return None
+
+
+class _Grazes:
+    """Orbits near a graze: their extremum of z lies at a given distance beyond the boundary."""
+
+    def __init__(self, equations: EventEquations, point: Point) -> None:
+        self.equations, extrema = equations, point.data.cycle.extrema
+        number = int(np.argmin(np.abs(np.abs(extrema[:, 1]) - 1.0)))
+        self.boundary, self.instant = int(np.sign(extrema[number, 1])), float(extrema[number, 0])
+        size = equations.size + 2
+        self.weights = equations.weights[:size]
+        normal = point.tangent[:size]
+        self.origin = correct(self.at(0.0), point.u[:size], normal, normal)
+
+    def at(self, gap: float) -> GrazeEquations:
+        """The equations of orbits whose extremum lies this much above the boundary."""
+        e = self.equations
+        spans = tuple(1.0 / np.sqrt(e.weights[e.size : e.size + 2]))
+        return GrazeEquations(e.family, e.period, (spans[0], spans[1]), self.boundary + gap, self.instant)
+
+    def gap(self, cycle: Cycle) -> float:
+        """How far the extremum of an orbit lies above the boundary."""
+        lag = np.abs((cycle.extrema[:, 0] - self.instant + cycle.period / 2) % cycle.period - cycle.period / 2)
+        near = np.argmin(lag + np.abs(cycle.extrema[:, 1] - self.boundary))
+        return float(cycle.extrema[near, 1] - self.boundary)
+
+    def point(self, origin: Point, distance: float, gap: float) -> Point:
+        """The orbit at a distance from a graze along its curve, with a gap."""
+        return correct(self.at(gap), origin.u + distance * origin.tangent, origin.tangent, origin.tangent)
+
+    def test(self, point: Point) -> float:
+        """The test function of the event at an orbit."""
+        return test_function(self.equations.kind, point.data.cycle)
+
+    def corner(self) -> Point | None:
+        """The graze at which the event occurs too, nearest to the origin."""
+
+        def value(distance: float) -> float:
+            return self.test(self.point(self.origin, distance, 0.0))
+
+        for inner, outer in pairwise(_REACH):
+            for sign in (1.0, -1.0):
+                a, b = sign * float(inner), sign * float(outer)
+                if value(a) * value(b) <= 0:
+                    return self.point(self.origin, float(brentq(value, a, b, xtol=1e-14)), 0.0)
+        return None
+
+    def beyond(self, corner: Point, side: float, points: Sequence[Point]) -> Point | None:
+        """The first point of the curve on one side of the graze: gap positive or negative."""
+        for radius in _RADII:
+
+            def on_circle(angle: float, radius: float = radius) -> Point:
+                return self.point(corner, radius * float(np.cos(angle)), side * radius * float(np.sin(angle)))
+
+            for root in roots_on_circle(self.test, on_circle, _ANGLES):
+                found = first_point(self.equations, corner.u, root.u, points, radius)
+                if found is not None:
+                    return found
+        return None
+
+
+class _Slice:
+    """Orbits along two parameters in the plane through a point, at a right angle to one direction.
+
+    Parameters
+    ----------
+    equations : EventEquations
+        Those of the event, whose family, period and weights are used.
+    origin, across : (n d + 2,)
+    """
+
+    def __init__(self, equations: EventEquations, origin: np.ndarray, across: np.ndarray) -> None:
+        self.family, self.period = equations.family, equations.period
+        self.weights = equations.weights[: len(origin)]
+        self.origin, self.row = origin, self.weights * across
+
+    def evaluate(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, EventState]:
+        """Defects and the distance from the plane, their derivatives, and the orbit."""
+        cycle = evaluate(self.family, u[:-2].reshape(self.period, -1), u[-2:])
+        defect = np.append(cycle.defect.ravel(), float(self.row @ (u - self.origin)))
+        return defect, np.vstack([cycle.jacobian, self.row]), EventState(cycle)
+
+    def amplitude(self, u: np.ndarray) -> float:
+        """The largest coordinate of the points."""
+        return float(np.abs(u[:-2]).max())
+
+    def resolved(self, first: EventState, last: EventState) -> bool:
+        """Two points of a slice are not compared."""
+        return True
+
+
+def beyond_kink(equations: EventEquations, points: Sequence[Point]) -> Point | None:
+    """The first point of a curve beyond the last one, where it has a corner that is no graze; None if there is none."""
+    size = equations.size + 2
+    origin, weights = points[-1].u[:size], equations.weights[:size]
+    _, _, right = np.linalg.svd(points[-1].data.cycle.jacobian / np.sqrt(weights))
+    first, second = (v / np.sqrt(weights) for v in right[-2:])
+
+    def on_circle(angle: float, radius: float) -> Point:
+        along = np.cos(angle) * first + np.sin(angle) * second
+        across = -np.sin(angle) * first + np.cos(angle) * second
+        return correct(_Slice(equations, origin, across), origin + radius * along, along, along)
+
+    def test(point: Point) -> float:
+        return test_function(equations.kind, point.data.cycle)
+
+    for radius in _RADII[:2]:
+        for root in roots_on_circle(test, partial(on_circle, radius=radius), _WHOLE_CIRCLE):
+            found = first_point(equations, origin, root.u, points, radius)
+            if found is not None:
+                return found
+    return None
+
+
+def roots_on_circle(
+    test: Callable[[Point], float], on_circle: Callable[[float], Point], angles: np.ndarray
+) -> Iterator[Point]:
+    """The points of a circle at which a test function changes its sign between two of these angles."""
+
+    def value(angle: float) -> float:
+        try:
+            return test(on_circle(angle))
+        except Stopped:
+            return float("nan")
+
+    values = [value(float(angle)) for angle in angles]
+    for i in range(len(angles) - 1):
+        if values[i] * values[i + 1] < 0:
+            try:
+                yield on_circle(float(brentq(value, float(angles[i]), float(angles[i + 1]), xtol=1e-13)))
+            except (Stopped, RuntimeError):
+                continue
+
+
+def first_point(
+    equations: EventEquations, corner: np.ndarray, u: np.ndarray, points: Sequence[Point], radius: float
+) -> Point | None:
+    """The point of the event's curve next to an orbit near a corner, with the tangent away from the corner.
+
+    Parameters
+    ----------
+    equations : EventEquations
+    corner, u : (n d + 2,)
+        Points and parameters at the corner, and of the orbit.
+    points : sequence of Point
+        The curve so far, to which the point must not belong.
+    radius : float
+        Distance of the orbit from the corner.
+
+    Returns
+    -------
+    Point or None
+        None if Newton's method leads elsewhere.
+    """
+    size, weights = len(u), equations.weights[: len(u)]
+    if any(length(weights, p.u[:size] - u) < _SEPARATE * radius for p in points[-_RECENT:]):
+        return None
+    if _between(weights, points[-_RECENT:], u) < _SEPARATE * radius:
+        return None
+    rest = points[-1].u[size:]
+    away = np.append(u - corner, np.zeros(len(rest)))
+    away /= length(equations.weights, away)
+    try:
+        found = correct(equations, np.append(u, rest), away, away, radius)
+    except Stopped:
+        return None
+    near = length(weights, found.u[:size] - u) < _SEPARATE * radius
+    return found if near else None
+
+
+def _between(weights: np.ndarray, points: Sequence[Point], u: np.ndarray) -> float:
+    """Distance of unknowns (N,) from the line through recent points of a curve."""
+    nearest = np.inf
+    for a, b in pairwise(p.u[: len(u)] for p in points):
+        direction, offset = b - a, u - a
+        share = float(np.clip((weights * offset) @ direction / max((weights * direction) @ direction, 1e-300), 0, 1))
+        nearest = min(nearest, length(weights, offset - share * direction))
+    return nearest

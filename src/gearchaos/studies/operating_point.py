@@ -1,0 +1,33 @@
+"""The operating point at which a study builds the model of a design that has none of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from gearchaos.gears.operating import is_design
+from gearchaos.gears.units import RPM
+from gearchaos.studies.axis import Axis
+
+
+def at_axis_starts(model: Any, axes: Iterable[Axis]) -> Any:
+    """A design without speed or torque at the first values of the axes ``speed`` and ``torque``.
+
+    Parameters
+    ----------
+    model : GearDesign or other
+        Anything but a design is returned as it is, and so is a design that has both values.
+    axes : iterable of Axis
+        The axes of the study. Of several with one name the first counts.
+
+    Returns
+    -------
+    GearDesign or other
+        Values of the design itself are kept. Without an axis for a missing value it stays missing.
+    """
+    if not is_design(model):
+        return model
+    starts: dict[str, float] = {}
+    for axis in axes:
+        starts.setdefault(axis.name, axis.start * (RPM if axis.name == "speed" else 1.0))
+    return model.at(**{n: starts[n] for n in ("speed", "torque") if n in starts and getattr(model, n) is None})

@@ -1,0 +1,100 @@
+"""Which speeds to avoid: the ranges from made-up results counted by hand, and the command that prints them."""
+
+import json
+import math
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import gearchaos as gc
+from gearchaos.cli import app
+from gearchaos.errors import InputError
+from gearchaos.studies.speeds_to_avoid import CRITERION, SpeedRange, all_speeds
+from gearchaos.studyfile import load_design
+
+SPUR = Path(__file__).parents[2] / "examples" / "spur_50_50.toml"
+
+
+def run(*arguments, code=0):
+    result = CliRunner().invoke(app, [str(a) for a in arguments])
+    assert result.exit_code == code, result.stderr
+    return result
+
+
+def made_up(contact, factor):
+    speed = 100.0 * np.arange(1, len(contact) + 1)
+    return xr.Dataset({"contact": ("speed", np.array(contact, np.int8)), "dynamic_factor": ("speed", factor)},
+                      coords={"speed": speed})
+
+
+def test_ranges_are_runs_of_speeds_with_separation():
+    found = gc.speeds_to_avoid(made_up([0, 1, 2, 1, 0, 0, 1, 3], [9.0, 2.0, 4.0, 3.0, 9.0, 1.0, 5.0, np.nan]))
+    assert found == (SpeedRange(200.0, 400.0, 4.0, 300.0), SpeedRange(700.0, 800.0, 5.0, 700.0))
+    assert gc.speeds_to_avoid(made_up([0, 0], [1.0, 1.0])) == ()
+    assert gc.speeds_to_avoid(made_up([1, 1], [1.5, 1.0])) == (SpeedRange(100.0, 200.0, 1.5, 100.0),)
+    (diverged,) = gc.speeds_to_avoid(made_up([0, 3], [1.0, np.nan]))
+    assert diverged.start == 200.0 and math.isnan(diverged.dynamic_factor) and math.isnan(diverged.speed_of_largest)
+    assert all_speeds(made_up([0, 1, 0], [3.0, 2.0, 1.0])) == SpeedRange(100.0, 300.0, 3.0, 100.0)
+
+
+@pytest.mark.parametrize("dataset", [3, xr.Dataset(), made_up([0], [1.0]).expand_dims("torque"),
+                                     made_up([0], [1.0]).drop_vars("contact")])
+def test_what_is_not_over_the_speed_alone_is_refused(dataset):
+    with pytest.raises(InputError, match=r"^dataset must have contact and dynamic_factor over the speed alone"):
+        gc.speeds_to_avoid(dataset)
+
+
+@pytest.fixture(scope="module")
+def factors():
+    return gc.dynamic_factor(load_design(SPUR), "1000:3000:9", torque=300)
+
+
+def test_the_command_prints_the_ranges_of_python(factors, tmp_path):
+    picture = tmp_path / "k.svg"
+    options = ("--speed", "1000:3000:9", "--torque", "300 N*m", "--plot", picture)
+    found = json.loads(run("gear", SPUR, *options, "--json").stdout)["speeds_to_avoid"]
+    ranges = gc.speeds_to_avoid(factors)
+    assert ranges and found["ranges"] == [asdict(each) for each in ranges]
+    assert found["criterion"] == CRITERION == "the teeth separate" and found["torque"] == 300.0
+    assert found["computed"]["count"] == 9 and found["computed"]["stop"] == 3000.0
+    assert "</svg>" in picture.read_text(encoding="utf-8")
+    text = " ".join(run("gear", SPUR, "--speed", "1000:3000:9", "--torque", "300").stdout.split())
+    assert f"Speeds to avoid at 300 N m: {CRITERION}" in text and "at 9 speeds from 1000 to 3000 rpm" in text
+    assert f"{ranges[0].dynamic_factor:.6g}" in text
+
+
+def test_no_speed_to_avoid(tmp_path):
+    options = ("--speed", "8000:9000:2", "--torque", "400", "--set", "design.transmission_error=none")
+    found = json.loads(run("gear", SPUR, *options, "--json").stdout)["speeds_to_avoid"]
+    assert found["ranges"] == [] and found["computed"]["dynamic_factor"] >= 1
+    assert "none" in run("gear", SPUR, *options).stdout
+
+
+def test_the_torque_of_the_command_is_that_of_the_datasheet():
+    by_option, by_set = (json.loads(run("gear", SPUR, *options, "--json").stdout) for options in (
+        ("--set", "torque=3", "--set", "operation.torque=4", "--torque", "250 N*m"), ("--set", "torque=250")))
+    assert by_option == by_set and by_option["speeds_to_avoid"] is None
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (("--plot", "x.png"), "--plot needs --speed"), (("--plot", "x.html", "--speed", "1:2:2"), "--plot must end in"),
+    (("--speed", "500:8000"), "--speed must read start:stop:count; got '500:8000'. E.g. 500:8000:200."),
+    (("--speed", "0:9:3"), "speed must be greater than 0"), (("--speed", "9:8:3"), "axis speed must run from"),
+    (("--speed", "1:2:2", "--torque", "0"), "torque must be greater than 0"),
+    (("--torque", ""), "torque must be a torque"), (("--torque", "400 mm"), "torque must be a torque"),
+    (("--torque", "x=3"), "torque must be a torque"),
+])
+def test_bad_input_is_refused(arguments, message):
+    result = run("gear", SPUR, *arguments, code=2)
+    assert result.stderr.startswith(f"error: {message}") and result.stdout == ""
+
+
+def test_the_torque_must_be_known(tmp_path):
+    path = tmp_path / "drawing.toml"
+    path.write_text(SPUR.read_text().partition("[operation]")[0])
+    assert "error: torque must be given" in run("gear", path, "--speed", "1000:2000:2", code=2).stderr
+    assert run("gear", path, "--speed", "1000:2000:2", "--torque", "100").exit_code == 0
