@@ -40,6 +40,7 @@ def _studies() -> dict:
         "bifurcation": gc.bifurcation(model, gc.Axis("eps1", 0.0, 0.3, 7), points=16),
         "basins": gc.basins(single, gc.Axis("z", -3, 3, 8), gc.Axis("z_dot", -2, 2, 8)),
         "attractors": gc.attractors(single, 16),
+        "branch": gc.branch(model, "eps1=0.09:0.3"),
     }
 
 
@@ -67,13 +68,15 @@ PICTURES = {
     "lyapunov": ("bifurcation", lambda ds, ax: plot.lyapunov(ds, ax), LENGTH, SCALES.rate, 1),
     "basins": ("basins", lambda ds, ax: plot.basins(ds, ax), LENGTH, VELOCITY, 1),
     "attractors": ("attractors", lambda ds, ax: plot.attractors(ds, ax), LENGTH, VELOCITY, 1),
+    "backbone": ("branch", lambda ds, ax: plot.backbone(ds, ax=ax), LENGTH, LENGTH, 1),
+    "branch": ("branch", lambda ds, ax: plot.branch(ds, "x1_dot", ax), LENGTH, VELOCITY, 1),
 }
 
 
 def test_every_variable_of_every_study_is_in_the_table_of_quantities(results):
     for name, (ds, scaled) in results.items():
         for variable in map(str, ds.variables):
-            found = quantity(variable)
+            found = quantity(ds[variable].attrs.get("quantity", variable))
             unit = found.physical.unit if found.physical else ds[variable].attrs["units"]
             assert scaled[variable].attrs["units"] == unit, (name, variable)
 

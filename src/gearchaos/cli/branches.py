@@ -52,11 +52,10 @@ def branch(
     if len(texts) != 1:
         raise InputError("--axis", "must be given once", texts, "E.g. --axis eps1=0:0.3.")
     from gearchaos.studies.axis import as_range
+    from gearchaos.studies.branch import branch as follow
 
     chosen = as_range(texts[0], "--axis")
     loaded = load(study, sets, physical, [chosen])
-    from gearchaos.studies.branch import branch as follow
-
     found = follow(loaded.model, chosen, start=initial_values(start or []), period=period, cascade=cascade)
     dataset = in_units(found, loaded, physical)
     save(dataset, out)

@@ -81,8 +81,8 @@ def announce_compilation() -> None:
     on_compile(announce)
 
 
-_KERNELS = 4
+_KERNELS = 5
 """Kernels that Python calls, each compiled once for a dimension of the state."""
 
 _LONGEST = ", which takes the longest"
-"""The second one advances the motion; the first makes its tables."""
+"""The second one advances the motion; the first makes its tables, and the last is for branches alone."""

@@ -10,7 +10,7 @@ from typing import Any
 
 from gearchaos.dynamics import classify
 from gearchaos.execute.machine import cores
-from gearchaos.flow import ExactFlow
+from gearchaos.flow import ExactFlow, SensitivityFlow
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
@@ -37,10 +37,15 @@ def warmup(dimensions: Sequence[int] = tuple(MODELS)) -> Iterator[tuple[int, flo
 
 
 def _run(dimension: int) -> tuple[int, float]:
-    """Classify one motion of this dimension, which compiles all kernels; returns the dimension and the seconds."""
+    """Classify one motion of this dimension and differentiate it, which compiles all kernels.
+
+    Returns the dimension and the seconds.
+    """
     begin = time.perf_counter()
     batch = vary(MeshModel.of(**MODELS[dimension]), {})
     system = switched_system(batch)
     assert system.dimension == dimension
-    classify(ExactFlow(system), initial_state(batch, system).T.copy())
+    w = initial_state(batch, system)
+    classify(ExactFlow(system), w.T.copy())
+    SensitivityFlow(system).advance(w)
     return dimension, time.perf_counter() - begin
