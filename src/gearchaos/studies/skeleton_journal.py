@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping, MutableMapping
 from dataclasses import fields
 from pathlib import Path
@@ -42,29 +43,33 @@ class SkeletonJournal(MutableMapping[str, Any]):
         try:
             content = path.read_bytes() if path.exists() else b""
             complete = content[: content.rfind(b"\n") + 1]
-            self._read(complete.splitlines(), json.loads(json.dumps(dict(settings))))
-            self._file = path.open("ab")
-            self._file.truncate(len(complete))
-            if not complete:
-                self._write(dict(settings))
+            path.touch()
+            os.truncate(path, len(complete))
         except OSError as error:
             raise InputError("journal", "must be a file that can be written", str(path), f"{error.strerror}.") from None
+        own = json.loads(json.dumps(dict(settings)))
+        if complete:
+            self._read(complete.splitlines(), own)
+        else:
+            self._write(own)
 
     def _read(self, lines: list[bytes], settings: dict[str, Any]) -> None:
         """Take the results from the lines of a journal."""
         try:
-            documents = [json.loads(line) for line in lines]
-            if documents and documents[0] != settings:
-                raise InputError("journal", "must be one of the same model, axes, settings and versions",
-                                 str(self._path), "Delete it, or choose another file.")
-            self._found = {name: _decoded(value) for name, value in documents[1:]}
-        except (KeyError, TypeError, ValueError):
+            first, *documents = (json.loads(line) for line in lines)
+            found = {name: _decoded(value) for name, value in documents} if first == settings else {}
+        except (AttributeError, KeyError, TypeError, ValueError):
             raise InputError("journal", "must be a journal of a skeleton, whole and readable", str(self._path),
                              "Delete it, or choose another file.") from None
+        if first != settings:
+            raise InputError("journal", "must be one of the same model, axes, settings and versions",
+                             str(self._path), "Delete it, or choose another file.")
+        self._found = found
 
     def _write(self, document: Any) -> None:
-        self._file.write(json.dumps(document).encode() + b"\n")
-        self._file.flush()
+        """Append one document as a line."""
+        with self._path.open("ab") as file:
+            file.write(json.dumps(document).encode() + b"\n")
 
     def __getitem__(self, name: str) -> Any:
         return self._found[name]
