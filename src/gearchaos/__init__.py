@@ -20,6 +20,8 @@ _MODULES = {
     "Basins": "studies.basins", "basins": "studies.basins",
     "branch": "studies.branch", "edge_state": "continuation.edge",
     "orbit": "continuation.orbit", "orbits": "continuation.orbit",
+    "curve": "studies.curve", "skeleton": "studies.skeleton", "agreement": "studies.agreement",
+    "manifolds": "studies.manifolds",
     "Bifurcation": "studies.bifurcation", "bifurcation": "studies.bifurcation",
     "Regime": "studies.regime", "regime": "studies.regime",
     "Simulate": "studies.simulate", "simulate": "studies.simulate", "steady": "studies.steady",

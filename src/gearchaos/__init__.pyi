@@ -22,6 +22,7 @@ from gearchaos.model import TransmissionError as TransmissionError
 from gearchaos.model import TwoLevelStiffness as TwoLevelStiffness
 from gearchaos.store.run import Outcome as Outcome
 from gearchaos.store.run import run as run
+from gearchaos.studies.agreement import agreement as agreement
 from gearchaos.studies.attractors import Attractors as Attractors
 from gearchaos.studies.attractors import attractors as attractors
 from gearchaos.studies.axis import Axis as Axis
@@ -30,12 +31,15 @@ from gearchaos.studies.basins import basins as basins
 from gearchaos.studies.bifurcation import Bifurcation as Bifurcation
 from gearchaos.studies.bifurcation import bifurcation as bifurcation
 from gearchaos.studies.branch import branch as branch
+from gearchaos.studies.curve import curve as curve
 from gearchaos.studies.dynamic_factor import dynamic_factor as dynamic_factor
+from gearchaos.studies.manifolds import manifolds as manifolds
 from gearchaos.studies.operating_map import operating_map as operating_map
 from gearchaos.studies.regime import Regime as Regime
 from gearchaos.studies.regime import regime as regime
 from gearchaos.studies.simulate import Simulate as Simulate
 from gearchaos.studies.simulate import simulate as simulate
+from gearchaos.studies.skeleton import skeleton as skeleton
 from gearchaos.studies.speeds_to_avoid import speeds_to_avoid as speeds_to_avoid
 from gearchaos.studies.steady import steady as steady
 from gearchaos.studies.verdict import Verdict as Verdict

@@ -13,9 +13,11 @@ from gearchaos.cli.options import (
     Physical,
     Plot,
     Sets,
+    Starts,
     StudyPath,
     app,
     in_units,
+    initial_values,
     load,
 )
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save
@@ -36,9 +38,7 @@ def branch(
     period: Annotated[
         int | None, typer.Option(help="Minimal period; by default that of the motion that the start leads to.")
     ] = None,
-    start: Annotated[
-        list[str] | None, typer.Option("--start", metavar="NAME=VALUE", help="An initial value; may be repeated.")
-    ] = None,
+    start: Starts = None,
     cascade: Annotated[int, typer.Option(help="Period doublings to follow from the first flip.")] = 0,
     pitchforks: Annotated[bool, typer.Option("--pitchforks", help="Follow both branches at each pitchfork.")] = False,
     out: OutIfWanted = None,
@@ -57,7 +57,7 @@ def branch(
 
     chosen = as_range(texts[0], "--axis")
     loaded = load(study, sets, physical, [chosen])
-    found = follow(loaded.model, chosen, start=_state(start or []), period=period, cascade=cascade,
+    found = follow(loaded.model, chosen, start=initial_values(start or []), period=period, cascade=cascade,
                    pitchforks=pitchforks)
     dataset = in_units(found, loaded, physical)
     save(dataset, out)
@@ -69,20 +69,6 @@ def branch(
         from gearchaos.cli.tables import print_branch
 
         print_branch(document, chosen.name)
-
-
-def _state(texts: list[str]) -> dict[str, float] | None:
-    """Initial values by name; None if there are none."""
-    out = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        try:
-            out[name.strip()] = float(value)
-        except ValueError:
-            equals = ""
-        if not equals:
-            raise InputError("--start", "must read NAME=VALUE", text, "E.g. --start z=1.2.")
-    return out or None
 
 
 def branch_document(dataset: xr.Dataset) -> dict[str, Any]:

@@ -39,6 +39,9 @@ AxisTexts = Annotated[
     list[str] | None,
     typer.Option("--axis", metavar="NAME=START:STOP:COUNT", help="E.g. eps1=0:0.3:400; first x, then y."),
 ]
+Starts = Annotated[
+    list[str] | None, typer.Option("--start", metavar="NAME=VALUE", help="An initial value; may be repeated.")
+]
 StartsPerCell = Annotated[
     int | None, typer.Option("--starts", help="Number of initial states in each cell, to find all its motions.")
 ]
@@ -118,3 +121,17 @@ def in_units(dataset: xr.Dataset, loaded: LoadedStudy, physical: bool) -> xr.Dat
     from gearchaos.gears.results import physical as scaled
 
     return scaled(dataset, loaded.gears)
+
+
+def initial_values(texts: list[str]) -> dict[str, float] | None:
+    """Initial values by name; None if there are none."""
+    out = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        try:
+            out[name.strip()] = float(value)
+        except ValueError:
+            equals = ""
+        if not equals:
+            raise InputError("--start", "must read NAME=VALUE", text, "E.g. --start z=1.2.")
+    return out or None

@@ -186,6 +186,33 @@ def _print_events(events: Sequence[Mapping[str, Any]], name: str) -> None:
     _print(table)
 
 
+def print_curve(document: dict[str, Any], x: str, y: str) -> None:
+    """Print a curve of events over two parameters: its range, where it ends, its points of codimension 2 in order."""
+    table = Table(show_header=False)
+    ranges = ", ".join(f"{name} from {min(v):.10g} to {max(v):.10g}" for name in (x, y)
+                       for v in [[point[name] for point in document["points"]]])
+    table.add_row("curve", f"{len(document['points'])} points, {ranges}")
+    if not document["ends"]:
+        table.add_row("ends", "none: it is closed")
+    for end in document["ends"]:
+        table.add_row("end", f"{x} = {end[x]:.10g}, {y} = {end[y]:.10g}: {end['why']}")
+    for special in document["codimension2"]:
+        table.add_row(special["kind"], f"{x} = {special[x]:.10g}, {y} = {special[y]:.10g}")
+    _print(table)
+
+
+def print_skeleton(document: dict[str, Any]) -> None:
+    """Print the numbers of curves of each kind and period, and of events whose curve could not be followed."""
+    table = Table(title="Curves")
+    for title in ("event", "period", "curves"):
+        table.add_column(title, justify="left" if title == "event" else "right")
+    for row in document["curves"]:
+        table.add_row(row["kind"], f"{row['period']}T", str(row["count"]))
+    _print(table)
+    for why, count in document["failed"].items():
+        print(f"{count} events without curve: {why}")
+
+
 def _print(table: Table) -> None:
     """Print a table in the width of the terminal."""
     console = Console()

@@ -211,7 +211,7 @@ def roots_on_circle(
         if values[i] * values[i + 1] < 0:
             try:
                 yield on_circle(float(brentq(value, float(angles[i]), float(angles[i + 1]), xtol=1e-13)))
-            except (Stopped, RuntimeError):
+            except (Stopped, RuntimeError, ValueError):  # ValueError: no orbit at an angle between both
                 continue
 
 

@@ -100,8 +100,11 @@ def locate(
     def value(distance: float) -> float:
         if distance not in points:
             points[distance] = between(equations, first, last, distance)
-        values[distance] = test(points[distance])
-        return values[distance]
+        found = test(points[distance])
+        if np.isnan(found):
+            raise Stopped("the test function is not defined everywhere between the points")
+        values[distance] = found
+        return found
 
     try:
         root = brentq(value, 0.0, full, xtol=_RELATIVE * full, rtol=1e-15)

@@ -44,11 +44,16 @@ def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
         scales = _scales(part, gears)
         own = {name: array for name, array in part.coords.items() if array.dims == dataset[name].dims}
         out = out.assign_coords(scaled(own, scales)).assign(scaled(part.data_vars, scales))
-    return out.assign_attrs(_branch_attributes(dataset, gears))
+    return out.assign_attrs({**_branch_attributes(dataset, gears), **_curve_attributes(dataset, gears)})
 
 
 def _parts(dataset: xr.Dataset) -> list[xr.Dataset]:
-    """The Dataset; for a branch what is over its points, and what is over its events, each with its own torques."""
+    """The Dataset; for a branch what is over its points, and what is over its events, each with its own torques; for
+    curves what is over their points, and what is over their points of codimension 2."""
+    if "special_kind" in dataset:
+        special = dataset.drop_dims("point")
+        values = {name: special[f"special_{name}"] for name in dataset.coords}
+        return [dataset.drop_dims("special"), special.assign_coords(values)]
     if "event_value" not in dataset:
         return [dataset]
     events = dataset.drop_dims("point")
@@ -64,6 +69,16 @@ def _branch_attributes(dataset: xr.Dataset, gears: Gears) -> dict[str, str]:
     factor = 1.0 if unit is None else unit[0]
     found = {name: json.loads(dataset.attrs[name]) for name in _WITH_VALUES if name in dataset.attrs}
     return {name: json.dumps(_times(factor, value)) for name, value in found.items()}
+
+
+def _curve_attributes(dataset: xr.Dataset, gears: Gears) -> dict[str, str]:
+    """The ends of curves in physical units; empty for other results."""
+    if "special_kind" not in dataset:
+        return {}
+    units = {str(name): unit_of(str(name), pair_of(gears).scales) for name in dataset.coords}
+    factors = {name: unit[0] for name, unit in units.items() if unit is not None}
+    ends = json.loads(dataset.attrs["ends"])
+    return {"ends": json.dumps([{n: v * factors[n] if n in factors else v for n, v in end.items()} for end in ends])}
 
 
 _WITH_VALUES = ("range", "ends", "stable", "cascade", "asymmetric")

@@ -13,6 +13,7 @@ from gearchaos.plot._gear_pair import gear_pair
 from gearchaos.plot._history import history
 from gearchaos.plot._level import level
 from gearchaos.plot._lyapunov import lyapunov
+from gearchaos.plot._manifolds import manifolds
 from gearchaos.plot._mesh_stiffness import mesh_stiffness
 from gearchaos.plot._phase import phase
 from gearchaos.plot._portrait import portrait
@@ -21,6 +22,7 @@ from gearchaos.plot._result import result
 from gearchaos.plot._ribbon import ribbon
 from gearchaos.plot._schematic import schematic
 from gearchaos.plot._separation_line import separation_line
+from gearchaos.plot._skeleton import skeleton
 from gearchaos.plot._spectrum import spectrum
 from gearchaos.plot._transmission_error import transmission_error
 from gearchaos.plot._zones import class_legend, zones
@@ -44,6 +46,7 @@ __all__ = [
     "history",
     "level",
     "lyapunov",
+    "manifolds",
     "mesh_stiffness",
     "motion_class",
     "phase",
@@ -53,6 +56,7 @@ __all__ = [
     "ribbon",
     "schematic",
     "separation_line",
+    "skeleton",
     "spectrum",
     "stiffness",
     "transmission_error",

@@ -17,22 +17,27 @@ Dims = int | tuple[str, ...]
 
 _INTEGERS = (
     "label", "period", "attractor", "attractor_label", "attractor_period", "branch", "unstable", "event_point",
-    "event_branch",
+    "event_branch", "curve", "curve_period", "manifold", "manifold_stable",
 )
 """Variables that must hold integers."""
 
 _LABELS = ("label", "attractor_label")
 """Variables whose codes must have names, in the CF attributes ``flag_values`` and ``flag_meanings``."""
 
-_TEXTS = ("event_kind",)
+_TEXTS = ("event_kind", "curve_kind", "special_kind")
 """Variables that must hold texts."""
 
-_MAY_BE_EMPTY = (("number",), ("event",))
-"""The dimensions of attractors and of events. There are no attractors if all motions are undecided."""
+_MAY_BE_EMPTY = (("number",), ("event",), ("special",))
+"""The dimensions of attractors, curves and manifolds, of events, and of points of codimension 2. There are no
+attractors if all motions are undecided."""
+
+_MAY_HAVE_NO_POINTS = ("curve", "manifold", "z", "z_dot")
+"""Variables over the points of curves and manifolds, of which there may be none."""
 
 _DRAWN_BY = {
     "zones": "zones or level", "bifurcation": "bifurcation, lyapunov or response", "basins": "basins",
-    "attractors": "attractors", "branch": "backbone or branch", "dynamic_factor": "dynamic_factor",
+    "attractors": "attractors", "branch": "backbone or branch", "curve": "skeleton",
+    "skeleton": "skeleton", "manifolds": "manifolds", "dynamic_factor": "dynamic_factor",
     "simulate": "portrait, or with samples by phase, history, spectrum or dossier",
 }
 
@@ -119,9 +124,12 @@ def _check_content(dataset: xr.Dataset, study: str, variables: dict[str, Dims]) 
 
 def _fault(array: xr.DataArray) -> str:
     """What is wrong with a variable; an empty text if nothing is."""
-    if array.dtype.kind not in ("biu" if array.name in _INTEGERS else "OUT" if array.name in _TEXTS else "biuf"):
+    kinds = "biu" if array.name in _INTEGERS else "OUT" if array.name in _TEXTS else "biuf"
+    no_text = array.name in _TEXTS and array.size == 0  # files have no type for texts of which there are none
+    if array.dtype.kind not in kinds and not no_text:
         return f"{array.name} of type {array.dtype}"
-    if array.size == 0 and array.dims not in _MAY_BE_EMPTY:
+    no_points = array.dims == ("point",) and array.name in _MAY_HAVE_NO_POINTS
+    if array.size == 0 and array.dims not in _MAY_BE_EMPTY and not no_points:
         return f"{array.name} without values"
     return "" if array.name not in _LABELS or flags(array) else f"{array.name} whose codes are not named"
 

@@ -92,3 +92,14 @@ def _make_space_above(ax: Axes, made: Legend) -> None:
         height = figure.bbox.height
         top = figure.subplotpars.top - over / height - _PAD * figure.dpi / height
         figure.subplots_adjust(top=max(top, figure.subplotpars.bottom + 0.1))
+
+
+def side_legend(ax: Axes, handles: Sequence[Artist]) -> Legend:
+    """A legend to the right of an Axes, beside which an earlier legend remains."""
+    earlier = ax.get_legend()
+    made = ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0, frameon=False,
+                     handlelength=1.8, handletextpad=0.6, alignment="left")
+    if earlier is not None:
+        ax.add_artist(earlier)
+        earlier.set_clip_on(False)  # `add_artist` would cut off what lies outside the Axes
+    return made

@@ -18,8 +18,10 @@ from gearchaos.plot._dossier import dossier
 from gearchaos.plot._dynamic_factor import dynamic_factor
 from gearchaos.plot._level import level
 from gearchaos.plot._lyapunov import lyapunov
+from gearchaos.plot._manifolds import manifolds
 from gearchaos.plot._portrait import portrait
 from gearchaos.plot._response import response
+from gearchaos.plot._skeleton import skeleton
 from gearchaos.plot._zones import zones
 
 MOTION = "motion"
@@ -30,8 +32,8 @@ def result(ds: xr.Dataset, colour: str | None = None) -> Figure:
     """Draw the result of any study.
 
     The picture is a map of zones, a bifurcation diagram (without points, the Lyapunov exponents), basins, attractors,
-    the dynamic factor along the speed, the response along a branch of orbits, or, of a simulation, the dossier (without
-    samples, the stroboscopic portrait).
+    the dynamic factor along the speed, the response along a branch of orbits, curves of events over two parameters, the
+    manifolds of saddles, or, of a simulation, the dossier (without samples, the stroboscopic portrait).
 
     Parameters
     ----------
@@ -78,6 +80,9 @@ _PICTURES: dict[str, Callable[[xr.Dataset], Axes | Figure]] = {
     "bifurcation": lambda ds: bifurcation(ds) if "point" in ds.dims else lyapunov(ds),
     "basins": basins,
     "branch": backbone,
+    "curve": lambda ds: skeleton(ds, special=True),
+    "skeleton": skeleton,
+    "manifolds": manifolds,
     "attractors": attractors,
     "dynamic_factor": dynamic_factor,
     "simulate": lambda ds: dossier(ds) if "tau" in ds.dims else portrait(ds),

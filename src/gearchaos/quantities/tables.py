@@ -286,6 +286,18 @@ RESULTS: tuple[Quantity, ...] = (
     Quantity("value", long_name="parameter at the event"),
     Quantity("boundary", long_name="boundary of contact that is touched, 1 or -1; 0 for none"),
     Quantity("point", long_name="index of the point before the event"),
+    Quantity("curve", long_name="number of the curve; -1 for none"),
+    Quantity("angle", long_name="argument of the critical multiplier", unit="rad"),
+    Quantity("closed", long_name="whether the curve is closed"),
+    Quantity("manifold", long_name="number of the branch of a manifold"),
+    Quantity("saddle", long_name="number of the saddle"),
+    Quantity("stable", long_name="whether the manifold is the stable one"),
+    Quantity("complete", long_name="whether the branch was followed to the length asked for, or to its end"),
+    Quantity("cause", long_name="why the motion ends at the side of a cell"),
+    Quantity("seen", long_name="whether the curve passes a side at which it can end the motion"),
+    Quantity("cells", long_name="number of cells with an orbit of the period"),
+    Quantity("explained", long_name="share of these cells without unexplained side"),
+    Quantity("sides", long_name="number of sides by cause"),
 )
 """Other variables of results: time, mesh force, and variables of attractors, basins and maps.
 
@@ -293,5 +305,6 @@ The starts are the initial states of a study. ``up`` and ``down`` are the attrac
 parameter. ``contact_worst`` is the contact state with the most contact loss: two-sided before one-sided before
 permanent. A kick is the smallest perturbation found after which a motion leaves its attractor: ``kick`` is its norm,
 ``kick_change`` the change of each ``coordinate`` of the state, and ``kick_point`` the state to which it is added. The
-rows from ``branch`` on belong to branches of periodic orbits and, with the prefix ``event_``, to the events on them.
+rows from ``branch`` on belong to branches of periodic orbits and, with the prefix ``event_``, to the events on them;
+those from ``curve`` on to curves of events in two parameters, manifolds, and the agreement of curves with a map.
 """

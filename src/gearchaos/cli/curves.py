@@ -1,0 +1,142 @@
+"""The commands for curves of events in two parameters: one curve, or all curves in a window."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gearchaos.cli.options import (
+    Json,
+    Out,
+    OutIfWanted,
+    Physical,
+    Plot,
+    Sets,
+    Starts,
+    StudyPath,
+    app,
+    in_units,
+    initial_values,
+    load,
+)
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save
+from gearchaos.errors import InputError
+from gearchaos.files import DATA_SUFFIXES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@app.command()
+def curve(
+    study: StudyPath = None,
+    sets: Sets = None,
+    event: Annotated[
+        str, typer.Option(metavar="fold|flip|neimark-sacker|graze", help="The event whose curve is followed.")
+    ] = "",
+    axis: Annotated[
+        list[str] | None, typer.Option("--axis", metavar="NAME=START:STOP", help="A parameter; first x, then y.")
+    ] = None,
+    period: Annotated[
+        int | None, typer.Option(help="Minimal period; by default that of the motion that the start leads to.")
+    ] = None,
+    start: Starts = None,
+    out: OutIfWanted = None,
+    plot: Plot = None,
+    json_out: Json = False,
+    physical: Physical = False,
+) -> None:
+    """Follow the curve of an event of periodic orbits over two parameters."""
+    check_output("--out", out, DATA_SUFFIXES)
+    check_output("--plot", plot, PLOT_SUFFIXES)
+    x, y = _two(axis or [], "NAME=START:STOP", "--axis omega=0.2:2.5 --axis eps1=0:0.3")
+    from gearchaos.studies.axis import as_range
+
+    x_axis, y_axis = as_range(x, "--axis"), as_range(y, "--axis")
+    loaded = load(study, sets, physical, [x_axis, y_axis])
+    from gearchaos.studies.curve import curve as follow
+
+    found = follow(loaded.model, event, x_axis, y_axis, start=initial_values(start or []), period=period)
+    dataset = in_units(found, loaded, physical)
+    save(dataset, out)
+    draw(dataset, plot)
+    document = curve_document(dataset, x_axis.name, y_axis.name)
+    if json_out:
+        print_json(document)
+    else:
+        from gearchaos.cli.tables import print_curve
+
+        print_curve(document, x_axis.name, y_axis.name)
+
+
+@app.command()
+def skeleton(
+    out: Out,
+    study: StudyPath = None,
+    sets: Sets = None,
+    axis: Annotated[
+        list[str] | None,
+        typer.Option("--axis", metavar="NAME=START:STOP:COUNT",
+                     help="First x, then y; COUNT places at which motions are searched, 48 and 24 if left out."),
+    ] = None,
+    period: Annotated[int, typer.Option(help="Largest period of the orbits.")] = 4,
+    workers: Annotated[int | None, typer.Option(help="Processes, by default one per core.")] = None,
+    plot: Plot = None,
+    json_out: Json = False,
+    physical: Physical = False,
+) -> None:
+    """Find all curves of events in a window of two parameters. Interrupted, the same command goes on from there."""
+    check_output("--out", out, DATA_SUFFIXES)
+    check_output("--plot", plot, PLOT_SUFFIXES)
+    x, y = _two(axis or [], "NAME=START:STOP:COUNT", "--axis omega=0.2:2.5:48 --axis eps1=0:0.3:24")
+    from gearchaos.studies.axis import as_range
+
+    loaded = load(study, sets, physical, [as_range(x, "--axis"), as_range(y, "--axis")])
+    from gearchaos.studies.skeleton import skeleton as find
+
+    journal = Path(f"{out}.part")
+    found = find(loaded.model, x, y, period=period, journal=journal, progress=True, workers=workers)
+    dataset = in_units(found, loaded, physical)
+    save(dataset, out)
+    journal.unlink(missing_ok=True)
+    draw(dataset, plot)
+    document = skeleton_document(dataset)
+    if json_out:
+        print_json({"study": "skeleton", "out": str(out), "plot": None if plot is None else str(plot), **document})
+    else:
+        from gearchaos.cli.tables import print_skeleton
+
+        print_skeleton(document)
+
+
+def _two(texts: list[str], form: str, example: str) -> tuple[str, str]:
+    """The texts of both axes; raises `InputError` unless there are two."""
+    if len(texts) != 2:
+        raise InputError("--axis", f"must be given twice, as {form}", texts, f"E.g. {example}.")
+    return texts[0], texts[1]
+
+
+def curve_document(dataset: xr.Dataset, x: str, y: str) -> dict[str, Any]:
+    """The JSON document of a curve: its points, its points of codimension 2, and its ends, none if it is closed."""
+    points = zip(dataset[x].values.tolist(), dataset[y].values.tolist(), strict=True)
+    special = zip(*(dataset[f"special_{name}"].values.tolist() for name in ("kind", x, y)), strict=True)
+    return {
+        "points": [{x: a, y: b} for a, b in points],
+        "codimension2": [{"kind": kind, x: a, y: b} for kind, a, b in special],
+        "ends": json.loads(dataset.attrs["ends"]),
+    }
+
+
+def skeleton_document(dataset: xr.Dataset) -> dict[str, Any]:
+    """The JSON document of a skeleton: numbers of curves by kind and period, of points, of events without curve."""
+    kinds = zip(dataset["curve_kind"].values.tolist(), dataset["curve_period"].values.tolist(), strict=True)
+    counts = sorted(Counter(kinds).items(), key=lambda item: (item[0][1], item[0][0]))
+    return {
+        "curves": [{"kind": kind, "period": period, "count": count} for (kind, period), count in counts],
+        "points": dataset.sizes["point"], "codimension2": dict(Counter(dataset["special_kind"].values.tolist())),
+        "failed": json.loads(dataset.attrs["failed"]),
+    }

@@ -1,0 +1,256 @@
+"""Curves of events, skeletons and manifolds: closed forms, invariants, and other ways to the same curves and maps."""
+
+from __future__ import annotations
+
+import json
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.linalg import expm
+from scipy.optimize import brentq, minimize_scalar
+
+import gearchaos as gc
+from gearchaos.continuation.family import ParameterFamily
+from gearchaos.dynamics import classify
+from gearchaos.flow import ExactFlow
+from gearchaos.model.switched import reversed_in_time, velocity_signs
+
+SINGLE = gc.MeshModel.of(kind="single", omega=1.0, zeta=0.025, q0=0.1, eps1=0.05)
+FULL = gc.MeshModel.of(kind="full", kappa=0.5, omega=1.05, eps1=0.02)
+SADDLES = SINGLE.with_values({"omega": 2.3})
+SMALL = gc.MeshModel.of(q0=0.1)
+
+
+def ends(ds: xr.Dataset) -> list[dict]:
+    return json.loads(ds.attrs["ends"])
+
+
+def levels() -> list[tuple[float, float]]:
+    """The two levels of the mesh stiffness in order of time, each with its share of the mesh period."""
+    stiffness = SINGLE.stiffness
+    first = stiffness.contact_ratio - 1
+    return [(1 + stiffness.chi1, first), (1 - stiffness.chi2, 1 - first)]
+
+
+def system(level: float, omega: float, eps1: float) -> np.ndarray:
+    """The matrix of z'' + 2 ζ z' + χ (z − 1) = q0 + ε1 ω² cos ωτ for the state (z − 1, z', cos ωτ, sin ωτ, 1)."""
+    q0 = SINGLE.value("q0")
+    return np.array([
+        [0, 1, 0, 0, 0], [-level, -2 * SINGLE.zeta, eps1 * omega**2, 0, q0], [0, 0, 0, -omega, 0], [0, 0, omega, 0, 0],
+        [0, 0, 0, 0, 0]])
+
+
+def linear_minimum(omega: float, eps1: float) -> float:
+    """The least z − 1 of the periodic motion in permanent contact."""
+    period, start = 2 * math.pi / omega, np.eye(5)
+    for level, share in levels():
+        start = expm(system(level, omega, eps1) * share * period) @ start
+    state = np.array([0, 0, 1, 0, 1.0])
+    state[:2] = np.linalg.solve(np.eye(2) - start[:2, :2], start[:2, 2:] @ state[2:])
+    found = math.inf
+    for level, share in levels():
+        matrix, span, count = system(level, omega, eps1), share * period, 60
+        step, values = expm(matrix * span / count), [state]
+        for _ in range(count):
+            values.append(step @ values[-1])
+        at = int(np.argmin([v[0] for v in values]))
+        low, high = max(at - 1, 0) * span / count, min(at + 1, count) * span / count
+        best = minimize_scalar(lambda t, m=matrix, s=state: (expm(m * t) @ s)[0], bounds=(low, high), method="bounded",
+                               options={"xatol": 1e-9})
+        found, state = min(found, best.fun, values[0][0], values[-1][0]), values[-1]
+    return found
+
+
+def test_the_flip_curve_in_permanent_contact_is_a_line_of_constant_frequency():
+    ds = gc.curve(SINGLE.with_values({"omega": 1.8}), "flip", "omega=1.7:2.0", "eps1=0:0.06", period=1)
+
+    def determinant(omega: float) -> float:
+        monodromy = np.eye(5)
+        for level, share in levels():
+            monodromy = expm(system(level, omega, 0.0) * share * 2 * math.pi / omega) @ monodromy
+        return float(np.linalg.det(monodromy[:2, :2] + np.eye(2)))
+
+    exact = brentq(determinant, 1.7, 2.0, xtol=1e-14)
+    assert exact == pytest.approx(1.8458643004984736, abs=1e-12)
+    np.testing.assert_allclose(ds["omega"], exact, atol=1e-12)
+    assert sorted(end["eps1"] for end in ends(ds)) == [0.0, 0.06], "it ends exactly on the bounds"
+    assert ds.sizes["special"] == 0, "its coefficient is 0 throughout: no generalised flip is reported"
+
+
+def test_the_graze_in_permanent_contact_is_that_of_the_linear_response():
+    ds = gc.curve(SINGLE.with_values({"omega": 1.5}), "graze", "omega=1.3:2.5", "eps1=0.001:0.1", period=1)
+    assert ds.attrs["boundary"] == 1
+    for i in np.linspace(0, ds.sizes["point"] - 1, 7).astype(int):
+        omega, eps1 = float(ds["omega"][i]), float(ds["eps1"][i])
+        exact = brentq(lambda e, o=omega: linear_minimum(o, e), 0.5 * eps1, 1.5 * eps1, xtol=1e-13)
+        assert eps1 == pytest.approx(exact, abs=1e-10)
+
+
+@cache
+def folds() -> xr.Dataset:
+    return gc.curve(SINGLE, "fold", "omega=0.5:1.2", "eps1=0.02:0.08", period=1)
+
+
+def state_at(ds: xr.Dataset, i: int) -> dict[str, float]:
+    """The first stroboscopic point of an orbit by names of initial values."""
+    return {str(n)[8:]: float(ds[n][i, 0]) for n in ds.data_vars if str(n).startswith("section_")}
+
+
+def model_at(model: gc.MeshModel, ds: xr.Dataset, i: int) -> gc.MeshModel:
+    return model.with_values({str(n): float(ds[n][i]) for n in ds.coords})
+
+
+def test_axes_can_be_exchanged():
+    ds = folds()
+    middle = ds.sizes["point"] // 3
+    start = state_at(ds, middle)
+    other = gc.curve(model_at(SINGLE, ds, middle), "fold", "eps1=0.02:0.08", "omega=0.5:1.2", period=1, start=start)
+    own, exchanged = (sorted((e["eps1"], e["omega"]) for e in ends(d)) for d in (ds, other))
+    np.testing.assert_allclose(own, exchanged, atol=1e-9)
+    order = np.argsort(ds["eps1"].values)
+    line = np.interp(other["eps1"], ds["eps1"].values[order], ds["omega"].values[order])
+    np.testing.assert_allclose(other["omega"], line, atol=2e-4)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.7, 1.0])
+@pytest.mark.parametrize("event", ["fold", "flip"])
+def test_every_point_is_a_start_of_the_same_curve(event, share):
+    ds = folds() if event == "fold" else gc.curve(
+        SINGLE.with_values({"omega": 1.8}), "flip", "omega=1.5:2.0", "eps1=0.02:0.08", period=1)
+    x = "omega=0.5:1.2" if event == "fold" else "omega=1.5:2.0"
+    i = int(share * (ds.sizes["point"] - 1))
+    again = gc.curve(model_at(SINGLE, ds, i), event, x, "eps1=0.02:0.08", period=1, start=state_at(ds, i))
+    own, other = (sorted((e["eps1"], e["omega"]) for e in ends(d)) for d in (ds, again))
+    np.testing.assert_allclose(own, other, atol=1e-8)
+
+
+def test_the_neimark_sacker_curve_has_multipliers_of_modulus_one_and_its_strong_resonances():
+    ds = gc.curve(FULL, "neimark-sacker", "eps1=0:0.3", "omega=0.6:1.5", period=1)
+    multipliers = ds["multipliers_real"].values + 1j * ds["multipliers_imag"].values
+    critical = np.exp(1j * ds["angle"].values)[:, None]
+    np.testing.assert_allclose(np.abs(multipliers - critical).min(axis=1), 0, atol=1e-9)
+    third = np.flatnonzero(ds["special_kind"].values == "1:3 resonance")
+    at = float(ds["special_eps1"][third[0]]), float(ds["special_omega"][third[0]])
+    assert at == pytest.approx((0.123942, 0.757782), abs=1e-6)
+
+
+def test_the_neimark_sacker_curve_by_the_exact_flow():
+    ds = gc.curve(FULL, "neimark-sacker", "eps1=0:0.1", "omega=0.9:1.2", period=1)
+    for i in np.linspace(0, ds.sizes["point"] - 1, 4).astype(int):
+        family = ParameterFamily(model_at(FULL, ds, i).with_values(state_at(ds, i)), ())
+        w = family.initial_states(family.start[None]).T.copy()
+        flow, tangent = family.exact_flow(family.start[None]), np.eye(family.dimension)
+        end = flow.advance(w, 1)
+        np.testing.assert_allclose(end.w, w, atol=1e-10)
+        step = 1e-6
+        columns = [(flow.advance(w + step * e[:, None], 1).w - flow.advance(w - step * e[:, None], 1).w) / (2 * step)
+                   for e in tangent]
+        values = np.linalg.eigvals(np.hstack(columns))
+        critical = values[np.argmin(np.abs(values - np.exp(1j * float(ds["angle"][i]))))]
+        assert abs(critical) == pytest.approx(1, abs=1e-7)
+
+
+def test_a_skeleton_explains_its_map():
+    skeleton = gc.skeleton(SMALL, "omega=1.7:2.3:12", "eps1=0.03:0.09:6", period=2, lines=(3, 2), starts=1, workers=1)
+    zones = gc.zones(SMALL, "omega=1.7:2.3:25", "eps1=0.03:0.09:16")
+    found = gc.agreement(skeleton, zones)
+    assert set(zones["period"].values[zones["label"].values == 1]) >= {1, 2}
+    assert found.sizes["side"] > 20 and found.attrs["explained"] == 1
+    assert (found["orbit_sides"].sel(cause_name="unexplained") == 0).all()
+    flips = ((skeleton["curve_kind"] == "flip") & (skeleton["curve_period"] == 1)).values
+    assert found["curve_seen"].values[flips].any()
+    without = skeleton.assign(curve_kind=("number", np.where(flips, "graze", skeleton["curve_kind"].values)))
+    assert gc.agreement(without, zones).attrs["explained"] < 1, "at a graze no motion needs to end"
+
+
+@cache
+def manifolds() -> xr.Dataset:
+    return gc.manifolds(SADDLES, period=3, length=12, spacing=0.01)
+
+
+def branch(ds: xr.Dataset, number: int) -> np.ndarray:
+    """The points (P, 2) of one branch of a manifold."""
+    own = ds["manifold"].values == number
+    return np.column_stack([ds["z"].values[own], ds["z_dot"].values[own]])
+
+
+def saddle(ds: xr.Dataset, number: int) -> np.ndarray:
+    """The points (n, 2) of the saddle of a branch."""
+    own = int(ds["manifold_saddle"][number])
+    points = np.column_stack([ds[f"saddle_section_{n}"].values[own] for n in ("z", "z_dot")])
+    return points[np.isfinite(points[:, 0])]
+
+
+def flow_of(model: gc.MeshModel) -> ExactFlow:
+    family = ParameterFamily(model, ())
+    return family.exact_flow(family.start[None])
+
+
+def advance(flow: ExactFlow, points: np.ndarray, periods: int) -> np.ndarray:
+    """Points (P, 2) after whole mesh periods."""
+    return flow.advance(points.T.copy(), periods, points=np.zeros(len(points), int)).w.T
+
+
+def distance(line: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Distances of points (P, 2) from a polyline."""
+    start, direction = line[:-1], np.diff(line, axis=0)
+    square = np.maximum((direction**2).sum(1), 1e-300)
+    share = np.clip(((points[:, None] - start) * direction).sum(2) / square, 0, 1)
+    return np.linalg.norm(points[:, None] - start - share[..., None] * direction, axis=2).min(axis=1)
+
+
+def test_manifolds_begin_at_their_saddles():
+    ds = manifolds()
+    assert ds.sizes["saddle_number"] > 0
+    for number in range(ds.sizes["number"]):
+        assert np.linalg.norm(saddle(ds, number) - branch(ds, number)[0], axis=1).min() < 1.1e-5
+
+
+@pytest.mark.parametrize("stable", [False, True])
+def test_images_of_a_manifold_lie_on_it(stable):
+    ds = manifolds()
+    number = int(np.flatnonzero(ds["manifold_stable"].values == stable)[0])
+    line, n = branch(ds, number), len(saddle(ds, number))
+    assert (ds["saddle_multipliers_real"][int(ds["manifold_saddle"][number])] > 0).all(), "no change of side"
+    points = line[len(line) // 10 : len(line) // 2 : 7]
+    images = advance(flow_of(SADDLES), points, n)
+    assert distance(line, images).max() < (1e-4 if stable else 1e-3)
+
+
+def test_stable_manifolds_separate_basins():
+    ds = manifolds()
+    number = int(np.flatnonzero(ds["manifold_stable"].values)[0])
+    line = branch(ds, number)[20:800:10]
+    tangent = np.diff(branch(ds, number), axis=0)[20:800:10]
+    normal = np.column_stack([-tangent[:, 1], tangent[:, 0]]) / np.linalg.norm(tangent, axis=1)[:, None]
+    starts = np.concatenate([line + 1e-5 * normal, line - 1e-5 * normal])
+    flow = flow_of(SADDLES)
+    found = classify(flow, starts.T.copy(), np.zeros(len(starts), int), response=False)
+    one, other = np.split(found.period, 2)
+    assert np.all(one != other), "motions on either side lead to different attractors"
+    assert len(set(one)) == len(set(other)) == 1
+
+
+MODELS = {
+    2: SINGLE,
+    3: gc.MeshModel.of(omega=0.9, beta1=0.02, q0=0.1, eps1=0.1),
+    4: FULL,
+    5: gc.MeshModel.of(kind="full", kappa=0.5, omega=0.9, beta1=0.02, eps1=0.1),
+    6: gc.MeshModel.of(kind="full", kappa=0.5, kappa1=0.6, omega=0.9, eps1=0.1),
+    7: gc.MeshModel.of(kind="full", kappa=0.5, kappa1=0.6, omega=0.9, beta1=0.02, eps1=0.1),
+}
+
+
+@pytest.mark.parametrize("d", MODELS)
+def test_the_flow_in_reversed_time_is_the_inverse(d):
+    family = ParameterFamily(MODELS[d], ())
+    assert family.dimension == d
+    system = family.system(family.start[None])
+    w = np.random.default_rng(d).uniform(-2, 2, (d, 6))
+    sign, points = velocity_signs(family.names)[:, None], np.zeros(6, int)
+    there = ExactFlow(system).advance(w, 1, points=points).w
+    back = sign * ExactFlow(reversed_in_time(system)).advance((sign * there).copy(), 1, points=points).w
+    np.testing.assert_allclose(back, w, atol=1e-12)
