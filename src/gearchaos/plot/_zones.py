@@ -19,6 +19,10 @@ from gearchaos.plot._legends import legend as draw_legend
 from gearchaos.plot._legends import patches
 
 
+CONTACT_NOTE = "1T may include separation of the teeth: see --colour contact"
+"""Title of the legend of a map of given gears over speed and torque with such motions."""
+
+
 def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axes:
     """Draw the kinds of motion over a plane of two parameters.
 
@@ -29,7 +33,8 @@ def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axe
     ax : Axes, optional
         Where to draw; a new figure if left out.
     legend : bool
-        Add a legend of the classes that occur, above the map.
+        Add a legend of the classes that occur, above the map. Over speed and torque its title says where motions of
+        period 1T include separation of the teeth, which `level` shows for ``contact``.
 
     Returns
     -------
@@ -42,8 +47,16 @@ def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axe
     draw_classes(classes, ax, cell_extent(ds[horizontal].values, ds[vertical].values))
     label_and_limit(ax, ds, horizontal, vertical)
     if legend:
-        class_legend(ax, classes)
+        class_legend(ax, classes, title=_contact_note(ds) if {horizontal, vertical} == {"speed", "torque"} else None)
     return ax
+
+
+def _contact_note(ds: xr.Dataset) -> str | None:
+    """The note that motions of period 1T lose contact somewhere in the map; None if they do not."""
+    if "contact" not in ds:
+        return None
+    once = motion_class(ds["label"], ds["period"]) == 0
+    return CONTACT_NOTE if np.any(once & (ds["contact"].values > 0)) else None
 
 
 def draw_classes(
