@@ -49,7 +49,7 @@ def test_the_transmission_error_says_which_formula_it_has_with_which_values():
         (warning,) = design.warnings
         assert warning.startswith("The accuracy grade gives no transmission error; this one is an assumption")
     source = datasheet(newer)["transmission_error_amplitudes"].source
-    assert "by the formula of ISO 1328-1:1995, annex A, with the class and the deviations f_pT and F_αT of " in source
+    assert "by the formula of ISO 1328-1:1995, annex A, with the grade and the deviations f_pT and F_αT of " in source
     assert "with the deviations of ISO 1328-1:2013, which has no such formula" in newer.warnings[0]
     assert "formula of" not in older.warnings[0]
 

@@ -47,13 +47,13 @@ def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axe
     draw_classes(classes, ax, cell_extent(ds[horizontal].values, ds[vertical].values))
     label_and_limit(ax, ds, horizontal, vertical)
     if legend:
-        class_legend(ax, classes, title=_contact_note(ds) if {horizontal, vertical} == {"speed", "torque"} else None)
+        class_legend(ax, classes, title=_contact_note(ds, horizontal, vertical), title_fontsize="small")
     return ax
 
 
-def _contact_note(ds: xr.Dataset) -> str | None:
-    """The note that motions of period 1T lose contact somewhere in the map; None if they do not."""
-    if "contact" not in ds:
+def _contact_note(ds: xr.Dataset, horizontal: str, vertical: str) -> str | None:
+    """The note that motions of period 1T lose contact somewhere in a map over speed and torque; None otherwise."""
+    if {horizontal, vertical} != {"speed", "torque"} or "contact" not in ds:
         return None
     once = motion_class(ds["label"], ds["period"]) == 0
     return CONTACT_NOTE if np.any(once & (ds["contact"].values > 0)) else None

@@ -156,8 +156,8 @@ def _quality_source(quality: Quality) -> str:
     grades = " and ".join(map(str, dict.fromkeys(quality.grades)))
     if quality.standard == ISO_1995:
         return f"{ISO_1995}, grade {grades}: assumption, tooth-to-tooth deviation f_i′ as a parabola"
-    return (f"{quality.standard}, class {grades}: assumption, tooth-to-tooth deviation f_i′ as a parabola; f_i′ by the "
-            f"formula of {ISO_1995}, annex A, with the class and the deviations f_pT and F_αT of {quality.standard}")
+    return (f"{quality.standard}, grade {grades}: assumption, tooth-to-tooth deviation f_i′ as a parabola; f_i′ by the "
+            f"formula of {ISO_1995}, annex A, with the grade and the deviations f_pT and F_αT of {quality.standard}")
 
 
 def _quality_warning(quality: Quality) -> str:
