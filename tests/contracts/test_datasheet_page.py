@@ -166,8 +166,10 @@ def test_what_is_expected_to_lack_a_value_is_no_alert():
     assert '<tr id="q-support_frequency">' in alone and '<tr id="q-Kv_AGMA" class="missing">' in alone
     along = sheet_html(datasheet(design), design, gc.dynamic_factor(design, "1000:2000:2"))
     assert '<tr id="q-Kv_AGMA">' in along and "speed must be given" not in along
-    assert " ".join(Page(along).rows["q-Kv_AGMA"].split()).startswith("dynamic factor by AGMA 2001-D04 Kv – depends on")
-    assert "rigid" not in along[along.index('id="missing"'):] and "depends on" not in along[along.index('id="missing"'):]
+    row = " ".join(Page(along).rows["q-Kv_AGMA"].split())
+    assert row.startswith("dynamic factor by AGMA 2001-D04 Kv – depends on speed: see the curve")
+    missing = along[along.index('id="missing"'):]
+    assert "rigid" not in missing and "depends on" not in missing
 
 
 def test_symbols_in_reasons_have_subscripts_and_names_do_not():

@@ -12,12 +12,11 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 
-from gearchaos.plot._axes import cell_extent, label_and_limit, new_axes, plane
+from gearchaos.plot._axes import cell_extent, label_and_limit, new_axes, plane, wrapped
 from gearchaos.plot._checks import check
 from gearchaos.plot._classes import MOTION_CLASSES, NO_CLASS, NOT_COMPUTED_STYLE, MotionClass, motion_class
 from gearchaos.plot._legends import legend as draw_legend
 from gearchaos.plot._legends import patches
-
 
 CONTACT_NOTE = "1T may include separation of the teeth: see --colour contact"
 """Title of the legend of a map of given gears over speed and torque with such motions."""
@@ -47,7 +46,10 @@ def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axe
     draw_classes(classes, ax, cell_extent(ds[horizontal].values, ds[vertical].values))
     label_and_limit(ax, ds, horizontal, vertical)
     if legend:
-        class_legend(ax, classes, title=_contact_note(ds, horizontal, vertical), title_fontsize="small")
+        figure, note = ax.get_figure(root=True), _contact_note(ds, horizontal, vertical)
+        assert figure is not None
+        title = None if note is None else wrapped(note, ax.bbox.width / figure.dpi)
+        class_legend(ax, classes, title=title, title_fontsize="small")
     return ax
 
 
