@@ -115,7 +115,8 @@ NO_ERROR_ADVICE = ("none given: the gears are taken to be exact; write transmiss
                    "{ orders = \"te.csv\" }")
 """What the rows of the transmission error say of a design without one."""
 
-_QUALITY_FORMULA = "from the grade e_j = 4 √(f_i1′² + f_i2′²)/(π j)², f_i′ = K (4.3 2^((Q−5)/2) + f_pt + F_α)"
+_QUALITY_FORMULA = ("from the grade e_j = 4 √(f_i1′² + f_i2′²)/(π j)², f_i′ = K (4.3 2^((Q−5)/2) + f_pt + F_α), "
+                    "K = 0.2 (ε_γ + 4)/ε_γ, at least 0.4")
 
 
 _ANY_SPEED = 1.0
