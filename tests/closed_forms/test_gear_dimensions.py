@@ -143,6 +143,14 @@ def test_half_a_backlash_is_half_of_it():
         assert replace(HELICAL, backlash={"value": "0.15 mm", "of": half}).backlash_line_of_action == whole
 
 
+@pytest.mark.parametrize("kind", ["line of action", "circumferential", "reference circle", "normal", "radial"])
+def test_a_direction_alone_means_the_total(kind):
+    assert Backlash(value="0.3 mm", of=kind) == Backlash(value="0.3 mm", of=f"{kind}, total")
+    given = {"value": "0.3 mm", "of": f"{kind}, total"}
+    whole = replace(HELICAL, backlash=given).backlash_line_of_action
+    assert replace(HELICAL, backlash={**given, "of": kind}).backlash_line_of_action == whole
+
+
 @pytest.mark.parametrize("of", OF)
 def test_a_backlash_of_more_than_half_a_module_along_the_line_of_action_is_refused(of):
     kind, part = of.split(", ")

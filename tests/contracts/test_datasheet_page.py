@@ -11,7 +11,7 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.datasheet import sheet_html
-from gearchaos.gears.sheet import Entry, datasheet
+from gearchaos.gears.sheet import Entry, datasheet, shown_value
 
 pytestmark = pytest.mark.slow
 
@@ -75,7 +75,8 @@ def test_every_quantity_has_a_row_with_its_value_or_its_reason(sheet):
         if entry.value is None:
             assert entry.reason.split(";")[0] in text
             continue
-        values = entry.value if isinstance(entry.value, tuple) else (entry.value,)
+        shown = shown_value(entry)
+        values = shown if isinstance(shown, tuple) else (shown,)
         for value in values[:6]:
             assert f"{value:.6g}".replace("-", "−") in text, name
         plain = re.sub(r"_", "", f"{entry.symbol} {entry.source}")
@@ -155,3 +156,24 @@ def test_long_lists_are_cut_short_and_counted():
     design = gc.GearDesign(**BARE)
     entry = Entry(value=tuple(np.arange(20.0).tolist()), unit="µm", symbol="e_j", formula="", source="", group="g")
     assert "5 and 14 more" in Page(sheet_html({"e": entry}, design)).rows["q-e"]
+
+
+def test_what_is_expected_to_lack_a_value_is_no_alert():
+    design = gc.GearDesign(**{**BARE, "bore": "10 mm", "torque": "50 N*m", "damping_ratio": 0.05,
+                              "backlash": {"value": "0.05 mm", "of": "line of action"},
+                              "quality": {"standard": "ISO 1328-1:2013", "grade": 6}})
+    alone = sheet_html(datasheet(design), design)
+    assert '<tr id="q-support_frequency">' in alone and '<tr id="q-Kv_AGMA" class="missing">' in alone
+    along = sheet_html(datasheet(design), design, gc.dynamic_factor(design, "1000:2000:2"))
+    assert '<tr id="q-Kv_AGMA">' in along and "speed must be given" not in along
+    row = " ".join(Page(along).rows["q-Kv_AGMA"].split())
+    assert row.startswith("dynamic factor by AGMA 2001-D04 Kv – depends on speed: see the curve")
+    missing = along[along.index('id="missing"'):]
+    assert "rigid" not in missing and "depends on" not in missing
+
+
+def test_symbols_in_reasons_have_subscripts_and_names_do_not():
+    design = gc.GearDesign(**BARE, quality={"standard": "ISO 1328-1:2013", "grade": 6})
+    html = sheet_html(datasheet(design), design)
+    assert "no formula for f<sub>i</sub>′ in terms of f<sub>pt</sub> and F<sub>α</sub>" in html
+    assert "damping_ratio must be given" in html

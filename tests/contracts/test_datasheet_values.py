@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.sheet import datasheet
+from gearchaos.gears.sheet import datasheet, shown_value, with_scanned_speeds
 from gearchaos.gears.transmission_error.harmonics import from_quality
 from gearchaos.gears.transmission_error.quality import tolerances
 
@@ -29,7 +29,8 @@ def test_the_tangential_composite_deviation_is_that_of_the_grade():
     grade = from_quality(DESIGN.geometry, DESIGN.quality, tolerances(DESIGN.quality, DESIGN.geometry))
     assert found.value == tuple(v * 1e6 for v in grade.tooth_to_tooth) and found.symbol == "f_i′"
     newer = datasheet(replace(DESIGN, quality={"standard": "ISO 1328-1:2013", "grade": 6}))
-    assert "no formula for f_i′" in newer["tangential_composite_deviation"].reason
+    reason = newer["tangential_composite_deviation"].reason
+    assert "ISO 1328-1:2013 has no formula for f_i′" in reason and "uses that of ISO 1328-1:1995, annex A" in reason
     none = datasheet(replace(DESIGN, quality=None))["tangential_composite_deviation"]
     assert none.reason.startswith("quality must be given")
 
@@ -37,3 +38,51 @@ def test_the_tangential_composite_deviation_is_that_of_the_grade():
 def test_the_mesh_period_is_a_roll_angle_of_wheel_1():
     found = datasheet(replace(DESIGN, teeth=(50, 80)))["mesh_period_roll_angle"]
     assert (found.value, found.unit) == (pytest.approx(7.2, rel=1e-14), "deg")
+
+
+def test_the_transmission_error_says_which_formula_it_has_with_which_values():
+    older, newer = (replace(DESIGN, transmission_error="from quality", quality={"standard": s, "grade": (6, 7)})
+                    for s in ("ISO 1328-1:1995", "ISO 1328-1:2013"))
+    for design in (older, newer):
+        row = datasheet(design)["transmission_error_amplitudes"]
+        assert "f_i′ = K (4.3 2^((Q−5)/2) + f_pt + F_α)" in row.formula and "6 and 7: assumption" in row.source
+        (warning,) = design.warnings
+        assert warning.startswith("The accuracy grade gives no transmission error; this one is an assumption")
+    source = datasheet(newer)["transmission_error_amplitudes"].source
+    assert "by the formula of ISO 1328-1:1995, annex A, with the grade and the deviations f_pT and F_αT of " in source
+    assert "with the deviations of ISO 1328-1:2013, which has no such formula" in newer.warnings[0]
+    assert "formula of" not in older.warnings[0]
+
+
+def test_the_amplitudes_from_the_grade_are_those_of_the_formula_shown():
+    entry = datasheet(replace(DESIGN, transmission_error="from quality"))
+    first, second = entry["tangential_composite_deviation"].value
+    total = math.hypot(first, second)
+    expected = [4 * total / (math.pi * j) ** 2 for j in (1, 2, 3)]
+    assert entry["transmission_error_amplitudes"].value == pytest.approx(expected, rel=1e-14)
+
+
+def test_without_a_transmission_error_the_rows_say_what_to_write():
+    found = datasheet(DESIGN)
+    for name in ("transmission_error_amplitudes", "transmission_error_phases"):
+        assert found[name].value == () and found[name].formula.startswith("none given")
+        assert 'transmission_error = "from quality"' in found[name].formula
+    assert DESIGN.warnings == () and replace(DESIGN, quality=None, transmission_error="from quality").warnings == ()
+
+
+def test_phases_and_rounding_errors_are_shown_as_a_reader_expects():
+    found = datasheet(replace(DESIGN, transmission_error="from quality"))
+    phases = found["transmission_error_phases"]
+    assert phases.value[2] > 360 and shown_value(phases) == tuple(v % 360 for v in phases.value)
+    tiny = replace(found["theoretical_backlash"], value=-2.99e-14)
+    assert shown_value(tiny) == 0.0 and math.copysign(1, shown_value(tiny)) == 1
+    assert shown_value(replace(tiny, value=(1e-3, -1e-15))) == (1e-3, 0.0)
+    assert shown_value(found["support_frequency"]) is None and found["support_frequency"].expected
+
+
+def test_what_lacks_only_the_speed_refers_to_the_scan():
+    found = datasheet(replace(DESIGN, torque=100.0))
+    along = with_scanned_speeds(found)
+    changed = {name for name in found if along[name] != found[name]}
+    assert changed == {n for n, e in found.items() if e.reason.startswith("speed must be given")} and len(changed) == 9
+    assert all(along[n].expected and along[n].reason == "depends on speed: see the curve" for n in changed)

@@ -3,6 +3,7 @@
 import json
 import math
 import pickle
+import re
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -350,3 +351,68 @@ def test_speed_and_torque_by_name_are_in_rpm_and_newton_metres(tmp_path):
     axis = ("--axis", "speed=500:600:2", "--points", 0)
     run("bifurcation", path, "--set", "torque=400", *axis, "--out", tmp_path / "b.nc")
     assert gc.zones(replace(load_design(path)), "speed=500:600:2", "torque=100:200:2").sizes["speed"] == 2
+
+
+def test_the_advice_on_an_axis_is_for_that_axis():
+    with pytest.raises(InputError, match=r"^torque must be an Axis or a text; got 400\.") as refusal:
+        gc.operating_map(load_design(SPUR), "speed=500:8000:12", 400)
+    assert "E.g. '20:400:150' or Axis('torque', 20, 400, 150); one value alone is '400:400:1'" in str(refusal.value)
+    with pytest.raises(InputError, match=r"^speed must be an Axis or a text; got 'a list'\. E\.g\. '500:8000:200'"):
+        gc.operating_map(load_design(SPUR), [1, 2], "400:400:1")
+
+
+def test_results_in_physical_units_are_returned_unchanged(found):
+    assert gc.physical(found) is found and gc.physical(found, load_design(SPUR)) is found
+    with pytest.raises(InputError, match=r"^pair must be the gears of the result"):
+        gc.physical(found, replace(load_design(SPUR), face_width="40 mm"))
+    pair = load_design(SPUR).to_pair()
+    alone = gc.physical(gc.simulate(pair.to_model(), 2), pair)
+    assert gc.physical(alone) is alone and gc.physical(alone, pair) is alone
+    with pytest.raises(InputError, match=r"^pair must be the gears of the result"):
+        gc.physical(alone, pair.at(speed=1.0))
+
+
+def test_a_design_at_a_speed_by_text_is_in_rpm():
+    design = load_design(SPUR)
+    assert design.at(speed="1200 rpm", torque="50 N*m") == design.at(speed=1200 * RPM, torque=50.0)
+
+
+def test_the_complete_file_of_the_documents_makes_a_model(tmp_path):
+    text = (EXAMPLES.parent / "docs" / "gears.md").read_text(encoding="utf-8")
+    (complete,) = re.findall(r"^```toml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    path = tmp_path / "complete.toml"
+    path.write_text(complete, encoding="utf-8")
+    found = sheet(path)
+    assert found["model"] is not None and found["quantities"]["Kv_ISO_B"]["value"] > 1
+    assert found["quantities"]["backlash_line_of_action"]["value"] == pytest.approx(0.3, rel=1e-14)
+
+
+def test_the_assumption_of_the_transmission_error_is_in_text_and_json():
+    (warning,) = sheet(SPUR)["warnings"]
+    assert warning.startswith("The accuracy grade gives no transmission error") and "assumption" in warning
+    assert warning in run("gear", SPUR).stderr
+    without = ("--set", "design.transmission_error=none")
+    assert sheet(SPUR, *without)["warnings"] == []
+    assert "none given" in run("gear", SPUR, *without).stdout
+
+
+def test_the_reason_why_there_is_no_model(tmp_path):
+    found = sheet(written(tmp_path))
+    assert found["model"] is None and found["model_reason"].startswith("torque must be given")
+
+
+def test_the_mesh_force_acts_while_the_teeth_are_apart():
+    motion = gc.simulate(load_design(SPUR).at(speed="3000 rpm", torque=300.0), 3, transient=100, samples=100)
+    apart = motion.contact.values == 0
+    expected = 2 * load_design(SPUR).to_model().zeta * motion.z_dot.values
+    assert apart.any() and np.allclose(motion.mesh_force.values[apart], expected[apart], rtol=1e-12, atol=0)
+    for each in (motion, gc.physical(motion)):
+        assert "not 0 while the teeth are apart" in each.mesh_force.attrs["comment"]
+
+
+def test_a_map_of_gears_notes_that_1t_may_include_separation(found):
+    assert ((found.contact > 0) & (found.period == 1)).any()
+    title = gc.plot.zones(found).get_legend().get_title().get_text()
+    assert title.replace("\n", " ") == "1T may include separation of the teeth: see --colour contact"
+    touching = found.assign(contact=found.contact * 0)
+    assert gc.plot.zones(touching).get_legend().get_title().get_text() == ""

@@ -13,7 +13,15 @@ from typer.testing import CliRunner
 import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.errors import InputError
-from gearchaos.studies.speeds_to_avoid import CRITERION, SpeedRange, all_speeds
+from gearchaos.studies.speeds_to_avoid import (
+    CRITERION,
+    FORCE_CRITERION,
+    MOST_PEAKS,
+    Peak,
+    RangeToAvoid,
+    SpeedRange,
+    all_speeds,
+)
 from gearchaos.studyfile import load_design
 
 SPUR = Path(__file__).parents[2] / "examples" / "spur_50_50.toml"
@@ -33,12 +41,34 @@ def made_up(contact, factor):
 
 def test_ranges_are_runs_of_speeds_with_separation():
     found = gc.speeds_to_avoid(made_up([0, 1, 2, 1, 0, 0, 1, 3], [9.0, 2.0, 4.0, 3.0, 9.0, 1.0, 5.0, np.nan]))
-    assert found == (SpeedRange(200.0, 400.0, 4.0, 300.0), SpeedRange(700.0, 800.0, 5.0, 700.0))
+    assert found == (RangeToAvoid(200.0, 400.0, 4.0, 300.0, peaks=(Peak(300.0, 4.0),)),
+                     RangeToAvoid(700.0, 800.0, 5.0, 700.0, to_scan_end=True, peaks=(Peak(700.0, 5.0),)))
     assert gc.speeds_to_avoid(made_up([0, 0], [1.0, 1.0])) == ()
-    assert gc.speeds_to_avoid(made_up([1, 1], [1.5, 1.0])) == (SpeedRange(100.0, 200.0, 1.5, 100.0),)
+    assert gc.speeds_to_avoid(made_up([1, 1], [1.5, 1.0])) == (
+        RangeToAvoid(100.0, 200.0, 1.5, 100.0, from_scan_start=True, to_scan_end=True),)
     (diverged,) = gc.speeds_to_avoid(made_up([0, 3], [1.0, np.nan]))
     assert diverged.start == 200.0 and math.isnan(diverged.dynamic_factor) and math.isnan(diverged.speed_of_largest)
     assert all_speeds(made_up([0, 1, 0], [3.0, 2.0, 1.0])) == SpeedRange(100.0, 300.0, 3.0, 100.0)
+
+
+def test_the_largest_local_peaks_of_a_range_are_listed_in_rising_order_of_speed():
+    factor = [9.0, 1.0, 3.0, 3.0, 1.0, 8.0, 1.0, 4.0, 1.0, 5.0, np.nan, 6.0, 1.0, 2.0, 1.0, 7.0]
+    (one,) = gc.speeds_to_avoid(made_up([1] * 16, factor))
+    assert MOST_PEAKS == 5 and [p.speed for p in one.peaks] == [300.0, 600.0, 800.0, 1000.0, 1200.0]
+    assert [p.dynamic_factor for p in one.peaks] == [3.0, 8.0, 4.0, 5.0, 6.0]
+    only = gc.speeds_to_avoid(made_up([0, 1, 0], [3.0, 2.0, 1.0]))
+    assert only[0].peaks == () and not only[0].from_scan_start and not only[0].to_scan_end
+
+
+def test_high_forces_in_contact_are_ranges_of_their_own():
+    data = made_up([0, 0, 1, 0, 0, 3], [2.0, 1.0, 3.0, 1.6, 1.5, np.nan])
+    found = gc.speeds_to_avoid(data, factor=1.5)
+    assert [(r.start, r.stop, r.criterion) for r in found] == [
+        (100.0, 100.0, FORCE_CRITERION), (300.0, 300.0, CRITERION), (400.0, 400.0, FORCE_CRITERION),
+        (600.0, 600.0, CRITERION)]
+    assert gc.speeds_to_avoid(data) == tuple(r for r in found if r.criterion == CRITERION)
+    with pytest.raises(InputError, match=r"^factor must be greater than 0"):
+        gc.speeds_to_avoid(data, factor=0)
 
 
 @pytest.mark.parametrize("dataset", [3, xr.Dataset(), made_up([0], [1.0]).expand_dims("torque"),
@@ -58,13 +88,26 @@ def test_the_command_prints_the_ranges_of_python(factors, tmp_path):
     options = ("--speed", "1000:3000:9", "--torque", "300 N*m", "--plot", picture)
     found = json.loads(run("gear", SPUR, *options, "--json").stdout)["speeds_to_avoid"]
     ranges = gc.speeds_to_avoid(factors)
-    assert ranges and found["ranges"] == [asdict(each) for each in ranges]
+    assert ranges and found["ranges"] == json.loads(json.dumps([asdict(each) for each in ranges]))
+    assert found["along_speed"]["Kv_AGMA"] == factors["Kv_AGMA"].values.tolist()
+    assert found["transmission_error"].startswith("ISO 1328-1:1995, grade 6: assumption")
     assert found["criterion"] == CRITERION == "the teeth separate" and found["torque"] == 300.0
     assert found["computed"]["count"] == 9 and found["computed"]["stop"] == 3000.0
     assert "</svg>" in picture.read_text(encoding="utf-8")
     text = " ".join(run("gear", SPUR, "--speed", "1000:3000:9", "--torque", "300").stdout.split())
     assert f"Speeds to avoid at 300 N m: {CRITERION}" in text and "at 9 speeds from 1000 to 3000 rpm" in text
-    assert f"{ranges[0].dynamic_factor:.6g}" in text
+    assert f"{ranges[0].dynamic_factor:.6g}" in text and "the end of the scan" in text and "K_v AGMA" in text
+    assert "gearchaos attractors" in text and "No transmission error" not in text
+
+
+def test_a_limit_of_the_dynamic_factor():
+    options = ("--speed", "8000:9000:2", "--torque", "400", "--factor", "1.001", "--set",
+               "design.transmission_error=none")
+    found = json.loads(run("gear", SPUR, *options, "--json").stdout)["speeds_to_avoid"]
+    assert found["criterion"] == "the teeth separate, or the dynamic factor exceeds 1.001"
+    assert [r["criterion"] for r in found["ranges"]] == [FORCE_CRITERION]
+    text = " ".join(run("gear", SPUR, *options).stdout.split())
+    assert FORCE_CRITERION in text and "No transmission error was assumed" in text
 
 
 def test_no_speed_to_avoid(tmp_path):
@@ -82,6 +125,7 @@ def test_the_torque_of_the_command_is_that_of_the_datasheet():
 
 @pytest.mark.parametrize(("arguments", "message"), [
     (("--plot", "x.png"), "--plot needs --speed"), (("--plot", "x.html", "--speed", "1:2:2"), "--plot must end in"),
+    (("--factor", "2"), "--factor needs --speed"), (("--speed", "1:2:2", "--factor", "0"), "--factor must be greater"),
     (("--speed", "500:8000"), "--speed must read start:stop:count; got '500:8000'. E.g. 500:8000:200."),
     (("--speed", "0:9:3"), "speed must be greater than 0"), (("--speed", "9:8:3"), "axis speed must run from"),
     (("--speed", "1:2:2", "--torque", "0"), "torque must be greater than 0"),

@@ -39,6 +39,10 @@ Speeds = Annotated[
 Torque = Annotated[
     str | None, typer.Option(metavar="TORQUE", help="At wheel 1, in N m or with a unit; by default that of the design.")
 ]
+Factor = Annotated[
+    float | None,
+    typer.Option(metavar="F", help="With --speed: also speeds with a dynamic factor above F, although in contact."),
+]
 FactorPlot = Annotated[
     Path | None,
     typer.Option("--plot", metavar="FILE", help="Picture of the dynamic factor along --speed: .png, .pdf or .svg.",
@@ -49,24 +53,25 @@ FactorPlot = Annotated[
 @app.command()
 def gear(
     design: DesignPath, sets: Sets = None, out: Page = None, speed: Speeds = None, torque: Torque = None,
-    plot: FactorPlot = None, json_out: Json = False,
+    plot: FactorPlot = None, factor: Factor = None, json_out: Json = False,
 ) -> None:
     """Show every quantity that follows from the drawing of a gear pair, and which speeds to avoid."""
     check_output("--out", out, (".html",))
     check_output("--plot", plot, PLOT_SUFFIXES)
     if plot is not None and speed is None:
         raise InputError("--plot", "needs --speed", str(plot), "It shows the dynamic factor along the speed.")
-    from gearchaos.gears.sheet import datasheet
+    _check_factor(factor, speed)
+    from gearchaos.gears.sheet import datasheet, with_scanned_speeds
 
     found = _design(design, sets, torque)
     factors = None if speed is None else _dynamic_factor(found, speed)
-    entries = datasheet(found)
+    entries = datasheet(found) if factors is None else with_scanned_speeds(datasheet(found))
     if out is not None:
         _write_page(entries, found, factors, out)
     if factors is not None:
         draw(factors, plot)
     if json_out:
-        speeds = None if factors is None else _speeds_document(factors)
+        speeds = None if factors is None else _speeds_document(found, factors, factor)
         print_json({"quantities": {n: _entry(e) for n, e in entries.items()}, **_model(found),
                     "warnings": list(found.warnings), "speeds_to_avoid": speeds})
         return
@@ -74,7 +79,15 @@ def gear(
 
     print_datasheet(entries, found.warnings)
     if factors is not None:
-        print_speeds_to_avoid(factors)
+        print_speeds_to_avoid(found, factors, factor)
+
+
+def _check_factor(factor: float | None, speed: str | None) -> None:
+    """Raise `InputError` for a limit of the dynamic factor without speeds, or one that is not greater than 0."""
+    if factor is not None and speed is None:
+        raise InputError("--factor", "needs --speed", factor, "It is a limit of the dynamic factor along the speed.")
+    if factor is not None and not factor > 0:
+        raise InputError("--factor", "must be greater than 0", factor)
 
 
 def _design(path: Path, sets: list[str] | None, torque: str | None) -> GearDesign:
@@ -107,14 +120,18 @@ def _write_page(entries: Mapping[str, Entry], design: GearDesign, factors: xr.Da
     say(f"wrote {path}")
 
 
-def _speeds_document(factors: xr.Dataset) -> dict[str, Any]:
+def _speeds_document(design: GearDesign, factors: xr.Dataset, factor: float | None) -> dict[str, Any]:
     """The speeds to avoid as JSON."""
+    from gearchaos.studies.dynamic_factor import STANDARDS
     from gearchaos.studies.speeds_to_avoid import CRITERION, all_speeds, speeds_to_avoid
 
+    beyond = "" if factor is None else f", or the dynamic factor exceeds {factor:g}"
     return {
-        "criterion": CRITERION, "units": {"speed": "rpm", "torque": "N*m"}, "torque": float(factors["torque"]),
+        "criterion": f"{CRITERION}{beyond}", "units": {"speed": "rpm", "torque": "N*m"},
+        "torque": float(factors["torque"]), "transmission_error": design.error_harmonics.source,
         "computed": {**asdict(all_speeds(factors)), "count": factors.sizes["speed"]},
-        "ranges": [asdict(each) for each in speeds_to_avoid(factors)],
+        "ranges": [asdict(each) for each in speeds_to_avoid(factors, factor)],
+        "along_speed": {n: factors[n].values.tolist() for n in ("speed", "dynamic_factor", *STANDARDS)},
     }
 
 
@@ -152,7 +169,7 @@ def operating_map(
     plot: Plot = None,
     json_out: Json = False,
 ) -> None:
-    """Map the kinds of motion of given gears over speed and torque, in rpm, N m, µm and N."""
+    """Map the kinds of motion of given gears over speed and torque, in rpm, N m, µm and mm/s."""
     output = MapOutput(out, plot, json_out)
     output.check()
     from gearchaos.studies.operating_map import checked_operating_model, in_operating_units, operating_axis

@@ -19,12 +19,16 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
+    from gearchaos.gears.design.gear_design import GearDesign
     from gearchaos.gears.sheet import Entry
     from gearchaos.studies import Verdict
     from gearchaos.studyfile import LoadedStudy
 
 _SHOWN_ROWS = 20
 """Most rows of a stroboscopic section that are printed."""
+
+_SHOWN_SPEEDS = 8
+"""Number of speeds for which the dynamic factors of the standards are printed."""
 
 _FILE_WIDTH = 160
 """Width of a table in characters where stdout is not a terminal."""
@@ -44,40 +48,71 @@ def print_section(dataset: xr.Dataset) -> None:
 
 def print_datasheet(entries: Mapping[str, Entry], warnings: Sequence[str]) -> None:
     """Print the quantities of a design by group, then its warnings, and what is missing for the others."""
+    from gearchaos.gears.sheet import shown_value
+
     for group in dict.fromkeys(entry.group for entry in entries.values()):
         table = Table(title=group, title_justify="left")
         for column in ("name", "symbol", "value", "unit", "formula", "source"):
             table.add_column(column, justify="right" if column == "value" else "left", overflow="fold")
         for name, e in entries.items():
             if e.group == group:
-                table.add_row(name, e.symbol, _cells(e.value), e.unit, e.reason or e.formula, e.source)
+                table.add_row(name, e.symbol, _cells(shown_value(e)), e.unit, e.reason or e.formula, e.source)
         _print(table)
     for warning in warnings:
         say(f"warning: {warning}")
 
 
-def print_speeds_to_avoid(factors: xr.Dataset) -> None:
-    """Print the ranges of speed to avoid with their largest dynamic factor, and that of all speeds."""
-    from gearchaos.studies.speeds_to_avoid import CRITERION, all_speeds, speeds_to_avoid
+def print_speeds_to_avoid(design: GearDesign, factors: xr.Dataset, factor: float | None) -> None:
+    """Print the ranges of speed to avoid with their dynamic factors, and those of the standards at a few speeds."""
+    from gearchaos.studies.speeds_to_avoid import CRITERION, MOST_PEAKS, all_speeds, speeds_to_avoid
 
-    found, computed, torque = speeds_to_avoid(factors), all_speeds(factors), float(factors["torque"])
-    table = Table(title=f"Speeds to avoid at {torque:g} N m: {CRITERION}", title_justify="left")
+    found, computed, torque = speeds_to_avoid(factors, factor), all_speeds(factors), float(factors["torque"])
+    beyond = "" if factor is None else f", or the dynamic factor exceeds {factor:g}"
+    table = Table(title=f"Speeds to avoid at {torque:g} N m: {CRITERION}{beyond}", title_justify="left")
     for column in ("from rpm", "to rpm", "largest dynamic factor", "at rpm"):
         table.add_column(column, justify="right")
+    for column in ("reason", f"local peaks, rpm: factor (at most the {MOST_PEAKS} largest)"):
+        table.add_column(column, overflow="fold")
     for each in found:
-        table.add_row(*map(_shown, (each.start, each.stop, each.dynamic_factor, each.speed_of_largest)))
+        start = f"{_shown(each.start)}{', the start of the scan' * each.from_scan_start}"
+        stop = f"{_shown(each.stop)}{', the end of the scan' * each.to_scan_end}"
+        peaks = "; ".join(f"{peak.speed:.0f}: {peak.dynamic_factor:.3g}" for peak in each.peaks)
+        table.add_row(start, stop, _shown(each.dynamic_factor), _shown(each.speed_of_largest), each.criterion, peaks)
     if not found:
         table.add_row("none", "none")
     _print(table)
-    Console(width=_FILE_WIDTH, highlight=False).print(
-        f"Computed from rest at {factors.sizes['speed']} speeds from {computed.start:g} to {computed.stop:g} rpm; the "
-        f"largest dynamic factor is {_shown(computed.dynamic_factor)}, at {_shown(computed.speed_of_largest)} rpm.")
+    _print_standards(factors)
+    lines = [f"Computed from rest at {factors.sizes['speed']} speeds from {computed.start:g} to {computed.stop:g} rpm; "
+             f"the largest dynamic factor is {_shown(computed.dynamic_factor)}, at "
+             f"{_shown(computed.speed_of_largest)} rpm.",
+             "Other motions may exist at a speed, with other forces: gearchaos attractors DESIGN --set speed=… "
+             f"--set torque={torque:g} finds them."]
+    if design.transmission_error == "none":
+        lines.append("No transmission error was assumed: the gears are taken to be exact.")
+    for line in lines:
+        Console(width=_FILE_WIDTH, highlight=False).print(line)
+
+
+def _print_standards(factors: xr.Dataset) -> None:
+    """Print the computed dynamic factor beside those of the standards at a few of the speeds, both ends included."""
+    count = factors.sizes["speed"]
+    few = sorted({round(i * (count - 1) / (_SHOWN_SPEEDS - 1)) for i in range(_SHOWN_SPEEDS)})
+    titles = {"speed": "rpm", "dynamic_factor": "computed", "Kv_ISO_B": "K_v ISO B", "Kv_ISO_C": "K_v ISO C",
+              "Kv_AGMA": "K_v AGMA"}
+    table = Table(title="Dynamic factor at a few of the speeds", title_justify="left")
+    for title in titles.values():
+        table.add_column(title, justify="right")
+    for i in few:
+        table.add_row(*(_shown(float(factors[name][i])) for name in titles))
+    _print(table)
 
 
 def _cells(value: Any) -> str:
-    """One number or several for a table; "–" where there is none."""
+    """One number or several for a table; "–" where there is none, "none" for an empty list."""
     if value is None:
         return "–"
+    if value == ():
+        return "none"
     return ", ".join(f"{v:.6g}" for v in value) if isinstance(value, tuple) else f"{value:.6g}"
 
 

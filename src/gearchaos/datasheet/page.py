@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from functools import cache
 from importlib import metadata
 from importlib.resources import files
@@ -16,7 +17,7 @@ from markupsafe import Markup, escape
 from gearchaos.datasheet.pictures import pictures
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.sheet import Entry
+from gearchaos.gears.sheet import Entry, shown_value, with_scanned_speeds
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,13 +47,16 @@ def sheet_html(entries: Mapping[str, Entry], design: GearDesign, factors: xr.Dat
     design : GearDesign
         The design, which is drawn with its stiffness and transmission error.
     factors : Dataset, optional
-        The dynamic factor along the speed, from `gearchaos.dynamic_factor`, to be drawn as well.
+        The dynamic factor along the speed, from `gearchaos.dynamic_factor`, to be drawn as well; quantities of a design
+        without speed then refer to it.
 
     Returns
     -------
     str
         The page refers to no other files and contains no scripts.
     """
+    if factors is not None:
+        entries = with_scanned_speeds(entries)
     return _environment().get_template("sheet.html.j2").render(
         css=Markup(_template("sheet.css")), title=_title(design), inputs=list(_inputs(design)),
         notes=list(_notes(design)), pictures=list(pictures(design, factors)), groups=_groups(entries),
@@ -73,6 +77,7 @@ def _environment() -> jinja2.Environment:
         lstrip_blocks=True,
     )
     environment.filters["maths"] = _maths
+    environment.filters["sentence"] = _sentence
     return environment
 
 
@@ -82,6 +87,14 @@ _INDEX = re.compile(r"_([A-Za-z0-9α-ω]+)")
 def _maths(text: str) -> Markup:
     """A formula as HTML, with what follows an underscore as a subscript: d_b1 becomes d<sub>b1</sub>."""
     return Markup(_INDEX.sub(r"<sub>\1</sub>", str(escape(text))))
+
+
+_SYMBOL = re.compile(r"(?<!\w)([^\W\d_])_([A-Za-z0-9α-ω]+)")
+
+
+def _sentence(text: str) -> Markup:
+    """A sentence as HTML, with the indices of symbols of one letter as subscripts; other names keep underscores."""
+    return Markup(_SYMBOL.sub(r"\1<sub>\2</sub>", str(escape(text))))
 
 
 def _title(design: GearDesign) -> str:
@@ -124,13 +137,10 @@ def _method(given: Any) -> str:
 
 
 def _notes(design: GearDesign) -> Iterator[str]:
-    """What the designer should know: unusual values, limits of the stiffness and of the transmission error."""
+    """What the designer should know: unusual values, limits of the transmission error and of the stiffness."""
     yield from design.warnings
-    for name, field in (("mesh_stiffness", "notes"), ("error_harmonics", "warnings")):
-        try:
-            yield from (f"{text[0].upper()}{text[1:].rstrip('.')}." for text in getattr(getattr(design, name), field))
-        except InputError:  # the quantities say what is missing
-            continue
+    with suppress(InputError):  # the quantities say what is missing
+        yield from (f"{text[0].upper()}{text[1:].rstrip('.')}." for text in design.mesh_stiffness.notes)
 
 
 def _groups(entries: Mapping[str, Entry]) -> list[tuple[str, list[dict[str, Any]]]]:
@@ -139,7 +149,7 @@ def _groups(entries: Mapping[str, Entry]) -> list[tuple[str, list[dict[str, Any]
     for name, entry in entries.items():
         row = {
             "id": name, "name": _WORDS.get(name, name.replace("_", " ")), "symbol": entry.symbol,
-            "value": None if entry.value is None else _values(entry.value),
+            "value": None if entry.value is None else _values(shown_value(entry)), "expected": entry.expected,
             "unit": "" if entry.value == () else _UNITS.get(entry.unit, entry.unit), "formula": entry.formula,
             "source": entry.source, "reason": _reason(entry),
         }
@@ -151,7 +161,7 @@ def _missing(entries: Mapping[str, Entry]) -> list[tuple[str, list[str]]]:
     """The reasons why quantities have no value, each with the names of these quantities in words."""
     out: dict[str, list[str]] = {}
     for name, entry in entries.items():
-        if entry.value is None:
+        if entry.value is None and not entry.expected:
             out.setdefault(_reason(entry), []).append(_WORDS.get(name, name.replace("_", " ")))
     return list(out.items())
 

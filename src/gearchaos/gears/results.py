@@ -31,14 +31,19 @@ def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
     -------
     Dataset
         The same dims and names, with scaled values and their ``units``; x_n is the arc length R_n φ_n. Labels, shares,
-        ratios and ``attrs["model"]`` stay as they are. ``attrs["pair"]`` holds the pair as JSON.
+        ratios and ``attrs["model"]`` stay as they are. ``attrs["pair"]`` holds the pair as JSON. A result that is in
+        physical units already is returned unchanged.
 
     Raises
     ------
     InputError
-        If the dataset is in physical units already, or an argument has another type.
+        If there are no gears, they are not those of the result, or an argument has another type.
     """
+    if is_physical(dataset) and pair is None:
+        return dataset
     gears = _checked_gears(dataset, pair)
+    if is_physical(dataset):
+        return dataset
     out = dataset.assign_attrs(pair=json.dumps(asdict(pair_of(gears))))
     for part in _parts(dataset):
         scales = _scales(part, gears)
@@ -112,7 +117,7 @@ def _checked_gears(dataset: Any, pair: Any) -> Gears:
     Raises
     ------
     InputError
-        If there are none, those given are others than those of the Dataset, or the Dataset is not dimensionless.
+        If there are none, or those given are others than those of the Dataset.
     """
     if not hasattr(dataset, "data_vars"):
         advice = "Write physical(dataset, pair). Numbers of a verdict times those of pair.scales are in SI."
@@ -122,12 +127,18 @@ def _checked_gears(dataset: Any, pair: Any) -> Gears:
     if not (isinstance(pair, GearPair) or is_design(pair)):
         raise InputError("pair", "must be a GearPair or a GearDesign", f"a {type(pair).__name__}",
                          "A MeshModel alone has no units.")
-    if "pair" in dataset.attrs:
-        raise InputError("dataset", "must be dimensionless", "physical units", "It has been scaled already.")
+    if carried is None and is_physical(dataset) and json.dumps(asdict(pair_of(pair))) != dataset.attrs["pair"]:
+        raise InputError("pair", "must be the gears of the result", f"a {type(pair).__name__}",
+                         "The result is in the units of other gears.")
     if carried is not None and not _same_gears(carried, pair):
         raise InputError("pair", "must be the gears of the result", f"a {type(pair).__name__}",
                          "The result of a study of gears carries them: physical(dataset) uses them.")
     return pair if carried is None else carried
+
+
+def is_physical(dataset: Any) -> bool:
+    """Whether `physical` has scaled a Dataset."""
+    return "pair" in getattr(dataset, "attrs", {})
 
 
 def _same_gears(first: Gears, second: Gears) -> bool:
@@ -139,7 +150,7 @@ def _same_gears(first: Gears, second: Gears) -> bool:
 
 def unit_in(dataset: xr.Dataset, name: str) -> float:
     """One dimensionless unit of a variable in the units of a Dataset: 1 unless `physical` has scaled the Dataset."""
-    if "pair" not in dataset.attrs:
+    if not is_physical(dataset):
         return 1.0
     unit = unit_of(name, _pair_from_json(dataset.attrs["pair"]).scales)
     return 1.0 if unit is None else unit[0]

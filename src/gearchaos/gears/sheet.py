@@ -42,6 +42,8 @@ class Entry:
         Heading under which it is shown.
     reason : str
         Why there is no value; empty if there is one.
+    expected : bool
+        Whether the design is complete without the value, as without the frequency of rigid supports.
     """
 
     value: float | tuple[float, ...] | None
@@ -51,6 +53,7 @@ class Entry:
     source: str
     group: str
     reason: str = ""
+    expected: bool = False
 
 
 def datasheet(design: GearDesign) -> dict[str, Entry]:
@@ -62,10 +65,58 @@ def datasheet(design: GearDesign) -> dict[str, Entry]:
         May lack inputs; the quantities that need them have a reason instead of a value.
     """
     results = _Results(design)
-    return {
+    entries = {
         name: _entry(group, formula, results, compute)
         for group, rows in _GROUPS.items() for name, (formula, compute) in rows.items()
     }
+    return {**entries, **_error_entries(design, entries)}
+
+
+def with_scanned_speeds(entries: Mapping[str, Entry]) -> dict[str, Entry]:
+    """The entries of a design without a speed that is shown along the speed: what lacks only the speed says so."""
+    return {
+        name: replace(e, reason="depends on speed: see the curve", expected=True)
+        if e.reason.startswith("speed must be given") else e for name, e in entries.items()
+    }
+
+
+def shown_value(entry: Entry) -> float | tuple[float, ...] | None:
+    """The value as text and page show it: phases in 0 to 360°, and 0 for a length that is a rounding error."""
+    if entry.value is None:
+        return None
+    values = entry.value if isinstance(entry.value, tuple) else (entry.value,)
+    if entry.symbol == _PHASE:
+        values = tuple(v % 360 for v in values)
+    if entry.unit == "mm":
+        values = tuple(0.0 if abs(v) < _ROUNDING else v for v in values)
+    return values if isinstance(entry.value, tuple) else values[0]
+
+
+_PHASE = "θ_j"
+_ROUNDING = 1e-9
+"""Length in mm below which a value is a rounding error of lengths of the pair."""
+
+
+def _error_entries(design: GearDesign, entries: Mapping[str, Entry]) -> dict[str, Entry]:
+    """The rows of the transmission error with the formula and source of its method, or with what to write for one."""
+    rows = {name: entries[name] for name in ("transmission_error_amplitudes", "transmission_error_phases")}
+    if design.transmission_error == "none":
+        return {name: replace(row, formula=NO_ERROR_ADVICE) for name, row in rows.items()}
+    try:
+        error = design.error_harmonics
+    except InputError:  # the rows have the reason
+        return {}
+    row = rows["transmission_error_amplitudes"]
+    formula = f"{row.formula}; {_QUALITY_FORMULA}" if design.transmission_error == "from quality" else row.formula
+    return {"transmission_error_amplitudes": replace(row, formula=formula, source=f"{row.source}; {error.source}")}
+
+
+NO_ERROR_ADVICE = ("none given: the gears are taken to be exact; write transmission_error = \"from quality\" or "
+                   "{ orders = \"te.csv\" }")
+"""What the rows of the transmission error say of a design without one."""
+
+_QUALITY_FORMULA = ("from the grade e_j = 4 √(f_i1′² + f_i2′²)/(π j)², f_i′ = K (4.3 2^((Q−5)/2) + f_pt + F_α), "
+                    "K = 0.2 (ε_γ + 4)/ε_γ, at least 0.4")
 
 
 _ANY_SPEED = 1.0
@@ -110,14 +161,16 @@ class _Results:
         """f_i′ of both wheels, m; raises `_RefusedError` for an edition that does not derive it from f_pt and F_α."""
         quality = self.design.given("quality")
         if quality.standard != ISO_1995:
-            raise _RefusedError(f"{quality.standard} has no formula for f_i′ in terms of f_pt and F_α.")
+            raise _RefusedError(
+                f"{quality.standard} has no formula for f_i′ in terms of f_pt and F_α. The transmission error from "
+                f"quality uses that of {ISO_1995}, annex A, with these deviations: an assumption, see e_j.")
         return from_quality(self.design.geometry, quality, self.tolerances).tooth_to_tooth
 
     @property
     def support_frequencies(self) -> tuple[float, float]:
         """Natural frequencies of the wheels on their supports, without the mesh, rad/s."""
         if self.design.supports is None:
-            raise _RefusedError("The supports are rigid.")
+            raise _RefusedError("The supports are rigid.", expected=True)
         (c1, c2), (m1, m2) = self.design.supports.stiffness, self.design.masses
         return math.sqrt(c1 / m1), math.sqrt(c2 / m2)
 
@@ -144,18 +197,22 @@ class _Results:
 
 
 class _RefusedError(Exception):
-    """There is no value; the message is the reason."""
+    """There is no value; the message is the reason, ``expected`` as in `Entry`."""
+
+    def __init__(self, reason: str, expected: bool = False) -> None:
+        super().__init__(reason)
+        self.expected = expected
 
 
 def _entry(group: str, formula: Formula, results: _Results, compute: Callable[[_Results], Any]) -> Entry:
     """One entry, with the value in the unit that is shown, or the reason why there is none."""
-    value, reason = None, ""
+    value, reason, expected = None, "", False
     try:
         value = compute(results)
     except (InputError, _RefusedError) as error:
-        reason = str(error)
+        reason, expected = str(error), getattr(error, "expected", False)
     return Entry(value=_shown(value, formula.factor), unit=formula.unit, symbol=formula.symbol, formula=formula.text,
-                 source=formula.source, group=group, reason=reason)
+                 source=formula.source, group=group, reason=reason, expected=expected)
 
 
 def _shown(value: Any, factor: float) -> Any:
@@ -241,7 +298,7 @@ _GROUPS: dict[str, dict[str, _Row]] = {
             Formula("e_j", "µm", 1e6, "e(t) = Σ e_j cos(jω_z t − θ_j), peak amplitudes along the line of action",
                     "Łuczko 2008, (2.4)"), lambda results: results.design.error_harmonics.amplitudes),
         "transmission_error_phases": (
-            Formula("θ_j", "deg", 180 / math.pi, "phases; at t = 0 a tooth pair enters contact", "Łuczko 2008, (2.4)"),
+            Formula(_PHASE, "deg", 180 / math.pi, "phases; at t = 0 a tooth pair enters contact", "Łuczko 2008, (2.4)"),
             lambda results: results.design.error_harmonics.phases),
     },
     "Eccentricity": {

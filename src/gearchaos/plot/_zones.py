@@ -12,11 +12,14 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 
-from gearchaos.plot._axes import cell_extent, label_and_limit, new_axes, plane
+from gearchaos.plot._axes import cell_extent, label_and_limit, new_axes, plane, wrapped
 from gearchaos.plot._checks import check
 from gearchaos.plot._classes import MOTION_CLASSES, NO_CLASS, NOT_COMPUTED_STYLE, MotionClass, motion_class
 from gearchaos.plot._legends import legend as draw_legend
 from gearchaos.plot._legends import patches
+
+CONTACT_NOTE = "1T may include separation of the teeth: see --colour contact"
+"""Title of the legend of a map of given gears over speed and torque with such motions."""
 
 
 def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axes:
@@ -29,7 +32,8 @@ def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axe
     ax : Axes, optional
         Where to draw; a new figure if left out.
     legend : bool
-        Add a legend of the classes that occur, above the map.
+        Add a legend of the classes that occur, above the map. Over speed and torque its title says where motions of
+        period 1T include separation of the teeth, which `level` shows for ``contact``.
 
     Returns
     -------
@@ -42,8 +46,19 @@ def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axe
     draw_classes(classes, ax, cell_extent(ds[horizontal].values, ds[vertical].values))
     label_and_limit(ax, ds, horizontal, vertical)
     if legend:
-        class_legend(ax, classes)
+        figure, note = ax.get_figure(root=True), _contact_note(ds, horizontal, vertical)
+        assert figure is not None
+        title = None if note is None else wrapped(note, ax.bbox.width / figure.dpi)
+        class_legend(ax, classes, title=title, title_fontsize="small")
     return ax
+
+
+def _contact_note(ds: xr.Dataset, horizontal: str, vertical: str) -> str | None:
+    """The note that motions of period 1T lose contact somewhere in a map over speed and torque; None otherwise."""
+    if {horizontal, vertical} != {"speed", "torque"} or "contact" not in ds:
+        return None
+    once = motion_class(ds["label"], ds["period"]) == 0
+    return CONTACT_NOTE if np.any(once & (ds["contact"].values > 0)) else None
 
 
 def draw_classes(

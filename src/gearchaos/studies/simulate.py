@@ -47,7 +47,8 @@ def simulate(
     -------
     xarray.Dataset
         ``section_<coordinate>(period)`` at τ = T, 2T, ... after the transient; with ``samples`` also the coordinates,
-        ``mesh_force`` 2ζz' + χ f(z) and ``contact`` (-1 back flank, 0 free, 1 front flank) over ``tau``.
+        ``mesh_force`` 2ζz' + χ f(z), whose damping part also acts while the teeth are apart, and ``contact`` (-1 back
+        flank, 0 free, 1 front flank) over ``tau``.
 
         The attribute ``status`` is "ok", "diverged" if |z| or |z'| exceeded 1e8 half backlashes (from there on values
         are NaN), or "chatter" if a step had more contact switches than can be followed.
@@ -159,6 +160,11 @@ def _section(batch: Batch, names: tuple[str, ...], w: np.ndarray, transient: int
     return data
 
 
+_FORCE_COMMENT = ("2 zeta z' + chi f(z): the damping part acts in every contact state, so the force is not 0 while the "
+                  "teeth are apart. Contact is the variable contact.")
+"""Attribute ``comment`` of ``mesh_force``."""
+
+
 def _trajectory(
     batch: Batch, names: tuple[str, ...], samples: np.ndarray, transient: int, x2: np.ndarray | None
 ) -> dict:
@@ -177,6 +183,7 @@ def _trajectory(
     values = {n: v[0] for n, v in physical.items()}
     force = 2 * model.zeta * values["z_dot"] + mesh_stiffness(model, phase) * backlash(values["z"])
     data = {n: variable(n, ("tau",), v) for n, v in {**values, "mesh_force": force}.items()}
+    data["mesh_force"].attrs["comment"] = _FORCE_COMMENT
     data["contact"] = variable("contact", ("tau",), np.nan_to_num(flat[:, -1]).astype(np.int8), coded=False)
     data["tau"] = variable("tau", ("tau",), tau)
     return data

@@ -9,12 +9,28 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearchaos.errors import InputError
+from gearchaos.quantities import POSITIVE
+from gearchaos.validation import check_rule, to_float
 
 if TYPE_CHECKING:
     import xarray as xr
 
 CRITERION = "the teeth separate"
 """What makes a speed one to avoid; a motion that diverges counts as separated."""
+
+FORCE_CRITERION = "the dynamic factor is too high"
+"""What makes a speed one to avoid where the teeth stay in contact, with a limit of the dynamic factor."""
+
+MOST_PEAKS = 5
+"""Most local peaks of the dynamic factor that are listed for a range."""
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A local peak of the dynamic factor: a computed speed, rpm, with a larger factor than its neighbours."""
+
+    speed: float
+    dynamic_factor: float
 
 
 @dataclass(frozen=True)
@@ -37,7 +53,28 @@ class SpeedRange:
     speed_of_largest: float
 
 
-def speeds_to_avoid(dataset: xr.Dataset) -> tuple[SpeedRange, ...]:
+@dataclass(frozen=True)
+class RangeToAvoid(SpeedRange):
+    """Consecutive speeds that are to be avoided for the same reason.
+
+    Attributes
+    ----------
+    criterion : str
+        Why: `CRITERION` or `FORCE_CRITERION`.
+    from_scan_start, to_scan_end : bool
+        Whether the range begins with the first computed speed, or ends with the last one: it may then go on beyond.
+    peaks : tuple of Peak
+        The local peaks of the dynamic factor in the range, at most the `MOST_PEAKS` largest, in rising order of speed.
+        The first and last computed speeds are no local peaks.
+    """
+
+    criterion: str = CRITERION
+    from_scan_start: bool = False
+    to_scan_end: bool = False
+    peaks: tuple[Peak, ...] = ()
+
+
+def speeds_to_avoid(dataset: xr.Dataset, factor: float | None = None) -> tuple[RangeToAvoid, ...]:
     """The ranges of speed in which the teeth separate, in rising order.
 
     Parameters
@@ -45,21 +82,42 @@ def speeds_to_avoid(dataset: xr.Dataset) -> tuple[SpeedRange, ...]:
     dataset : Dataset
         ``contact`` and ``dynamic_factor`` over ``speed`` alone: from `gearchaos.dynamic_factor`, from
         `gearchaos.bifurcation` over the speed, or one torque of `gearchaos.operating_map`.
+    factor : float, optional
+        Also the ranges in which the dynamic factor exceeds this although the teeth stay in contact.
 
     Returns
     -------
-    tuple of SpeedRange
+    tuple of RangeToAvoid
         Each begins and ends at a computed speed; separation between two neighbouring speeds that are not in the result
-        remains unknown.
+        remains unknown. So do other motions than the computed one: `gearchaos.attractors` finds those of one speed.
 
     Raises
     ------
     InputError
-        If the Dataset has not both variables over the speed alone.
+        If the Dataset has not both variables over the speed alone, or the factor is not greater than 0.
     """
-    separated = _over_speed(dataset)["contact"].values > 0
-    runs = [[i for i, _ in run] for lost, run in groupby(enumerate(separated), key=lambda pair: pair[1]) if lost]
-    return tuple(_speed_range(dataset.isel(speed=slice(run[0], run[-1] + 1))) for run in runs)
+    separated, factors = _over_speed(dataset)["contact"].values > 0, dataset["dynamic_factor"].values
+    criteria = np.where(separated, CRITERION, "")
+    if factor is not None:
+        limit = to_float("factor", factor)
+        check_rule("factor", limit, POSITIVE)
+        criteria = np.where(~separated & (factors > limit), FORCE_CRITERION, criteria)
+    runs = [(criterion, [i for i, _ in run]) for criterion, run in groupby(
+        enumerate(criteria.tolist()), key=lambda pair: pair[1])]
+    return tuple(_to_avoid(dataset, criterion, run[0], run[-1]) for criterion, run in runs if criterion)
+
+
+def _to_avoid(dataset: xr.Dataset, criterion: str, first: int, last: int) -> RangeToAvoid:
+    """The range of the speeds with these indices."""
+    found = _speed_range(dataset.isel(speed=slice(first, last + 1)))
+    speeds, factors = dataset["speed"].values, dataset["dynamic_factor"].values
+    known = np.where(np.isfinite(factors), factors, -np.inf)
+    peaks = [i for i in range(max(first, 1), min(last, len(known) - 2) + 1)
+             if known[i - 1] < known[i] >= known[i + 1]]
+    largest = sorted(sorted(peaks, key=lambda i: -known[i])[:MOST_PEAKS])
+    return RangeToAvoid(
+        found.start, found.stop, found.dynamic_factor, found.speed_of_largest, criterion, first == 0,
+        last == len(speeds) - 1, tuple(Peak(float(speeds[i]), float(factors[i])) for i in largest))
 
 
 def all_speeds(dataset: xr.Dataset) -> SpeedRange:

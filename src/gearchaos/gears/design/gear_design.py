@@ -293,9 +293,18 @@ class GearDesign:
         """Harmonics of the transmission error of the unloaded gears by the method of the design."""
         return error_of(self)
 
-    def at(self, *, speed: float | None = None, torque: float | None = None) -> GearDesign:
-        """The same design at another speed, rad/s, or torque, N m, of wheel 1."""
-        given = {name: value for name, value in (("speed", speed), ("torque", torque)) if value is not None}
+    def at(self, *, speed: float | str | None = None, torque: float | str | None = None) -> GearDesign:
+        """The same design at another speed or torque of wheel 1.
+
+        Parameters
+        ----------
+        speed : float or str, optional
+            In **rad/s**, not rpm, or a text with a unit: ``at(speed="3000 rpm")``.
+        torque : float or str, optional
+            In N m, or a text with a unit.
+        """
+        given: dict[str, Any] = {
+            name: value for name, value in (("speed", speed), ("torque", torque)) if value is not None}
         return replace(self, **given)
 
     def to_pair(self) -> GearPair:
@@ -308,6 +317,15 @@ class GearDesign:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences about values that are possible but unusual."""
-        return design_warnings(self)
+        """Sentences about values that are possible but unusual, and about what the transmission error assumes."""
+        return (*design_warnings(self), *self._error_warnings)
+
+    @property
+    def _error_warnings(self) -> tuple[str, ...]:
+        """The warnings of the transmission error as sentences; none where it cannot be computed."""
+        try:
+            found = self.error_harmonics.warnings
+        except InputError:  # reported by what needs the transmission error
+            return ()
+        return tuple(f"{text[0].upper()}{text[1:].rstrip('.')}." for text in found)
 

@@ -30,7 +30,7 @@ OF = tuple(f"{kind}, {part}" for kind in _KINDS for part in ("total", "half"))
 - ``normal``: j_bn, the shortest distance of the flanks, normal to them;
 - ``radial``: j_r, the decrease of the centre distance that closes the backlash.
 
-ISO 21771:2007 and ISO/TR 10064-2:1996 define j_wt, j_bn and j_r.
+ISO 21771:2007 and ISO/TR 10064-2:1996 define j_wt, j_bn and j_r. A direction alone means the total.
 """
 
 PLANES = ("normal", "transverse")
@@ -48,7 +48,8 @@ class Backlash:
     value : length
         Greater than 0.
     of : str
-        What the value is of, one of `OF`, e.g. ``"line of action, total"``.
+        What the value is of, one of `OF`, e.g. ``"line of action, total"``; a direction alone, ``"line of action"``,
+        means the total and is kept with it.
     """
 
     value: Any
@@ -56,8 +57,10 @@ class Backlash:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "value", units.to_si("value", self.value, units.LENGTH, POSITIVE))
+        if self.of in _KINDS:
+            object.__setattr__(self, "of", f"{self.of}, total")
         if self.of not in OF:
-            raise unknown_name("of", str(self.of), OF)
+            raise _unknown_direction(self.of)
 
     def along_line_of_action(self, geometry: Geometry) -> float:
         """j_bt, total, m; raises `InputError` if the centre distance alone makes more backlash."""
@@ -71,6 +74,14 @@ class Backlash:
                 f"It gives {total * 1e3:.4g} mm. Check the centre distance, the profile shifts, and whether the "
                 "value is the total or half of it.")
         return total
+
+
+def _unknown_direction(of: Any) -> InputError:
+    """The error for a text that is not in `OF`; "half" is suggested only where the text has it."""
+    suggested = [name for name in (*_KINDS, *OF) if not name.endswith("half") or "half" in str(of)]
+    quoted = ", ".join(map(repr, _KINDS))
+    rule = f"must be one of {quoted}, alone or followed by ', total', which means the same, or by ', half'"
+    return InputError("of", rule, of, unknown_name("of", str(of), suggested).advice)
 
 
 @dataclass(frozen=True, kw_only=True)

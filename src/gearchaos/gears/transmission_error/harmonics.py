@@ -27,6 +27,7 @@ import numpy as np
 
 from gearchaos.errors import whole_number
 from gearchaos.gears.formulas import described
+from gearchaos.gears.transmission_error.quality import ISO_1995
 from gearchaos.validation import MAX_HARMONICS
 
 if TYPE_CHECKING:
@@ -144,7 +145,25 @@ def from_quality(
     return QualityError(
         amplitudes=tuple(4 * total / (math.pi * j) ** 2 for j in numbers),
         phases=tuple(math.pi * j * (geometry.contact_ratio - 1) for j in numbers),
-        source=f"{quality.standard}, grade {quality.grade}: assumption, tooth-to-tooth deviation f_i′ as a parabola",
+        source=_quality_source(quality),
         tooth_to_tooth=(deviation[0], deviation[1]), peak_to_peak=total,
-        warnings=("The accuracy grade gives no transmission error; this one is an assumption about typical wheels.",),
+        warnings=(_quality_warning(quality),),
     )
+
+
+def _quality_source(quality: Quality) -> str:
+    """What harmonics of an accuracy grade were computed from, with the edition of the formula and of its values."""
+    grades = " and ".join(map(str, dict.fromkeys(quality.grades)))
+    if quality.standard == ISO_1995:
+        return f"{ISO_1995}, grade {grades}: assumption, tooth-to-tooth deviation f_i′ as a parabola"
+    return (f"{quality.standard}, grade {grades}: assumption, tooth-to-tooth deviation f_i′ as a parabola; f_i′ by the "
+            f"formula of {ISO_1995}, annex A, with the grade and the deviations f_pT and F_αT of {quality.standard}")
+
+
+def _quality_warning(quality: Quality) -> str:
+    """The warning that a transmission error from the accuracy grade is an assumption."""
+    text = "The accuracy grade gives no transmission error; this one is an assumption about typical wheels"
+    if quality.standard == ISO_1995:
+        return f"{text}."
+    return (f"{text}, by the formula of {ISO_1995}, annex A, for f_i′ with the deviations of {quality.standard}, which "
+            "has no such formula.")
