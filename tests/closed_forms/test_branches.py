@@ -238,3 +238,30 @@ def test_the_users_events_are_located():
     at = np.flatnonzero(ds["event_kind"].values == "half")
     assert len(at) % 2 == 1
     np.testing.assert_allclose(ds["event_section_z"].values[at], middle, atol=1e-12)
+
+
+def test_a_pitchfork_begins_two_branches_that_are_mirror_images():
+    """Without static torque z(τ + T/2) = −z(τ) is possible; such an orbit loses its symmetry at a pitchfork."""
+    model = gc.MeshModel.of(kind="single", zeta=0.03, q0=0.0, eps1=4.0, omega=0.6, c1=0.0)
+    found = gc.branch(model, "omega=0.25:0.9", period=1, pitchforks=True)
+    main, left, right = (found.isel(event=found.event_branch.values == k) for k in range(3))
+    assert "pitchfork" in main.event_kind.values
+    for kind in ("fold", "flip"):
+        values = [np.sort(side.event_value.values[side.event_kind.values == kind]) for side in (left, right)]
+        assert len(values[0]) > 0
+        np.testing.assert_allclose(*values, rtol=0, atol=1e-10)
+    pitchfork = float(main.event_value.values[main.event_kind.values == "pitchfork"][0])
+    for branch in json.loads(found.attrs["asymmetric"]):
+        assert branch["ends"][0] == {"value": pitchfork, "why": "joins a branch at a pitchfork"}
+    z = [found.isel(point=found.branch.values == k) for k in (1, 2)]
+    np.testing.assert_allclose(z[0].z_max.max(), -z[1].z_min.min(), rtol=1e-3)  # the points of both are not the same
+
+
+def test_a_branch_of_asymmetric_orbits_ends_at_its_pitchfork():
+    model = gc.MeshModel.of(kind="single", zeta=0.03, q0=0.0, eps1=4.0, omega=0.6, c1=0.0)
+    along = gc.branch(model, "omega=0.25:0.9", period=1, pitchforks=True)
+    side = along.isel(point=np.flatnonzero(along.branch.values == 1)[40:41])
+    start = {"z": float(side.section_z[0, 0]), "z_dot": float(side.section_z_dot[0, 0])}
+    found = gc.branch(model.with_values({"omega": float(side.omega[0])}), "omega=0.25:0.9", period=1, start=start)
+    assert "joins a branch at a pitchfork" in [end["why"] for end in json.loads(found.attrs["ends"])]
+    assert not {"pitchfork"} & set(found.event_kind.values)

@@ -344,7 +344,8 @@ def test_a_picture_of_one_curve_marks_its_points_of_codimension_2():
 def test_a_picture_of_manifolds_has_a_line_for_every_branch():
     ds = manifolds()
     stable = ds["manifold_stable"].values
-    for options, count in (({}, stable.size), ({"unstable": False}, stable.sum()), ({"stable": False}, (~stable).sum())):
+    counts = [({}, stable.size), ({"unstable": False}, stable.sum()), ({"stable": False}, (~stable).sum())]
+    for options, count in counts:
         ax = plot.manifolds(ds, ax=axes(), **options)
         drawn = [c for c in ax.collections if isinstance(c, LineCollection)]
         assert sum(len(c.get_segments()) for c in drawn) == count

@@ -40,6 +40,7 @@ def branch(
     ] = None,
     start: Starts = None,
     cascade: Annotated[int, typer.Option(help="Period doublings to follow from the first flip.")] = 0,
+    pitchforks: Annotated[bool, typer.Option("--pitchforks", help="Follow both branches at each pitchfork.")] = False,
     out: OutIfWanted = None,
     plot: Plot = None,
     json_out: Json = False,
@@ -56,7 +57,8 @@ def branch(
 
     chosen = as_range(texts[0], "--axis")
     loaded = load(study, sets, physical, [chosen])
-    found = follow(loaded.model, chosen, start=initial_values(start or []), period=period, cascade=cascade)
+    found = follow(loaded.model, chosen, start=initial_values(start or []), period=period, cascade=cascade,
+                   pitchforks=pitchforks)
     dataset = in_units(found, loaded, physical)
     save(dataset, out)
     draw(dataset, plot)
@@ -72,13 +74,17 @@ def branch(
 def branch_document(dataset: xr.Dataset) -> dict[str, Any]:
     """The JSON document of a branch: number of points, range, ends, events in order, stable intervals.
 
-    After a cascade it also has the branches of doubled periods and the ratios of successive intervals between flips.
+    After a cascade it also has the branches of doubled periods and the ratios of successive intervals between flips,
+    with ``--pitchforks`` the branches of asymmetric orbits.
     """
     whole = {name: json.loads(dataset.attrs[name]) for name in ("closed", "range", "ends", "stable")}
     events = [_event(dataset, i) for i in range(dataset.sizes["event"])]
     out = {"points": dataset.sizes["point"], "closed": whole.pop("closed"), "range": whole["range"],
            "ends": whole["ends"], "events": events, "stable": whole["stable"]}
-    if json.loads(dataset.attrs["settings"])["cascade"]:
+    settings = json.loads(dataset.attrs["settings"])
+    if settings["pitchforks"]:
+        out["asymmetric"] = json.loads(dataset.attrs["asymmetric"])
+    if settings["cascade"]:
         out |= {name: json.loads(dataset.attrs[name]) for name in ("cascade", "feigenbaum")}
     return out
 

@@ -160,9 +160,11 @@ def print_branch(document: dict[str, Any], name: str) -> None:
         table.add_row("end", f"{name} = {end['value']:.10g}: {end['why']}")
     intervals = [f"{a:.10g} to {b:.10g}" for a, b in document["stable"]]
     table.add_row("stable", "\n".join(intervals) or "nowhere")
-    for branch in document.get("cascade", []):
+    others = [("doubled", branch) for branch in document.get("cascade", [])]
+    others += [("asymmetric", branch) for branch in document.get("asymmetric", [])]
+    for word, branch in others:
         stable = ", ".join(f"{a:.10g} to {b:.10g}" for a, b in branch["stable"])
-        table.add_row(f"doubled, {branch['period']}T", f"stable {stable or 'nowhere'}")
+        table.add_row(f"{word}, {branch['period']}T", f"stable {stable or 'nowhere'}")
     if document.get("feigenbaum"):
         table.add_row("ratios of intervals", ", ".join(f"{ratio:.6g}" for ratio in document["feigenbaum"]))
     _print(table)

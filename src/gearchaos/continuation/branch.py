@@ -27,6 +27,7 @@ from gearchaos.continuation.events import (
     Event,
     find_events,
     locate,
+    turns_at_branch_point,
 )
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import count_unstable
@@ -38,6 +39,7 @@ UNBOUNDED = "amplitude above 1000 half backlashes"
 LARGEST = 1e3
 """Largest coordinate of a stroboscopic point that a branch is followed to."""
 
+MIRRORED = "joins a branch at a pitchfork"
 HALVED = "joins a branch of half the period"
 _RETURNED = 1e-3
 """A branch has returned to its start if it passes it at a distance of less than this fraction of a step."""
@@ -228,6 +230,9 @@ def _end_between(
     returned = _returned(equations, branch.points[0], last, point) if len(branch.points) > 3 else None
     if returned is not None:
         return returned, CLOSED
+    if turns_at_branch_point(last, point):
+        end = _cross(equations, last, point, lambda p: float(p.tangent[-1]))
+        return end, MIRRORED
     if equations.period % 2 == 0:
         before = _half_period_difference(last)
         if float(np.dot(before, _half_period_difference(point))) < 0:

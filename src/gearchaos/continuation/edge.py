@@ -7,16 +7,20 @@ together again. Between them lies a motion that stays on the basin boundary.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.orbit import minimal
+from gearchaos.continuation.orbit import Orbit, as_orbit, check_period, minimal
 from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
+from gearchaos.continuation.states import as_initial_values
 from gearchaos.dynamics import Classification, Label, classify, orbits
-from gearchaos.errors import InputError
+from gearchaos.dynamics.settings import SINGLE_MOTION
+from gearchaos.errors import InputError, whole_number
 from gearchaos.flow import ExactFlow
+from gearchaos.gears.operating import AnyModel, as_model
 
 _CLOSE = 1e-8
 """Distance to which two states are brought together."""
@@ -29,6 +33,67 @@ _BETWEEN = 15
 
 _SAME_POINT = 1e-4
 """An orbit is an attractor known already if one of its points is one of the attractor's, up to this distance."""
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeState:
+    """What divides the basins of two attractors; `edge_state` returns it.
+
+    Attributes
+    ----------
+    orbit : Orbit or None
+        The saddle that the motion on the boundary approaches; None if it approaches no periodic orbit.
+    states : dict of str to (R,)
+        States on the boundary at phase 0 by coordinate, in order of time.
+    """
+
+    orbit: Orbit | None
+    states: dict[str, np.ndarray]
+
+
+def edge_state(
+    model: AnyModel, first: Mapping[str, float], second: Mapping[str, float], *, period: int = 4, rounds: int = 60,
+    settings: Classification | None = None,
+) -> EdgeState:
+    """The saddle whose stable manifold divides the basins of two attractors, for any number of coordinates.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point.
+    first, second : mapping of str to float
+        Initial values by name that lead to different attractors.
+    period : int
+        Largest period of the saddle, in mesh periods.
+    rounds : int
+        Most times two neighbouring states on both sides of the boundary are brought together again.
+    settings : Classification, optional
+        How motions are classified; by default as in `regime`.
+
+    Returns
+    -------
+    EdgeState
+
+    Raises
+    ------
+    InputError
+        If both lead to the same attractor, or an argument is out of range.
+
+    Notes
+    -----
+    Edge tracking: J. D. Skufca, J. A. Yorke, B. Eckhardt, Phys. Rev. Lett. 96, 174101, 2006. Attractors without a
+    period are told apart by their kind of motion alone.
+    """
+    check_period(period)
+    whole_number("rounds", rounds, 1, 10_000)
+    own = as_model(model)
+    family = ParameterFamily(own, ())
+    starts = [ParameterFamily(own.with_values(state), ()) for state in (first, second)]
+    w = [start.initial_states(start.start[None])[0] for start in starts]
+    edge = track_edge(family, family.start, w[0], w[1], period=period, rounds=rounds, settings=settings)
+    states = as_initial_values(family, family.start[None], edge.states[None])
+    return EdgeState(
+        None if edge.cycle is None else as_orbit(family, edge.cycle), {name: x[0] for name, x in states.items()})
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +164,7 @@ def track_edge(
         If both states lead to the same attractor.
     """
     flow = family.exact_flow(values[None])
-    attractors = _Attractors(flow, settings or Classification())
+    attractors = _Attractors(flow, settings or SINGLE_MOTION)
     own, other = attractors.reached(np.stack([first, second]))
     if own == other:
         raise InputError("second", "must lead to another attractor than the first start", second.tolist(),

@@ -129,8 +129,14 @@ def _parameter_slope(point: Point) -> float:
     return float(point.tangent[-1])
 
 
+def turns_at_branch_point(first: Point, last: Point) -> bool:
+    """Whether a branch turns back between two points where it meets another one: from a branch of asymmetric orbits to
+    that of their mirror images, at a pitchfork of the symmetric one."""
+    return first.orientation * last.orientation < 0 and _parameter_slope(first) * _parameter_slope(last) < 0
+
+
 def _folds(equations: Equations, first: Point, last: Point) -> Iterator[Event]:
-    if _parameter_slope(first) * _parameter_slope(last) < 0:
+    if _parameter_slope(first) * _parameter_slope(last) < 0 and not turns_at_branch_point(first, last):
         point = locate(equations, first, last, _parameter_slope)
         if point is not None:
             yield Event(FOLD, point, defect=float(np.abs(point.data.multipliers - 1.0).min()))
@@ -138,11 +144,18 @@ def _folds(equations: Equations, first: Point, last: Point) -> Iterator[Event]:
 
 def _branch_points(equations: Equations, first: Point, last: Point) -> Iterator[Event]:
     if first.orientation * last.orientation < 0:
-        smooth = branch_test(first.data) * branch_test(last.data) < 0
-        test = (lambda p: branch_test(p.data)) if smooth else (lambda p: float(p.orientation))
-        point = locate(equations, first, last, test)
+        point = locate(equations, first, last, _branch_point_test(first, last))
         if point is not None:
             yield Event(PITCHFORK, point, defect=float(np.abs(point.data.multipliers - 1.0).min()))
+
+
+def _branch_point_test(first: Point, last: Point) -> Callable[[Point], float]:
+    """A function of a point that changes its sign at the branch point between two others."""
+    if turns_at_branch_point(first, last):
+        return _parameter_slope
+    if branch_test(first.data) * branch_test(last.data) < 0:
+        return lambda p: branch_test(p.data)
+    return lambda p: float(p.orientation)
 
 
 def _flips(equations: Equations, first: Point, last: Point) -> Iterator[Event]:

@@ -81,7 +81,7 @@ def _curve_attributes(dataset: xr.Dataset, gears: Gears) -> dict[str, str]:
     return {"ends": json.dumps([{n: v * factors[n] if n in factors else v for n, v in end.items()} for end in ends])}
 
 
-_WITH_VALUES = ("range", "ends", "stable", "cascade")
+_WITH_VALUES = ("range", "ends", "stable", "cascade", "asymmetric")
 """Attributes of a branch that are JSON with values of its parameter."""
 
 

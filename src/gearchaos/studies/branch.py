@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from gearchaos.continuation.arclength import Settings
 from gearchaos.continuation.branch import Branch, follow_branch, outside
-from gearchaos.continuation.doubling import cascade as follow_cascade
-from gearchaos.continuation.events import FLIP, KINDS, Event
+from gearchaos.continuation.events import FLIP, KINDS, PITCHFORK, Event
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import Orbit, as_orbit, check_period, find_cycle
 from gearchaos.continuation.shooting import Cycle
+from gearchaos.continuation.switching import cascade as follow_cascade
+from gearchaos.continuation.switching import follow_asymmetric
 from gearchaos.datasets import provenance
 from gearchaos.errors import InputError, whole_number
 from gearchaos.gears.operating import AnyModel, as_model
@@ -32,8 +33,8 @@ _LONGEST_STEP = Rule(lambda v: (v >= 1e-5) & (v <= 1), "must lie in [1e-5, 1]")
 
 def branch(
     model: AnyModel, axis: Axis | str, *, start: Mapping[str, float] | None = None, period: int | None = None,
-    cascade: int = 0, events: Mapping[str, Callable[[Orbit], float]] | None = None, longest_step: float = 0.03,
-    max_points: int = 10_000,
+    cascade: int = 0, pitchforks: bool = False, events: Mapping[str, Callable[[Orbit], float]] | None = None,
+    longest_step: float = 0.03, max_points: int = 10_000,
 ) -> xr.Dataset:
     """Follow a branch of periodic orbits along one parameter, in both directions, with all its events.
 
@@ -51,6 +52,8 @@ def branch(
     cascade : int
         Number of period doublings to follow, from the flip at which the branch loses stability on leaving its start;
         of two such flips, one in each direction, that with the nearer parameter.
+    pitchforks : bool
+        Whether to follow the two branches of asymmetric orbits at each pitchfork too.
     events : mapping of str to callable, optional
         Further kinds of events: each root, along the branch, of a function of the `Orbit` is an event of that name.
     longest_step : float
@@ -63,12 +66,13 @@ def branch(
     -------
     xarray.Dataset
         Over ``point``, in order along the branch: the parameter as a coordinate; ``branch`` (0, and 1, 2, … for those
-        of doubled period), ``period``, ``unstable``, ``multipliers_real`` and ``multipliers_imag`` (point, exponent),
+        of doubled period and then those at pitchforks), ``period``, ``unstable``, ``multipliers_real`` and
+        ``multipliers_imag`` (point, exponent),
         ``section_<coordinate>`` (point, cycle), ``contact_sequence``, the response measures over one period of the
         orbit, ``z_max``, ``z_min``, ``residual`` and ``step``. Over ``event``: ``event_kind``, ``event_value``,
         ``event_period``, ``event_boundary``, ``event_residual``, ``event_branch``, ``event_point``, and multipliers,
         one state ``event_section_<coordinate>`` and the response measures with the prefix ``event_``. The attributes
-        ``closed``, ``range``, ``ends``, ``stable``, ``cascade`` and ``feigenbaum`` are JSON.
+        ``closed``, ``range``, ``ends``, ``stable``, ``cascade``, ``asymmetric`` and ``feigenbaum`` are JSON.
 
     Raises
     ------
@@ -94,15 +98,18 @@ def branch(
     model = as_model(at_axis_starts(model, [axis]))
     settings = _settings(longest_step, max_points)
     doublings = whole_number("cascade", cascade, 0, _MOST_DOUBLINGS)
+    if not isinstance(pitchforks, bool):
+        raise InputError("pitchforks", "must be True or False", pitchforks)
     family, cycle = _start(model, axis, start, period)
     bounds = axis.start, axis.stop
     main = follow_branch(family, cycle, bounds, settings, _tests(events, family))
     doubled = list(_doubled(main, bounds, settings, doublings))
     flips = [flip for _, flip in doubled if flip is not None]
+    asymmetric = _asymmetric(main, bounds, settings) if pitchforks else []
     attributes = provenance(
         "branch", family.model, axis=[axis.name, axis.start, axis.stop], period=main.period, cascade=doublings,
-        events=sorted(events or {}), longest_step=settings.longest, max_points=settings.points)
-    return branch_dataset([main, *(b for b, _ in doubled if b is not None)], flips, axis, attributes)
+        pitchforks=pitchforks, events=sorted(events or {}), longest_step=settings.longest, max_points=settings.points)
+    return branch_dataset(main, [b for b, _ in doubled if b is not None], asymmetric, flips, axis, attributes)
 
 
 def _settings(longest_step: Any, max_points: Any) -> Settings:
@@ -145,6 +152,12 @@ def _tests(events: Any, family: ParameterFamily) -> dict[str, Callable[[Cycle], 
 def _of_cycle(function: Callable[[Orbit], float], family: ParameterFamily) -> Callable[[Cycle], float]:
     """A function of an orbit as one of a cycle."""
     return lambda cycle: float(function(as_orbit(family, cycle)))
+
+
+def _asymmetric(main: Branch, bounds: tuple[float, float], settings: Settings) -> list[Branch]:
+    """The branches of asymmetric orbits that begin at the pitchforks of a branch."""
+    events = [event for event in main.events if event.kind == PITCHFORK]
+    return [b for event in events for b in follow_asymmetric(main.family, event, bounds, settings)]
 
 
 def _doubled(

@@ -38,14 +38,16 @@ _CONTACT_STATES = {1: "front", 0: "free", -1: "back"}
 
 
 def branch_dataset(
-    branches: Sequence[Branch], flips: Sequence[Event], axis: Axis, attributes: dict[str, Any]
+    main: Branch, doubled: Sequence[Branch], asymmetric: Sequence[Branch], flips: Sequence[Event], axis: Axis,
+    attributes: dict[str, Any],
 ) -> xr.Dataset:
     """The Dataset that `gearchaos.branch` returns.
 
     Parameters
     ----------
-    branches : sequence of Branch
-        The main branch, and those of doubled periods.
+    main : Branch
+    doubled, asymmetric : sequence of Branch
+        The branches of doubled periods, and those at pitchforks.
     flips : sequence of Event
         The flips of the cascade in order.
     axis : Axis
@@ -53,7 +55,8 @@ def branch_dataset(
     attributes : dict
         Further attributes.
     """
-    family, points = branches[0].family, [point for branch in branches for point in branch.points]
+    branches = [main, *doubled, *asymmetric]
+    family, points = main.family, [point for branch in branches for point in branch.points]
     events = [event for branch in branches for event in branch.events]
     cycles: list[Cycle] = [point.data for point in points]
     found = _values(family, cycles + [event.cycle for event in events])
@@ -69,7 +72,7 @@ def branch_dataset(
         **_events(branches, axis),
     }
     coordinates = {axis.name: variable(axis.name, ("point",), np.array([p.u[-1] for p in points]))}
-    return new_dataset(data, coordinates, {**attributes, **_attributes(branches, flips)})
+    return new_dataset(data, coordinates, {**attributes, **_attributes(main, doubled, asymmetric, flips)})
 
 
 def contact_sequence(cycle: Cycle) -> str:
@@ -172,14 +175,16 @@ def _event_states(family: ParameterFamily, events: Sequence[Event]) -> dict[str,
     return {name: x[: len(events), 0] for name, x in as_initial_values(family, values, states).items()}
 
 
-def _attributes(branches: Sequence[Branch], flips: Sequence[Event]) -> dict[str, str]:
+def _attributes(
+    main: Branch, doubled: Sequence[Branch], asymmetric: Sequence[Branch], flips: Sequence[Event]
+) -> dict[str, str]:
     """What holds for whole branches, as JSON by attribute."""
-    main, *doubled = branches
     values = [float(flip.point.u[-1]) for flip in flips]
     lengths = np.diff(values)
     found = {
         **_of_branch(main), "closed": main.closed,
         "cascade": [{"period": branch.period, **_of_branch(branch)} for branch in doubled],
+        "asymmetric": [{"period": branch.period, **_of_branch(branch)} for branch in asymmetric],
         "feigenbaum": (lengths[:-1] / lengths[1:]).tolist(),
     }
     return {name: json.dumps(value) for name, value in found.items()}

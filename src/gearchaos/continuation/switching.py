@@ -1,4 +1,5 @@
-"""Branches of orbits of twice the period that begin at a flip, and cascades of them."""
+"""Branches that begin at events of others: of twice the period at a flip, with cascades, and of asymmetric orbits at a
+pitchfork."""
 
 from __future__ import annotations
 
@@ -8,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 from gearchaos.continuation.arclength import Point, Settings, Stopped, correct, length
-from gearchaos.continuation.branch import HALVED, Branch, End, follow_one_way
+from gearchaos.continuation.branch import HALVED, MIRRORED, Branch, End, follow_one_way
 from gearchaos.continuation.cycles import CycleEquations
 from gearchaos.continuation.events import FLIP, Event
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import Cycle
 
-_DOUBLING_STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
-"""Distances from a flip at which a doubled orbit is tried, in half backlashes."""
+_STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
+"""Distances from an event at which an orbit of the other branch is tried, in half backlashes."""
 
 
 def doubled_start(family: ParameterFamily, flip: Event, span: float) -> tuple[CycleEquations, Point]:
@@ -30,21 +31,25 @@ def doubled_start(family: ParameterFamily, flip: Event, span: float) -> tuple[Cy
     """
     cycle = flip.cycle
     direction = critical_direction(cycle, -1.0)
-    doubled = np.concatenate([direction, -direction])
     equations = CycleEquations(family, 2 * cycle.period, span)
-    tangent = np.append(doubled.ravel(), 0.0)
+    return equations, _start(equations, np.tile(cycle.points, (2, 1)), cycle, np.concatenate([direction, -direction]))
+
+
+def _start(equations: CycleEquations, points: np.ndarray, cycle: Cycle, direction: np.ndarray) -> Point:
+    """The orbit of another branch next to points (n, d) of a cycle in a direction (n, d); raises `Stopped`."""
+    tangent = np.append(direction.ravel(), 0.0)
     tangent /= length(equations.weights, tangent)
-    base = np.append(np.tile(cycle.points, (2, 1)).ravel(), cycle.values)
-    _, _, twice = equations.evaluate(base)
-    cause = "no doubled orbit is found at the flip"
-    for step in _DOUBLING_STEPS:
+    base = np.append(points.ravel(), cycle.values)
+    _, _, origin = equations.evaluate(base)
+    cause = "no orbit of the other branch is found at the event"
+    for step in _STEPS:
         try:
             start = correct(equations, base + step * tangent, tangent, tangent, step)
         except Stopped as stop:
             cause = str(stop)
             continue
-        if equations.resolved(twice, start.data):
-            return equations, start
+        if equations.resolved(origin, start.data):
+            return start
     raise Stopped(cause)
 
 
@@ -69,6 +74,22 @@ def follow_doubled(
     origin = End(float(flip.point.u[-1]), HALVED)
     branch.ends = [origin, *branch.ends]
     return branch
+
+
+def follow_asymmetric(
+    family: ParameterFamily, pitchfork: Event, bounds: tuple[float, float], settings: Settings
+) -> Iterator[Branch]:
+    """The two branches of asymmetric orbits that begin at a pitchfork, as far as they are found."""
+    cycle = pitchfork.cycle
+    equations = CycleEquations(family, cycle.period, bounds[1] - bounds[0])
+    for sign in (1.0, -1.0):
+        try:
+            start = _start(equations, cycle.points, cycle, sign * critical_direction(cycle, 1.0))
+        except Stopped:
+            continue
+        branch = follow_one_way(family, equations, start, bounds, replace(settings, first=start.step), None)
+        branch.ends = [End(float(pitchfork.point.u[-1]), MIRRORED), *branch.ends]
+        yield branch
 
 
 def cascade(
