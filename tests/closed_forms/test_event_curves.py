@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +14,17 @@ from scipy.linalg import expm
 from scipy.optimize import brentq, minimize_scalar
 
 import gearchaos as gc
+from gearchaos.continuation.arclength import Settings
+from gearchaos.continuation.branch import follow_branch
+from gearchaos.continuation.codimension2 import flip_coefficient
+from gearchaos.continuation.crossing import roots_on_circle
+from gearchaos.continuation.cycles import CycleEquations
+from gearchaos.continuation.defining import EventState
+from gearchaos.continuation.events import locate
 from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.lines import Line, line_seeds
+from gearchaos.continuation.orbit import find_cycle
+from gearchaos.continuation.shooting import evaluate
 from gearchaos.dynamics import classify
 from gearchaos.flow import ExactFlow
 from gearchaos.model.switched import reversed_in_time, velocity_signs
@@ -254,3 +265,27 @@ def test_the_flow_in_reversed_time_is_the_inverse(d):
     there = ExactFlow(system).advance(w, 1, points=points).w
     back = sign * ExactFlow(reversed_in_time(system)).advance((sign * there).copy(), 1, points=points).w
     np.testing.assert_allclose(back, w, atol=1e-12)
+
+
+def test_linear_motions_have_no_folds():
+    """In permanent contact all orbits of doubled period exist at one frequency, that of the flip, as a continuum."""
+    seeds = line_seeds(Line(SMALL, ("omega", "eps1"), ((1.7, 2.3), (0.0, 0.09)), 0, 0.05, 8, 0, 2))
+    family = ParameterFamily(SMALL, ("omega", "eps1"))
+    without_switches = {s.kind for s in seeds if len(evaluate(family, s.points, s.values).switches) == 0}
+    assert "flip" in without_switches and "fold" not in without_switches
+
+
+def test_a_test_function_without_value_between_two_points_gives_no_event():
+    family, cycle = find_cycle(SINGLE, ("omega",), 1, None)
+    first, last = follow_branch(family, cycle, (0.9, 1.1), Settings(points=2)).points[:2]
+    values = {id(first): -1.0, id(last): 1.0}
+    equations = CycleEquations(family, 1, 0.2)
+    assert locate(equations, first, last, lambda point: values.get(id(point), math.nan)) is None
+    assert list(roots_on_circle(lambda v: math.nan if 0.4 < v < 0.6 else v - 0.5, float, np.array([0.0, 1.0]))) == []
+
+
+def test_the_coefficient_of_a_flip_has_no_value_at_a_fold():
+    family = ParameterFamily(SINGLE, ("omega",))
+    _, cycle = find_cycle(SINGLE, ("omega",), 1, None)
+    stub = SimpleNamespace(monodromy=np.diag([-1.0, 1.0]), values=cycle.values, points=cycle.points, period=1)
+    assert math.isnan(flip_coefficient(EventState(stub), SimpleNamespace(family=family)))

@@ -65,6 +65,7 @@ PICTURES = {
         "zones", lambda ds, ax: plot.level(ds, "v_rms_up", ax), SCALES.frequency, SCALES.torque1, VELOCITY),
     "level of a ratio": ("errors", lambda ds, ax: plot.level(ds, "dynamic_factor", ax), SCALES.frequency, LENGTH, 1),
     "bifurcation": ("bifurcation", lambda ds, ax: plot.bifurcation(ds, "x1", ax), LENGTH, LENGTH, 1),
+    "response": ("bifurcation", lambda ds, ax: plot.response(ds, "z_rms", ax), LENGTH, LENGTH, 1),
     "lyapunov": ("bifurcation", lambda ds, ax: plot.lyapunov(ds, ax), LENGTH, SCALES.rate, 1),
     "basins": ("basins", lambda ds, ax: plot.basins(ds, ax), LENGTH, VELOCITY, 1),
     "attractors": ("attractors", lambda ds, ax: plot.attractors(ds, ax), LENGTH, VELOCITY, 1),

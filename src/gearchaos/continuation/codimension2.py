@@ -121,7 +121,8 @@ def flip_coefficient(state: EventState, equations: Equations) -> float:
     """Cubic coefficient of the normal form of a flip; the doubled orbits are stable where it is positive.
 
     From differences of Pⁿ in the critical direction (Kuznetsov 2004, (5.49)): w* C(v, v, v)/6 +
-    w* B(v, (1 − A)⁻¹ B(v, v))/2 with w* v = 1, A the monodromy matrix, B and C the second and third derivatives.
+    w* B(v, (1 − A)⁻¹ B(v, v))/2 with w* v = 1, A the monodromy matrix, B and C the second and third derivatives. NaN
+    where another multiplier is 1.
     """
     cycle, family = state.cycle, equations.family  # type: ignore[attr-defined]
     flow = family.flow(cycle.values[None])
@@ -142,7 +143,10 @@ def flip_coefficient(state: EventState, equations: Equations) -> float:
     one, minus, two, minus_two = (image(k * h * v) for k in (1, -1, 2, -2))
     b = (one + minus - 2 * base) / h**2
     c = (two - 2 * one + 2 * minus - minus_two) / (2 * h**3)
-    y = np.linalg.solve(np.eye(len(v)) - a, b)
+    try:
+        y = np.linalg.solve(np.eye(len(v)) - a, b)
+    except np.linalg.LinAlgError:
+        return float("nan")
     size = np.linalg.norm(y) or 1.0
     y = y / size
     mixed = (image(h * (v + y)) - image(h * (v - y)) - image(h * (y - v)) + image(-h * (v + y))) / (4 * h**2) * size

@@ -9,7 +9,7 @@ import numpy as np
 from gearchaos.continuation.arclength import Settings, Stopped
 from gearchaos.continuation.branch import Branch, follow_branch
 from gearchaos.continuation.defining import EventSeed, seed_of
-from gearchaos.continuation.events import FLIP, NEUTRAL_SADDLE, PITCHFORK
+from gearchaos.continuation.events import FLIP, FOLD, NEUTRAL_SADDLE, PITCHFORK
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import minimal, same_cycle
 from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
@@ -76,14 +76,19 @@ def line_branches(line: Line) -> tuple[ParameterFamily, list[Branch]]:
 
 
 def line_seeds(line: Line) -> list[EventSeed]:
-    """The events on all branches of a line, as seeds of their curves."""
+    """The events on all branches of a line, as seeds of their curves.
+
+    A fold without contact switches has none: the motion is linear, and the orbits with this multiplier are a continuum
+    at one value of the parameters.
+    """
     _, branches = line_branches(line)
     seeds = []
     for branch in branches:
         for event in branch.events:
             values = np.empty(2)
             values[line.along], values[1 - line.along] = event.cycle.values[0], line.value
-            if event.kind not in _NO_CURVE:
+            linear = event.kind == FOLD and len(event.cycle.switches) == 0
+            if event.kind not in _NO_CURVE and not linear:
                 seeds.append(seed_of(event, values))
     return seeds
 

@@ -44,8 +44,8 @@ class CurveWork:
         family = ParameterFamily(self.model, self.axes)
         try:
             return as_data(follow_curve(family, seed, self.bounds, self.settings))
-        except Stopped as stop:
-            return str(stop)
+        except (Stopped, np.linalg.LinAlgError) as error:
+            return str(error)
 
 
 @dataclass(frozen=True)

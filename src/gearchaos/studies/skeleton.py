@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 from collections import Counter
+from collections.abc import Sequence
+from concurrent.futures import BrokenExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,9 +16,9 @@ from gearchaos.continuation.curve_data import CurveData
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.skeleton import Search, find_curves
 from gearchaos.datasets import new_dataset, provenance, variable
-from gearchaos.errors import whole_number
+from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import cores
-from gearchaos.execute.pools import process_pool, thread_pool
+from gearchaos.execute.pools import RESUME_ADVICE, process_pool, thread_pool
 from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.studies.axis import Axis, as_axis, as_range
 from gearchaos.studies.curve_dataset import ends_of, parameter_plane, point_variables, special_variables
@@ -78,6 +80,8 @@ def skeleton(
     ------
     InputError
         If an argument is out of range, or the journal is one of another skeleton.
+    OSError
+        If a worker process dies, or the journal cannot be written.
 
     Notes
     -----
@@ -92,9 +96,13 @@ def skeleton(
     attributes = _attributes(family, x, y, search)
     kept = None if journal is None else SkeletonJournal(Path(journal), attributes)
     bounds = ((x.start, x.stop), (y.start, y.stop))
-    with (process_pool(count) if count > 1 else thread_pool(1))() as pool:
-        curves, failed = find_curves(
-            family.model, (x.name, y.name), bounds, pool, search, journal=kept, progress=progress)
+    try:
+        with (process_pool(count) if count > 1 else thread_pool(1))() as pool:
+            curves, failed = find_curves(
+                family.model, (x.name, y.name), bounds, pool, search, journal=kept, progress=progress)
+    except BrokenExecutor:
+        raise OSError("a worker process died. A script must call skeleton under if __name__ == '__main__':, or with "
+                      f"workers=1. {'' if kept is None else RESUME_ADVICE}".rstrip()) from None
     failures = json.dumps(Counter(why for _, why in failed))
     return _dataset(family, curves, {**attributes, "failed": failures})
 
@@ -102,6 +110,8 @@ def skeleton(
 def _search(x: Any, y: Any, period: Any, lines: Any, starts: Any) -> Search:
     """Where events are searched; raises `InputError` if a number is out of range."""
     period = whole_number("period", period, 1, _LONGEST_PERIOD)
+    if not isinstance(lines, Sequence) or len(lines) != 2:
+        raise InputError("lines", "must be two numbers: of lines along x and along y", lines, "E.g. (8, 5).")
     along_x, along_y = (whole_number("lines", number, 0, _MOST_LINES) for number in lines)
     cells = (_cells(x, "x", _CELLS[0]), _cells(y, "y", _CELLS[1]))
     return Search(period, (along_x, along_y), cells, whole_number("starts", starts, 0, _MOST_STARTS))

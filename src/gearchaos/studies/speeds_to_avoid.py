@@ -144,4 +144,15 @@ def _over_speed(dataset: Any) -> xr.Dataset:
                          {str(n): v.dims for n, v in found.items() if n in names} or f"a {type(dataset).__name__}",
                          "gearchaos.dynamic_factor computes it; of a map choose one torque: "
                          "dataset.sel(torque=100, method='nearest').")
+    return _all_computed(dataset)
+
+
+def _all_computed(dataset: xr.Dataset) -> xr.Dataset:
+    """The Dataset; raises `InputError` if some of its speeds were not computed, or inferred from their neighbours."""
+    missing = np.flatnonzero(dataset["contact"].values < 0)
+    if len(missing):
+        raise InputError(
+            "dataset", "must be computed at all its speeds", f"{len(missing)} of {dataset.sizes['speed']} speeds without",
+            "Cells that were inferred (refine) or not computed yet have no contact state: compute the map with refine=1, "
+            "or finish the run.")
     return dataset

@@ -1,0 +1,50 @@
+"""Curves, skeletons, maps and manifolds that several tests share."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+import gearchaos as gc
+
+SINGLE = gc.MeshModel.of(kind="single", omega=1.0, zeta=0.025, q0=0.1, eps1=0.05)
+FULL = gc.MeshModel.of(kind="full", kappa=0.5, omega=1.05, eps1=0.02)
+SMALL = gc.MeshModel.of(q0=0.1)
+WINDOW = {"x": "omega=1.7:2.3:8", "y": "eps1=0.03:0.09:4"}
+SEARCH: dict[str, Any] = {"period": 2, "lines": (1, 1), "starts": 0, "workers": 1}
+QUICK = {**SEARCH, "period": 1}
+
+
+@cache
+def folds() -> xr.Dataset:
+    return gc.curve(SINGLE, "fold", "omega=0.5:1.2", "eps1=0.02:0.08", period=1)
+
+
+@cache
+def small() -> xr.Dataset:
+    return gc.skeleton(SMALL, **WINDOW, **SEARCH)
+
+
+@cache
+def quick() -> xr.Dataset:
+    return gc.skeleton(SMALL, **WINDOW, **QUICK)
+
+
+@cache
+def zones() -> xr.Dataset:
+    return gc.zones(SMALL, "omega=1.7:2.3:12", "eps1=0.03:0.09:8")
+
+
+@cache
+def manifolds() -> xr.Dataset:
+    return gc.manifolds(SINGLE.with_values({"omega": 2.3}), period=3, length=4, spacing=0.1)
+
+
+def axes():
+    figure = Figure(layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure.subplots()
