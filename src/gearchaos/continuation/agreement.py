@@ -15,8 +15,8 @@ import numpy as np
 
 from gearchaos.continuation.events import FLIP, FOLD, NEIMARK_SACKER, PITCHFORK
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.skeleton import CurveData
-from gearchaos.dynamics import Label, classify, orbits
+from gearchaos.continuation.curve_data import CurveData
+from gearchaos.dynamics import Classification, Label, classify, orbits
 from gearchaos.flow import ExactFlow
 
 CURVE, BASIN, UNEXPLAINED = 1, 2, 3
@@ -48,7 +48,10 @@ class Sides:
     cause : (S,)
         `CURVE`, `BASIN` or `UNEXPLAINED`.
     curve : (S,)
-        Index of the curve, −1 for none.
+        Index of the curve, −1 for none; the first one if there are several.
+    seen : (C,)
+        Whether each curve passes one of these sides that is not on a basin boundary, and at which it can end the
+        motion. A curve that is not seen belongs to motions that coexist with those of the map.
     """
 
     cell: np.ndarray
@@ -56,11 +59,12 @@ class Sides:
     period: np.ndarray
     cause: np.ndarray
     curve: np.ndarray
+    seen: np.ndarray
 
 
 def explain_sides(
     family: ParameterFamily, x: np.ndarray, y: np.ndarray, label: np.ndarray, period: np.ndarray,
-    curves: Sequence[CurveData], longest: int,
+    curves: Sequence[CurveData], longest: int, settings: Classification | None = None,
 ) -> Sides:
     """Find why periodic motions end at the sides of the cells of a map.
 
@@ -75,6 +79,8 @@ def explain_sides(
     curves : sequence of CurveData
     longest : int
         Largest period of the motions considered.
+    settings : Classification, optional
+        Those with which the map was computed.
     """
     motion = np.where(label == Label.PERIODIC, period, 0)
     cells, neighbours = _sides(label, motion, longest)
@@ -84,16 +90,17 @@ def explain_sides(
     cause = np.full(len(cells), UNEXPLAINED)
     for first in range(0, len(cells), _TILE):
         tile = slice(first, first + _TILE)
-        cause[tile][_continues(family, values[tile], beyond[tile], n[tile])] = BASIN
-    index = np.full(len(cells), -1)
+        cause[tile][_continues(family, values[tile], beyond[tile], n[tile], settings)] = BASIN
     spacing = np.array([np.ptp(x) / max(len(x) - 1, 1), np.ptp(y) / max(len(y) - 1, 1)])
+    index = np.full(len(cells), -1)
+    seen = np.zeros(len(curves), bool)
     for number, curve in enumerate(curves):
-        open_sides = np.flatnonzero((cause == UNEXPLAINED) & _can_end(curve, n))
-        if len(open_sides) == 0:
-            continue
-        hit = open_sides[_near(curve.values / spacing, values[open_sides] / spacing, beyond[open_sides] / spacing)]
-        cause[hit], index[hit] = CURVE, number
-    return Sides(cells, neighbours, n, cause, index)
+        possible = np.flatnonzero((cause != BASIN) & _can_end(curve, n))
+        hit = possible[_near(curve.values / spacing, values[possible] / spacing, beyond[possible] / spacing)]
+        seen[number] = len(hit) > 0
+        first_hit = hit[cause[hit] == UNEXPLAINED]
+        cause[first_hit], index[first_hit] = CURVE, number
+    return Sides(cells, neighbours, n, cause, index, seen)
 
 
 def _can_end(curve: CurveData, period: np.ndarray) -> np.ndarray:
@@ -120,11 +127,14 @@ def _sides(label: np.ndarray, motion: np.ndarray, longest: int) -> tuple[np.ndar
     return np.concatenate(cells), np.concatenate(neighbours)
 
 
-def _continues(family: ParameterFamily, values: np.ndarray, beyond: np.ndarray, period: np.ndarray) -> np.ndarray:
+def _continues(
+    family: ParameterFamily, values: np.ndarray, beyond: np.ndarray, period: np.ndarray,
+    settings: Classification | None,
+) -> np.ndarray:
     """Whether the stable orbits at parameters (S, 2) are also stable at neighbouring ones (S, 2), (S,) of bool."""
     flow = family.exact_flow(values)
     points = np.arange(len(values))
-    found = classify(flow, family.initial_states(values).T.copy(), response=False)
+    found = classify(flow, family.initial_states(values).T.copy(), settings=settings, response=False)
     same = (found.label == Label.PERIODIC) & (found.period == period)
     there = orbits.polish(family.exact_flow(beyond), found.w, points, period)
     near = _distance(flow, found.w, there.w) < _SAME_FAMILY

@@ -116,6 +116,8 @@ class Branch:
                 found[-1].append(value)
             elif before:
                 found[-1] += self._changes(i - 1, last=False)
+        if self.ends and stable[0] and not self.closed:  # a doubled branch begins at a flip, not at its first point
+            found[0].append(self.ends[0].value)
         if self.closed and len(found) > 1 and stable[0] and stable[-1]:
             found[0] += found.pop()
         return sorted([float(min(part)), float(max(part))] for part in found)

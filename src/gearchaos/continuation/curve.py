@@ -8,10 +8,10 @@ from functools import partial
 
 import numpy as np
 
-from gearchaos.continuation.arclength import Point, Settings, Stopped, correct, follow, length
+from gearchaos.continuation.arclength import Point, Settings, Stopped, correct, follow, length, point_of
 from gearchaos.continuation.branch import AXIS_END, CLOSED, LARGEST, POINT_LIMIT, UNBOUNDED, follow_branch
 from gearchaos.continuation.codimension2 import SpecialPoint, find_special_points
-from gearchaos.continuation.defining import EventEquations, EventSeed, event_equations
+from gearchaos.continuation.defining import CRITICAL, EventEquations, EventSeed, event_equations
 from gearchaos.continuation.events import GRAZE, NEIMARK_SACKER, Event, locate
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import Cycle
@@ -22,6 +22,10 @@ SETTINGS = Settings(first=5e-3, longest=2e-2, shortest=1e-6)
 
 _TOUCHING = 1e-3
 """Distance of an extremum of z from a boundary up to which a curve that stops has met a graze."""
+
+_AT_EVENT, _AT_GRAZE = 1e-4, 1e-7
+"""Distance of a multiplier from its critical value, or of an extremum of z from a boundary, up to which an orbit is at
+an event. At a fold, a multiplier changes by the square root of a rounding error."""
 
 Bounds = tuple[tuple[float, float], tuple[float, float]]
 
@@ -95,6 +99,33 @@ def find_event(
     return min(found, key=lambda e: abs(float(e.cycle.values[0]) - own))
 
 
+def event_at(cycle: Cycle, values: np.ndarray, kind: str) -> EventSeed | None:
+    """An orbit as a seed of a curve of this kind, if it is at such an event already up to rounding errors.
+
+    Parameters
+    ----------
+    cycle : Cycle
+    values : (2,)
+        Both parameters.
+    kind : str
+        The event: fold, flip, neimark-sacker or graze.
+    """
+    seed = EventSeed(kind, cycle.points, np.asarray(values, float))
+    multipliers = cycle.multipliers
+    if kind == GRAZE:
+        gaps = np.abs(np.abs(cycle.extrema[:, 1]) - 1.0) if len(cycle.extrema) else np.full(1, np.inf)
+        number = int(np.argmin(gaps))
+        if gaps[number] > _AT_GRAZE:
+            return None
+        instant, z = cycle.extrema[number, :2]
+        return replace(seed, boundary=1 if z > 0 else -1, instant=float(instant))
+    if kind == NEIMARK_SACKER:
+        upper = multipliers[multipliers.imag > 0]
+        critical = min(upper, key=lambda m: abs(abs(m) - 1.0), default=0.0)
+        return replace(seed, angle=float(np.angle(critical))) if abs(abs(critical) - 1.0) < _AT_EVENT else None
+    return seed if np.abs(multipliers - CRITICAL[kind]).min() < _AT_EVENT else None
+
+
 def follow_curve(
     family: ParameterFamily, seed: EventSeed, bounds: Bounds, settings: Settings = SETTINGS
 ) -> Curve:
@@ -138,8 +169,9 @@ def _one_way(equations: EventEquations, start: Point, bounds: Bounds, settings: 
     try:
         for point in follow(equations, start, settings):
             last, found = _end_between(curve, equations, point, bounds) or (point, "")
-            curve.special += find_special_points(equations, curve.points[-1], last, equations.kind)
-            curve.points.append(last)
+            if last is not curve.points[-1]:  # a curve that starts at an end of an axis has no other point there
+                curve.special += find_special_points(equations, curve.points[-1], last, equations.kind)
+                curve.points.append(last)
             equations.accept(last.data)
             if found:
                 why, curve.closed = found, found == CLOSED
@@ -167,9 +199,10 @@ def _end_between(
 ) -> tuple[Point, str] | None:
     """The point at which the curve ends between its last point and this one, and why; None if it goes on."""
     last, tests = curve.points[-1], _end_tests(equations, bounds)
-    for test, why in tests:
+    for test, why, bound in tests:
         if test(point) < 0:
-            return (locate(equations, last, point, test) if test(last) > 0 else None) or last, why
+            found = locate(equations, last, point, test) if test(last) > 0 else None
+            return (last if found is None else _moved_to(equations, found, bound)), why
     if equations.amplitude(point.u) > LARGEST:
         return point, UNBOUNDED
     if len(curve.points) > 3 and _passes(equations, curve.points[0], last, point):
@@ -177,14 +210,29 @@ def _end_between(
     return None
 
 
-def _end_tests(equations: EventEquations, bounds: Bounds) -> list[tuple[Callable[[Point], float], str]]:
-    """Functions of a point that become negative where a curve ends, and why it ends there."""
-    tests: list[tuple[Callable[[Point], float], str]] = []
+def _moved_to(equations: EventEquations, point: Point, bound: tuple[int, float] | None) -> Point:
+    """A point next to the end of an axis, moved so that the unknown of this index has exactly this value."""
+    if bound is None:
+        return point
+    u = point.u.copy()
+    u[bound[0]] = bound[1]
+    return point_of(equations, u, point.tangent, point.step)
+
+
+_EndTest = tuple[Callable[[Point], float], str, "tuple[int, float] | None"]
+
+
+def _end_tests(equations: EventEquations, bounds: Bounds) -> list[_EndTest]:
+    """Functions of a point that become negative where a curve ends, why it ends there, and at which value of which
+    unknown if that is the end of an axis."""
+    tests: list[_EndTest] = []
     for i in (0, 1):
         for bound, inwards in zip(bounds[i], (1.0, -1.0), strict=True):
-            tests.append((partial(_inside, equations.size + i, bound, inwards), AXIS_END))
+            index = equations.size + i
+            tests.append((partial(_inside, index, bound, inwards), AXIS_END, (index, bound)))
     if equations.kind == NEIMARK_SACKER:
-        tests += [(lambda p: float(p.u[-1]), "1:1 resonance"), (lambda p: float(np.pi - p.u[-1]), "1:2 resonance")]
+        tests.append((lambda p: float(p.u[-1]), "1:1 resonance", None))
+        tests.append((lambda p: float(np.pi - p.u[-1]), "1:2 resonance", None))
     return tests
 
 

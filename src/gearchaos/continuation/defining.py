@@ -24,7 +24,8 @@ _STEP = 1e-5
 _ANGLE_WEIGHT = 1e-2
 """Weight of the argument of a multiplier in the arclength."""
 
-_CRITICAL = {FOLD: 1.0, FLIP: -1.0}
+CRITICAL = {FOLD: 1.0, FLIP: -1.0}
+"""The critical multiplier by kind of event."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +166,7 @@ class EventEquations:
             complex_slope = np.append(slope, by_angle)
             rows = np.stack([complex_slope.real, complex_slope.imag])
             return np.array([sigma, 0.0]), rows, EventState(cycle, None, angle, v, w)
-        sigma, slope, v, w = self._singular(flow, cycle, _CRITICAL[self.kind])
+        sigma, slope, v, w = self._singular(flow, cycle, CRITICAL[self.kind])
         curvature = float(slope.real[: self.size] @ v.real.ravel()) if self.kind == FOLD else None
         return np.array([sigma]), slope.real[None], EventState(cycle, None, None, v.real, w.real, curvature)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 from scipy.optimize import brentq
@@ -23,6 +23,10 @@ FOLD, FLIP, NEIMARK_SACKER, PITCHFORK, NEUTRAL_SADDLE, GRAZE = KINDS = (
 
 _RELATIVE = 1e-14
 """To this fraction of the distance of the two points an event is located."""
+
+_NEAR_SINGULAR = 1e-3
+"""A root next to which orbits cannot be corrected counts as located if it is bracketed to this fraction of the distance
+of the two points."""
 
 _BISECTIONS = 60
 _MIN_DIVERGENCE = 1e-9
@@ -60,6 +64,11 @@ class Event:
         return self.point.data
 
 
+def branch_test(cycle: Cycle) -> float:
+    """Π (μ − 1) over all multipliers: up to its sign the determinant of M − 1."""
+    return float(np.prod(cycle.multipliers - 1.0).real)
+
+
 def flip_test(cycle: Cycle) -> float:
     """Π (μ + 1) over all multipliers: the determinant of M + 1."""
     return float(np.prod(cycle.multipliers + 1.0).real)
@@ -86,18 +95,30 @@ def locate(
 ) -> Point | None:
     """The point between two others where a test function changes its sign; None where the orbits cannot be followed."""
     full = float(np.sum(equations.weights * first.tangent * (last.u - first.u)))
-    points = {0.0: first, full: last}
+    points, values = {0.0: first, full: last}, dict[float, float]()
 
     def value(distance: float) -> float:
         if distance not in points:
             points[distance] = between(equations, first, last, distance)
-        return test(points[distance])
+        values[distance] = test(points[distance])
+        return values[distance]
 
     try:
         root = brentq(value, 0.0, full, xtol=_RELATIVE * full, rtol=1e-15)
         return points[root] if root in points else between(equations, first, last, root)
     except Stopped:
-        return None
+        return _bracketed(points, values, _NEAR_SINGULAR * full)
+
+
+def _bracketed(points: dict[float, Point], values: dict[float, float], gap: float) -> Point | None:
+    """The known point nearest to the root if it is bracketed by two points with a gap of at most this; else None.
+
+    At a branch point the equations are singular, so that no orbit can be corrected in the immediate neighbourhood.
+    """
+    for a, b in pairwise(sorted(values)):
+        if values[a] * values[b] <= 0 and b - a <= gap:
+            return points[a if abs(values[a]) <= abs(values[b]) else b]
+    return None
 
 
 def _parameter_slope(point: Point) -> float:
@@ -114,7 +135,9 @@ def _folds(equations: Equations, first: Point, last: Point) -> Iterator[Event]:
 
 def _branch_points(equations: Equations, first: Point, last: Point) -> Iterator[Event]:
     if first.orientation * last.orientation < 0:
-        point = locate(equations, first, last, lambda p: float(p.orientation))
+        smooth = branch_test(first.data) * branch_test(last.data) < 0
+        test = (lambda p: branch_test(p.data)) if smooth else (lambda p: float(p.orientation))
+        point = locate(equations, first, last, test)
         if point is not None:
             yield Event(PITCHFORK, point, defect=float(np.abs(point.data.multipliers - 1.0).min()))
 

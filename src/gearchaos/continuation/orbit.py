@@ -16,6 +16,7 @@ from gearchaos.dynamics import orbits as polishing
 from gearchaos.dynamics.initial_conditions import default_box, spread
 from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.errors import InputError, unknown_name, whole_number
+from gearchaos.flow import OK, ExactFlow
 from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.model import MeshModel, state_names
 from gearchaos.validation import to_float
@@ -29,7 +30,10 @@ _SAME_POINT = 1e-6
 _STARTS = 256
 """Number of further initial states from which the nearest orbit is searched where Newton's method fails."""
 
-_MAX_STARTS = 1_000_000
+_MAX_STARTS = 100_000
+_LATER = (1, 2, 4, 8, 16, 32, 64)
+"""Mesh periods after which the motions from the initial states are taken as further guesses."""
+
 _UNIT_CIRCLE = 1e-9
 """Distance from 1 up to which the modulus of a multiplier counts as 1."""
 
@@ -227,7 +231,7 @@ def as_orbit(family: ParameterFamily, cycle: Cycle) -> Orbit:
     return Orbit(
         model, cycle.period, points, cycle.multipliers,
         [Switch(float(t), int(b), bool(i)) for t, b, i in cycle.switches],
-        [Extremum(float(t), float(z), k > 0) for t, z, k in cycle.extrema], cycle.residual,
+        [Extremum(float(t), float(z), bool(k > 0)) for t, z, k in cycle.extrema], cycle.residual,
     )
 
 
@@ -295,10 +299,13 @@ def _text(family: ParameterFamily, values: np.ndarray, state: np.ndarray) -> str
 def search(
     family: ParameterFamily, values: np.ndarray, period: int, starts: int = _STARTS
 ) -> list[Cycle]:
-    """The orbits of minimal period n that Newton's method reaches from many initial states, each once."""
+    """The orbits of minimal period n that Newton's method reaches from many initial states, each once.
+
+    It also begins with later states of the motions from there, which pass near saddles and end on attractors.
+    """
     flow = family.exact_flow(values[None])
     model = family.at(values)
-    w = family.states_of(values, spread(default_box(model), starts, seed=0))
+    w = _guesses(flow, family.states_of(values, spread(default_box(model), starts, seed=0)))
     points = np.zeros(w.shape[1], int)
     found = polishing.polish(flow, w, points, np.full(w.shape[1], period))
     cycles: list[Cycle] = []
@@ -311,3 +318,13 @@ def search(
         if minimal_period and not any(same_cycle(cycle, c) for c in cycles):
             cycles.append(cycle)
     return cycles
+
+
+def _guesses(flow: ExactFlow, w: np.ndarray) -> np.ndarray:
+    """Initial states (d, L) and the states of their motions after each number of mesh periods in `_LATER`, (d, L')."""
+    points, out = np.zeros(w.shape[1], int), [w]
+    for periods in np.diff((0, *_LATER)).tolist():
+        done = flow.advance(w, periods, points=points)
+        w, points = done.w[:, done.status == OK], points[done.status == OK]
+        out.append(w)
+    return np.concatenate(out, axis=1)

@@ -1,19 +1,23 @@
 """The skeleton of a map: all curves in it on which orbits are born, lose stability or touch a boundary of contact.
 
-Branches on some lines of the map give events, and each event that lies on no known curve gives another curve.
+Branches on some lines of the map give events, and each event that lies on no known curve gives another curve. Events of
+one kind, period and boundary form a group. Only events of the same group can lie on one curve, so that groups are
+independent of each other; the events of a group are treated one after another. The result therefore does not depend on
+the number of workers.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, MutableMapping
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from gearchaos.continuation.arclength import Settings, Stopped
-from gearchaos.continuation.curve import SETTINGS, Bounds, Curve, follow_curve
+from gearchaos.continuation.curve import SETTINGS, Bounds, follow_curve
+from gearchaos.continuation.curve_data import CurveData, as_data, on_curve, same_curve
 from gearchaos.continuation.defining import EventSeed
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.lines import Line, line_seeds
@@ -21,44 +25,9 @@ from gearchaos.execute.pools import Pool
 from gearchaos.execute.progress import bar
 from gearchaos.model import MeshModel
 
-_ON_CURVE = 4e-3
-"""An event is on a curve if it lies within this distance of it, in units of the axes' lengths …"""
-
-_SAME_ORBIT = 0.3
-"""… and no coordinate of the two orbits differs by more than this, relative to the largest coordinate."""
-
-
-@dataclass(frozen=True, eq=False)
-class CurveData:
-    """A curve as plain arrays.
-
-    Attributes
-    ----------
-    kind : str
-    period : int
-    values : (P, 2)
-        Both parameters.
-    points : (P, n, d)
-        The orbits.
-    multipliers : (P, d)
-    residual : (P,)
-    special : list of (str, (2,))
-        Points of codimension 2.
-    ends : list of (float, float, str)
-    closed : bool
-    boundary : int or None
-    """
-
-    kind: str
-    period: int
-    values: np.ndarray
-    points: np.ndarray
-    multipliers: np.ndarray
-    residual: np.ndarray
-    special: list[tuple[str, np.ndarray]]
-    ends: list[tuple[float, float, str]]
-    closed: bool
-    boundary: int | None
+Journal = MutableMapping[str, Any]
+"""Finished work by name: the events of a line (list of EventSeed), and the curve of an event (CurveData), or why there
+is none (str)."""
 
 
 @dataclass(frozen=True)
@@ -79,20 +48,74 @@ class CurveWork:
             return str(stop)
 
 
-def as_data(curve: Curve) -> CurveData:
-    """The curve as plain arrays, which another process can send."""
-    cycles = [point.data.cycle for point in curve.points]
-    return CurveData(
-        curve.kind, curve.period, curve.values, np.stack([c.points for c in cycles]),
-        np.stack([c.multipliers for c in cycles]), np.array([c.residual for c in cycles]),
-        [(s.kind, s.point.data.cycle.values) for s in curve.special],
-        [(e.x, e.y, e.why) for e in curve.ends], curve.closed, curve.boundary,
-    )
+@dataclass(frozen=True)
+class Search:
+    """Where the events of a skeleton are searched.
+
+    Attributes
+    ----------
+    period : int
+        Largest period of the orbits, in mesh periods.
+    lines : (int, int)
+        Numbers of lines along the first and along the second axis on which branches are followed.
+    cells : (int, int)
+        Numbers of places on these lines at which stable motions are searched.
+    starts : int
+        Number of initial states at each place, besides the model's own.
+    """
+
+    period: int
+    lines: tuple[int, int]
+    cells: tuple[int, int]
+    starts: int
+
+
+@dataclass
+class _Group:
+    """Events of one kind, period and boundary, and the curves found from them so far.
+
+    Attributes
+    ----------
+    name : str
+    seeds : list of EventSeed
+    next : int
+        Index of the first seed that has not been treated yet.
+    curves : list of CurveData
+    failed : list of (EventSeed, str)
+        Events whose curve could not be followed, and why.
+    """
+
+    name: str
+    seeds: list[EventSeed] = field(default_factory=list)
+    next: int = 0
+    curves: list[CurveData] = field(default_factory=list)
+    failed: list[tuple[EventSeed, str]] = field(default_factory=list)
+
+    @property
+    def work_name(self) -> str:
+        """Name of the curve of the next seed in a journal."""
+        return f"{self.name} {self.next}"
+
+    def skip_known(self, spans: np.ndarray) -> bool:
+        """Pass the seeds that lie on curves found; whether one remains."""
+        while self.next < len(self.seeds):
+            if not any(on_curve(self.seeds[self.next], curve, spans) for curve in self.curves):
+                return True
+            self.next += 1
+        return False
+
+    def add(self, result: CurveData | str, spans: np.ndarray) -> None:
+        """Add the result for the next seed."""
+        if isinstance(result, str):
+            self.failed.append((self.seeds[self.next], result))
+        elif not any(same_curve(result, curve, spans) for curve in self.curves):
+            self.curves.append(result)
+        self.next += 1
 
 
 def find_curves(
-    model: MeshModel, axes: tuple[str, str], bounds: Bounds, pool: Pool, *, period: int, lines: tuple[int, int],
-    cells: tuple[int, int], starts: int, settings: Settings = SETTINGS, progress: bool = False,
+    model: MeshModel, axes: tuple[str, str], bounds: Bounds, pool: Pool, search: Search, *,
+    settings: Settings = SETTINGS, journal: Journal | None = None, progress: bool = False,
 ) -> tuple[list[CurveData], list[tuple[EventSeed, str]]]:
     """The curves of all events of orbits up to a period that are found in a window.
 
@@ -104,14 +127,11 @@ def find_curves(
         Ends of both axes.
     pool : Pool
         Computes lines and curves.
-    period : int
-        Largest period of the orbits.
-    lines : (int, int)
-        Numbers of lines along the first and along the second axis on which branches are followed.
-    cells : (int, int)
-        Numbers of places on these lines at which stable motions are searched.
-    starts : int
-        Number of initial states at each place, besides the model's own.
+    search : Search
+    settings : Settings
+        Steps along the curves.
+    journal : mapping, optional
+        Work that is finished already, to which what is computed is added.
 
     Returns
     -------
@@ -119,81 +139,75 @@ def find_curves(
     list of (EventSeed, str)
         Events whose curve could not be followed, and why.
     """
-    work = [
-        Line(model, axes, bounds, along, value, cells[along], starts, period)
-        for along in (0, 1) for value in _inner(bounds[1 - along], lines[along])
-    ]
+    done = {} if journal is None else journal
+    work = {
+        f"line {along} {i}": Line(model, axes, bounds, along, value, search.cells[along], search.starts, search.period)
+        for along in (0, 1) for i, value in enumerate(_inner(bounds[1 - along], search.lines[along]))
+    }
+    with bar("lines" if progress else None, len(work), sum(name in done for name in work)) as advance:
+        missing = (name for name in work if name not in done)
+        for name, future in pool.results(_LineWork(work), missing):
+            done[name] = future.result()
+            advance(1)
+    groups = _groups(seed for name in work for seed in done[name])
     spans = np.array([high - low for low, high in bounds])
-    curves, failed, waiting = list[CurveData](), list[tuple[EventSeed, str]](), list[EventSeed]()
-    follow = CurveWork(model, axes, bounds, settings)
-    pending: dict[Future[Any], Line | EventSeed] = {pool.submit(line_seeds, line): line for line in work}
-    with bar("skeleton" if progress else None, len(work)) as done:
-        while pending or waiting:
-            _submit(pool, follow, pending, waiting, curves, spans)
-            finished, _ = wait(pending, return_when=FIRST_COMPLETED)
-            for future in finished:
-                item = pending.pop(future)
-                if isinstance(item, Line):
-                    waiting += future.result()
-                    done(1)
-                elif isinstance(result := future.result(), str):
-                    failed.append((item, result))
-                elif not any(_same_curve(result, curve, spans) for curve in curves):
-                    curves.append(result)
-    return curves, failed
+    _follow(groups, pool, CurveWork(model, axes, bounds, settings), spans, done, progress)
+    return [c for g in groups for c in g.curves], [f for g in groups for f in g.failed]
 
 
-def _submit(
-    pool: Pool, follow: CurveWork, pending: dict[Future[Any], Line | EventSeed], waiting: list[EventSeed],
-    curves: Sequence[CurveData], spans: np.ndarray,
+@dataclass(frozen=True)
+class _LineWork:
+    """The events on lines, by the names of the lines."""
+
+    lines: dict[str, Line]
+
+    def __call__(self, name: str) -> list[EventSeed]:
+        return line_seeds(self.lines[name])
+
+
+def _groups(seeds: Iterable[EventSeed]) -> list[_Group]:
+    """The events in groups; those with most events first, so that no long group is left for the end."""
+    groups: dict[str, _Group] = {}
+    for seed in seeds:
+        name = f"{seed.kind} {seed.period} {seed.boundary or 0}"
+        groups.setdefault(name, _Group(name)).seeds.append(seed)
+    return sorted(groups.values(), key=lambda group: -len(group.seeds))
+
+
+def _follow(
+    groups: list[_Group], pool: Pool, work: CurveWork, spans: np.ndarray, done: Journal, progress: bool
 ) -> None:
-    """Submit waiting events that lie on no curve known or being followed, as long as there are idle workers."""
-    active = [item for item in pending.values() if isinstance(item, EventSeed)]
-    later = []
-    while waiting:
-        seed = waiting.pop()
-        if any(on_curve(seed, curve, spans) for curve in curves):
-            continue
-        if len(active) >= 2 * pool.workers() or any(_alike(seed, other) for other in active):
-            later.append(seed)
-            continue
-        pending[pool.submit(follow, seed)] = seed
-        active.append(seed)
-    waiting += later
+    """Follow the curves of all groups, one curve of a group at a time."""
+    pending: dict[Future[Any], _Group] = {}
+    with bar("curves" if progress else None, sum(len(group.seeds) for group in groups)) as advance:
+        try:
+            for group in groups:
+                _submit_next(group, pool, work, spans, done, pending, advance)
+            while pending:
+                finished, _ = wait(pending, return_when=FIRST_COMPLETED)
+                for future in finished:
+                    group = pending.pop(future)
+                    done[group.work_name] = future.result()
+                    _submit_next(group, pool, work, spans, done, pending, advance)
+        finally:
+            for future in pending:
+                future.cancel()
 
 
-def _alike(seed: EventSeed, other: EventSeed) -> bool:
-    """Whether two events may lie on one curve."""
-    return (seed.kind, seed.period, seed.boundary) == (other.kind, other.period, other.boundary)
+def _submit_next(
+    group: _Group, pool: Pool, work: CurveWork, spans: np.ndarray, done: Journal,
+    pending: dict[Future[Any], _Group], advance: Any,
+) -> None:
+    """Take all results for a group that are there, and submit the next event on no known curve if there is one."""
+    before = group.next
+    while group.skip_known(spans):
+        if group.work_name not in done:
+            pending[pool.submit(work, group.seeds[group.next])] = group
+            break
+        group.add(done[group.work_name], spans)
+    advance(group.next - before)
 
 
 def _inner(bounds: tuple[float, float], count: int) -> np.ndarray:
     """Equidistant values inside a range, (count,)."""
     return np.linspace(*bounds, 2 * count + 1)[1::2]
-
-
-def on_curve(seed: EventSeed, curve: CurveData, spans: np.ndarray) -> bool:
-    """Whether an event lies on a curve, with about the same orbit."""
-    if (seed.kind, seed.period, seed.boundary) != (curve.kind, curve.period, curve.boundary):
-        return False
-    a, b = curve.values[:-1] / spans, curve.values[1:] / spans
-    direction, offset = b - a, seed.values / spans - a
-    share = np.clip((offset * direction).sum(1) / np.maximum((direction**2).sum(1), 1e-300), 0.0, 1.0)
-    distance = np.linalg.norm(offset - share[:, None] * direction, axis=1)
-    near = np.flatnonzero(distance < _ON_CURVE)
-    size = max(1.0, float(np.abs(seed.points).max()))
-    for i in near:
-        points = curve.points[i] + share[i] * (curve.points[i + 1] - curve.points[i])
-        gaps = [np.abs(np.roll(points, -k, axis=0) - seed.points).max() for k in range(seed.period)]
-        if min(gaps) < _SAME_ORBIT * size:
-            return True
-    return False
-
-
-def _same_curve(new: CurveData, old: CurveData, spans: np.ndarray) -> bool:
-    """Whether the middle and both quarters of a curve lie on another one."""
-    count = len(new.values)
-    return all(
-        on_curve(EventSeed(new.kind, new.points[i], new.values[i], new.boundary), old, spans)
-        for i in (count // 4, count // 2, 3 * count // 4))
-
