@@ -82,8 +82,8 @@ def branch(view: View, motion: PeriodicMotion) -> Generator[xr.Dataset]:
     try:
         family, cycle = find_cycle(motion.model, (axis.name,), motion.period, dict(motion.state))
     except InputError as error:
-        raise InputError("motion", "must lie on a periodic orbit that Newton's method finds", motion.label,
-                         str(error)) from None
+        rule = f"must lie on an orbit of minimal period {motion.period} that Newton's method finds"
+        raise InputError("motion", rule, motion.label, error.advice) from None
     found = follow_branch(family, cycle, (axis.start, axis.stop), _SETTINGS)
     attributes = provenance("branch", family.model, axis=[axis.name, axis.start, axis.stop], period=found.period)
     dataset = branch_dataset([found], [], axis, {**attributes, "period": found.period})

@@ -107,27 +107,33 @@ class BranchText:
 
     Attributes
     ----------
-    legend : list of (str, str, str)
-        Character, colour and words of the lines and of the kinds of event that occur.
+    lines : list of (bool, str)
+        Whether dashed, and words, of the lines that occur.
+    colour : str
+        Of the lines.
+    events : list of (str, str, str)
+        Character, colour and words of the kinds of event that occur.
     sentences : list of str
     """
 
-    legend: list[tuple[str, str, str]]
+    lines: list[tuple[bool, str]]
+    colour: str
+    events: list[tuple[str, str, str]]
     sentences: list[str]
 
 
 def branch_text(found: xr.Dataset, units: Units) -> BranchText:
     """Legend, range, ends and stable intervals of a branch."""
     axis, unstable = axis_of(found), found["unstable"].values > 0
-    lines = ((not unstable.all(), "━", "stable"), (unstable.any(), "╌", "unstable"))
+    lines = [(bool(dashed), words) for dashed, words in enumerate(("stable", "unstable"))
+             if (unstable == dashed).any()]
     kinds = found["event_kind"].values.tolist()
-    legend = [(mark, _COLOUR, words) for occurs, mark, words in lines if occurs]
-    legend += [(mark, colour, f"{event_words(kind)} ({kinds.count(kind)})")
-               for kind, (_, colour, mark) in _EVENTS.items() if kind in kinds]
+    events = [(mark, colour, f"{event_words(kind)} ({kinds.count(kind)})")
+              for kind, (_, colour, mark) in _EVENTS.items() if kind in kinds]
     low, high = json.loads(found.attrs["range"])
     unit = units.after(axis)
-    first = f"Branch of period {found.attrs['period']}T along {symbol(axis)}, {low:.6g} to {high:.6g}{unit}"
-    return BranchText(legend, [f"{first}; {_ends(found, unit)}.", _stable(found, unit)])
+    first = f"Branch of {found.attrs['period']}T orbits along {symbol(axis)} from {_interval(low, high)}{unit}"
+    return BranchText(lines, _COLOUR, events, [f"{first}; {_ends(found, unit)}.", _stable(found, unit)])
 
 
 def _ends(found: xr.Dataset, unit: str) -> str:
