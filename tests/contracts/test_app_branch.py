@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
+from gearchaos.continuation.family import ParameterFamily
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import point_studies
 from gearchaos.explorer.jobs.branch import PeriodicMotion, branch, obstacle, periodic_motion
@@ -203,3 +204,6 @@ def test_both_can_be_cancelled(work):
     with pytest.raises(StoppedError):
         context.run(list, generator)
     assert first is None or first.searched == 0
+    family = ParameterFamily(VIEW.point, ("omega",))
+    with pytest.raises(StoppedError):
+        context.run(family.flow(family.start[None]).advance, family.initial_states(family.start[None]))
