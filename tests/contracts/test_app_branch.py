@@ -76,7 +76,8 @@ def test_the_flip_of_a_branch_lies_between_motions_of_one_and_two_periods(follow
 
 
 def test_a_closed_branch_is_called_so_and_its_short_intervals_have_different_ends():
-    view = view_of(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206), gc.Axis("omega", 0.9, 1.1, 2), gc.Axis("eps1", 0, 0.3, 2))
+    model = gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)
+    view = view_of(model, gc.Axis("omega", 0.9, 1.1, 2), gc.Axis("eps1", 0, 0.3, 2))
     found = branch_of(view)
     text = branch_text(found, Units())
     assert found.attrs["period"] == 8 and "closed: it returns to its start (an isola)" in text.sentences[0]

@@ -43,11 +43,11 @@ class Display:
 
 
 class Page:
-    """The computations of a page, between three workers and a display."""
+    """The computations of a page, between its workers and a display."""
 
     def __init__(self, view=VIEW):
-        self.quick, self.slow, self.curves, self.display = Worker(), Worker(), Worker(), Display()
-        workers = Workers(self.quick, self.slow, self.curves)
+        self.quick, self.slow, self.branches, self.curves = (Worker() for _ in range(4))
+        self.display, workers = Display(), Workers(self.quick, self.slow, self.branches, self.curves)
         self.computations = Computations("page", view, workers, lambda call: call(), self.display)
         self.view = view
         self.computations.start()
@@ -169,9 +169,11 @@ def test_the_page_says_what_is_computed_and_how_much_of_the_map_is_known(page):
 def test_a_page_that_closes_leaves_no_work(open_page):
     open_page.map(1, 1.0)
     open_page.computations.ask_skeleton(2)
-    assert open_page.curves.jobs
+    open_page.point_motion(final=True, trajectory=xr.Dataset(), period=2)
+    open_page.computations.ask_branch()
+    assert open_page.curves.jobs and open_page.branches.jobs
     open_page.computations.close()
-    assert not open_page.quick.jobs and not open_page.slow.jobs and not open_page.curves.jobs
+    assert not any(w.jobs for w in (open_page.quick, open_page.slow, open_page.branches, open_page.curves))
 
 
 # --- branches and bifurcation curves -------------------------------------------------------------------------------
@@ -187,10 +189,10 @@ def periodic_page(open_page):
 def test_a_periodic_motion_is_followed_along_the_line_by_a_worker_of_its_own(periodic_page):
     asked = list(periodic_page.slow.asked), list(periodic_page.quick.asked)
     periodic_page.computations.ask_branch()
-    view, motion = periodic_page.curves.jobs["branch"].function.args
+    view, motion = periodic_page.branches.jobs["branch"].function.args
     assert view == VIEW and motion.period == 2 and dict(motion.state)["x1"] == 0.5
     assert (periodic_page.slow.asked, periodic_page.quick.asked) == asked
-    periodic_page.curves.jobs["branch"].show("a branch")
+    periodic_page.branches.jobs["branch"].show("a branch")
     assert periodic_page.display.shown["show_branch"] == [("a branch",)]
 
 
@@ -200,7 +202,7 @@ def test_any_other_motion_is_not_followed_and_there_is_a_message(open_page):
     open_page.point_motion(final=True, trajectory=xr.Dataset())
     open_page.computations.ask_branch()
     assert "Only a periodic motion" in open_page.display.shown["show_message"][-1][0]
-    assert not open_page.curves.asked
+    assert not open_page.branches.asked
 
 
 def moved(page, view):
@@ -212,7 +214,7 @@ def test_a_branch_stays_while_the_point_moves_along_its_line(periodic_page):
     periodic_page.computations.ask_branch()
     cleared = len(periodic_page.display.shown["clear_branch"])
     moved(periodic_page, VIEW.moved(1.0, VIEW.at[1]))
-    assert "branch" in periodic_page.curves.jobs
+    assert "branch" in periodic_page.branches.jobs
     assert len(periodic_page.display.shown["clear_branch"]) == cleared
 
 
@@ -224,17 +226,17 @@ def test_a_branch_goes_with_its_line_and_its_computation_is_cancelled(periodic_p
     periodic_page.computations.ask_branch()
     cleared = len(periodic_page.display.shown["clear_branch"])
     moved(periodic_page, change(VIEW))
-    assert "branch" not in periodic_page.curves.jobs
+    assert "branch" not in periodic_page.branches.jobs
     assert len(periodic_page.display.shown["clear_branch"]) == cleared + 1
 
 
 def test_a_branch_that_is_asked_for_while_the_point_moves_is_that_of_the_new_point(periodic_page):
     before = periodic_page.move(VIEW.moved(1.0, 0.1))
     periodic_page.computations.ask_branch()
-    assert not periodic_page.curves.asked
+    assert not periodic_page.branches.asked
     periodic_page.point_motion(final=True, trajectory=xr.Dataset(), period=3)
     periodic_page.computations.update_rest(before)
-    assert periodic_page.curves.jobs["branch"].function.args[1].period == 3
+    assert periodic_page.branches.jobs["branch"].function.args[1].period == 3
 
 
 def test_bifurcation_curves_begin_when_the_map_is_complete(open_page):

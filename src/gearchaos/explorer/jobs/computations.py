@@ -64,8 +64,9 @@ class Computations:
 
     The motion at the point is computed first, by its own worker. A second worker computes the map, coarse first. Once
     a coarse map is shown it also computes a coarse bifurcation diagram and the other motions of the point; the fine
-    diagram follows when the map is complete. Basins and files are computed on request. So are, by a third worker, the
-    branch of the motion at the point and the bifurcation curves over the map; these begin once the map is complete.
+    diagram follows when the map is complete. Basins and files are computed on request. So are, by workers of
+    their own, the branch of the motion at the point and the bifurcation curves over the map; these begin once the map is
+    complete.
 
     Parameters
     ----------
@@ -89,7 +90,7 @@ class Computations:
         display: Display,
     ) -> None:
         self._owner, self._view, self._call_soon, self._display = owner, view, call_soon, display
-        self._quick, self._slow, self._curves = workers
+        self._quick, self._slow, self._branches, self._curves = workers
         self._pending: set[str] = set()
         self.map: Map | None = None
         self.point_motion: PointMotion | None = None
@@ -133,7 +134,7 @@ class Computations:
 
     def close(self) -> None:
         """Cancel everything."""
-        for worker in (self._quick, self._slow, self._curves):
+        for worker in (self._quick, self._slow, self._branches, self._curves):
             worker.cancel(self._owner)
 
     # --- requests --------------------------------------------------------------------------------------------------
@@ -164,7 +165,7 @@ class Computations:
     def clear_branch(self) -> None:
         """Remove the branch; cancel its computation."""
         self._followed, self._branch_waits = None, False
-        self._curves.cancel(self._owner, "branch")
+        self._branches.cancel(self._owner, "branch")
         self._ended("branch", None)
         self._display.clear_branch()
 
@@ -230,7 +231,7 @@ class Computations:
     def _follow(self, motion: PeriodicMotion) -> None:
         """Compute the branch of a motion."""
         self._display.clear_branch()
-        self._ask(self._curves, "branch", partial(branch, self._view, motion), self._display.show_branch)
+        self._ask(self._branches, "branch", partial(branch, self._view, motion), self._display.show_branch)
 
     def _update_branch(self, before: View) -> None:
         """Remove the branch of another line; compute that of this line again in other units."""

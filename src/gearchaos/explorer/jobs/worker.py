@@ -57,7 +57,8 @@ class Workers(NamedTuple):
 
     quick: Worker  # the motion at the point, and files
     slow: Worker  # the map, the diagram, basins
-    curves: Worker  # branches and curves of events; may take many seconds for a step
+    branches: Worker  # branches of motions; each is one step
+    curves: Worker  # bifurcation curves, which may take many seconds for a step
 
 
 class Worker:

@@ -70,7 +70,7 @@ def server(view: View, *, host: str = LOCAL[0], port: int = PORT) -> Any:
     """
     sys.setswitchinterval(_SWITCH_INTERVAL)
     workers = Workers(Worker("points", WorkerProcess()), Worker("maps", WorkerProcess(low_priority=True)),
-                      Worker("curves", WorkerProcess(on_demand=True)))
+                      *(Worker(name, WorkerProcess(on_demand=True)) for name in ("branches", "curves")))
     _warm_up(view, workers)
     try:
         from gearchaos.explorer.web.application import application  # here, while the processes start
