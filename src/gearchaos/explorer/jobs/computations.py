@@ -64,9 +64,8 @@ class Computations:
 
     The motion at the point is computed first, by its own worker. A second worker computes the map, coarse first. Once
     a coarse map is shown it also computes a coarse bifurcation diagram and the other motions of the point; the fine
-    diagram follows when the map is complete. Basins and files are computed on request. So are, by workers of
-    their own, the branch of the motion at the point and the bifurcation curves over the map; these begin once the map is
-    complete.
+    diagram follows when the map is complete. Basins and files are computed on request. So are, by workers of their own,
+    the branch of the motion at the point and the bifurcation curves over the map, which begin once the map is complete.
 
     Parameters
     ----------
