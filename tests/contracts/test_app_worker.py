@@ -220,13 +220,13 @@ input()
     assert gone
 
 
-def test_a_process_on_demand_starts_with_its_first_step_at_the_lowest_priority():
-    place = WorkerProcess(on_demand=True)
+def test_a_process_on_demand_starts_with_its_first_step():
+    place = WorkerProcess(low_priority=True, on_demand=True)
     assert place._process is None
     work = place.run(partial(point_motion, gc.MeshModel.of(omega=1.0, eps1=0.05)))
     for _ in range(2):  # priority is lowered after the first answer
         next(work)
-    assert psutil.Process(place._process.pid).nice() == 19
+    assert psutil.Process(place._process.pid).nice() == 15
     place.end()
     assert place._process.poll() is not None
 

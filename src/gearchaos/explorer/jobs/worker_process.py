@@ -30,7 +30,7 @@ COMPILING = "compiling"
 """Message that kernels are being compiled, which takes about half a minute."""
 
 _NICENESS = 15
-"""Niceness of a process of low priority on Unix; one of the lowest priority has 4 more."""
+"""Niceness of a process of low priority on Unix."""
 
 _LOW_PRIORITY = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0)
 """Flag of a process of low priority on Windows, where there is no niceness; 0 elsewhere."""
@@ -60,19 +60,19 @@ class WorkerProcess:
     low_priority : bool
         Give way to other processes, and return memory early.
     on_demand : bool
-        Start with the first request, and give way to other processes of low priority too.
+        Start with the first request.
     """
 
     def __init__(self, low_priority: bool = False, on_demand: bool = False) -> None:
-        self._low_priority, self._numbers, self._ended = low_priority or on_demand, count(), False
-        self._niceness = _NICENESS + 4 if on_demand else _NICENESS if low_priority else 0
+        self._low_priority, self._numbers, self._ended = low_priority, count(), False
         self._writing = threading.Lock()
         self._process: Any = None
         if not on_demand:
             self._start()
 
     def _start(self) -> None:
-        code = f"from gearchaos.explorer.jobs.process_main import main; main({self._niceness})"
+        niceness = _NICENESS if self._low_priority else 0
+        code = f"from gearchaos.explorer.jobs.process_main import main; main({niceness})"
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             creationflags=_LOW_PRIORITY if self._low_priority else 0,

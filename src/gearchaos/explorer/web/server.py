@@ -69,8 +69,8 @@ def server(view: View, *, host: str = LOCAL[0], port: int = PORT) -> Any:
         Where to listen; see `check_port`.
     """
     sys.setswitchinterval(_SWITCH_INTERVAL)
-    workers = Workers(Worker("points", WorkerProcess()), Worker("maps", WorkerProcess(low_priority=True)),
-                      *(Worker(name, WorkerProcess(on_demand=True)) for name in ("branches", "curves")))
+    later = (Worker(name, WorkerProcess(low_priority=True, on_demand=True)) for name in ("branches", "curves"))
+    workers = Workers(Worker("points", WorkerProcess()), Worker("maps", WorkerProcess(low_priority=True)), *later)
     _warm_up(view, workers)
     try:
         from gearchaos.explorer.web.application import application  # here, while the processes start
