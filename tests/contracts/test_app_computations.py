@@ -10,6 +10,7 @@ import xarray as xr
 from gearchaos.explorer.jobs.computations import Computations
 from gearchaos.explorer.jobs.map_grid import Map
 from gearchaos.explorer.jobs.point_motion import PointMotion
+from gearchaos.explorer.jobs.worker import Workers
 from gearchaos.explorer.view.presets import presets
 
 VIEW = presets()["2"].view
@@ -42,11 +43,12 @@ class Display:
 
 
 class Page:
-    """The computations of a page, between two workers and a display."""
+    """The computations of a page, between its workers and a display."""
 
     def __init__(self, view=VIEW):
-        self.quick, self.slow, self.display = Worker(), Worker(), Display()
-        self.computations = Computations("page", view, (self.quick, self.slow), lambda call: call(), self.display)
+        self.quick, self.slow, self.branches, self.curves = (Worker() for _ in range(4))
+        self.display, workers = Display(), Workers(self.quick, self.slow, self.branches, self.curves)
+        self.computations = Computations("page", view, workers, lambda call: call(), self.display)
         self.view = view
         self.computations.start()
 
@@ -58,8 +60,10 @@ class Page:
     def map(self, stride, share):
         self.slow.jobs["map"].show(Map(xr.Dataset({"label": ("x", NOTHING)}), NOTHING, NOTHING, NOTHING, stride, share))
 
-    def point_motion(self, final, trajectory=None):
-        verdict = SimpleNamespace(section={"z": [0.0]}, label="chaotic", periods_spent=1)
+    def point_motion(self, final, trajectory=None, period=None):
+        section = {n: [0.5] for n in ("x1", "x1_dot", "x2", "x2_dot", "z")}
+        label = f"{period}T" if period else "chaotic"
+        verdict = SimpleNamespace(section=section, label=label, period=period, periods_spent=1)
         self.quick.jobs["motion"].show(PointMotion(self.view.point, verdict, final, trajectory))
 
 
@@ -163,5 +167,115 @@ def test_the_page_says_what_is_computed_and_how_much_of_the_map_is_known(page):
 
 
 def test_a_page_that_closes_leaves_no_work(open_page):
+    open_page.map(1, 1.0)
+    open_page.computations.ask_skeleton(2)
+    open_page.point_motion(final=True, trajectory=xr.Dataset(), period=2)
+    open_page.computations.ask_branch()
+    assert open_page.curves.jobs and open_page.branches.jobs
     open_page.computations.close()
-    assert not open_page.quick.jobs and not open_page.slow.jobs
+    assert not any(w.jobs for w in (open_page.quick, open_page.slow, open_page.branches, open_page.curves))
+
+
+# --- branches and bifurcation curves -------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def periodic_page(open_page):
+    """An open page whose point has a motion of period 2."""
+    open_page.point_motion(final=True, trajectory=xr.Dataset(), period=2)
+    return open_page
+
+
+def test_a_periodic_motion_is_followed_along_the_line_by_a_worker_of_its_own(periodic_page):
+    asked = list(periodic_page.slow.asked), list(periodic_page.quick.asked)
+    periodic_page.computations.ask_branch()
+    view, motion = periodic_page.branches.jobs["branch"].function.args
+    assert view == VIEW and motion.period == 2 and dict(motion.state)["x1"] == 0.5
+    assert (periodic_page.slow.asked, periodic_page.quick.asked) == asked
+    periodic_page.branches.jobs["branch"].show("a branch")
+    assert periodic_page.display.shown["show_branch"] == [("a branch",)]
+
+
+def test_any_other_motion_is_not_followed_and_there_is_a_message(open_page):
+    open_page.computations.ask_branch()
+    assert "still being computed" in open_page.display.shown["show_message"][-1][0]
+    open_page.point_motion(final=True, trajectory=xr.Dataset())
+    open_page.computations.ask_branch()
+    assert "Only a periodic motion" in open_page.display.shown["show_message"][-1][0]
+    assert not open_page.branches.asked
+
+
+def moved(page, view):
+    before = page.move(view)
+    page.computations.update_rest(before)
+
+
+def test_a_branch_stays_while_the_point_moves_along_its_line(periodic_page):
+    periodic_page.computations.ask_branch()
+    cleared = len(periodic_page.display.shown["clear_branch"])
+    moved(periodic_page, VIEW.moved(1.0, VIEW.at[1]))
+    assert "branch" in periodic_page.branches.jobs
+    assert len(periodic_page.display.shown["clear_branch"]) == cleared
+
+
+@pytest.mark.parametrize("change", [
+    lambda view: view.moved(view.at[0], 0.1), lambda view: view.with_value("zeta", 0.05),
+    lambda view: replace(view, line="y"), lambda view: view.zoomed((1.0, 2.0), (view.y.start, view.y.stop)),
+])
+def test_a_branch_goes_with_its_line_and_its_computation_is_cancelled(periodic_page, change):
+    periodic_page.computations.ask_branch()
+    cleared = len(periodic_page.display.shown["clear_branch"])
+    moved(periodic_page, change(VIEW))
+    assert "branch" not in periodic_page.branches.jobs
+    assert len(periodic_page.display.shown["clear_branch"]) == cleared + 1
+
+
+def test_a_branch_that_is_asked_for_while_the_point_moves_is_that_of_the_new_point(periodic_page):
+    before = periodic_page.move(VIEW.moved(1.0, 0.1))
+    periodic_page.computations.ask_branch()
+    assert not periodic_page.branches.asked
+    periodic_page.point_motion(final=True, trajectory=xr.Dataset(), period=3)
+    periodic_page.computations.update_rest(before)
+    assert periodic_page.branches.jobs["branch"].function.args[1].period == 3
+
+
+def test_bifurcation_curves_begin_when_the_map_is_complete(open_page):
+    open_page.computations.ask_skeleton(2)
+    assert not open_page.curves.asked and open_page.computations.skeleton_period == 2
+    assert open_page.display.shown["show_skeleton"] == [(None,)]
+    open_page.map(1, 0.9)
+    assert not open_page.curves.asked
+    open_page.map(1, 1.0)
+    assert open_page.curves.jobs["bifurcation curves"].function.args == (VIEW, 2)
+    open_page.map(1, 1.0)
+    assert open_page.curves.asked == ["bifurcation curves"]
+    open_page.curves.jobs["bifurcation curves"].show("curves")
+    open_page.map(1, 1.0)
+    open_page.slow.jobs["map"].end(None)
+    assert open_page.display.shown["show_skeleton"][-1] == ("curves",)
+    assert open_page.curves.asked == ["bifurcation curves"]
+
+
+def test_bifurcation_curves_come_at_once_over_a_map_that_is_complete_or_failed(open_page):
+    open_page.map(1, 1.0)
+    open_page.computations.ask_skeleton(1)
+    assert open_page.curves.asked == ["bifurcation curves"]
+    open_page.slow.jobs["map"].end("no memory")
+    open_page.computations.ask_skeleton(4)
+    assert open_page.curves.jobs["bifurcation curves"].function.args == (VIEW, 4)
+
+
+@pytest.mark.parametrize(("change", "goes"), [
+    (lambda view: view.with_value("zeta", 0.05), True),
+    (lambda view: view.zoomed((1.0, 2.0), (view.y.start, view.y.stop)), True),
+    (lambda view: view.moved(1.0, 0.1), False), (lambda view: replace(view, colour="attractors"), False),
+])
+def test_bifurcation_curves_go_with_the_window_and_the_parameters(open_page, change, goes):
+    open_page.map(1, 1.0)
+    open_page.computations.ask_skeleton(2)
+    moved(open_page, change(VIEW))
+    assert ("bifurcation curves" not in open_page.curves.jobs) == goes
+    assert ("clear_skeleton" in open_page.display.shown) == goes
+    assert open_page.computations.skeleton_period == (0 if goes else 2)
+    open_page.map(1, 1.0)
+    assert open_page.curves.asked == ["bifurcation curves"]

@@ -218,3 +218,20 @@ input()
         pipe.close()
     gone, _ = psutil.wait_procs([child], timeout=20)
     assert gone
+
+
+def test_a_process_on_demand_starts_with_its_first_step():
+    place = WorkerProcess(low_priority=True, on_demand=True)
+    assert place._process is None
+    work = place.run(partial(point_motion, gc.MeshModel.of(omega=1.0, eps1=0.05)))
+    for _ in range(2):  # priority is lowered after the first answer
+        next(work)
+    assert psutil.Process(place._process.pid).nice() == 15
+    place.end()
+    assert place._process.poll() is not None
+
+
+def test_a_process_on_demand_that_was_never_asked_ends_too():
+    place = WorkerProcess(on_demand=True)
+    Worker("curves", place).stop()
+    assert place._process is None

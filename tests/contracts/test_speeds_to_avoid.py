@@ -142,3 +142,10 @@ def test_the_torque_must_be_known(tmp_path):
     path.write_text(SPUR.read_text().partition("[operation]")[0])
     assert "error: torque must be given" in run("gear", path, "--speed", "1000:2000:2", code=2).stderr
     assert run("gear", path, "--speed", "1000:2000:2", "--torque", "100").exit_code == 0
+
+
+def test_speeds_that_were_not_computed_are_no_safe_speeds():
+    found = gc.dynamic_factor(load_design(SPUR).at(torque=400.0), "speed=3000:4000:3")
+    contact = found.contact.copy(data=[1, -1, 1])
+    with pytest.raises(InputError, match=r"dataset must be computed at all its speeds; got '1 of 3"):
+        gc.speeds_to_avoid(found.assign(contact=contact))

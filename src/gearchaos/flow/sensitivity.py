@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gearchaos.flow.grids import step_counts, step_values, steps_in_parts
+from gearchaos.flow.kernels.cancellation import raise_if_cancelled
 from gearchaos.flow.kernels.offsets import sensitivity_rows
 from gearchaos.flow.kernels.sensitivity import (
     SensitivityCall,
@@ -94,7 +95,13 @@ class SensitivityFlow:
             States at the start.
         points : (L,), optional
             Index of the parameter point of each trajectory; by default trajectory i has point i.
+
+        Raises
+        ------
+        StoppedError
+            If the computation is cancelled, see `cancel_event`.
         """
+        raise_if_cancelled()
         (count, d), parameters = w.shape, self._derivatives.shape[1]
         points = np.arange(count) if points is None else np.asarray(points, np.int64)
         records = _MIN_RECORDS + 2 * int(self.step_count.max())

@@ -44,17 +44,17 @@ def draw_lines(ds: xr.Dataset, ax: Axes, y: np.ndarray, at_events: np.ndarray | 
     at_events : (E,), optional
         The values at the events, which are then points of the lines, too.
     """
-    order, stable = _nodes(ds) if at_events is not None else (np.arange(len(y)), ds["unstable"].values == 0)
+    order, stable = line_nodes(ds) if at_events is not None else (np.arange(len(y)), ds["unstable"].values == 0)
     events = np.zeros(0) if at_events is None else at_events
     x = np.concatenate([ds[axis_of(ds)].values, ds["event_value"].values])[order]
     values = np.concatenate([y.reshape(len(y), -1), events.reshape(len(events), -1)] if len(events) else
                             [y.reshape(len(y), -1)])[order]
     branch = np.concatenate([ds["branch"].values, ds["event_branch"].values])[order]
-    for first, end, is_stable in _parts(branch, stable):
+    for first, end, is_stable in line_parts(branch, stable):
         ax.plot(x[first:end], values[first:end], color=INK, zorder=2, **(_STABLE if is_stable else _UNSTABLE))
 
 
-def _nodes(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+def line_nodes(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     """Points and events in order along the branches, by their indices among both, and whether each is stable.
 
     The event at which stability changes counts as stable.
@@ -76,7 +76,7 @@ def _nodes(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     return np.array(order), np.array(flags)
 
 
-def _parts(branch: np.ndarray, stable: np.ndarray) -> Iterator[tuple[int, int, bool]]:
+def line_parts(branch: np.ndarray, stable: np.ndarray) -> Iterator[tuple[int, int, bool]]:
     """First node, the one after the last, and stability of the parts of all branches between changes of stability.
 
     Unstable parts include the stable nodes before and after them, so that lines have no gaps.

@@ -153,6 +153,6 @@ def _all_computed(dataset: xr.Dataset) -> xr.Dataset:
     if len(missing):
         raise InputError(
             "dataset", "must be computed at all its speeds", f"{len(missing)} of {dataset.sizes['speed']} speeds without",
-            "Cells that were inferred (refine) or not computed yet have no contact state: compute the map with refine=1, "
-            "or finish the run.")
+            "Cells that were inferred (refine) or not computed yet have no contact state: compute the map without "
+            "refine, or finish the run.")
     return dataset

@@ -8,16 +8,22 @@ from typing import Any, Protocol
 
 import xarray as xr
 
+from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import export, point_studies
+from gearchaos.explorer.jobs.branch import PeriodicMotion, branch, periodic_motion
 from gearchaos.explorer.jobs.map import COARSE, successive_maps
 from gearchaos.explorer.jobs.map_grid import Map
 from gearchaos.explorer.jobs.point_motion import PointMotion, final_verdict, point_motion
-from gearchaos.explorer.jobs.worker import Job, Worker
+from gearchaos.explorer.jobs.skeleton import Skeleton, skeleton
+from gearchaos.explorer.jobs.worker import Job, Worker, Workers
 from gearchaos.explorer.jobs.worker_process import GeneratorFunction
 from gearchaos.explorer.view.state import View
 
 _DELAY = 0.05
 """Seconds between the last change of a slider and the start of a long computation."""
+
+_SKELETON = "bifurcation curves"
+"""The task of the curves over the map."""
 
 _COARSE_DIAGRAM = 4
 """The first bifurcation diagram has every 4th column."""
@@ -38,6 +44,14 @@ class Display(Protocol):
 
     def clear_point_studies(self) -> None: ...
 
+    def show_branch(self, found: xr.Dataset) -> None: ...
+
+    def clear_branch(self) -> None: ...
+
+    def show_skeleton(self, found: Skeleton | None) -> None: ...
+
+    def clear_skeleton(self) -> None: ...
+
     def show_busy(self, tasks: Sequence[str], compiling: bool) -> None: ...
 
     def show_message(self, message: str) -> None: ...
@@ -50,7 +64,8 @@ class Computations:
 
     The motion at the point is computed first, by its own worker. A second worker computes the map, coarse first. Once
     a coarse map is shown it also computes a coarse bifurcation diagram and the other motions of the point; the fine
-    diagram follows when the map is complete. Basins and files are computed on request.
+    diagram follows when the map is complete. Basins and files are computed on request. So are, by workers of their own,
+    the branch of the motion at the point and the bifurcation curves over the map, which begin once the map is complete.
 
     Parameters
     ----------
@@ -58,8 +73,7 @@ class Computations:
         Name of the page.
     view : View
         The view that the page shows first.
-    workers : (Worker, Worker)
-        The first computes the motion at the point, and files; the second all that takes long.
+    workers : Workers
     call_soon : callable
         Takes a function and calls it, later, in the thread of the page.
     display : Display
@@ -71,17 +85,20 @@ class Computations:
     """
 
     def __init__(
-        self, owner: str, view: View, workers: tuple[Worker, Worker], call_soon: Callable[[Callable[[], None]], None],
+        self, owner: str, view: View, workers: Workers, call_soon: Callable[[Callable[[], None]], None],
         display: Display,
     ) -> None:
         self._owner, self._view, self._call_soon, self._display = owner, view, call_soon, display
-        self._quick, self._slow = workers
+        self._quick, self._slow, self._branches, self._curves = workers
         self._pending: set[str] = set()
         self.map: Map | None = None
         self.point_motion: PointMotion | None = None
         self._awaits_map = False  # the diagram and the other motions wait for a coarse map
         self._awaits_update = False  # the point has moved, and `update_rest` comes later
-        self._fine_diagram_waits = self._basins_wait = False
+        self._fine_diagram_waits = self._basins_wait = self._branch_waits = False
+        self._followed: PeriodicMotion | None = None  # the motion whose branch is shown or being computed
+        self._skeleton: Skeleton | None = None  # the newest one
+        self._skeleton_period = 0  # the largest period asked for; 0 if no curves are shown
 
     # --- the view changes ------------------------------------------------------------------------------------------
 
@@ -97,6 +114,8 @@ class Computations:
         self._awaits_update = True
         if before.point != view.point:
             self._ask_point_motion()
+        if before.plane_key != view.plane_key:
+            self.clear_skeleton()
         if before.map_key != view.map_key:
             self._ask_map()
 
@@ -105,13 +124,16 @@ class Computations:
         self._awaits_update = False
         if before.line_key != self._view.line_key:
             self._ask_diagram()
+            self._update_branch(before)
         if before.operating_point != self._view.operating_point:
             self._ask_attractors()
         self._ask_waiting_basins()
+        if self._branch_waits:
+            self.ask_branch()
 
     def close(self) -> None:
         """Cancel everything."""
-        for worker in (self._quick, self._slow):
+        for worker in (self._quick, self._slow, self._branches, self._curves):
             worker.cancel(self._owner)
 
     # --- requests --------------------------------------------------------------------------------------------------
@@ -122,6 +144,50 @@ class Computations:
         if not self._basins_wait:
             view = self._view
             self._ask(self._slow, "basins", partial(point_studies.basins, view), partial(self._show_basins, view))
+
+    def ask_branch(self) -> None:
+        """Follow the motion at the point along the line of the diagram; there is a message if it is not periodic."""
+        self._branch_waits = self._awaits_update
+        if self._branch_waits:
+            return
+        found = self.point_motion
+        if found is None or found.model != self._view.point:
+            self._display.show_message("The motion at the point is still being computed.")
+            return
+        try:
+            self._followed = periodic_motion(found)
+        except InputError as error:
+            self._display.show_message(error.advice)
+        else:
+            self._follow(self._followed)
+
+    def clear_branch(self) -> None:
+        """Remove the branch; cancel its computation."""
+        self._followed, self._branch_waits = None, False
+        self._branches.cancel(self._owner, "branch")
+        self._ended("branch", None)
+        self._display.clear_branch()
+
+    @property
+    def skeleton_period(self) -> int:
+        """The largest period of the orbits whose bifurcation curves are shown or asked for; 0 without curves."""
+        return self._skeleton_period
+
+    def ask_skeleton(self, period: int) -> None:
+        """Compute the bifurcation curves of orbits up to a period over the map, as soon as the map is complete."""
+        self.clear_skeleton()
+        self._skeleton_period = period
+        self._display.show_skeleton(None)
+        if "map" not in self._pending or (self.map is not None and self.map.share == 1):
+            self._ask_waiting_skeleton()
+
+    def clear_skeleton(self) -> None:
+        """Remove the bifurcation curves; cancel their computation."""
+        if self._skeleton_period:
+            self._skeleton, self._skeleton_period = None, 0
+            self._curves.cancel(self._owner, _SKELETON)
+            self._ended(_SKELETON, None)
+            self._display.clear_skeleton()
 
     def ask_file(self, kind: str, suffix: str) -> None:
         """Make a file of the map or of the motion, in the units that the view shows."""
@@ -161,6 +227,24 @@ class Computations:
         function = partial(point_studies.attractors, self._view)
         self._ask(self._slow, "other motions", function, self._display.show_attractors, 3 * _DELAY)
 
+    def _follow(self, motion: PeriodicMotion) -> None:
+        """Compute the branch of a motion."""
+        self._display.clear_branch()
+        self._ask(self._branches, "branch", partial(branch, self._view, motion), self._display.show_branch)
+
+    def _update_branch(self, before: View) -> None:
+        """Remove the branch of another line; compute that of this line again in other units."""
+        if self._followed is not None and before.branch_key == self._view.branch_key:
+            self._follow(self._followed)
+        elif self._followed is not None:
+            self.clear_branch()
+
+    def _ask_waiting_skeleton(self) -> None:
+        """Compute the bifurcation curves that were asked for, unless that has begun."""
+        if self._skeleton_period and self._skeleton is None and _SKELETON not in self._pending:
+            function = partial(skeleton, self._view, self._skeleton_period)
+            self._ask(self._curves, _SKELETON, function, self._show_skeleton)
+
     def _ask_waiting_basins(self) -> None:
         if self._basins_wait:
             self.ask_basins()
@@ -191,6 +275,7 @@ class Computations:
         if task == "map":
             self._continue_after_first_map()
             self._ask_fine_diagram()
+            self._ask_waiting_skeleton()
 
     def _show_busy(self, compiling: bool = False) -> None:
         share = 0.0 if self.map is None else self.map.share
@@ -207,6 +292,7 @@ class Computations:
             self._continue_after_first_map()
         if found.share == 1:
             self._ask_fine_diagram()
+            self._ask_waiting_skeleton()
 
     def _continue_after_first_map(self) -> None:
         if self._awaits_map:
@@ -232,6 +318,10 @@ class Computations:
     def _show_diagram(self, found: xr.Dataset) -> None:
         if found:
             self._display.show_diagram(found)
+
+    def _show_skeleton(self, found: Skeleton) -> None:
+        self._skeleton = found
+        self._display.show_skeleton(found)
 
     def _show_basins(self, view: View, found: xr.Dataset) -> None:
         if found:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -11,9 +10,9 @@ import xarray as xr
 from gearchaos.datasets import variable
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.initial_conditions import default_box
+from gearchaos.explorer.jobs.line_units import in_units
 from gearchaos.explorer.view.bounds import BASIN_CELLS, DIAGRAM_COLUMNS, DIAGRAM_POINTS, INITIAL_STATES
 from gearchaos.explorer.view.state import View
-from gearchaos.gears.results import physical
 from gearchaos.model import MeshModel
 from gearchaos.studies.attractors import Attractors
 from gearchaos.studies.axis import Axis
@@ -31,15 +30,14 @@ _PARTS = 8
 def bifurcation(view: View, *strides: int) -> Generator[xr.Dataset]:
     """The bifurcation diagram along the line through the point, once for each stride between its columns.
 
-    It is in the units that the view shows.     An empty Dataset stands for progress without a result.
+    It is in the units that the view shows. An empty Dataset stands for progress without a result.
     """
     axis = view.line_axis
     for stride in strides:
         along = Axis(axis.name, axis.start, axis.stop, DIAGRAM_COLUMNS // stride)
         study = Bifurcation(view.operating_point, along, points=DIAGRAM_POINTS, settings=_SETTINGS)
-        scaled = partial(physical, pair=view.gears) if view.physical and view.gears is not None else None
         for found in _in_parts(study, _PARTS if stride == 1 else 1):
-            yield scaled(found) if found and scaled is not None else found
+            yield in_units(found, view) if found else found
 
 
 def basins(view: View) -> Generator[xr.Dataset]:

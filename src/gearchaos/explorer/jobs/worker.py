@@ -13,7 +13,7 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs.worker_process import GeneratorFunction, RemoteGenerator, WorkerProcess
@@ -50,6 +50,15 @@ class Job:
     compiling: Callable[[], None] = lambda: None
     due: float = field(default=0.0, init=False)
     running: Generator[Any] | RemoteGenerator | None = field(default=None, init=False)
+
+
+class Workers(NamedTuple):
+    """The workers that compute for all pages."""
+
+    quick: Worker  # the motion at the point, and files
+    slow: Worker  # the map, the diagram, basins
+    branches: Worker  # branches of motions; each is one step
+    curves: Worker  # bifurcation curves, which may take many seconds for a step
 
 
 class Worker:

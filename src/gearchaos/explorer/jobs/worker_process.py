@@ -59,17 +59,21 @@ class WorkerProcess:
     ----------
     low_priority : bool
         Give way to other processes, and return memory early.
+    on_demand : bool
+        Start with the first request.
     """
 
-    def __init__(self, low_priority: bool = False) -> None:
+    def __init__(self, low_priority: bool = False, on_demand: bool = False) -> None:
         self._low_priority, self._numbers, self._ended = low_priority, count(), False
         self._writing = threading.Lock()
-        self._start()
+        self._process: Any = None
+        if not on_demand:
+            self._start()
 
     def _start(self) -> None:
         niceness = _NICENESS if self._low_priority else 0
         code = f"from gearchaos.explorer.jobs.process_main import main; main({niceness})"
-        self._process: Any = subprocess.Popen(
+        self._process = subprocess.Popen(
             [sys.executable, "-P", "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             creationflags=_LOW_PRIORITY if self._low_priority else 0,
             env=os.environ | _MALLOC if self._low_priority else None,
@@ -89,6 +93,9 @@ class WorkerProcess:
         Exception
             Whatever the step raised.
         """
+        with self._writing:
+            if self._process is None and not self._ended:
+                self._start()
         try:
             self.send(action, number, function)
             while (answer := pickle.load(self._process.stdout)) == COMPILING:
@@ -114,6 +121,8 @@ class WorkerProcess:
 
     def _restart(self) -> None:
         with self._writing:
+            if self._process is None:
+                return
             self._process.kill()
             self._process.wait()
             for pipe in (self._process.stdin, self._process.stdout):

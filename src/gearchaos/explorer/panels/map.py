@@ -24,6 +24,7 @@ from bokeh.palettes import Viridis256
 
 from gearchaos.explorer.jobs.map_grid import Map
 from gearchaos.explorer.panels.labels import label, symbol, unit
+from gearchaos.explorer.panels.skeleton import SkeletonCurves
 from gearchaos.explorer.panels.style import PALETTE, Legend, SetAttributes, empty_figure
 from gearchaos.explorer.panels.units import NONE, Units
 from gearchaos.explorer.view.gears import limits
@@ -65,6 +66,8 @@ class MapFigure:
     figure : bokeh figure
     legend : Legend
         The legend of the map drawn last.
+    skeleton : SkeletonCurves
+        The bifurcation curves over the map.
     """
 
     def __init__(self, set_attributes: SetAttributes) -> None:
@@ -83,6 +86,7 @@ class MapFigure:
         self.figure.add_layout(self.bar, "right")
         self.legend = Legend()
         self._add_image()
+        self.skeleton = SkeletonCurves(self.figure, set_attributes)
         self._add_crosshair()
 
     def _add_image(self) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearchaos.datasets import variable
+from gearchaos.explorer.jobs.branch import obstacle
 from gearchaos.explorer.jobs.point_motion import PointMotion
 from gearchaos.explorer.panels.labels import symbol, unit
 from gearchaos.explorer.panels.style import motion_colour
@@ -57,6 +58,8 @@ class VerdictText:
         The class by the spectrum of the stroboscopic points alone, or "the same"; empty if there is none.
     evidence : str
         What the verdict rests on.
+    obstacle : str
+        Why the branch of the motion cannot be followed; empty if it can.
     """
 
     label: str
@@ -69,6 +72,7 @@ class VerdictText:
     rows: list[tuple[str, str]]
     spectral: str
     evidence: str
+    obstacle: str
 
 
 def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:
@@ -81,6 +85,7 @@ def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:
         final=found.final, periods=f"{v.periods_spent:,}", rows=[*_operation(v.model, units), *_rows(v, units)],
         spectral=spectral,
         evidence="the orbit itself and its multipliers" if v.multipliers else "the Lyapunov exponents",
+        obstacle=obstacle(found),
     )
 
 

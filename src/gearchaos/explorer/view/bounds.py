@@ -25,6 +25,18 @@ INITIAL_STATES = 64
 ATTRACTOR_MAP = (48, 36, 6)
 """Columns, rows, and initial states in each cell, of the map of the number of attractors."""
 
+BRANCH_POINTS = 2000
+"""Largest number of points of a branch, or of a curve over the map, in each direction."""
+
+SKELETON_PERIODS = (1, 2, 4)
+"""Largest periods of the orbits whose bifurcation curves can be asked for."""
+
+SKELETON_PERIOD = 2
+"""The one that is chosen first."""
+
+SKELETON_LINES = (0.5, 0.75, 0.25, 0.9)
+"""Where the lines lie that are searched for the events of these curves, as shares of the map."""
+
 PORTRAIT_POINTS = 4000
 """Largest number of stroboscopic points in a portrait, one per mesh period."""
 

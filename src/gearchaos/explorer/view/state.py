@@ -124,8 +124,13 @@ class View:
     @cached_property
     def map_key(self) -> tuple[Any, ...]:
         """What the map depends on: two views have the same map if their keys are equal."""
+        return *self.plane_key, self.colour == "attractors"
+
+    @cached_property
+    def plane_key(self) -> tuple[Any, ...]:
+        """The window of the map and all other parameters, on which the bifurcation curves over the map depend."""
         corner = self.model.with_values({self.x.name: self.x.start, self.y.name: self.y.start})
-        return corner, self.x, self.y, self.colour == "attractors"
+        return corner, self.x, self.y
 
     @property
     def line_axis(self) -> Axis:
@@ -134,10 +139,14 @@ class View:
 
     @property
     def line_key(self) -> tuple[Any, ...]:
-        """What the bifurcation diagram depends on."""
+        """What the bifurcation diagram depends on: `branch_key`, and the units."""
+        return *self.branch_key, self.physical and self.gears is not None
+
+    @property
+    def branch_key(self) -> tuple[Any, ...]:
+        """The range of the line and all other parameters, on which the branch of an orbit along the line depends."""
         axis = self.line_axis
-        units = self.physical and self.gears is not None
-        return self.operating_point.with_values({axis.name: axis.start}), axis, units
+        return self.operating_point.with_values({axis.name: axis.start}), axis
 
     def with_axes(self, x: Axis, y: Axis) -> View:
         """The same model over another plane, or another part of this one; the parameters at the point stay the same."""

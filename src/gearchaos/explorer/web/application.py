@@ -11,23 +11,24 @@ from bokeh.core.templates import get_env
 
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs.export import FILES
-from gearchaos.explorer.jobs.worker import Worker
+from gearchaos.explorer.jobs.worker import Workers
 from gearchaos.explorer.view.address import from_query
+from gearchaos.explorer.view.bounds import SKELETON_PERIOD, SKELETON_PERIODS
 from gearchaos.explorer.view.state import View
 from gearchaos.explorer.web.events import Events
 from gearchaos.explorer.web.html import static_text, template_text
 from gearchaos.explorer.web.session import Session
 
 
-def application(view: View, workers: tuple[Worker, Worker]) -> Application:
+def application(view: View, workers: Workers) -> Application:
     """The application with the explorer's page.
 
     Parameters
     ----------
     view : View
         What a page without a query shows; its gears are those of all pages.
-    workers : (Worker, Worker)
-        As of `Computations`; they are stopped when the server ends.
+    workers : Workers
+        They are stopped when the server ends.
     """
     return Application(_Handler(_page_maker(view, workers), workers))
 
@@ -35,7 +36,7 @@ def application(view: View, workers: tuple[Worker, Worker]) -> Application:
 class _Handler(FunctionHandler):
     """Fills the document of every visitor, and stops the workers when the server ends."""
 
-    def __init__(self, fill: Callable[[Any], None], workers: tuple[Worker, ...]) -> None:
+    def __init__(self, fill: Callable[[Any], None], workers: Workers) -> None:
         super().__init__(fill)
         self._workers = workers
 
@@ -45,7 +46,7 @@ class _Handler(FunctionHandler):
             worker.stop()
 
 
-def _page_maker(view: View, workers: tuple[Worker, Worker]) -> Callable[[Any], None]:
+def _page_maker(view: View, workers: Workers) -> Callable[[Any], None]:
     """A function that fills the document of a new visitor."""
     template, css = get_env().from_string(template_text("page.html.j2")), static_text("page.css")
 
@@ -62,7 +63,9 @@ def _page_maker(view: View, workers: tuple[Worker, Worker]) -> Callable[[Any], N
         session.page.messages.attach(document, session.page.map.figure)
         document.add_next_tick_callback(session.start)
         document.title, document.template = "gearchaos explore", template
-        document.template_variables.update(css=css, files=FILES, gears=view.gears is not None)
+        document.template_variables.update(
+            css=css, files=FILES, gears=view.gears is not None, periods=SKELETON_PERIODS,
+            period=SKELETON_PERIOD)
         with document.models.freeze():  # otherwise Bokeh walks through all models again for every root
             for name, model in session.page.roots().items():
                 model.name = name

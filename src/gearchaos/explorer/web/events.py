@@ -15,7 +15,7 @@ from bokeh.events import DoubleTap, PointEvent, PressUp, RangesUpdate, Tap
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs.export import FILES
 from gearchaos.explorer.jobs.worker import INTERNAL_ERROR
-from gearchaos.explorer.view.bounds import finite_number
+from gearchaos.explorer.view.bounds import SKELETON_PERIOD, SKELETON_PERIODS, finite_number
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.web.session import Session
 
@@ -43,7 +43,7 @@ class Events:
     """
 
     def __init__(self, session: Session) -> None:
-        self._session, self._timeout = session, None
+        self._session, self._timeout, self._skeleton_period = session, None, SKELETON_PERIOD
         page = session.page
         page.messages.actions = {name: partial(self._checked, action) for name, action in {
             "step": self._step, "choose": self._choose, "save": self._save, "basins": self._ask_basins,
@@ -118,6 +118,9 @@ class Events:
         if not isinstance(value, list) or len(value) != 2 or not isinstance(value[0], str):
             return
         name, chosen = value
+        if name == "skeleton-period":
+            self._choose_skeleton_period(chosen)
+            return
         change = self._session.page.controls.change_of(name, chosen)
         if change is not None:
             self._session.change(change)
@@ -125,10 +128,33 @@ class Events:
                 self._ask_basins(None)
 
     def _press(self, name: Any) -> None:
-        """A button of the form."""
+        """A button of the form, of the dossier, of the diagram or of the map."""
+        computed = self._session.computations
+        actions = {
+            "follow": computed.ask_branch, "drop-branch": computed.clear_branch, "skeleton": self._toggle_skeleton,
+        }
+        if isinstance(name, str) and name in actions:
+            actions[name]()
+            return
         change = self._session.page.controls.change_of_button(name)
         if change is not None:
             self._session.change(change)
+
+    def _toggle_skeleton(self) -> None:
+        """Show the bifurcation curves over the map, or remove them."""
+        computed = self._session.computations
+        if computed.skeleton_period:
+            computed.clear_skeleton()
+        else:
+            computed.ask_skeleton(self._skeleton_period)
+
+    def _choose_skeleton_period(self, value: Any) -> None:
+        """The largest period of the orbits of the bifurcation curves; those shown are computed again."""
+        if str(value) not in map(str, SKELETON_PERIODS):
+            return
+        self._skeleton_period = int(value)
+        if self._session.computations.skeleton_period:
+            self._session.computations.ask_skeleton(self._skeleton_period)
 
     def _choose(self, value: Any) -> None:
         """One of the motions of the point, by its number."""

@@ -23,7 +23,8 @@ from bokeh.models import ColumnDataSource, CustomJS
 
 from gearchaos.explorer.web.html import static_text
 
-ELEMENTS = ("parameters", "axes", "line-choose", "busy", "message", "legend", "verdict", "others", "basin-legend")
+ELEMENTS = ("parameters", "axes", "line-choose", "busy", "message", "legend", "verdict", "others", "basin-legend",
+            "branch", "skeleton-legend")
 """Elements of the page whose HTML changes. As Bokeh widgets, each change would lay out the page again."""
 
 
@@ -82,8 +83,8 @@ class Messages:
             self._schedule_update()
 
     def set_values(self, values: dict[str, Any]) -> None:
-        """Set the values that the form shows, by the name of the field."""
-        self._values = values
+        """Set values that the form shows, by the name of the field; the others stay as they are."""
+        self._values = self._values | values
         self._schedule_update()
 
     def save_file(self, content: bytes, media_type: str, name: str) -> None:

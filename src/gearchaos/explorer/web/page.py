@@ -9,13 +9,16 @@ import xarray as xr
 
 from gearchaos.explorer.jobs.map_grid import Map
 from gearchaos.explorer.jobs.point_motion import PointMotion
+from gearchaos.explorer.jobs.skeleton import Skeleton
 from gearchaos.explorer.panels.attractors import Choice
 from gearchaos.explorer.panels.basins import BasinsFigure
+from gearchaos.explorer.panels.branch import branch_text
 from gearchaos.explorer.panels.diagram import BifurcationFigure
 from gearchaos.explorer.panels.history import ForceFigure, HistoryFigure, times
 from gearchaos.explorer.panels.map import MapFigure
 from gearchaos.explorer.panels.phase import PhaseFigure
 from gearchaos.explorer.panels.portrait import PortraitFigure
+from gearchaos.explorer.panels.skeleton import skeleton_text
 from gearchaos.explorer.panels.spectrum import SpectrumFigure
 from gearchaos.explorer.panels.units import Units
 from gearchaos.explorer.panels.verdict import verdict_text
@@ -135,6 +138,30 @@ class Page:
     def show_diagram(self, found: xr.Dataset, view: View) -> None:
         """Draw the bifurcation diagram."""
         self.diagram.show(found, self.units(view))
+
+    def show_branch(self, found: xr.Dataset, view: View) -> None:
+        """Draw the branch of a motion over the diagram, and describe it below."""
+        units = self.units(view)
+        self.diagram.show_branch(found, units)
+        self.messages.write("branch", render("branch.html.j2", branch=branch_text(found, units)))
+
+    def clear_branch(self) -> None:
+        """Remove the branch."""
+        self.diagram.clear_branch()
+        self.messages.write("branch", "")
+
+    def show_skeleton(self, found: Skeleton | None) -> None:
+        """Draw bifurcation curves over the map, and their legend; None if they wait for the map."""
+        if found is not None:
+            self.map.skeleton.show(found.curves)
+        self.messages.write("skeleton-legend", render("skeleton.html.j2", text=skeleton_text(found)))
+        self.messages.set_values({"skeleton": True})
+
+    def clear_skeleton(self) -> None:
+        """Remove the bifurcation curves."""
+        self.map.skeleton.show(())
+        self.messages.write("skeleton-legend", "")
+        self.messages.set_values({"skeleton": False})
 
     def show_basins(self, found: xr.Dataset, view: View) -> None:
         """Draw basins of attraction and their legend."""

@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs.worker import Job, Worker
+from gearchaos.explorer.jobs.worker import Job, Worker, Workers
 from gearchaos.explorer.jobs.worker_process import WorkerProcess
 from gearchaos.explorer.web.hosts import LOCAL
 
@@ -69,8 +69,9 @@ def server(view: View, *, host: str = LOCAL[0], port: int = PORT) -> Any:
         Where to listen; see `check_port`.
     """
     sys.setswitchinterval(_SWITCH_INTERVAL)
-    workers = Worker("points", WorkerProcess()), Worker("maps", WorkerProcess(low_priority=True))
-    _warm_up(view, *workers)
+    later = (Worker(name, WorkerProcess(low_priority=True, on_demand=True)) for name in ("branches", "curves"))
+    workers = Workers(Worker("points", WorkerProcess()), Worker("maps", WorkerProcess(low_priority=True)), *later)
+    _warm_up(view, workers)
     try:
         from gearchaos.explorer.web.application import application  # here, while the processes start
         from gearchaos.explorer.web.guard import LARGEST_MESSAGE, GuardedTornado
@@ -99,10 +100,11 @@ def _listening(tornado: Any, host: str, port: int, largest_body: int) -> Any:
     return BaseServer(IOLoop.current(), tornado, http)
 
 
-def _warm_up(view: View, quick: Worker, slow: Worker) -> None:
+def _warm_up(view: View, workers: Workers) -> None:
     """Load or compile the kernels that a page needs, before the first page is opened."""
     from gearchaos.explorer.jobs.map import warm_up
     from gearchaos.explorer.jobs.point_motion import point_motion
 
-    for worker, function in ((quick, partial(point_motion, view.point)), (slow, partial(warm_up, view))):
+    points, maps = partial(point_motion, view.point), partial(warm_up, view)
+    for worker, function in ((workers.quick, points), (workers.slow, maps)):
         worker.submit("", "warm-up", Job(function, lambda _: None, lambda _: None))

@@ -13,7 +13,8 @@ from gearchaos.errors import InputError
 from gearchaos.explorer.jobs.computations import Computations
 from gearchaos.explorer.jobs.map_grid import Map
 from gearchaos.explorer.jobs.point_motion import PointMotion
-from gearchaos.explorer.jobs.worker import Worker
+from gearchaos.explorer.jobs.skeleton import Skeleton
+from gearchaos.explorer.jobs.worker import Workers
 from gearchaos.explorer.panels.attractors import choices
 from gearchaos.explorer.view.state import View
 from gearchaos.explorer.web.page import Page
@@ -31,15 +32,14 @@ class Session:
     ----------
     view : View
         The first view.
-    workers : (Worker, Worker)
-        As of `Computations`.
+    workers : Workers
     document : bokeh Document
         Of the page.
     start : View
         What the server shows first; its gears are those of the page.
     """
 
-    def __init__(self, view: View, workers: tuple[Worker, Worker], document: Any, start: View) -> None:
+    def __init__(self, view: View, workers: Workers, document: Any, start: View) -> None:
         self.view, self._document, self._alive = view, document, True
         self.page = Page(start)
         self.computations = Computations(f"session-{next(_numbers)}", view, workers, self._call_soon, self)
@@ -137,6 +137,22 @@ class Session:
         """Remove the basins and the list of motions of the previous point."""
         self.page.clear_basins()
         self.page.show_choices([])
+
+    def show_branch(self, found: xr.Dataset) -> None:
+        """Draw the branch of a motion over the diagram."""
+        self.page.show_branch(found, self.view)
+
+    def clear_branch(self) -> None:
+        """Remove the branch."""
+        self.page.clear_branch()
+
+    def show_skeleton(self, found: Skeleton | None) -> None:
+        """Draw bifurcation curves over the map; None if they wait for the map."""
+        self.page.show_skeleton(found)
+
+    def clear_skeleton(self) -> None:
+        """Remove the bifurcation curves."""
+        self.page.clear_skeleton()
 
     def show_busy(self, tasks: Sequence[str], compiling: bool) -> None:
         """Say what is being computed."""
