@@ -152,7 +152,7 @@ def _all_computed(dataset: xr.Dataset) -> xr.Dataset:
     missing = np.flatnonzero(dataset["contact"].values < 0)
     if len(missing):
         raise InputError(
-            "dataset", "must be computed at all its speeds", f"{len(missing)} of {dataset.sizes['speed']} speeds without",
+            "dataset", "must be computed at all its speeds", f"{len(missing)} of {dataset.sizes['speed']} without",
             "Cells that were inferred (refine) or not computed yet have no contact state: compute the map without "
             "refine, or finish the run.")
     return dataset

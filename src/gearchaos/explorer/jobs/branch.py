@@ -86,7 +86,7 @@ def branch(view: View, motion: PeriodicMotion) -> Generator[xr.Dataset]:
         raise InputError("motion", rule, motion.label, error.advice) from None
     found = follow_branch(family, cycle, (axis.start, axis.stop), _SETTINGS)
     attributes = provenance("branch", family.model, axis=[axis.name, axis.start, axis.stop], period=found.period)
-    dataset = branch_dataset([found], [], axis, {**attributes, "period": found.period})
+    dataset = branch_dataset(found, [], [], [], axis, {**attributes, "period": found.period})
     yield in_units(dataset.assign(_displacements(found)), view)
 
 
