@@ -12,10 +12,10 @@ import numpy as np
 from gearchaos.flow.grids import step_counts, step_values, steps_in_parts
 from gearchaos.flow.kernels.cancellation import raise_if_cancelled
 from gearchaos.flow.kernels.offsets import sensitivity_rows
+from gearchaos.flow.kernels.recording import new_segment
 from gearchaos.flow.kernels.sensitivity import (
     SensitivityCall,
     advance_with_sensitivities,
-    new_segment,
     new_sensitivity_workspace,
 )
 from gearchaos.flow.system import SwitchedSystem
