@@ -122,7 +122,7 @@ def flip_coefficient(state: EventState, equations: Equations) -> float:
 
     From differences of Pⁿ in the critical direction (Kuznetsov 2004, (5.49)): w* C(v, v, v)/6 +
     w* B(v, (1 − A)⁻¹ B(v, v))/2 with w* v = 1, A the monodromy matrix, B and C the second and third derivatives. NaN
-    where another multiplier is 1.
+    where another multiplier is 1, or a graze is so near that the differences reach across it.
     """
     cycle, family = state.cycle, equations.family  # type: ignore[attr-defined]
     flow = family.flow(cycle.values[None])
@@ -133,10 +133,14 @@ def flip_coefficient(state: EventState, equations: Equations) -> float:
     w = adjoint[:, np.argmin(np.abs(adjoint_values + 1.0))].real
     w = w / (w @ v)
 
+    switches = set[int]()
+
     def image(offset: np.ndarray) -> np.ndarray:
-        x = (cycle.points[0] + offset)[None]
+        x, count = (cycle.points[0] + offset)[None], 0
         for _ in range(cycle.period):
-            x = flow.advance(x, np.zeros(1, np.int64)).w
+            result = flow.advance(x, np.zeros(1, np.int64))
+            x, count = result.w, count + int(result.switch_count[0])
+        switches.add(count)
         return x[0]
 
     h, base = _STEP, image(np.zeros(len(v)))
@@ -150,7 +154,7 @@ def flip_coefficient(state: EventState, equations: Equations) -> float:
     size = np.linalg.norm(y) or 1.0
     y = y / size
     mixed = (image(h * (v + y)) - image(h * (v - y)) - image(h * (y - v)) + image(-h * (v + y))) / (4 * h**2) * size
-    return float(w @ c / 6 + w @ mixed / 2)
+    return float(w @ c / 6 + w @ mixed / 2) if len(switches) == 1 else float("nan")
 
 
 def _second_grazes(equations: Equations, first: Point, last: Point, kind: str) -> list[SpecialPoint]:
