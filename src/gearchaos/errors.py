@@ -1,4 +1,4 @@
-"""The exception for invalid input. A motion that diverges is no error: it is a result with a label of its own."""
+"""The exceptions for invalid input. A motion that diverges is no error: it is a result with a label of its own."""
 
 from __future__ import annotations
 
@@ -32,6 +32,10 @@ class InputError(ValueError):
 
     def __reduce__(self):
         return type(self), (self.field, self.rule, self.value, self.advice)
+
+
+class ChangedFileError(InputError):
+    """A file from which gears were made that is missing or has other content now; its value is the path."""
 
 
 _MAX_SHOWN = 200

@@ -19,6 +19,9 @@ from gearchaos.gears.transmission_error.tip_relief import TipRelief
 
 SMALL = {"teeth": (20, 40), "module": 3e-3, "face_width": 0.03}
 
+SHA256 = "0" * 64
+"""The checksum of a table that the tests of the inputs do not read."""
+
 FULL = {
     "teeth": [17, 103], "module": "8 mm", "pressure_angle": "20 deg", "helix_angle": "15.8 deg",
     "face_width": ["100 mm", "98 mm"], "centre_distance": "500 mm", "profile_shift": [0.145, 0.0],
@@ -27,7 +30,8 @@ FULL = {
     "material": ["steel", {"E": "173 GPa", "poisson": 0.3, "density": "7100 kg/m^3"}],
     "bore": ["30 mm", "60 mm"], "quality": {"standard": "ISO 1328-1:1995", "grade": [5, 6]},
     "backlash": {"value": "0.12 mm", "of": "line of action, total"}, "damping_ratio": 0.05,
-    "stiffness": {"table": "tvms.csv"}, "transmission_error": {"orders": "te.csv"}, "eccentricity": ["5 um", "20 um"],
+    "stiffness": {"table": "tvms.csv", "sha256": SHA256},
+    "transmission_error": {"orders": "te.csv", "sha256": SHA256}, "eccentricity": ["5 um", "20 um"],
     "supports": {"stiffness": ["200 N/um", "300 N/um"], "damping_ratio": [0.02, 0.03]},
 }
 OPERATION = {"speed": "360 rpm", "torque": "9000 N*m", "application_factor": 1.25}
@@ -46,7 +50,8 @@ def test_values_are_kept_in_si_and_per_wheel():
     assert full.material == (STEEL, Material(E=173e9, poisson=0.3, density=7100.0))
     assert full.quality == Quality("ISO 1328-1:1995", (5, 6))
     assert full.backlash == Backlash(value=0.12e-3, of="line of action, total")
-    assert (full.stiffness, full.transmission_error) == (TableFile(table="tvms.csv"), OrdersFile(orders="te.csv"))
+    assert full.stiffness == TableFile(table="tvms.csv", sha256=SHA256)
+    assert full.transmission_error == OrdersFile(orders="te.csv", sha256=SHA256)
     assert full.eccentricity == pytest.approx((5e-6, 20e-6), rel=1e-15)
     assert full.supports == Supports(stiffness=(2e8, 3e8), damping_ratio=(0.02, 0.03))
     assert full.speed == pytest.approx(12 * np.pi) and (full.torque, full.application_factor) == (9000.0, 1.25)
@@ -77,7 +82,7 @@ def test_one_value_stands_for_both_wheels_and_defaults_are_the_documented_ones()
     ("material", ["steel", STEEL, [STEEL, "steel"], {"E": "206 GPa", "poisson": 0.3, "density": 7830}]),
     ("rack", [{}, {"addendum": 1}, Rack(), {"root_radius": 0.38, "dedendum": 1.25}]),
     ("stiffness", ["ISO 6336-1"]),
-    ("transmission_error", [{"table": "e.csv"}, TableFile(table="e.csv")]),
+    ("transmission_error", [{"table": "e.csv", "sha256": SHA256}, TableFile(table="e.csv", sha256=SHA256)]),
     ("backlash", [{"value": "100 um", "of": "normal, total"}, Backlash(value="100 um", of="normal, total")]),
     ("inertia", [1e-3, "1e-3 kg*m^2", "10 kg*cm^2"]),
     ("supports", [{"stiffness": "100 N/um", "damping_ratio": 0.02}, Supports(stiffness=1e8, damping_ratio=0.02)]),

@@ -113,13 +113,16 @@ class OperatingModel(MeshModel):
         return {**self._operating_values(**operation), **super().expand(rest)}
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
-        operation, rest = _separated(self._with_supports(values))
-        if not operation:
-            return super().with_values(rest)
+        operation, rest = _separated(values)
+        model = self._at_operation(operation) if operation else self
+        return super(OperatingModel, model).with_values(model._with_supports(rest))
+
+    def _at_operation(self, operation: Mapping[str, Any]) -> Self:
+        """The model at another speed or torque, before its kind is set: supports depend on the torque."""
         given = {n: operating_value(n, v) for n, v in operation.items()}
         changed = {n: v.item() for n, v in self._operating_values(**given).items()}
         at = {n: v * _SI[n] for n, v in given.items()}
-        return replace(super().with_values({**changed, **rest}), gears=self.gears.at(**at))
+        return replace(super().with_values(changed), gears=self.gears.at(**at))
 
     def _with_supports(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
         """The values, with those of the supports of the gears where they make a full model of another kind.

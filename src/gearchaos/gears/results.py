@@ -102,6 +102,7 @@ def _times(factor: float, value: Any) -> Any:
 def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:
     """The scales of a result: numbers, or arrays along the coordinate ``torque`` if they depend on it."""
     if "torque" not in dataset.coords:
+        _check_constant_scales(dataset, gears)
         return pair_of(gears).scales
     torque = dataset["torque"]
     found = [pair_of(gears, value).scales for value in torque.values.ravel().tolist()]
@@ -109,6 +110,15 @@ def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:
         return found[0]
     names = [f.name for f in fields(Scales)]
     return Scales(**{n: torque.copy(data=np.reshape([getattr(s, n) for s in found], torque.shape)) for n in names})
+
+
+def _check_constant_scales(dataset: xr.Dataset, gears: Gears) -> None:
+    """Raise `InputError` if an axis of torques is no longer in a Dataset whose scales depend on the torque."""
+    torques = json.loads(dataset.attrs.get("settings", "{}")).get("torque_range", ())
+    if torques and any(pair_of(gears, value).scales != pair_of(gears).scales for value in torques):
+        raise InputError("dataset", "must have the coordinate torque", sorted(map(str, dataset.coords)),
+                         "The reference stiffness of the gears depends on the torque, and with it the units. Keep the "
+                         "coordinate, as isel(torque=2) does, or scale the result before you select or average.")
 
 
 def _checked_gears(dataset: Any, pair: Any) -> Gears:

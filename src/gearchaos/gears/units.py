@@ -52,6 +52,10 @@ BEARING_FRICTION = Dimension("a rotational damping coefficient", "N*m*s/rad", "1
 SPEED = Dimension("an angular velocity", "rad/s", "2500 rpm")
 ANGLE = Dimension("an angle", "rad", "30 deg")
 
+_ANGLE_POWERS: dict[Dimension, tuple[int, ...]] = {ANGLE: (1,), SPEED: (1,), BEARING_FRICTION: (0, -1)}
+"""Powers of units of angles that a value of a dimension may have; 0 alone for the others."""
+
+
 class Length(float):
     """A length in m that error messages show in mm, the unit of drawings."""
 
@@ -159,10 +163,23 @@ def _converted(field: str, value: Any, dimension: Dimension) -> float:
         number = float(measured.to(dimension.unit).magnitude)
     except Exception as error:  # pint does not wrap what its tokenizer and arithmetic raise
         raise _not_convertible(field, value, dimension, f"{str(error).rstrip('.')}. ") from None
+    if dimension is ANGLE and not _ANGLE.search(str(measured.units)):  # a number or a percentage
+        raise _not_convertible(field, value, dimension, "It has no unit of an angle. ")
     if dimension is SPEED and not _ANGLE.search(str(measured.units)):
         # pint treats the radian as the number 1 and would convert 40 Hz to 40 rad/s
         raise _not_convertible(field, value, dimension, "Hertz and 1/s leave open whether turns or radians are meant. ")
+    if _angle_power(measured, dimension) not in _ANGLE_POWERS.get(dimension, (0,)):
+        raise _not_convertible(field, value, dimension, "It has units of angles that do not belong to it. ")
     return number
+
+
+def _angle_power(measured: Any, dimension: Dimension) -> float:
+    """The power of the units of angles in a quantity, which pint treats as numbers.
+
+    Radians count for angles and angular velocities only: elsewhere they are the number 1, as in "N*m/rad".
+    """
+    counted = dimension in (ANGLE, SPEED)
+    return sum(power for unit, power in measured.unit_items() if _ANGLE.search(unit) and (counted or unit != "radian"))
 
 
 def _check_decimal_point(field: str, text: str) -> None:

@@ -22,7 +22,7 @@ import xarray as xr
 import zarr
 from filelock import FileLock
 
-from gearchaos.errors import InputError
+from gearchaos.errors import ChangedFileError, InputError
 from gearchaos.files import read_bytes, write_bytes
 from gearchaos.store.arrays import FORMAT, ITEMS, ArraySpec, add_results
 from gearchaos.store.checksums import checksums, differing
@@ -234,6 +234,11 @@ def open_store(path: Path) -> Store:
         found = parse_as(FormatSchema, content).format
         if found == FORMAT:
             return _from_description(path, parse_as(StudySchema, content))
+    except ChangedFileError as error:
+        raise InputError(
+            "store", "must find the tables of its gears as they were when it was made", str(path),
+            f"The table {error.value} changed since, or is missing. Restore it to go on with this store, or compute "
+            "the study with the new table into a new folder.") from None
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise _damaged(path, str(error)) from None
     raise InputError("store", f"must have format {FORMAT}", found, "It was made by another version of gearchaos.")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from gearchaos.gears.operating import is_design
+from gearchaos.gears.operating import OperatingModel, is_design
 from gearchaos.gears.units import RPM
 from gearchaos.studies.axis import Axis
 
@@ -31,3 +31,14 @@ def at_axis_starts(model: Any, axes: Iterable[Axis]) -> Any:
     for axis in axes:
         starts.setdefault(axis.name, axis.start * (RPM if axis.name == "speed" else 1.0))
     return model.at(**{n: starts[n] for n in ("speed", "torque") if n in starts and getattr(model, n) is None})
+
+
+def check_speed_axes(model: Any, axes: Iterable[Axis]) -> None:
+    """Raise `InputError` if an end of an axis ``speed`` is above the limit of the pitch line velocity of a design."""
+    if not (isinstance(model, OperatingModel) and is_design(model.gears)):
+        return
+    from gearchaos.gears.design.checks import check_speed_range
+
+    for axis in axes:
+        if axis.name == "speed":
+            check_speed_range(model.gears, axis.start, axis.stop)

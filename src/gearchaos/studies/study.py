@@ -19,7 +19,7 @@ from gearchaos.model import MeshModel
 from gearchaos.quantities import OPERATION
 from gearchaos.studies.axis import Axis, as_axis
 from gearchaos.studies.cost import Cost
-from gearchaos.studies.operating_point import at_axis_starts
+from gearchaos.studies.operating_point import at_axis_starts, check_speed_axes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -76,8 +76,9 @@ class Study(ABC):
     model: MeshModel
 
     def __post_init__(self) -> None:
-        axes = (as_axis(getattr(self, name), name) for name in self.axis_fields)
+        axes = [as_axis(getattr(self, name), name) for name in self.axis_fields]
         self._set(model=as_model(at_axis_starts(self.model, axes)))
+        check_speed_axes(self.model, axes)
 
     @property
     @abstractmethod
@@ -153,13 +154,19 @@ class Study(ABC):
     @property
     def gears(self) -> Gears | None:
         """The gears on which the result depends besides the model: those of an axis ``speed`` or ``torque``."""
-        axes = (getattr(self, f.name) for f in fields(self))
-        varied = {axis.name for axis in axes if isinstance(axis, Axis)} & {q.name for q in OPERATION}
+        varied = {axis.name for axis in self._axes()} & {q.name for q in OPERATION}
         return self.model.gears if varied and isinstance(self.model, OperatingModel) else None
 
     def provenance(self, **settings: Any) -> dict[str, Any]:
         """Attributes of the Dataset: study, model and its gears, the settings given here, and versions."""
+        torque = [axis for axis in self._axes() if axis.name == "torque"]
+        if torque:  # by which `physical` recognises a result from which the coordinate was dropped
+            settings["torque_range"] = [torque[0].start, torque[0].stop]
         return provenance(self.kind, self.model, **settings)
+
+    def _axes(self) -> list[Axis]:
+        """All fields that are axes."""
+        return [value for f in fields(self) if isinstance(value := getattr(self, f.name), Axis)]
 
     def __getstate__(self) -> dict[str, Any]:
         """The fields alone; cached properties are computed again from them."""

@@ -10,11 +10,14 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
+from gearchaos.gears.design.gear_pair import comparable_stiffnesses
+from gearchaos.gears.design.values import TableFile
 from gearchaos.gears.geometry import masses
 from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
 from gearchaos.gears.geometry.mating import KEEP_CLEARANCE
 from gearchaos.gears.inputs.plausibility import check_plausible
 from gearchaos.gears.mesh_load import mesh_load
+from gearchaos.gears.stiffness.mesh_stiffness import ISO
 
 USUAL_DAMPING = (0.03, 0.1)
 """Usual damping ratios of a mesh, see the parameter ``damping_ratio`` of `GearDesign`."""
@@ -24,6 +27,13 @@ FASTEST, FAST = 300.0, 60.0
 
 FAST_SPEED = 2500.0
 """Speed in rad/s above which there is a warning, 23 900 rpm: a number of revolutions per minute may be meant."""
+
+LEAST_INERTIA, MOST_INERTIA, MOST_MASS = 0.02, 1000.0, 20.0
+"""Limits of a moment of inertia over that of a solid disc of the wheel's size, beyond which there is a warning. What is
+given may include all that turns with the wheel; what follows from the mass of a wheel is that of a disc of its size."""
+
+FACTOR_TO_ISO = 10.0
+"""Ratio of the stiffness of a table to that by ISO 6336-1, or its inverse, from which on there is a warning."""
 
 HIGH_LOAD = 3e8
 """Load F_t/(b m_n) in Pa above which there is a warning: the bending stress at the root is several times as large."""
@@ -86,6 +96,15 @@ def check_wheels(design: Any) -> None:
             f"It gives {velocity:.4g} m/s. {_speed_question(design.speed)}")
 
 
+def check_speed_range(design: Any, *speeds: float) -> None:
+    """Raise `InputError` for speeds of wheel 1, in rpm, above the limit of the pitch line velocity."""
+    for speed in speeds:
+        velocity = mesh_load(design.geometry, speed * units.RPM, 0.0, 1.0).velocity
+        if velocity > FASTEST:
+            raise InputError("speed", f"must keep the pitch line velocity below {FASTEST:g} m/s", speed,
+                             f"{speed:g} rpm give {velocity:.4g} m/s: an axis of speeds is in rpm.")
+
+
 def _velocity(design: Any) -> float:
     """Pitch line velocity at the reference circles, m/s."""
     return mesh_load(design.geometry, design.speed, 0.0, 1.0).velocity
@@ -113,7 +132,7 @@ def _speed_question(speed: float) -> str:
 def design_warnings(design: Any) -> tuple[str, ...]:
     """Sentences about values that are possible but unusual."""
     return (*geometry_warnings(design.geometry), *_damping_warnings(design), *_operating_warnings(design),
-            *_inertia_warnings(design))
+            *_inertia_warnings(design), *_stiffness_warnings(design))
 
 
 def _damping_warnings(design: Any) -> list[str]:
@@ -138,13 +157,34 @@ def _operating_warnings(design: Any) -> list[str]:
 
 
 def _inertia_warnings(design: Any) -> list[str]:
-    """Warnings about moments of inertia far from that of a solid disc of the wheel's size."""
+    """Warnings about moments of inertia, given or from a mass, far from that of a solid disc of the wheel's size."""
     found, geometry = [], design.geometry
-    for wheel, inertia in enumerate(design.inertia or ()):
+    if design.inertia is None and design.mass is None:
+        return []
+    subject, unit, most = "inertia", "kg*m^2", MOST_INERTIA
+    if design.inertia is None:
+        subject, unit, most = "mass", "kg", MOST_MASS
+    for wheel, inertia in enumerate(design.inertias):
         diameter, material = masses.disc_diameter(geometry)[wheel], design.material[wheel]
         mass = masses.disc_mass(diameter, 0.0, design.face_width[wheel], material.density)
         ratio = inertia / masses.disc_inertia(diameter, 0.0, mass)
-        if not 0.02 < ratio < 1000:
-            found.append(f"inertia[{wheel}] is {ratio:.3g} times that of a solid disc of the size of wheel "
-                         f"{wheel + 1}: is it in kg*m^2?")
+        if not LEAST_INERTIA < ratio < most:
+            found.append(f"{subject}[{wheel}] is {ratio:.3g} times that of a solid disc of the size of wheel "
+                         f"{wheel + 1}: is it in {unit}?")
     return found
+
+
+def _stiffness_warnings(design: Any) -> list[str]:
+    """A warning about a mesh stiffness from a table far from that by ISO 6336-1, where the standard applies."""
+    if not isinstance(design.stiffness, TableFile):
+        return []
+    try:
+        own, *others = comparable_stiffnesses(design)
+    except InputError:  # reported by what needs the stiffness
+        return []
+    for other in others:
+        ratio = own.reference / other.reference
+        if other.method == ISO and not 1 / FACTOR_TO_ISO < ratio < FACTOR_TO_ISO:
+            return [f"The mean mesh stiffness of the table is {own.reference / 1e6:.4g} N/µm, {ratio:.3g} times the "
+                    f"{other.reference / 1e6:.4g} N/µm by ISO 6336-1: is the unit in its header right?"]
+    return []

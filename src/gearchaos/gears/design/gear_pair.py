@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from gearchaos.errors import InputError
+from gearchaos.errors import ChangedFileError, InputError
 from gearchaos.gears.design.values import OrdersFile, TableFile, checksum
 from gearchaos.gears.mesh_load import mesh_load
 from gearchaos.gears.pair import GearPair
@@ -89,9 +89,9 @@ def _energy_stiffness(*arguments: Any) -> MeshStiffness:
 
 
 def _check_unchanged(field: str, path: str, sha256: str) -> None:
-    """Raise `InputError` if the content of a file is no longer that with which the design was made."""
-    if sha256 and checksum(path) != sha256:
-        raise InputError(field, "must be the file with which the design was made", path,
+    """Raise `ChangedFileError` if the content of a file is no longer that with which the design was made."""
+    if checksum(path) != sha256:
+        raise ChangedFileError(field, "must be the file with which the design was made", path,
                          "It is missing or was changed since. Make the design again, or restore the file.")
 
 

@@ -124,7 +124,7 @@ class TableFile:
     speed: Any = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "sha256", self.sha256 or checksum(self.table))
+        object.__setattr__(self, "sha256", self.sha256 or _required_checksum("table", self.table))
         if self.speed is not None:
             object.__setattr__(self, "speed", _speed("speed", self.speed))
 
@@ -145,15 +145,24 @@ class OrdersFile:
     sha256: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "sha256", self.sha256 or checksum(self.orders))
+        object.__setattr__(self, "sha256", self.sha256 or _required_checksum("orders", self.orders))
 
 
 def checksum(path: str) -> str:
-    """SHA-256 of the content of a file; empty if it cannot be read, which the reader of its content reports."""
+    """SHA-256 of the content of a file; empty if it cannot be read."""
     try:
         return hashlib.sha256(read_bytes(Path(path), MOST_BYTES)).hexdigest()
     except (OSError, ValueError):  # ValueError for a name with a null character
         return ""
+
+
+def _required_checksum(field: str, path: str) -> str:
+    """SHA-256 of the content of a file; raises `InputError` if it cannot be read."""
+    if found := checksum(path):
+        return found
+    raise InputError(field, "must be a file that can be read", path,
+                     "It does not exist, is no file, is too large or may not be read. Write the table first, or "
+                     "correct the path.")
 
 
 STIFFNESSES = ("ISO 6336-1", "potential energy")

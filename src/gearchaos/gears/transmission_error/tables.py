@@ -180,7 +180,7 @@ def _check_closed(table: Table, periods: np.ndarray) -> None:
 
 
 def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: str = "curve") -> ErrorHarmonics:
-    """Harmonics of a sampled error by least squares.
+    """Harmonics of a sampled error by least squares, where each sample has the weight of its share of the time.
 
     Parameters
     ----------
@@ -211,17 +211,39 @@ def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: st
     j = np.arange(1, count + 1)
     angle = 2 * np.pi * np.asarray(tau, dtype=float)[:, None] * j
     basis = np.hstack([np.ones((len(angle), 1)), np.cos(angle), np.sin(angle)])
-    solution = np.linalg.lstsq(basis, error, rcond=None)[0]
+    weights = _weights(np.asarray(tau, dtype=float))
+    root = np.sqrt(weights)
+    solution = np.linalg.lstsq(basis * root[:, None], error * root, rcond=None)[0]
     cosine, sine = solution[1 : count + 1], solution[count + 1:]
     amplitudes, phases = tuple(np.hypot(cosine, sine).tolist()), tuple(np.arctan2(sine, cosine).tolist())
     varying = error - solution[0]
     rest = varying - evaluate(amplitudes, phases, tau)
-    rms, whole = (float(np.sqrt(np.mean(v**2))) for v in (rest, varying))
+    rms, whole = (float(np.sqrt(np.average(v**2, weights=weights))) for v in (rest, varying))
     missing = f"{count} harmonics leave {rms / whole:.0%} of the error's rms value out." if rms > 0.1 * whole else ""
     return ErrorHarmonics(
         amplitudes=amplitudes, phases=phases, source=source, residual_rms=rms, residual_peak=float(np.abs(rest).max()),
         warnings=(missing,) if missing else (),
     )
+
+
+def _weights(tau: np.ndarray) -> np.ndarray:
+    """Shares of the samples in the time of the record over their median, an array (samples,), by the trapezoidal rule.
+
+    The record is continued periodically after a whole number of mesh periods, if the rest is no longer than its longest
+    step: its first and last sample then share this rest, and each has half a step if both ends are sampled.
+
+    Parameters
+    ----------
+    tau : array (samples,)
+        Times in mesh periods, in any order. Samples of the same time share its weight.
+    """
+    times, index, counts = np.unique(tau, return_inverse=True, return_counts=True)
+    steps, span = np.diff(times), float(times[-1] - times[0])
+    rest = max(math.ceil(span - _PERIOD_TOLERANCE) - span, 0.0)
+    rest = rest if rest <= (1 + _PERIOD_TOLERANCE) * steps.max() else 0.0
+    shares = (np.append(rest, steps) + np.append(steps, rest)) / 2
+    each = (shares / counts)[index]
+    return np.round(each / np.median(each), 12)  # exactly 1 for equal steps
 
 
 def _check_gaps(tau: np.ndarray, orders: int) -> None:
