@@ -12,12 +12,11 @@ from gearchaos.continuation.arclength import (
     Point,
     Settings,
     Stopped,
-    between,
     correct,
     follow,
-    length,
     point_of,
 )
+from gearchaos.continuation.closing import returned_start
 from gearchaos.continuation.cycles import CycleEquations, unknowns
 from gearchaos.continuation.events import (
     FLIP,
@@ -41,9 +40,6 @@ LARGEST = 1e3
 
 MIRRORED = "joins a branch at a pitchfork"
 HALVED = "joins a branch of half the period"
-_RETURNED = 1e-3
-"""A branch has returned to its start if it passes it at a distance of less than this fraction of a step."""
-
 _MOVED = 1e-6
 """Largest change of a coordinate between the orbits near an end of the axis and at it."""
 
@@ -227,7 +223,7 @@ def _end_between(
             return _at_bound(equations, last, point, bound), AXIS_END
     if np.abs(point.u[:-1]).max() > LARGEST:
         return point, UNBOUNDED
-    returned = _returned(equations, branch.points[0], last, point) if len(branch.points) > 3 else None
+    returned = returned_start(equations, branch.points[0], last, point) if len(branch.points) > 3 else None
     if returned is not None:
         return returned, CLOSED
     if turns_at_branch_point(last, point):
@@ -266,26 +262,6 @@ def _half_period_difference(point: Point) -> np.ndarray:
     """First point of an orbit less the point half a period later, (d,)."""
     points = point.data.points
     return points[0] - points[len(points) // 2]
-
-
-def _returned(equations: CycleEquations, start: Point, last: Point, point: Point) -> Point | None:
-    """The start as the next point of the branch if the branch passes it, or a copy of it shifted by mesh periods."""
-    n, size = equations.period, length(equations.weights, point.u - last.u)
-    for shift in range(n):
-        u, tangent = (_shifted(v, n, shift) for v in (start.u, start.tangent))
-        before, after = (float(np.sum(equations.weights * tangent * (v - u))) for v in (last.u, point.u))
-        near = length(equations.weights, point.u - u) < 2 * size and length(equations.weights, last.u - u) < 2 * size
-        if near and before < 0 <= after and float(np.sum(equations.weights * tangent * point.tangent)) > 0:
-            at = between(equations, last, point, float(np.sum(equations.weights * last.tangent * (u - last.u))))
-            if length(equations.weights, at.u - u) < _RETURNED * size:
-                return at
-    return None
-
-
-def _shifted(u: np.ndarray, period: int, shift: int) -> np.ndarray:
-    """A vector (n d + 1,) of points and parameter with the points shifted by whole mesh periods."""
-    points = np.roll(u[:-1].reshape(period, -1), -shift, axis=0)
-    return np.append(points.ravel(), u[-1])
 
 
 def _joined(back: Branch, ahead: Branch) -> Branch:

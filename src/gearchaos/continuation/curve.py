@@ -8,8 +8,9 @@ from functools import partial
 
 import numpy as np
 
-from gearchaos.continuation.arclength import Point, Settings, Stopped, correct, follow, length, point_of
+from gearchaos.continuation.arclength import Point, Settings, Stopped, correct, follow, point_of
 from gearchaos.continuation.branch import AXIS_END, CLOSED, LARGEST, POINT_LIMIT, UNBOUNDED, follow_branch
+from gearchaos.continuation.closing import returned_start
 from gearchaos.continuation.codimension2 import SpecialPoint, find_special_points
 from gearchaos.continuation.crossing import beyond_graze, beyond_kink
 from gearchaos.continuation.defining import CRITICAL, EventEquations, EventSeed, event_equations
@@ -234,8 +235,9 @@ def _end_between(
             return (last if found is None else _moved_to(equations, found, bound)), why
     if equations.amplitude(point.u) > LARGEST:
         return point, UNBOUNDED
-    if len(curve.points) > 3 and _passes(equations, curve.points[0], last, point):
-        return point, CLOSED
+    returned = returned_start(equations, curve.points[0], last, point) if len(curve.points) > 3 else None
+    if returned is not None:
+        return returned, CLOSED
     return None
 
 
@@ -268,22 +270,3 @@ def _end_tests(equations: EventEquations, bounds: Bounds) -> list[_EndTest]:
 def _inside(index: int, bound: float, inwards: float, point: Point) -> float:
     """How far an unknown lies inside a bound."""
     return inwards * float(point.u[index] - bound)
-
-
-def _passes(equations: EventEquations, start: Point, last: Point, point: Point) -> bool:
-    """Whether a curve passes its start between two points, or a copy of it shifted by mesh periods."""
-    w, n, size = equations.weights, equations.period, length(equations.weights, point.u - last.u)
-    for shift in range(n):
-        u, tangent = (_shifted(v, equations.size, n, shift) for v in (start.u, start.tangent))
-        before, after = (float(np.sum(w * tangent * (v - u))) for v in (last.u, point.u))
-        near = max(length(w, point.u - u), length(w, last.u - u)) < 1.1 * size
-        if near and before < 0 <= after and float(np.sum(w * tangent * point.tangent)) > 0:
-            return True
-    return False
-
-
-def _shifted(u: np.ndarray, size: int, period: int, shift: int) -> np.ndarray:
-    """Unknowns with the points of the cycle shifted by whole mesh periods."""
-    return np.append(np.roll(u[:size].reshape(period, -1), -shift, axis=0).ravel(), u[size:])
-
-

@@ -25,8 +25,8 @@ class CycleEquations:
     """
 
     def __init__(self, family: ParameterFamily, period: int, span: float) -> None:
-        self.family, self.period = family, period
-        self.weights = np.append(np.full(period * family.dimension, 1.0 / period), 1.0 / span**2)
+        self.family, self.period, self.size = family, period, period * family.dimension
+        self.weights = np.append(np.full(self.size, 1.0 / period), 1.0 / span**2)
 
     def evaluate(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, Cycle]:
         """The defects of the cycle u, their derivatives, and the cycle."""

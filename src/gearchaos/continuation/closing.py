@@ -1,0 +1,40 @@
+"""Whether a branch or a curve returns to its start, or to a copy of it shifted by whole mesh periods."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gearchaos.continuation.arclength import Point, between, length
+
+_RETURNED = 1e-3
+"""A branch has returned to its start if it passes it at a distance of less than this fraction of a step."""
+
+
+def returned_start(equations: Any, start: Point, last: Point, point: Point) -> Point | None:
+    """The point at the start, between two neighbouring points, if the branch passes it there; else None.
+
+    Parameters
+    ----------
+    equations : CycleEquations or EventEquations
+        Their first ``size`` unknowns are the n points of the orbit.
+    start, last, point : Point
+        The first point of the branch, and two neighbouring ones.
+    """
+    weights, n = equations.weights, equations.period
+    size = length(weights, point.u - last.u)
+    for shift in range(n):
+        u, tangent = (_shifted(v, equations.size, n, shift) for v in (start.u, start.tangent))
+        before, after = (float(np.sum(weights * tangent * (v - u))) for v in (last.u, point.u))
+        near = max(length(weights, point.u - u), length(weights, last.u - u)) < 2 * size
+        if near and before < 0 <= after and float(np.sum(weights * tangent * point.tangent)) > 0:
+            at = between(equations, last, point, float(np.sum(weights * last.tangent * (u - last.u))))
+            if length(weights, at.u - u) < _RETURNED * size:
+                return at
+    return None
+
+
+def _shifted(u: np.ndarray, size: int, period: int, shift: int) -> np.ndarray:
+    """Unknowns whose first ``size`` are the points of a cycle, with these shifted by whole mesh periods."""
+    return np.append(np.roll(u[:size].reshape(period, -1), -shift, axis=0).ravel(), u[size:])
