@@ -12,16 +12,17 @@ from matplotlib.lines import Line2D
 from gearchaos.errors import unknown_name
 from gearchaos.plot._axes import axis_label, new_axes
 from gearchaos.plot._branch_lines import axis_of, check_branch, draw_lines, stability_handles
+from gearchaos.plot._events import EVENT_COLOURS
 from gearchaos.plot._legends import legend as draw_legend
-from gearchaos.plot._phase import INK, STROBE
+from gearchaos.plot._phase import STROBE
 
 _EVENTS: dict[str, dict[str, Any]] = {
-    "fold": {"marker": "o", "color": INK},
-    "flip": {"marker": "s", "color": "#2f6db5"},
-    "neimark-sacker": {"marker": "^", "color": "#1b7a4b"},
-    "pitchfork": {"marker": "D", "color": "#7a3b8f"},
-    "neutral-saddle": {"marker": "x", "color": "0.45"},
-    "graze": {"marker": "|", "color": "#a96a00", "markersize": 8, "markeredgewidth": 1.4},
+    "fold": {"marker": "o", "color": EVENT_COLOURS["fold"]},
+    "flip": {"marker": "s", "color": EVENT_COLOURS["flip"]},
+    "neimark-sacker": {"marker": "^", "color": EVENT_COLOURS["neimark-sacker"]},
+    "pitchfork": {"marker": "D", "color": EVENT_COLOURS["pitchfork"]},
+    "neutral-saddle": {"marker": "x", "color": EVENT_COLOURS["neutral-saddle"]},
+    "graze": {"marker": "|", "color": EVENT_COLOURS["graze"], "markersize": 8, "markeredgewidth": 1.4},
 }
 """How each kind of event is marked; a graze is no bifurcation in general, and is marked by a stroke."""
 

@@ -14,14 +14,15 @@ from matplotlib.patheffects import withStroke
 from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, new_axes
 from gearchaos.plot._checks import check
+from gearchaos.plot._events import EVENT_COLOURS
 from gearchaos.plot._legends import side_legend
 from gearchaos.plot._phase import INK
 
 _KINDS: dict[str, dict[str, Any]] = {
-    "fold": {"color": INK, "linestyle": "-"},
-    "flip": {"color": "#1f5fd0", "linestyle": "-"},
-    "neimark-sacker": {"color": "#0b7a3b", "linestyle": "-"},
-    "graze": {"color": "#7a2b8f", "linestyle": (0, (1, 1.6))},
+    "fold": {"color": EVENT_COLOURS["fold"], "linestyle": "-"},
+    "flip": {"color": EVENT_COLOURS["flip"], "linestyle": "-"},
+    "neimark-sacker": {"color": EVENT_COLOURS["neimark-sacker"], "linestyle": "-"},
+    "graze": {"color": EVENT_COLOURS["graze"], "linestyle": (0, (1, 1.6))},
 }
 """How the curves of each kind of event are drawn."""
 

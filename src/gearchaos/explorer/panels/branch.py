@@ -14,15 +14,16 @@ from gearchaos.explorer.panels.labels import symbol
 from gearchaos.explorer.panels.style import SetAttributes, event_words
 from gearchaos.explorer.panels.units import Units
 from gearchaos.plot._branch_lines import axis_of, line_nodes, line_parts
+from gearchaos.plot._events import EVENT_COLOURS
 
 _COLOUR = "#d95f02"
 """Colour of the lines, which differs from those of the diagram and of the marker at the point."""
 
-_EVENTS = {
-    "fold": ("circle", "#1d2b53", "●"), "flip": ("square", "#1f5fd0", "■"),
-    "neimark-sacker": ("triangle", "#0b7a3b", "▲"), "pitchfork": ("diamond", "#7a3b8f", "◆"),
-    "neutral-saddle": ("x", "#555555", "×"), "graze": ("inverted_triangle", "#a96a00", "▼"),
+_MARKERS = {
+    "fold": ("circle", "●"), "flip": ("square", "■"), "neimark-sacker": ("triangle", "▲"),
+    "pitchfork": ("diamond", "◆"), "neutral-saddle": ("x", "×"), "graze": ("inverted_triangle", "▼"),
 }
+_EVENTS = {kind: (marker, EVENT_COLOURS[kind], sign) for kind, (marker, sign) in _MARKERS.items()}
 """Marker, colour and character in the legend of every kind of event, in the order of the legend."""
 
 _FIELDS = ("x", "y", "marker", "colour", "kind", "at", "multipliers")

@@ -10,8 +10,9 @@ from bokeh.models import ColumnDataSource, MultiLine
 
 from gearchaos.explorer.jobs.skeleton import EventCurve, Skeleton
 from gearchaos.explorer.panels.style import SetAttributes, event_words
+from gearchaos.plot._events import EVENT_COLOURS
 
-_COLOURS = {"fold": "#1d2b53", "flip": "#1f5fd0", "neimark-sacker": "#0b7a3b", "graze": "#7a2b8f"}
+_COLOURS = {kind: EVENT_COLOURS[kind] for kind in ("fold", "flip", "neimark-sacker", "graze")}
 """Colours of the curves by the kind of event, in the order of the legend."""
 
 _DOTTED = "graze"
