@@ -46,6 +46,15 @@ def test_derivatives_by_parameters(name):
         out.sensitivity[0, :, 0], difference(SINGLE, name, SINGLE.value(name)), rtol=1e-8, atol=1e-9)
 
 
+def test_the_derivative_by_an_instant_of_a_stiffness_jump_in_contact():
+    """Without contact at that instant the derivative would be 0."""
+    model = SINGLE.with_values({"z": 1.8, "z_dot": -1.0})
+    _, out = period(model, ("contact_ratio",))
+    assert np.abs(out.sensitivity).max() > 0.1
+    exact = difference(model, "contact_ratio", model.value("contact_ratio"))
+    np.testing.assert_allclose(out.sensitivity[0, :, 0], exact, rtol=1e-8, atol=1e-9)
+
+
 @pytest.mark.parametrize(("stiffness", "name"), [
     ("harmonics", "c1"), ("harmonics", "alpha2"), ("harmonics", "omega"), ("steps", "omega"), ("steps", "zeta"),
 ])
