@@ -84,6 +84,10 @@ def skeleton(
                      help="First x, then y; COUNT places at which motions are searched, 48 and 24 if left out."),
     ] = None,
     period: Annotated[int, typer.Option(help="Largest period of the orbits.")] = 4,
+    lines: Annotated[
+        tuple[int, int], typer.Option(help="Numbers of lines along x and along y on which events are searched.")
+    ] = (8, 5),
+    starts: Annotated[int, typer.Option(help="Initial states at each place, besides the model's own.")] = 3,
     workers: Annotated[int | None, typer.Option(help="Processes, by default one per core.")] = None,
     plot: Plot = None,
     json_out: Json = False,
@@ -99,7 +103,8 @@ def skeleton(
     from gearchaos.studies.skeleton import skeleton as find
 
     journal = Path(f"{out}.part")
-    found = find(loaded.model, x, y, period=period, journal=journal, progress=True, workers=workers)
+    found = find(loaded.model, x, y, period=period, lines=lines, starts=starts, journal=journal, progress=True,
+                 workers=workers)
     dataset = in_units(found, loaded, physical)
     save(dataset, out)
     journal.unlink(missing_ok=True)

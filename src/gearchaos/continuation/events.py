@@ -29,6 +29,12 @@ _NEAR_SINGULAR = 1e-3
 of the two points."""
 
 _BISECTIONS = 60
+_HALVINGS = 4
+"""Times that a step is halved to follow a pair of extrema of z that exists at one of its ends only."""
+
+_TOUCHING = 1e-9
+"""Largest distance of an extremum of z from a boundary that it touches."""
+
 _MIN_DIVERGENCE = 1e-9
 """Imaginary part from which a critical pair of multipliers counts as complex."""
 
@@ -174,23 +180,61 @@ def _pairs(equations: Equations, first: Point, last: Point) -> Iterator[Event]:
             yield Event(kind, point, defect=float(abs(a * b - 1.0)))
 
 
-def _grazes(equations: Equations, first: Point, last: Point) -> Iterator[Event]:
-    period = first.data.period
+def _grazes(equations: Equations, first: Point, last: Point, halvings: int = _HALVINGS) -> list[Event]:
+    """The grazes between two points; those of both halves where a new pair of extrema cannot be followed so far, or an
+    extremum may touch a boundary twice."""
+    period, found = first.data.period, list[Event]()
     index, new = match(first.data.extrema, last.data.extrema, period)
+    if halvings and _may_touch_twice(equations, first, last, index):
+        return _grazes_of_halves(equations, first, last, halvings - 1)
     for number, other in enumerate(index):
         if other < 0:
             continue
         for boundary in (1, -1):
             gap = first.data.extrema[number, 1] - boundary
             if gap * (last.data.extrema[other, 1] - boundary) < 0:
-                yield from _graze(equations, first, last, number, boundary)
+                found += _graze(equations, first, last, number, boundary)
     vanished = [i for i in range(len(index)) if index[i] < 0]
     for point, pairs in ((last, new), (first, _pairs_of(vanished))):
         for pair in pairs:
             for boundary in (1, -1):
                 low, high = sorted(point.data.extrema[list(pair), 1])
                 if low < boundary < high:
-                    yield from _graze_of_new_pair(equations, first, last, point is last, boundary, pair)
+                    event = _graze_of_new_pair(equations, first, last, point is last, boundary, pair)
+                    if event is None and halvings:
+                        return _grazes_of_halves(equations, first, last, halvings - 1)
+                    found += [] if event is None else [event]
+    return found
+
+
+def _grazes_of_halves(equations: Equations, first: Point, last: Point, halvings: int) -> list[Event]:
+    """The grazes between two points, searched before and after the point in the middle."""
+    full = float(np.sum(equations.weights * first.tangent * (last.u - first.u)))
+    try:
+        middle = between(equations, first, last, 0.5 * full)
+    except Stopped:
+        return []
+    return _grazes(equations, first, middle, halvings) + _grazes(equations, middle, last, halvings)
+
+
+def _may_touch_twice(equations: Equations, first: Point, last: Point, index: np.ndarray) -> bool:
+    """Whether an extremum is on one side of a boundary at both points, but perhaps on the other side between them.
+
+    The values of the extrema between the points are interpolated by cubic polynomials in Bernstein form, whose values
+    lie between the least and the largest coefficient.
+    """
+    kept = np.flatnonzero(index >= 0)
+    before, after = first.data.extrema[kept, 1], last.data.extrema[index[kept], 1]
+    full = float(np.sum(equations.weights * first.tangent * (last.u - first.u)))
+    turned = max(float(np.sum(equations.weights * last.tangent * first.tangent)), 1e-3)
+    slopes = (first.data.extremum_slopes(first.tangent)[kept] * full / 3,
+              last.data.extremum_slopes(last.tangent)[index[kept]] * full / (3 * turned))
+    coefficients = np.stack([before, before + slopes[0], after - slopes[1], after])
+    for boundary in (1, -1):
+        beyond = coefficients > boundary
+        if np.any((beyond[0] == beyond[3]) & (np.any(beyond, axis=0) != np.all(beyond, axis=0))):
+            return True
+    return False
 
 
 def _pairs_of(indices: list[int]) -> list[tuple[int, int]]:
@@ -221,10 +265,11 @@ def _matched(first: Point, point: Point, number: int) -> int:
 
 def _graze_of_new_pair(
     equations: Equations, first: Point, last: Point, forward: bool, boundary: int, pair: tuple[int, int]
-) -> Iterator[Event]:
+) -> Event | None:
     """The graze of one of two extrema that exist only at the last point (``forward``), or only at the first one.
 
-    Between, they are born with one value of z; from there on one of them passes the boundary.
+    Between, they are born with one value of z; from there on one of them passes the boundary. None if the pair cannot
+    be followed to that place.
     """
     full = float(np.sum(equations.weights * first.tangent * (last.u - first.u)))
     here, there = (full, 0.0) if forward else (0.0, full)
@@ -240,10 +285,12 @@ def _graze_of_new_pair(
             else:
                 here, nearest = middle, (point, straddling)
     except Stopped:
-        return
-    if nearest is not None:
-        point, number = nearest
-        yield Event(GRAZE, point, boundary, number, abs(float(point.data.extrema[number, 1] - boundary)))
+        return None
+    if nearest is None:
+        return None
+    point, number = nearest
+    defect = abs(float(point.data.extrema[number, 1] - boundary))
+    return Event(GRAZE, point, boundary, number, defect) if defect < _TOUCHING else None
 
 
 def _straddling_pair(cycle: Cycle, instant: float, boundary: int) -> int | None:

@@ -106,6 +106,13 @@ class Cycle:
         out[period * d : (period + 1) * d], out[n * d :] = row[:d], row[d:]
         return out
 
+    def extremum_slopes(self, direction: np.ndarray) -> np.ndarray:
+        """Derivatives (E,) of z at the extrema in a direction (n d + Q,) of points and parameters."""
+        (n, d), rows = self.points.shape, self._trimmed("extrema", "extremum")
+        states, parameters = direction[: n * d].reshape(n, d), direction[n * d :]
+        pairs = zip(rows, states, strict=True)
+        return np.concatenate([r[:, 3 : 3 + d] @ state + r[:, 3 + d :] @ parameters for r, state in pairs])
+
     def _trimmed(self, name: str, singular: str) -> list[np.ndarray]:
         """The records of this name in each mesh period."""
         counts = getattr(self.result, f"{singular}_count")

@@ -1,0 +1,93 @@
+"""Events between two points of a branch: those found over long distances are those found over short ones."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from itertools import pairwise
+from types import SimpleNamespace
+
+import pytest
+
+import gearchaos as gc
+from gearchaos.continuation.arclength import Settings
+from gearchaos.continuation.branch import Branch, follow_branch
+from gearchaos.continuation.codimension2 import flip_coefficient
+from gearchaos.continuation.cycles import CycleEquations
+from gearchaos.continuation.defining import EventState
+from gearchaos.continuation.events import GRAZE, find_events
+from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.orbit import find_cycle
+
+BORN = [
+    ("eps1", (0.0, 0.4), {"zeta": 0.038, "q0": 0.218, "eps1": 0.076, "omega": 1.148, "eps3": 0.043}),
+    ("q0", (0.0, 0.4), {"zeta": 0.076, "q0": 0.292, "eps1": 0.024, "omega": 1.077, "eps2": 0.098, "theta2": 5.743}),
+    ("q0", (0.0, 0.4), {"zeta": 0.034, "q0": 0.063, "eps1": 0.133, "omega": 0.479, "eps2": 0.018, "theta2": 3.482}),
+    ("eps1", (0.0, 0.4), {"zeta": 0.043, "q0": 0.157, "eps1": 0.157, "omega": 1.179, "eps3": 0.08}),
+]
+"""Models in which two extrema of z are born near a boundary of contact, with an axis and its range."""
+
+
+TWICE = [
+    ("theta1", (0.0, 6.0), {"zeta": 0.047, "q0": 0.084, "eps1": 0.093, "omega": 0.483, "eps2": 0.034, "theta2": 4.502,
+                            "eps3": 0.035, "theta1": 3.0}),
+    ("omega", (0.2, 1.5), {"zeta": 0.052, "q0": 0.203, "eps1": 0.026, "omega": 0.468}),
+    ("omega", (0.2, 1.5), {"zeta": 0.073, "q0": 0.129, "eps1": 0.024, "omega": 1.044, "eps2": 0.016, "theta2": 0.558}),
+]
+"""Models of which an extremum of z passes a boundary and soon returns."""
+
+
+@cache
+def fine(number: int) -> Branch:
+    name, bounds, values = (BORN + TWICE)[number]
+    family, start = find_cycle(gc.MeshModel.of(kind="single", **values), (name,), 1, None)
+    return follow_branch(family, start, bounds, Settings())
+
+
+def own_grazes(branch: Branch) -> list[tuple[int, float]]:
+    """The point before each graze, and the parameter there."""
+    pairs = zip(branch.event_positions, branch.events, strict=True)
+    return [(i, float(e.point.u[-1])) for i, e in pairs if e.kind == GRAZE]
+
+
+def check_stride(number: int, first: int, last: int) -> None:
+    """The grazes found in one stride between two points are those of the branch."""
+    branch, (low, high) = fine(number), (BORN + TWICE)[number][1]
+    equations = CycleEquations(branch.family, 1, high - low)
+    events = find_events(equations, branch.points[first], branch.points[last])
+    found = [e for e in events if e.kind == GRAZE]
+    within = [value for i, value in own_grazes(branch) if first <= i < last]
+    assert sorted(e.point.u[-1] for e in found) == pytest.approx(sorted(within), abs=1e-10)
+    assert all(e.defect < 1e-12 and e.boundary in (1, -1) for e in found)
+
+
+@pytest.mark.parametrize("reach", [1, 2, 3])
+@pytest.mark.parametrize("number", range(len(BORN)))
+def test_a_graze_of_new_extrema_is_found_over_longer_distances(number, reach):
+    branch = fine(number)
+    assert own_grazes(branch)
+    for position, _ in own_grazes(branch):
+        check_stride(number, max(position - reach, 0), min(position + 1 + reach, len(branch.points) - 1))
+
+
+@pytest.mark.parametrize("number", range(len(BORN), len(BORN) + len(TWICE)))
+def test_two_grazes_of_one_extremum_are_found_between_two_points(number):
+    branch = fine(number)
+    own = own_grazes(branch)
+    pairs = [(i, j) for (i, _), (j, _) in pairwise(own) if j - i <= 5]
+    assert pairs
+    for i, j in pairs:
+        check_stride(number, max(i - 1, 0), min(j + 2, len(branch.points) - 1))
+
+
+def test_the_coefficient_of_a_flip_is_unknown_next_to_a_graze():
+    """In permanent contact the equations are linear, so that the coefficient is 0, up to the graze at ε1 = 0.0683."""
+    model = gc.MeshModel.of(kind="single", zeta=0.025, q0=0.1, eps1=0.05, omega=1.8458643004984736)
+    family = ParameterFamily(model, ("omega", "eps1"))
+
+    def coefficient(eps1: float) -> float:
+        _, cycle = find_cycle(model.with_values({"eps1": eps1}), ("omega", "eps1"), 1, None)
+        return flip_coefficient(EventState(cycle), SimpleNamespace(family=family))
+
+    assert coefficient(0.05) == pytest.approx(0.0, abs=1e-5)
+    assert math.isnan(coefficient(0.06828)), "the differences reach across the graze"
