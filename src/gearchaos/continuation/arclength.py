@@ -21,8 +21,8 @@ _ACCEPTED = 1e-10
 """Largest residual of a point whose residual Newton's method cannot lower any more."""
 
 _ITERATIONS = 8
-_FEW = 3
-"""With at most this number of iterations the next step may be longer."""
+_FAR = 0.1
+"""Distance from the guess at which Newton's method has left its neighbourhood."""
 
 _LEAST_COSINE = 0.97
 """Least cosine of the angle between the tangents of neighbouring points."""
@@ -141,7 +141,8 @@ def correct(
         try:
             f, jacobian, data = equations.evaluate(u)
         except InputError as error:
-            raise Stopped(str(error)) from None
+            far = length(equations.weights, u - guess) > _FAR
+            raise Stopped("Newton's method diverges" if far else str(error)) from None
         residual = float(np.abs(f).max())
         if not np.isfinite(residual):
             raise Stopped("the motion diverges")
