@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import math
 from functools import cache
 from itertools import pairwise
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
+import xarray as xr
 
 import gearchaos as gc
 from gearchaos.continuation.arclength import Settings
@@ -15,7 +18,7 @@ from gearchaos.continuation.branch import Branch, follow_branch
 from gearchaos.continuation.codimension2 import flip_coefficient
 from gearchaos.continuation.cycles import CycleEquations
 from gearchaos.continuation.defining import EventState
-from gearchaos.continuation.events import GRAZE, find_events
+from gearchaos.continuation.events import FLIP, GRAZE, find_events
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import find_cycle
 
@@ -91,3 +94,74 @@ def test_the_coefficient_of_a_flip_is_unknown_next_to_a_graze():
 
     assert coefficient(0.05) == pytest.approx(0.0, abs=1e-5)
     assert math.isnan(coefficient(0.06828)), "the differences reach across the graze"
+
+
+TORSIONAL = gc.MeshModel.of(omega=1.0, q0=0.1)
+
+
+@cache
+def parent_flips() -> dict[int, list[float]]:
+    """The flips of the orbits of 1, 2 and 8 periods, each from branches of its own."""
+    found = {}
+    for period, eps1 in ((1, 0.05), (2, 0.119), (8, 0.12401)):
+        ds = gc.branch(TORSIONAL.with_values({"eps1": eps1}), "eps1=0:0.3")
+        assert set(ds["period"].values.tolist()) == {period}
+        found[period] = ds["event_value"].values[ds["event_kind"].values == FLIP].tolist()
+    return found
+
+
+@pytest.mark.parametrize("longest_step", [0.03, 0.01])
+@pytest.mark.parametrize(("eps1", "period"), [(0.1, 2), (0.11, 2), (0.115, 2), (0.122, 4), (0.12408, 16)])
+def test_a_branch_of_doubled_orbits_ends_at_the_flip_of_the_others(eps1, period, longest_step):
+    ds = gc.branch(TORSIONAL.with_values({"eps1": eps1}), "eps1=0:0.3", longest_step=longest_step)
+    assert set(ds["period"].values.tolist()) == {period}
+    joined = [e["value"] for e in json.loads(ds.attrs["ends"]) if e["why"] == "joins a branch of half the period"]
+    assert joined
+    assert all(min(abs(value - flip) for flip in parent_flips()[period // 2]) < 1e-12 for value in joined)
+    others = ds["event_value"].values[np.isin(ds["event_kind"].values, ["fold", "pitchfork"])]
+    assert all(abs(value - other) > 1e-7 for value in joined for other in others), "the flip is no event of the branch"
+    intervals = np.array(json.loads(ds.attrs["stable"]))
+    assert all(np.abs(intervals - value).min() < 1e-12 for value in joined), "stable up to the flip"
+
+
+def test_a_cascade_begins_from_an_unstable_orbit():
+    ds = gc.branch(TORSIONAL.with_values({"eps1": 0.206}), "eps1=0:0.3", period=1, cascade=2)
+    assert [b["period"] for b in json.loads(ds.attrs["cascade"])] == [2, 4]
+
+
+def half_differences(ds: xr.Dataset) -> np.ndarray:
+    """Distances of the first points of orbits of an even period from those half a period later."""
+    period = ds["curve_period"].values[ds["curve"].values]
+    out = np.full(ds.sizes["point"], np.inf)
+    for i in np.flatnonzero(period % 2 == 0):
+        names = [n for n in ds.data_vars if str(n).startswith("section_x1")]
+        out[i] = max(abs(float(ds[n][i, 0] - ds[n][i, period[i] // 2])) for n in names)
+    return out
+
+
+@cache
+def skeleton() -> xr.Dataset:
+    return gc.skeleton(TORSIONAL, "omega=0.9:1.05:12", "eps1=0.1:0.2:8", period=4, lines=(3, 2), workers=1)
+
+
+def test_no_curve_of_doubled_orbits_is_one_of_the_others():
+    ds = skeleton()
+    assert np.any((ds["curve_kind"].values == "fold") & (ds["curve_period"].values == 4)) or ds.sizes["number"] > 3
+    distance = half_differences(ds)
+    for curve in range(ds.sizes["number"]):
+        inner = distance[ds["curve"].values == curve][1:-1]
+        assert np.all(inner > 1e-6), (curve, str(ds["curve_kind"].values[curve]))
+
+
+def test_a_graze_curve_ends_where_its_extremum_vanishes():
+    """A maximum and a minimum of z merge on the boundary."""
+    model = TORSIONAL.with_values({"omega": 2.121, "eps1": 0.2})
+    start = {"x1": 1.07, "x1_dot": 0.16, "x2": -0.07, "x2_dot": -0.16}
+    ds = gc.curve(model, "graze", "omega=1.8:2.5", "eps1=0.05:0.3", period=3, start=start)
+    number = next(i for i, e in enumerate(json.loads(ds.attrs["ends"])) if e["why"].startswith("the extremum of z"))
+    at = -number
+    values = {name: float(ds[name][at]) for name in ("omega", "eps1")}
+    state = {str(n)[8:]: float(ds[n][at, 0]) for n in ds.data_vars if str(n).startswith("section_")}
+    touching = [e for e in gc.orbit(TORSIONAL.with_values(values), period=3, near=state).extrema if abs(e.z - 1) < 1e-5]
+    assert [e.maximum for e in touching] in ([True, False], [False, True])
+    assert abs(touching[0].time - touching[1].time) < 2e-3

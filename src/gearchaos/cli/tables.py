@@ -200,6 +200,8 @@ def print_branch(document: dict[str, Any], name: str) -> None:
     for word, branch in others:
         stable = ", ".join(f"{a:.10g} to {b:.10g}" for a, b in branch["stable"])
         table.add_row(f"{word}, {branch['period']}T", f"stable {stable or 'nowhere'}")
+    if document.get("cascade") == []:
+        table.add_row("doubled", "none: from its start the branch reaches no flip that changes its stability")
     if document.get("feigenbaum"):
         table.add_row("ratios of intervals", ", ".join(f"{ratio:.6g}" for ratio in document["feigenbaum"]))
     _print(table)

@@ -55,6 +55,11 @@ class Cycle:
             return np.inf
         return float(np.abs(self.defect).max())
 
+    @property
+    def half_period_difference(self) -> np.ndarray:
+        """First point less that half an even period later, (d,); it is 0 for an orbit of half the period."""
+        return self.points[0] - self.points[self.period // 2]
+
     @cached_property
     def jacobian(self) -> np.ndarray:
         """Derivatives (n d, n d + Q) of the defect by the points and the parameters."""

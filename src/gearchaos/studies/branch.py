@@ -50,8 +50,9 @@ def branch(
     period : int, optional
         Minimal period in mesh periods, at most 1024; by default that of the motion that the start leads to.
     cascade : int
-        Number of period doublings to follow, from the flip at which the branch loses stability on leaving its start;
-        of two such flips, one in each direction, that with the nearer parameter.
+        Number of period doublings to follow, from the flip at which stability first changes on leaving the start; of
+        two such flips, one in each direction, that with the nearer parameter. There are none if stability first changes
+        at other events.
     pitchforks : bool
         Whether to follow the two branches of asymmetric orbits at each pitchfork too.
     events : mapping of str to callable, optional
@@ -164,7 +165,7 @@ def _doubled(
     main: Branch, bounds: tuple[float, float], settings: Settings, count: int
 ) -> Iterator[tuple[Branch | None, Event | None]]:
     """The branches of doubled periods, each with the flip at its end; first no branch and the flip of the main one."""
-    flip = main.loss_of_stability(FLIP) if count else None
+    flip = main.first_change_of_stability(FLIP) if count else None
     if flip is not None:
         yield None, flip
         yield from follow_cascade(main.family, flip, bounds, settings, count)
