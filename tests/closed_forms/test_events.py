@@ -14,12 +14,13 @@ import xarray as xr
 
 import gearchaos as gc
 from gearchaos.continuation.arclength import Settings
-from gearchaos.continuation.branch import Branch, follow_branch
+from gearchaos.continuation.branch import HALVED, Branch, End, follow_branch
 from gearchaos.continuation.codimension2 import flip_coefficient
 from gearchaos.continuation.cycles import CycleEquations
 from gearchaos.continuation.defining import EventState
 from gearchaos.continuation.events import FLIP, GRAZE, find_events
 from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.lines import Line, line_branches, line_seeds
 from gearchaos.continuation.orbit import find_cycle
 
 BORN = [
@@ -165,3 +166,34 @@ def test_a_graze_curve_ends_where_its_extremum_vanishes():
     touching = [e for e in gc.orbit(TORSIONAL.with_values(values), period=3, near=state).extrema if abs(e.z - 1) < 1e-5]
     assert [e.maximum for e in touching] in ([True, False], [False, True])
     assert abs(touching[0].time - touching[1].time) < 2e-3
+
+
+def test_an_unstable_branch_is_unstable_up_to_the_flip_that_it_joins():
+    """There its multiplier is 1, the square of −1."""
+    def point(value: float, multiplier: float) -> SimpleNamespace:
+        return SimpleNamespace(u=np.array([0.0, value]), data=SimpleNamespace(multipliers=np.array([multiplier, 0.1])))
+
+    points = [point(0.1, 1.3), point(0.2, 1.1), point(0.3, 1.0)]
+    branch = Branch(SimpleNamespace(), 2, points, ends=[End(0.1, "end of the axis"), End(0.3, HALVED)])
+    assert branch.unstable.tolist() == [1, 1, 1]
+    assert branch.stable_intervals() == []
+
+
+def test_branches_are_followed_beyond_the_ends_of_a_line():
+    """The fold of the resonance lies outside the line; the unstable arm inside is joined to it there."""
+    single = gc.MeshModel.of(kind="single", zeta=0.025, q0=0.1, eps1=0.05, omega=0.9)
+    bounds = (0.55, 0.75)
+    found = [branch for seed in (1,) for branch in line_branches(
+        Line(single, ("omega", "eps1"), (bounds, (0.02, 0.08)), 0, 0.05, 6, 2, seed))[1]]
+    folds = [e.cycle.values[0] for b in found for e in b.events if e.kind == "fold"]
+    assert any(0.75 < value < 0.8 for value in folds), folds
+    seeds = line_seeds(Line(single, ("omega", "eps1"), (bounds, (0.02, 0.08)), 0, 0.05, 6, 2, 1))
+    assert all(bounds[0] <= seed.values[0] <= bounds[1] for seed in seeds)
+
+
+def test_a_point_of_codimension_2_at_a_corner_is_listed_once():
+    ds = gc.curve(TORSIONAL.with_values({"omega": 1.22, "eps1": 0.12}), "flip", "omega=0.9:1.3", "eps1=0.1:0.25",
+                  period=3)
+    corner = ds["special_kind"].values == "grazing-flip"
+    assert corner.sum() == 1
+    assert float(ds["special_omega"].values[corner][0]) == pytest.approx(1.2081625162836, abs=1e-9)
