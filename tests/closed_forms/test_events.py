@@ -18,7 +18,8 @@ from gearchaos.continuation.branch import HALVED, Branch, End, follow_branch
 from gearchaos.continuation.codimension2 import flip_coefficient
 from gearchaos.continuation.cycles import CycleEquations
 from gearchaos.continuation.defining import EventState
-from gearchaos.continuation.events import FLIP, GRAZE, find_events
+from gearchaos.continuation.event_search import find_events
+from gearchaos.continuation.events import FLIP, GRAZE
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.lines import Line, line_branches, line_seeds
 from gearchaos.continuation.orbit import find_cycle
@@ -197,3 +198,36 @@ def test_a_point_of_codimension_2_at_a_corner_is_listed_once():
     corner = ds["special_kind"].values == "grazing-flip"
     assert corner.sum() == 1
     assert float(ds["special_omega"].values[corner][0]) == pytest.approx(1.2081625162836, abs=1e-9)
+
+
+HIDDEN = {
+    "kind": "full", "omega": 0.42575456071205064, "zeta": 0.03259977604780645, "eps1": 0.13086893752598683,
+    "theta1": 5.57162066414749, "q0": 0.02535247282463463, "chi1": 0.34506112441382186, "chi2": 0.4276813150161783,
+    "contact_ratio": 1.2829697548857468, "beta1": 0.011942317249235085, "beta2": 0.022562684938836067,
+    "kappa": 0.9447287919875895}
+"""A model with a Neimark–Sacker bifurcation next to a neutral saddle: both change the sign of one test function."""
+
+HIDDEN_START = {
+    "x1": 1.038952951523017, "x1_dot": 0.028441364795450456, "x2": -0.014193189974980425,
+    "x2_dot": -0.02858631682664987, "y1": 0.03999085659358606, "y1_dot": -0.037150380199150256,
+    "y2": -0.03999085659358606, "y2_dot": 0.037150380199150256}
+
+
+def test_a_bifurcation_next_to_a_neutral_saddle_is_found():
+    ds = gc.branch(gc.MeshModel.of(**HIDDEN), "q0=-0.3:0.4", period=1, start=HIDDEN_START)
+    for kind, value in (("neimark-sacker", -0.0191027271), ("neutral-saddle", -0.0190924917)):
+        values = ds["event_value"].values[ds["event_kind"].values == kind]
+        assert np.abs(values - value).min() < 1e-9
+
+
+def test_no_graze_is_reported_where_extrema_are_matched_wrongly():
+    values = {
+        "omega": 1.82273808743797, "zeta": 0.025173863735527616, "eps1": 0.09662540622418077,
+        "theta1": 3.2504181582165925, "q0": 0.10530715879037605, "eps3": 0.03068892794747089,
+        "theta3": 0.23124833690309732, "chi1": 0.10499800250586228, "chi2": 0.49584309800723236,
+        "contact_ratio": 1.70378217530502}
+    ds = gc.branch(gc.MeshModel.of(kind="single", **values), "theta1=-7:13", period=3,
+                   start={"z": 0.6391463715558077, "z_dot": -0.12229316993668578})
+    grazes = ds["event_kind"].values == "graze"
+    assert grazes.any()
+    assert ds["event_residual"].values[grazes].max() < 1e-9

@@ -313,3 +313,29 @@ def test_what_is_no_branch_is_refused():
         plot.backbone(resonance(), "label")
     with pytest.raises(InputError, match="backbone or branch"):
         plot.lyapunov(resonance())
+
+
+@pytest.mark.parametrize(("name", "low", "high"), [
+    ("zeta", 0.0, 0.1), ("contact_ratio", 1.0, 2.0), ("zeta", 0.025, 0.1), ("contact_ratio", 1.5, 1.6)])
+def test_a_branch_reaches_the_limits_of_the_models_rules(name, low, high):
+    model = gc.MeshModel.of(kind="single", omega=0.7, zeta=0.025, q0=0.1, eps1=0.05)
+    ds = gc.branch(model, f"{name}={low}:{high}", period=1)
+    assert {(e["value"], e["why"]) for e in json.loads(ds.attrs["ends"])} == {
+        (low, "end of the axis"), (high, "end of the axis")}
+    assert {float(ds[name].min()), float(ds[name].max())} == {low, high}
+
+
+def test_large_phases_are_followed():
+    """A phase is an argument of sines: whole turns change nothing."""
+    base = gc.MeshModel.of(kind="single", omega=0.7, zeta=0.025, q0=0.1, eps1=0.05)
+    turns = 2 * math.pi * 79
+    far = gc.branch(base.with_values({"theta1": 500.0}), "theta1=499:501", period=1)
+    near = gc.branch(base.with_values({"theta1": 500.0 - turns}), f"theta1={499 - turns}:{501 - turns}", period=1)
+    assert [e["why"] for e in json.loads(far.attrs["ends"])] == ["end of the axis"] * 2
+    np.testing.assert_allclose(far["v_rms"][[0, -1]], near["v_rms"][[0, -1]], rtol=1e-9)
+
+
+@pytest.mark.parametrize("axis", ["omega=0.5:1.5", "eps1=-0.3:0.3"])
+def test_an_orbit_that_is_not_isolated_has_no_branch(axis):
+    with pytest.raises(InputError, match="start must be an orbit from which a branch can be followed"):
+        gc.branch(gc.MeshModel.of(kind="single", q0=0, eps1=0.0, omega=0.7), axis, period=1)

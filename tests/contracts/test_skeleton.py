@@ -163,8 +163,15 @@ def test_a_dead_worker_is_an_error_with_advice(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(("changes", "words"), [
     ({"lines": 3}, "must be two numbers"), ({"lines": (1, -1)}, "lines"), ({"period": 65}, "period"),
+    ({"lines": (0, 0)}, "at least one line"),
     ({"starts": -1}, "starts"), ({"workers": 0}, "workers"), ({"x": "z=1:2"}, "x1"), ({"x": "eps1=0:0.1"}, "different"),
 ])
 def test_bad_input_of_a_skeleton(changes, words):
     with pytest.raises(InputError, match=words):
         gc.skeleton(SMALL, **{**WINDOW, **QUICK, **changes})
+
+
+def test_motions_that_are_not_isolated_are_passed_over():
+    ds = gc.skeleton(gc.MeshModel.of(kind="single", q0=0.0, eps1=0.1, omega=0.7), "omega=0.6:0.9:4", "q0=0:0.1:3",
+                     period=1, lines=(1, 2), workers=1)
+    assert ds.attrs["study"] == "skeleton"

@@ -21,6 +21,9 @@ _ACCEPTED = 1e-10
 """Largest residual of a point whose residual Newton's method cannot lower any more."""
 
 _ITERATIONS = 8
+_LANDING = 1e-6
+"""Distance from which a curve is taken to an end of an axis where points beyond it would break the model's rules."""
+
 _FAR = 0.1
 """Distance from the guess at which Newton's method has left its neighbourhood."""
 
@@ -226,6 +229,31 @@ def _next(equations: Equations, point: Point, size: float, settings: Settings) -
         if size <= settings.shortest:
             raise Stopped(cause)
         size = max(settings.shortest, 0.5 * size)
+
+
+def at_value(equations: Equations, point: Point, index: int, value: float) -> Point | None:
+    """The solution with a given value of one unknown, reached from a point whose value is near; None without one.
+
+    Parameters
+    ----------
+    equations : Equations
+    point : Point
+    index : int
+        Of the unknown.
+    value : float
+    """
+    distance, slope = value - point.u[index], point.tangent[index]
+    if abs(distance) * np.sqrt(equations.weights[index]) > _LANDING or distance * slope < 0:
+        return None
+    normal = np.zeros(len(point.u))
+    normal[index] = 1.0
+    guess = point.u + (distance / slope if slope else 0.0) * point.tangent
+    guess[index] = value
+    try:
+        found = correct(equations, guess, normal, point.tangent, point.step)
+    except Stopped:
+        return None
+    return found if length(equations.weights, found.u - guess) < _LANDING else None
 
 
 def between(equations: Equations, first: Point, last: Point, distance: float) -> Point:

@@ -13,23 +13,15 @@ from gearchaos.continuation.arclength import (
     Point,
     Settings,
     Stopped,
+    at_value,
     correct,
     follow,
     point_of,
 )
 from gearchaos.continuation.closing import joins_half_period, returned_start
 from gearchaos.continuation.cycles import CycleEquations, unknowns
-from gearchaos.continuation.events import (
-    FLIP,
-    FOLD,
-    NEIMARK_SACKER,
-    PITCHFORK,
-    Event,
-    find_events,
-    flip_test,
-    locate,
-    turns_at_branch_point,
-)
+from gearchaos.continuation.event_search import find_events, turns_at_branch_point
+from gearchaos.continuation.events import FLIP, FOLD, NEIMARK_SACKER, PITCHFORK, Event, flip_test, locate
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import count_unstable
 from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
@@ -184,7 +176,13 @@ def follow_branch(
     """
     equations = CycleEquations(family, start.period, bounds[1] - bounds[0])
     upwards = np.append(np.zeros(start.points.size), 1.0)
-    first = correct(equations, unknowns(start), upwards, upwards)
+    try:
+        first = correct(equations, unknowns(start), upwards, upwards)
+    except Stopped as stop:
+        raise InputError(
+            "start", "must be an orbit from which a branch can be followed", f"{family.axes[0]}={start.values[0]:.10g}",
+            f"{str(stop)[:1].upper()}{str(stop)[1:]}: without load and contact, orbits are not isolated. "
+            "Give another start.") from None
     ahead = follow_one_way(family, equations, first, bounds, settings, user)
     if ahead.closed:
         return ahead
@@ -216,8 +214,23 @@ def follow_one_way(
                 return branch
         branch.ends = [End(float(branch.values[-1]), POINT_LIMIT)]
     except Stopped as stop:
-        branch.ends = [End(float(branch.values[-1]), f"step too small: {stop}")]
+        branch.ends = [_end_at_limit(branch, equations, bounds, user, str(stop))]
     return branch
+
+
+def _end_at_limit(
+    branch: Branch, equations: CycleEquations, bounds: tuple[float, float],
+    user: dict[str, Callable[[Cycle], float]] | None, cause: str,
+) -> End:
+    """The end of a branch that cannot be followed: that of the axis if it is a limit of the model's rules, and near."""
+    last = branch.points[-1]
+    for bound in bounds:
+        landed = at_value(equations, last, equations.size, bound)
+        if landed is not None:
+            if last.u[-1] != bound:
+                _append(branch, equations, landed, user, halved=False)
+            return End(bound, AXIS_END)
+    return End(float(last.u[-1]), f"step too small: {cause}")
 
 
 def _append(

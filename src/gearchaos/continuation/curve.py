@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from gearchaos.continuation.arclength import Point, Settings, Stopped, correct, follow, point_of
+from gearchaos.continuation.arclength import Point, Settings, Stopped, at_value, correct, follow, point_of
 from gearchaos.continuation.branch import AXIS_END, CLOSED, LARGEST, POINT_LIMIT, UNBOUNDED, follow_branch
 from gearchaos.continuation.closing import has_half_period, joins_half_period, returned_start
 from gearchaos.continuation.codimension2 import SpecialPoint, find_special_points
@@ -241,8 +241,20 @@ def _follow_piece(curve: Curve, equations: EventEquations, bounds: Bounds, setti
             if why:
                 return why
     except Stopped as stop:
-        return f"step too small: {stop}"
+        return _why_stopped(curve, equations, bounds, str(stop))
     return POINT_LIMIT
+
+
+def _why_stopped(curve: Curve, equations: EventEquations, bounds: Bounds, cause: str) -> str:
+    """Why a curve cannot be followed; next to a limit of the model's rules it is taken to the end of the axis."""
+    last = curve.points[-1]
+    for index, pair in enumerate(bounds):
+        for bound in pair:
+            landed = at_value(equations, last, equations.size + index, bound)
+            if landed is not None:
+                curve.points.append(landed)
+                return AXIS_END
+    return f"step too small: {cause}"
 
 
 def _touches(equations: EventEquations, point: Point) -> bool:
@@ -273,13 +285,21 @@ def _end_between(
     if equations.amplitude(point.u) > LARGEST:
         return point, UNBOUNDED
     if joins_half_period(last.data.cycle, point.data.cycle):
-        before = last.data.cycle.half_period_difference
-        found = locate(equations, last, point, lambda p: float(before @ p.data.cycle.half_period_difference))
-        return found or last, AT_FLIP
+        return _at_half_period(equations, last, point), AT_FLIP
     returned = returned_start(equations, curve.points[0], last, point) if len(curve.points) > 3 else None
     if returned is not None:
         return returned, CLOSED
     return None
+
+
+def _at_half_period(equations: EventEquations, last: Point, point: Point) -> Point:
+    """The point between two others at which an orbit has half the period; the first one where it is not located."""
+    before = last.data.cycle.half_period_difference
+
+    def test(p: Point) -> float:
+        return float(before @ p.data.cycle.half_period_difference)
+
+    return (locate(equations, last, point, test) if test(point) < 0 else None) or last
 
 
 def _moved_to(equations: EventEquations, point: Point, bound: tuple[int, float] | None) -> Point:

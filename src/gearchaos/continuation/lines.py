@@ -76,8 +76,13 @@ def line_branches(line: Line) -> tuple[ParameterFamily, list[Branch]]:
     family = ParameterFamily(line.model.with_values({line.axes[other]: line.value}), (line.axes[line.along],))
     bounds, branches = _beyond(family, line.bounds[line.along]), list[Branch]()
     for cycle in stable_orbits(line, family):
-        if not on_any(family, branches, cycle):
-            _add(family, branches, follow_branch(family, cycle, bounds, _SETTINGS), bounds, line.period)
+        if on_any(family, branches, cycle):
+            continue
+        try:
+            branch = follow_branch(family, cycle, bounds, _SETTINGS)
+        except InputError:  # an orbit that is not isolated, of a free motion without load
+            continue
+        _add(family, branches, branch, bounds, line.period)
     return family, branches
 
 
