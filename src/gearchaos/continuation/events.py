@@ -90,7 +90,8 @@ def locate(
 
     def value(distance: float) -> float:
         if distance not in points:
-            points[distance] = between(equations, first, last, distance)
+            below, above = max(d for d in points if d < distance), min(d for d in points if d > distance)
+            points[distance] = between(equations, first, last, distance, (points[below], points[above]))
         found = test(points[distance])
         if np.isnan(found):
             raise Stopped("the test function is not defined everywhere between the points")
