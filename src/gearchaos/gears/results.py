@@ -80,10 +80,14 @@ def _curve_attributes(dataset: xr.Dataset, gears: Gears) -> dict[str, str]:
     """The ends of curves in physical units; empty for other results."""
     if "special_kind" not in dataset:
         return {}
-    units = {str(name): unit_of(str(name), pair_of(gears).scales) for name in dataset.coords}
-    factors = {name: unit[0] for name, unit in units.items() if unit is not None}
     ends = json.loads(dataset.attrs["ends"])
-    return {"ends": json.dumps([{n: v * factors[n] if n in factors else v for n, v in end.items()} for end in ends])}
+    return {"ends": json.dumps([_scaled_end(end, pair_of(gears, end.get("torque")).scales) for end in ends])}
+
+
+def _scaled_end(end: dict[str, Any], scales: Scales[float]) -> dict[str, Any]:
+    """The end of a curve with its parameters in physical units; ``scales`` are those of its torque."""
+    units = {name: unit_of(name, scales) for name in end}
+    return {name: value if (unit := units[name]) is None else value * unit[0] for name, value in end.items()}
 
 
 _WITH_VALUES = ("range", "ends", "stable", "cascade", "asymmetric")
@@ -105,6 +109,8 @@ def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:
         _check_constant_scales(dataset, gears)
         return pair_of(gears).scales
     torque = dataset["torque"]
+    if torque.size == 0:  # no events, or no points of codimension 2: nothing to scale
+        return pair_of(gears).scales
     found = [pair_of(gears, value).scales for value in torque.values.ravel().tolist()]
     if all(scales == found[0] for scales in found):
         return found[0]
