@@ -67,6 +67,7 @@ def test_longest_step_and_number_of_points():
 @pytest.mark.parametrize(("changes", "words"), [
     ({"event": "hopf"}, "must be one of flip, fold, graze, neimark-sacker"),
     ({"event": "neimark-sacker"}, "The branch of period 1 has these: fold."),
+    ({"event": "neimark-sacker", "x": "omega=0.99:1.01"}, "has these: none. With the axes exchanged"),
     ({"x": "omega=1.1:2"}, "must contain the model's own value"),
     ({"y": "eps1=0.1:0.2"}, "must contain the model's own value"),
     ({"y": "omega=0.5:2"}, "must be two different parameters"),
