@@ -282,6 +282,61 @@ def test_the_backbone_shows_stability_events_and_jumps():
     assert last.xy[1] > last.xyann[1]
 
 
+def test_selected_points_are_drawn_with_gaps():
+    ds, whole = resonance(), plot.backbone(resonance(), ax=axes())
+    for chosen, dashed in ((ds["unstable"].values > 0, True), (ds["unstable"].values == 0, False)):
+        part = gc.physical(ds, PAIR).isel(point=chosen) if dashed else ds.isel(point=chosen)
+        unit = PAIR.scales.length * 1e6 if dashed else 1.0
+        ax = plot.backbone(part, ax=axes())
+        own, other = lines(ax, dashed), lines(ax, not dashed)
+        assert all(np.isin(line.get_xdata(), part["event_value"]).all() for line in other), "events beside each other"
+        curves = [np.column_stack([np.asarray(x.get_xdata()), x.get_ydata()]) for x in lines(whole, dashed)]
+        assert len(own) == len(curves)
+        for line, curve in zip(own, curves, strict=True):
+            assert line.get_ydata().tolist() == pytest.approx((curve[:, 1] * unit).tolist(), rel=1e-9)
+    drawn = plot.branch(ds.isel(point=ds["unstable"].values == 0), ax=axes())
+    assert len(lines(drawn, dashed=False)) == len(lines(whole, dashed=False))
+    mixed = ds.isel(point=np.random.default_rng(0).permutation(ds.sizes["point"]))
+    for a, b in zip(plot.backbone(mixed, ax=axes()).lines, whole.lines, strict=True):
+        np.testing.assert_array_equal(a.get_xydata(), b.get_xydata())
+
+
+def test_both_pictures_change_from_solid_to_dashed_at_the_same_events():
+    ds = resonance()
+    first, second = plot.backbone(ds, ax=axes()), plot.branch(ds, ax=axes())
+    for dashed in (False, True):
+        a, b = lines(first, dashed), lines(second, dashed)
+        assert [x.get_xdata().tolist() for x in a] == [x.get_xdata().tolist() for x in b]
+    doubled = plot.branch(cascade(), ax=axes())
+    flips = cascade()["event_value"].values[cascade()["event_kind"].values == "flip"]
+    ends = {x for line in lines(doubled, dashed=False) for x in line.get_xdata()[[0, -1]].tolist()}
+    assert ends & set(flips.tolist())
+
+
+def test_jumps_are_variables():
+    ds = resonance()
+    stable, x = ds["unstable"].values == 0, ds["omega"].values
+    assert ds["jump_value"].dims == ("jump",)
+    assert ds["jump_direction"].values.tolist() == [1, -1] * 4
+    for i in range(ds.sizes["jump"]):
+        value, event = float(ds["jump_value"][i]), int(ds["jump_event"][i])
+        assert ds["event_kind"].values[event] == "fold" and float(ds["event_value"][event]) == value
+        direction, after = int(ds["jump_direction"][i]), int(ds["jump_point"][i])
+        state = {n: float(ds[f"event_section_{n}"][event]) for n in ("z", "z_dot")}
+        reached = gc.regime(SINGLE.with_values({"omega": value + direction * 2.2e-4, **state}))
+        assert (ds["jump_label"].values[i], ds["jump_period"].values[i]) == (1, reached.period)
+        points = ds["section_z"].values[after : after + 2, 0]
+        assert min(points) - 1e-3 <= reached.section["z"][0] <= max(points) + 1e-3
+        assert stable[after] or stable[after + 1]
+        assert min(x[after : after + 2]) <= value + direction * 2.2e-4 <= max(x[after : after + 2])
+    arrows = [t for t in plot.backbone(ds, ax=axes()).texts if t.arrow_patch is not None]
+    assert len(arrows) == (ds["jump_point"] >= 0).sum()
+    scaled = gc.physical(ds, PAIR)
+    np.testing.assert_allclose(scaled["jump_value"], scaled["event_value"].values[ds["jump_event"].values], rtol=1e-15)
+    old = ds.drop_dims("jump").drop_vars("position")
+    assert len(plot.backbone(old, ax=axes()).lines) == len(plot.backbone(ds, ax=axes()).lines)
+
+
 def test_pictures_of_a_branch_are_in_its_units():
     ds, scaled = over_speed(), gc.physical(over_speed())
     plain, physical = plot.backbone(ds, ax=axes()), plot.backbone(scaled, ax=axes())

@@ -53,17 +53,19 @@ def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
 
 
 def _parts(dataset: xr.Dataset) -> list[xr.Dataset]:
-    """The Dataset; for a branch what is over its points, and what is over its events, each with its own torques; for
+    """The Dataset; for a branch what is over its points, its events and its jumps, each with its own torques; for
     curves what is over their points, and what is over their points of codimension 2."""
     if "special_kind" in dataset:
         special = dataset.drop_dims("point")
         values = {name: special[f"special_{name}"] for name in dataset.coords}
         return [dataset.drop_dims("special"), special.assign_coords(values)]
-    if "event_value" not in dataset:
+    own = [dim for dim in ("event", "jump") if f"{dim}_value" in dataset]
+    if not own:
         return [dataset]
-    events = dataset.drop_dims("point")
-    axis = events["event_value"].attrs.get("quantity")
-    return [dataset.drop_dims("event"), events.assign_coords({axis: events["event_value"]})]
+    axis = dataset["event_value"].attrs.get("quantity")
+    parts = {dim: dataset.drop_dims([d for d in (*own, "point") if d != dim]) for dim in own}
+    return [dataset.drop_dims(own),
+            *(part.assign_coords({axis: part[f"{dim}_value"]}) for dim, part in parts.items())]
 
 
 def _branch_attributes(dataset: xr.Dataset, gears: Gears) -> dict[str, str]:
