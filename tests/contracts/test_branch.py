@@ -6,6 +6,7 @@ import json
 import math
 from functools import cache
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ PAIR = gc.GearPair(
     n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1=0.03524, R2=0.05638, c0=4e8, k=530.0, backlash=1.2e-4, M10=85.0,
     speed="14000 rpm", error_amplitudes=["6 um"],
 )
+SPUR = Path(__file__).parents[2] / "examples" / "spur_50_50.toml"
 CHANGES = ("fold", "flip", "neimark-sacker", "pitchfork")
 
 
@@ -212,7 +214,7 @@ COMMAND = ("branch", "--set", "kind=single", "--set", "zeta=0.025", "--set", "q0
 
 def test_json_of_the_command(tmp_path):
     document = json.loads(run(*COMMAND, "--json", "--out", tmp_path / "b.nc", "--plot", tmp_path / "b.png"))
-    assert list(document) == ["points", "closed", "range", "ends", "events", "stable"]
+    assert list(document) == ["points", "closed", "range", "ends", "events", "stable", "jumps"]
     ds = gc.load(tmp_path / "b.nc")
     assert document["points"] == ds.sizes["point"] and document["closed"] is False
     assert [e["kind"] for e in document["events"]] == ds["event_kind"].values.tolist()
@@ -221,6 +223,11 @@ def test_json_of_the_command(tmp_path):
         assert set(event) == keys and set(event["state"]) == {"z", "z_dot"} and len(event["multipliers"]) == 2
         assert event["boundary"] in ((1, -1) if event["kind"] == "graze" else (None,))
     assert document["ends"] == [{"value": 0.5, "why": "end of the axis"}, {"value": 2.5, "why": "end of the axis"}]
+    assert len(document["jumps"]) == ds.sizes["jump"] > 0
+    for jump in document["jumps"]:
+        assert document["events"][jump["event"]] == {**document["events"][jump["event"]], "kind": "fold",
+                                                      "value": jump["value"]}
+        assert jump["direction"] in ("up", "down") and jump["to"] == "1T" and jump["on_branch"] is True
     assert (tmp_path / "b.png").stat().st_size > 10_000
     run("plot", tmp_path / "b.nc", "--out", tmp_path / "c.png")
 
@@ -233,8 +240,24 @@ def test_an_event_is_a_start_of_the_command():
     assert [e["kind"] for e in again["events"]] == [e["kind"] for e in document["events"]]
 
 
+def test_in_physical_units_an_event_is_a_start_of_the_same_command():
+    design = ("branch", SPUR, "--set", "torque=200", "--axis", "speed=1800:3500", "--physical")
+    document = json.loads(run(*design, "--set", "speed=2000", "--json"))
+    assert document["units"] == {"value": "rpm"}
+    fold = next(i for i, event in enumerate(document["events"]) if event["kind"] == "fold")
+    event = document["events"][fold]
+    state = [part for name, value in event["state"].items() for part in ("--start", f"{name}={value!r}")]
+    again = json.loads(run(*design, "--set", f"speed={event['value']!r}", "--period", 1, *state, "--json"))
+    assert {(e["kind"], round(e["value"], 6)) for e in again["events"]} == {
+        (e["kind"], round(e["value"], 6)) for e in document["events"]}
+    text = run(*design, "--set", "speed=2000")
+    assert "speed = 3500 rpm: end of the axis" in text and "speed (rpm)" in text
+    assert f"rpm, from event {fold + 1} to 1T" in text
+
+
 def test_the_page_of_the_command():
     text = run(*COMMAND)
+    assert "from end to event" in text and "on the branches followed" in text
     for words in ("end of the axis", "stable", "flip", "fold", "graze, front flank"):
         assert words in text
     isola = run("branch", "--set", "kind=single", "--set", "omega=2.3", "--set", "q0=0.1", "--set", "eps1=0.1",

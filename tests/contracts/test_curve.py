@@ -174,6 +174,7 @@ def test_curves_over_torque_without_points_of_codimension_2_in_physical_units(tm
     out, json_of = tmp_path / "fold.nc", ("--physical", "--json")
     document = json.loads(run("curve", SPUR, "--set", "speed=2000", "--event", "fold", "--axis", "speed=1000:4000",
                               "--axis", "torque=20:400", "--out", out, *json_of))
+    assert document["units"] == {"speed": "rpm", "torque": "N*m"}
     scaled = gc.load(out)
     assert document["codimension2"] == [] and scaled.sizes["special"] == 0
     assert scaled["section_x1"].attrs["units"] == "µm" and scaled["torque"].attrs["units"] == "N*m"

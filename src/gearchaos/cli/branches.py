@@ -18,10 +18,9 @@ from gearchaos.cli.options import (
     app,
     in_units,
     initial_values,
-    load,
+    load_over,
 )
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save
-from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES
 
 if TYPE_CHECKING:
@@ -49,14 +48,9 @@ def branch(
     """Follow a branch of periodic orbits along one parameter, stable or not, with all its events."""
     check_output("--out", out, DATA_SUFFIXES)
     check_output("--plot", plot, PLOT_SUFFIXES)
-    texts = axis or []
-    if len(texts) != 1:
-        raise InputError("--axis", "must be given once", texts, "E.g. --axis eps1=0:0.3.")
-    from gearchaos.studies.axis import as_range
+    (chosen,), loaded = load_over(axis, ["eps1=0:0.3"], study, sets, physical)
     from gearchaos.studies.branch import branch as follow
 
-    chosen = as_range(texts[0], "--axis")
-    loaded = load(study, sets, physical, [chosen])
     found = follow(loaded.model, chosen, start=initial_values(start or []), period=period, cascade=cascade,
                    pitchforks=pitchforks)
     dataset = in_units(found, loaded, physical)
