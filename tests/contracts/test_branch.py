@@ -364,6 +364,9 @@ def test_pictures_of_a_branch_are_in_its_units():
     ds, scaled = over_speed(), gc.physical(over_speed())
     plain, physical = plot.backbone(ds, ax=axes()), plot.backbone(scaled, ax=axes())
     assert physical.get_ylabel() == "peak to peak of z [µm]" and physical.get_xlabel() == "speed [rpm]"
+    assert plain.get_ylabel() == "peak to peak of z [–]" and plain.get_xlabel() == "speed [rpm]"
+    assert plot.branch(ds, ax=axes()).get_ylabel().endswith("[–]")
+    assert plot.backbone(resonance(), ax=axes()).get_ylabel() == "peak to peak of z"
     for a, b in zip(plain.lines, physical.lines, strict=True):
         np.testing.assert_allclose(b.get_ydata(), np.asarray(a.get_ydata()) * PAIR.scales.length * 1e6, rtol=1e-9)
 

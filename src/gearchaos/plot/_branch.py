@@ -42,7 +42,7 @@ def branch(ds: xr.Dataset, name: str | None = None, ax: Axes | None = None, *, l
     if over_diagram:
         ax.set(xlim=limits[0], ylim=limits[1])
         return ax
-    ax.set(xlabel=axis_label(ds[axis], axis), ylabel=axis_label(section, name))
+    ax.set(xlabel=axis_label(ds[axis], axis), ylabel=axis_label(section, name, beside=ds[axis]))
     if legend:
         draw_legend(ax, stability_handles(ds))
     return ax
