@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from gearchaos.errors import unknown_name
 from gearchaos.plot._axes import axis_label, new_axes
 from gearchaos.plot._branch_lines import check_branch, draw_lines, stability_handles
-from gearchaos.plot._events import EVENT_COLOURS
+from gearchaos.plot._events import EVENT_COLOURS, event_words
 from gearchaos.plot._legends import legend as draw_legend
 from gearchaos.plot._phase import STROBE
 from gearchaos.studies.branch_lines import axis_of, positions
@@ -68,7 +68,7 @@ def backbone(ds: xr.Dataset, y: str = "z_peak_to_peak", ax: Axes | None = None, 
     draw_lines(ds, ax, ds[y].values, ds[f"event_{y}"].values)
     found = _mark_events(ds, ax, y)
     jumps = [_arrow(ax, *jump) for jump in _jumps(ds, y)]
-    ax.set(xlabel=axis_label(ds[axis], axis), ylabel=axis_label(ds[y], y))
+    ax.set(xlabel=axis_label(ds[axis], axis), ylabel=axis_label(ds[y], y, beside=ds[axis]))
     ax.margins(0.03, 0.06)
     if legend:
         jump = Line2D([], [], color=STROBE, marker=">", markersize=5, linewidth=1.1, label="jump")
@@ -83,14 +83,9 @@ def _mark_events(ds: xr.Dataset, ax: Axes, y: str) -> list[Line2D]:
         own = kinds == kind
         style = {"markersize": 5, "markeredgewidth": 1.2, "markerfacecolor": "white", **_EVENTS.get(kind, _OTHER)}
         (line,) = ax.plot(ds["event_value"].values[own], ds[f"event_{y}"].values[own], linestyle="none", zorder=4,
-                          label=_words(kind), **style)
+                          label=event_words(kind), **style)
         handles.append(line)
     return handles
-
-
-def _words(kind: str) -> str:
-    """A kind of event in words."""
-    return "Neimark–Sacker" if kind == "neimark-sacker" else kind.replace("-", " ")
 
 
 def _jumps(ds: xr.Dataset, y: str) -> list[tuple[float, float, float]]:

@@ -11,9 +11,9 @@ import xarray as xr
 from bokeh.models import ColumnDataSource, HoverTool, MultiLine, Scatter
 
 from gearchaos.explorer.panels.labels import symbol
-from gearchaos.explorer.panels.style import SetAttributes, event_words
+from gearchaos.explorer.panels.style import SetAttributes
 from gearchaos.explorer.panels.units import Units
-from gearchaos.plot._events import EVENT_COLOURS
+from gearchaos.plot._events import EVENT_COLOURS, event_words
 from gearchaos.studies.branch_lines import axis_of, line_nodes, line_parts
 
 _COLOUR = "#d95f02"
