@@ -65,9 +65,9 @@ def branch(
     Returns
     -------
     xarray.Dataset
-        Over ``point``, in order along the branch: the parameter as a coordinate; ``position``, 0, 1, 2, …; ``branch`` (0, and 1, 2, … for those
-        of doubled period and then those at pitchforks), ``period``, ``unstable``, ``multipliers_real`` and
-        ``multipliers_imag`` (point, exponent),
+        Over ``point``, in order along the branch: the parameter as a coordinate; ``position`` (0, 1, 2, …), ``branch``
+        (0, and 1, 2, … for those of doubled period and then those at pitchforks), ``period``, ``unstable``,
+        ``multipliers_real`` and ``multipliers_imag`` (point, exponent),
         ``section_<coordinate>`` (point, cycle), ``contact_sequence``, the response measures over one period of the
         orbit, ``z_max``, ``z_min``, ``residual`` and ``step``. Over ``event``: ``event_kind``, ``event_value``,
         ``event_period``, ``event_boundary``, ``event_residual``, ``event_branch``, ``event_point``, and multipliers,
