@@ -69,7 +69,8 @@ def branch_document(dataset: xr.Dataset, found: xr.Dataset) -> dict[str, Any]:
     """The JSON document of a branch: number of points, range, ends, events in order, stable intervals, jumps.
 
     After a cascade it also has the branches of doubled periods and the ratios of successive intervals between flips,
-    with ``--pitchforks`` the branches of asymmetric orbits; in physical units their names.
+    with ``--pitchforks`` the branches of asymmetric orbits, and in physical units the unit of the
+    parameter.
 
     Parameters
     ----------

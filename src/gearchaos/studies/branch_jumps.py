@@ -71,7 +71,7 @@ def _jumps(branches: Sequence[Branch]) -> list[_Jump]:
     for index, (branch, before, event) in enumerate(events):
         if event.kind == FOLD and np.any(branch.unstable[before : before + 2] == 0):
             value = float(event.point.u[-1])
-            direction = int(np.sign(value - branch.values[before : before + 2].mean()))
+            direction = 1 if value > branch.values[before : before + 2].mean() else -1
             found.append(_Jump(index, value, direction, event.cycle.points[0]))
     return found
 
