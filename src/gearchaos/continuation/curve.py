@@ -113,8 +113,8 @@ def find_event(
         name = model_family.axes[0]
         raise InputError(
             "event", f"must be one on the branch of the start along {name} from {bounds[0]:g} to {bounds[1]:g}", kind,
-            f"The branch of period {start.period} has these: {kinds}. "
-            "Choose one of them, a wider axis or another start.")
+            f"The branch of period {start.period} has these: {kinds}. {'Choose one of them. ' if branch.events else ''}"
+            "With the axes exchanged, a wider axis or another start there may be one.")
     own = start.values[0]
     return min(found, key=lambda e: abs(float(e.cycle.values[0]) - own))
 

@@ -82,7 +82,8 @@ def edge_state(
     Notes
     -----
     Edge tracking: J. D. Skufca, J. A. Yorke, B. Eckhardt, Phys. Rev. Lett. 96, 174101, 2006. Attractors without a
-    period are told apart by their kind of motion alone.
+    period are told apart by their kind of motion alone. A fractal boundary may contain several saddles: one of them is
+    found, which depends on ``first`` and ``second``, and on their order.
     """
     check_period(period)
     whole_number("rounds", rounds, 1, 10_000)

@@ -66,13 +66,15 @@ def branch(
     Returns
     -------
     xarray.Dataset
-        Over ``point``, in order along the branch: the parameter as a coordinate; ``branch`` (0, and 1, 2, … for those
-        of doubled period and then those at pitchforks), ``period``, ``unstable``, ``multipliers_real`` and
-        ``multipliers_imag`` (point, exponent),
+        Over ``point``, in order along the branch: the parameter as a coordinate; ``position`` (0, 1, 2, …), ``branch``
+        (0, and 1, 2, … for those of doubled period and then those at pitchforks), ``period``, ``unstable``,
+        ``multipliers_real`` and ``multipliers_imag`` (point, exponent),
         ``section_<coordinate>`` (point, cycle), ``contact_sequence``, the response measures over one period of the
         orbit, ``z_max``, ``z_min``, ``residual`` and ``step``. Over ``event``: ``event_kind``, ``event_value``,
         ``event_period``, ``event_boundary``, ``event_residual``, ``event_branch``, ``event_point``, and multipliers,
-        one state ``event_section_<coordinate>`` and the response measures with the prefix ``event_``. The attributes
+        one state ``event_section_<coordinate>`` and the response measures with the prefix ``event_``. Over
+        ``jump``, the folds that end a stable part: ``jump_value``, ``jump_direction`` (1 or −1), ``jump_event``, and of
+        the motion reached just beyond ``jump_label``, ``jump_period`` and ``jump_point``. The attributes
         ``closed``, ``range``, ``ends``, ``stable``, ``cascade``, ``asymmetric`` and ``feigenbaum`` are JSON.
 
     Raises
