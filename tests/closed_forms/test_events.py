@@ -19,7 +19,7 @@ from gearchaos.continuation.codimension2 import flip_coefficient
 from gearchaos.continuation.cycles import CycleEquations
 from gearchaos.continuation.defining import EventState
 from gearchaos.continuation.event_search import find_events
-from gearchaos.continuation.events import FLIP, GRAZE
+from gearchaos.continuation.events import FLIP, GRAZE, locate
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.lines import Line, line_branches, line_seeds
 from gearchaos.continuation.orbit import find_cycle
@@ -231,3 +231,9 @@ def test_no_graze_is_reported_where_extrema_are_matched_wrongly():
     grazes = ds["event_kind"].values == "graze"
     assert grazes.any()
     assert ds["event_residual"].values[grazes].max() < 1e-9
+
+
+def test_nothing_is_located_without_a_change_of_sign():
+    branch = fine(0)
+    equations = CycleEquations(branch.family, 1, 0.4)
+    assert locate(equations, branch.points[0], branch.points[1], lambda point: 1.0) is None

@@ -295,11 +295,8 @@ def _end_between(
 def _at_half_period(equations: EventEquations, last: Point, point: Point) -> Point:
     """The point between two others at which an orbit has half the period; the first one where it is not located."""
     before = last.data.cycle.half_period_difference
-
-    def test(p: Point) -> float:
-        return float(before @ p.data.cycle.half_period_difference)
-
-    return (locate(equations, last, point, test) if test(point) < 0 else None) or last
+    found = locate(equations, last, point, lambda p: float(before @ p.data.cycle.half_period_difference))
+    return found or last
 
 
 def _moved_to(equations: EventEquations, point: Point, bound: tuple[int, float] | None) -> Point:

@@ -84,7 +84,8 @@ def pair_test(cycle: Cycle) -> float:
 def locate(
     equations: Equations, first: Point, last: Point, test: Callable[[Point], float]
 ) -> Point | None:
-    """The point between two others where a test function changes its sign; None where the orbits cannot be followed."""
+    """The point between two others where a test function changes its sign; None where it does not, or where the orbits
+    cannot be followed."""
     full = float(np.sum(equations.weights * first.tangent * (last.u - first.u)))
     points, values = {0.0: first, full: last}, dict[float, float]()
 
@@ -98,6 +99,8 @@ def locate(
         values[distance] = found
         return found
 
+    if test(first) * test(last) > 0:
+        return None
     try:
         root = brentq(value, 0.0, full, xtol=_RELATIVE * full, rtol=1e-15)
         return points[root] if root in points else between(equations, first, last, root)
