@@ -147,7 +147,9 @@ def _refined(flow: Flow, w: list[list[arb]]) -> tuple[list[list[arb]], list[Any]
     raise ArithmeticError(f"not converged: {size}")
 
 
-def windows(mesh: verifier.Mesh, found: list[tuple[fmpq, arb_mat, int, str]], r: float, bits: int) -> list[dict[str, Any]]:
+def windows(
+    mesh: verifier.Mesh, found: list[tuple[fmpq, arb_mat, int, str]], r: float, bits: int,
+) -> list[dict[str, Any]]:
     """Time windows four times as wide as the spread of a cube's switches."""
     out = []
     for time, G, flank, into in found:
@@ -170,7 +172,8 @@ def _written(
         "coordinates": mesh.names, "phase": phase, "period": n, "points": [[dyadic(x, bits) for x in p] for p in w],
         "radius": radius, "bits": bits, "switches": switches,
         "stability": {"inside": inside, "outside": d - inside, "Q": [[strings(row) for row in q] for q in Q]},
-        "margins": dict.fromkeys(verifier.CERTIFICATE["margins"], "1e-300") | ({"separation": None} if n == 1 else {}), "versions": {},
+        "margins": dict.fromkeys(verifier.CERTIFICATE["margins"], "1e-300") | ({"separation": None} if n == 1 else {}),
+        "versions": {},
     }
     own = verifier.verify(sealed(out)).margins
     if share and own:

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from gearchaos.proof import verifier  # noqa: E402
 from tests.oracles.certificates import Flow, certificate, dyadic, model_fields, reduced, sealed, windows  # noqa: E402
 
 STEPS = SteppedStiffness((1.3, 1.15, 0.8, 0.7, 0.9), (0.05, 0.3, 0.45, 0.7, 0.9))
+ONE_LEVEL = TwoLevelStiffness(0.1, 0.2, 1.0)
 FULL = {"kind": "full", "omega": 0.7, "eps1": 0.15, "kappa1": 0.7, "mu2": 5.0}
 TORSIONAL = {"kind": "torsional", "omega": 1.0, "eps1": 0.206}
 ORBITS = {
@@ -30,14 +32,14 @@ ORBITS = {
     "torsional 8T": (TORSIONAL, None, 2, 14),
     "torsional 4T saddle": (TORSIONAL, 4, 2, 7),
     "torsional 1T saddle": (TORSIONAL, 1, 2, 2),
-    "torsional, unlike bearings, 2T": ({"kind": "torsional", "omega": 1.3, "eps1": 0.1, "beta1": 0.02, "J1": 1.5}, None, 3, 2),
+    "torsional, unlike, 2T": ({"kind": "torsional", "omega": 1.3, "eps1": 0.1, "beta1": 0.02, "J1": 1.5}, None, 3, 2),
     "full, alike, 6T": ({"kind": "full", "omega": 0.8, "eps1": 0.1}, None, 4, 12),
     "full, unlike bearings, 1T": (FULL | {"kappa1": 0.5, "mu2": 4.0, "beta1": 0.02}, None, 5, 2),
     "full, unlike supports, 1T": (FULL, None, 6, 2),
     "full, unlike, 1T": (FULL | {"beta1": 0.02, "eps2": 0.02, "theta2": 1.0}, None, 7, 2),
     "stepped 1T": ({"kind": "torsional", "omega": 0.9, "eps1": 0.1, "stiffness": STEPS}, None, 2, 2),
     "fourier 1T": ({"kind": "torsional", "omega": 0.9, "eps1": 0.1, "c1": 0.2, "c2": 0.05, "alpha2": 1.0}, None, 2, 2),
-    "one level 1T": ({"kind": "single", "omega": 0.9, "eps1": 0.1, "stiffness": TwoLevelStiffness(0.1, 0.2, 1.0)}, None, 2, 2),
+    "one level 1T": ({"kind": "single", "omega": 0.9, "eps1": 0.1, "stiffness": ONE_LEVEL}, None, 2, 2),
 }
 
 
@@ -114,11 +116,12 @@ def test_8t_is_not_4t_nor_16t():
 def test_a_saddle_is_not_stable(name):
     c = proved(name)
     c["stability"].update(inside=2, outside=0)
-    refused(c, "stability: inertia")
+    refused(c, "stability: .* inertia")
     stable = proved("torsional 8T")["stability"]["Q"]
     for Q in (stable[: c["period"]], [[["1", "0"], ["0", "1"]]] * c["period"]):
         refused(c | {"stability": c["stability"] | {"Q": Q}}, "stability: Q_. −")
-    refused(c | {"stability": c["stability"] | {"Q": [[["-1", "0"], ["0", "-1"]]] * c["period"]}}, "stability: inertia")
+    minus = {"Q": [[["-1", "0"], ["0", "-1"]]] * c["period"]}
+    refused(c | {"stability": c["stability"] | minus}, "stability: .* inertia")
 
 
 def test_a_stable_orbit_is_no_saddle():
@@ -133,7 +136,10 @@ def test_the_unit_matrix_is_no_stein_matrix_of_8t():
     refused(c, "stability: Q_. −")
 
 
-@pytest.mark.parametrize("field", ["omega", "zeta", "beta", "q1", "J1", "eps", "theta", "chi1", "chi2", "contact_ratio"])
+PARAMETERS = ["omega", "zeta", "beta", "beta1", "q1", "J1", "eps", "theta", "chi1", "chi2", "contact_ratio"]
+
+
+@pytest.mark.parametrize("field", PARAMETERS)
 def test_parameters_off_by_1e_7_are_refused(field):
     c = proved("torsional 8T", "1e-9")
     model = c["model"]
@@ -144,15 +150,13 @@ def test_parameters_off_by_1e_7_are_refused(field):
             model["theta"] = model["theta"] or ["0"]
             holder = model["theta"]
         holder[key] = moved(holder[key], 1e-7)
-    if field == "J1":
-        model["J2"], model["q2"] = model["J1"], moved(model["q2"], 0.0)
-    refused(c, "existence|switches|contact")
+    refused(c, "coordinates" if field in ("beta1", "J1") else "existence|switches|contact")
 
 
 @pytest.mark.parametrize("name, list_name", [("stepped 1T", "levels"), ("stepped 1T", "starts"), ("fourier 1T", "c"),
                                              ("fourier 1T", "alpha")])
 def test_stiffness_off_by_1e_7_is_refused(name, list_name):
-    c = proved(name, "1e-9")
+    c = proved(name)
     values = c["model"]["stiffness"][list_name]
     values[1] = moved(values[1], 1e-7)
     refused(c, "existence|switches|contact")
@@ -160,7 +164,14 @@ def test_stiffness_off_by_1e_7_is_refused(name, list_name):
 
 @pytest.mark.parametrize("name", ["mu1", "kappa2", "zeta_support1"])
 def test_supports_off_by_1e_7_are_refused(name):
-    c = proved("full, unlike, 1T", "1e-10")
+    c = proved("full, unlike, 1T")
+    c["model"][name] = moved(c["model"][name], 1e-7)
+    refused(c, "existence|switches|contact")
+
+
+@pytest.mark.parametrize("name", ["J1", "beta1"])
+def test_wheels_off_by_1e_7_are_refused(name):
+    c = proved("torsional, unlike, 2T")
     c["model"][name] = moved(c["model"][name], 1e-7)
     refused(c, "existence|switches|contact")
 
@@ -213,13 +224,16 @@ DAMAGES = {
     "certificate.version": {"version": 2}, "format": {"format": "something"}, "period or bits": {"bits": 4097},
     "period": {"period": 5000}, "period or bits: b": {"period": 0}, "points, switches and Q": {"period": 2},
     "certificate.period": {"period": "1"}, "certificate.bits": {"bits": True}, "certificate.points": {"points": {}},
-    r"certificate.points\[0\]\[0\]": {"points": [["nan", "0"]]}, r"certificate.points\[0\]\[1\]": {"points": [["0", 0]]},
-    "points or Q": {"points": [["0", "0", "0"]]}, "certificate.radius: ": {"radius": "1e99999"}, "phase": {"radius": "0"},
+    r"certificate.points\[0\]\[0\]": {"points": [["nan", "0"]]},
+    r"certificate.points\[0\]\[1\]": {"points": [["0", 0]]},
+    "points or Q": {"points": [["0", "0", "0"]]}, "certificate.radius: ": {"radius": "1e99999"},
+    "phase must lie in": {"radius": "0"},
     "phase must": {"phase": "1"}, "coordinates": {"coordinates": ["z", "y"]}, "certificate.radius": {"radius": "0x1"},
-    "certificate.extra: field is unknown": {"extra": 1}, "certificate.theorem": {"theorem": 3},
-    "certificate.versions": {"versions": []}, "certificate.switches": {"switches": [[{"time": ["0", "0"], "flank": 1}]]},
+    "certificate.extra: unknown": {"extra": 1}, "certificate.theorem": {"theorem": 3},
+    "certificate.versions": {"versions": []},
+    "certificate.switches": {"switches": [[{"time": ["0", "0"], "flank": 1}]]},
     "certificate.stability": {"stability": {"inside": 1, "outside": 1}}, "certificate.margins": {"margins": {}},
-    "model.kind": {"model": {"kind": "planar", "stiffness": {}}}, "model.stiffness": {"model": {}},
+    "model: kind or stiffness": {"model": {"kind": "planar", "stiffness": {}}}, "model.stiffness": {"model": {}},
 }
 
 
@@ -231,9 +245,9 @@ def test_malformed_certificates_are_refused_with_the_reason(step):
 
 @pytest.mark.parametrize("change, step", [
     ({"omega": "0"}, "model.omega"), ({"omega": "1e-9"}, "model: motion too fast"), ({"zeta": "-1"}, "model.zeta"),
-    ({"zeta": "1e300"}, "model: motion too fast"), ({"mu1": "1"}, "model.mu1: field is unknown"),
+    ({"zeta": "1e300"}, "model: motion too fast"), ({"mu1": "1"}, "model.mu1: unknown"),
     ({"eps": ["0"] * 65}, "model: more than 64"), ({"theta": ["0"] * 2}, "model: more than 64"),
-    ({"kind": "single"}, "model: a single model"), ({"stiffness": {"form": "spline"}}, "model.stiffness.form"),
+    ({"kind": "single"}, "model: a single model"), ({"stiffness": {"form": "spline"}}, "model: kind or stiffness"),
     ({"stiffness": {"form": "two-level", "chi1": "0", "chi2": "0", "contact_ratio": "3"}}, "stiffness.contact_ratio"),
     ({"stiffness": {"form": "stepped", "levels": ["1", "1"], "starts": ["0.5", "0.5"]}}, "stiffness"),
     ({"stiffness": {"form": "stepped", "levels": [], "starts": []}}, "stiffness"), ({"eps": ["1e9999"]}, ".*"),
@@ -250,7 +264,7 @@ def test_a_missing_field_is_named():
         if name != "sha256":
             c = sealed(c)
         assert verifier.verify(c).lines[0].startswith("refused")
-    assert "margins: field is missing" in verifier.verify(sealed({k: v for k, v in c.items() if k != "margins"})).lines[0]
+    refused({k: v for k, v in proved("torsional 1T saddle").items() if k != "margins"}, "certificate.margins: missing")
 
 
 def test_files_that_are_no_certificates_are_refused(tmp_path):
@@ -276,7 +290,7 @@ def test_it_runs_as_a_script_and_as_a_module(tmp_path):
 
 
 def test_it_needs_python_flint_alone_and_is_short():
-    text = open(verifier.__file__, encoding="utf-8").read()
+    text = Path(verifier.__file__).read_text(encoding="utf-8")
     modules = set(re.findall(r"^(?:from|import) (\w+)", text, re.MULTILINE))
     assert modules - sys.stdlib_module_names == {"flint"}
     assert len(text.splitlines()) <= 400
@@ -291,7 +305,8 @@ def test_an_interval_that_is_not_a_number_passes_no_test():
 
 SHAPES = (
     {"kind": "single", "beta": 0.0}, {"kind": "torsional"}, {"kind": "torsional", "beta1": 0.02, "J1": 1.5},
-    {"kind": "full"}, {"kind": "full", "beta1": 0.03}, {"kind": "full", "kappa1": 0.8}, {"kind": "full", "mu2": 6.0, "beta2": 0.0},
+    {"kind": "full"}, {"kind": "full", "beta1": 0.03}, {"kind": "full", "kappa1": 0.8},
+    {"kind": "full", "mu2": 6.0, "beta2": 0.0},
 )
 
 
@@ -304,7 +319,8 @@ def random_model(rng: np.random.Generator, number: int) -> MeshModel:
         values |= {"chi1": rng.uniform(0, 0.5), "chi2": rng.uniform(0, 0.5), "contact_ratio": rng.uniform(1, 2)}
     elif form == 1:
         count = int(rng.integers(1, 9))
-        values["stiffness"] = SteppedStiffness(tuple(rng.uniform(0.5, 1.6, count)), tuple(np.sort(rng.uniform(0, 1, count))))
+        starts = tuple(np.sort(rng.uniform(0, 1, count)))
+        values["stiffness"] = SteppedStiffness(tuple(rng.uniform(0.5, 1.6, count)), starts)
     else:
         values |= {"c1": rng.uniform(-0.4, 0.4), "c2": rng.uniform(-0.2, 0.2), "alpha1": rng.uniform(0, 6)}
     model = MeshModel.of(**SHAPES[number % len(SHAPES)], **values)
@@ -325,10 +341,12 @@ def section(model: MeshModel, start: dict[str, float], names: list[str]) -> np.n
 
 
 def test_the_tube_contains_heyokas_motions():
-    """Of 100 random models: the motion from the centre, and slopes over random pairs in a cube of half edge 1e-6."""
+    """Of 100 random models: the motions from the centre and two other states of a cube of half edge 1e-8 or 1e-5."""
     pytest.importorskip("heyoka", reason="heyoka is not installed", exc_type=ImportError)
     rng, done, skipped, switches = np.random.default_rng(5), 0, 0, 0
+    widths: list[float] = []
     while done < 100:
+        radius = (1e-8, 1e-5)[done % 2]
         model = random_model(rng, done + skipped)
         start = {name: float(model.initial[name]) for name in model.initial}
         with ctx.workprec(160):
@@ -337,8 +355,8 @@ def test_the_tube_contains_heyokas_motions():
             points = [fmpq(*x.as_integer_ratio()) for x in center]
             found = Flow(mesh, fmpq(0)).period([arb(x) for x in points])[1]
             form = [{"time": [verifier.NUMBER], "flank": int, "into": str}]
-            claimed = verifier.read(windows(mesh, found, 1e-6, 100), form, "windows")
-            tube = verifier.Tube(mesh, points, arb(1e-6), fmpq(0), 0)
+            claimed = verifier.read(windows(mesh, found, radius, 100), form, "windows")
+            tube = verifier.Tube(mesh, points, arb(radius), fmpq(0), 0)
             try:
                 tube.period(claimed)
             except verifier.Refused:
@@ -346,13 +364,15 @@ def test_the_tube_contains_heyokas_motions():
                 continue
             done, switches, d = done + 1, switches + len(found), mesh.d
             for trial in range(3):
-                near = {name: value + (rng.uniform(-2e-7, 2e-7) if trial else 0.0) for name, value in start.items()}
+                shift = 0.2 * radius if trial else 0.0
+                near = {name: value + rng.uniform(-shift, shift) for name, value in start.items()}
                 step = np.array(reduced(model, near, mesh.names)) - center
-                assert np.max(np.abs(step)) < 1e-6
+                assert np.max(np.abs(step)) < radius
                 inside = tube.G * arb_mat([[arb(x, 1e-15)] for x in step] + [[1]])
                 truth = section(model, near, mesh.names)
                 assert all(arb(truth[i], 2e-12).overlaps(inside[i, 0]) for i in range(d)), (model, trial)
                 assert all((tube.G * tube.E)[i, 0].overlaps(arb(truth[i], 2e-12)) for i in range(d))
-            assert all(float(tube.G[i, d].rad()) < 1e-9 for i in range(d))
-    assert skipped < 25
+            widths.append(max(float(tube.G[i, d].rad()) for i in range(d)))
+    assert skipped < 30
     assert switches > 100
+    assert np.median(widths[::2]) < 1e-13

@@ -2,38 +2,29 @@
 
 A certificate claims: the model has exactly one orbit of period n mesh periods whose states at τ = (k + phase) T lie in
 the cubes X_k of half edge r about the points c_k; n is its minimal period; contact switches once in each time window
-listed and at no other time; of its d multipliers, i lie inside the unit circle and d − i outside. Nothing in the file
-is believed: the equations are integrated anew in ball arithmetic (python-flint), where results are intervals that
-contain the exact ones, and a comparison is true only if it holds for all elements. If all `require` pass, the claim
-holds, whatever the file contains. Its words (`theorem`, `versions`) are not read; this program states what it proved.
+listed and at no other time; of its d multipliers, i lie inside the unit circle and d − i outside. Nothing in it is
+believed: the equations are integrated anew in ball arithmetic (python-flint), where results are intervals that contain
+the exact ones, and a comparison is true only if it is for all elements. So the claim holds if all `require` pass. The
+words of the file (`theorem`, `versions`) are not read; this program states what it has proved.
 
 Equations (Łuczko 2008, (2.12)-(2.18), corrected), with z = x1 − x2 + y1 − y2 − ε(τ), f(z) = z − clamp(z, −1, 1):
-
     J1 x1'' + 2 β1 x1' + S =  q1        μ1 y1'' + 2 μ1 ζ1 y1' + κ1 y1 + S = 0        S = 2 ζ z' + χ(τ) f(z)
     J2 x2'' + 2 β2 x2' − S = −q2        μ2 y2'' + 2 μ2 ζ2 y2' + κ2 y2 − S = 0
-
 `full` has all four, `torsional` the left two (y = 0), `single` these with β = 0. As x1' = z' + x2' − y1' + y2' + ε',
-
     z'' = q1/J1 + q2/J2 − 2 β1/J1 (z' + x2' − y1' + y2' + ε') + 2 β2/J2 x2' − 2 ζ1 y1' − κ1/μ1 y1 + 2 ζ2 y2'
           + κ2/μ2 y2 − (1/J1 + 1/J2 + 1/μ1 + 1/μ2) S − ε''.
-
 x2' drops out if β1/J1 = β2/J2; if κ1/μ1 = κ2/μ2 and ζ1 = ζ2, y = y1 − y2 takes the place of y1 and y2. Time counts
 mesh periods: s = τ/T, T = 2π/ω, u = s + phase. The state w, w[0] = z, w[1] = z', with the constant 1 appended, solves
-
     dw/ds = M w + a(u) e1 − b χ(u) f(w[0]),   a = −T (ε'' + 2 β1/J1 ε'),   constant terms in the last column of M.  (1)
 """
-from __future__ import annotations
-
 import hashlib
 import json
-import math
 import re
 import sys
-from dataclasses import dataclass, field
 from functools import reduce
 from itertools import accumulate, pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from flint import arb, arb_mat, arb_poly, ctx, fmpq, fmpq_mat
 
@@ -41,24 +32,22 @@ NUMBER = (re.compile(r"(-?)0x([0-9a-f]+)(?:\.([0-9a-f]+))?p([+-]?[0-9]{1,5})"),
           re.compile(r"(-?)([0-9]+)(?:\.([0-9]+))?(?:e([+-]?[0-9]{1,5}))?"))
 PLAIN = dict.fromkeys(["omega", "zeta", "J1", "J2", "q1", "q2", "beta1", "beta2"], NUMBER)
 SUPPORTS = dict.fromkeys(["mu1", "mu2", "kappa1", "kappa2", "zeta_support1", "zeta_support2"], NUMBER)
-STIFFNESS = {"two-level": {"chi1": NUMBER, "chi2": NUMBER, "contact_ratio": NUMBER},
+STIFFNESS: dict[str, dict[str, Any]] = {"two-level": {"chi1": NUMBER, "chi2": NUMBER, "contact_ratio": NUMBER},
              "stepped": {"levels": [NUMBER], "starts": [NUMBER]}, "fourier": {"c": [NUMBER], "alpha": [NUMBER]}}
 CERTIFICATE = {
     "format": str, "version": int, "theorem": str, "model": dict, "coordinates": [str], "phase": NUMBER, "period": int,
-    "points": [[NUMBER]], "radius": NUMBER, "bits": int, "versions": dict, "sha256": str,
-    "switches": [[{"time": [NUMBER], "flank": int, "into": str}]],
-    "stability": {"inside": int, "outside": int, "Q": [[[NUMBER]]]},
+    "points": [[NUMBER]], "radius": NUMBER, "bits": int, "switches": [[{"time": [NUMBER], "flank": int, "into": str}]],
+    "stability": {"inside": int, "outside": int, "Q": [[[NUMBER]]]}, "versions": dict, "sha256": str,
     "margins": dict.fromkeys(["existence", "separation", "contact", "stability"], (*NUMBER, None))}
 
 class Refused(Exception):  # noqa: N818  (an answer, not an error)
     """The certificate does not prove what it claims; the message says why."""
 
-@dataclass
-class Result:
-    """Outcome of a check."""
+class Result(NamedTuple):
+    """Outcome of a check, with the margins that this program has proved."""
     proved: bool
     lines: list[str]
-    margins: dict[str, float | None] = field(default_factory=dict)  # proved by this program
+    margins: dict[str, float | None]
 
 def require(holds: Any, reason: str) -> None:
     if holds is not True:
@@ -68,15 +57,14 @@ def read(value: Any, form: Any, name: str) -> Any:
     """`value` if it has the form of the table above, its number strings as the exact numbers that they mean."""
     if isinstance(form, dict):
         require(type(value) is dict, f"{name}: not an object")
-        for key in sorted(form.keys() ^ value.keys()):
-            raise Refused(f"{name}.{key}: field is {'missing' if key in form else 'unknown'}")
+        odd = [f"{name}.{key}: {'missing' if key in form else 'unknown'}" for key in sorted(form.keys() ^ value.keys())]
+        require(not odd, ", ".join(odd))
         return {key: read(value[key], form[key], f"{name}.{key}") for key in form}
     if isinstance(form, list):
         require(type(value) is list and len(value) <= 4096, f"{name}: not a list of at most 4096 entries")
         return [read(entry, form[0], f"{name}[{i}]") for i, entry in enumerate(value)]
-    if isinstance(form, type):
-        require(type(value) is form, f"{name}: not of the type {form.__name__}")
     if isinstance(form, type) or (value is None and None in form):
+        require(isinstance(form, tuple) or type(value) is form, f"{name}: not of the type {form}")
         return value
     require(type(value) is str and len(value) <= 4000, f"{name}: not a number string of at most 4000 characters")
     found, base, digit = (form[0].fullmatch(value), 2, 4) if "x" in value else (form[1].fullmatch(value), 10, 1)
@@ -88,16 +76,15 @@ def largest(values: list[arb]) -> arb:
     """An upper bound of the moduli, NaN if one is (as of a quotient by an interval that contains 0): no test passes."""
     return reduce(arb.max, (v.abs_upper() for v in values), arb(0)).upper()
 
-def ball(radius: arb) -> arb:
-    """[−radius, radius]."""
+def ball(radius: arb) -> arb:  # [−radius, radius]
     return arb(0, radius.abs_upper())
 
 class Waves:
-    """g(u) = mean + Σ_j x_j (C_j cos(2πju − θ_j) + S_j sin(2πju − θ_j)), weights(j) = (C_j, S_j); θ left out are 0."""
-    def __init__(self, mean: int, x: list[fmpq], theta: list[fmpq], weights: Any) -> None:
+    """g(u) = mean + Σ_j x_j (C_j cos(2πju − θ_j) + S_j sin(2πju − θ_j)), parts(j) = (C_j, S_j); θ left out are 0."""
+    def __init__(self, mean: int, x: list[fmpq], theta: list[fmpq], parts: Any) -> None:
         require(len(theta) <= len(x) <= 64, "model: more than 64 harmonics, or more phases than amplitudes")
         self.mean, phases = arb(mean), theta + [fmpq(0)] * len(x)
-        self.terms = [(j, *(v * arb(w) for w in weights(j)), phases[j - 1]) for j, v in enumerate(x, 1) if v != 0]
+        self.terms: list[Any] = [(j, *(v * c for c in parts(j)), phases[j - 1]) for j, v in enumerate(x, 1) if v != 0]
 
     def series(self, u: arb, count: int) -> list[arb]:
         """Taylor coefficients about u, a number or an interval; derivatives of a term go v, v', −v, −v', v, ..."""
@@ -119,11 +106,10 @@ class Mesh:
     """Equation (1) of a model, in balls of the present precision."""
     def __init__(self, model: dict[str, Any]) -> None:
         kind, form = model.get("kind"), read(model.get("stiffness"), dict, "model.stiffness").get("form")
-        require(kind in ("single", "torsional", "full"), "model.kind: not single, torsional or full")
-        require(form in STIFFNESS, "model.stiffness.form: not two-level, stepped or fourier")
-        plain = PLAIN | (SUPPORTS if kind == "full" else {})
-        stiffness = {"stiffness": {"form": str, **STIFFNESS[form]}}
-        p = read(model, {"kind": str, **plain, "eps": [NUMBER], "theta": [NUMBER], **stiffness}, "model")
+        require(kind in ("single", "torsional", "full") and form in [*STIFFNESS], "model: kind or stiffness unknown")
+        plain: dict[str, Any] = PLAIN | (SUPPORTS if kind == "full" else {})
+        waves = {"eps": [NUMBER], "theta": [NUMBER], "stiffness": {"form": str} | STIFFNESS[form]}
+        p = read(model, {"kind": str} | plain | waves, "model")
         for name in plain.keys() - {"q1", "q2"}:
             require(p[name] > 0 or (name[:4] in ("zeta", "beta") and p[name] == 0), f"model.{name}: must be positive")
         require(kind != "single" or p["beta1"] == p["beta2"] == 0, "model: a single model has beta1 = beta2 = 0")
@@ -174,29 +160,28 @@ class Mesh:
         for name, value in b.items():  # the damping force 2 ζ z' of S
             A[name, "z_dot"] = A.get((name, "z_dot"), fmpq(0)) - 2 * p["zeta"] * value
         self.names = list(dict.fromkeys(name for name, _ in A))
-        self.d, columns = len(self.names), [*self.names, "1"]
+        columns = [*self.names, "1"]
         self.M = arb_mat([[self.T * A.get((i, j), 0) for j in columns] for i in columns])
         self.b = arb_mat([[self.T * b.get(i, 0)] for i in columns])
-        d, self.rho, self.norm_b, constants = self.d, fmpq(2), largest(self.b.entries()), largest(self.M.entries())
+        d, self.norm_b, constants = len(self.names), largest(self.b.entries()), largest(self.M.entries())
         self.norm = largest([sum((abs(self.M[i, j]) for j in range(d)), arb(0)) for i in range(d)])
-        while self.rho > fmpq(1, 10**5):
+        self.d, self.rho, self.B = d, fmpq(2), arb("inf")
+        while not self.B < 2**48:
+            require(self.rho > fmpq(1, 10**5), "model: motion too fast, work beyond this program's limit")
+            self.rho *= fmpq(4, 5)
             rho = arb(self.rho)
             chi = largest([arb(x) for _, x in self.levels]) if self.levels else self.wave.bound(rho)
             source = constants + self.force.bound(rho) + self.norm_b * chi
             self.B = (rho * (self.norm + self.norm_b * chi)).exp() * (1 + rho * source)
-            if self.B < 2**48:
-                return
-            self.rho *= fmpq(4, 5)
-        raise Refused("model: motion too fast, work beyond this program's limit")
 
     def series(self, u: fmpq, h: fmpq, sigma: int) -> tuple[list[arb_mat], arb_mat, arb, arb]:
         """Taylor series in t of the matrix U with w(u + t) = U(t) w(u), 0 <= t <= h, in contact state σ; and U(h).
         While the contact state is frozen, f(z) = z − σ in contact, 0 if σ = 0, and (1) is linear: with a_k, χ_j the
         coefficients of a and χ, (k + 1) U_(k+1) = M U_k + a_k e1 e_last^T − b Σ_j χ_j (row 0 of U_(k−j) − [k = j] σ
-        e_last^T). Solutions are entire in t. By Gronwall's inequality along rays |U| <= B on |t| <= rho, by Cauchy's
-        |U_k| <= B rho^−k. With q = h/rho <= 1/8 all terms k >= K add up to at most B q^K/(1 − q), those of the
-        derivative to (B/rho) Σ k q^(k−1) = (B/rho) (K q^(K−1)/(1 − q) + q^K/(1 − q)²): the last two results."""
-        d, count = self.d, 2 + int((ctx.prec + 48) / math.log2(int((self.rho / h).floor())))
+        e_last^T). Solutions are entire. By Gronwall |U| <= B on |t| <= rho, by Cauchy |U_k| <= B rho^−k. With q = h/rho
+        all terms k >= K add up to at most B q^K/(1 − q), those of the derivative to (B/rho) Σ k q^(k−1), which is
+        (B/rho) (K q^(K−1)/(1 − q) + q^K/(1 − q)²): the last two results."""
+        d, count = self.d, 2 + (ctx.prec + 48) // (int((self.rho / h).floor()).bit_length() - 1)
         force, first = self.force.series(arb(u), count), arb_mat([[1] + [0] * self.d])
         chi = [self.stiffness_range(u + h / 2, u + h / 2)] if self.levels else self.wave.series(arb(u), count)
         U, rows = [arb_mat([[int(i == j) for j in range(d + 1)] for i in range(d + 1)])], []
@@ -215,9 +200,9 @@ class Mesh:
 class Tube:
     """The motions from the cube X = c + [−r, r]^d at u = phase, for 0 <= s <= 1.
     `G` = [[D, y], [0, 1]] encloses the motion y(s) from c itself and a matrix D(s) of slopes: the difference of any two
-    motions from X is δ(s) = Δ δ(0) with some matrix Δ in D. For their forces differ by χ (f(z) − f(z*)) = κ (z − z*)
-    with κ(s) between 0 and χ, so δ solves the linear equation δ' = (M − κ b e0^T) δ. Differentiability is not needed.
-    The states of all motions at s lie in the box G E, E = ([−r, r], ..., [−r, r], 1)."""
+    motions from X is δ(s) = Δ δ(0) with a matrix Δ in D. For their forces differ by χ (f(z) − f(z*)) = κ (z − z*) with
+    κ(s) between 0 and χ, so δ solves the linear equation δ' = (M − κ b e0^T) δ; nothing need be differentiable.
+    All motions at s lie in the box G E, E = ([−r, r], ..., [−r, r], 1)."""
     def __init__(self, mesh: Mesh, center: list[fmpq], r: arb, phase: fmpq, k: int) -> None:
         self.mesh, self.phase, self.r, self.k, self.least, d = mesh, phase, r, k, arb(10) ** 9, mesh.d
         self.G = arb_mat([[int(i == j) for j in range(d)] + [arb((*center, fmpq(1))[i])] for i in range(d + 1)])
@@ -243,16 +228,14 @@ class Tube:
 
     def frozen(self, s: fmpq, h: fmpq) -> None:
         """Prove that no motion leaves the contact state on [s, s + h]; lower `least`, the distance of |z| from 1.
-        The distance is 1 − |z| if free, σz − 1 in contact: a concave function of z of slope ±1. Between times t1 and
-        t2, z is within (t2 − t1)²/8 max |z''| of its chord, and between its end values if z' has no zero. Hence the
-        distance is at least the lesser of those at t1 and t2, less that deviation. Intervals of time are halved until
-        this bound is positive, and either within 10 % of the end values or no less than `least`."""
+        The distance is 1 − |z| if free, σz − 1 in contact, concave in z, of slope ±1. Between times t1, t2, z is within
+        (t2 − t1)²/8 max |z''| of its chord, or, if z' has no zero, between its end values. So the distance is at least
+        the lesser at t1, t2 less that; times are halved until this is positive, and near the end values or >= least."""
         d, sigma, box, T = self.mesh.d, self.sigma, self.G * self.E, self.mesh.T
         U, end, tail, slope = self.mesh.series(s + self.phase, h, sigma)
         z, z_dot = (arb_mat([[u[i, j] for j in range(d + 1)] for u in U]) for i in (0, 1))
         columns = [arb_poly(column) for column in (z * self.G).transpose().tolist()]
         velocity, size = arb_poly((z_dot * box * T).entries()), sum((abs(x) for x in box.entries()), arb(0))
-        bend = velocity.derivative()
         def distance(t: fmpq) -> arb:
             z = sum((column(arb(t)) * ball(self.r) for column in columns[:d]), columns[d](arb(t)) + ball(tail * size))
             return (z * sigma - 1 if sigma else 1 - abs(z)).lower()
@@ -263,11 +246,11 @@ class Tube:
             require(ends > 0, f"contact state not proved {float(s + t1):.6f} mesh periods after section {self.k}")
             span = arb(t1).union(arb(t2))
             if not abs(velocity(span) + ball(tail * size * T)) > 0:
-                low = (ends - arb(t2 - t1) ** 2 / 8 * abs(bend(span) + ball(slope * size * T))).lower()
+                low = (ends - arb(t2 - t1) ** 2 / 8 * abs(velocity.derivative()(span) + ball(slope * size * T))).lower()
             if low > 0 and (low > ends * 0.9 or low >= self.least):
                 self.least = min(self.least, low)
                 continue
-            require(count < 10**4, f"contact state not proved after section {self.k}: z too close to ±1")
+            require(count < 2000, f"contact state not proved after section {self.k}: z too close to ±1")
             middle, value = (t1 + t2) / 2, distance((t1 + t2) / 2)
             stack += [(t1, left, middle, value), (middle, value, t2, right)]
         self.G = end * self.G
@@ -278,7 +261,7 @@ class Tube:
         change by at most h max |R(w(a), s)| e^(hL) in the window. If then z' has one sign, and z is on one side of the
         flank at a, on the other at b, each motion crosses the flank exactly once."""
         mesh, d, h, u, G, before = self.mesh, self.mesh.d, arb(b - a), a + self.phase, self.G, self.G * self.E
-        require(self.sigma == (0 if contact else flank), f"switches[{self.k}]: flank or direction contradicts the state")
+        require(self.sigma == (0 if contact else flank), f"switches[{self.k}]: not from the state before")
         require(0 < b - a <= mesh.rho / 8, f"switches[{self.k}]: window too wide or empty")
         chi, way = mesh.stiffness_range(u, u + b - a), flank if contact else -flank
         def f(z: arb) -> arb:
@@ -289,13 +272,12 @@ class Tube:
         change = ball(h * largest(R.entries()) * (h * L).exp())
         speed = (before[1, 0] + change) * way
         require(speed > 0 and (before[0, 0] + change) * flank > -1, f"switches[{self.k}]: z' is not proved of one sign")
-        # A column g of G solves g' = M g − b θ(s), plus the force for y: θ = χ f(z) for y, with z' = T w[1];
-        # θ = κ g[0] for slopes, whose entries change by at most max |g(a)| (e^(hL) − 1). Compare with the flow V for
-        # θ = 0: g(b) = V g(a) − v(b), v' = M v + b θ, v(a) = 0, hence |v| <= ω = h |b| |θ| e^(h |M|), and v(b) lies
-        # in h (M [−ω, ω] + b θ).
+        # A column g of G solves g' = M g − b θ(s), plus the force for y. There θ = χ f(z), z' = T w[1]; for slopes θ =
+        # κ g[0], and g changes by at most max |g(a)| (e^(hL) − 1). With the flow V of θ = 0, g(b) = V g(a) − v(b), v' =
+        # M v + b θ, v(a) = 0; so |v| <= ω = h |b| |θ| e^(h |M|), and v(b) lies in h (M [−ω, ω] + b θ).
         kappa, growth = chi.union(arb(0)), (h * L).expm1()
         theta = [kappa * (G[0, j] + ball(largest([G[i, j] for i in range(d)]) * growth)) for j in range(d)]
-        theta.append(chi * f(G[0, d] + arb(0).union(h) * mesh.T * (G[1, d] + change)))
+        theta += [chi * f(G[0, d] + arb(0).union(h) * mesh.T * (G[1, d] + change))]
         bounds = arb_mat([[ball(h * mesh.norm_b * abs(x) * (h * mesh.norm).exp()) * (i < d) for x in theta]
                           for i in range(d + 1)])
         self.G = mesh.series(u, b - a, 0)[1] * G - (mesh.M * bounds + mesh.b * arb_mat([theta])) * h
@@ -306,35 +288,34 @@ class Tube:
 def existence(S: list[arb_mat], F: list[arb_mat], r: arb) -> arb:
     """The least of 1 − |K − C|/r over all coordinates, for Krawczyk's operator K of F(x)_k = P(x_k) − x_(k+1) = 0.
     P is the map over one mesh period. F(x) − F(x*) = Δ (x − x*) with Δ in the cyclic matrix of slopes, S_k on the
-    diagonal, −1 right of it. Let g(x) = x − Y F(x) with any matrix Y. On the cubes X = C + [−r, r]^(nd), g(X) lies in
-    K = C − Y F(C) + (1 − Y Δ)(X − C). If |K − C| < r in all rows, g maps X into its interior and by Brouwer has a fixed
-    point there; and |1 − Y Δ| < 1 in the max norm, so that Y is regular (hence F = 0 at the fixed point), and two zeros
-    x, x*, for which x − x* = (1 − Y Δ)(x − x*), coincide. Any Y serves, since 1 − Y Δ is enclosed; that below nearly
-    inverts the midpoint of Δ: Y_ik = (S_(i−1) ... S_i − 1)^−1 S_(i−1) ... S_(k+1), indices modulo n."""
+    diagonal, −1 right of it. Let g(x) = x − Y F(x) with any matrix Y. On X = C + [−r, r]^(nd) it has values in K = C −
+    Y F(C) + (1 − Y Δ)(X − C). If |K − C| < r in all rows, g maps X into its interior, by Brouwer has a fixed point; and
+    |1 − Y Δ| < 1 in the max norm, so that Y is regular (hence F = 0 at the fixed point), and two zeros x, x*, for which
+    x − x* = (1 − Y Δ)(x − x*), coincide. Any Y serves, as 1 − Y Δ is enclosed; this nearly inverts the midpoint of Δ:
+    Y_ik = (S_(i−1) ... S_i − 1)^−1 S_(i−1) ... S_(k+1), indices modulo n."""
     n, d, prec, worst = len(S), S[0].nrows(), ctx.prec, arb(0)
     one, R = arb_mat([[int(i == j) for j in range(d)] for i in range(d)]), arb_mat([[ball(r)]] * d)
-    extra = int(sum(math.log2(float(1 + sum(abs(x).upper() for x in s.entries()))) for s in S))
+    extra = sum(int(float(1 + sum(abs(x).upper() for x in s.entries()))).bit_length() for s in S)
     require(n * n * (prec + extra) < 4 * 10**11 and extra < 10**5, "existence: work beyond this program's limit")
     for i in range(n):
         with ctx.workprec(prec + 64 + 2 * extra):
-            factors = (S[(i - m) % n].mid() for m in range(1, n + 1))
-            *products, cycle = accumulate(factors, lambda x, y: x * y, initial=one)  # for k = i − 1, i − 2, ..., i − n
+            *products, cycle = accumulate((S[i - m].mid() for m in range(1, n + 1)), arb_mat.__mul__, initial=one)
             inverse = (cycle - one).inv()
-            Y = [(inverse * product).mid() for product in products]
+            Y = [(inverse * product).mid() for product in products]  # for k = i − 1, i − 2, ..., i − n
         change = arb_mat(d, 1)
         for m in range(n):
-            residual = Y[(m + 1) % n] - Y[m] * S[(i - 1 - m) % n] + (one if m == n - 1 else 0 * one)
-            change += residual * R - Y[m] * F[(i - 1 - m) % n]
+            residual = Y[(m + 1) % n] - Y[m] * S[i - 1 - m] + (one if m == n - 1 else 0 * one)
+            change += residual * R - Y[m] * F[i - 1 - m]
         worst = worst.max(largest(change.entries()))
     return (1 - worst / r).lower()
 
 def stability(S: list[arb_mat], Q: list[fmpq_mat]) -> arb:
-    """The least pivot of Q_k − S_k^T Q_(k+1) S_k, over the largest entry of both Q. All are positive only if these
-    matrices are positive definite for all S_k in the enclosures, among which are the derivatives of P (it has them, as
-    z' ≠ 0 at the switches). Then Q_0 − M^T Q_0 M is positive definite for the monodromy matrix M. So no multiplier λ
-    has |λ| = 1 (Mv = λv would give 0 = v*Qv − |λ|² v*Qv > 0); Q_0 is positive on the invariant subspace of |λ| < 1,
-    where v*Qv = Σ_j (M^j v)*(Q − M*QM)(M^j v), and likewise negative on that of |λ| > 1. The numbers of positive and
-    negative eigenvalues of Q_0 are therefore those of the multipliers inside and outside (Ostrowski and Schneider)."""
+    """The least pivot of Q_k − S_k^T Q_(k+1) S_k, over the largest entry of both Q. If all are positive, these matrices
+    are positive definite for all S_k in the enclosures, also for the derivatives of P (which exist as z' ≠ 0 at the
+    switches), and so is Q_0 − M^T Q_0 M with the monodromy matrix M. So no multiplier λ has |λ| = 1 (Mv = λv would give
+    0 = v*Qv − |λ|² v*Qv > 0); Q_0 is positive on the invariant subspace of |λ| < 1, where v*Qv = Σ_j (M^j v)*(Q −
+    M*QM)(M^j v), likewise negative on that of |λ| > 1. Hence it has as many positive and negative eigenvalues as there
+    are multipliers inside and outside (Ostrowski and Schneider)."""
     least, d = arb(10) ** 9, S[0].nrows()
     for k, s in enumerate(S):
         here, there = Q[k], Q[(k + 1) % len(Q)]
@@ -357,42 +338,41 @@ def prove(c: dict[str, Any]) -> Result:
     require(all(len(w["time"]) == 2 and abs(w["flank"]) == 1 and w["into"] in ("free", "contact") for x in lists
                 for w in x), "switches: time must be two numbers, flank 1 or -1, into free or contact")
     steps = n * (8 / mesh.rho + 3 * len(mesh.levels)) + 3 * sum(map(len, lists))
-    require(steps * (ctx.prec + 48) < 4 * 10**7, "work beyond this program's limit")
+    require(steps * (ctx.prec + 48) < 2 * 10**7, "work beyond this program's limit")
     Q = [fmpq_mat(q) for q in Q]
     require(all(q == q.transpose() for q in Q), "stability.Q: not symmetric")
-    # All roots of the characteristic polynomial of Q_0 are real: Descartes' rule of signs counts positive ones exactly.
+    # All roots of the characteristic polynomial of Q_0 are real: Descartes' rule of signs counts the positive ones.
     positive = sum(a != b for a, b in pairwise(x > 0 for x in Q[0].charpoly().coeffs() if x != 0))
-    require(Q[0].det() != 0 and positive == inside == d - c["stability"]["outside"], "stability: inertia of Q_0 differs")
+    require(Q[0].det() != 0 and positive == inside == d - c["stability"]["outside"], "stability: Q_0 has other inertia")
     # A minimal period k < n would divide n and make x_0 = x_k.
     gaps = [max(abs(points[0][i] - points[k][i]) for i in range(d)) / radius - 2 for k in range(1, n) if n % k == 0]
-    require(all(gap > 0 for gap in gaps), "period: X_0 and X_k are not disjoint for a divisor k, which may be the period")
+    require(all(gap > 0 for gap in gaps), "period: X_0 and X_k are not disjoint for a divisor k < n of n")
     tubes = [Tube(mesh, points[k], r, phase, k) for k in range(n)]
     for k, tube in enumerate(tubes):
         tube.period(lists[k])
         require(tube.sigma == tubes[(k + 1) % n].start, f"switches: end of mesh period {k} contradicts the next start")
     S = [arb_mat([[t.G[i, j] for j in range(d)] for i in range(d)]) for t in tubes]
     F = [arb_mat([[t.G[i, d] - points[(k + 1) % n][i]] for i in range(d)]) for k, t in enumerate(tubes)]
-    own = {"existence": existence(S, F, r), "separation": arb(min(gaps)).lower() if gaps else None}
+    own: dict[str, Any] = {"existence": existence(S, F, r), "separation": arb(min(gaps)).lower() if gaps else None}
     require(own["existence"] > 0, "existence: Krawczyk's operator does not map the cubes into themselves")
     own |= {"contact": min(t.least for t in tubes), "stability": stability(S, Q)}
     for name, value in own.items():
         claim = c["margins"][name]
         right = claim is None if value is None else claim is not None and claim > 0 and arb(claim) <= value
         require(right, f"margins.{name}: {claim} is claimed, {value} is proved")
-    margins = {name: None if value is None else float(value) for name, value in own.items()}
+    margins = {name: value if value is None else float(value) for name, value in own.items()}
     return Result(True, [
         f"proved: the {c['model']['kind']} model has exactly one orbit of period {n} mesh periods with states within "
-        f"{float(radius):.3g} of the points listed at tau = (k + {phase}) T, in each of {', '.join(mesh.names)}.",
-        f"Its minimal period is {n}. Contact switches {sum(map(len, lists))} times, in the windows listed.",
-        f"{inside} multipliers lie inside the unit circle, {d - inside} outside{': it is stable' * (inside == d)}.",
+        f"{float(radius):.3g} of the points listed at tau = (k + {phase}) T, in {', '.join(mesh.names)}.",
+        f"Its minimal period is {n}. Contact switches {sum(map(len, lists))} times, in the windows listed. Multipliers "
+        f"{inside} inside the unit circle, {d - inside} outside{': it is stable' * (inside == d)}.",
         "margins: " + ", ".join(f"{name} {v:.3g}" for name, v in margins.items() if v is not None)], margins)
 
 def verify(certificate: Any) -> Result:
     """Check a certificate that was read from JSON."""
     try:
         rest = {key: value for key, value in read(certificate, dict, "certificate").items() if key != "sha256"}
-        require(rest.get("format") == "gearchaos certificate" and rest.get("version") == 1,
-                "format: not a gearchaos certificate of version 1, the one that this program checks")
+        require([rest.get("format"), rest.get("version")] == ["gearchaos certificate", 1], "format: not of version 1")
         text = json.dumps(rest, sort_keys=True, separators=(",", ":"), allow_nan=False)
         require(hashlib.sha256(text.encode()).hexdigest() == certificate.get("sha256"), "sha256: the file was altered")
         c = read(certificate, CERTIFICATE, "certificate")
@@ -400,18 +380,18 @@ def verify(certificate: Any) -> Result:
         with ctx.workprec(c["bits"] + 32):
             return prove(c)
     except Refused as reason:
-        return Result(False, [f"refused: {reason}"])
+        return Result(False, [f"refused: {reason}"], {})
     except (ArithmeticError, LookupError, TypeError, ValueError, RecursionError, MemoryError) as error:
-        return Result(False, [f"refused: cannot be evaluated ({type(error).__name__}: {error})"])
+        return Result(False, [f"refused: cannot be evaluated ({type(error).__name__}: {error})"], {})
 
 def verify_file(path: str | Path) -> Result:
     """Check a file."""
     try:
         require(Path(path).stat().st_size <= 2**28, "larger than 2^28 bytes")
         return verify(json.loads(Path(path).read_text(encoding="ascii"), object_pairs_hook=lambda pairs:
-                                 dict(pairs) if len(dict(pairs)) == len(pairs) else None))  # None: a field is there twice
+                                 dict(pairs) if len(dict(pairs)) == len(pairs) else None))  # None if a field is twice
     except (Refused, OSError, ValueError, RecursionError, MemoryError) as error:
-        return Result(False, [f"refused: no readable JSON file ({error})"])
+        return Result(False, [f"refused: no readable JSON file ({error})"], {})
 
 if __name__ == "__main__":
     outcomes = {path: verify_file(path) for path in sys.argv[1:]}
