@@ -1,0 +1,218 @@
+"""The proof of a periodic orbit: from approximate points at the sections to a certificate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from gearchaos.errors import InputError, whole_number
+from gearchaos.model.parameters import MeshModel
+from gearchaos.proof.balls import LEAST_BITS, MOST_BITS, precision, to_fraction, to_text
+from gearchaos.proof.candidate import Candidate
+from gearchaos.proof.certificate import Certificate, Unproved, certificate
+from gearchaos.proof.coordinates import lifted
+from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.equations import MeshEquations
+from gearchaos.proof.parameters import exact_parameters
+from gearchaos.proof.stability import Stability, stability
+from gearchaos.proof.tube import Tube, Window, period_tube
+
+_PRECISIONS = (128, 192, 256, 384, 512, 768, 1024, 2048, 4096)
+"""Precisions in bits that are tried after the first one."""
+
+_FIRST_EXPONENT = 4
+"""The first radius tried is 10^-4."""
+
+_EXPONENTS = (4, 5, 6, 8, 10, 13, 17, 22, 28, 36, 46, 60, 80, 100, 130, 170, 220, 280, 360, 460, 600, 800, 1000, 1200)
+"""Exponents of the radii tried until one is proved; the largest is then found by bisection."""
+
+_LEAST_CONTRACTION = 0.1
+"""Least margin of Krawczyk's operator: with it other methods of the same precision find a positive one too."""
+
+_GUARD_BITS = 56
+"""The least radius tried is 2^(_GUARD_BITS - bits)."""
+
+_FINE = 1e-9
+"""Where a proof fails by less than this at the least radius, a higher precision is tried."""
+
+
+@dataclass(frozen=True)
+class _Proof:
+    """All that is proved at the radius 10^-exponent."""
+
+    exponent: int
+    candidate: Candidate
+    tubes: list[Tube]
+    stability: Stability
+    existence: float
+    separation: float | None
+
+
+def prove_orbit(
+    model: MeshModel, points: np.ndarray, bits: int = 128, phase: float = 0.0, *, max_bits: int = 512
+) -> Certificate | Unproved:
+    """Prove that there is a periodic orbit near given points, the only one there, and count its multipliers.
+
+    Parameters
+    ----------
+    model : MeshModel
+        Its parameters are taken as exactly the floats they are. Initial values have no effect.
+    points : (n, d)
+        Approximate states w at τ = (k + phase) T, k = 0, ..., n - 1, for the minimal period n, in the coordinates of
+        ``docs/model.md``.
+    bits : int
+        First precision, 53 to 4096.
+    phase : float
+        In [0, 1).
+    max_bits : int
+        Largest precision, tried where rounding errors may be the cause of a failure.
+
+    Returns
+    -------
+    Certificate or Unproved
+
+    Raises
+    ------
+    InputError
+        If an argument has a wrong shape or is out of range.
+    """
+    points = _checked_points(points)
+    whole_number("bits", bits, LEAST_BITS, MOST_BITS)
+    whole_number("max_bits", max_bits, LEAST_BITS, MOST_BITS)
+    if not 0 <= phase < 1:
+        raise InputError("phase", "must be in [0, 1)", phase, "It is a share of the mesh period.")
+    parameters = exact_parameters(model)
+    for tried in (bits, *(b for b in _PRECISIONS if bits < b <= max_bits)):
+        with precision(tried):
+            equations = MeshEquations(parameters, Fraction(phase), tried)
+            try:
+                return _attempt(equations, lifted(points, equations))
+            except UndecidedError as failure:
+                unproved = Unproved(failure.reason, failure.margin, tried)
+        if not _rounding_may_be_the_cause(unproved):
+            break
+    return unproved
+
+
+def _rounding_may_be_the_cause(result: Unproved) -> bool:
+    """Whether a proof failed by so little that it may succeed at a higher precision."""
+    return result.reason not in ("Newton diverged", "too many switches", "neutral") and abs(result.margin) < _FINE
+
+
+def _checked_points(points: Any) -> np.ndarray:
+    """The points as a finite array (n, d); raises `InputError` for anything else."""
+    array = np.asarray(points, dtype=float)
+    if array.ndim != 2 or not array.size:
+        raise InputError("points", "must be an array (n, d)", array.shape, "One row for each mesh period of the orbit.")
+    if not np.isfinite(array).all():
+        raise InputError("points", "must be finite", array)
+    return array
+
+
+def _attempt(equations: MeshEquations, points: list[list[Fraction]]) -> Certificate:
+    """The certificate of the orbit near points for the largest radius 10^-k that is proved, at one precision.
+
+    Raises `UndecidedError` if no radius is.
+    """
+    candidate = Candidate.at(equations, points)
+    failed, failures = _FIRST_EXPONENT, list[UndecidedError]()
+    for exponent in _exponents(equations.bits):
+        try:
+            proof = _proof(candidate, exponent)
+        except UndecidedError as failure:
+            failed = exponent
+            failures.append(failure)
+            if _does_not_depend_on_radius(failures):
+                break
+            continue
+        return _certificate(_enlarged(proof, failed))
+    raise failures[-1]
+
+
+def _exponents(bits: int) -> Iterator[int]:
+    """The exponents to try at a precision."""
+    return (k for k in _EXPONENTS if k * math.log2(10) <= bits - _GUARD_BITS)
+
+
+def _does_not_depend_on_radius(failures: list[UndecidedError]) -> bool:
+    """Whether the last two radii failed by the same margin, so that smaller ones fail too."""
+    if len(failures) < 2:
+        return False
+    before, last = failures[-2:]
+    return before.reason == last.reason and abs(last.margin - before.margin) <= 0.01 * abs(last.margin)
+
+
+def _enlarged(proof: _Proof, failed: int) -> _Proof:
+    """The proof with the largest radius, from one that succeeded and a larger radius, 10^-failed, that did not.
+
+    If the first radius succeeded, larger ones are tried one by one.
+    """
+    if proof.exponent == _FIRST_EXPONENT:
+        failed = 0
+    while proof.exponent - failed > 1:
+        middle = proof.exponent - 1 if failed == 0 else (proof.exponent + failed) // 2
+        try:
+            proof = _proof(proof.candidate, middle)
+        except UndecidedError:
+            failed = middle
+    return proof
+
+
+def _proof(candidate: Candidate, exponent: int) -> _Proof:
+    """The proof at a radius 10^-exponent; raises `UndecidedError` if it fails."""
+    radius = Fraction(1, 10**exponent)
+    candidate = candidate.refined(1e-3 * float(radius))
+    separation = _separation(candidate, radius)
+    tubes = [period_tube(candidate.equations, candidate.box(k, radius), candidate.trajectories[k])
+             for k in range(candidate.period)]
+    slopes = [tube.slopes for tube in tubes]
+    existence = candidate.system.margin(slopes, candidate.defects, float(radius) * (1 - 1e-15))
+    if not existence > _LEAST_CONTRACTION:
+        raise UndecidedError("Krawczyk not contracting", existence)
+    found = stability(slopes, [t.derivative for t in candidate.trajectories])
+    return _Proof(exponent, candidate, tubes, found, existence, separation)
+
+
+def _separation(candidate: Candidate, radius: Fraction) -> float | None:
+    """The least distance of the first cube and that of a proper divisor of the period, over the radius.
+
+    It is None for period 1. Raises `UndecidedError` if two cubes may overlap.
+    """
+    n, first = candidate.period, candidate.points[0]
+    gaps = [max(abs(a - b) for a, b in zip(first, candidate.points[k], strict=True)) - 2 * radius
+            for k in range(1, n) if n % k == 0]
+    if not gaps:
+        return None
+    if min(gaps) <= 0:
+        raise UndecidedError("period not minimal", float(min(gaps)))
+    return float(min(gaps) / radius)
+
+
+def _certificate(proof: _Proof) -> Certificate:
+    """The certificate of a proof. It claims half of each margin, which leaves room for other methods to confirm it."""
+    candidate, stable = proof.candidate, proof.stability
+    equations = candidate.equations
+    margins = {
+        "existence": proof.existence, "separation": proof.separation,
+        "contact": min(min(t.margins.values()) for t in proof.tubes), "stability": stable.margin,
+    }
+    matrices = [[[to_text(Fraction(v)) for v in row] for row in q] for q in stable.matrices.tolist()]
+    return certificate(
+        dict(equations.parameters), equations.names, to_text(equations.phase),
+        [[to_text(v) for v in point] for point in candidate.points], f"1e-{proof.exponent}", equations.bits,
+        [[_switch(window) for window in tube.windows] for tube in proof.tubes],
+        {"inside": stable.inside, "outside": stable.outside, "Q": matrices},
+        {name: None if value is None else f"{value / 2:.3e}" for name, value in margins.items()},
+    )
+
+
+def _switch(window: Window) -> dict[str, Any]:
+    """A window as it stands in a certificate."""
+    low, high = to_fraction(window.low), to_fraction(window.high)
+    return {"time": [to_text((low + high) / 2), to_text((high - low) / 2)], "flank": window.flank,
+            "into": "contact" if window.into_contact else "free"}
