@@ -47,6 +47,10 @@ class Unproved:
     margin: float
     bits: int = 0
 
+    def in_words(self) -> str:
+        """The result in a sentence."""
+        return f"not proved, {self.reason}: {REASONS[self.reason]} (margin {self.margin:.2g}, {self.bits} bits)"
+
     def to_dict(self) -> dict[str, Any]:
         """The result as JSON-ready values."""
         return {"proved": False, "reason": self.reason, "meaning": REASONS[self.reason], "margin": self.margin,
@@ -95,6 +99,10 @@ class Certificate:
     def outside(self) -> int:
         """Number of multipliers outside the unit circle."""
         return self.document["stability"]["outside"]
+
+    def in_words(self) -> str:
+        """The theorem, with the precision of its proof."""
+        return f"proved with {self.bits} bits. {self.theorem}"
 
     def to_dict(self) -> dict[str, Any]:
         """A summary as JSON-ready values; the whole certificate is ``document``."""
