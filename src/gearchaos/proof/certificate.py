@@ -6,6 +6,7 @@ import hashlib
 import json
 import platform
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, ClassVar
@@ -138,6 +139,7 @@ def checksum(document: dict[str, Any]) -> str:
     return hashlib.sha256(json.dumps(rest, sort_keys=True, separators=(",", ":")).encode("ascii")).hexdigest()
 
 
+@cache
 def _versions() -> dict[str, str]:
     """The versions of the programs that made a certificate."""
     names = ("gearchaos", "python-flint", "numpy")

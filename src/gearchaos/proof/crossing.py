@@ -248,18 +248,21 @@ def crossing_time(motion: Displacement, crossing: Crossing) -> arb:
         if abs(following - u) < arb(2) ** (8 - ctx.prec):
             break
         u = following
-    return _verified(motion, crossing.flank, u)
+    return _verified(motion, crossing, u)
 
 
-def _verified(motion: Displacement, flank: int, u: arb) -> arb:
-    """A narrow ball about u at whose ends z - flank has opposite signs."""
+def _verified(motion: Displacement, crossing: Crossing, u: arb) -> arb:
+    """A narrow ball about u, within the interval of the crossing, at whose ends z - flank has opposite signs."""
+    flank = crossing.flank
     slope = abs(motion.first(u)).lower()
     if not slope > 0:
         raise UndecidedError("tangency undecided", 0.0)
     radius = 2 * abs(motion.z(u) - flank).upper() / slope + arb(2) ** (4 - ctx.prec)
     for _ in range(8):
-        before, after = (motion.z((u + side).mid()) - flank for side in (-radius, radius))
-        if before * after < 0:
-            return interval((u - radius).mid(), (u + radius).mid())
+        low, high = (u - radius).mid(), (u + radius).mid()
+        if not (crossing.low <= low and high <= crossing.high):
+            break
+        if (motion.z(low) - flank) * (motion.z(high) - flank) < 0:
+            return interval(low, high)
         radius = 8 * radius
     raise UndecidedError("tangency undecided", magnitude(radius))

@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
 from flint import arb, arb_mat
 
-from gearchaos.proof.balls import ball, from_text, interval
+from gearchaos.proof.balls import ball, from_text, interval, norm
 from gearchaos.proof.series import Flow, constant_series, fourier_series, with_forcing
 
 _LONGEST_CELL = 0.75
@@ -37,11 +37,20 @@ class Cell:
         In mesh periods, the start from the section on.
     level : Fraction or None
         χ, if it is constant.
+    begin, end, span : arb
+        Balls that contain start, end and length.
     """
 
     start: Fraction
     length: Fraction
     level: Fraction | None
+    begin: arb = field(init=False)
+    end: arb = field(init=False)
+    span: arb = field(init=False)
+
+    def __post_init__(self) -> None:
+        for name, value in (("begin", self.start), ("end", self.start + self.length), ("span", self.length)):
+            object.__setattr__(self, name, ball(value))
 
 
 class MeshEquations:
@@ -72,6 +81,8 @@ class MeshEquations:
         T A, (d, d).
     spring : arb_mat
         T b, (d, 1).
+    norms : (float, float)
+        Upper bounds of the norms of ``matrix`` and ``spring``.
     stiffness : arb
         The interval from 0 to an upper bound of χ.
     """
@@ -86,6 +97,7 @@ class MeshEquations:
             self.dimension, self.dimension,
             [ball(self._rows[row].get(column, Fraction(0))) for row in self.names for column in self.names])
         self.spring = self.duration * arb_mat(self.dimension, 1, [-ball(self._rows[n]["force"]) for n in self.names])
+        self.norms = norm(self.matrix), norm(self.spring)
         self._constant = [ball(self._rows[n]["one"]) * self.duration for n in self.names]
         self.harmonics, self._forcing = _forcing(known, self._rows["z_dot"], self.duration)
         self._chi = _fourier(known)
@@ -115,7 +127,7 @@ class MeshEquations:
         angles = self._cosines_and_sines(cell.start + self.phase)
         if contact and cell.level is None:
             rows = fourier_series(
-                self.matrix * ball(cell.length), self.spring * ball(cell.length), self._stiffness_terms(cell),
+                self.matrix * cell.span, self.spring * cell.span, self._stiffness_terms(cell),
                 self._constant_and_forcing(cell), contact, angles, self.bits)
             return Flow(rows)
         key = cell.length, bool(contact), cell.level if contact else None
@@ -143,11 +155,11 @@ class MeshEquations:
             at, turn = d + 2 * n, 2 * arb.pi() * j
             out[1, at], out[1, at + 1] = cosine, sine
             out[at, at + 1], out[at + 1, at] = -turn, turn
-        return out * ball(cell.length)
+        return out * cell.span
 
     def _constant_and_forcing(self, cell: Cell) -> tuple[list[arb], list[tuple[arb, arb, arb]]]:
         """The forcing in a cell: the constants (d), and (angle per cell, cosine, sine coefficient) of each harmonic."""
-        length = ball(cell.length)
+        length = cell.span
         terms = [(2 * arb.pi() * j * length, c * length, s * length)
                  for j, (c, s) in zip(self.harmonics, self._forcing, strict=True)]
         return [value * length for value in self._constant], terms
@@ -159,7 +171,7 @@ class MeshEquations:
         for j, amplitude, angle in self._chi:
             shift = 2 * arb.pi() * j * start - ball(angle)
             size = ball(amplitude)
-            out.append((2 * arb.pi() * j * ball(cell.length), size * shift.cos(), -size * shift.sin()))
+            out.append((2 * arb.pi() * j * cell.span, size * shift.cos(), -size * shift.sin()))
         return out
 
     def _cosines_and_sines(self, time: Fraction) -> list[arb]:

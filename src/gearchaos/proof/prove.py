@@ -37,6 +37,9 @@ _LEAST_CONTRACTION = 0.1
 _GUARD_BITS = 56
 """The least radius tried is 2^(_GUARD_BITS - bits)."""
 
+_RADII_COMPARED = 3
+"""Number of radii, one after the other, that must fail by the same margin before the search is given up."""
+
 _FINE = 1e-9
 """Where a proof fails by less than this at the least radius, a higher precision is tried."""
 
@@ -140,11 +143,12 @@ def _exponents(bits: int) -> Iterator[int]:
 
 
 def _does_not_depend_on_radius(failures: list[UndecidedError]) -> bool:
-    """Whether the last two radii failed by the same margin, so that smaller ones fail too."""
-    if len(failures) < 2:
+    """Whether the last three radii failed by the same margin, so that smaller ones fail too."""
+    if len(failures) < _RADII_COMPARED:
         return False
-    before, last = failures[-2:]
-    return before.reason == last.reason and abs(last.margin - before.margin) <= 0.01 * abs(last.margin)
+    last = failures[-1]
+    return all(f.reason == last.reason and abs(f.margin - last.margin) <= 0.01 * abs(last.margin)
+               for f in failures[-_RADII_COMPARED:])
 
 
 def _enlarged(proof: _Proof, failed: int) -> _Proof:

@@ -15,7 +15,9 @@ from flint import arb, arb_mat, arb_poly
 
 from gearchaos.proof.balls import interval, magnitude, norm
 
-_MOST_TERMS = 400
+_MOST_TERMS = 600
+_MOST_BITS = 1000
+"""Remainders are made smaller than 2^-_MOST_BITS at most: they are floats."""
 
 
 class Flow:
@@ -90,19 +92,21 @@ def constant_series(matrix: arb_mat, dimension: int, bits: int) -> list[arb_mat]
     Returns
     -------
     list of arb_mat
-        For each of the d rows its coefficients (m + 1, D). With ν the norm of M and a_m a bound of coefficient m,
-        Σ_{i>m} i (i - 1) a_i / (m (m - 1)) is at most a_m ν/(m - 1) / (1 - ν/m), and so are the sums for the function
-        and for its first derivative.
+        For each of the d rows its coefficients (m + 1, D). With ν the norm of M, coefficient i is at most a_i = ν^i/i!,
+        Σ_{i>m} i (i - 1) a_i / (m (m - 1)) at most a_m ν/(m - 1) / (1 - ν/m), and so are the sums for the function and
+        for its first derivative.
     """
-    size, nu = matrix.nrows(), norm(matrix)
+    size, nu, size_of_term = matrix.nrows(), norm(matrix), 1.0
+    rest = math.inf
     term = arb_mat(dimension, size, [int(i == j) for i in range(dimension) for j in range(size)])
     coefficients = [term]
     for m in range(1, _MOST_TERMS):
         term = term * matrix / m
         coefficients.append(term)
+        size_of_term *= nu / m
         if m > nu + 2:
-            rest = norm(term) * nu / (m - 1) / (1 - nu / m) * (1 + 1e-12)
-            if rest < 2.0 ** -min(bits, 1000):
+            rest = size_of_term * nu / (m - 1) / (1 - nu / m) * (1 + 1e-12)
+            if rest < 2.0 ** -min(bits, _MOST_BITS):
                 break
     return _by_rows(coefficients, rest)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from flint import arb, arb_mat
 
-from gearchaos.proof.balls import ball, block, magnitude
+from gearchaos.proof.balls import block, magnitude
 from gearchaos.proof.crossing import Displacement, UndecidedError, clearance_by_bounds, crossing_time, first_crossing
 from gearchaos.proof.equations import MeshEquations
 
@@ -141,5 +141,5 @@ def _record(
     if len(motion.switches) == _MOST_SWITCHES:
         raise UndecidedError("too many switches", 0.0)
     motion.switches.append(Switch(
-        ball(cell.start) + u * ball(cell.length), flank, motion.contacts[-1] != 0, equations.duration * there[1, 0],
+        cell.begin + u * cell.span, flank, motion.contacts[-1] != 0, equations.duration * there[1, 0],
         block(there, d, range(1, d + 1))))

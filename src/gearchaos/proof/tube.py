@@ -18,7 +18,7 @@ from itertools import pairwise
 from flint import arb, arb_mat
 
 from gearchaos.proof.balls import ball as exact
-from gearchaos.proof.balls import block, interval, least, magnitude, norm, rounded
+from gearchaos.proof.balls import block, interval, least, magnitude, rounded
 from gearchaos.proof.crossing import Displacement, UndecidedError, clearance, clearance_by_bounds
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.trajectory import Switch, Trajectory, trajectory
@@ -129,6 +129,8 @@ class _Tube:
             raise UndecidedError("tangency undecided", least(abs(switch.rate)))
         half = _WIDENING * spread / speed + 4 * magnitude(switch.time - switch.time.mid())
         half = max(half, 2.0 ** (24 - self.equations.bits))
+        if not half < 1:
+            raise UndecidedError("tangency undecided", 1 - half)
         digits = 8 - math.floor(math.log2(half))
         low, high = (exact(rounded(switch.time + side * half, digits)) for side in (-1, 1))
         return Window(low, high, switch.flank, switch.into_contact)
@@ -146,12 +148,10 @@ class _Tube:
         """Follow the box from one window to the next; the states (d, 1) at the end."""
         contact = self.centre.contacts[segment]
         for index, cell in enumerate(self.equations.cells):
-            start, length = exact(cell.start), exact(cell.length)
-            end = start + length
-            if not end > low or not start < high:
+            if not (_later(cell.end, low) and _later(high, cell.begin)):
                 continue
-            first = (low - start) / length if low > start else arb(0)
-            last = (high - start) / length if high < end else arb(1)
+            first = (low - cell.begin) / cell.span if _later(low, cell.begin) else arb(0)
+            last = (high - cell.begin) / cell.span if _later(cell.end, high) else arb(1)
             states = self._cell(segment, index, contact, first, last)
         return states
 
@@ -210,9 +210,10 @@ class _Tube:
         which differ from the unit matrix by at most e^(ηN) - 1; N bounds the norm of A - κ b e1ᵀ.
         """
         a, b, d = self.equations.matrix, self.equations.spring, self.dimension
-        bound = norm(a) + norm(b) * magnitude(self.equations.stiffness)
+        norm_a, norm_b = self.equations.norms
+        bound = norm_a + norm_b * magnitude(self.equations.stiffness)
         change = arb(0, magnitude((duration * bound).expm1()))
-        size = magnitude((duration * norm(a)).expm1()) * norm(b)
+        size = magnitude((duration * norm_a).expm1()) * norm_b
         pushed = b + interval(0, duration) * (a * (b + arb_mat(d, 1, [arb(0, size)] * d)))
         row = arb_mat(1, d, [int(j == 0) + change for j in range(d)]) * (self.equations.stiffness * duration)
         slopes = (a * duration).exp() - pushed * row
@@ -222,3 +223,12 @@ class _Tube:
                 out[i, j] = slopes[i, j]
         out[d, d] = 1
         return out
+
+
+def _later(time: arb, other: arb) -> bool:
+    """Whether a time is later than another; raises `UndecidedError` if the balls do not tell."""
+    if time > other:
+        return True
+    if time <= other:
+        return False
+    raise UndecidedError("bits exhausted", -magnitude(time - other))
