@@ -18,8 +18,11 @@ from gearchaos.proof.trajectory import Trajectory, trajectory
 _MOST_STEPS = 12
 """Most steps of Newton's method."""
 
-_GUARD_BITS = 32
+_GUARD_BITS = 16
 """Refined points are multiples of 2^(_GUARD_BITS - bits)."""
+
+_ROUNDING_BITS = 40
+"""Corrections below 2^(_ROUNDING_BITS - bits) may be rounding errors."""
 
 _NEAR = 1e-3
 """A first correction by Newton's method above this means that the points are not near an orbit."""
@@ -87,18 +90,24 @@ class Candidate:
         Raises
         ------
         UndecidedError
-            "Newton diverged" if the points are not near an orbit, "bits exhausted" if rounding errors are too large.
+            With the reason that Newton's method does not get nearer, and a negative margin.
         """
         candidate, steps = self, 0
         while not candidate.error <= tolerance:
-            following = candidate._corrected() if candidate.error < _NEAR and steps < _MOST_STEPS else candidate
+            following = candidate.corrected() if candidate.error < _NEAR and steps < _MOST_STEPS else candidate
             if not following.error < 0.5 * candidate.error:
-                small = candidate.error < _NEAR
-                raise UndecidedError("bits exhausted" if small else "Newton diverged", tolerance - candidate.error)
+                raise UndecidedError(candidate._obstacle(), 1 - candidate.error / tolerance)
             candidate, steps = following, steps + 1
         return candidate
 
-    def _corrected(self) -> Candidate:
+    def _obstacle(self) -> str:
+        """The reason for which Newton's method gets no nearer to an orbit from here."""
+        if not self.error < _NEAR:
+            return "Newton diverged"
+        at_rounding = self.error < 2.0 ** (_ROUNDING_BITS - self.equations.bits)
+        return "bits exhausted" if at_rounding else "Krawczyk not contracting"
+
+    def corrected(self) -> Candidate:
         """The candidate after one step of Newton's method."""
         digits = self.equations.bits - _GUARD_BITS
         points = [

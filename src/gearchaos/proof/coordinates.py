@@ -34,7 +34,7 @@ def lifted(points: np.ndarray, equations: MeshEquations) -> list[list[Fraction]]
     known, wanted = _NAMES.get(points.shape[1], ()), equations.names
     if known == wanted:
         return [[Fraction(v) for v in row] for row in points.tolist()]
-    if not known or known[-1] in ("x2_dot", "z_dot") != (wanted[-1] in ("x2_dot", "z_dot")):
+    if not known or known[-1].startswith("y") != wanted[-1].startswith("y"):
         raise InputError("points", f"must have the {len(wanted)} coordinates {', '.join(wanted)}", points.shape)
     return [[_value(name, dict(zip(known, row, strict=True))) for name in wanted] for row in points.tolist()]
 

@@ -34,14 +34,17 @@ _EXPONENTS = (4, 5, 6, 8, 10, 13, 17, 22, 28, 36, 46, 60, 80, 100, 130, 170, 220
 _LEAST_CONTRACTION = 0.1
 """Least margin of Krawczyk's operator: with it other methods of the same precision find a positive one too."""
 
-_GUARD_BITS = 56
-"""The least radius tried is 2^(_GUARD_BITS - bits)."""
+_SHARE_OF_BITS = 0.55
+"""The least radius tried is 2^(-_SHARE_OF_BITS bits)."""
 
 _RADII_COMPARED = 3
 """Number of radii, one after the other, that must fail by the same margin before the search is given up."""
 
 _FINE = 1e-9
-"""Where a proof fails by less than this at the least radius, a higher precision is tried."""
+"""A proof that fails by less than this at the least radius may succeed at a smaller one, with a higher precision."""
+
+_DEPEND_ON_RADIUS = ("section on the contact boundary", "tangency undecided", "windows overlap")
+"""The reasons for failure that a smaller radius may remove."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +97,7 @@ def prove_orbit(
         with precision(tried):
             equations = MeshEquations(parameters, Fraction(phase), tried)
             try:
-                return _attempt(equations, lifted(points, equations))
+                return _attempt(_candidate(equations, points))
             except UndecidedError as failure:
                 unproved = Unproved(failure.reason, failure.margin, tried)
         if not _rounding_may_be_the_cause(unproved):
@@ -104,7 +107,8 @@ def prove_orbit(
 
 def _rounding_may_be_the_cause(result: Unproved) -> bool:
     """Whether a proof failed by so little that it may succeed at a higher precision."""
-    return result.reason not in ("Newton diverged", "too many switches", "neutral") and abs(result.margin) < _FINE
+    fine = abs(result.margin) < _FINE and result.reason in _DEPEND_ON_RADIUS
+    return fine or result.reason == "bits exhausted"
 
 
 def _checked_points(points: Any) -> np.ndarray:
@@ -117,14 +121,22 @@ def _checked_points(points: Any) -> np.ndarray:
     return array
 
 
-def _attempt(equations: MeshEquations, points: list[list[Fraction]]) -> Certificate:
-    """The certificate of the orbit near points for the largest radius 10^-k that is proved, at one precision.
+def _candidate(equations: MeshEquations, points: np.ndarray) -> Candidate:
+    """The candidate with points (n, d) in the coordinates of the equations.
+
+    Coordinates that the points lack obey linear equations: one step of Newton's method finds them.
+    """
+    candidate = Candidate.at(equations, lifted(points, equations))
+    return candidate if points.shape[1] == equations.dimension else candidate.corrected()
+
+
+def _attempt(candidate: Candidate) -> Certificate:
+    """The certificate of an orbit for the largest radius 10^-k that is proved, at one precision.
 
     Raises `UndecidedError` if no radius is.
     """
-    candidate = Candidate.at(equations, points)
     failed, failures = _FIRST_EXPONENT, list[UndecidedError]()
-    for exponent in _exponents(equations.bits):
+    for exponent in _exponents(candidate.equations.bits):
         try:
             proof = _proof(candidate, exponent)
         except UndecidedError as failure:
@@ -139,7 +151,7 @@ def _attempt(equations: MeshEquations, points: list[list[Fraction]]) -> Certific
 
 def _exponents(bits: int) -> Iterator[int]:
     """The exponents to try at a precision."""
-    return (k for k in _EXPONENTS if k * math.log2(10) <= bits - _GUARD_BITS)
+    return (k for k in _EXPONENTS if k * math.log2(10) <= _SHARE_OF_BITS * bits)
 
 
 def _does_not_depend_on_radius(failures: list[UndecidedError]) -> bool:
