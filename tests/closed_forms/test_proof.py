@@ -30,7 +30,8 @@ def column(values, radius=0):
 
 def response(model, eps, time):
     """z and z' of the steady motion in permanent contact at the front flank under one harmonic, χ = 1, at τ = time T."""
-    omega, zeta, q0 = (ball(Fraction(v)) for v in (model.omega, model.zeta, (model.q1 + model.q2) / model.J1))
+    torque = (model.q1 + model.q2) / model.J1
+    omega, zeta, q0 = (ball(Fraction(v)) for v in (model.omega, model.zeta, torque))
     real, imaginary = 1 - omega**2, 2 * zeta * omega
     size = eps * omega**2 / (real**2 + imaginary**2)
     sine, cosine = (2 * ball(Fraction(time))).sin_cos_pi()
