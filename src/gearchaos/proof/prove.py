@@ -31,8 +31,11 @@ _FIRST_SPREAD = 1e-3
 _STEPS = (0, 1, 2, 4, 6, 9, 13, 18, 24, 32, 42, 56, 76, 96, 126, 166, 216, 276, 356, 456, 596, 796, 996, 1196)
 """Steps from the first exponent, until a radius is proved; the largest one is then found by bisection."""
 
-_LEAST_CONTRACTION = 0.1
+_LEAST_CONTRACTION = 0.75
 """Least margin of Krawczyk's operator: with it other methods of the same precision find a positive one too."""
+
+_CLAIMED_SHARE = 0.1
+"""Share of the margins found that a certificate claims, so that other methods can confirm them."""
 
 _SHARE_OF_BITS = 0.55
 """The least radius tried is 2^(-_SHARE_OF_BITS bits)."""
@@ -211,7 +214,7 @@ def _separation(candidate: Candidate, radius: Fraction) -> float | None:
 
 
 def _certificate(proof: _Proof) -> Certificate:
-    """The certificate of a proof. It claims half of each margin, which leaves room for other methods to confirm it."""
+    """The certificate of a proof."""
     candidate, stable = proof.candidate, proof.stability
     equations = candidate.equations
     margins = {
@@ -224,7 +227,7 @@ def _certificate(proof: _Proof) -> Certificate:
         [[to_text(v) for v in point] for point in candidate.points], f"1e-{proof.exponent}", equations.bits,
         [[_switch(window) for window in tube.windows] for tube in proof.tubes],
         {"inside": stable.inside, "outside": stable.outside, "Q": matrices},
-        {name: None if value is None else f"{value / 2:.3e}" for name, value in margins.items()},
+        {name: None if value is None else f"{_CLAIMED_SHARE * value:.3e}" for name, value in margins.items()},
     )
 
 
