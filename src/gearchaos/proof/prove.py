@@ -17,7 +17,7 @@ from gearchaos.proof.candidate import Candidate
 from gearchaos.proof.certificate import Certificate, Unproved, certificate
 from gearchaos.proof.coordinates import lifted
 from gearchaos.proof.crossing import UndecidedError
-from gearchaos.proof.equations import MeshEquations
+from gearchaos.proof.equations import MeshEquations, equations_at
 from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.stability import Stability, stability
 from gearchaos.proof.tube import Tube, Window, period_tube
@@ -97,8 +97,8 @@ def prove_orbit(
         raise InputError("phase", "must be in [0, 1)", phase, "It is a share of the mesh period.")
     parameters = exact_parameters(model)
     for tried in (bits, *(b for b in _PRECISIONS if bits < b <= max_bits)):
-        with precision(tried):
-            equations = MeshEquations(parameters, Fraction(phase), tried)
+        equations, working = equations_at(parameters, Fraction(phase), tried)
+        with precision(working):
             try:
                 return _attempt(_candidate(equations, points))
             except UndecidedError as failure:
