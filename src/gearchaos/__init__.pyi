@@ -35,6 +35,7 @@ from gearchaos.studies.curve import curve as curve
 from gearchaos.studies.dynamic_factor import dynamic_factor as dynamic_factor
 from gearchaos.studies.manifolds import manifolds as manifolds
 from gearchaos.studies.operating_map import operating_map as operating_map
+from gearchaos.studies.proofs import prove as prove
 from gearchaos.studies.regime import Regime as Regime
 from gearchaos.studies.regime import regime as regime
 from gearchaos.studies.simulate import Simulate as Simulate

@@ -20,6 +20,7 @@ from gearchaos.cli.output import (
     section,
     section_units,
 )
+from gearchaos.cli.proofs import check_proof, proof_of
 from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES
 
@@ -62,22 +63,33 @@ def simulate(
 
 @app.command()
 def regime(
-    study: StudyPath = None, sets: Sets = None, plot: Plot = None, json_out: Json = False, physical: Physical = False
+    study: StudyPath = None,
+    sets: Sets = None,
+    plot: Plot = None,
+    json_out: Json = False,
+    physical: Physical = False,
+    prove: Annotated[bool, typer.Option("--prove", help="Prove a periodic motion in ball arithmetic.")] = False,
+    certificate: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="With --prove: write the certificate, JSON.", readable=False)
+    ] = None,
 ) -> None:
     """Classify the motion at one operating point, and print the evidence."""
     check_output("--plot", plot, PLOT_SUFFIXES)
+    check_proof(prove, certificate)
     loaded = load(study, sets, physical)
     from gearchaos.studies.regime import Regime
 
     chosen = loaded.study(Regime)
     chosen.cost.announce()
     verdict = chosen.verdict()
+    proof = proof_of(verdict, certificate) if prove else None
     if json_out:
-        print_json(_regime_document(verdict, loaded, physical))
+        document = _regime_document(verdict, loaded, physical)
+        print_json(document if proof is None else {**document, "proof": proof.to_dict()})
     else:
         from gearchaos.cli.tables import print_regime
 
-        print_regime(verdict, loaded, physical)
+        print_regime(verdict, loaded, physical, proof)
     if plot:
         _draw_steady(loaded, verdict, plot, physical)
 

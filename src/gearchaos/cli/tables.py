@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from gearchaos.gears.design.gear_design import GearDesign
     from gearchaos.gears.sheet import Entry
+    from gearchaos.proof.certificate import Certificate, Unproved
     from gearchaos.studies import Verdict
     from gearchaos.studyfile import LoadedStudy
 
@@ -136,11 +137,15 @@ def print_run(found: dict[str, Any]) -> None:
     _print(table)
 
 
-def print_regime(verdict: Verdict, loaded: LoadedStudy, physical: bool) -> None:
-    """Print the verdict at one operating point: the motion, its evidence, and every quantity that has a title."""
+def print_regime(
+    verdict: Verdict, loaded: LoadedStudy, physical: bool, proof: Certificate | Unproved | None = None
+) -> None:
+    """Print the verdict at one operating point: the motion, its proof, its evidence, and quantities with a title."""
     values, scales = verdict.to_dict(), None if loaded.pair is None else loaded.pair.scales
     table = Table(show_header=False)
     table.add_row("motion", f"{verdict.label}: {verdict.reason}")
+    if proof is not None:
+        table.add_row("proof", proof.in_words())
     if scales is not None:
         table.add_row(quantity("omega").title, _measured("omega", loaded.model.omega, scales, physical))
     table.add_row("Lyapunov exponents", _exponents(values, scales if physical else None))

@@ -1,0 +1,181 @@
+"""What the proof of a periodic orbit gives: a certificate that anybody can check, or why there is none."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, ClassVar
+
+from gearchaos.files import write_bytes
+
+FORMAT, VERSION = "gearchaos certificate", 1
+
+REASONS = {
+    "Newton diverged": "Newton's method did not converge to an orbit from the points given",
+    "section on the contact boundary": "at a section, teeth may just touch: choose another phase of the section",
+    "tangency undecided": "teeth may touch without a switch, or switch twice: the motion grazes a contact boundary",
+    "windows overlap": "the time windows of two contact switches overlap",
+    "too many switches": "there are more than 500 contact switches in a mesh period",
+    "Krawczyk not contracting": "Krawczyk's operator does not map the cubes about the points into themselves",
+    "period not minimal": "two points of the orbit cannot be told apart: its minimal period may be smaller",
+    "neutral": "a multiplier may lie on the unit circle",
+    "bits exhausted": "rounding errors are too large, even at the largest precision allowed",
+}
+"""The reasons for which an orbit is not proved."""
+
+
+@dataclass(frozen=True)
+class Unproved:
+    """A periodic orbit whose proof failed; nothing is known to be false.
+
+    Attributes
+    ----------
+    reason : str
+        One of `REASONS`.
+    margin : float
+        The quantity that should have been positive; at most 0, or not a number where it could not be computed.
+    bits : int
+        The largest precision tried.
+    """
+
+    proved: ClassVar[bool] = False
+    reason: str
+    margin: float
+    bits: int = 0
+
+    def in_words(self) -> str:
+        """The result in a sentence."""
+        return f"not proved, {self.reason}: {REASONS[self.reason]} (margin {self.margin:.2g}, {self.bits} bits)"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result as JSON-ready values."""
+        return {"proved": False, "reason": self.reason, "meaning": REASONS[self.reason], "margin": self.margin,
+                "bits": self.bits}
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """A proved periodic orbit.
+
+    Attributes
+    ----------
+    document : dict
+        The certificate in the form in which it is written, see ``docs/proofs.md``.
+    """
+
+    proved: ClassVar[bool] = True
+    document: dict[str, Any]
+
+    @property
+    def theorem(self) -> str:
+        """What is proved, in words."""
+        return self.document["theorem"]
+
+    @property
+    def period(self) -> int:
+        """The minimal period in mesh periods."""
+        return self.document["period"]
+
+    @property
+    def radius(self) -> float:
+        """Half the edge of the cubes in which the orbit is unique."""
+        return float(self.document["radius"])
+
+    @property
+    def bits(self) -> int:
+        """The precision of the proof in bits."""
+        return self.document["bits"]
+
+    @property
+    def inside(self) -> int:
+        """Number of multipliers inside the unit circle."""
+        return self.document["stability"]["inside"]
+
+    @property
+    def outside(self) -> int:
+        """Number of multipliers outside the unit circle."""
+        return self.document["stability"]["outside"]
+
+    def in_words(self) -> str:
+        """The theorem, with the precision of its proof."""
+        return f"proved with {self.bits} bits. {self.theorem}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """A summary as JSON-ready values; the whole certificate is ``document``."""
+        return {"proved": True, "theorem": self.theorem, "period": self.period, "radius": self.radius,
+                "bits": self.bits, "inside": self.inside, "outside": self.outside, "sha256": self.document["sha256"]}
+
+    def write(self, path: str | Path) -> None:
+        """Write the certificate to a JSON file, which ``gearchaos verify`` checks."""
+        write_bytes(Path(path), (json.dumps(self.document, indent=1) + "\n").encode())
+
+    def __repr__(self) -> str:
+        return f"Certificate({self.period}T, radius={self.document['radius']}, bits={self.bits})"
+
+
+def certificate(
+    model: dict[str, Any], coordinates: tuple[str, ...], phase: str, points: list[list[str]], radius: str, bits: int,
+    switches: list[list[dict[str, Any]]], stability: dict[str, Any], margins: dict[str, str | None],
+) -> Certificate:
+    """A certificate from its parts, with the theorem in words, the versions and the checksum."""
+    document = {
+        "format": FORMAT, "version": VERSION,
+        "theorem": _theorem(model["kind"], len(points), phase, radius, switches, stability),
+        "model": model, "coordinates": list(coordinates), "phase": phase, "period": len(points), "points": points,
+        "radius": radius, "bits": bits, "switches": switches, "stability": stability, "margins": margins,
+        "versions": _versions(),
+    }
+    return Certificate({**document, "sha256": checksum(document)})
+
+
+def checksum(document: dict[str, Any]) -> str:
+    """SHA-256 of the canonical JSON of a certificate without its checksum."""
+    rest = {name: value for name, value in document.items() if name != "sha256"}
+    return hashlib.sha256(json.dumps(rest, sort_keys=True, separators=(",", ":")).encode("ascii")).hexdigest()
+
+
+@cache
+def _versions() -> dict[str, str]:
+    """The versions of the programs that made a certificate."""
+    names = ("gearchaos", "python-flint", "numpy")
+    return {"python": platform.python_version(), **{name: version(name) for name in names}}
+
+
+def _theorem(
+    kind: str, n: int, phase: str, radius: str, switches: list[list[dict[str, Any]]], stability: dict[str, Any]
+) -> str:
+    """What is proved, in words."""
+    when = "tau = k T" if phase == "0x0p+0" else f"tau = (k + {float.fromhex(phase):g}) T"
+    times = f"(k = 0 ... {n - 1})" if n > 1 else "(k = 0)"
+    return " ".join((
+        f"For the {kind} model with the parameters below there is exactly one orbit of period",
+        f"{_count(n, 'mesh period')} whose {'states' if n > 1 else 'state'} at {when} {times}",
+        f"{'lie' if n > 1 else 'lies'} within {radius} of the",
+        f"{'points' if n > 1 else 'point'} listed, in each coordinate. Its minimal period is {n}.",
+        _contact_in_words(sum(map(len, switches))), _stability_in_words(stability["inside"], stability["outside"]),
+    ))
+
+
+def _contact_in_words(count: int) -> str:
+    """The number of switches in words."""
+    if count == 0:
+        return "Its teeth never switch contact."
+    return f"Its teeth switch contact {_count(count, 'time')}, in the order and the time windows listed."
+
+
+def _stability_in_words(inside: int, outside: int) -> str:
+    """The numbers of multipliers in words."""
+    if outside == 0:
+        return f"All {inside} of its multipliers lie inside the unit circle: it is stable."
+    return (f"Of its {inside + outside} multipliers {inside} lie{'s' if inside == 1 else ''} inside the unit circle "
+            f"and {outside} outside: it is unstable.")
+
+
+def _count(n: int, noun: str) -> str:
+    """A number with a noun."""
+    return f"{n} {noun}{'' if n == 1 else 's'}"

@@ -1,0 +1,268 @@
+"""Where a relative displacement z, given as a polynomial on a part of a cell, stays clear of the contact boundaries.
+
+The distance from a boundary is y = ±z ± 1, positive while the contact state lasts. On an interval of width h it is
+positive if it is at both ends and one of these holds:
+
+- chord: y lies at most h²/8 max y″ below its chord (not at all where y″ <= 0);
+- monotony: y' has one sign;
+- minimum: y″ >= m > 0, and y(u) - y'(u)²/(2m) > 0 at some u, a bound of the minimum.
+
+Otherwise the interval is halved.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from flint import arb, arb_mat, arb_poly, ctx
+
+from gearchaos.proof.balls import interval, least, magnitude
+
+_DEEPEST = 60
+"""Most halvings of an interval."""
+
+
+class UndecidedError(Exception):
+    """A property that could not be proved.
+
+    Attributes
+    ----------
+    reason : str
+        One of `certificate.REASONS`.
+    margin : float
+        The quantity that should be positive, as far as it was computed.
+    """
+
+    def __init__(self, reason: str, margin: float) -> None:
+        super().__init__(reason, margin)
+        self.reason, self.margin = reason, margin
+
+
+class Boundary(NamedTuple):
+    """The distance y = sign z + offset from the contact boundary z = flank."""
+
+    flank: int
+    sign: int
+    offset: int
+
+
+BOUNDARIES = {
+    0: (Boundary(1, -1, 1), Boundary(-1, 1, 1)), 1: (Boundary(1, 1, -1),), -1: (Boundary(-1, -1, -1),),
+}
+"""The boundaries at which each contact state can end."""
+
+
+class Crossing(NamedTuple):
+    """An interval of u on which z passes the boundary of a flank once."""
+
+    flank: int
+    low: arb
+    high: arb
+
+
+class Displacement:
+    """z as a polynomial with its first two derivatives."""
+
+    def __init__(self, polynomial: arb_poly) -> None:
+        self.z = polynomial
+        self.first = polynomial.derivative()
+        self.second = self.first.derivative()
+
+
+def clearance_by_bounds(bounds: arb_mat, contact: int) -> float | None:
+    """A lower bound of the distance from the boundaries over a whole cell, or None if the bounds prove none.
+
+    Parameters
+    ----------
+    bounds : arb_mat
+        `Flow.bounds` applied to the states at the start of the cell.
+    contact : int
+        The contact state 0, 1 or -1.
+    """
+    out = math.inf
+    z0, z1, slope, curvature = bounds.entries()
+    for _, sign, offset in BOUNDARIES[contact]:
+        ends = min(least(sign * z0 + offset), least(sign * z1 + offset))
+        if not ends > 0:
+            return None
+        bulge = max(0.0, -least(-sign * curvature)) / 8
+        if ends > bulge:
+            out = min(out, (ends - bulge) * (1 - 1e-15))
+        elif slope > 0 or slope < 0:
+            out = min(out, ends)
+        else:
+            return None
+    return out
+
+
+def clearance(motion: Displacement, contact: int, low: arb, high: arb, z_low: arb, z_high: arb) -> float:
+    """A positive lower bound of the distance from the boundaries for u from ``low`` to ``high``.
+
+    Parameters
+    ----------
+    motion : Displacement
+        Contains z of all motions in question.
+    contact : int
+        The contact state 0, 1 or -1.
+    low, high : arb
+        Ends of the interval.
+    z_low, z_high : arb
+        z at the ends: near a switch tighter than the polynomial.
+
+    Raises
+    ------
+    UndecidedError
+        If none is found.
+    """
+    return min(_clearance(motion, boundary, (low, z_low), (high, z_high), 0) for boundary in BOUNDARIES[contact])
+
+
+def _clearance(
+    motion: Displacement, boundary: Boundary, low: tuple[arb, arb], high: tuple[arb, arb], depth: int
+) -> float:
+    """The bound of `clearance` for one boundary; ``low`` and ``high`` are u and z there."""
+    ends = min(least(boundary.sign * z + boundary.offset) for _, z in (low, high))
+    if not ends > 0:
+        raise UndecidedError("tangency undecided", ends)
+    found, minimum = _bound(motion, boundary, low[0], high[0], ends)
+    if found > 0:
+        return found
+    if depth == _DEEPEST or (minimum is not None and _distance(motion, boundary, minimum) < 0):
+        raise UndecidedError("tangency undecided", found)
+    u = ((low[0] + high[0]) / 2).mid()
+    middle = u, motion.z(u)
+    return min(_clearance(motion, boundary, low, middle, depth + 1),
+               _clearance(motion, boundary, middle, high, depth + 1))
+
+
+def _bound(
+    motion: Displacement, boundary: Boundary, low: arb, high: arb, ends: float
+) -> tuple[float, arb | None]:
+    """A lower bound of y on an interval where it is at least ``ends`` at both ends, and where y is least if convex."""
+    span = interval(low, high)
+    curvature = boundary.sign * motion.second(span)
+    width = magnitude(high - low)
+    bound = ends - max(0.0, -least(-curvature)) * width**2 / 8 * (1 + 1e-15)
+    if bound > 0:
+        return bound * (1 - 1e-15), None
+    slope = motion.first(span)
+    if slope > 0 or slope < 0:
+        return ends, None
+    if curvature > 0:
+        lowest = _turning_point(motion, low, high)
+        y, steep = _distance(motion, boundary, lowest), motion.first(lowest)
+        return least(y - steep * steep / (2 * curvature)), lowest
+    return bound, None
+
+
+def _distance(motion: Displacement, boundary: Boundary, u: arb) -> arb:
+    """y at u."""
+    return boundary.sign * motion.z(u) + boundary.offset
+
+
+def _turning_point(motion: Displacement, low: arb, high: arb) -> arb:
+    """About where z' = 0 on an interval with z″ of one sign, within the interval; exact, but no bound."""
+    u = ((low + high) / 2).mid()
+    for _ in range(8):
+        u = (u - motion.first(u) / motion.second(u)).mid()
+        if not (low < u < high):
+            return ((low + high) / 2).mid()
+    return u
+
+
+def first_crossing(
+    motion: Displacement, contact: int, low: arb, high: arb, leaving: int | None = None, depth: int = 0
+) -> Crossing | None:
+    """The first crossing of a boundary for u from ``low`` to ``high``, for the motion from one state.
+
+    Parameters
+    ----------
+    motion : Displacement
+    contact : int
+        The contact state from ``low`` on.
+    low, high : arb
+        Ends of the interval.
+    leaving : int, optional
+        The flank whose boundary the motion is on at ``low``.
+
+    Raises
+    ------
+    UndecidedError
+        If an interval can be neither cleared nor proved to be crossed once.
+    """
+    states = [_state(motion, b, low, high, b.flank == leaving) for b in BOUNDARIES[contact]]
+    crossed = [s for s in states if isinstance(s, Crossing)]
+    if len(crossed) + states.count(True) == len(states) and len(crossed) <= 1:
+        return crossed[0] if crossed else None
+    if depth == _DEEPEST:
+        raise UndecidedError("tangency undecided", 0.0)
+    middle = ((low + high) / 2).mid()
+    return (first_crossing(motion, contact, low, middle, leaving, depth + 1)
+            or first_crossing(motion, contact, middle, high, None, depth + 1))
+
+
+def _state(motion: Displacement, boundary: Boundary, low: arb, high: arb, leaving: bool) -> bool | Crossing:
+    """True where y is proved positive on an interval, a crossing where it has one zero, False where neither is known.
+
+    If the motion leaves the boundary at ``low``, y is 0 there and is asked to be positive after it.
+    """
+    start, end = (_distance(motion, boundary, u) for u in (low, high))
+    slope = boundary.sign * motion.first(interval(low, high))
+    if leaving:
+        curvature = boundary.sign * motion.second(interval(low, high))
+        return bool(end > 0 and (slope > 0 or -least(-curvature) <= 0))
+    if start > 0 and end < 0 and slope < 0:
+        return Crossing(boundary.flank, low, high)
+    if not (start > 0 and end > 0):
+        return False
+    bound, lowest = _bound(motion, boundary, low, high, min(least(start), least(end)))
+    if bound > 0:
+        return True
+    if lowest is not None and _distance(motion, boundary, lowest) < 0:
+        return Crossing(boundary.flank, low, lowest)
+    return False
+
+
+def crossing_time(motion: Displacement, crossing: Crossing) -> arb:
+    """A ball that contains the u of a crossing.
+
+    Raises
+    ------
+    UndecidedError
+        If z - flank is not proved to have opposite signs at the ends of a narrow ball.
+    """
+    low, high = crossing.low.mid(), crossing.high.mid()
+    falling = bool(motion.z(low) > crossing.flank)
+    u = ((low + high) / 2).mid()
+    for _ in range(200):
+        error = motion.z(u) - crossing.flank
+        if bool(error > 0) == falling:
+            low = u
+        else:
+            high = u
+        step = error / motion.first(u)
+        following = (u - step).mid()
+        if not (low <= following <= high):
+            following = ((low + high) / 2).mid()
+        if abs(following - u) < arb(2) ** (8 - ctx.prec):
+            break
+        u = following
+    return _verified(motion, crossing, u)
+
+
+def _verified(motion: Displacement, crossing: Crossing, u: arb) -> arb:
+    """A narrow ball about u, within the interval of the crossing, at whose ends z - flank has opposite signs."""
+    flank = crossing.flank
+    slope = abs(motion.first(u)).lower()
+    if not slope > 0:
+        raise UndecidedError("tangency undecided", 0.0)
+    radius = 2 * abs(motion.z(u) - flank).upper() / slope + arb(2) ** (4 - ctx.prec)
+    for _ in range(8):
+        low, high = (u - radius).mid(), (u + radius).mid()
+        if not (crossing.low <= low and high <= crossing.high):
+            break
+        if (motion.z(low) - flank) * (motion.z(high) - flank) < 0:
+            return interval(low, high)
+        radius = 8 * radius
+    raise UndecidedError("tangency undecided", magnitude(radius))

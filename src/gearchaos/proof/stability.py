@@ -1,0 +1,215 @@
+"""The number of multipliers inside and outside the unit circle, by Stein inequalities around the cycle.
+
+If symmetric matrices Q_k satisfy Q_k - S_kᵀ Q_(k+1) S_k > 0 for the derivatives S_k of P at the n points, Q_n = Q_0,
+then Q_0 - Mᵀ Q_0 M > 0 for their product M. So no multiplier lies on the unit circle, and Q_0 has as many positive
+eigenvalues as there are multipliers inside, as many negative ones as there are outside (Ostrowski and Schneider).
+
+The Q_k are sought in floats. What is found is proved in balls: positive pivots, and the signs of a congruent matrix.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from flint import arb, arb_mat
+
+from gearchaos.proof.balls import least, magnitude
+from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.krawczyk import float_midpoint
+
+_ROUNDS = 60
+"""Most rounds of the cycle in which the invariant subspaces are sought."""
+
+_LARGE = 1e10
+"""Largest entry of a product of derivatives whose eigenvalues near 1 are still accurate."""
+
+
+@dataclass(frozen=True)
+class Stability:
+    """A proof of the numbers of multipliers.
+
+    Attributes
+    ----------
+    inside, outside : int
+        Multipliers inside and outside the unit circle.
+    matrices : (n, d, d)
+        Q_k, exactly these floats.
+    margin : float
+        A lower bound of the least pivot of Q_k - S_kᵀ Q_(k+1) S_k over the largest entry of all Q_k.
+    """
+
+    inside: int
+    outside: int
+    matrices: np.ndarray
+    margin: float
+
+
+def stability(slopes: list[arb_mat], midpoints: list[arb_mat]) -> Stability:
+    """The multipliers of an orbit from slopes of P that contain its derivatives.
+
+    Parameters
+    ----------
+    slopes : list of arb_mat
+        n matrices of balls, (d, d).
+    midpoints : list of arb_mat
+        Approximate derivatives, (d, d), from which the matrices Q_k are computed.
+
+    Raises
+    ------
+    UndecidedError
+        With the reason "neutral" if the inequalities are not proved.
+    """
+    matrices = _stein_matrices(list(map(float_midpoint, midpoints)))
+    if matrices is None or not np.isfinite(matrices).all():
+        raise UndecidedError("neutral", 0.0)
+    largest = float(np.abs(matrices).max())
+    balls = [arb_mat(len(q), len(q), q.ravel().tolist()) for q in matrices]
+    margin = math.inf
+    for k, slope in enumerate(slopes):
+        difference = balls[k] - slope.transpose() * balls[(k + 1) % len(balls)] * slope
+        margin = min(margin, _least_pivot(difference) / largest * (1 - 1e-15))
+    if not margin > 0:
+        raise UndecidedError("neutral", margin)
+    inside = _positive_eigenvalues(balls[0], matrices[0])
+    return Stability(inside, len(matrices[0]) - inside, matrices, margin)
+
+
+def _least_pivot(matrix: arb_mat) -> float:
+    """A lower bound of the least pivot of L D Lᵀ; at the first that is not positive, a bound of that one."""
+    rows, size = matrix.tolist(), matrix.nrows()
+    smallest = math.inf
+    for k in range(size):
+        pivot = rows[k][k]
+        smallest = min(smallest, least(pivot))
+        if not pivot > 0:
+            return min(smallest, 0.0)
+        for i in range(k + 1, size):
+            factor = rows[i][k] / pivot
+            for j in range(k + 1, i + 1):
+                rows[i][j] = rows[i][j] - factor * rows[j][k]
+    return smallest
+
+
+def _positive_eigenvalues(matrix: arb_mat, values: np.ndarray) -> int:
+    """The number of positive eigenvalues of a regular symmetric matrix.
+
+    It is that of the congruent matrix Vᵀ Q V, V being the eigenvectors in floats, whose diagonal is proved to dominate.
+    Then V is regular too.
+
+    Raises
+    ------
+    UndecidedError
+        If the diagonal does not dominate.
+    """
+    size = len(values)
+    _, vectors = np.linalg.eigh(values)
+    v = arb_mat(size, size, vectors.ravel().tolist())
+    rows = (v.transpose() * matrix * v).tolist()
+    positive = 0
+    for i, row in enumerate(rows):
+        gap = abs(row[i]) - sum((abs(x) for j, x in enumerate(row) if j != i), arb(0))
+        if not gap > 0:
+            raise UndecidedError("neutral", -magnitude(gap))
+        positive += bool(row[i] > 0)
+    return positive
+
+
+def _stein_matrices(derivatives: list[np.ndarray]) -> np.ndarray | None:
+    """Matrices Q_k (n, d, d) that should satisfy the inequalities, None where there is no splitting.
+
+    In bases of the unstable and stable subspaces at the n points the derivatives are block diagonal, and each block has
+    an equation of its own, with 1 on the right side: forwards for the unstable block, backwards for the stable one.
+    """
+    bases, outside = _splitting(derivatives)
+    n, d = len(derivatives), len(derivatives[0])
+    try:
+        inverses = [np.linalg.inv(basis) for basis in bases]
+    except np.linalg.LinAlgError:
+        return None
+    local = [inverses[(k + 1) % n] @ a @ bases[k] for k, a in enumerate(derivatives)]
+    stable = _sums([a[outside:, outside:] for a in reversed(local)], d - outside)
+    if stable is None:
+        return None
+    stable = [stable[-k % n] for k in range(n)]
+    try:
+        unstable = _sums([np.linalg.inv(a[:outside, :outside]) for a in local], outside, before=True)
+    except np.linalg.LinAlgError:
+        return None
+    if unstable is None:
+        return None
+    out = np.zeros((n, d, d))
+    for k in range(n):
+        out[k, :outside, :outside], out[k, outside:, outside:] = -unstable[k], stable[k]
+        out[k] = inverses[k].T @ out[k] @ inverses[k]
+    return (out + out.transpose(0, 2, 1)) / 2
+
+
+def _sums(factors: list[np.ndarray], size: int, *, before: bool = False) -> list[np.ndarray] | None:
+    """Periodic solutions of q_(k+1) = b_kᵀ q_k b_k + 1, or of b_kᵀ (q_k + 1) b_k with ``before``; None if none is."""
+    if size == 0:
+        return [np.zeros((0, 0))] * len(factors)
+    one = np.eye(size)
+
+    def step(q: np.ndarray, b: np.ndarray, add: np.ndarray) -> np.ndarray:
+        return b.T @ (q + add) @ b if before else b.T @ q @ b + add
+
+    particular, power = np.zeros((size, size)), one
+    for b in factors:
+        particular, power = step(particular, b, one), power @ b
+    system = np.eye(size * size) - np.kron(power.T, power.T)
+    try:
+        q = np.linalg.solve(system, particular.ravel()).reshape(size, size)
+    except np.linalg.LinAlgError:
+        return None
+    out = []
+    for b in factors:
+        out.append(q)
+        q = step(q, b, one)
+    return out
+
+
+def _splitting(derivatives: list[np.ndarray]) -> tuple[list[np.ndarray], int]:
+    """Bases (d, d) at the n points, columns of the unstable subspace first, and the dimension of the unstable subspace.
+
+    Both subspaces are found by orthogonal iteration around the cycle: forwards for the unstable one, and backwards with
+    the transposed derivatives for the complement of the stable one.
+    """
+    n, d = len(derivatives), len(derivatives[0])
+    outside = _multipliers_outside(derivatives)
+    if outside in (0, d):
+        return [np.eye(d)] * n, outside
+    forward, _ = _orthogonal_iteration(derivatives)
+    complement, _ = _orthogonal_iteration([a.T for a in reversed(derivatives)])
+    return [np.hstack([forward[k][:, :outside], complement[-k % n][:, outside:]]) for k in range(n)], outside
+
+
+def _multipliers_outside(derivatives: list[np.ndarray]) -> int:
+    """About the number of multipliers outside the unit circle; the inequalities prove it, or fail.
+
+    They are the eigenvalues of the product, unless that has lost those near 1 to rounding.
+    """
+    product = np.eye(len(derivatives[0]))
+    for derivative in derivatives:
+        product = derivative @ product
+    if np.abs(product).max() < _LARGE:
+        return int((np.abs(np.linalg.eigvals(product)) > 1).sum())
+    return int((_orthogonal_iteration(derivatives)[1] > 0).sum())
+
+
+def _orthogonal_iteration(factors: list[np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
+    """Orthogonal matrices (d, d) before each factor, with nested dominant subspaces, and their logarithms of growth."""
+    d = len(factors[0])
+    q = np.linalg.qr(np.random.default_rng(0).normal(size=(d, d)))[0]
+    total, growth = np.zeros(d), np.zeros(d)
+    for _ in range(_ROUNDS):
+        previous, frames, growth = growth, [], np.zeros(d)
+        for a in factors:
+            frames.append(q)
+            q, r = np.linalg.qr(a @ q)
+            growth += np.log(np.maximum(np.abs(np.diag(r)), 1e-300))
+        total += growth
+        if np.abs(growth - previous).max() < 1e-12 * len(factors):
+            return frames, growth
+    return frames, total / _ROUNDS

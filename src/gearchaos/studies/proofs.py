@@ -1,0 +1,95 @@
+"""Proofs: a periodic verdict, or an orbit of any stability, as a theorem."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearchaos.continuation.orbit import Orbit
+from gearchaos.dynamics.orbits import sections
+from gearchaos.errors import InputError, whole_number
+from gearchaos.gears.operating import AnyModel
+from gearchaos.model import MeshModel, vary
+from gearchaos.model.coordinates import from_physical, transmission_error_at_start
+from gearchaos.model.names import COORDINATES
+from gearchaos.model.switched import coordinates
+from gearchaos.studies.initial_value_problems import initial_value_problems
+from gearchaos.studies.regime import regime
+from gearchaos.studies.verdict import Verdict
+
+if TYPE_CHECKING:
+    from gearchaos.proof.certificate import Certificate, Unproved
+
+_LEAST_BITS, _MOST_BITS = 53, 4096
+_OTHER_PHASES = (0.375, 0.15625, 0.71875)
+"""Phases of the section that are tried where teeth may just touch at τ = k T."""
+
+
+def prove(subject: AnyModel | Verdict | Orbit, bits: int = 128) -> Certificate | Unproved:
+    """Prove a periodic orbit in ball arithmetic.
+
+    Parameters
+    ----------
+    subject : MeshModel, GearPair, GearDesign, Verdict or Orbit
+        A model stands for the motion that `regime` finds. Orbits of `gearchaos.orbit` may be unstable.
+    bits : int
+        First precision, 53 to 4096; up to 512 bits are tried where rounding errors are the cause of a failure.
+
+    Returns
+    -------
+    Certificate or Unproved
+        `Certificate` states what is proved (``theorem``); ``write`` saves it for ``gearchaos verify``. `Unproved` has
+        the ``reason`` and the ``margin`` by which the proof failed; it does not say that the verdict is wrong.
+
+    Raises
+    ------
+    InputError
+        If python-flint is not installed, the precision is out of range, or the verdict is not periodic.
+    """
+    check_installed()
+    whole_number("bits", bits, _LEAST_BITS, _MOST_BITS)
+    from gearchaos.proof.certificate import Unproved
+    from gearchaos.proof.prove import prove_orbit
+    from gearchaos.proof.section import at_phase
+
+    model, points = _orbit_points(subject)
+    result = prove_orbit(model, points, bits)
+    for phase in _OTHER_PHASES:
+        if not isinstance(result, Unproved) or result.reason != "section on the contact boundary":
+            break
+        if (shifted := at_phase(model, points, phase)) is not None:
+            result = prove_orbit(model, shifted, bits, phase)
+    return result
+
+
+def check_installed() -> None:
+    """Raise `InputError` unless python-flint is installed."""
+    if find_spec("flint") is None:
+        raise InputError("prove", "needs python-flint", None, "Install it with: pip install 'gearchaos[proof]'.")
+
+
+def _orbit_points(subject: AnyModel | Verdict | Orbit) -> tuple[MeshModel, np.ndarray]:
+    """The model of an orbit and its states w (n, d) at τ = k T."""
+    if isinstance(subject, Orbit):
+        return subject.model, _states(subject.model, subject.points)
+    verdict = subject if isinstance(subject, Verdict) else regime(subject)
+    if verdict.period is None:
+        raise InputError(
+            "prove", "must be given a periodic motion", verdict.label,
+            "What is proved are periodic orbits; gearchaos.orbit finds unstable ones too.")
+    flow = initial_value_problems(verdict.model).flow
+    point = np.zeros(1, int)
+    return verdict.model, sections(flow, verdict.verdicts.w[:, :1].copy(), point, np.array([verdict.period]))[0]
+
+
+def _states(model: MeshModel, points: dict[str, np.ndarray]) -> np.ndarray:
+    """The states w (n, d) of stroboscopic points that are given by the names of initial values."""
+    batch = vary(model, {})
+    names = coordinates(batch)
+    if set(names) <= set(points):
+        return np.stack([points[name] for name in names], axis=1)
+    zero = np.zeros_like(next(iter(points.values())))
+    known = {name: points.get(name, zero) for name in COORDINATES["full"]}
+    return from_physical(names, known, *transmission_error_at_start(batch))
