@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
+from gearchaos.errors import InputError
 
 SINGLE = gc.MeshModel.of(kind="single", zeta=0.025, q0=0.1, eps1=0.05, omega=2.3)
 FULL = gc.MeshModel.of(kind="full", kappa=0.5, kappa1=0.6, omega=0.7, eps1=0.06, q0=0.1)
@@ -41,3 +42,10 @@ def test_the_edge_state_of_six_coordinates_divides_two_attractors():
 def test_two_starts_of_one_attractor_are_refused():
     with pytest.raises(gc.InputError, match=r"second.*another attractor"):
         gc.edge_state(SINGLE, {"z": 1.04}, {"z": 1.05})
+
+
+@pytest.mark.parametrize(("first", "second", "words"), [
+    (None, {"z": 1.05}, "first must give initial values"), ({"z": 1.04}, {"y": 1.2}, "second must be one of")])
+def test_starts_that_are_no_states_are_refused(first, second, words):
+    with pytest.raises(InputError, match=words):
+        gc.edge_state(SINGLE, first, second)

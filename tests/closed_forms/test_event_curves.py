@@ -289,3 +289,17 @@ def test_the_coefficient_of_a_flip_has_no_value_at_a_fold():
     _, cycle = find_cycle(SINGLE, ("omega",), 1, None)
     stub = SimpleNamespace(monodromy=np.diag([-1.0, 1.0]), values=cycle.values, points=cycle.points, period=1)
     assert math.isnan(flip_coefficient(EventState(stub), SimpleNamespace(family=family)))
+
+
+def test_grazes_at_neutral_saddles_are_no_points_of_codimension_2():
+    """Where the product of two real multipliers is 1 no torus is born."""
+    model = gc.MeshModel.of(kind="torsional", omega=0.744, zeta=0.013, q0=0.178, eps1=0.265, beta1=0.02, beta2=0.005)
+    start = {"x1": 0.6780226339581599, "x1_dot": 0.13198493138942619, "x2": 0.48841919838794884,
+             "x2_dot": -0.12798748006052912}
+    ds = gc.curve(model, "graze", "omega=0.3:2.4", "eps1=0.01:0.4", period=3, start=start, max_points=150)
+    names = ds["special_kind"].values
+    places = zip(ds["special_omega"].values[names == "grazing-neimark-sacker"],
+                 ds["special_eps1"].values[names == "grazing-neimark-sacker"], strict=True)
+    for omega, eps1 in places:
+        near = np.argmin(np.hypot(ds["omega"].values - omega, ds["eps1"].values - eps1))
+        assert np.abs(ds["multipliers_imag"].values[near]).max() > 1e-3, (omega, eps1)

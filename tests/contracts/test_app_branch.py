@@ -70,7 +70,7 @@ def test_the_flip_of_a_branch_lies_between_motions_of_one_and_two_periods(follow
     assert labels == ["2T", "1T"]
     text = branch_text(followed, Units())
     assert [words for _, words in text.lines] == ["stable", "unstable"]
-    assert ("■", "#1f5fd0", "flip (1)") in text.events
+    assert ("■", "#2a7fff", "flip (1)") in text.events
     assert text.sentences[0].startswith("Branch of 1T orbits along ω from 2 to 2.4; it ends at 2 (end of the axis)")
     assert text.sentences[1] == f"Stable from {value:.6g} to 2.4."
 
@@ -175,7 +175,7 @@ def test_a_flip_curve_separates_motions_of_one_and_two_periods():
     assert labels == ["2T", "1T"]
     text = skeleton_text(last)
     assert text.complete and text.count == len(last.curves)
-    assert ("#1f5fd0", False, "flip") in text.legend
+    assert ("#2a7fff", False, "flip") in text.legend
     assert not skeleton_text(found[0]).complete and "line 1 of" in skeleton_text(found[0]).status
     assert not skeleton_text(None).complete
 

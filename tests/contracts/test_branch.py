@@ -1,52 +1,23 @@
-"""`gearchaos.branch`, `orbit` and `orbits`: variables, units, files, JSON, bad input, pictures."""
+"""`gearchaos.branch`, `orbit` and `orbits`: variables, units, files, JSON, bad input."""
 
 from __future__ import annotations
 
 import json
 import math
-from functools import cache
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos import plot
 from gearchaos.cli import app
 from gearchaos.errors import InputError
+from tests.branches import CHANGES, PAIR, SINGLE, cascade, over_speed, resonance
 
-SINGLE = gc.MeshModel.of(kind="single", omega=1.0, zeta=0.025, q0=0.1, eps1=0.05)
-DOUBLED = gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)
-PAIR = gc.GearPair(
-    n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1=0.03524, R2=0.05638, c0=4e8, k=530.0, backlash=1.2e-4, M10=85.0,
-    speed="14000 rpm", error_amplitudes=["6 um"],
-)
-CHANGES = ("fold", "flip", "neimark-sacker", "pitchfork")
-
-
-@cache
-def resonance() -> xr.Dataset:
-    return gc.branch(SINGLE, "omega=0.3:2.5")
-
-
-@cache
-def cascade() -> xr.Dataset:
-    return gc.branch(DOUBLED, "eps1=0:0.3", cascade=2)
-
-
-@cache
-def over_speed() -> xr.Dataset:
-    return gc.branch(PAIR, "speed=3000:30000")
-
-
-def axes(width: float = 6.4, height: float = 4.8):
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure.subplots()
+SPUR = Path(__file__).parents[2] / "examples" / "spur_50_50.toml"
 
 
 def run(*arguments: object, code: int = 0) -> str:
@@ -212,7 +183,7 @@ COMMAND = ("branch", "--set", "kind=single", "--set", "zeta=0.025", "--set", "q0
 
 def test_json_of_the_command(tmp_path):
     document = json.loads(run(*COMMAND, "--json", "--out", tmp_path / "b.nc", "--plot", tmp_path / "b.png"))
-    assert list(document) == ["points", "closed", "range", "ends", "events", "stable"]
+    assert list(document) == ["points", "closed", "range", "ends", "events", "stable", "jumps"]
     ds = gc.load(tmp_path / "b.nc")
     assert document["points"] == ds.sizes["point"] and document["closed"] is False
     assert [e["kind"] for e in document["events"]] == ds["event_kind"].values.tolist()
@@ -221,6 +192,11 @@ def test_json_of_the_command(tmp_path):
         assert set(event) == keys and set(event["state"]) == {"z", "z_dot"} and len(event["multipliers"]) == 2
         assert event["boundary"] in ((1, -1) if event["kind"] == "graze" else (None,))
     assert document["ends"] == [{"value": 0.5, "why": "end of the axis"}, {"value": 2.5, "why": "end of the axis"}]
+    assert len(document["jumps"]) == ds.sizes["jump"] > 0
+    for jump in document["jumps"]:
+        assert document["events"][jump["event"]] == {**document["events"][jump["event"]], "kind": "fold",
+                                                      "value": jump["value"]}
+        assert jump["direction"] in ("up", "down") and jump["to"] == "1T" and jump["on_branch"] is True
     assert (tmp_path / "b.png").stat().st_size > 10_000
     run("plot", tmp_path / "b.nc", "--out", tmp_path / "c.png")
 
@@ -233,8 +209,24 @@ def test_an_event_is_a_start_of_the_command():
     assert [e["kind"] for e in again["events"]] == [e["kind"] for e in document["events"]]
 
 
+def test_in_physical_units_an_event_is_a_start_of_the_same_command():
+    design = ("branch", SPUR, "--set", "torque=200", "--axis", "speed=1800:3500", "--physical")
+    document = json.loads(run(*design, "--set", "speed=2000", "--json"))
+    assert document["units"] == {"value": "rpm"}
+    fold = next(i for i, event in enumerate(document["events"]) if event["kind"] == "fold")
+    event = document["events"][fold]
+    state = [part for name, value in event["state"].items() for part in ("--start", f"{name}={value!r}")]
+    again = json.loads(run(*design, "--set", f"speed={event['value']!r}", "--period", 1, *state, "--json"))
+    assert {(e["kind"], round(e["value"], 6)) for e in again["events"]} == {
+        (e["kind"], round(e["value"], 6)) for e in document["events"]}
+    text = run(*design, "--set", "speed=2000")
+    assert "speed = 3500 rpm: end of the axis" in text and "speed (rpm)" in text
+    assert f"rpm, from event {fold + 1} to 1T" in text
+
+
 def test_the_page_of_the_command():
     text = run(*COMMAND)
+    assert "from end to event" in text and "on the branches followed" in text
     for words in ("end of the axis", "stable", "flip", "fold", "graze, front flank"):
         assert words in text
     isola = run("branch", "--set", "kind=single", "--set", "omega=2.3", "--set", "q0=0.1", "--set", "eps1=0.1",
@@ -258,58 +250,27 @@ def test_bad_input_of_the_command(arguments, words):
     assert words in " ".join(run("branch", "--set", "kind=single", *arguments, code=2).split())
 
 
-def lines(ax, dashed: bool) -> list:
-    return [line for line in ax.lines if line.get_linestyle() == ("--" if dashed else "-") and len(line.get_xdata()) > 1
-            and line.get_marker() == "None"]
+@pytest.mark.parametrize(("name", "low", "high"), [
+    ("zeta", 0.0, 0.1), ("contact_ratio", 1.0, 2.0), ("zeta", 0.025, 0.1), ("contact_ratio", 1.5, 1.6)])
+def test_a_branch_reaches_the_limits_of_the_models_rules(name, low, high):
+    model = gc.MeshModel.of(kind="single", omega=0.7, zeta=0.025, q0=0.1, eps1=0.05)
+    ds = gc.branch(model, f"{name}={low}:{high}", period=1)
+    assert {(e["value"], e["why"]) for e in json.loads(ds.attrs["ends"])} == {
+        (low, "end of the axis"), (high, "end of the axis")}
+    assert {float(ds[name].min()), float(ds[name].max())} == {low, high}
 
 
-def test_the_backbone_shows_stability_events_and_jumps():
-    ds = resonance()
-    ax = plot.backbone(ds, ax=axes())
-    names = [t.get_text() for t in ax.get_legend().get_texts()]
-    assert names == ["stable", "unstable", "fold", "flip", "graze", "jump"]
-    changes = ds["event_value"].values[np.isin(ds["event_kind"].values, CHANGES)]
-    for line in lines(ax, dashed=False):
-        assert all(np.abs(np.append(changes, (0.3, 2.5)) - x).min() < 1e-12 for x in line.get_xdata()[[0, -1]])
-    assert lines(ax, dashed=True)
-    arrows = [t for t in ax.texts if t.arrow_patch is not None]
-    assert arrows
-    folds = ds["event_value"].values[ds["event_kind"].values == "fold"]
-    for arrow in arrows:
-        (x, end), (x0, start) = arrow.xy, arrow.xyann
-        assert x == x0 and np.abs(folds - x).min() < 1e-12 and start != end
-    last = max(arrows, key=lambda a: a.xy[0])  # the jump of a run-up at the main resonance, upwards
-    assert last.xy[1] > last.xyann[1]
+def test_large_phases_are_followed():
+    """A phase is an argument of sines: whole turns change nothing."""
+    base = gc.MeshModel.of(kind="single", omega=0.7, zeta=0.025, q0=0.1, eps1=0.05)
+    turns = 2 * math.pi * 79
+    far = gc.branch(base.with_values({"theta1": 500.0}), "theta1=480:520", period=1)
+    near = gc.branch(base.with_values({"theta1": 500.0 - turns}), f"theta1={480 - turns}:{520 - turns}", period=1)
+    assert [e["why"] for e in json.loads(far.attrs["ends"])] == ["end of the axis"] * 2
+    np.testing.assert_allclose(far["v_rms"][[0, -1]], near["v_rms"][[0, -1]], rtol=1e-9)
 
 
-def test_pictures_of_a_branch_are_in_its_units():
-    ds, scaled = over_speed(), gc.physical(over_speed())
-    plain, physical = plot.backbone(ds, ax=axes()), plot.backbone(scaled, ax=axes())
-    assert physical.get_ylabel() == "peak to peak of z [µm]" and physical.get_xlabel() == "speed [rpm]"
-    for a, b in zip(plain.lines, physical.lines, strict=True):
-        np.testing.assert_allclose(b.get_ydata(), np.asarray(a.get_ydata()) * PAIR.scales.length * 1e6, rtol=1e-9)
-
-
-def test_the_section_lies_over_a_diagram():
-    diagram = gc.bifurcation(SINGLE, "omega=0.8:1.4:8", points=4)
-    ax = plot.bifurcation(diagram, ax=axes())
-    limits = ax.get_xlim(), ax.get_ylim()
-    plot.branch(resonance(), ax=ax)
-    assert (ax.get_xlim(), ax.get_ylim()) == limits and len(ax.lines) > 1
-    alone = plot.branch(cascade(), ax=axes())
-    assert alone.get_legend() is not None and alone.get_ylabel()
-
-
-def test_a_branch_without_events_has_a_picture():
-    ds = gc.branch(SINGLE, "omega=0.99:1.01")
-    names = [t.get_text() for t in plot.backbone(ds, "v_rms", axes()).get_legend().get_texts()]
-    assert names == ["stable"]
-
-
-def test_what_is_no_branch_is_refused():
-    with pytest.raises(InputError, match="must be a result of branch"):
-        plot.backbone(gc.bifurcation(SINGLE, "omega=0.8:1.4:3", points=4))
-    with pytest.raises(InputError, match="must be one of"):
-        plot.backbone(resonance(), "label")
-    with pytest.raises(InputError, match="backbone or branch"):
-        plot.lyapunov(resonance())
+@pytest.mark.parametrize("axis", ["omega=0.5:1.5", "eps1=-0.3:0.3"])
+def test_an_orbit_that_is_not_isolated_has_no_branch(axis):
+    with pytest.raises(InputError, match="start must be an orbit from which a branch can be followed"):
+        gc.branch(gc.MeshModel.of(kind="single", q0=0, eps1=0.0, omega=0.7), axis, period=1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from gearchaos.errors import InputError
 from tests.event_curves import FULL, SINGLE, axes, folds, manifolds, small, zones
 
 SET = ["--set", "kind=single", "--set", "zeta=0.025", "--set", "q0=0.1", "--set", "eps1=0.05", "--set", "omega=1.0"]
+SPUR = Path(__file__).parents[2] / "examples" / "spur_50_50.toml"
 PLANE = ["--axis", "omega=0.5:1.2", "--axis", "eps1=0.02:0.08"]
 PAIR = gc.GearPair(
     n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1=0.03524, R2=0.05638, c0=4e8, k=530.0, backlash=1.2e-4, M10=85.0,
@@ -65,6 +67,7 @@ def test_longest_step_and_number_of_points():
 @pytest.mark.parametrize(("changes", "words"), [
     ({"event": "hopf"}, "must be one of flip, fold, graze, neimark-sacker"),
     ({"event": "neimark-sacker"}, "The branch of period 1 has these: fold."),
+    ({"event": "neimark-sacker", "x": "omega=0.99:1.01"}, "has these: none. With the axes exchanged"),
     ({"x": "omega=1.1:2"}, "must contain the model's own value"),
     ({"y": "eps1=0.1:0.2"}, "must contain the model's own value"),
     ({"y": "omega=0.5:2"}, "must be two different parameters"),
@@ -164,3 +167,22 @@ def test_curves_of_gears_in_physical_units():
     assert ends[0]["omega"] == pytest.approx(factor * own[0]["omega"], rel=1e-12)
     ax = plot.skeleton(scaled, ax=axes())
     assert ax.get_xlim() == pytest.approx((0.5 * factor, 1.2 * factor)) and "Hz" in ax.get_xlabel()
+
+
+@pytest.mark.parametrize("y", ["beta1=0.001:0.05", "J1=1.5:3"])
+def test_a_curve_may_need_more_coordinates_than_its_start(y):
+    ds = gc.curve(gc.MeshModel.of(omega=0.7, q0=0.1, eps1=0.05), "fold", "omega=0.5:1", y, period=1, max_points=40)
+    assert ds.sizes["exponent"] == 3
+    assert np.abs(ds["multipliers_real"].values - 1).min(axis=1).max() < 1e-5
+
+
+def test_curves_over_torque_without_points_of_codimension_2_in_physical_units(tmp_path):
+    """The unit of length of this design depends on the torque."""
+    out, json_of = tmp_path / "fold.nc", ("--physical", "--json")
+    document = json.loads(run("curve", SPUR, "--set", "speed=2000", "--event", "fold", "--axis", "speed=1000:4000",
+                              "--axis", "torque=20:400", "--out", out, *json_of))
+    assert document["units"] == {"speed": "rpm", "torque": "N*m"}
+    scaled = gc.load(out)
+    assert document["codimension2"] == [] and scaled.sizes["special"] == 0
+    assert scaled["section_x1"].attrs["units"] == "µm" and scaled["torque"].attrs["units"] == "N*m"
+    run("plot", out, "--physical", "--out", tmp_path / "fold.png")

@@ -51,3 +51,22 @@ def test_a_picture_of_manifolds_has_a_line_for_every_branch():
         drawn = [c for c in ax.collections if isinstance(c, LineCollection)]
         assert sum(len(c.get_segments()) for c in drawn) == count
     assert (ax.get_xlim(), ax.get_ylim()) == ((-4, 4), (-3, 3))
+
+
+def test_saddles_have_a_colour_each_and_can_be_chosen():
+    ds = gc.manifolds(SINGLE.with_values({"omega": 2.3}), period=4, length=2, spacing=0.1)
+    count = ds.sizes["saddle_number"]
+    assert count > 1
+    ax = plot.manifolds(ds, ax=axes())
+    drawn = [c for c in ax.collections if isinstance(c, LineCollection)]
+    assert len({tuple(c.get_color()[0]) for c in drawn}) == count and len(drawn) == 2 * count
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert texts[2:] == [f"saddle {i}, {n}T" for i, n in enumerate(ds["saddle_period"].values)]
+    for chosen in range(count):
+        ax = plot.manifolds(ds, ax=axes(), saddles=[chosen])
+        own = (ds["manifold_saddle"] == chosen).sum()
+        assert sum(len(c.get_segments()) for c in ax.collections if isinstance(c, LineCollection)) == own
+        np.testing.assert_array_equal(ax.lines[0].get_xdata(), ds["saddle_section_z"].values[chosen])
+    for wrong in ([count], [-1], [], [0.5], 3, "0"):
+        with pytest.raises(InputError, match="must be numbers of saddles"):
+            plot.manifolds(ds, ax=axes(), saddles=wrong)

@@ -20,6 +20,7 @@ from gearchaos.plot._basins import attractor_colours
 from gearchaos.plot._bifurcation import density
 from gearchaos.plot._portrait import distinct
 from gearchaos.plot._spectrum import amplitudes
+from tests.colour_vision import VISION, lab, linear
 from tests.pictures import legend_words
 
 FLAGS = {
@@ -163,30 +164,9 @@ def test_level_keeps_missing_cells_apart():
     assert is_drawn(plot.level(ds, "v_rms", axes()))
 
 
-def _linear(colour: str) -> np.ndarray:
-    rgb = np.array(matplotlib.colors.to_rgb(colour))
-    return np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-
-
-def _lab(linear: np.ndarray) -> np.ndarray:
-    to_xyz = [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.072175], [0.0193339, 0.119192, 0.9503041]]
-    t = np.array(to_xyz) @ linear / [0.95047, 1, 1.08883]
-    f = np.where(t > 0.008856, np.cbrt(t), 7.787 * t + 16 / 116)
-    return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
-
-
-# Machado, Oliveira and Fernandes (2009), severity 1
-VISION = {
-    "full": np.eye(3),
-    "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
-    "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.01182, 0.04294, 0.968881]],
-    "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.3039]],
-}
-
-
 @pytest.mark.parametrize("eye", VISION)
 def test_classes_stay_apart_in_every_kind_of_colour_vision(eye):
-    seen = [_lab(np.clip(np.array(VISION[eye]) @ _linear(c.colour), 0, 1)) for c in plot.MOTION_CLASSES]
+    seen = [lab(np.clip(np.array(VISION[eye]) @ linear(c.colour), 0, 1)) for c in plot.MOTION_CLASSES]
     nearest = min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2))
     assert nearest > 25
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import signal
@@ -13,12 +14,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos import plot
+from gearchaos.cli import app
 from gearchaos.continuation import skeleton as algorithm
 from gearchaos.errors import InputError
+from gearchaos.plot._events import EVENT_COLOURS
 from gearchaos.studies import skeleton as skeletons
+from tests.colour_vision import VISION, lab, linear
 from tests.event_curves import QUICK, SMALL, WINDOW, axes, quick, small, zones
 
 
@@ -110,6 +118,24 @@ def test_agreement_names_the_cause_of_every_side():
     assert found.identical(gc.agreement(small(), zones()))
 
 
+def test_agreement_is_found_in_the_window_that_map_and_skeleton_have_in_common():
+    wide = gc.zones(SMALL, "omega=1.4:2.6:23", "eps1=0.01:0.11:11")
+    found = gc.agreement(small(), wide)
+    assert found.attrs["explained"] == 1 and found.attrs["cells_left_out"] == 23 * 11 - 11 * 7
+    window = json.loads(found.attrs["window"])
+    assert window["omega"] == pytest.approx([1.727, 2.273], abs=1e-3)
+    assert window["eps1"] == pytest.approx([0.03, 0.09], abs=1e-12)
+    inner = wide.isel(omega=slice(6, 17), eps1=slice(2, 9))
+    assert found["cause"].equals(gc.agreement(small(), inner)["cause"])
+    assert gc.agreement(small(), zones()).attrs["cells_left_out"] == 0
+
+
+def test_sides_by_period_are_a_table_with_the_periods_as_its_index():
+    table = gc.agreement(small(), zones())["orbit_sides"].to_pandas()
+    assert table.index.tolist() == [1, 2] and table.index.name == "orbit_period"
+    assert table.columns.tolist() == ["curve", "basin boundary", "unexplained"]
+
+
 def test_bad_input_of_agreement():
     with pytest.raises(InputError, match=r"must be a result of gearchaos.skeleton"):
         gc.agreement(zones(), small())
@@ -117,8 +143,10 @@ def test_bad_input_of_agreement():
         gc.agreement(small(), gc.zones(SMALL.with_values({"zeta": 0.3}), "omega=1.7:2.3:3", "eps1=0.03:0.09:3"))
     with pytest.raises(InputError, match="must be over the parameters of the skeleton"):
         gc.agreement(small(), gc.zones(SMALL, "omega=1.7:2.3:3", "q0=0.03:0.09:3"))
-    with pytest.raises(InputError, match="at least two values"):
+    with pytest.raises(InputError, match="at least two values of eps1"):
         gc.agreement(small(), gc.zones(SMALL, "omega=1.7:2.3:3", "eps1=0.03:0.09:1"))
+    with pytest.raises(InputError, match=r"values of omega in the window of the skeleton, from 1.7 to 2.3"):
+        gc.agreement(small(), gc.zones(SMALL, "omega=2.4:2.6:3", "eps1=0.03:0.09:3"))
 
 
 def test_without_events_there_are_no_curves(tmp_path):
@@ -138,6 +166,70 @@ def test_a_picture_of_a_skeleton_has_a_line_for_every_curve():
     assert len(without.lines) == (ds["curve_kind"] != "graze").sum()
     words = [text.get_text() for text in without.get_legend().get_texts()]
     assert "flip" in words and "graze" not in words and {"1T", "2T"} <= set(words)
+
+
+def test_points_of_codimension_2_have_a_marker_for_each_kind():
+    ds = small()
+    ax = plot.skeleton(ds, ax=axes(), special=True)
+    kinds = set(ds["special_kind"].values.tolist())
+    assert len(kinds) > 1
+    marked = {line.get_label(): line for line in ax.lines if line.get_marker() != "None"}
+    assert set(marked) == kinds and len({line.get_marker() for line in marked.values()}) == len(kinds)
+    assert sum(len(line.get_xdata()) for line in marked.values()) == ds.sizes["special"]
+    assert kinds <= {text.get_text() for text in ax.get_legend().get_texts()}
+    assert len(plot.result(ds).axes[0].lines) == len(ax.lines)
+
+
+def test_periods_differ_in_width_and_line_style():
+    ds, ax = small(), plot.skeleton(small(), ax=axes())
+    styles = {}
+    for line, kind, period in zip(ax.lines, ds["curve_kind"].values, ds["curve_period"].values, strict=True):
+        if kind == "flip":
+            styles.setdefault(int(period), set()).add((line.get_linewidth(), line.get_linestyle()))
+    assert len(styles[1]) == len(styles[2]) == 1
+    ((width, style),), ((second_width, second_style),) = styles[1], styles[2]
+    assert width > second_width and style == "-" != second_style
+
+
+@pytest.mark.parametrize("eye", VISION)
+def test_kinds_of_events_stay_apart_in_every_kind_of_colour_vision(eye):
+    seen = [lab(np.clip(np.array(VISION[eye]) @ linear(colour), 0, 1)) for colour in EVENT_COLOURS.values()]
+    assert min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2)) > 25
+
+
+@pytest.mark.parametrize("columns", [1, 2])
+def test_legends_beside_own_axes_are_not_cut_off(columns):
+    for width in (3.4, 6.4):
+        figure = Figure(figsize=(width * columns, 3.0))
+        FigureCanvasAgg(figure)
+        for ax in np.ravel(figure.subplots(1, columns)):
+            plot.skeleton(small(), ax=ax, special=True)
+        figure.canvas.draw()
+        for ax in figure.axes:
+            legend = ax.get_legend().get_window_extent()
+            assert legend.x0 >= 0 and legend.x1 <= figure.bbox.x1 and legend.y0 >= 0
+            assert not any(legend.overlaps(other.bbox) for other in figure.axes if other is not ax)
+
+
+def test_a_picture_of_agreement_has_a_line_for_every_side(tmp_path):
+    found = gc.agreement(small(), zones())
+    for over in (None, plot.zones(zones(), ax=axes())):
+        ax = plot.agreement(found, ax=over or axes())
+        lines = {c.get_color().tobytes(): c.get_segments() for c in ax.collections if isinstance(c, LineCollection)}
+        assert sum(map(len, lines.values())) == found.sizes["side"]
+        texts = [text.get_text() for text in ax.get_legend().get_texts()]
+        counts = [int((found["cause"] == code).sum()) for code in (1, 2)]
+        assert texts == [f"curve ({counts[0]})", f"basin boundary ({counts[1]})"]
+    middle = np.array([np.mean(segment, axis=0) for group in lines.values() for segment in group])
+    own, beyond = (np.column_stack([found[f"{which}_{name}"] for name in ("omega", "eps1")])
+                   for which in ("cell", "neighbour"))
+    between = own + 0.38 * (beyond - own)
+    assert sorted(map(tuple, middle.round(9))) == sorted(map(tuple, between.round(9)))
+    gc.save(found, tmp_path / "found.nc")
+    done = CliRunner().invoke(app, ["plot", str(tmp_path / "found.nc")])
+    assert done.exit_code == 0 and (tmp_path / "found.png").stat().st_size > 5000
+    with pytest.raises(InputError, match=r"drawn by gearchaos.plot.agreement"):
+        plot.skeleton(found, ax=axes())
 
 
 def test_curves_over_a_map_keep_its_limits_and_its_legend():
@@ -163,8 +255,15 @@ def test_a_dead_worker_is_an_error_with_advice(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(("changes", "words"), [
     ({"lines": 3}, "must be two numbers"), ({"lines": (1, -1)}, "lines"), ({"period": 65}, "period"),
+    ({"lines": (0, 0)}, "at least one line"),
     ({"starts": -1}, "starts"), ({"workers": 0}, "workers"), ({"x": "z=1:2"}, "x1"), ({"x": "eps1=0:0.1"}, "different"),
 ])
 def test_bad_input_of_a_skeleton(changes, words):
     with pytest.raises(InputError, match=words):
         gc.skeleton(SMALL, **{**WINDOW, **QUICK, **changes})
+
+
+def test_motions_that_are_not_isolated_are_passed_over():
+    ds = gc.skeleton(gc.MeshModel.of(kind="single", q0=0.0, eps1=0.1, omega=0.7), "omega=0.6:0.9:4", "q0=0:0.1:3",
+                     period=1, lines=(1, 2), workers=1)
+    assert ds.attrs["study"] == "skeleton"

@@ -21,10 +21,9 @@ from gearchaos.cli.options import (
     app,
     in_units,
     initial_values,
-    load,
+    load_over,
 )
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save
-from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES
 
 if TYPE_CHECKING:
@@ -53,24 +52,20 @@ def curve(
     """Follow the curve of an event of periodic orbits over two parameters."""
     check_output("--out", out, DATA_SUFFIXES)
     check_output("--plot", plot, PLOT_SUFFIXES)
-    x, y = _two(axis or [], "NAME=START:STOP", "--axis omega=0.2:2.5 --axis eps1=0:0.3")
-    from gearchaos.studies.axis import as_range
-
-    x_axis, y_axis = as_range(x, "--axis"), as_range(y, "--axis")
-    loaded = load(study, sets, physical, [x_axis, y_axis])
+    (x, y), loaded = load_over(axis, ["omega=0.2:2.5", "eps1=0:0.3"], study, sets, physical)
     from gearchaos.studies.curve import curve as follow
 
-    found = follow(loaded.model, event, x_axis, y_axis, start=initial_values(start or []), period=period)
+    found = follow(loaded.model, event, x, y, start=initial_values(start or []), period=period)
     dataset = in_units(found, loaded, physical)
     save(dataset, out)
     draw(dataset, plot)
-    document = curve_document(dataset, x_axis.name, y_axis.name)
+    document = curve_document(dataset, x.name, y.name)
     if json_out:
         print_json(document)
     else:
         from gearchaos.cli.tables import print_curve
 
-        print_curve(document, x_axis.name, y_axis.name)
+        print_curve(document, dataset, x.name, y.name)
 
 
 @app.command()
@@ -84,6 +79,10 @@ def skeleton(
                      help="First x, then y; COUNT places at which motions are searched, 48 and 24 if left out."),
     ] = None,
     period: Annotated[int, typer.Option(help="Largest period of the orbits.")] = 4,
+    lines: Annotated[
+        tuple[int, int], typer.Option(help="Numbers of lines along x and along y on which events are searched.")
+    ] = (8, 5),
+    starts: Annotated[int, typer.Option(help="Initial states at each place, besides the model's own.")] = 3,
     workers: Annotated[int | None, typer.Option(help="Processes, by default one per core.")] = None,
     plot: Plot = None,
     json_out: Json = False,
@@ -92,14 +91,12 @@ def skeleton(
     """Find all curves of events in a window of two parameters. Interrupted, the same command goes on from there."""
     check_output("--out", out, DATA_SUFFIXES)
     check_output("--plot", plot, PLOT_SUFFIXES)
-    x, y = _two(axis or [], "NAME=START:STOP:COUNT", "--axis omega=0.2:2.5:48 --axis eps1=0:0.3:24")
-    from gearchaos.studies.axis import as_range
-
-    loaded = load(study, sets, physical, [as_range(x, "--axis"), as_range(y, "--axis")])
+    _, loaded = load_over(axis, ["omega=0.2:2.5:48", "eps1=0:0.3:24"], study, sets, physical)
     from gearchaos.studies.skeleton import skeleton as find
 
     journal = Path(f"{out}.part")
-    found = find(loaded.model, x, y, period=period, journal=journal, progress=True, workers=workers)
+    found = find(loaded.model, *(axis or []), period=period, lines=lines, starts=starts, journal=journal, progress=True,
+                 workers=workers)
     dataset = in_units(found, loaded, physical)
     save(dataset, out)
     journal.unlink(missing_ok=True)
@@ -113,22 +110,23 @@ def skeleton(
         print_skeleton(document)
 
 
-def _two(texts: list[str], form: str, example: str) -> tuple[str, str]:
-    """The texts of both axes; raises `InputError` unless there are two."""
-    if len(texts) != 2:
-        raise InputError("--axis", f"must be given twice, as {form}", texts, f"E.g. {example}.")
-    return texts[0], texts[1]
-
-
 def curve_document(dataset: xr.Dataset, x: str, y: str) -> dict[str, Any]:
-    """The JSON document of a curve: its points, its points of codimension 2, and its ends, none if it is closed."""
+    """The JSON document of a curve: its points, its points of codimension 2, and its ends, none if it is closed.
+
+    It has the units of both parameters if the curve is in physical ones.
+    """
     points = zip(dataset[x].values.tolist(), dataset[y].values.tolist(), strict=True)
     special = zip(*(dataset[f"special_{name}"].values.tolist() for name in ("kind", x, y)), strict=True)
-    return {
+    out = {
         "points": [{x: a, y: b} for a, b in points],
         "codimension2": [{"kind": kind, x: a, y: b} for kind, a, b in special],
         "ends": json.loads(dataset.attrs["ends"]),
     }
+    from gearchaos.gears.results import is_physical
+
+    if is_physical(dataset):
+        out["units"] = {name: dataset[name].attrs["units"] for name in (x, y)}
+    return out
 
 
 def skeleton_document(dataset: xr.Dataset) -> dict[str, Any]:

@@ -109,6 +109,23 @@ def parse_axes(texts: list[str] | None) -> list[Axis]:
     return [parse_axis(text, "--axis") for text in texts or []]
 
 
+def load_over(
+    texts: list[str] | None, examples: Iterable[str], study: Path | None, sets: list[str] | None, physical: bool
+) -> tuple[list[Axis], LoadedStudy]:
+    """The ranges of ``--axis`` for a command that follows something along them, and the content of a study file.
+
+    Raises `InputError` unless there are as many axes as ``examples``, the texts of which are shown to the user.
+    """
+    from gearchaos.studies.axis import as_range
+
+    texts, examples = texts or [], list(examples)
+    if len(texts) != len(examples):
+        times = {1: "once", 2: "twice"}[len(examples)]
+        raise InputError("--axis", f"must be given {times}", texts, f"E.g. --axis {' --axis '.join(examples)}.")
+    axes = [as_range(text, "--axis") for text in texts]
+    return axes, load(study, sets, physical, axes)
+
+
 def given(**options: Any) -> dict[str, Any]:
     """The options that are given on the command line, i.e. are not None."""
     return {name: value for name, value in options.items() if value is not None}

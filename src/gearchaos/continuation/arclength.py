@@ -21,8 +21,11 @@ _ACCEPTED = 1e-10
 """Largest residual of a point whose residual Newton's method cannot lower any more."""
 
 _ITERATIONS = 8
-_FEW = 3
-"""With at most this number of iterations the next step may be longer."""
+_LANDING = 1e-6
+"""Distance from which a curve is taken to an end of an axis where points beyond it would break the model's rules."""
+
+_FAR = 0.1
+"""Distance from the guess at which Newton's method has left its neighbourhood."""
 
 _LEAST_COSINE = 0.97
 """Least cosine of the angle between the tangents of neighbouring points."""
@@ -141,7 +144,8 @@ def correct(
         try:
             f, jacobian, data = equations.evaluate(u)
         except InputError as error:
-            raise Stopped(str(error)) from None
+            far = length(equations.weights, u - guess) > _FAR
+            raise Stopped("Newton's method diverges" if far else str(error)) from None
         residual = float(np.abs(f).max())
         if not np.isfinite(residual):
             raise Stopped("the motion diverges")
@@ -199,17 +203,21 @@ def follow(equations: Equations, start: Point, settings: Settings) -> Iterator[P
     Stopped
         If the step would have to be shorter than the shortest one; the message has the cause.
     """
-    point, size = start, settings.first
+    before, point, size = start, start, settings.first
     for _ in range(settings.points):
-        point, size = _next(equations, point, size, settings)
+        after, size = _next(equations, before, point, size, settings)
+        before, point = point, after
         yield point
 
 
-def _next(equations: Equations, point: Point, size: float, settings: Settings) -> tuple[Point, float]:
+def _next(
+    equations: Equations, before: Point, point: Point, size: float, settings: Settings
+) -> tuple[Point, float]:
     """The next point at a distance of at most ``size``, and the length of the step after it."""
     while True:
         try:
-            after = correct(equations, point.u + size * point.tangent, point.tangent, point.tangent, size)
+            guess = _predicted(equations, before, point, size)
+            after = correct(equations, guess, point.tangent, point.tangent, size)
             cosine = float(np.sum(equations.weights * after.tangent * point.tangent))
             correction = length(equations.weights, after.u - point.u - size * point.tangent)
             fine = size <= settings.finest or equations.resolved(point.data, after.data)
@@ -227,13 +235,59 @@ def _next(equations: Equations, point: Point, size: float, settings: Settings) -
         size = max(settings.shortest, 0.5 * size)
 
 
-def between(equations: Equations, first: Point, last: Point, distance: float) -> Point:
-    """The point of the curve between two neighbouring ones, at a distance from the first along its tangent."""
-    full = float(np.sum(equations.weights * first.tangent * (last.u - first.u)))
-    share = distance / full
-    # cubic Hermite interpolation of the unknowns, from both tangents
+def _predicted(equations: Equations, before: Point, point: Point, size: float) -> np.ndarray:
+    """Where the next point at a distance is expected: on the cubic through the last two points with their tangents.
+
+    On the tangent for the first step, and after a turn.
+    """
+    if before is point or float(np.sum(equations.weights * before.tangent * point.tangent)) < _STRAIGHT:
+        return point.u + size * point.tangent
+    return _hermite(equations.weights, point, (before, point), size)
+
+
+def _hermite(weights: np.ndarray, origin: Point, pair: tuple[Point, Point], distance: float) -> np.ndarray:
+    """The cubic through two points with their tangents, at a distance from an origin along its tangent."""
+    first, last = pair
+    full = float(np.sum(weights * origin.tangent * (last.u - first.u)))
+    share = (distance - float(np.sum(weights * origin.tangent * (first.u - origin.u)))) / full
+    slopes = (p.tangent * full / max(float(np.sum(weights * p.tangent * origin.tangent)), 1e-3) for p in pair)
+    start, end = slopes
     a, b = share * share * (3 - 2 * share), share * (1 - share)
-    slope = last.tangent * full / max(float(np.sum(equations.weights * last.tangent * first.tangent)), 1e-3)
-    guess = first.u + a * (last.u - first.u) + b * ((1 - share) * full * first.tangent - share * slope)
-    guess = guess + (distance - float(np.sum(equations.weights * first.tangent * (guess - first.u)))) * first.tangent
+    guess = first.u + a * (last.u - first.u) + b * ((1 - share) * start - share * end)
+    return guess + (distance - float(np.sum(weights * origin.tangent * (guess - origin.u)))) * origin.tangent
+
+
+def at_value(equations: Equations, point: Point, index: int, value: float) -> Point | None:
+    """The solution with a given value of one unknown, reached from a point whose value is near; None without one.
+
+    Parameters
+    ----------
+    equations : Equations
+    point : Point
+    index : int
+        Of the unknown.
+    value : float
+    """
+    distance, slope = value - point.u[index], point.tangent[index]
+    if abs(distance) * np.sqrt(equations.weights[index]) > _LANDING or distance * slope < 0:
+        return None
+    normal = np.zeros(len(point.u))
+    normal[index] = 1.0
+    guess = point.u + (distance / slope if slope else 0.0) * point.tangent
+    guess[index] = value
+    try:
+        found = correct(equations, guess, normal, point.tangent, point.step)
+    except Stopped:
+        return None
+    return found if length(equations.weights, found.u - guess) < _LANDING else None
+
+
+def between(
+    equations: Equations, first: Point, last: Point, distance: float, near: tuple[Point, Point] | None = None
+) -> Point:
+    """The point of the curve between two neighbouring ones, at a distance from the first along its tangent.
+
+    Nearer points on both sides of it, if there are such, save iterations.
+    """
+    guess = _hermite(equations.weights, first, near or (first, last), distance)
     return correct(equations, guess, first.tangent, first.tangent, distance)

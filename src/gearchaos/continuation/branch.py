@@ -3,31 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.optimize import brentq
 
 from gearchaos.continuation.arclength import (
     Equations,
     Point,
     Settings,
     Stopped,
+    at_value,
     correct,
     follow,
     point_of,
 )
-from gearchaos.continuation.closing import returned_start
+from gearchaos.continuation.closing import joins_half_period, returned_start
 from gearchaos.continuation.cycles import CycleEquations, unknowns
-from gearchaos.continuation.events import (
-    FLIP,
-    FOLD,
-    NEIMARK_SACKER,
-    PITCHFORK,
-    Event,
-    find_events,
-    locate,
-    turns_at_branch_point,
-)
+from gearchaos.continuation.event_search import find_events, turns_at_branch_point
+from gearchaos.continuation.events import FLIP, FOLD, NEIMARK_SACKER, PITCHFORK, Event, flip_test, locate
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import count_unstable
 from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
@@ -40,6 +34,15 @@ LARGEST = 1e3
 
 MIRRORED = "joins a branch at a pitchfork"
 HALVED = "joins a branch of half the period"
+JOINS = (MIRRORED, HALVED)
+"""The ends at branches of other orbits."""
+
+_REACHES = (1e-9, 1e-7, 1e-5, 1e-3)
+"""Half widths of intervals about the end of a branch in which the flip is searched at which it ends."""
+
+_SEPARATE = 1e-2
+"""An orbit nearer to one of half the period than this fraction of the last point's distance is no orbit of its own."""
+
 _MOVED = 1e-6
 """Largest change of a coordinate between the orbits near an end of the axis and at it."""
 
@@ -95,8 +98,15 @@ class Branch:
 
     @property
     def unstable(self) -> np.ndarray:
-        """Number of multipliers outside the unit circle at the points, (P,)."""
-        return np.array([count_unstable(point.data.multipliers) for point in self.points])
+        """Number of multipliers outside the unit circle at the points, (P,).
+
+        A point at which the branch joins another one has a multiplier 1; it counts like its neighbour.
+        """
+        out = np.array([count_unstable(point.data.multipliers) for point in self.points])
+        for end, at, neighbour in zip(self.ends, (0, -1), (1, -2), strict=False):
+            if end.why in JOINS and len(out) > 1 and self.points[at].u[-1] == end.value:
+                out[at] = out[neighbour]
+        return out
 
     def stable_intervals(self) -> list[list[float]]:
         """Intervals [low, high] of the parameter in which orbits of the branch are stable.
@@ -131,17 +141,16 @@ class Branch:
                  if i == position and e.kind in CHANGE_STABILITY]
         return found[-1 if last else 0] if found else None
 
-    def loss_of_stability(self, kind: str) -> Event | None:
-        """The event of a kind at which the branch loses stability on leaving its start, in one direction or the other.
+    def first_change_of_stability(self, kind: str) -> Event | None:
+        """The event of a kind at which stability first changes on leaving the start, in one direction or the other.
 
         Of two such events that with the parameter nearer to the start is taken; None if there is none.
         """
         stable, found = self.unstable == 0, []
         ahead, back = range(self.start, len(stable) - 1), range(self.start - 1, -1, -1)
-        for positions, step in ((ahead, 1), (back, -1)):
-            pairs = ((i, i + max(-step, 0)) for i in positions)
-            lost = next((i for i, inner in pairs if stable[inner] and not stable[inner + step]), None)
-            found.append(None if lost is None else self._change(lost, last=step < 0))
+        for positions, last in ((ahead, False), (back, True)):
+            changed = next((i for i in positions if stable[i] != stable[i + 1]), None)
+            found.append(None if changed is None else self._change(changed, last))
         value = self.points[self.start].u[-1]
         wanted = [e for e in found if e is not None and e.kind == kind]
         return min(wanted, key=lambda e: abs(e.point.u[-1] - value), default=None)
@@ -167,7 +176,13 @@ def follow_branch(
     """
     equations = CycleEquations(family, start.period, bounds[1] - bounds[0])
     upwards = np.append(np.zeros(start.points.size), 1.0)
-    first = correct(equations, unknowns(start), upwards, upwards)
+    try:
+        first = correct(equations, unknowns(start), upwards, upwards)
+    except Stopped as stop:
+        raise InputError(
+            "start", "must be an orbit from which a branch can be followed", f"{family.axes[0]}={start.values[0]:.10g}",
+            f"{str(stop)[:1].upper()}{str(stop)[1:]}: without load and contact, orbits are not isolated. "
+            "Give another start.") from None
     ahead = follow_one_way(family, equations, first, bounds, settings, user)
     if ahead.closed:
         return ahead
@@ -191,7 +206,7 @@ def follow_one_way(
             why = _end_between(branch, equations, point, bounds)
             last = point if why is None else why[0]
             if last is not branch.points[-1]:  # a branch that starts at an end of the axis has no other point there
-                _append(branch, equations, last, user)
+                _append(branch, equations, last, user, halved=why is not None and why[1] == HALVED)
             if why is not None:
                 branch.ends, branch.closed = [End(float(last.u[-1]), why[1])], why[1] == CLOSED
                 return branch
@@ -199,15 +214,39 @@ def follow_one_way(
                 return branch
         branch.ends = [End(float(branch.values[-1]), POINT_LIMIT)]
     except Stopped as stop:
-        branch.ends = [End(float(branch.values[-1]), f"step too small: {stop}")]
+        branch.ends = [_end_at_limit(branch, equations, bounds, user, str(stop))]
     return branch
 
 
+def _end_at_limit(
+    branch: Branch, equations: CycleEquations, bounds: tuple[float, float],
+    user: dict[str, Callable[[Cycle], float]] | None, cause: str,
+) -> End:
+    """The end of a branch that cannot be followed: that of the axis if it is a limit of the model's rules, and near."""
+    last = branch.points[-1]
+    for bound in bounds:
+        landed = at_value(equations, last, equations.size, bound)
+        if landed is not None:
+            if last.u[-1] != bound:
+                _append(branch, equations, landed, user, halved=False)
+            return End(bound, AXIS_END)
+    return End(float(last.u[-1]), f"step too small: {cause}")
+
+
 def _append(
-    branch: Branch, equations: CycleEquations, point: Point, user: dict[str, Callable[[Cycle], float]] | None
+    branch: Branch, equations: CycleEquations, point: Point, user: dict[str, Callable[[Cycle], float]] | None,
+    halved: bool,
 ) -> None:
-    """Add a point, and the events between the last one and it."""
+    """Add a point, and the events between the last one and it.
+
+    Where the branch joins one of half the period (``halved``) it turns back, and its equations are singular; this is
+    the flip of the other branch, no fold or pitchfork of this one.
+    """
     found = find_events(equations, branch.points[-1], point, user)
+    if halved:
+        full = np.abs(branch.points[-1].data.half_period_difference).max()
+        found = [e for e in found if e.kind not in (FOLD, PITCHFORK)
+                 or np.abs(e.cycle.half_period_difference).max() > _SEPARATE * full]
     branch.event_positions += [len(branch.points) - 1] * len(found)
     branch.events += found
     branch.points.append(point)
@@ -226,14 +265,38 @@ def _end_between(
     returned = returned_start(equations, branch.points[0], last, point) if len(branch.points) > 3 else None
     if returned is not None:
         return returned, CLOSED
+    if joins_half_period(last.data, point.data):
+        return _half_period_end(equations, last, point), HALVED
     if turns_at_branch_point(last, point):
         end = _cross(equations, last, point, lambda p: float(p.tangent[-1]))
         return end, MIRRORED
-    if equations.period % 2 == 0:
-        before = _half_period_difference(last)
-        if float(np.dot(before, _half_period_difference(point))) < 0:
-            end = _cross(equations, last, point, lambda p: float(np.dot(before, _half_period_difference(p))))
-            return (end, HALVED)
+    return None
+
+
+def _half_period_end(equations: CycleEquations, last: Point, point: Point) -> Point:
+    """The orbit of half the period that is passed between two points, at its flip, as the last point of the branch."""
+    before = last.data.half_period_difference
+    end = _cross(equations, last, point, lambda p: float(np.dot(before, p.data.half_period_difference)))
+    family, points = equations.family, end.data.points
+    guess = 0.5 * (points[: len(points) // 2] + points[len(points) // 2 :])
+
+    def half(value: float) -> Cycle:
+        return converge(family, guess, np.array([value]))
+
+    value = _root_near(lambda v: flip_test(half(v)), float(end.u[-1]))
+    if value is None or half(value).residual > ACCEPTED:
+        return end
+    u = np.append(np.tile(half(value).points, (2, 1)).ravel(), value)
+    f, _, data = equations.evaluate(u)
+    return replace(end, u=u, residual=float(np.abs(f).max()), data=data)
+
+
+def _root_near(function: Callable[[float], float], value: float) -> float | None:
+    """The root of a function next to a value; None without a change of sign near it."""
+    for reach in _REACHES:
+        low, high = value - reach, value + reach
+        if function(low) * function(high) < 0:
+            return float(brentq(function, low, high, xtol=1e-15, rtol=1e-15))
     return None
 
 
@@ -256,12 +319,6 @@ def _at_bound(equations: CycleEquations, last: Point, point: Point, bound: float
 def _cross(equations: Equations, first: Point, last: Point, test: Callable[[Point], float]) -> Point:
     """The point between two others where a function vanishes; the first one where that cannot be found."""
     return locate(equations, first, last, test) or first
-
-
-def _half_period_difference(point: Point) -> np.ndarray:
-    """First point of an orbit less the point half a period later, (d,)."""
-    points = point.data.points
-    return points[0] - points[len(points) // 2]
 
 
 def _joined(back: Branch, ahead: Branch) -> Branch:

@@ -8,13 +8,13 @@ from functools import partial
 
 import numpy as np
 
-from gearchaos.continuation.arclength import Point, Settings, Stopped, correct, follow, point_of
+from gearchaos.continuation.arclength import Point, Settings, Stopped, at_value, correct, follow, point_of
 from gearchaos.continuation.branch import AXIS_END, CLOSED, LARGEST, POINT_LIMIT, UNBOUNDED, follow_branch
-from gearchaos.continuation.closing import returned_start
+from gearchaos.continuation.closing import has_half_period, joins_half_period, returned_start
 from gearchaos.continuation.codimension2 import SpecialPoint, find_special_points
 from gearchaos.continuation.crossing import beyond_graze, beyond_kink
-from gearchaos.continuation.defining import CRITICAL, EventEquations, EventSeed, event_equations
-from gearchaos.continuation.events import GRAZE, NEIMARK_SACKER, Event, locate
+from gearchaos.continuation.defining import CRITICAL, EventEquations, EventSeed, EventState, event_equations
+from gearchaos.continuation.events import FOLD, GRAZE, NEIMARK_SACKER, Event, locate
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import Cycle
 from gearchaos.errors import InputError
@@ -29,10 +29,22 @@ _AT_EVENT, _AT_GRAZE = 1e-4, 1e-7
 """Distance of a multiplier from its critical value, or of an extremum of z from a boundary, up to which an orbit is at
 an event. At a fold, a multiplier changes by the square root of a rounding error."""
 
+_SAME_PLACE = 1e-6
+"""Distance of two points of codimension 2 of one kind, relative to the axes, below which they are one."""
+
 _MAX_CORNERS = 8
 """Most corners at grazes that a curve is followed through."""
 
-_FINAL = (AXIS_END, CLOSED, POINT_LIMIT, UNBOUNDED, "1:1 resonance", "1:2 resonance")
+MERGED = "the extremum of z vanishes together with a neighbouring one"
+_MERGING = 1e-2
+"""Distance in mesh periods up to which two extrema of nearly the same z are about to merge."""
+
+AT_FLIP = "joins the flip curve of half the period"
+
+_JOINED = {FOLD: "generalised flip", GRAZE: "grazing-flip"}
+"""The point of codimension 2 at which a curve joins the flip curve of half the period, by kind."""
+
+_FINAL = (AXIS_END, CLOSED, POINT_LIMIT, UNBOUNDED, AT_FLIP, "1:1 resonance", "1:2 resonance")
 """Why a curve ends for good."""
 
 Bounds = tuple[tuple[float, float], tuple[float, float]]
@@ -101,8 +113,8 @@ def find_event(
         name = model_family.axes[0]
         raise InputError(
             "event", f"must be one on the branch of the start along {name} from {bounds[0]:g} to {bounds[1]:g}", kind,
-            f"The branch of period {start.period} has these: {kinds}. "
-            "Choose one of them, a wider axis or another start.")
+            f"The branch of period {start.period} has these: {kinds}. {'Choose one of them. ' if branch.events else ''}"
+            "With the axes exchanged, a wider axis or another start there may be one.")
     own = start.values[0]
     return min(found, key=lambda e: abs(float(e.cycle.values[0]) - own))
 
@@ -159,15 +171,28 @@ def follow_curve(
     normal = np.zeros(len(u))
     normal[equations.size : equations.size + 2] = 1.0  # any direction in which the curve can be left
     first = correct(equations, u, normal, normal)
+    if has_half_period(first.data.cycle):
+        raise Stopped("the orbit has a smaller period")
     equations.accept(first.data)
     ahead = _one_way(equations, first, bounds, settings)
     if ahead.closed:
-        return replace(ahead, boundary=seed.boundary)
+        return replace(ahead, special=_distinct(ahead.special, spans), boundary=seed.boundary)
     equations.accept(first.data)
     back = _one_way(equations, replace(first, tangent=-first.tangent), bounds, settings)
     points = [replace(p, tangent=-p.tangent) for p in back.points[:0:-1]] + ahead.points
-    return Curve(family, seed.kind, seed.period, points, back.special[::-1] + ahead.special,
+    return Curve(family, seed.kind, seed.period, points, _distinct(back.special[::-1] + ahead.special, spans),
                  back.ends + ahead.ends, False, seed.boundary)
+
+
+def _distinct(special: list[SpecialPoint], spans: tuple[float, float]) -> list[SpecialPoint]:
+    """The points of codimension 2 without those met twice, before a corner and at it."""
+    out: list[SpecialPoint] = []
+    for found in special:
+        values = found.point.data.cycle.values
+        same = (s for s in out if s.kind == found.kind)
+        if not any(np.all(np.abs(s.point.data.cycle.values - values) < _SAME_PLACE * np.array(spans)) for s in same):
+            out.append(found)
+    return out
 
 
 def _one_way(equations: EventEquations, start: Point, bounds: Bounds, settings: Settings) -> Curve:
@@ -183,6 +208,8 @@ def _one_way(equations: EventEquations, start: Point, bounds: Bounds, settings: 
     if why not in _FINAL and _touches(equations, curve.points[-1]):
         curve.special.append(SpecialPoint(f"grazing-{equations.kind}", curve.points[-1]))
         why = f"grazing-{equations.kind}: meets a graze, where multipliers change with infinite slope"
+    if equations.kind == GRAZE and why not in _FINAL and _extrema_merge(curve.points[-1].data):
+        why = MERGED
     curve.closed = why == CLOSED
     x, y = map(float, equations.values(curve.points[-1].u))
     curve.ends = [] if curve.closed else [CurveEnd(x, y, why)]
@@ -209,11 +236,25 @@ def _follow_piece(curve: Curve, equations: EventEquations, bounds: Bounds, setti
                 curve.special += find_special_points(equations, curve.points[-1], last, equations.kind)
                 curve.points.append(last)
             equations.accept(last.data)
+            if why == AT_FLIP and equations.kind in _JOINED:
+                curve.special.append(SpecialPoint(_JOINED[equations.kind], last))
             if why:
                 return why
     except Stopped as stop:
-        return f"step too small: {stop}"
+        return _why_stopped(curve, equations, bounds, str(stop))
     return POINT_LIMIT
+
+
+def _why_stopped(curve: Curve, equations: EventEquations, bounds: Bounds, cause: str) -> str:
+    """Why a curve cannot be followed; next to a limit of the model's rules it is taken to the end of the axis."""
+    last = curve.points[-1]
+    for index, pair in enumerate(bounds):
+        for bound in pair:
+            landed = at_value(equations, last, equations.size + index, bound)
+            if landed is not None:
+                curve.points.append(landed)
+                return AXIS_END
+    return f"step too small: {cause}"
 
 
 def _touches(equations: EventEquations, point: Point) -> bool:
@@ -222,6 +263,14 @@ def _touches(equations: EventEquations, point: Point) -> bool:
         return False
     gaps = np.abs(np.abs(point.data.cycle.extrema[:, 1]) - 1.0)
     return len(gaps) > 0 and float(gaps.min()) < _TOUCHING
+
+
+def _extrema_merge(state: EventState) -> bool:
+    """Whether the extremum of z that touches a boundary is about to vanish together with a neighbouring one."""
+    extrema, number = state.cycle.extrema, state.extremum
+    assert number is not None
+    lags, heights = np.abs(np.delete(extrema, number, axis=0)[:, :2] - extrema[number, :2]).T
+    return bool(np.any((lags < _MERGING) & (heights < _MERGING**2)))
 
 
 def _end_between(
@@ -235,10 +284,22 @@ def _end_between(
             return (last if found is None else _moved_to(equations, found, bound)), why
     if equations.amplitude(point.u) > LARGEST:
         return point, UNBOUNDED
+    if joins_half_period(last.data.cycle, point.data.cycle):
+        return _at_half_period(equations, last, point), AT_FLIP
     returned = returned_start(equations, curve.points[0], last, point) if len(curve.points) > 3 else None
     if returned is not None:
         return returned, CLOSED
     return None
+
+
+def _at_half_period(equations: EventEquations, last: Point, point: Point) -> Point:
+    """The point between two others at which an orbit has half the period; the first one where it is not located."""
+    before = last.data.cycle.half_period_difference
+
+    def test(p: Point) -> float:
+        return float(before @ p.data.cycle.half_period_difference)
+
+    return (locate(equations, last, point, test) if test(point) < 0 else None) or last
 
 
 def _moved_to(equations: EventEquations, point: Point, bound: tuple[int, float] | None) -> Point:

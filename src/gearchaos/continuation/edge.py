@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.orbit import Orbit, as_orbit, check_period, minimal
+from gearchaos.continuation.orbit import Orbit, as_orbit, check_period, checked_state, minimal
 from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
 from gearchaos.continuation.states import as_initial_values
 from gearchaos.dynamics import Classification, Label, classify, orbits
@@ -82,18 +82,20 @@ def edge_state(
     Notes
     -----
     Edge tracking: J. D. Skufca, J. A. Yorke, B. Eckhardt, Phys. Rev. Lett. 96, 174101, 2006. Attractors without a
-    period are told apart by their kind of motion alone.
+    period are told apart by their kind of motion alone. A fractal boundary may contain several saddles: one of them is
+    found, which depends on ``first`` and ``second``, and on their order.
     """
     check_period(period)
     whole_number("rounds", rounds, 1, 10_000)
     own = as_model(model)
     family = ParameterFamily(own, ())
-    starts = [ParameterFamily(own.with_values(state), ()) for state in (first, second)]
+    states = (checked_state(own, first, "first"), checked_state(own, second, "second"))
+    starts = [ParameterFamily(own.with_values(state), ()) for state in states]
     w = [start.initial_states(start.start[None])[0] for start in starts]
     edge = track_edge(family, family.start, w[0], w[1], period=period, rounds=rounds, settings=settings)
-    states = as_initial_values(family, family.start[None], edge.states[None])
+    found = as_initial_values(family, family.start[None], edge.states[None])
     return EdgeState(
-        None if edge.cycle is None else as_orbit(family, edge.cycle), {name: x[0] for name, x in states.items()})
+        None if edge.cycle is None else as_orbit(family, edge.cycle), {name: x[0] for name, x in found.items()})
 
 
 @dataclass(frozen=True, eq=False)

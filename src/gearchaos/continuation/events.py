@@ -6,7 +6,7 @@ on corrected orbits, never by extrapolation: next to a graze multipliers change 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 
@@ -14,7 +14,6 @@ import numpy as np
 from scipy.optimize import brentq
 
 from gearchaos.continuation.arclength import Equations, Point, Stopped, between
-from gearchaos.continuation.extrema import match
 from gearchaos.continuation.shooting import Cycle
 
 FOLD, FLIP, NEIMARK_SACKER, PITCHFORK, NEUTRAL_SADDLE, GRAZE = KINDS = (
@@ -28,9 +27,11 @@ _NEAR_SINGULAR = 1e-3
 """A root next to which orbits cannot be corrected counts as located if it is bracketed to this fraction of the distance
 of the two points."""
 
-_BISECTIONS = 60
-_MIN_DIVERGENCE = 1e-9
+MIN_DIVERGENCE = 1e-9
 """Imaginary part from which a critical pair of multipliers counts as complex."""
+
+HALVINGS = 4
+"""Times that the distance of two points is halved to follow what changes between them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,16 +81,6 @@ def pair_test(cycle: Cycle) -> float:
     return float(np.prod([a * b - 1.0 for a, b in combinations(cycle.multipliers, 2)]).real)
 
 
-def find_events(
-    equations: Equations, first: Point, last: Point, user: dict[str, Callable[[Cycle], float]] | None = None
-) -> list[Event]:
-    """All events between two neighbouring points, in order along the branch."""
-    found = [event for search in _SEARCHES for event in search(equations, first, last)]
-    for name, function in (user or {}).items():
-        found += _user_events(equations, first, last, name, function)
-    return sorted(found, key=lambda e: float(np.sum(equations.weights * first.tangent * (e.point.u - first.u))))
-
-
 def locate(
     equations: Equations, first: Point, last: Point, test: Callable[[Point], float]
 ) -> Point | None:
@@ -99,7 +90,8 @@ def locate(
 
     def value(distance: float) -> float:
         if distance not in points:
-            points[distance] = between(equations, first, last, distance)
+            below, above = max(d for d in points if d < distance), min(d for d in points if d > distance)
+            points[distance] = between(equations, first, last, distance, (points[below], points[above]))
         found = test(points[distance])
         if np.isnan(found):
             raise Stopped("the test function is not defined everywhere between the points")
@@ -124,151 +116,10 @@ def _bracketed(points: dict[float, Point], values: dict[float, float], gap: floa
     return None
 
 
-def _parameter_slope(point: Point) -> float:
-    """Change of the parameter along the branch, which changes its sign at a fold."""
-    return float(point.tangent[-1])
-
-
-def turns_at_branch_point(first: Point, last: Point) -> bool:
-    """Whether a branch turns back between two points where it meets another one: from a branch of asymmetric orbits to
-    that of their mirror images, at a pitchfork of the symmetric one."""
-    return first.orientation * last.orientation < 0 and _parameter_slope(first) * _parameter_slope(last) < 0
-
-
-def _folds(equations: Equations, first: Point, last: Point) -> Iterator[Event]:
-    if _parameter_slope(first) * _parameter_slope(last) < 0 and not turns_at_branch_point(first, last):
-        point = locate(equations, first, last, _parameter_slope)
-        if point is not None:
-            yield Event(FOLD, point, defect=float(np.abs(point.data.multipliers - 1.0).min()))
-
-
-def _branch_points(equations: Equations, first: Point, last: Point) -> Iterator[Event]:
-    if first.orientation * last.orientation < 0:
-        point = locate(equations, first, last, _branch_point_test(first, last))
-        if point is not None:
-            yield Event(PITCHFORK, point, defect=float(np.abs(point.data.multipliers - 1.0).min()))
-
-
-def _branch_point_test(first: Point, last: Point) -> Callable[[Point], float]:
-    """A function of a point that changes its sign at the branch point between two others."""
-    if turns_at_branch_point(first, last):
-        return _parameter_slope
-    if branch_test(first.data) * branch_test(last.data) < 0:
-        return lambda p: branch_test(p.data)
-    return lambda p: float(p.orientation)
-
-
-def _flips(equations: Equations, first: Point, last: Point) -> Iterator[Event]:
-    if flip_test(first.data) * flip_test(last.data) < 0:
-        point = locate(equations, first, last, lambda p: flip_test(p.data))
-        if point is not None:
-            yield Event(FLIP, point, defect=float(np.abs(point.data.multipliers + 1.0).min()))
-
-
-def _pairs(equations: Equations, first: Point, last: Point) -> Iterator[Event]:
-    if len(first.data.multipliers) > 2 and pair_test(first.data) * pair_test(last.data) < 0:
-        point = locate(equations, first, last, lambda p: pair_test(p.data))
-        if point is not None:
-            a, b = min(combinations(point.data.multipliers, 2), key=lambda pair: abs(pair[0] * pair[1] - 1.0))
-            kind = NEIMARK_SACKER if abs(a.imag) > _MIN_DIVERGENCE else NEUTRAL_SADDLE
-            yield Event(kind, point, defect=float(abs(a * b - 1.0)))
-
-
-def _grazes(equations: Equations, first: Point, last: Point) -> Iterator[Event]:
-    period = first.data.period
-    index, new = match(first.data.extrema, last.data.extrema, period)
-    for number, other in enumerate(index):
-        if other < 0:
-            continue
-        for boundary in (1, -1):
-            gap = first.data.extrema[number, 1] - boundary
-            if gap * (last.data.extrema[other, 1] - boundary) < 0:
-                yield from _graze(equations, first, last, number, boundary)
-    vanished = [i for i in range(len(index)) if index[i] < 0]
-    for point, pairs in ((last, new), (first, _pairs_of(vanished))):
-        for pair in pairs:
-            for boundary in (1, -1):
-                low, high = sorted(point.data.extrema[list(pair), 1])
-                if low < boundary < high:
-                    yield from _graze_of_new_pair(equations, first, last, point is last, boundary, pair)
-
-
-def _pairs_of(indices: list[int]) -> list[tuple[int, int]]:
-    """Neighbouring indices in pairs."""
-    return list(zip(indices[::2], indices[1::2], strict=False))
-
-
-def _graze(equations: Equations, first: Point, last: Point, number: int, boundary: int) -> Iterator[Event]:
-    """The graze of an extremum of the first point that is also one of the last."""
-
-    def gap(point: Point) -> float:
-        other = number if point is first else _matched(first, point, number)
-        return float("nan") if other < 0 else float(point.data.extrema[other, 1] - boundary)
-
-    point = locate(equations, first, last, gap)
-    if point is not None:
-        other = _matched(first, point, number)
-        if other >= 0:
-            yield Event(GRAZE, point, boundary, other, abs(float(point.data.extrema[other, 1] - boundary)))
-
-
-def _matched(first: Point, point: Point, number: int) -> int:
-    """Index at another point of an extremum of the first one, −1 if it is not there."""
-    if point is first:
-        return number
-    return int(match(first.data.extrema, point.data.extrema, first.data.period)[0][number])
-
-
-def _graze_of_new_pair(
-    equations: Equations, first: Point, last: Point, forward: bool, boundary: int, pair: tuple[int, int]
-) -> Iterator[Event]:
-    """The graze of one of two extrema that exist only at the last point (``forward``), or only at the first one.
-
-    Between, they are born with one value of z; from there on one of them passes the boundary.
-    """
+def middle(equations: Equations, first: Point, last: Point) -> Point | None:
+    """The point halfway between two others, None where none is found."""
     full = float(np.sum(equations.weights * first.tangent * (last.u - first.u)))
-    here, there = (full, 0.0) if forward else (0.0, full)
-    own = (last if forward else first).data.extrema[list(pair), 0].mean()
-    nearest: tuple[Point, int] | None = None
     try:
-        for _ in range(_BISECTIONS):
-            middle = 0.5 * (here + there)
-            point = between(equations, first, last, middle)
-            straddling = _straddling_pair(point.data, own, boundary)
-            if straddling is None:
-                there = middle
-            else:
-                here, nearest = middle, (point, straddling)
+        return between(equations, first, last, 0.5 * full)
     except Stopped:
-        return
-    if nearest is not None:
-        point, number = nearest
-        yield Event(GRAZE, point, boundary, number, abs(float(point.data.extrema[number, 1] - boundary)))
-
-
-def _straddling_pair(cycle: Cycle, instant: float, boundary: int) -> int | None:
-    """The index of that extremum, of the neighbouring pair nearest to an instant, that is nearer to the boundary, if
-    the boundary lies between both."""
-    extrema, count = cycle.extrema, len(cycle.extrema)
-    best = None
-    for i in range(count):
-        j = (i + 1) % count
-        a, b = extrema[i], extrema[j]
-        lag = abs((0.5 * (a[0] + b[0]) - instant + cycle.period / 2) % cycle.period - cycle.period / 2)
-        if (a[1] - boundary) * (b[1] - boundary) < 0 and lag < 0.1:
-            nearer = i if abs(a[1] - boundary) < abs(b[1] - boundary) else j
-            if best is None or lag < best[0]:
-                best = (lag, nearer)
-    return None if best is None else best[1]
-
-
-def _user_events(
-    equations: Equations, first: Point, last: Point, name: str, function: Callable[[Cycle], float]
-) -> Iterator[Event]:
-    if function(first.data) * function(last.data) < 0:
-        point = locate(equations, first, last, lambda p: function(p.data))
-        if point is not None:
-            yield Event(name, point, defect=abs(function(point.data)))
-
-
-_SEARCHES = (_folds, _branch_points, _flips, _pairs, _grazes)
+        return None

@@ -24,7 +24,8 @@ _STEP = 5e-3
 """Step of the differences, relative to the parameter."""
 
 _LEAST = 0.1
-"""Least magnitude to which the step is relative, for parameters by which the equations do not divide."""
+"""Least magnitude to which the step is relative, for parameters by which the equations do not divide; the largest is 1,
+since a phase of any size is an argument of sines."""
 
 
 class ParameterFamily:
@@ -36,6 +37,8 @@ class ParameterFamily:
         Has all other parameters, and the initial values.
     axes : sequence of str
         Names of the Q parameters, as in `MeshModel.with_values`; there may be none.
+    names : tuple of str, optional
+        The coordinates of the dynamic state, if they are those of a family along more axes.
 
     Attributes
     ----------
@@ -43,10 +46,10 @@ class ParameterFamily:
         The d coordinates of the dynamic state, the same along the whole axes.
     """
 
-    def __init__(self, model: MeshModel, axes: Sequence[str]) -> None:
+    def __init__(self, model: MeshModel, axes: Sequence[str], names: tuple[str, ...] | None = None) -> None:
         self.model, self.axes = model, tuple(axes)
         points = self._stencil(self.start[None])[0] if self.axes else self.start[None]
-        self.names = coordinates(self.batch(points))
+        self.names = coordinates(self.batch(points)) if names is None else names
 
     @cached_property
     def start(self) -> np.ndarray:
@@ -103,7 +106,7 @@ class ParameterFamily:
 
     def _stencil(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The points of the differences about values (P, Q), in turn by parameter and stencil, and the steps (P, Q)."""
-        size = np.where(self._divisors & (values != 0), np.abs(values), np.maximum(np.abs(values), _LEAST))
+        size = np.where(self._divisors & (values != 0), np.abs(values), np.clip(np.abs(values), _LEAST, 1.0))
         steps, q = _STEP * size, values.shape[1]
         offsets = np.einsum("pq,s,qr->pqsr", steps, _STENCIL, np.eye(q))
         return (values[:, None, None, :] + offsets).reshape(-1, q), steps

@@ -22,6 +22,9 @@ from gearchaos.model import MeshModel
 _SETTINGS = Settings(first=1e-2, longest=4e-2, shortest=1e-7, finest=1e-4, points=3000)
 """Steps along the branches of a line, unless others are given."""
 
+_MARGIN = 0.25
+"""How far branches are followed beyond both ends of a line, relative to its length."""
+
 _CLASSIFICATION = Classification(exponent_run=400, doublings=0, longest_transient=0)
 """Only periodic motions are needed."""
 
@@ -65,14 +68,34 @@ class Line:
 
 
 def line_branches(line: Line) -> tuple[ParameterFamily, list[Branch]]:
-    """The branches through all stable periodic motions found on a line, and the doubled branches at their flips."""
+    """The branches through all stable periodic motions found on a line, and the doubled branches at their flips.
+
+    They are followed somewhat beyond the line, since arms of a branch in a window can be joined outside it.
+    """
     other = 1 - line.along
     family = ParameterFamily(line.model.with_values({line.axes[other]: line.value}), (line.axes[line.along],))
-    bounds, branches = line.bounds[line.along], list[Branch]()
+    bounds, branches = _beyond(family, line.bounds[line.along]), list[Branch]()
     for cycle in stable_orbits(line, family):
-        if not on_any(family, branches, cycle):
-            _add(family, branches, follow_branch(family, cycle, bounds, _SETTINGS), bounds, line.period)
+        if on_any(family, branches, cycle):
+            continue
+        try:
+            branch = follow_branch(family, cycle, bounds, _SETTINGS)
+        except InputError:  # an orbit that is not isolated, of a free motion without load
+            continue
+        _add(family, branches, branch, bounds, line.period)
     return family, branches
+
+
+def _beyond(family: ParameterFamily, bounds: tuple[float, float]) -> tuple[float, float]:
+    """A range with a margin on both sides, as far as the model accepts it."""
+    margin, out = _MARGIN * (bounds[1] - bounds[0]), list(bounds)
+    for side, value in enumerate((bounds[0] - margin, bounds[1] + margin)):
+        try:
+            family.check(np.array([[value]]))
+            out[side] = value
+        except InputError:
+            continue
+    return out[0], out[1]
 
 
 def line_seeds(line: Line) -> list[EventSeed]:
@@ -88,7 +111,8 @@ def line_seeds(line: Line) -> list[EventSeed]:
             values = np.empty(2)
             values[line.along], values[1 - line.along] = event.cycle.values[0], line.value
             linear = event.kind == FOLD and len(event.cycle.switches) == 0
-            if event.kind not in _NO_CURVE and not linear:
+            inside = line.bounds[line.along][0] <= event.cycle.values[0] <= line.bounds[line.along][1]
+            if event.kind not in _NO_CURVE and inside and not linear:
                 seeds.append(seed_of(event, values))
     return seeds
 

@@ -185,11 +185,11 @@ def orbits(model: AnyModel, *, period: int = 1, starts: int = _STARTS) -> list[O
 
 def find_cycle(
     model: MeshModel, axes: tuple[str, ...], period: int | None, near: Mapping[str, float] | None,
-    settings: Classification | None = None,
+    settings: Classification | None = None, names: tuple[str, ...] | None = None,
 ) -> tuple[ParameterFamily, Cycle]:
     """The orbit nearest to a state as a cycle of a model along axes, at the model's own values; see `orbit`."""
-    model = model.with_values(_checked_state(model, near)) if near else model
-    family = ParameterFamily(model, axes)
+    model = model.with_values(checked_state(model, near)) if near else model
+    family = ParameterFamily(model, axes, names)
     values = family.start
     if period is None:
         guess = _attractor(family, values, settings)
@@ -213,14 +213,14 @@ def _nearest(found: list[Cycle], state: np.ndarray) -> Cycle:
     return min(found, key=lambda cycle: np.linalg.norm(cycle.points - state, axis=1).min())
 
 
-def _checked_state(model: MeshModel, near: Any) -> dict[str, float]:
+def checked_state(model: MeshModel, near: Any, field: str = "start") -> dict[str, float]:
     """A state by names of initial values; raises `InputError` for anything else."""
     if not isinstance(near, Mapping):
-        raise InputError("start", "must give initial values by name", near, "E.g. {'z': 1.2, 'z_dot': 0.1}.")
+        raise InputError(field, "must give initial values by name", near, "E.g. {'z': 1.2, 'z_dot': 0.1}.")
     known = state_names(model.kind)
     for name in near:
         if name not in known:
-            raise unknown_name("start", str(name), known)
+            raise unknown_name(field, str(name), known)
     return {name: to_float(name, value) for name, value in near.items()}
 
 

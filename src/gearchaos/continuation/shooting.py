@@ -55,6 +55,11 @@ class Cycle:
             return np.inf
         return float(np.abs(self.defect).max())
 
+    @property
+    def half_period_difference(self) -> np.ndarray:
+        """First point less that half an even period later, (d,); it is 0 for an orbit of half the period."""
+        return self.points[0] - self.points[self.period // 2]
+
     @cached_property
     def jacobian(self) -> np.ndarray:
         """Derivatives (n d, n d + Q) of the defect by the points and the parameters."""
@@ -105,6 +110,13 @@ class Cycle:
         out = np.zeros(n * d + len(self.values))
         out[period * d : (period + 1) * d], out[n * d :] = row[:d], row[d:]
         return out
+
+    def extremum_slopes(self, direction: np.ndarray) -> np.ndarray:
+        """Derivatives (E,) of z at the extrema in a direction (n d + Q,) of points and parameters."""
+        (n, d), rows = self.points.shape, self._trimmed("extrema", "extremum")
+        states, parameters = direction[: n * d].reshape(n, d), direction[n * d :]
+        pairs = zip(rows, states, strict=True)
+        return np.concatenate([r[:, 3 : 3 + d] @ state + r[:, 3 + d :] @ parameters for r, state in pairs])
 
     def _trimmed(self, name: str, singular: str) -> list[np.ndarray]:
         """The records of this name in each mesh period."""

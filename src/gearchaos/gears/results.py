@@ -53,17 +53,19 @@ def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
 
 
 def _parts(dataset: xr.Dataset) -> list[xr.Dataset]:
-    """The Dataset; for a branch what is over its points, and what is over its events, each with its own torques; for
+    """The Dataset; for a branch what is over its points, its events and its jumps, each with its own torques; for
     curves what is over their points, and what is over their points of codimension 2."""
     if "special_kind" in dataset:
         special = dataset.drop_dims("point")
         values = {name: special[f"special_{name}"] for name in dataset.coords}
         return [dataset.drop_dims("special"), special.assign_coords(values)]
-    if "event_value" not in dataset:
+    own = [dim for dim in ("event", "jump") if f"{dim}_value" in dataset]
+    if not own:
         return [dataset]
-    events = dataset.drop_dims("point")
-    axis = events["event_value"].attrs.get("quantity")
-    return [dataset.drop_dims("event"), events.assign_coords({axis: events["event_value"]})]
+    axis = dataset["event_value"].attrs.get("quantity")
+    parts = {dim: dataset.drop_dims([d for d in (*own, "point") if d != dim]) for dim in own}
+    return [dataset.drop_dims(own),
+            *(part.assign_coords({axis: part[f"{dim}_value"]}) for dim, part in parts.items())]
 
 
 def _branch_attributes(dataset: xr.Dataset, gears: Gears) -> dict[str, str]:
@@ -80,10 +82,14 @@ def _curve_attributes(dataset: xr.Dataset, gears: Gears) -> dict[str, str]:
     """The ends of curves in physical units; empty for other results."""
     if "special_kind" not in dataset:
         return {}
-    units = {str(name): unit_of(str(name), pair_of(gears).scales) for name in dataset.coords}
-    factors = {name: unit[0] for name, unit in units.items() if unit is not None}
     ends = json.loads(dataset.attrs["ends"])
-    return {"ends": json.dumps([{n: v * factors[n] if n in factors else v for n, v in end.items()} for end in ends])}
+    return {"ends": json.dumps([_scaled_end(end, pair_of(gears, end.get("torque")).scales) for end in ends])}
+
+
+def _scaled_end(end: dict[str, Any], scales: Scales[float]) -> dict[str, Any]:
+    """The end of a curve with its parameters in physical units; ``scales`` are those of its torque."""
+    units = {name: unit_of(name, scales) for name in end}
+    return {name: value if (unit := units[name]) is None else value * unit[0] for name, value in end.items()}
 
 
 _WITH_VALUES = ("range", "ends", "stable", "cascade", "asymmetric")
@@ -105,6 +111,8 @@ def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:
         _check_constant_scales(dataset, gears)
         return pair_of(gears).scales
     torque = dataset["torque"]
+    if torque.size == 0:  # no events, or no points of codimension 2: nothing to scale
+        return pair_of(gears).scales
     found = [pair_of(gears, value).scales for value in torque.values.ravel().tolist()]
     if all(scales == found[0] for scales in found):
         return found[0]

@@ -1,5 +1,6 @@
 """Pictures: each function takes a Dataset or a model and ``ax=``, draws with plain matplotlib and returns the Axes."""
 
+from gearchaos.plot._agreement import agreement
 from gearchaos.plot._attractors import attractors
 from gearchaos.plot._backbone import backbone
 from gearchaos.plot._basins import attractor_legend, attractor_names, basins
@@ -31,6 +32,7 @@ __all__ = [
     "CONTACT_CLASSES",
     "MOTION_CLASSES",
     "MotionClass",
+    "agreement",
     "attractor_legend",
     "attractor_names",
     "attractors",

@@ -51,16 +51,27 @@ def symbol(name: str) -> str:
     return f"${found.tex}$" if found is not None and found.tex else name.replace("_", " ")
 
 
-def axis_label(array: xr.DataArray | xr.Variable, name: str) -> str:
-    """Description, symbol and unit of a variable, e.g. ``frequency $\\omega$``; dimensionless units are left out."""
+def axis_label(array: xr.DataArray | xr.Variable, name: str, beside: xr.DataArray | None = None) -> str:
+    """Description, symbol and unit of a variable, e.g. ``frequency $\\omega$``.
+
+    Dimensionless units are left out; but where the variable on the other axis, ``beside``, has a physical unit, "[–]"
+    says that this one has none.
+    """
     unit, found = str(array.attrs.get("units", "1")), _quantity(name)
-    dimensional = not set(unit.replace("/", "*").split("*")) <= _SCALES
+    dimensional = _is_dimensional(array)
     words = (found and found.axis_name) or str(array.attrs.get("long_name", ""))
     tex = symbol(name)
     if dimensional and found is not None and found.physical is not None and found.physical.tex:
         words, tex = found.physical.long_name or words, f"${found.physical.tex}$"
     text = f"{words} {tex}" if words and tex.startswith("$") and words != name else words or tex
-    return f"{text} [{unit.replace('*', ' ')}]" if dimensional else text
+    if dimensional:
+        return f"{text} [{unit.replace('*', ' ')}]"
+    return f"{text} [–]" if beside is not None and _is_dimensional(beside) else text
+
+
+def _is_dimensional(array: xr.DataArray | xr.Variable) -> bool:
+    """Whether a variable has a physical unit."""
+    return not set(str(array.attrs.get("units", "1")).replace("/", "*").split("*")) <= _SCALES
 
 
 def _quantity(name: str) -> Quantity | None:

@@ -11,10 +11,11 @@ from matplotlib.lines import Line2D
 
 from gearchaos.errors import unknown_name
 from gearchaos.plot._axes import axis_label, new_axes
-from gearchaos.plot._branch_lines import axis_of, check_branch, draw_lines, stability_handles
-from gearchaos.plot._events import EVENT_COLOURS
+from gearchaos.plot._branch_lines import check_branch, draw_lines, stability_handles
+from gearchaos.plot._events import EVENT_COLOURS, event_words
 from gearchaos.plot._legends import legend as draw_legend
 from gearchaos.plot._phase import STROBE
+from gearchaos.studies.branch_lines import axis_of, positions
 
 _EVENTS: dict[str, dict[str, Any]] = {
     "fold": {"marker": "o", "color": EVENT_COLOURS["fold"]},
@@ -37,7 +38,8 @@ def backbone(ds: xr.Dataset, y: str = "z_peak_to_peak", ax: Axes | None = None, 
     """Draw the response along a branch of periodic orbits: stable parts solid, unstable ones dashed.
 
     Every kind of event has a marker of its own. Where a fold ends a stable part, a slow change of the parameter makes
-    the motion jump: an arrow leads to the nearest stable part of the branch at this parameter, if there is one.
+    the motion jump: an arrow leads to the orbit that the motion reaches, if it is one of the branches. Where
+    points have been left out of the Dataset, the lines have gaps.
 
     Parameters
     ----------
@@ -66,7 +68,7 @@ def backbone(ds: xr.Dataset, y: str = "z_peak_to_peak", ax: Axes | None = None, 
     draw_lines(ds, ax, ds[y].values, ds[f"event_{y}"].values)
     found = _mark_events(ds, ax, y)
     jumps = [_arrow(ax, *jump) for jump in _jumps(ds, y)]
-    ax.set(xlabel=axis_label(ds[axis], axis), ylabel=axis_label(ds[y], y))
+    ax.set(xlabel=axis_label(ds[axis], axis), ylabel=axis_label(ds[y], y, beside=ds[axis]))
     ax.margins(0.03, 0.06)
     if legend:
         jump = Line2D([], [], color=STROBE, marker=">", markersize=5, linewidth=1.1, label="jump")
@@ -81,38 +83,25 @@ def _mark_events(ds: xr.Dataset, ax: Axes, y: str) -> list[Line2D]:
         own = kinds == kind
         style = {"markersize": 5, "markeredgewidth": 1.2, "markerfacecolor": "white", **_EVENTS.get(kind, _OTHER)}
         (line,) = ax.plot(ds["event_value"].values[own], ds[f"event_{y}"].values[own], linestyle="none", zorder=4,
-                          label=_words(kind), **style)
+                          label=event_words(kind), **style)
         handles.append(line)
     return handles
 
 
-def _words(kind: str) -> str:
-    """A kind of event in words."""
-    return "Neimark–Sacker" if kind == "neimark-sacker" else kind.replace("-", " ")
-
-
 def _jumps(ds: xr.Dataset, y: str) -> list[tuple[float, float, float]]:
-    """The parameter, and the response before and after, of the jumps at folds that end a stable part."""
-    x, stable, found = ds[axis_of(ds)].values, ds["unstable"].values == 0, []
-    for i in np.flatnonzero(ds["event_kind"].values == "fold"):
-        before, value = int(ds["event_point"][i]), float(ds["event_value"][i])
-        if not stable[before : before + 2].any():
-            continue
-        from_y = float(ds[f"event_{y}"][i])
-        outwards = np.sign(value - x[before : before + 2].mean())
-        to_y = _stable_responses(ds, y, value + outwards * 1e-9 * np.ptp(x))
-        if len(to_y):
-            found.append((value, from_y, float(to_y[np.argmin(np.abs(to_y - from_y))])))
+    """The parameter, and the response before and after, of the jumps that lead to an orbit of the branches."""
+    if "jump_value" not in ds:
+        return []
+    row = {position: i for i, position in enumerate(positions(ds).tolist())}
+    x, found = ds[axis_of(ds)].values, []
+    for value, after in zip(ds["jump_value"].values.tolist(), ds["jump_point"].values.tolist(), strict=True):
+        (events,) = np.nonzero((ds["event_value"].values == value) & (ds["event_kind"].values == "fold"))
+        if len(events) and after in row and after + 1 in row:
+            ends = [row[after], row[after + 1]]
+            share = (value - x[ends[0]]) / (x[ends[1]] - x[ends[0]])
+            low, high = ds[y].values[ends]
+            found.append((value, float(ds[f"event_{y}"][events[0]]), float(low + share * (high - low))))
     return found
-
-
-def _stable_responses(ds: xr.Dataset, y: str, value: float) -> np.ndarray:
-    """The response of all stable orbits of the branches at a parameter value, by linear interpolation."""
-    x, r, stable = ds[axis_of(ds)].values, ds[y].values, ds["unstable"].values == 0
-    same = np.diff(ds["branch"].values) == 0
-    crossed = np.flatnonzero(same & stable[1:] & stable[:-1] & ((x[1:] - value) * (x[:-1] - value) <= 0))
-    share = (value - x[crossed]) / (x[crossed + 1] - x[crossed])
-    return r[crossed] + share * (r[crossed + 1] - r[crossed])
 
 
 def _arrow(ax: Axes, value: float, start: float, end: float) -> Any:

@@ -61,7 +61,7 @@ def bifurcation(
         norm=PowerNorm(DENSITY_EXPONENT, vmin=0, vmax=1), interpolation="antialiased", interpolation_stage="data",
         extent=cell_extent(ds[axis].values, centres),
     )
-    ax.set(xlabel=axis_label(ds[axis], axis), ylabel=axis_label(section, name))
+    ax.set(xlabel=axis_label(ds[axis], axis), ylabel=axis_label(section, name, beside=ds[axis]))
     if ds[axis].size > 1:
         ax.set_xlim(float(ds[axis][0]), float(ds[axis][-1]))
     if ribbon:

@@ -18,6 +18,7 @@ Dims = int | tuple[str, ...]
 _INTEGERS = (
     "label", "period", "attractor", "attractor_label", "attractor_period", "branch", "unstable", "event_point",
     "event_branch", "curve", "curve_period", "manifold", "manifold_stable",
+    "manifold_saddle", "cause",
 )
 """Variables that must hold integers."""
 
@@ -27,9 +28,9 @@ _LABELS = ("label", "attractor_label")
 _TEXTS = ("event_kind", "curve_kind", "special_kind")
 """Variables that must hold texts."""
 
-_MAY_BE_EMPTY = (("number",), ("event",), ("special",))
-"""The dimensions of attractors, curves and manifolds, of events, and of points of codimension 2. There are no
-attractors if all motions are undecided."""
+_MAY_BE_EMPTY = (("number",), ("event",), ("special",), ("side",))
+"""The dimensions of attractors, curves and manifolds, of events, of points of codimension 2, and of sides of cells.
+There are no attractors if all motions are undecided."""
 
 _MAY_HAVE_NO_POINTS = ("curve", "manifold", "z", "z_dot")
 """Variables over the points of curves and manifolds, of which there may be none."""
@@ -37,7 +38,7 @@ _MAY_HAVE_NO_POINTS = ("curve", "manifold", "z", "z_dot")
 _DRAWN_BY = {
     "zones": "zones or level", "bifurcation": "bifurcation, lyapunov or response", "basins": "basins",
     "attractors": "attractors", "branch": "backbone or branch", "curve": "skeleton",
-    "skeleton": "skeleton", "manifolds": "manifolds", "dynamic_factor": "dynamic_factor",
+    "skeleton": "skeleton", "agreement": "agreement", "manifolds": "manifolds", "dynamic_factor": "dynamic_factor",
     "simulate": "portrait, or with samples by phase, history, spectrum or dossier",
 }
 

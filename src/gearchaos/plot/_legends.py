@@ -1,4 +1,4 @@
-"""Legends of classes above an Axes, in as many columns as fit."""
+"""Legends above an Axes, in as many columns as fit, and beside an Axes."""
 
 from __future__ import annotations
 
@@ -20,6 +20,12 @@ _STYLE: dict[str, Any] = {
 }
 _COLUMNS = 4
 """Largest number of columns of a legend that belongs to a Figure."""
+
+_SIDE_SIZES = (None, "small", "x-small", "xx-small")
+"""Font sizes of a legend beside an Axes in order of preference; None for that of all legends."""
+
+_SIDE_SHARE = 0.35
+"""Largest width of a legend beside an Axes, relative to the figure, for which no smaller font is used."""
 
 _PAD = 0.09
 """Upper bound of the padding, in inches, that a layout engine leaves left and right of an Axes together."""
@@ -95,11 +101,37 @@ def _make_space_above(ax: Axes, made: Legend) -> None:
 
 
 def side_legend(ax: Axes, handles: Sequence[Artist]) -> Legend:
-    """A legend to the right of an Axes, beside which an earlier legend remains."""
+    """A legend to the right of an Axes, beside which an earlier legend remains; in a small Axes with a small font.
+
+    In a figure without layout engine, beside another Axes, it is inside the Axes.
+    """
     earlier = ax.get_legend()
-    made = ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0, frameon=False,
-                     handlelength=1.8, handletextpad=0.6, alignment="left")
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    for size in _SIDE_SIZES:
+        made = ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0, frameon=False,
+                         handlelength=1.8, handletextpad=0.6, alignment="left", fontsize=size)
+        drawn = made.get_window_extent()
+        if drawn.height <= ax.bbox.height and drawn.width <= _SIDE_SHARE * figure.bbox.width:
+            break
     if earlier is not None:
         ax.add_artist(earlier)
         earlier.set_clip_on(False)  # `add_artist` would cut off what lies outside the Axes
+    spec = ax.get_subplotspec()
+    if figure.get_layout_engine() is None and spec is not None and not spec.is_last_col():
+        made.set(loc="best", bbox_to_anchor=None)
+        made.set_frame_on(True)
+    else:
+        _make_space_right(ax, made)
     return made
+
+
+def _make_space_right(ax: Axes, made: Legend) -> None:
+    """Narrow the Axes of a figure without layout engine if the legend would be cut off at the right."""
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    over = made.get_window_extent().x1 - figure.bbox.x1
+    if over > 0 and figure.get_layout_engine() is None and ax.get_subplotspec() is not None:
+        width = figure.bbox.width
+        right = figure.subplotpars.right - over / width - _PAD * figure.dpi / width
+        figure.subplots_adjust(right=max(right, figure.subplotpars.left + 0.1))

@@ -48,7 +48,7 @@ def response(
         ax.set_ylim(*vertical_limits(y, unit_in(ds, name)))
     else:
         _draw_classes(ax, x, *classes)
-    ax.set(xlabel=axis_label(ds[axis], str(axis)), ylabel=axis_label(ds[name], name))
+    ax.set(xlabel=axis_label(ds[axis], str(axis)), ylabel=axis_label(ds[name], name, beside=ds[axis]))
     if len(x) > 1:
         ax.set_xlim(float(x[0]), float(x[-1]))
     if ribbon:

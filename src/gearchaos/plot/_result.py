@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from gearchaos.errors import InputError
+from gearchaos.plot._agreement import agreement
 from gearchaos.plot._attractors import attractors
 from gearchaos.plot._backbone import backbone
 from gearchaos.plot._basins import basins
@@ -32,8 +33,9 @@ def result(ds: xr.Dataset, colour: str | None = None) -> Figure:
     """Draw the result of any study.
 
     The picture is a map of zones, a bifurcation diagram (without points, the Lyapunov exponents), basins, attractors,
-    the dynamic factor along the speed, the response along a branch of orbits, curves of events over two parameters, the
-    manifolds of saddles, or, of a simulation, the dossier (without samples, the stroboscopic portrait).
+    the dynamic factor along the speed, the response along a branch of orbits, curves of events over two parameters, how
+    far these explain a map, the manifolds of saddles, or, of a simulation, the dossier (without samples, the
+    stroboscopic portrait).
 
     Parameters
     ----------
@@ -81,7 +83,8 @@ _PICTURES: dict[str, Callable[[xr.Dataset], Axes | Figure]] = {
     "basins": basins,
     "branch": backbone,
     "curve": lambda ds: skeleton(ds, special=True),
-    "skeleton": skeleton,
+    "skeleton": lambda ds: skeleton(ds, special=True),
+    "agreement": agreement,
     "manifolds": manifolds,
     "attractors": attractors,
     "dynamic_factor": dynamic_factor,

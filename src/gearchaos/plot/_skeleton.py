@@ -14,26 +14,27 @@ from matplotlib.patheffects import withStroke
 from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, new_axes
 from gearchaos.plot._checks import check
-from gearchaos.plot._events import EVENT_COLOURS
+from gearchaos.plot._events import EVENT_COLOURS, SPECIAL_MARKERS, event_words
 from gearchaos.plot._legends import side_legend
 from gearchaos.plot._phase import INK
 
-_KINDS: dict[str, dict[str, Any]] = {
-    "fold": {"color": EVENT_COLOURS["fold"], "linestyle": "-"},
-    "flip": {"color": EVENT_COLOURS["flip"], "linestyle": "-"},
-    "neimark-sacker": {"color": EVENT_COLOURS["neimark-sacker"], "linestyle": "-"},
-    "graze": {"color": EVENT_COLOURS["graze"], "linestyle": (0, (1, 1.6))},
+_KINDS = ("fold", "flip", "neimark-sacker", "graze")
+"""The kinds of events that have curves, in the order of the legend."""
+
+_DOTTED = (0, (1, 1.6))
+"""Line style of grazes, which are no bifurcations in general."""
+
+_PERIODS: dict[int, dict[str, Any]] = {
+    1: {"linewidth": 1.9, "linestyle": "-"}, 2: {"linewidth": 1.6, "linestyle": (0, (4, 1.8))},
+    3: {"linewidth": 1.4, "linestyle": (0, (5, 1.2, 1, 1.2))}, 4: {"linewidth": 1.3, "linestyle": (0, (2, 1))},
 }
-"""How the curves of each kind of event are drawn."""
+"""Width, in points, and style of the curves by the period of the orbit."""
 
-_WORDS = {"fold": "fold", "flip": "flip", "neimark-sacker": "Neimark–Sacker", "graze": "graze"}
-
-_WIDEST, _NARROWEST = 1.9, 0.6
-"""Widths of lines for period 1, and the least one, in points."""
+_LONGER: dict[str, Any] = {"linewidth": 0.7, "linestyle": "-"}
+"""Those of longer periods."""
 
 _SPECIAL: dict[str, Any] = {
-    "linestyle": "none", "marker": "o", "markersize": 4, "markerfacecolor": "white", "markeredgewidth": 0.9,
-    "color": INK, "zorder": 5,
+    "linestyle": "none", "markersize": 5, "markerfacecolor": "white", "markeredgewidth": 0.9, "color": INK, "zorder": 5,
 }
 
 
@@ -42,8 +43,8 @@ def skeleton(
 ) -> Axes:
     """Draw the curves of a skeleton, or a single curve, in the plane of their parameters.
 
-    Folds, flips and Neimark-Sacker curves are solid lines of different colours, grazes dotted ones; the width decreases
-    with the period of the orbit. In an Axes that has a map, the limits are kept.
+    The kinds of events have different colours; grazes are dotted. The width decreases with the period of the orbit, and
+    the curves of 2T, 3T and 4T orbits are dashed. In an Axes that has a map, the limits are kept.
 
     Parameters
     ----------
@@ -54,7 +55,7 @@ def skeleton(
     grazes : bool
         Draw the curves on which orbits touch a boundary of contact.
     special : bool
-        Mark the points of codimension 2.
+        Mark the points of codimension 2, each kind by a marker of its own.
     legend : bool
         Add a legend of kinds and periods to the right of the Axes.
 
@@ -71,14 +72,12 @@ def skeleton(
     shown = [i for i, kind in enumerate(ds["curve_kind"].values) if grazes or kind != "graze"]
     for number in shown:
         _draw(ds, ax, number, x, y)
-    if special:
-        kept = np.isin(ds["special_curve"].values, shown)
-        ax.plot(ds[f"special_{x}"].values[kept], ds[f"special_{y}"].values[kept], **_SPECIAL)
+    markers = _mark_special(ds, ax, shown, x, y) if special else []
     if not over_map:
         ax.set(xlabel=axis_label(ds[x], x), ylabel=axis_label(ds[y], y))
         _limit(ds, ax, x, y)
     if legend and shown:
-        side_legend(ax, _handles(ds, shown, special and len(ds["special_kind"]) > 0))
+        side_legend(ax, [*_handles(ds, shown), *markers])
     return ax
 
 
@@ -111,24 +110,32 @@ def _draw(ds: xr.Dataset, ax: Axes, number: int, x: str, y: str) -> None:
     if ds["curve_closed"].values[number]:
         own = np.append(own, own[0])
     kind, period = str(ds["curve_kind"].values[number]), int(ds["curve_period"].values[number])
-    style = _KINDS.get(kind, {"color": "0.2"})
-    outline = [] if kind == "graze" else [withStroke(linewidth=_width(period) + 1.0, foreground="white", alpha=0.6)]
-    ax.plot(ds[x].values[own], ds[y].values[own], linewidth=_width(period), zorder=3 if kind == "graze" else 4,
-            path_effects=outline or None, **style)
+    style = _style(kind, period)
+    outline = [] if kind == "graze" else [withStroke(linewidth=style["linewidth"] + 1.0, foreground="white", alpha=0.6)]
+    ax.plot(ds[x].values[own], ds[y].values[own], zorder=3 if kind == "graze" else 4, path_effects=outline or None,
+            **style)
 
 
-def _width(period: int) -> float:
-    """Width of the curves of orbits of this period, in points."""
-    return max(_NARROWEST, _WIDEST / period**0.7)
+def _style(kind: str, period: int) -> dict[str, Any]:
+    """How the curves of a kind of event and a period are drawn."""
+    style = {"color": EVENT_COLOURS.get(kind, "0.2"), **_PERIODS.get(period, _LONGER)}
+    return {**style, "linestyle": _DOTTED} if kind == "graze" else style
 
 
-def _handles(ds: xr.Dataset, shown: list[int], special: bool) -> list[Line2D]:
+def _mark_special(ds: xr.Dataset, ax: Axes, shown: list[int], x: str, y: str) -> list[Line2D]:
+    """Mark the points of codimension 2 of the curves shown, and return the legend handles of the kinds that occur."""
+    kinds, handles = np.where(np.isin(ds["special_curve"].values, shown), ds["special_kind"].values, ""), []
+    for kind, marker in SPECIAL_MARKERS.items():
+        if (own := kinds == kind).any():
+            handles += ax.plot(ds[f"special_{x}"].values[own], ds[f"special_{y}"].values[own], marker=marker,
+                               label=kind.replace("neimark-sacker", event_words("neimark-sacker")), **_SPECIAL)
+    return handles
+
+
+def _handles(ds: xr.Dataset, shown: list[int]) -> list[Line2D]:
     """Legend handles of the kinds and periods that occur."""
     kinds = {str(kind) for kind in ds["curve_kind"].values[shown]}
-    handles = [Line2D([], [], label=words, linewidth=1.5, **_KINDS[kind]) for kind, words in _WORDS.items()
-               if kind in kinds]
-    if special:
-        handles.append(Line2D([], [], label="codimension 2", **_SPECIAL))
+    handles = [Line2D([], [], label=event_words(kind), **_style(kind, 1)) for kind in _KINDS if kind in kinds]
     for period in np.unique(ds["curve_period"].values[shown]).tolist():
-        handles.append(Line2D([], [], color="0.35", linewidth=_width(period), label=f"{period}T"))
+        handles.append(Line2D([], [], label=f"{period}T", **{**_style("", period), "color": "0.35"}))
     return handles

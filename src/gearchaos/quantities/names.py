@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 PREFIXES = (
-    "attractor_section_", "attractor_start_", "attractor_", "event_section_", "event_", "section_", "start_",
+    "attractor_section_", "attractor_start_", "attractor_", "event_section_", "event_", "jump_", "section_", "start_",
     "special_", "curve_", "manifold_", "saddle_section_", "saddle_", "cell_", "neighbour_", "orbit_",
 )
-"""Prefixes of variables of a result: ``attractor_`` one value per attractor, ``event_`` one per event on a branch,
-``section_`` values at the stroboscopic section, ``start_`` initial values, ``special_`` one value per point of
+"""Prefixes of variables of a result: ``attractor_`` one value per attractor, ``event_`` and ``jump_`` one per event and
+jump, ``section_`` values at the stroboscopic section, ``start_`` initial values, ``special_`` one value per point of
 codimension 2, ``curve_``, ``manifold_``, ``saddle_`` and ``orbit_`` one per curve, branch of a manifold, saddle and
 period of orbits, ``cell_`` and ``neighbour_`` those of the two cells at a side."""
 

@@ -286,6 +286,9 @@ RESULTS: tuple[Quantity, ...] = (
     Quantity("value", long_name="parameter at the event"),
     Quantity("boundary", long_name="boundary of contact that is touched, 1 or -1; 0 for none"),
     Quantity("point", long_name="index of the point before the event"),
+    Quantity("position", long_name="index of the point among all points of the branches"),
+    Quantity("direction", long_name="1 if the parameter rises, -1 if it falls"),
+    Quantity("event", long_name="index of the event"),
     Quantity("curve", long_name="number of the curve; -1 for none"),
     Quantity("angle", long_name="argument of the critical multiplier", unit="rad"),
     Quantity("closed", long_name="whether the curve is closed"),
@@ -305,6 +308,7 @@ The starts are the initial states of a study. ``up`` and ``down`` are the attrac
 parameter. ``contact_worst`` is the contact state with the most contact loss: two-sided before one-sided before
 permanent. A kick is the smallest perturbation found after which a motion leaves its attractor: ``kick`` is its norm,
 ``kick_change`` the change of each ``coordinate`` of the state, and ``kick_point`` the state to which it is added. The
-rows from ``branch`` on belong to branches of periodic orbits and, with the prefix ``event_``, to the events on them;
-those from ``curve`` on to curves of events in two parameters, manifolds, and the agreement of curves with a map.
+rows from ``branch`` on belong to branches of periodic orbits and, with the prefix ``event_`` or ``jump_``, to their
+events and jumps; those from ``curve`` on to curves of events in two parameters, manifolds, and the agreement of curves
+with a map.
 """

@@ -19,6 +19,9 @@ from gearchaos.model import MeshModel
 if TYPE_CHECKING:
     import xarray as xr
 
+_ROUNDING = 1e-9
+"""Distance of a cell from the window up to which it counts as inside, relative to the range of the parameter."""
+
 _CAUSES = {CURVE: "curve", BASIN: "basin boundary", UNEXPLAINED: "unexplained"}
 
 
@@ -30,25 +33,27 @@ def agreement(skeleton: xr.Dataset, zones: xr.Dataset) -> xr.Dataset:
     skeleton : Dataset
         From `skeleton`.
     zones : Dataset
-        From `zones`, over the same two parameters, with at least two values of each.
+        From `zones`, over the same two parameters, with at least two values of each in the window of the skeleton.
+        Cells outside this window are left out.
 
     Returns
     -------
     xarray.Dataset
         Over ``side``, the sides between a cell with a periodic motion and a neighbour with another kind of motion or
         period: both parameters of the cell and the neighbour, ``cell_<parameter>`` and ``neighbour_<parameter>``, the
-        ``period``, the ``cause``, and ``curve``, the number of the curve, −1 for none. Over ``orbit``, the periods up
-        to the largest one of the skeleton: ``orbit_period``, ``orbit_cells``, the number of cells with an orbit of this
-        period, ``orbit_explained``, the share of these without unexplained side, and ``orbit_sides`` (orbit,
-        cause_name).
-        ``curve_seen`` (number): whether a curve passes such a side. A curve that is not seen belongs to motions that
-        coexist with those of the map. The attribute ``explained`` is the share of the cells of all periods without
-        unexplained side.
+        ``period``, the ``cause``, and ``curve``, the number of the curve, −1 for none. Over ``orbit_period``, the
+        periods up to the largest one of the skeleton: ``orbit_cells``, the number of cells with an orbit of this
+        period, ``orbit_explained``, the share of these without unexplained side, and ``orbit_sides`` (orbit_period,
+        cause_name). ``curve_seen`` (number): whether a curve passes such a side. A curve that is not seen belongs to
+        motions that coexist with those of the map. Attributes: ``explained``, the share of the cells of all periods
+        without unexplained side; ``window``, the ranges [low, high] of both parameters that map and skeleton have in
+        common, as JSON; ``cells_left_out``, the number of cells of the map outside the window of the skeleton.
 
     Raises
     ------
     InputError
-        If an argument is another kind of Dataset, or the two are not of the same model and parameters.
+        If an argument is another kind of Dataset, the two are not of the same model and parameters, or have no
+        window in common.
 
     Notes
     -----
@@ -60,13 +65,17 @@ def agreement(skeleton: xr.Dataset, zones: xr.Dataset) -> xr.Dataset:
     _check("zones", zones, "zones")
     y_name, x_name = map(str, zones["label"].dims)
     _check_same(skeleton, zones, (x_name, y_name))
+    whole, zones = zones, _common(skeleton, zones, (x_name, y_name))
     settings = json.loads(zones.attrs["settings"])
     longest = json.loads(skeleton.attrs["settings"])["period"]
     family = ParameterFamily(_model(zones, (x_name, y_name)), (x_name, y_name))
     sides = explain_sides(
         family, zones[x_name].values, zones[y_name].values, zones["label"].values, zones["period"].values,
         _curves(skeleton, (x_name, y_name)), longest, Classification(**settings["classification"]))
-    attributes = provenance("agreement", family.model, period=longest)
+    window = {n: [float(zones[n].min()), float(zones[n].max())] for n in (x_name, y_name)}
+    x, y = ([name, *window[name], zones.sizes[name]] for name in (x_name, y_name))
+    attributes = provenance("agreement", family.model, x=x, y=y, period=longest)
+    attributes |= {"window": json.dumps(window), "cells_left_out": whole["label"].size - zones["label"].size}
     return _dataset(zones, sides, longest, (x_name, y_name), attributes)
 
 
@@ -84,10 +93,23 @@ def _check_same(skeleton: xr.Dataset, zones: xr.Dataset, names: tuple[str, str])
     if set(names) != {str(name) for name in skeleton.coords}:
         raise InputError("zones", "must be over the parameters of the skeleton", ", ".join(names),
                          f"Those are {', '.join(map(str, skeleton.coords))}.")
-    if min(zones.sizes[name] for name in names) < 2:
-        raise InputError("zones", "must have at least two values of each parameter", dict(zones.sizes))
     if not _same_model(skeleton, zones, names):
         raise InputError("zones", "must be of the model of the skeleton", "another one")
+
+
+def _common(skeleton: xr.Dataset, zones: xr.Dataset, names: tuple[str, str]) -> xr.Dataset:
+    """The cells of a map in the window of a skeleton; raises `InputError` unless there are two along each parameter."""
+    settings = json.loads(skeleton.attrs["settings"])
+    window = {name: (start, stop) for name, start, stop, *_ in (settings["x"], settings["y"])}
+    inside = {}
+    for name in names:
+        (start, stop), values = window[name], zones[name].values
+        margin = _ROUNDING * (stop - start)
+        inside[name] = np.flatnonzero((values >= start - margin) & (values <= stop + margin))
+        if len(inside[name]) < 2:
+            raise InputError("zones", f"must have at least two values of {name} in the window of the skeleton, from "
+                             f"{start:g} to {stop:g}", f"{values.min():g} to {values.max():g}, {len(values)} values")
+    return zones.isel(inside)
 
 
 def _same_model(skeleton: xr.Dataset, zones: xr.Dataset, names: tuple[str, str]) -> bool:
@@ -138,9 +160,10 @@ def _dataset(
         "curve_seen": variable("curve_seen", ("number",), sides.seen),
     }
     data["cause"].attrs.update(flag_attributes(_CAUSES))
+    periods = {"orbit_period": variable("orbit_period", ("orbit_period",), np.arange(1, longest + 1))}
     counts, explained = _by_period(zones, sides, longest)
-    causes = {"cause_name": ("cause_name", np.array(list(_CAUSES.values()), dtype=object))}
-    found = new_dataset({**data, **counts}, causes, attributes)
+    coordinates = {"cause_name": ("cause_name", np.array(list(_CAUSES.values()), dtype=object))}
+    found = new_dataset({**data, **counts}, {**coordinates, **periods}, attributes)
     return found.assign_attrs(explained=explained)
 
 
@@ -155,9 +178,8 @@ def _by_period(zones: xr.Dataset, sides: Sides, longest: int) -> tuple[dict[str,
     counts = np.array([[((sides.period == n) & (sides.cause == c)).sum() for c in _CAUSES] for n in periods])
     share = 1.0 - unexplained / np.where(cells > 0, cells, np.nan)
     data = {
-        "orbit_period": variable("orbit_period", ("orbit",), periods),
-        "orbit_cells": variable("orbit_cells", ("orbit",), cells),
-        "orbit_explained": variable("orbit_explained", ("orbit",), share),
-        "orbit_sides": variable("orbit_sides", ("orbit", "cause_name"), counts),
+        "orbit_cells": variable("orbit_cells", ("orbit_period",), cells),
+        "orbit_explained": variable("orbit_explained", ("orbit_period",), share),
+        "orbit_sides": variable("orbit_sides", ("orbit_period", "cause_name"), counts),
     }
     return data, float(1.0 - unexplained.sum() / max(cells.sum(), 1))

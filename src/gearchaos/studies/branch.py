@@ -50,8 +50,9 @@ def branch(
     period : int, optional
         Minimal period in mesh periods, at most 1024; by default that of the motion that the start leads to.
     cascade : int
-        Number of period doublings to follow, from the flip at which the branch loses stability on leaving its start;
-        of two such flips, one in each direction, that with the nearer parameter.
+        Number of period doublings to follow, from the flip at which stability first changes on leaving the start; of
+        two such flips, one in each direction, that with the nearer parameter. There are none if stability first changes
+        at other events.
     pitchforks : bool
         Whether to follow the two branches of asymmetric orbits at each pitchfork too.
     events : mapping of str to callable, optional
@@ -65,13 +66,15 @@ def branch(
     Returns
     -------
     xarray.Dataset
-        Over ``point``, in order along the branch: the parameter as a coordinate; ``branch`` (0, and 1, 2, … for those
-        of doubled period and then those at pitchforks), ``period``, ``unstable``, ``multipliers_real`` and
-        ``multipliers_imag`` (point, exponent),
+        Over ``point``, in order along the branch: the parameter as a coordinate; ``position`` (0, 1, 2, …), ``branch``
+        (0, and 1, 2, … for those of doubled period and then those at pitchforks), ``period``, ``unstable``,
+        ``multipliers_real`` and ``multipliers_imag`` (point, exponent),
         ``section_<coordinate>`` (point, cycle), ``contact_sequence``, the response measures over one period of the
         orbit, ``z_max``, ``z_min``, ``residual`` and ``step``. Over ``event``: ``event_kind``, ``event_value``,
         ``event_period``, ``event_boundary``, ``event_residual``, ``event_branch``, ``event_point``, and multipliers,
-        one state ``event_section_<coordinate>`` and the response measures with the prefix ``event_``. The attributes
+        one state ``event_section_<coordinate>`` and the response measures with the prefix ``event_``. Over
+        ``jump``, the folds that end a stable part: ``jump_value``, ``jump_direction`` (1 or −1), ``jump_event``, and of
+        the motion reached just beyond ``jump_label``, ``jump_period`` and ``jump_point``. The attributes
         ``closed``, ``range``, ``ends``, ``stable``, ``cascade``, ``asymmetric`` and ``feigenbaum`` are JSON.
 
     Raises
@@ -164,7 +167,7 @@ def _doubled(
     main: Branch, bounds: tuple[float, float], settings: Settings, count: int
 ) -> Iterator[tuple[Branch | None, Event | None]]:
     """The branches of doubled periods, each with the flip at its end; first no branch and the flip of the main one."""
-    flip = main.loss_of_stability(FLIP) if count else None
+    flip = main.first_change_of_stability(FLIP) if count else None
     if flip is not None:
         yield None, flip
         yield from follow_cascade(main.family, flip, bounds, settings, count)

@@ -21,6 +21,7 @@ from gearchaos.datasets import describe, new_dataset, variable
 from gearchaos.dynamics.response import compute_response
 from gearchaos.flow import Measure
 from gearchaos.studies.axis import Axis
+from gearchaos.studies.branch_jumps import jump_variables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,6 +64,7 @@ def branch_dataset(
     number = np.repeat(np.arange(len(branches)), [len(branch.points) for branch in branches])
     data = {
         "branch": variable("branch", ("point",), number),
+        "position": variable("position", ("point",), np.arange(len(points))),
         **_variables({name: v[: len(cycles)] for name, v in found.items()}, "point", ""),
         **_sections(branches),
         "contact_sequence": variable("contact_sequence", ("point",), _texts(map(contact_sequence, cycles))),
@@ -70,6 +72,7 @@ def branch_dataset(
         "step": variable("step", ("point",), np.concatenate([_steps(b, axis) for b in branches])),
         **_variables({name: v[len(cycles) :] for name, v in found.items()}, "event", "event_"),
         **_events(branches, axis),
+        **jump_variables(branches, axis),
     }
     coordinates = {axis.name: variable(axis.name, ("point",), np.array([p.u[-1] for p in points]))}
     return new_dataset(data, coordinates, {**attributes, **_attributes(main, doubled, asymmetric, flips)})

@@ -126,7 +126,7 @@ def _first_event(
     family: ParameterFamily, event: str, x: Axis, start: Mapping[str, float] | None, period: int | None
 ) -> EventSeed:
     """The event at the model's own values, or the nearest one on the branch along x."""
-    along_x, cycle = find_cycle(family.model, (x.name,), period, start)
+    along_x, cycle = find_cycle(family.model, (x.name,), period, start, names=family.names)
     seed = event_at(cycle, family.start, event)
     if seed is not None:
         return seed

@@ -113,6 +113,8 @@ def _search(x: Any, y: Any, period: Any, lines: Any, starts: Any) -> Search:
     if not isinstance(lines, Sequence) or len(lines) != 2:
         raise InputError("lines", "must be two numbers: of lines along x and along y", lines, "E.g. (8, 5).")
     along_x, along_y = (whole_number("lines", number, 0, _MOST_LINES) for number in lines)
+    if along_x == along_y == 0:
+        raise InputError("lines", "must have at least one line along x or y", lines, "E.g. (8, 5).")
     cells = (_cells(x, "x", _CELLS[0]), _cells(y, "y", _CELLS[1]))
     return Search(period, (along_x, along_y), cells, whole_number("starts", starts, 0, _MOST_STARTS))
 

@@ -11,10 +11,10 @@ import xarray as xr
 from bokeh.models import ColumnDataSource, HoverTool, MultiLine, Scatter
 
 from gearchaos.explorer.panels.labels import symbol
-from gearchaos.explorer.panels.style import SetAttributes, event_words
+from gearchaos.explorer.panels.style import SetAttributes
 from gearchaos.explorer.panels.units import Units
-from gearchaos.plot._branch_lines import axis_of, line_nodes, line_parts
-from gearchaos.plot._events import EVENT_COLOURS
+from gearchaos.plot._events import EVENT_COLOURS, event_words
+from gearchaos.studies.branch_lines import axis_of, line_nodes, line_parts
 
 _COLOUR = "#d95f02"
 """Colour of the lines, which differs from those of the diagram and of the marker at the point."""
@@ -58,9 +58,9 @@ class BranchLines:
         """Draw a branch, which is in these units."""
         z, z_event = found["section_z"].values, found["event_section_z"].values
         x = np.concatenate([found[axis_of(found)].values, found["event_value"].values])
-        order, stable = line_nodes(found)
-        x, y = x[order], np.concatenate([z, z_event])[order]
-        parts = list(line_parts(np.zeros(len(order), int), stable))
+        nodes = line_nodes(found)
+        x, y = x[nodes.order], np.concatenate([z, z_event])[nodes.order]
+        parts = list(line_parts(nodes))
         for source, wanted in ((self.stable, True), (self.unstable, False)):
             lines = [(x[first:end].tolist(), column.tolist()) for first, end, is_stable in parts if is_stable == wanted
                      for column in y[first:end].T]

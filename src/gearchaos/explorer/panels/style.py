@@ -20,8 +20,8 @@ The model in this process is not changed; see `gearchaos.explorer.web.messages.M
 PALETTE = [c.colour for c in MOTION_CLASSES]
 BOUNDARY = "#737373"
 
-__all__ = ["BOUNDARY", "INK", "PALETTE", "STROBE", "Legend", "SetAttributes", "empty_figure", "event_words",
-           "motion_colour", "style_axis"]
+__all__ = ["BOUNDARY", "INK", "PALETTE", "STROBE", "Legend", "SetAttributes", "empty_figure", "motion_colour",
+           "style_axis"]
 
 
 @dataclass(frozen=True)
@@ -30,11 +30,6 @@ class Legend:
 
     title: str = ""
     entries: tuple[tuple[str, str], ...] = ()
-
-
-def event_words(kind: str) -> str:
-    """A kind of event on a branch in words."""
-    return "Neimark–Sacker" if kind == "neimark-sacker" else kind.replace("-", " ")
 
 
 def motion_colour(label: str) -> str:

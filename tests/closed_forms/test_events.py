@@ -1,0 +1,233 @@
+"""Events between two points of a branch: those found over long distances are those found over short ones."""
+
+from __future__ import annotations
+
+import json
+import math
+from functools import cache
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import gearchaos as gc
+from gearchaos.continuation.arclength import Settings
+from gearchaos.continuation.branch import HALVED, Branch, End, follow_branch
+from gearchaos.continuation.codimension2 import flip_coefficient
+from gearchaos.continuation.cycles import CycleEquations
+from gearchaos.continuation.defining import EventState
+from gearchaos.continuation.event_search import find_events
+from gearchaos.continuation.events import FLIP, GRAZE
+from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.lines import Line, line_branches, line_seeds
+from gearchaos.continuation.orbit import find_cycle
+
+BORN = [
+    ("eps1", (0.0, 0.4), {"zeta": 0.038, "q0": 0.218, "eps1": 0.076, "omega": 1.148, "eps3": 0.043}),
+    ("q0", (0.0, 0.4), {"zeta": 0.076, "q0": 0.292, "eps1": 0.024, "omega": 1.077, "eps2": 0.098, "theta2": 5.743}),
+    ("q0", (0.0, 0.4), {"zeta": 0.034, "q0": 0.063, "eps1": 0.133, "omega": 0.479, "eps2": 0.018, "theta2": 3.482}),
+    ("eps1", (0.0, 0.4), {"zeta": 0.043, "q0": 0.157, "eps1": 0.157, "omega": 1.179, "eps3": 0.08}),
+]
+"""Models in which two extrema of z are born near a boundary of contact, with an axis and its range."""
+
+
+TWICE = [
+    ("theta1", (0.0, 6.0), {"zeta": 0.047, "q0": 0.084, "eps1": 0.093, "omega": 0.483, "eps2": 0.034, "theta2": 4.502,
+                            "eps3": 0.035, "theta1": 3.0}),
+    ("omega", (0.2, 1.5), {"zeta": 0.052, "q0": 0.203, "eps1": 0.026, "omega": 0.468}),
+    ("omega", (0.2, 1.5), {"zeta": 0.073, "q0": 0.129, "eps1": 0.024, "omega": 1.044, "eps2": 0.016, "theta2": 0.558}),
+]
+"""Models of which an extremum of z passes a boundary and soon returns."""
+
+
+@cache
+def fine(number: int) -> Branch:
+    name, bounds, values = (BORN + TWICE)[number]
+    family, start = find_cycle(gc.MeshModel.of(kind="single", **values), (name,), 1, None)
+    return follow_branch(family, start, bounds, Settings())
+
+
+def own_grazes(branch: Branch) -> list[tuple[int, float]]:
+    """The point before each graze, and the parameter there."""
+    pairs = zip(branch.event_positions, branch.events, strict=True)
+    return [(i, float(e.point.u[-1])) for i, e in pairs if e.kind == GRAZE]
+
+
+def check_stride(number: int, first: int, last: int) -> None:
+    """The grazes found in one stride between two points are those of the branch."""
+    branch, (low, high) = fine(number), (BORN + TWICE)[number][1]
+    equations = CycleEquations(branch.family, 1, high - low)
+    events = find_events(equations, branch.points[first], branch.points[last])
+    found = [e for e in events if e.kind == GRAZE]
+    within = [value for i, value in own_grazes(branch) if first <= i < last]
+    assert sorted(e.point.u[-1] for e in found) == pytest.approx(sorted(within), abs=1e-10)
+    assert all(e.defect < 1e-12 and e.boundary in (1, -1) for e in found)
+
+
+@pytest.mark.parametrize("reach", [1, 2, 3])
+@pytest.mark.parametrize("number", range(len(BORN)))
+def test_a_graze_of_new_extrema_is_found_over_longer_distances(number, reach):
+    branch = fine(number)
+    assert own_grazes(branch)
+    for position, _ in own_grazes(branch):
+        check_stride(number, max(position - reach, 0), min(position + 1 + reach, len(branch.points) - 1))
+
+
+@pytest.mark.parametrize("number", range(len(BORN), len(BORN) + len(TWICE)))
+def test_two_grazes_of_one_extremum_are_found_between_two_points(number):
+    branch = fine(number)
+    own = own_grazes(branch)
+    pairs = [(i, j) for (i, _), (j, _) in pairwise(own) if j - i <= 5]
+    assert pairs
+    for i, j in pairs:
+        check_stride(number, max(i - 1, 0), min(j + 2, len(branch.points) - 1))
+
+
+def test_the_coefficient_of_a_flip_is_unknown_next_to_a_graze():
+    """In permanent contact the equations are linear, so that the coefficient is 0, up to the graze at ε1 = 0.0683."""
+    model = gc.MeshModel.of(kind="single", zeta=0.025, q0=0.1, eps1=0.05, omega=1.8458643004984736)
+    family = ParameterFamily(model, ("omega", "eps1"))
+
+    def coefficient(eps1: float) -> float:
+        _, cycle = find_cycle(model.with_values({"eps1": eps1}), ("omega", "eps1"), 1, None)
+        return flip_coefficient(EventState(cycle), SimpleNamespace(family=family))
+
+    assert coefficient(0.05) == pytest.approx(0.0, abs=1e-5)
+    assert math.isnan(coefficient(0.06828)), "the differences reach across the graze"
+
+
+TORSIONAL = gc.MeshModel.of(omega=1.0, q0=0.1)
+
+
+@cache
+def parent_flips() -> dict[int, list[float]]:
+    """The flips of the orbits of 1, 2 and 8 periods, each from branches of its own."""
+    found = {}
+    for period, eps1 in ((1, 0.05), (2, 0.119), (8, 0.12401)):
+        ds = gc.branch(TORSIONAL.with_values({"eps1": eps1}), "eps1=0:0.3")
+        assert set(ds["period"].values.tolist()) == {period}
+        found[period] = ds["event_value"].values[ds["event_kind"].values == FLIP].tolist()
+    return found
+
+
+@pytest.mark.parametrize("longest_step", [0.03, 0.01])
+@pytest.mark.parametrize(("eps1", "period"), [(0.1, 2), (0.11, 2), (0.115, 2), (0.122, 4), (0.12408, 16)])
+def test_a_branch_of_doubled_orbits_ends_at_the_flip_of_the_others(eps1, period, longest_step):
+    ds = gc.branch(TORSIONAL.with_values({"eps1": eps1}), "eps1=0:0.3", longest_step=longest_step)
+    assert set(ds["period"].values.tolist()) == {period}
+    joined = [e["value"] for e in json.loads(ds.attrs["ends"]) if e["why"] == "joins a branch of half the period"]
+    assert joined
+    assert all(min(abs(value - flip) for flip in parent_flips()[period // 2]) < 1e-12 for value in joined)
+    others = ds["event_value"].values[np.isin(ds["event_kind"].values, ["fold", "pitchfork"])]
+    assert all(abs(value - other) > 1e-7 for value in joined for other in others), "the flip is no event of the branch"
+    intervals = np.array(json.loads(ds.attrs["stable"]))
+    assert all(np.abs(intervals - value).min() < 1e-12 for value in joined), "stable up to the flip"
+
+
+def test_a_cascade_begins_from_an_unstable_orbit():
+    ds = gc.branch(TORSIONAL.with_values({"eps1": 0.206}), "eps1=0:0.3", period=1, cascade=2)
+    assert [b["period"] for b in json.loads(ds.attrs["cascade"])] == [2, 4]
+
+
+def half_differences(ds: xr.Dataset) -> np.ndarray:
+    """Distances of the first points of orbits of an even period from those half a period later."""
+    period = ds["curve_period"].values[ds["curve"].values]
+    out = np.full(ds.sizes["point"], np.inf)
+    for i in np.flatnonzero(period % 2 == 0):
+        names = [n for n in ds.data_vars if str(n).startswith("section_x1")]
+        out[i] = max(abs(float(ds[n][i, 0] - ds[n][i, period[i] // 2])) for n in names)
+    return out
+
+
+@cache
+def skeleton() -> xr.Dataset:
+    return gc.skeleton(TORSIONAL, "omega=0.9:1.05:12", "eps1=0.1:0.2:8", period=4, lines=(3, 2), workers=1)
+
+
+def test_no_curve_of_doubled_orbits_is_one_of_the_others():
+    ds = skeleton()
+    assert np.any((ds["curve_kind"].values == "fold") & (ds["curve_period"].values == 4)) or ds.sizes["number"] > 3
+    distance = half_differences(ds)
+    for curve in range(ds.sizes["number"]):
+        inner = distance[ds["curve"].values == curve][1:-1]
+        assert np.all(inner > 1e-6), (curve, str(ds["curve_kind"].values[curve]))
+
+
+def test_a_graze_curve_ends_where_its_extremum_vanishes():
+    """A maximum and a minimum of z merge on the boundary."""
+    model = TORSIONAL.with_values({"omega": 2.121, "eps1": 0.2})
+    start = {"x1": 1.07, "x1_dot": 0.16, "x2": -0.07, "x2_dot": -0.16}
+    ds = gc.curve(model, "graze", "omega=1.8:2.5", "eps1=0.05:0.3", period=3, start=start)
+    number = next(i for i, e in enumerate(json.loads(ds.attrs["ends"])) if e["why"].startswith("the extremum of z"))
+    at = -number
+    values = {name: float(ds[name][at]) for name in ("omega", "eps1")}
+    state = {str(n)[8:]: float(ds[n][at, 0]) for n in ds.data_vars if str(n).startswith("section_")}
+    touching = [e for e in gc.orbit(TORSIONAL.with_values(values), period=3, near=state).extrema if abs(e.z - 1) < 1e-5]
+    assert [e.maximum for e in touching] in ([True, False], [False, True])
+    assert abs(touching[0].time - touching[1].time) < 2e-3
+
+
+def test_an_unstable_branch_is_unstable_up_to_the_flip_that_it_joins():
+    """There its multiplier is 1, the square of −1."""
+    def point(value: float, multiplier: float) -> SimpleNamespace:
+        return SimpleNamespace(u=np.array([0.0, value]), data=SimpleNamespace(multipliers=np.array([multiplier, 0.1])))
+
+    points = [point(0.1, 1.3), point(0.2, 1.1), point(0.3, 1.0)]
+    branch = Branch(SimpleNamespace(), 2, points, ends=[End(0.1, "end of the axis"), End(0.3, HALVED)])
+    assert branch.unstable.tolist() == [1, 1, 1]
+    assert branch.stable_intervals() == []
+
+
+def test_branches_are_followed_beyond_the_ends_of_a_line():
+    """The fold of the resonance lies outside the line; the unstable arm inside is joined to it there."""
+    single = gc.MeshModel.of(kind="single", zeta=0.025, q0=0.1, eps1=0.05, omega=0.9)
+    bounds = (0.55, 0.75)
+    found = [branch for seed in (1,) for branch in line_branches(
+        Line(single, ("omega", "eps1"), (bounds, (0.02, 0.08)), 0, 0.05, 6, 2, seed))[1]]
+    folds = [e.cycle.values[0] for b in found for e in b.events if e.kind == "fold"]
+    assert any(0.75 < value < 0.8 for value in folds), folds
+    seeds = line_seeds(Line(single, ("omega", "eps1"), (bounds, (0.02, 0.08)), 0, 0.05, 6, 2, 1))
+    assert all(bounds[0] <= seed.values[0] <= bounds[1] for seed in seeds)
+
+
+def test_a_point_of_codimension_2_at_a_corner_is_listed_once():
+    ds = gc.curve(TORSIONAL.with_values({"omega": 1.22, "eps1": 0.12}), "flip", "omega=0.9:1.3", "eps1=0.1:0.25",
+                  period=3)
+    corner = ds["special_kind"].values == "grazing-flip"
+    assert corner.sum() == 1
+    assert float(ds["special_omega"].values[corner][0]) == pytest.approx(1.2081625162836, abs=1e-9)
+
+
+HIDDEN = {
+    "kind": "full", "omega": 0.42575456071205064, "zeta": 0.03259977604780645, "eps1": 0.13086893752598683,
+    "theta1": 5.57162066414749, "q0": 0.02535247282463463, "chi1": 0.34506112441382186, "chi2": 0.4276813150161783,
+    "contact_ratio": 1.2829697548857468, "beta1": 0.011942317249235085, "beta2": 0.022562684938836067,
+    "kappa": 0.9447287919875895}
+"""A model with a Neimark–Sacker bifurcation next to a neutral saddle: both change the sign of one test function."""
+
+HIDDEN_START = {
+    "x1": 1.038952951523017, "x1_dot": 0.028441364795450456, "x2": -0.014193189974980425,
+    "x2_dot": -0.02858631682664987, "y1": 0.03999085659358606, "y1_dot": -0.037150380199150256,
+    "y2": -0.03999085659358606, "y2_dot": 0.037150380199150256}
+
+
+def test_a_bifurcation_next_to_a_neutral_saddle_is_found():
+    ds = gc.branch(gc.MeshModel.of(**HIDDEN), "q0=-0.3:0.4", period=1, start=HIDDEN_START)
+    for kind, value in (("neimark-sacker", -0.0191027271), ("neutral-saddle", -0.0190924917)):
+        values = ds["event_value"].values[ds["event_kind"].values == kind]
+        assert np.abs(values - value).min() < 1e-9
+
+
+def test_no_graze_is_reported_where_extrema_are_matched_wrongly():
+    values = {
+        "omega": 1.82273808743797, "zeta": 0.025173863735527616, "eps1": 0.09662540622418077,
+        "theta1": 3.2504181582165925, "q0": 0.10530715879037605, "eps3": 0.03068892794747089,
+        "theta3": 0.23124833690309732, "chi1": 0.10499800250586228, "chi2": 0.49584309800723236,
+        "contact_ratio": 1.70378217530502}
+    ds = gc.branch(gc.MeshModel.of(kind="single", **values), "theta1=-7:13", period=3,
+                   start={"z": 0.6391463715558077, "z_dot": -0.12229316993668578})
+    grazes = ds["event_kind"].values == "graze"
+    assert grazes.any()
+    assert ds["event_residual"].values[grazes].max() < 1e-9
