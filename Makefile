@@ -16,7 +16,12 @@ $(VENV)/.installed-test: $(VENV)/.installed
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable ".[test]"
 	touch $@
 
-paper: $(VENV)/.installed
+# With python-flint, which proves the periodic motions.
+$(VENV)/.installed-proof: $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable ".[proof]"
+	touch $@
+
+paper: $(VENV)/.installed-proof
 	$(BIN)/gearchaos paper --quality $(QUALITY) --out $(OUT)
 
 lint: $(VENV)/.installed-test

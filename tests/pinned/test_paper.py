@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
+import sys
 import threading
 import time
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from html.parser import HTMLParser
 from importlib.resources import files
 
@@ -21,7 +24,7 @@ from gearchaos.files import write_bytes
 from gearchaos.flow import StoppedError
 from gearchaos.flow.kernels.cancellation import raise_if_cancelled
 from gearchaos.model import MeshModel, TwoLevelStiffness, mesh_stiffness
-from gearchaos.paper import build, claims, settings
+from gearchaos.paper import build, claims, proofs, settings
 from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.claims import _motions, _read
 from gearchaos.paper.claims._check import records
@@ -31,6 +34,7 @@ from gearchaos.paper.figures import LAYOUTS, draw
 from gearchaos.paper.findings import spectral_comparison
 from gearchaos.paper.output import writable_folder
 from gearchaos.paper.page import _flat, _maths
+from gearchaos.proof.certificate import Unproved, checksum
 from gearchaos.studies import load
 
 pytestmark = pytest.mark.slow
@@ -273,7 +277,8 @@ def test_report_of_statements_that_hold_exits_with_zero(report):
 def test_report_holds_page_pictures_claims_and_data_and_nothing_else(report):
     names = {str(p.relative_to(report[0])) for p in report[0].rglob("*") if p.is_file()}
     data = {f"data/fig09{name}.nc" for name in ("a", "b", "_a_section", "_b_section")}
-    assert names == {"index.html", "claims.json", "fig01.png", "fig09.png"} | data
+    proofs = {f"certificates/{name}" for name in ("9b-6T-eps1-0.231.json", "verifier.py")}
+    assert names == {"index.html", "claims.json", "fig01.png", "fig09.png"} | data | proofs
 
 
 def test_pictures_are_not_blank(report):
@@ -415,6 +420,77 @@ def test_bad_requests_are_refused_before_any_work(tmp_path, figures, quality, me
     with pytest.raises(InputError, match=re.escape(message)):
         build(tmp_path / "report", figures, quality, progress=False)
     assert not (tmp_path / "report").exists()
+
+
+# --- proofs of periodic motions ---------------------------------------------------------------------------------------
+
+
+def test_the_periodic_statement_alone_is_a_theorem(report, page):
+    chaotic, periodic, other = json.loads((report[0] / "claims.json").read_text())
+    assert chaotic["proofs"] == other["proofs"] == []
+    (proof,) = periodic["proofs"]
+    assert proof["proved"] and proof["period"] == 6 and proof["at"] == {"eps1": 0.231} and proof["outside"] == 0
+    certificate = json.loads((report[0] / proof["file"]).read_text())
+    assert certificate["theorem"] == proof["theorem"] and certificate["period"] == 6
+    assert float.fromhex(certificate["model"]["eps"][0]) == 0.231
+    text = page[0]
+    assert text.count('<span class="mark theorem">theorem</span>') == 3  # legend, overview, statement
+    assert proof["file"] in text and "1 of 1 periodic motions" in text
+
+
+def test_the_verifier_beside_the_certificates_accepts_them_and_refuses_a_forgery(report, tmp_path):
+    script, good = report[0] / "certificates" / "verifier.py", report[0] / "certificates" / "9b-6T-eps1-0.231.json"
+    document = json.loads(good.read_text())
+    document["model"]["eps"][0] = (0.231 + 1e-7).hex()
+    (forged := tmp_path / "forged.json").write_text(json.dumps({**document, "sha256": checksum(document)}))
+    for file, code, word in ((good, 0, "proved"), (forged, 1, "refused")):
+        done = subprocess.run([sys.executable, "-I", script, file], capture_output=True, text=True, cwd=tmp_path)
+        assert done.returncode == code and word in done.stdout
+
+
+def periodic_claim(period: int, count: int = 1) -> claims.Claim:
+    values = [round(0.231 + 0.0001 * i, 4) for i in range(count)]
+    motions = [
+        claims.PeriodicMotion(period, MeshModel.of(omega=1.0, q0=0.1, eps1=value), {"eps1": value}) for value in values
+    ]
+    return replace(claim_with("holds"), motions=motions)
+
+
+def test_certificates_are_the_same_on_each_run(tmp_path):
+    for folder in (tmp_path / "one", tmp_path / "two"):
+        folder.mkdir()
+        proofs.prove_claims([periodic_claim(6)], folder)
+    one, two = (sorted((tmp_path / name / "certificates").iterdir()) for name in ("one", "two"))
+    assert [p.read_bytes() for p in one] == [p.read_bytes() for p in two] and len(one) == 2
+
+
+def test_a_motion_that_is_not_proved_says_why(tmp_path, monkeypatch):
+    (other,) = proofs.prove_claims([periodic_claim(5)], tmp_path)
+    assert proofs.mark(other) == "" and not list(tmp_path.iterdir())
+    assert proofs.lines(other)[0]["text"] == "5T at ε1 = 0.231: not proved, computed again, the motion is 6T"
+    monkeypatch.setattr(proofs, "prove", lambda verdict: Unproved("neutral", float("nan"), 512))
+    (neutral,) = proofs.prove_claims([periodic_claim(6)], tmp_path)
+    assert json.loads(json.dumps(neutral.proofs, allow_nan=False))[0]["margin"] is None
+    assert proofs.lines(neutral)[0]["text"] == "6T at ε1 = 0.231: not proved, neutral"
+    assert "0 of 1 periodic motions" in proofs.summary([neutral])
+
+
+def test_a_range_is_proved_at_the_values_computed(tmp_path):
+    (scan,) = proofs.prove_claims([periodic_claim(6, 4)], tmp_path)
+    assert proofs.mark(scan) == "6T proved at 4 values"
+    (line,) = proofs.lines(scan)
+    assert line["text"].startswith("6T at 4 of the values of ε1 computed, from 0.231 to 0.2313: radius ")
+    assert line["file"] == "certificates/x-6T-eps1-*.json"
+    assert proofs.mark(replace(scan, proofs=scan.proofs[:1], verdict="misprint")) == ""
+
+
+def test_without_python_flint_the_report_says_so_once(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("gearchaos.studies.proofs.find_spec", lambda name: None)
+    assert build(tmp_path, [9], "draft") == 0
+    assert "pip install 'gearchaos[proof]'" in " ".join(capsys.readouterr().err.split())
+    text = (tmp_path / "index.html").read_text()
+    assert text.count("python-flint") == 1 and "theorem" not in text.split("</style>")[1]
+    assert not (tmp_path / "certificates").exists()
 
 
 # --- the page's text --------------------------------------------------------------------------------------------------

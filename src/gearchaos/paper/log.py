@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from gearchaos.paper import proofs
 from gearchaos.paper.claims import Claim
 from gearchaos.paper.settings import FigureSettings
 
@@ -30,6 +31,8 @@ class Log:
         """Print how many claims have each verdict, which failed, and the path of the report; return the exit code."""
         tally = ", ".join(f"{count} {verdict}" for verdict, count in Counter(c.verdict for c in claims).items())
         self._console.print(f"{len(claims)} statements checked: {tally or 'none'}.")
+        if proved := proofs.summary(claims):
+            self._console.print(proved, markup=False)
         for claim in failed:
             self._console.print(f"[bold red]{claim.id}: {claim.verdict}[/bold red]  {claim.statement}")
         self._console.print(f"Report: {folder / 'index.html'}")

@@ -21,6 +21,7 @@ import jinja2
 from markupsafe import Markup, escape
 
 from gearchaos.model import MeshModel
+from gearchaos.paper import proofs
 from gearchaos.paper.claims import VERDICTS, Claim, failed
 from gearchaos.paper.equations import equations
 from gearchaos.paper.settings import FigureSettings, Quality
@@ -58,8 +59,7 @@ def render(contents: ReportContents) -> str:
         css=Markup(_template("report.css")), figures=[_figure(f, contents.claims) for f in contents.figures],
         claims=[_claim(c) for c in contents.claims], tally=_tally(contents.claims), outcome=_outcome(contents.claims),
         equations=equations(), defaults=_defaults(), corrections=_corrections(), times=list(_times(contents)),
-        provenance=_provenance(contents),
-        run=_run(contents),
+        provenance=_provenance(contents), run=_run(contents), proofs=proofs.summary(contents.claims),
     )
 
 
@@ -175,7 +175,10 @@ def _outcome(claims: Sequence[Claim]) -> str:
 
 
 def _claim(claim: Claim) -> dict[str, Any]:
-    return {**claim.to_dict(), "evidence": list(_flat(claim.evidence))}
+    return {
+        **claim.to_dict(), "evidence": list(_flat(claim.evidence)), "proofs": proofs.lines(claim),
+        "mark": proofs.mark(claim), "all_proved": all(proof["proved"] for proof in claim.proofs),
+    }
 
 
 def _flat(evidence: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:

@@ -26,6 +26,7 @@ from gearchaos.paper.findings import findings
 from gearchaos.paper.log import Log
 from gearchaos.paper.output import save_data, writable_folder
 from gearchaos.paper.page import FinishedFigure, ReportContents, render
+from gearchaos.paper.proofs import prove_claims
 
 
 def build(
@@ -36,7 +37,7 @@ def build(
     Parameters
     ----------
     out_dir : path
-        Folder for index.html, figNN.png, claims.json and data/; created if necessary.
+        Folder for index.html, figNN.png, claims.json, data/ and certificates/; created if necessary.
     figures : iterable of int, optional
         Which figures, with the claims that belong to them; all if left out.
     quality : {"paper", "draft"}
@@ -132,7 +133,7 @@ def _figures(
                 part.result()
             under_way.append(_FigureInProgress(
                 done, drawing.submit(_draw, folder, done), saving.submit(_save, folder, done),
-                checking.submit(_check, cache, done.setting.number),
+                checking.submit(_check, cache, folder, done.setting.number),
             ))
         log.finishing()
         parts = [part for one in under_way for part in one.parts]
@@ -176,10 +177,13 @@ def _save(folder: Path, done: _Computed) -> list[str]:
     return files
 
 
-def _check(cache: ComputationCache, number: int) -> _Checked:
-    """Check the claims of one figure."""
+def _check(cache: ComputationCache, folder: Path, number: int) -> _Checked:
+    """Check the claims of one figure, and prove their periodic motions.
+
+    The precision of python-flint belongs to the process: proofs are made in one thread at a time.
+    """
     start = time.perf_counter()
-    claims = claims_.check_all(cache, claims_.claims_of([number]))
+    claims = prove_claims(claims_.check_all(cache, claims_.claims_of([number])), folder)
     return _Checked(claims, time.perf_counter() - start)
 
 

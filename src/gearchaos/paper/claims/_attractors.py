@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.paper.cache import ComputationCache
-from gearchaos.paper.claims._outcome import CONTRADICTED, HOLDS, MISPRINT, CheckResult, check, graded
+from gearchaos.paper.claims._outcome import CONTRADICTED, HOLDS, MISPRINT, CheckResult, PeriodicMotion, check, graded
+from gearchaos.paper.settings import all_figures
 from gearchaos.plot import attractor_names
 
 _COMPUTED = "The motion that every start of the plane ends on, and the attractors told apart."
@@ -48,14 +49,14 @@ def exists(cache: ComputationCache, name: str) -> CheckResult:
     """Whether there is a stable orbit of the period in the statement."""
     period = {"4a": 1, "4b": 3, "4c": 4, "4e": 5}[name]
     ds, indices = _of_period(cache, period)
-    return CheckResult(graded(len(indices) > 0), _COMPUTED, _orbits(ds, indices))
+    return CheckResult(graded(len(indices) > 0), _COMPUTED, _orbits(ds, indices), motions=_motions(ds, indices[:1]))
 
 
 @check("4d")
 def second_of_four(cache: ComputationCache) -> CheckResult:
     """Whether there is a second stable 4T orbit."""
     ds, indices = _of_period(cache, 4)
-    return CheckResult(graded(len(indices) > 1), _COMPUTED, _orbits(ds, indices))
+    return CheckResult(graded(len(indices) > 1), _COMPUTED, _orbits(ds, indices), motions=_motions(ds, indices[1:2]))
 
 
 @check("4b-caption")
@@ -65,13 +66,23 @@ def no_second_period(cache: ComputationCache) -> CheckResult:
     _, of_3t = _of_period(cache, 3)
     verdict = HOLDS if len(of_2t) else MISPRINT if len(of_3t) else CONTRADICTED
     return CheckResult(verdict, _COMPUTED, {"2T": _orbits(ds, of_2t), "3T": _orbits(ds, of_3t)},
-                       "" if len(of_2t) else "3T, as the text says")
+                       "" if len(of_2t) else "3T, as the text says",
+                       _motions(ds, of_2t[:1] if len(of_2t) else of_3t[:1]))
 
 
 def _of_period(cache: ComputationCache, period: int) -> tuple[xr.Dataset, np.ndarray]:
     """The basins of figure 3c, and the indices of the attractors with this period."""
     ds = cache.study(3, "c")
     return ds, np.flatnonzero(ds["attractor_period"].values == period)
+
+
+def _motions(ds: xr.Dataset, indices: np.ndarray) -> list[PeriodicMotion]:
+    """The motions on these attractors of figure 3c, each from one of its stroboscopic points."""
+    model, found = all_figures()[3].studies["c"].mesh_model, []
+    for i in indices:
+        start = {name: float(ds[f"attractor_section_{name}"].values[i, 0]) for name in ("z", "z_dot")}
+        found.append(PeriodicMotion(int(ds["attractor_period"].values[i]), model.with_values(start)))
+    return found
 
 
 def _orbits(ds: xr.Dataset, indices: np.ndarray) -> dict:

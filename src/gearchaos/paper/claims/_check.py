@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -12,19 +12,21 @@ from typing import Any
 from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.claims import _attractors, _maps, _motions, _windows  # noqa: F401 - they register their checks
 from gearchaos.paper.claims._evidence import evidence_of
-from gearchaos.paper.claims._outcome import CHECKS, CONTRADICTED, MISPRINT
+from gearchaos.paper.claims._outcome import CHECKS, CONTRADICTED, MISPRINT, PeriodicMotion
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One statement of the paper with its verdict; its fields are those of claims.json.
+    """One statement of the paper with its verdict; its fields but ``motions`` are those of claims.json.
 
     Attributes
     ----------
     id, figure, where, statement, setting, criterion, expected
         From the record of the statement in `records.toml`.
-    verdict, computed, evidence, instead
+    verdict, computed, evidence, instead, motions
         From the `CheckResult` of its check; ``evidence`` also has the verdicts on all motions computed for it.
+    proofs : list of dict
+        For each of ``motions`` its proof, or why it is not proved; see `gearchaos.paper.proofs`.
     """
 
     id: str
@@ -38,10 +40,12 @@ class Claim:
     instead: str
     evidence: dict[str, Any]
     expected: str = ""
+    motions: Sequence[PeriodicMotion] = ()
+    proofs: list[dict[str, Any]] = field(default_factory=list)
 
     def to_dict(self) -> dict[str, Any]:
         """The fields by name, ready for JSON."""
-        return asdict(self)
+        return {name: value for name, value in vars(self).items() if name != "motions"}
 
 
 @cache
@@ -67,8 +71,8 @@ def check_all(cache: ComputationCache, names: Iterable[str]) -> list[Claim]:
 
 def _checked(cache: ComputationCache, name: str) -> Claim:
     with cache.requested_keys() as keys:
-        outcome = asdict(CHECKS[name](cache))
-    outcome["evidence"] |= {"verdicts": evidence_of(cache, keys)}
+        result = CHECKS[name](cache)
+    outcome = {**vars(result), "evidence": {**result.evidence, "verdicts": evidence_of(cache, keys)}}
     return Claim(id=name, **records()[name], **outcome)
 
 

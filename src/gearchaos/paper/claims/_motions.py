@@ -9,10 +9,12 @@ import xarray as xr
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from gearchaos.model import MeshModel
 from gearchaos.paper.cache import ComputationCache
-from gearchaos.paper.claims._outcome import CheckResult, check, graded
+from gearchaos.paper.claims._outcome import CheckResult, PeriodicMotion, check, graded
 from gearchaos.paper.claims._read import summary
 from gearchaos.paper.text import symbol
+from gearchaos.studies import Verdict
 
 _VARIED_LOAD = {"omega": 1.0, "eps1": 0.1}
 _VARIED_AMPLITUDE = {"omega": 1.0, "q0": 0.1}
@@ -50,7 +52,8 @@ def quasi_periodic(cache: ComputationCache) -> CheckResult:
 def sub_harmonic(cache: ComputationCache) -> CheckResult:
     """Whether the motion of Fig. 9b is periodic with a period of more than one mesh period."""
     found = cache.regime(**_VARIED_AMPLITUDE, eps1=0.231)
-    return CheckResult(graded((found.period or 0) > 1), _VERDICT, summary(found))
+    return CheckResult(graded((found.period or 0) > 1), _VERDICT, summary(found),
+                       motions=_periodic({0.231: found}, "eps1", _VARIED_AMPLITUDE))
 
 
 @check("6b")
@@ -70,7 +73,15 @@ def _exact_labels(cache: ComputationCache, name: str, wanted: dict[float, str], 
     found = {value: cache.regime(**fixed, **{name: value}) for value in wanted}
     same = all(found[value].label == label for value, label in wanted.items())
     evidence = {f"{symbol(name)} = {v}": summary(r) for v, r in found.items()}
-    return CheckResult(graded(same), "The verdict at each value.", evidence)
+    return CheckResult(graded(same), "The verdict at each value.", evidence, motions=_periodic(found, name, fixed))
+
+
+def _periodic(found: dict[float, Verdict], name: str, fixed: dict[str, Any]) -> list[PeriodicMotion]:
+    """The periodic motions among those found at values of a parameter, with the other parameters fixed."""
+    return [
+        PeriodicMotion(verdict.period, MeshModel.of(**{**fixed, name: value}), {name: value})
+        for value, verdict in found.items() if verdict.period
+    ]
 
 
 @check("8b")

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
+
+from gearchaos.model import MeshModel
 
 if TYPE_CHECKING:
     from gearchaos.paper.cache import ComputationCache
@@ -19,6 +21,22 @@ as printed; it holds if its numbers are rounded or read off a diagram; it is a m
 
 
 @dataclass(frozen=True)
+class PeriodicMotion:
+    """A periodic motion that a statement is about, to be proved.
+
+    Attributes
+    ----------
+    period : minimal period that was found, in mesh periods.
+    model : the model, with the initial state that leads to the motion.
+    at : parameters by name that tell the motions of a statement apart.
+    """
+
+    period: int
+    model: MeshModel
+    at: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class CheckResult:
     """The result of one check.
 
@@ -28,12 +46,14 @@ class CheckResult:
     computed : what was computed, as a sentence.
     evidence : the numbers computed in this run, ready for JSON.
     instead : what holds instead, if the statement does not hold exactly as printed.
+    motions : the periodic motions that the statement, or what holds instead, is about.
     """
 
     verdict: str
     computed: str
     evidence: dict[str, Any] = field(default_factory=dict)
     instead: str = ""
+    motions: Sequence[PeriodicMotion] = ()
 
 
 Check = Callable[["ComputationCache"], CheckResult]

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from gearchaos.dynamics import Label
+from gearchaos.model import MeshModel
+from gearchaos.paper.claims._outcome import PeriodicMotion
 from gearchaos.plot import motion_class
 
 LOCKED_FROM = 9
@@ -43,6 +46,17 @@ def summary(regime: Any) -> dict[str, Any]:
 
 def _round(value: float | None, digits: int = 6) -> float | None:
     return None if value is None or not np.isfinite(value) else round(float(value), digits)
+
+
+def motions_of_scan(
+    ds: xr.Dataset, axis: str, chosen: np.ndarray, fixed: Mapping[str, Any]
+) -> list[PeriodicMotion]:
+    """The periodic motions of those columns of a scan where ``chosen`` (N,) is true; other parameters are ``fixed``."""
+    columns = zip(ds[axis].values[chosen], ds["period"].values[chosen], strict=True)
+    return [
+        PeriodicMotion(int(period), MeshModel.of(**{**fixed, axis: float(value)}), {axis: float(value)})
+        for value, period in columns if period > 0
+    ]
 
 
 def intervals(values: np.ndarray, flags: np.ndarray) -> list[tuple[float, float]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,10 +19,12 @@ from gearchaos.paper.claims._outcome import (
     graded,
 )
 from gearchaos.paper.claims._read import (
+    LOCKED_FROM,
     intervals,
     is_chaotic,
     is_periodic,
     is_quasi_periodic,
+    motions_of_scan,
     on_torus,
     summary,
 )
@@ -55,11 +58,13 @@ def end_of_chaos(cache: ComputationCache) -> CheckResult:
 @check("6c")
 def window_of_3t(cache: ComputationCache) -> CheckResult:
     """Whether the motion is 3T throughout the range of q0 in the statement."""
-    inside = _labels(cache.scan(Axis("q0", 0.02486, 0.02499, 14), long_transients=True, **_VARIED_LOAD))
+    printed = cache.scan(Axis("q0", 0.02486, 0.02499, 14), long_transients=True, **_VARIED_LOAD)
+    inside = _labels(printed)
     around = cache.scan(Axis("q0", 0.0247, 0.0252, 101), long_transients=True, **_VARIED_LOAD)
     window = intervals(around["q0"].values, around["period"].values == 3)
     evidence = {"inside": dict(Counter(inside)), "windows_of_3T": [[round(a, 6), round(b, 6)] for a, b in window]}
-    return CheckResult(graded(set(inside) == {"3T"}), _SCAN, evidence)
+    motions_3t = motions_of_scan(printed, "q0", printed["period"].values == 3, _VARIED_LOAD)
+    return CheckResult(graded(set(inside) == {"3T"}), _SCAN, evidence, motions=motions_3t)
 
 
 @check("6d")
@@ -69,10 +74,11 @@ def window_of_6t_after_3t(cache: ComputationCache) -> CheckResult:
     around = cache.scan(Axis("q0", 0.02505, 0.0256, 111), long_transients=True, **_VARIED_LOAD)
     window = intervals(around["q0"].values, around["period"].values == 6)
     evidence = {"at_0.0255": summary(printed), "windows_of_6T": [[round(a, 6), round(b, 6)] for a, b in window]}
+    motions_6t = motions_of_scan(around, "q0", around["period"].values == 6, _VARIED_LOAD)
     if printed.label == "6T":
-        return CheckResult(HOLDS, _SCAN, evidence)
+        return CheckResult(HOLDS, _SCAN, evidence, motions=motions_6t)
     where = f"{printed.label} at 0.0255; 6T from {window[0][0]:.5g} to {window[-1][1]:.5g}" if window else ""
-    return CheckResult(MISPRINT if window else CONTRADICTED, _SCAN, evidence, where)
+    return CheckResult(MISPRINT if window else CONTRADICTED, _SCAN, evidence, where, motions_6t)
 
 
 @check("6e")
@@ -84,7 +90,8 @@ def separate_window_of_6t(cache: ComputationCache) -> CheckResult:
     near = [(a, b) for a, b in window if b > 0.04695 and a < 0.04705]
     evidence = {"at_0.047": summary(printed), "windows_of_6T": [[round(a, 6), round(b, 6)] for a, b in window]}
     return CheckResult(graded(printed.label == "6T", bool(near)), _SCAN, evidence,
-                       f"6T at values from {near[0][0]:.6f} to {near[-1][1]:.6f}" if near else "")
+                       f"6T at values from {near[0][0]:.6f} to {near[-1][1]:.6f}" if near else "",
+                       motions_of_scan(around, "q0", around["period"].values == 6, _VARIED_LOAD))
 
 
 _SOFT_SUPPORTS: dict[str, Any] = {"kind": "full", "kappa": 0.5, "omega": 1.05, "q0": 0.1}
@@ -107,6 +114,7 @@ def second_torus(cache: ComputationCache) -> CheckResult:
     return CheckResult(
         graded(from_doubled and abs(begin - 0.2) < 1e-3, from_doubled and abs(begin - 0.2) <= 0.01), _SCAN,
         _ranges(ds, "eps1"), _in_words(ds, eps1),
+        motions_of_scan(ds, "eps1", (eps1 < begin) & (names == "2T"), _SOFT_SUPPORTS),
     )
 
 
@@ -120,8 +128,10 @@ def torus_over_load(cache: ComputationCache) -> CheckResult:
 @check("14b")
 def locked_torus(cache: ComputationCache) -> CheckResult:
     """Whether the motion is on a torus for q0 from 0.16 to 0.18."""
-    ds = cache.scan(Axis("q0", 0.155, 0.185, 61), kind="full", kappa=1.0, omega=1.0, eps1=0.1)
-    return _torus(ds, "q0", 0.16, 0.18, 0.005)
+    fixed: dict[str, Any] = {"kind": "full", "kappa": 1.0, "omega": 1.0, "eps1": 0.1}
+    ds = cache.scan(Axis("q0", 0.155, 0.185, 61), **fixed)
+    locked = ds["period"].values >= LOCKED_FROM
+    return replace(_torus(ds, "q0", 0.16, 0.18, 0.005), motions=motions_of_scan(ds, "q0", locked, fixed))
 
 
 def _torus(ds: xr.Dataset, axis: str, low: float, high: float, tolerance: float) -> CheckResult:
