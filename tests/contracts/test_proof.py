@@ -74,10 +74,12 @@ def test_windows_are_in_order_and_alternate(eight):
 
 def test_theorem_in_words(eight):
     assert eight.theorem.startswith(
-        "For the torsional model with the parameters below there is exactly one orbit of period 8 mesh periods whose "
+        "For the torsional model with the parameters below, in the coordinates z, z_dot, there is exactly one orbit of "
+        "period 8 mesh periods whose "
         f"states at tau = k T (k = 0 ... 7) lie within {eight.document['radius']} of the points listed")
-    assert "Its minimal period is 8." in eight.theorem
-    assert eight.theorem.endswith("All 2 of its multipliers lie inside the unit circle: it is stable.")
+    assert "It repeats after no smaller number of mesh periods." in eight.theorem
+    stable = "All 2 of its multipliers lie inside the unit circle: it is stable in these coordinates."
+    assert eight.theorem.endswith(stable)
 
 
 def test_verdict_and_orbit_give_the_same_theorem(eight):
@@ -204,7 +206,7 @@ def test_motions_that_are_not_periodic(values, label):
 
 @pytest.mark.parametrize(("arguments", "words"), [
     ({"bits": 52}, "bits must be a whole number of at least 53"),
-    ({"bits": 5000}, "bits must be at most 4,096"),
+    ({"bits": 5000}, "bits must be at most 800"),
     ({"bits": 128.0}, "bits must be a whole number"),
     ({"phase": 1.0}, "phase must be in"),
     ({"phase": math.nan}, "phase must be in"),
@@ -293,3 +295,22 @@ def test_transmission_error_of_many_harmonics():
     assert isinstance(gc.prove(model), Certificate)
     fourier = model.with_values({"stiffness": HarmonicStiffness(tuple(0.1 / j for j in range(1, 9)))})
     assert isinstance(gc.prove(fourier), Certificate)
+
+
+@pytest.mark.parametrize(("values", "points", "reason"), [
+    ({"omega": 1e-6}, [[1.1, 0.0]], "too many steps"),
+    ({"omega": 1.7, "zeta": 0.0, "chi1": 0.0, "chi2": 0.0, "eps1": 0.0}, [[1.1, 0.0]], "neutral"),
+])
+def test_what_cannot_be_proved_has_a_reason(values, points, reason):
+    """The second is the equilibrium of an undamped oscillator: its multipliers lie on the unit circle."""
+    found = prove_orbit(gc.MeshModel.of(kind="single", q0=0.1, **values), np.array(points))
+    assert not found.proved and found.reason == reason
+
+
+def test_the_period_of_an_orbit_is_counted_in_mesh_periods():
+    """With the second harmonic alone the equations have the period T/2, and this orbit 1.5 T."""
+    model = gc.MeshModel.of(kind="single", omega=0.5239661637741589, zeta=0.025, q0=0.1, chi1=0.0, chi2=0.0,
+                            eps2=0.07512675781710818)
+    found = gc.prove(gc.orbit(model, period=3, near={"z": 1.27447736, "z_dot": -0.06112976}))
+    assert found.proved and "It repeats after no smaller number of mesh periods." in found.theorem
+    assert "minimal" not in found.theorem

@@ -23,7 +23,7 @@ except ModuleNotFoundError as error:
         name="flint",
     ) from None
 
-LEAST_BITS, MOST_BITS = 53, 4096
+LEAST_BITS, MOST_BITS = 53, 800
 """Precisions, in bits, that a proof accepts."""
 
 _HEXADECIMAL = re.compile(r"(-?)0x([0-9a-f]+)(?:\.([0-9a-f]+))?p([+-]?[0-9]+)")

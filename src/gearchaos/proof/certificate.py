@@ -24,6 +24,7 @@ REASONS = {
     "Krawczyk not contracting": "Krawczyk's operator does not map the cubes about the points into themselves",
     "period not minimal": "two points of the orbit cannot be told apart: its minimal period may be smaller",
     "neutral": "a multiplier may lie on the unit circle",
+    "too many steps": "the mesh period is too long for the fastest rates of the model: more than 2000 steps",
     "bits exhausted": "rounding errors are too large, even at the largest precision allowed",
 }
 """The reasons for which an orbit is not proved."""
@@ -125,7 +126,7 @@ def certificate(
     """A certificate from its parts, with the theorem in words, the versions and the checksum."""
     document = {
         "format": FORMAT, "version": VERSION,
-        "theorem": _theorem(model["kind"], len(points), phase, radius, switches, stability),
+        "theorem": _theorem(model["kind"], coordinates, len(points), phase, radius, switches, stability),
         "model": model, "coordinates": list(coordinates), "phase": phase, "period": len(points), "points": points,
         "radius": radius, "bits": bits, "switches": switches, "stability": stability, "margins": margins,
         "versions": _versions(),
@@ -147,16 +148,18 @@ def _versions() -> dict[str, str]:
 
 
 def _theorem(
-    kind: str, n: int, phase: str, radius: str, switches: list[list[dict[str, Any]]], stability: dict[str, Any]
+    kind: str, names: tuple[str, ...], n: int, phase: str, radius: str, switches: list[list[dict[str, Any]]],
+    stability: dict[str, Any],
 ) -> str:
     """What is proved, in words."""
-    when = "tau = k T" if phase == "0x0p+0" else f"tau = (k + {float.fromhex(phase):g}) T"
+    when = "tau = k T" if phase == "0x0p+0" else f"tau = (k + {float.fromhex(phase)!r}) T"
     times = f"(k = 0 ... {n - 1})" if n > 1 else "(k = 0)"
     return " ".join((
-        f"For the {kind} model with the parameters below there is exactly one orbit of period",
-        f"{_count(n, 'mesh period')} whose {'states' if n > 1 else 'state'} at {when} {times}",
+        f"For the {kind} model with the parameters below, in the coordinates {', '.join(names)}, there is exactly one",
+        f"orbit of period {_count(n, 'mesh period')} whose {'states' if n > 1 else 'state'} at {when} {times}",
         f"{'lie' if n > 1 else 'lies'} within {radius} of the",
-        f"{'points' if n > 1 else 'point'} listed, in each coordinate. Its minimal period is {n}.",
+        f"{'points' if n > 1 else 'point'} listed, in each coordinate.",
+        *(["It repeats after no smaller number of mesh periods."] if n > 1 else []),
         _contact_in_words(sum(map(len, switches))), _stability_in_words(stability["inside"], stability["outside"]),
     ))
 
@@ -171,7 +174,7 @@ def _contact_in_words(count: int) -> str:
 def _stability_in_words(inside: int, outside: int) -> str:
     """The numbers of multipliers in words."""
     if outside == 0:
-        return f"All {inside} of its multipliers lie inside the unit circle: it is stable."
+        return f"All {inside} of its multipliers lie inside the unit circle: it is stable in these coordinates."
     return (f"Of its {inside + outside} multipliers {inside} lie{'s' if inside == 1 else ''} inside the unit circle "
             f"and {outside} outside: it is unstable.")
 

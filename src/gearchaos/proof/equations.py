@@ -19,6 +19,7 @@ from typing import Any
 from flint import arb, arb_mat, ctx
 
 from gearchaos.proof.balls import ball, from_text, interval, norm, precision
+from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.series import Flow, constant_series, fourier_series, with_forcing
 
 _BITS_PER_CELL = 1.1
@@ -26,6 +27,9 @@ _BITS_PER_CELL = 1.1
 
 _LONGEST_CELL = 0.75
 """Largest norm of the equations times the length of a cell, by which the number of cells is chosen."""
+
+_MOST_CELLS = 2000
+"""Most cells of a mesh period."""
 
 Row = dict[str, Fraction]
 
@@ -303,11 +307,16 @@ def _levels(known: _Numbers) -> list[tuple[Fraction, Fraction]]:
 
 
 def _cells(levels: list[tuple[Fraction, Fraction]], phase: Fraction, rate: float) -> list[Cell]:
-    """The cells of a mesh period that begins at a phase: each level in equal parts."""
+    """The cells of a mesh period that begins at a phase: each level in equal parts.
+
+    Raises `UndecidedError` where there would be too many.
+    """
     starts = sorted(((start - phase) % 1, level) for start, level in levels)
     pieces: list[tuple[Fraction, Fraction | None]] = [*starts]
     if not starts or starts[0][0] > 0:
         pieces.insert(0, (Fraction(0), starts[-1][1] if starts else None))
+    if not rate / _LONGEST_CELL + len(pieces) < _MOST_CELLS:
+        raise UndecidedError("too many steps", _MOST_CELLS - rate / _LONGEST_CELL - len(pieces))
     cells = []
     for (start, level), end in zip(pieces, [*(s for s, _ in pieces[1:]), Fraction(1)], strict=True):
         count = max(1, math.ceil(float(end - start) * rate / _LONGEST_CELL))

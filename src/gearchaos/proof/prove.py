@@ -22,7 +22,7 @@ from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.stability import Stability, stability
 from gearchaos.proof.tube import Tube, Window, period_tube
 
-_PRECISIONS = (128, 192, 256, 384, 512, 768, 1024, 2048, 4096)
+_PRECISIONS = (128, 192, 256, 384, 512, 768)
 """Precisions in bits that are tried after the first one."""
 
 _FIRST_SPREAD = 1e-3
@@ -78,7 +78,7 @@ def prove_orbit(
         Approximate states w at τ = (k + phase) T, k = 0, ..., n - 1, for the minimal period n, in the coordinates of
         ``docs/model.md``.
     bits : int
-        First precision, 53 to 4096.
+        First precision, 53 to 800.
     phase : float
         In [0, 1).
     max_bits : int
@@ -100,7 +100,10 @@ def prove_orbit(
         raise InputError("phase", "must be in [0, 1)", phase, "It is a share of the mesh period.")
     parameters = exact_parameters(model)
     for tried in (bits, *(b for b in _PRECISIONS if bits < b <= max_bits)):
-        equations, working = equations_at(parameters, Fraction(phase), tried)
+        try:
+            equations, working = equations_at(parameters, Fraction(phase), tried)
+        except UndecidedError as failure:
+            return Unproved(failure.reason, failure.margin, tried)
         with precision(working):
             try:
                 return _attempt(_candidate(equations, points))

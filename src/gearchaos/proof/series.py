@@ -17,7 +17,8 @@ from gearchaos.proof.balls import interval, magnitude, norm
 
 _MOST_TERMS = 600
 _MOST_BITS = 1000
-"""Remainders are made smaller than 2^-_MOST_BITS at most: they are floats."""
+_LEAST_REMAINDER = 2.0**-_MOST_BITS
+"""Remainders are floats; they are not made smaller than this, so that they are normal numbers with correct rounding."""
 
 
 class Flow:
@@ -108,7 +109,7 @@ def constant_series(matrix: arb_mat, dimension: int, bits: int) -> list[arb_mat]
             rest = size_of_term * nu / (m - 1) / (1 - nu / m) * (1 + 1e-12)
             if rest < 2.0 ** -min(bits, _MOST_BITS):
                 break
-    return _by_rows(coefficients, rest)
+    return _by_rows(coefficients, max(rest, _LEAST_REMAINDER))
 
 
 def _by_rows(coefficients: list[arb_mat], rest: float) -> list[arb_mat]:
@@ -216,7 +217,8 @@ def _cauchy(
         if terms < best[0]:
             logarithm = exponent - (terms + 1) * math.log(rho)
             ratio = (terms + 2) / (terms * rho)
-            best = terms, math.exp(logarithm) * (terms + 1) / (terms - 1) / (1 - ratio) * (1 + 1e-9)
+            first = max(math.exp(logarithm), _LEAST_REMAINDER)
+            best = terms, first * (terms + 1) / (terms - 1) / (1 - ratio) * (1 + 1e-9)
     return best
 
 

@@ -65,6 +65,8 @@ def stability(slopes: list[arb_mat], midpoints: list[arb_mat]) -> Stability:
     if matrices is None or not np.isfinite(matrices).all():
         raise UndecidedError("neutral", 0.0)
     largest = float(np.abs(matrices).max())
+    if not largest > 0:
+        raise UndecidedError("neutral", 0.0)
     balls = [arb_mat(len(q), len(q), q.ravel().tolist()) for q in matrices]
     margin = math.inf
     for k, slope in enumerate(slopes):

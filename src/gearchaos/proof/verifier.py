@@ -1,11 +1,11 @@
 """Check certificates of periodic orbits of a gear mesh: `python verifier.py FILE...`; exit status 0 if all are proved.
 
-A certificate claims: the model has exactly one orbit of period n mesh periods whose states at τ = (k + phase) T lie in
-the cubes X_k of half edge r about the points c_k; n is its minimal period; contact switches once in each time window
-listed and at no other time; of its d multipliers, i lie inside the unit circle and d − i outside. Nothing in it is
-believed: the equations are integrated anew in ball arithmetic (python-flint), where results are intervals that contain
-the exact ones, and a comparison is true only if it is for all elements. So the claim holds if all `require` pass. The
-words of the file (`theorem`, `versions`) are not read; this program states what it has proved.
+A certificate claims: in the coordinates listed the model has exactly one orbit of period n mesh periods whose states
+at τ = (k + phase) T lie in the cubes X_k of half edge r about the points c_k; it repeats after no fewer mesh periods;
+contact switches once in each time window listed and at no other time; i of its d multipliers lie inside the unit
+circle, d − i outside. Nothing in it is believed: the equations are integrated anew in ball arithmetic (python-flint),
+where results are intervals that contain the exact ones, and a comparison is true only if it is for all elements. So
+the claim holds if all `require` pass. The words of the file are not read; this program states what it has proved.
 
 Equations (Łuczko 2008, (2.12)-(2.18), corrected), with z = x1 − x2 + y1 − y2 − ε(τ), f(z) = z − clamp(z, −1, 1):
     J1 x1'' + 2 β1 x1' + S =  q1        μ1 y1'' + 2 μ1 ζ1 y1' + κ1 y1 + S = 0        S = 2 ζ z' + χ(τ) f(z)
@@ -337,8 +337,8 @@ def prove(c: dict[str, Any]) -> Result:
     require(all(len(x) == d for x in [*points, *Q, *(row for q in Q for row in q)]), f"points or Q: not of size {d}")
     require(all(len(w["time"]) == 2 and abs(w["flank"]) == 1 and w["into"] in ("free", "contact") for x in lists
                 for w in x), "switches: time must be two numbers, flank 1 or -1, into free or contact")
-    steps = n * (8 / mesh.rho + 3 * len(mesh.levels)) + 3 * sum(map(len, lists))
-    require(steps * (ctx.prec + 48) < 2 * 10**7, "work beyond this program's limit")
+    steps, bits = n * (8 / mesh.rho + 3 * len(mesh.levels)) + 3 * sum(map(len, lists)), ctx.prec + 48
+    require(steps * bits * (1 if mesh.levels else 1 + bits // 20) < 2 * 10**7, "work beyond this program's limit")
     Q = [fmpq_mat(q) for q in Q]
     require(all(q == q.transpose() for q in Q), "stability.Q: not symmetric")
     # All roots of the characteristic polynomial of Q_0 are real: Descartes' rule of signs counts the positive ones.
@@ -362,11 +362,11 @@ def prove(c: dict[str, Any]) -> Result:
         require(right, f"margins.{name}: {claim} is claimed, {value} is proved")
     margins = {name: value if value is None else float(value) for name, value in own.items()}
     return Result(True, [
-        f"proved: the {c['model']['kind']} model has exactly one orbit of period {n} mesh periods with states within "
-        f"{float(radius):.3g} of the points listed at tau = (k + {phase}) T, in {', '.join(mesh.names)}.",
-        f"Its minimal period is {n}. Contact switches {sum(map(len, lists))} times, in the windows listed. Multipliers "
-        f"{inside} inside the unit circle, {d - inside} outside{': it is stable' * (inside == d)}.",
-        "margins: " + ", ".join(f"{name} {v:.3g}" for name, v in margins.items() if v is not None)], margins)
+        f"proved: in {', '.join(mesh.names)} the {c['model']['kind']} model has exactly one orbit of period {n} mesh "
+        f"periods with states within {float(radius):.3g} of the points listed at tau = (k + {phase}) T.",
+        f"It repeats after no fewer mesh periods. Contact switches {sum(map(len, lists))} times in the windows listed. "
+        f"Multipliers {inside} inside the unit circle, {d - inside} outside{': stable there' * (inside == d)}.",
+        "its words not read; margins: " + ", ".join(f"{name} {v:.3g}" for name, v in margins.items() if v)], margins)
 
 def verify(certificate: Any) -> Result:
     """Check a certificate that was read from JSON."""

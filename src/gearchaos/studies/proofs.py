@@ -22,7 +22,7 @@ from gearchaos.studies.verdict import Verdict
 if TYPE_CHECKING:
     from gearchaos.proof.certificate import Certificate, Unproved
 
-_LEAST_BITS, _MOST_BITS = 53, 4096
+_LEAST_BITS, _MOST_BITS = 53, 800
 _OTHER_PHASES = (0.375, 0.15625, 0.71875)
 """Phases of the section that are tried where teeth may just touch at τ = k T."""
 
@@ -35,7 +35,7 @@ def prove(subject: AnyModel | Verdict | Orbit, bits: int = 128) -> Certificate |
     subject : MeshModel, GearPair, GearDesign, Verdict or Orbit
         A model stands for the motion that `regime` finds. Orbits of `gearchaos.orbit` may be unstable.
     bits : int
-        First precision, 53 to 4096; up to 512 bits are tried where rounding errors are the cause of a failure.
+        First precision, 53 to 800; up to 512 bits are tried where rounding errors are the cause of a failure.
 
     Returns
     -------
