@@ -82,13 +82,15 @@ def _checked(document: Any) -> list[str]:
     _check_graph(sets, transitions)
     with precision(bits):
         equations = MeshEquations(document["model"], bits=bits)
-        _require(equations.names == ("z", "z_dot") == tuple(document["coordinates"]), "the coordinates are not (z, z_dot)")
+        names = tuple(document["coordinates"])
+        _require(equations.names == ("z", "z_dot") == names, "the coordinates are not (z, z_dot)")
         _check_entropy(document, transitions)
-        change = equations.forcing_change(
-            {harmonic(name): from_text(size) for name, size in document["tolerances"].items()})
+        sizes = {harmonic(name): from_text(size) for name, size in document["tolerances"].items()}
+        _require(all(size >= 0 for size in sizes.values()), "a tolerance is negative")
+        change = equations.forcing_change(sizes)
         pieces = sum(prove_covering(equations, sets[i], sets[j], slack, change) for i, j in transitions)
     _require(document["theorem"] == theorem(document), "the theorem in words is not what is proved")
-    return [document["theorem"], f"{len(transitions)} covering relations proved, {pieces} pieces of boundaries, {bits} bits"]
+    return [document["theorem"], f"proved: {len(transitions)} covering relations, by {pieces} pieces, with {bits} bits"]
 
 
 def _require(condition: bool, reason: str) -> None:
@@ -111,20 +113,21 @@ def _vector(texts: list[str]) -> Vector:
 
 
 def _check_graph(sets: list[Parallelogram], transitions: Any) -> None:
-    """Raise `RefusedError` unless transitions join sets, none twice, and those from the same set lead to disjoint ones."""
-    _require(0 < len(sets) <= _MOST_SETS and len(transitions) <= 2 * _MOST_SETS, "too many sets or transitions, or none")
+    """Raise `RefusedError` unless transitions join sets, and those from the same set lead to disjoint ones."""
+    _require(0 < len(sets) <= _MOST_SETS and len(transitions) <= 2 * _MOST_SETS, "too many sets, or none")
     known = all(type(k) is int and 0 <= k < len(sets) for pair in transitions for k in pair)
     _require(known and all(len(pair) == 2 for pair in transitions), "a transition does not join two sets")
     for number, (first, second) in enumerate(transitions):
         for other_first, other_second in transitions[:number]:
             if first == other_first:
-                _require(sets[second].is_apart_from(sets[other_second]), f"sets {second} and {other_second} may overlap")
+                apart = sets[second].is_apart_from(sets[other_second])
+                _require(apart, f"sets {second} and {other_second} may overlap")
 
 
 def _check_entropy(document: Mapping[str, Any], transitions: list[list[int]]) -> None:
     """Raise `RefusedError` unless the bound of the entropy follows from the transitions."""
     weights = [from_text(text) for text in document["weights"]]
-    _require(len(weights) == len(document["sets"]) and min(weights) > 0, "the weights are not one positive number a set")
+    _require(len(weights) == len(document["sets"]) and min(weights) > 0, "the weights are not positive, one a set")
     entropy = from_text(document["entropy"])
     _require(entropy > 0, "the entropy is not positive")
     bound = ball(growth(transitions, weights)).log()

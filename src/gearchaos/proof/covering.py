@@ -1,7 +1,8 @@
 """Covering relations between parallelograms in the plane of states (d = 2).
 
-A parallelogram N has a centre c and two half axes, the unstable one p and the stable one q: its points are c + a p + b q
-with |a| <= 1 and |b| <= 1. N covers M under a continuous map if, in the coordinates (a, b) of M, the image of
+A parallelogram N has a centre c and two half axes, the unstable one p and the stable one q: its points are
+c + a p + b q with |a| <= 1 and |b| <= 1. N covers M under a continuous map if, in the coordinates (a, b) of M, the
+image of
 
 - one of the edges a = ±1 of N lies in a < -1, that of the other one in a > 1;
 - the whole of N has |b| < 1 wherever |a| <= 1.
@@ -26,7 +27,7 @@ from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.segment import segment_image
 
-_MOST_PIECES = 2000
+_MOST_PIECES = 400
 """Most pieces into which the boundary of a set is divided."""
 
 _FIRST_PIECES = 4

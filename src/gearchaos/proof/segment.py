@@ -15,8 +15,8 @@ import math
 
 from flint import arb, arb_mat, arb_poly
 
-from gearchaos.proof.balls import block, magnitude, rounded
 from gearchaos.proof.balls import ball as exact
+from gearchaos.proof.balls import block, magnitude, rounded
 from gearchaos.proof.crossing import Displacement, UndecidedError, clearance, clearance_by_bounds
 from gearchaos.proof.equations import Cell, MeshEquations
 from gearchaos.proof.trajectory import Trajectory, trajectory
@@ -99,8 +99,9 @@ class _Segment:
     def _window(self, number: int, half: arb_mat) -> tuple[arb, arb]:
         """Exact times before and after a switch of the centre, about those between which others switch."""
         switch = self.motion.switches[number]
-        spread = magnitude((block(switch.slopes, 1, range(self.dimension)) * half)[0, 0])
-        duration = max(2 * _duration(spread, magnitude(switch.rate)), 4 * magnitude(switch.time - switch.time.mid()), _LEAST)
+        spread = magnitude((block(switch.slopes, 1, range(self.dimension)) * half)[0, 0]) + self.forcing_change
+        rounding = magnitude(switch.time - switch.time.mid())
+        duration = max(2 * _duration(spread, magnitude(switch.rate)), 4 * rounding, _LEAST)
         digits = 8 - math.floor(math.log2(duration))
         low, high = (exact(rounded(switch.time + side * duration, digits)) for side in (-1, 1))
         if not low < switch.time < high:
@@ -129,7 +130,7 @@ class _Segment:
         """The least duration, in mesh periods, of an interval that is divided."""
         z_dot = (self.equations.flow(index, self._contact(index, low)).at(low) * self._start(index, low))[1, 0]
         speed = magnitude(self.equations.duration * z_dot)
-        return max(_SHORTEST * _duration(magnitude(self.change[0, 0]), speed), _LEAST)
+        return max(_SHORTEST * _duration(magnitude(self.change[0, 0]) + magnitude(self.rest[0, 0]), speed), _LEAST)
 
     def _part(self, index: int, low: arb) -> int:
         """The number of switches of the centre before a share of a cell; raises `UndecidedError` if one may be then."""
@@ -151,20 +152,20 @@ class _Segment:
         """Follow the segment as far as ``high`` if all its motions are proved to be in the centre's contact state."""
         contact, start = self._contact(index, low), self._start(index, low)
         flow, added = self.equations.flow(index, contact), self._added((high - low) * self.equations.cells[index].span)
-        entry = None if low.is_zero() else flow.at(low)
-        first, rest = (v if entry is None else entry.solve(v) for v in (self.change, self.rest))
-        states = start + first * arb(0, 1) + rest
-        advance = flow.end if high == 1 else flow.at(high)
-        if entry is not None or not high == 1 or clearance_by_bounds(
-                flow.bounds * states + self._bounds(index, added), contact) is None:
-            entered = start if entry is None else entry * start
-            z_low = (entered + self.change * arb(0, 1) + self.rest)[0, 0]
-            z_high = (advance * start + advance * first * arb(0, 1) + advance * rest + added)[0, 0]
+        entry, advance = flow.at(low), flow.end if high == 1 else flow.at(high)
+        back = entry.inv()
+        step = advance * back
+        change, rest = step * self.change, step * self.rest + added
+        states = start + back * self.change * arb(0, 1) + back * self.rest
+        whole = low.is_zero() and high == 1
+        if not whole or clearance_by_bounds(flow.bounds * states + self._bounds(index, added), contact) is None:
+            z_low = (entry * start + self.change * arb(0, 1) + self.rest)[0, 0]
+            z_high = (advance * start + change * arb(0, 1) + rest)[0, 0]
             try:
                 clearance(self._path(index, flow.polynomial(states), added), contact, low, high, z_low, z_high)
             except UndecidedError:
                 return False
-        self.change, self.rest = advance * first, advance * rest + added
+        self.change, self.rest = change, rest
         return True
 
     def _unknown(self, cell: Cell, low: arb, high: arb) -> None:

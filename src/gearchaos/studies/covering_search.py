@@ -14,8 +14,9 @@ As each depends on the other, both are repeated.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -206,7 +207,7 @@ def _on_stable_manifold(
     """The chain between two starts, by bisection, that ends at a = 0, (length + 1, 2)."""
     direction = home.axes[:, 0] / np.linalg.norm(home.axes[:, 0])
     for _ in range(5):
-        starts = np.linspace(*bracket, 513)
+        starts = np.linspace(bracket[0], bracket[1], 513)
         path = _iterates(stroboscopic, saddle.points[0] + starts[:, None] * direction, first + length)
         side = home.coordinates(path[-1])[:, 0] > 0
         at = int(np.argmax(side[1:] != side[:-1]))
@@ -240,7 +241,7 @@ def _chain_sets(stroboscopic: StroboscopicMap, home: FloatSet, states: np.ndarra
             if adjusted is None:
                 return None
             sets[k] = adjusted
-    slack = min(_slack(stroboscopic, *pair) for pair in zip(sets, sets[1:], strict=False))
+    slack = min(_slack(stroboscopic, *pair) for pair in pairwise(sets))
     return sets[1:-1] if slack > 0.5 * _SLACK else None
 
 
@@ -263,8 +264,11 @@ def _adjusted_length(stroboscopic: StroboscopicMap, first: FloatSet, second: Flo
     rate = float((images(1e-6) - images(-1e-6)).mean()) / 2e-6
     ends = []
     for side in (1.0, -1.0):
-        toward = side * np.sign(rate)
-        end = _root(lambda t, s=side, o=toward: float((o * images(s * t)).min()) - 1 - _SLACK, (1 + _SLACK) / abs(rate))
+
+        def beyond(t: float, side: float = side) -> float:
+            return float((side * np.sign(rate) * images(side * t)).min()) - 1 - _SLACK
+
+        end = _root(beyond, (1 + _SLACK) / abs(rate))
         if end is None:
             return None
         ends.append(side * end)
@@ -272,7 +276,7 @@ def _adjusted_length(stroboscopic: StroboscopicMap, first: FloatSet, second: Flo
     return FloatSet(first.centre + unit * 0.5 * (ends[0] + ends[1]), axes)
 
 
-def _root(function, guess: float) -> float | None:
+def _root(function: Callable[[float], float], guess: float) -> float | None:
     """A zero of an increasing function of positive t by the secant method; None if it does not converge."""
     before, value_before = 0.0, function(0.0)
     at, value = guess, function(guess)
