@@ -221,7 +221,7 @@ def theorem(document: Mapping[str, Any]) -> str:
         f"Each of the {len(sets)} parallelograms listed covers, with a slack of {percent}, those to which a transition",
         "leads from it. So every path along the transitions is followed by a motion, and every closed path by a",
         "periodic one. Parallelograms to which the same one leads are disjoint, so different paths have different",
-        f"motions. The topological entropy of P is at least {document['entropy']} (natural logarithm, per mesh period).",
+        f"motions. The topological entropy of P is at least {document['entropy']} (natural logarithm, a mesh period).",
         f"There is a chaotic set, on which P^{length} is semiconjugate to the shift on {words} symbols.",
         "It need not attract: such sets exist inside periodic windows too.",
     ))

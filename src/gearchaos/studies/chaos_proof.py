@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from gearchaos.continuation.family import ParameterFamily
@@ -11,7 +12,7 @@ from gearchaos.continuation.shooting import Cycle
 from gearchaos.errors import InputError, whole_number
 from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.quantities import parse_harmonic
-from gearchaos.studies.covering_search import find_horseshoe
+from gearchaos.studies.covering_search import Horseshoe, find_horseshoe
 from gearchaos.studies.proofs import check_installed
 from gearchaos.validation import to_float
 
@@ -24,6 +25,9 @@ _LONGEST_PERIOD = 3
 
 _SIZES = ((0.1, 0.1), (0.1, 0.05), (0.05, 0.05), (0.2, 0.05), (0.02, 0.02))
 """Half axes of the home set that are tried, in half backlashes."""
+
+_MOST_PROOFS = 3
+"""Most candidates whose proof is tried."""
 
 _LEAST_BITS, _MOST_BITS = 53, 4096
 
@@ -72,20 +76,20 @@ def prove_chaos(
     if family.dimension != 2:
         raise InputError("model", "must have two coordinates for a proof of a chaotic set", family.dimension,
                          "Use a single model, or a torsional one with the same β/J of both wheels.")
-    sizes, result = _checked(tolerances), None
+    sizes = _checked(tolerances)
     found = saddles(family, family.start, _LONGEST_PERIOD)
-    for saddle, axes in _attempts(found):
-        horseshoe = find_horseshoe(family, saddle, axes)
-        if horseshoe is not None:
-            result = prove_chaotic_set(family.model, horseshoe.sets, horseshoe.loops, bits, sizes)
-            if result.proved:
-                return result
-    return result or Unproved("no homoclinic orbit" if found else "no saddle", float("nan"), bits)
+    result: ChaoticSet | Unproved = Unproved("no homoclinic orbit" if found else "no saddle", float("nan"), bits)
+    for horseshoe in islice(_candidates(family, found), _MOST_PROOFS):
+        result = prove_chaotic_set(family.model, horseshoe.sets, horseshoe.loops, bits, sizes)
+        if result.proved:
+            break
+    return result
 
 
-def _attempts(found: list[Cycle]) -> Iterator[tuple[Cycle, tuple[float, float]]]:
-    """The saddles with each pair of half axes of the home set."""
-    return ((saddle, axes) for saddle in found for axes in _SIZES)
+def _candidates(family: ParameterFamily, found: list[Cycle]) -> Iterator[Horseshoe]:
+    """The sets found with each saddle and each size of the home set."""
+    candidates = (find_horseshoe(family, saddle, axes) for saddle in found for axes in _SIZES)
+    return (candidate for candidate in candidates if candidate is not None)
 
 
 def _checked(tolerances: Mapping[str, float] | None) -> dict[str, str]:
