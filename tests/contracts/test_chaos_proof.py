@@ -1,5 +1,6 @@
 """Proofs of chaotic sets from Python and from the command line: what they return, write and refuse."""
 
+import contextlib
 import copy
 import json
 
@@ -11,7 +12,7 @@ from gearchaos.cli import app
 from gearchaos.errors import InputError
 from gearchaos.proof.balls import from_text, to_text
 from gearchaos.proof.certificate import Unproved, checksum
-from gearchaos.proof.chaos import ChaoticSet, growth
+from gearchaos.proof.chaos import ChaoticSet, growth, theorem
 from gearchaos.proof.chaos_file import verify, verify_file
 
 CHAOTIC = {"omega": 1.6, "q0": 0.1, "eps1": 0.12}
@@ -31,8 +32,11 @@ def robust():
 
 
 def forged(document, **changes):
-    """A document with changes and a checksum made anew."""
+    """A document with changes, and with the words and the checksum made anew."""
     out = {**copy.deepcopy(document), **changes}
+    if "theorem" not in changes:
+        with contextlib.suppress(ValueError, IndexError, ZeroDivisionError):
+            out["theorem"] = theorem(out)
     return {**out, "sha256": checksum(out)}
 
 

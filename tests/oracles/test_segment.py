@@ -100,6 +100,12 @@ def test_a_set_covers_another_only_if_the_map_stretches_it_enough():
         assert prove_covering(equations, tall, shear, Fraction(1, 100)) > 0
         with pytest.raises(UndecidedError):
             prove_covering(equations, shear, tall, Fraction(1, 100))
+        wide = Parallelogram(tall.centre, tall.unstable, (Fraction(0.1), Fraction(0)))  # its image has |b| > 1
+        aside = Parallelogram((Fraction(1), Fraction(0)), shear.unstable, shear.stable)
+        far = Parallelogram((Fraction(2 * time), Fraction(2)), shear.unstable, shear.stable)  # both edges have a < -1
+        for first, second in ((wide, shear), (tall, aside), (tall, far)):
+            with pytest.raises(UndecidedError):
+                prove_covering(equations, first, second, Fraction(1, 100))
         longer = Parallelogram(
             shear.centre, (Fraction(0.499 * time), Fraction(0.499)), shear.stable)  # stretched by 0.2 % only
         with pytest.raises(UndecidedError):
