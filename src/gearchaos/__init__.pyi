@@ -31,6 +31,7 @@ from gearchaos.studies.basins import basins as basins
 from gearchaos.studies.bifurcation import Bifurcation as Bifurcation
 from gearchaos.studies.bifurcation import bifurcation as bifurcation
 from gearchaos.studies.branch import branch as branch
+from gearchaos.studies.chaos_proof import prove_chaos as prove_chaos
 from gearchaos.studies.curve import curve as curve
 from gearchaos.studies.dynamic_factor import dynamic_factor as dynamic_factor
 from gearchaos.studies.manifolds import manifolds as manifolds

@@ -1,19 +1,20 @@
-"""Proofs of periodic motions: the options of ``regime``, and the command that checks certificates."""
+"""Proofs: the options of ``regime``, the proof of a chaotic set, and the command that checks certificates."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gearchaos.cli.errors import say
-from gearchaos.cli.options import app
-from gearchaos.cli.output import check_output
+from gearchaos.cli.options import Json, Sets, StudyPath, app, load
+from gearchaos.cli.output import check_output, print_json
 from gearchaos.errors import InputError
 
 if TYPE_CHECKING:
     from gearchaos.proof.certificate import Certificate, Unproved
+    from gearchaos.proof.chaos import ChaoticSet
     from gearchaos.studies import Verdict
 
 REFUSED = 1
@@ -33,34 +34,92 @@ def check_proof(prove: bool, certificate: Path | None) -> None:
 
 def proof_of(verdict: Verdict, path: Path | None) -> Certificate | Unproved:
     """The proof of a periodic verdict; the certificate is written to a path, if there are both."""
-    from gearchaos.proof.certificate import Certificate
     from gearchaos.studies.proofs import prove
 
     result = prove(verdict)
-    if path is not None and isinstance(result, Certificate):
+    _write(result, path)
+    return result
+
+
+def _write(result: Certificate | ChaoticSet | Unproved, path: Path | None) -> None:
+    """Write a certificate to a path, if there are both, and say so."""
+    from gearchaos.proof.certificate import Unproved
+
+    if path is None:
+        return
+    if isinstance(result, Unproved):
+        say(f"no certificate: {result.in_words()}")
+    else:
         result.write(path)
         say(f"wrote {path}")
-    elif path is not None:
-        say(f"no certificate: {result.in_words()}")
-    return result
+
+
+@app.command()
+def prove_chaos(
+    study: StudyPath = None,
+    sets: Sets = None,
+    tolerance: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=VALUE", help="Prove it for all amplitudes, e.g. eps1, within VALUE."),
+    ] = None,
+    certificate: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write what is proved, JSON.", readable=False)
+    ] = None,
+    json_out: Json = False,
+) -> None:
+    """Prove that there is a chaotic set at one operating point; it need not attract."""
+    check_output("--certificate", certificate, (".json",))
+    tolerances = _tolerances(tolerance or [])
+    loaded = load(study, sets)
+    from gearchaos.studies.chaos_proof import prove_chaos as proof
+
+    result = proof(loaded.model, tolerances=tolerances)
+    _write(result, certificate)
+    if json_out:
+        print_json(result.to_dict())
+    else:
+        print(result.in_words())
+
+
+def _tolerances(texts: list[str]) -> dict[str, float]:
+    """The values of ``--tolerance`` by name."""
+    out = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        try:
+            out[name.strip()] = float(value)
+        except ValueError:
+            equals = ""
+        if not equals:
+            raise InputError("--tolerance", "must read NAME=VALUE", text, "E.g. --tolerance eps1=1e-6.")
+    return out
 
 
 @app.command()
 def verify(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Certificates, JSON.", readable=False)],
 ) -> None:
-    """Check certificates of periodic orbits; exit code 0 if all are proved, 1 if any is refused."""
+    """Check certificates of periodic orbits and chaotic sets; exit code 0 if all are proved, 1 if any is refused."""
     from gearchaos.studies.proofs import check_installed
 
     check_installed()
     for file in files:
         if not file.is_file():
             raise InputError("FILE", "must be a file", str(file))
-    from gearchaos.proof.verifier import verify_file
-
-    results = [(file, verify_file(file)) for file in files]
+    results = [(file, _verified(file)) for file in files]
     for file, result in results:
         print(f"{file}: {'proved' if result.proved else 'refused'}")
         print("\n".join(f"  {line}" for line in result.lines))
     if not all(result.proved for _, result in results):
         raise typer.Exit(REFUSED)
+
+
+def _verified(file: Path) -> Any:
+    """The result of the check of a file: whether it is ``proved``, and ``lines`` of text."""
+    from gearchaos.proof import chaos_file
+
+    if chaos_file.is_chaotic_set(file):
+        return chaos_file.verify_file(file)
+    from gearchaos.proof.verifier import verify_file
+
+    return verify_file(file)

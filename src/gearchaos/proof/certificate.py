@@ -26,13 +26,16 @@ REASONS = {
     "neutral": "a multiplier may lie on the unit circle",
     "too many steps": "the mesh period is too long for the fastest rates of the model: more than 2000 steps",
     "bits exhausted": "rounding errors are too large, even at the largest precision allowed",
+    "no saddle": "no saddle of a small period was found",
+    "no homoclinic orbit": "no homoclinic orbit of a saddle was found with sets along it that cover each other",
+    "covering not proved": "too few of the sets found are proved to cover each other",
 }
-"""The reasons for which an orbit is not proved."""
+"""The reasons for which an orbit or a chaotic set is not proved."""
 
 
 @dataclass(frozen=True)
 class Unproved:
-    """A periodic orbit whose proof failed; nothing is known to be false.
+    """A periodic orbit or a chaotic set that is not proved; nothing is known to be false.
 
     Attributes
     ----------
@@ -129,7 +132,7 @@ def certificate(
         "theorem": _theorem(model["kind"], coordinates, len(points), phase, radius, switches, stability),
         "model": model, "coordinates": list(coordinates), "phase": phase, "period": len(points), "points": points,
         "radius": radius, "bits": bits, "switches": switches, "stability": stability, "margins": margins,
-        "versions": _versions(),
+        "versions": versions(),
     }
     return Certificate({**document, "sha256": checksum(document)})
 
@@ -141,7 +144,7 @@ def checksum(document: dict[str, Any]) -> str:
 
 
 @cache
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
     """The versions of the programs that made a certificate."""
     names = ("gearchaos", "python-flint", "numpy")
     return {"python": platform.python_version(), **{name: version(name) for name in names}}

@@ -18,7 +18,7 @@ from typing import Any
 
 from flint import arb, arb_mat, ctx
 
-from gearchaos.proof.balls import ball, from_text, interval, norm, precision
+from gearchaos.proof.balls import ball, from_text, interval, magnitude, norm, precision
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.series import Flow, constant_series, fourier_series, with_forcing
 
@@ -197,6 +197,20 @@ class MeshEquations:
             s, c = (2 * j * time).sin_cos_pi()
             out[1] += cosine * c + sine * s
         return out
+
+    def forcing_change(self, tolerances: Mapping[int, Fraction]) -> float:
+        """Upper bound of the change of T f(τ), all of it in z'', if the amplitude of each harmonic j of ε changes.
+
+        Parameters
+        ----------
+        tolerances : mapping of int to Fraction
+            The largest change of each amplitude ε_j.
+        """
+        damping, change = abs(ball(self._rows["z_dot"]["eps_dot"])), arb(0)
+        for j, size in tolerances.items():
+            rate = 2 * arb.pi() * j / self.duration
+            change += self.duration * rate * (rate + damping) * ball(size)
+        return magnitude(change)
 
 
 def equations_at(parameters: Mapping[str, Any], phase: Fraction, bits: int) -> tuple[MeshEquations, int]:

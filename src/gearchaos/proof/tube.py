@@ -189,7 +189,7 @@ class _Tube:
         if not speed > 0:
             raise UndecidedError("tangency undecided", least(speed))
         self.speed = min(self.speed, least(speed))
-        self.first_slopes = self._slopes_through(duration) * (self.flow * self.first_slopes)
+        self.first_slopes = slopes_through(self.equations, duration) * (self.flow * self.first_slopes)
         self.flow = unit(self.dimension + 1)
 
     def _enclosure(self, window: Window, states: arb_mat, duration: arb) -> arb_mat:
@@ -209,26 +209,27 @@ class _Tube:
                 return trial
         raise UndecidedError("tangency undecided", -magnitude(duration))
 
-    def _slopes_through(self, duration: arb) -> arb_mat:
-        """Slopes (d + 1, d + 1) of the motions through a window.
 
-        By variation of constants they are e^(ηA) - ∫ e^((η-s)A) b κ(s) e1ᵀ B(s) ds, with B the slopes up to time s,
-        which differ from the unit matrix by at most e^(ηN) - 1; N bounds the norm of A - κ b e1ᵀ.
-        """
-        a, b, d = self.equations.matrix, self.equations.spring, self.dimension
-        norm_a, norm_b = self.equations.norms
-        bound = norm_a + norm_b * magnitude(self.equations.stiffness)
-        change = arb(0, magnitude((duration * bound).expm1()))
-        size = magnitude((duration * norm_a).expm1()) * norm_b
-        pushed = b + interval(0, duration) * (a * (b + arb_mat(d, 1, [arb(0, size)] * d)))
-        row = arb_mat(1, d, [int(j == 0) + change for j in range(d)]) * (self.equations.stiffness * duration)
-        slopes = (a * duration).exp() - pushed * row
-        out = arb_mat(d + 1, d + 1)
-        for i in range(d):
-            for j in range(d):
-                out[i, j] = slopes[i, j]
-        out[d, d] = 1
-        return out
+def slopes_through(equations: MeshEquations, duration: arb) -> arb_mat:
+    """Slopes (d + 1, d + 1) of the motions through a window of unknown contact: κ is anything from 0 to χ.
+
+    By variation of constants they are e^(ηA) - ∫ e^((η-s)A) b κ(s) e1ᵀ B(s) ds, with B the slopes up to time s,
+    which differ from the unit matrix by at most e^(ηN) - 1; N bounds the norm of A - κ b e1ᵀ.
+    """
+    a, b, d = equations.matrix, equations.spring, equations.dimension
+    norm_a, norm_b = equations.norms
+    bound = norm_a + norm_b * magnitude(equations.stiffness)
+    change = arb(0, magnitude((duration * bound).expm1()))
+    size = magnitude((duration * norm_a).expm1()) * norm_b
+    pushed = b + interval(0, duration) * (a * (b + arb_mat(d, 1, [arb(0, size)] * d)))
+    row = arb_mat(1, d, [int(j == 0) + change for j in range(d)]) * (equations.stiffness * duration)
+    slopes = (a * duration).exp() - pushed * row
+    out = arb_mat(d + 1, d + 1)
+    for i in range(d):
+        for j in range(d):
+            out[i, j] = slopes[i, j]
+    out[d, d] = 1
+    return out
 
 
 def _later(time: arb, other: arb) -> bool:

@@ -1,0 +1,253 @@
+"""A chaotic set as a theorem (d = 2): sets of which each covers others, and what follows.
+
+The sets and the transitions form a graph. If the sets to which one set leads are disjoint, two motions that follow
+different paths from the same set are in disjoint sets at some time. So the topological entropy of P is at least log ρ,
+with ρ the spectral radius of the matrix A of the graph (A_ij = 1 for a transition from i to j). For any positive vector
+v, ρ is at least the least (A v)_i / v_i (Collatz and Wielandt).
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from gearchaos.files import write_bytes
+from gearchaos.model.parameters import MeshModel
+from gearchaos.proof.balls import ball, from_text, precision, to_fraction, to_text
+from gearchaos.proof.certificate import Unproved, checksum, versions
+from gearchaos.proof.covering import Parallelogram, prove_covering
+from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.equations import MeshEquations
+from gearchaos.proof.parameters import exact_parameters
+
+FORMAT, VERSION = "gearchaos chaotic set", 1
+
+SLACK = "0.01"
+"""The slack of each covering relation."""
+
+_DIGITS = 6
+"""Decimal digits of the bound of the entropy."""
+
+_LONGEST_WORD = 200
+
+
+@dataclass(frozen=True, eq=False)
+class ChaoticSet:
+    """A proved chaotic set.
+
+    Attributes
+    ----------
+    document : dict
+        The theorem with the sets and transitions, in the form in which it is written, see ``docs/proofs.md``.
+    """
+
+    proved: ClassVar[bool] = True
+    document: dict[str, Any]
+
+    @property
+    def theorem(self) -> str:
+        """What is proved, in words."""
+        return self.document["theorem"]
+
+    @property
+    def entropy(self) -> float:
+        """A lower bound of the topological entropy of P: natural logarithm, per mesh period."""
+        return float(self.document["entropy"])
+
+    @property
+    def loops(self) -> list[list[int]]:
+        """The closed paths from set 0 that pass it once, as numbers of sets."""
+        return _loops(self.document["transitions"])
+
+    @property
+    def slack(self) -> float:
+        """The slack of every covering relation."""
+        return float(self.document["slack"])
+
+    @property
+    def bits(self) -> int:
+        """The precision of the proof in bits."""
+        return self.document["bits"]
+
+    @property
+    def seconds(self) -> float:
+        """How long the proof took, without the search for the sets."""
+        return self.document["seconds"]
+
+    def in_words(self) -> str:
+        """The theorem, with the precision of its proof."""
+        return f"proved with {self.bits} bits. {self.theorem}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """A summary as JSON-ready values; all is in ``document``."""
+        return {"proved": True, "theorem": self.theorem, "entropy": self.entropy, "sets": len(self.document["sets"]),
+                "loops": [len(loop) for loop in self.loops], "slack": self.slack, "bits": self.bits,
+                "seconds": self.seconds, "sha256": self.document["sha256"]}
+
+    def write(self, path: str | Path) -> None:
+        """Write the theorem to a JSON file, which ``gearchaos verify`` checks."""
+        write_bytes(Path(path), (json.dumps(self.document, indent=1) + "\n").encode())
+
+    def __repr__(self) -> str:
+        return f"ChaoticSet(entropy >= {self.document['entropy']}, {len(self.document['sets'])} sets)"
+
+
+def prove_chaotic_set(
+    model: MeshModel, sets: Sequence[tuple[np.ndarray, np.ndarray]], loops: Sequence[Sequence[int]], bits: int = 128,
+    tolerances: Mapping[str, str] | None = None,
+) -> ChaoticSet | Unproved:
+    """Prove the covering relations along loops of sets, and what follows of those that are proved.
+
+    Parameters
+    ----------
+    model : MeshModel
+        d = 2. Its parameters are taken as exactly the floats they are. Initial values have no effect.
+    sets : sequence of ((2,), (2, 2))
+        Centre of each parallelogram, and its unstable and stable half axis as columns.
+    loops : sequence of sequence of int
+        Numbers of the sets of each loop, from set 0; the last one covers set 0. The first loop is that of the saddle.
+    bits : int
+        The precision.
+    tolerances : mapping of str to str, optional
+        Numbers as in a certificate, by the names ``eps1``, ... of amplitudes of the transmission error: the theorem is
+        to hold for all values that differ by at most this from those of the model.
+    """
+    start, tolerances = time.perf_counter(), dict(tolerances or {})
+    parallelograms = [_parallelogram(centre, axes) for centre, axes in sets]
+    parameters = exact_parameters(model)
+    with precision(bits):
+        equations = MeshEquations(parameters, bits=bits)
+        change = equations.forcing_change({harmonic(name): from_text(size) for name, size in tolerances.items()})
+        proved, failures = [], []
+        for loop in loops:
+            try:
+                for first, second in _steps(loop):
+                    prove_covering(equations, parallelograms[first], parallelograms[second], Fraction(SLACK), change)
+                proved.append(list(loop))
+            except UndecidedError as failure:
+                failures.append(failure)
+        proved = _separated(proved, parallelograms)
+        if len(proved) < 2:
+            return Unproved("covering not proved", max((f.margin for f in failures), default=0.0), bits)
+        kept, transitions = _renumbered(proved)
+        document = {
+            "format": FORMAT, "version": VERSION, "model": parameters,
+            "tolerances": tolerances,
+            "coordinates": list(equations.names), "sets": [_texts(parallelograms[k]) for k in kept],
+            "transitions": transitions, "slack": SLACK, "bits": bits, **_entropy_bound(transitions),
+        }
+    document |= {"theorem": theorem(document), "seconds": round(time.perf_counter() - start, 3), "versions": versions()}
+    return ChaoticSet({**document, "sha256": checksum(document)})
+
+
+def harmonic(name: str) -> int:
+    """The number j of ``epsj``; raises `ValueError` for any other name."""
+    number = int(name.removeprefix("eps"))
+    if number < 1 or name != f"eps{number}":
+        raise ValueError(f"no amplitude of the transmission error: {name!r}")
+    return number
+
+
+def _parallelogram(centre: np.ndarray, axes: np.ndarray) -> Parallelogram:
+    """A parallelogram with exactly these floats."""
+    (x, y), (p, q) = centre.tolist(), axes.T.tolist()
+    return Parallelogram((Fraction(x), Fraction(y)), (Fraction(p[0]), Fraction(p[1])), (Fraction(q[0]), Fraction(q[1])))
+
+
+def _steps(loop: Sequence[int]) -> list[tuple[int, int]]:
+    """The transitions of a closed path."""
+    return list(zip(loop, [*loop[1:], loop[0]], strict=True))
+
+
+def _separated(loops: list[list[int]], sets: list[Parallelogram]) -> list[list[int]]:
+    """The loops of which each leads from set 0 to a set that is disjoint from those of the loops before it."""
+    kept: list[list[int]] = []
+    for loop in loops:
+        following = sets[_steps(loop)[0][1]]
+        if all(following.is_apart_from(sets[_steps(other)[0][1]]) for other in kept):
+            kept.append(loop)
+    return kept
+
+
+def _renumbered(loops: list[list[int]]) -> tuple[list[int], list[list[int]]]:
+    """The numbers of the sets in use, and the transitions in terms of their places in it."""
+    kept = sorted({number for loop in loops for number in loop})
+    places = {number: place for place, number in enumerate(kept)}
+    return kept, [[places[a], places[b]] for loop in loops for a, b in _steps(loop)]
+
+
+def _texts(shape: Parallelogram) -> dict[str, list[str]]:
+    """A parallelogram as it stands in a file."""
+    return {name: [to_text(value) for value in getattr(shape, name)] for name in ("centre", "unstable", "stable")}
+
+
+def _entropy_bound(transitions: list[list[int]]) -> dict[str, Any]:
+    """The bound of the entropy, rounded down, and the vector v by which it is proved."""
+    count = 1 + max(max(pair) for pair in transitions)
+    matrix = np.zeros((count, count))
+    for first, second in transitions:
+        matrix[first, second] += 1
+    values, vectors = np.linalg.eig(matrix)
+    weights = np.abs(vectors[:, np.argmax(values.real)].real)
+    weights = [Fraction(float(w)) for w in weights / weights.max()]
+    scaled = ball(growth(transitions, weights)).log() * 10**_DIGITS
+    entropy = Fraction(to_fraction(scaled.lower()).__floor__(), 10**_DIGITS)
+    return {"entropy": f"{float(entropy):.{_DIGITS}f}", "weights": [to_text(w) for w in weights]}
+
+
+def growth(transitions: Sequence[Sequence[int]], weights: Sequence[Fraction]) -> Fraction:
+    """The least (A v)_i / v_i, a lower bound of the spectral radius, for positive weights v."""
+    sums = [Fraction(0)] * len(weights)
+    for first, second in transitions:
+        sums[first] += weights[second]
+    return min(total / weight for total, weight in zip(sums, weights, strict=True))
+
+
+def theorem(document: Mapping[str, Any]) -> str:
+    """What is proved, in words."""
+    sets, (length, words) = document["sets"], _shift(document["transitions"], len(document["sets"]))
+    near = "".join(f", for every {name} within {size} of its value" for name, size in document["tolerances"].items())
+    percent = f"{100 * float(document['slack']):g} %"
+    return " ".join((
+        f"Let P be the map of the states (z, z_dot) of the {document['model']['kind']} model with the parameters below",
+        f"over one mesh period from tau = 0 on{near}.",
+        f"Each of the {len(sets)} parallelograms listed covers, with a slack of {percent}, those to which a transition",
+        "leads from it. So every path along the transitions is followed by a motion, and every closed path by a",
+        "periodic one. Parallelograms to which the same one leads are disjoint, so different paths have different",
+        f"motions. The topological entropy of P is at least {document['entropy']} (natural logarithm, a mesh period).",
+        f"There is a chaotic set, on which P^{length} is semiconjugate to the shift on {words} symbols.",
+        "It need not attract: such sets exist inside periodic windows too.",
+    ))
+
+
+def _shift(transitions: Sequence[Sequence[int]], count: int) -> tuple[int, int]:
+    """The least length n of which there are several closed paths from set 0, and their number."""
+    paths = [1] + [0] * (count - 1)
+    for length in range(1, _LONGEST_WORD):
+        following = [0] * count
+        for first, second in transitions:
+            following[second] += paths[first]
+        paths = following
+        if paths[0] > 1:
+            return length, paths[0]
+    raise ValueError("the transitions have no two closed paths of the same length from set 0")
+
+
+def _loops(transitions: Sequence[Sequence[int]]) -> list[list[int]]:
+    """The closed paths that pass set 0 once; every other set leads to one set."""
+    after = {first: second for first, second in transitions if first}
+    out = []
+    for start in (second for first, second in transitions if not first):
+        loop = [0]
+        while start:
+            loop.append(start)
+            start = after[start]
+        out.append(loop)
+    return out

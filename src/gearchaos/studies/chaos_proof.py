@@ -1,0 +1,106 @@
+"""Proof that a model with two coordinates has a chaotic set."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.manifolds import saddles
+from gearchaos.continuation.shooting import Cycle
+from gearchaos.errors import InputError, whole_number
+from gearchaos.gears.operating import AnyModel, as_model
+from gearchaos.quantities import parse_harmonic
+from gearchaos.studies.covering_search import Horseshoe, find_horseshoe
+from gearchaos.studies.proofs import check_installed
+from gearchaos.validation import to_float
+
+if TYPE_CHECKING:
+    from gearchaos.proof.certificate import Unproved
+    from gearchaos.proof.chaos import ChaoticSet
+
+_LONGEST_PERIOD = 3
+"""Largest period of a saddle, in mesh periods."""
+
+_SIZES = ((0.1, 0.1), (0.1, 0.05), (0.05, 0.05), (0.2, 0.05), (0.02, 0.02))
+"""Half axes of the home set that are tried, in half backlashes."""
+
+_MOST_PROOFS = 3
+"""Most candidates whose proof is tried."""
+
+_LEAST_BITS, _MOST_BITS = 53, 4096
+
+
+def prove_chaos(
+    model: AnyModel, *, tolerances: Mapping[str, float] | None = None, bits: int = 128
+) -> ChaoticSet | Unproved:
+    """Prove that there is a chaotic set, and a lower bound of the topological entropy.
+
+    The set need not attract: such sets exist inside periodic windows too. What motion an initial state leads to is
+    said by `regime`.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point; its relative motion must have two coordinates, z and z_dot.
+    tolerances : mapping of str to float, optional
+        Amplitudes of the transmission error by name, e.g. ``{"eps1": 1e-6}``: the theorem then holds for all values
+        that differ by at most this from those of the model.
+    bits : int
+        Precision, 53 to 4096.
+
+    Returns
+    -------
+    ChaoticSet or Unproved
+        `ChaoticSet` states what is proved (``theorem``, ``entropy``); ``write`` saves it for ``gearchaos verify``.
+        `Unproved` has the ``reason``; it does not say that there is no chaotic set.
+
+    Raises
+    ------
+    InputError
+        If python-flint is not installed, the relative motion has more than two coordinates, or an argument is out of
+        range.
+
+    Notes
+    -----
+    Covering relations along homoclinic orbits of a saddle: P. Zgliczynski, M. Gidea, J. Differential Equations 202,
+    2004. Saddles of periods up to 3 are found by Newton's method from many initial states.
+    """
+    check_installed()
+    whole_number("bits", bits, _LEAST_BITS, _MOST_BITS)
+    from gearchaos.proof.certificate import Unproved
+    from gearchaos.proof.chaos import prove_chaotic_set
+
+    family = ParameterFamily(as_model(model), ())
+    if family.dimension != 2:
+        raise InputError("model", "must have two coordinates for a proof of a chaotic set", family.dimension,
+                         "Use a single model, or a torsional one with the same β/J of both wheels.")
+    sizes = _checked(tolerances)
+    found = saddles(family, family.start, _LONGEST_PERIOD)
+    result: ChaoticSet | Unproved = Unproved("no homoclinic orbit" if found else "no saddle", float("nan"), bits)
+    for horseshoe in islice(_candidates(family, found), _MOST_PROOFS):
+        result = prove_chaotic_set(family.model, horseshoe.sets, horseshoe.loops, bits, sizes)
+        if result.proved:
+            break
+    return result
+
+
+def _candidates(family: ParameterFamily, found: list[Cycle]) -> Iterator[Horseshoe]:
+    """The sets found with each saddle and each size of the home set."""
+    candidates = (find_horseshoe(family, saddle, axes) for saddle in found for axes in _SIZES)
+    return (candidate for candidate in candidates if candidate is not None)
+
+
+def _checked(tolerances: Mapping[str, float] | None) -> dict[str, str]:
+    """The tolerances as decimal numbers; raises `InputError` for names of no amplitude, or negative values."""
+    out: dict[str, str] = {}
+    for name, value in (tolerances or {}).items():
+        harmonic = parse_harmonic(str(name))
+        if harmonic is None or harmonic.family != "eps":
+            raise InputError("tolerances", "must be of amplitudes of the transmission error", name, "E.g. 'eps1'.")
+        size = to_float(f"tolerances.{name}", value)
+        if not 0 <= size < 1:
+            raise InputError(f"tolerances.{name}", "must be in [0, 1)", size)
+        out[str(name)] = repr(size)
+    return out

@@ -1,0 +1,148 @@
+"""Proofs of chaotic sets from Python and from the command line: what they return, write and refuse."""
+
+import contextlib
+import copy
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+import gearchaos as gc
+from gearchaos.cli import app
+from gearchaos.errors import InputError
+from gearchaos.proof.balls import from_text, to_text
+from gearchaos.proof.certificate import Unproved, checksum
+from gearchaos.proof.chaos import ChaoticSet, growth, theorem
+from gearchaos.proof.chaos_file import verify, verify_file
+
+CHAOTIC = {"omega": 1.6, "q0": 0.1, "eps1": 0.12}
+OPTIONS = ("--set", "omega=1.6", "--set", "q0=0.1", "--set", "eps1=0.12")
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [str(a) for a in arguments], catch_exceptions=False)
+
+
+@pytest.fixture(scope="module")
+def robust():
+    """A chaotic set for every eps1 within 1e-6 of 0.12."""
+    result = gc.prove_chaos(gc.MeshModel.of(**CHAOTIC), tolerances={"eps1": 1e-6})
+    assert isinstance(result, ChaoticSet)
+    return result
+
+
+def forged(document, **changes):
+    """A document with changes, and with the words and the checksum made anew."""
+    out = {**copy.deepcopy(document), **changes}
+    if "theorem" not in changes:
+        with contextlib.suppress(ValueError, IndexError, ZeroDivisionError):
+            out["theorem"] = theorem(out)
+    return {**out, "sha256": checksum(out)}
+
+
+def moved(document, number, axis, distance):
+    """The sets of a document with one coordinate of a set changed."""
+    sets = copy.deepcopy(document["sets"])
+    sets[number][axis][0] = to_text(from_text(sets[number][axis][0]) + from_text(distance))
+    return sets
+
+
+def test_chaotic_set_for_an_interval_of_a_parameter(robust):
+    assert robust.entropy >= 0.1
+    assert robust.slack == 0.01
+    assert robust.document["tolerances"] == {"eps1": "1e-06"}
+    assert sorted(map(len, robust.loops))[0] == 1
+    assert all(word not in robust.theorem for word in ("attractor", "verdict", "chaotic motion"))
+    assert "need not attract" in robust.theorem
+    assert "for every eps1 within 1e-06 of its value" in robust.theorem
+
+
+def test_file_is_verified_and_any_changed_character_refused(robust, tmp_path):
+    path = tmp_path / "set.json"
+    robust.write(path)
+    assert verify_file(path).proved
+    assert run("verify", path).exit_code == 0
+    text = path.read_text()
+    for at in range(200, len(text), len(text) // 40):
+        if text[at].isdigit():
+            path.write_text(text[:at] + str((int(text[at]) + 1) % 10) + text[at + 1 :])
+            assert not verify_file(path).proved
+    path.write_text("{")
+    assert not verify_file(path).proved
+
+
+def test_forgeries_are_refused(robust):
+    document = robust.document
+    size = from_text(document["sets"][2]["stable"][0])
+    flat = {**document["sets"][0], "stable": document["sets"][0]["unstable"]}
+    refused = {
+        "larger entropy": {"entropy": f"{robust.entropy + 1e-3:.6f}"},
+        "smaller slack": {"slack": "0.005"},
+        "larger slack": {"slack": "0.5"},
+        "moved set": {"sets": moved(document, 2, "centre", to_text(size))},
+        "larger set": {"sets": moved(document, 1, "unstable", "0x1p-3")},
+        "no area": {"sets": [flat, *document["sets"][1:]]},
+        "another transition": {"transitions": [*document["transitions"], [1, 0]]},
+        "doubled transition": {"transitions": [*document["transitions"], [0, 0]]},
+        "transition to no set": {"transitions": [*document["transitions"], [0, 99]]},
+        "larger tolerance": {"tolerances": {"eps1": "1e-3"}},
+        "negative tolerance": {"tolerances": {"eps1": "-1e-6"}},
+        "other tolerance": {"tolerances": {"omega": "1e-9"}},
+        "other model": {"model": {**document["model"], "omega": "1.7"}},
+        "other words": {"theorem": document["theorem"].replace("It need not attract", "It attracts")},
+        "negative weight": {"weights": ["-1", *document["weights"][1:]]},
+        "other version": {"version": 2},
+        "no bits": {"bits": 10**6},
+        "no sets": {"sets": []},
+    }
+    for what, changes in refused.items():
+        result = verify(forged(document, **changes))
+        assert not result.proved, what
+        assert result.lines[0], what
+    assert verify(forged(document)).proved
+
+
+@pytest.mark.parametrize("document", [None, [], {}, {"format": "gearchaos chaotic set", "version": 1}])
+def test_damaged_documents_are_refused(document):
+    assert not verify(document).proved
+
+
+def test_entropy_bound_is_below_the_root_for_two_loops(robust):
+    """With loops of lengths a and L the growth is at most the root of λ^-a + λ^-L = 1."""
+    weights = [from_text(text) for text in robust.document["weights"]]
+    bound = float(growth(robust.document["transitions"], weights))
+    lengths = [len(loop) for loop in robust.loops]
+    assert sum(bound**-n for n in lengths) == pytest.approx(1, abs=1e-12)
+
+
+def test_model_with_an_attracting_periodic_motion_is_unproved():
+    """Heavy load and no transmission error: permanent contact, a linear model whose 1T motion attracts all."""
+    result = gc.prove_chaos(gc.MeshModel.of(omega=1.6, q0=2.0, eps1=0.0, chi1=0.0, chi2=0.0))
+    assert isinstance(result, Unproved)
+    assert result.reason == "no saddle"
+    assert "no saddle" in result.in_words()
+
+
+def test_more_than_two_coordinates_are_an_error():
+    with pytest.raises(InputError, match="two coordinates"):
+        gc.prove_chaos(gc.MeshModel.of(kind="full"))
+
+
+@pytest.mark.parametrize("tolerances", [{"omega": 1e-6}, {"theta1": 1e-6}, {"eps1": -1.0}, {"eps1": "x"}])
+def test_tolerances_of_other_names_or_values_are_errors(tolerances):
+    with pytest.raises(InputError, match="tolerances"):
+        gc.prove_chaos(gc.MeshModel.of(**CHAOTIC), tolerances=tolerances)
+
+
+def test_command_writes_a_file(tmp_path):
+    path = tmp_path / "set.json"
+    result = run("prove-chaos", *OPTIONS, "--tolerance", "eps1=1e-6", "--certificate", path, "--json")
+    assert result.exit_code == 0
+    document = json.loads(result.stdout)
+    assert document["proved"] is True
+    assert document["entropy"] >= 0.1
+    assert json.loads(path.read_text())["sha256"] == document["sha256"]
+
+
+def test_command_refuses_a_tolerance_without_a_value():
+    assert run("prove-chaos", *OPTIONS, "--tolerance", "eps1").exit_code == 2
