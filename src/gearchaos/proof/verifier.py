@@ -1,0 +1,400 @@
+"""Check certificates of periodic orbits of a gear mesh: `python verifier.py FILE...`; exit status 0 if all are proved.
+
+A certificate claims: the model has exactly one orbit of period n mesh periods whose states at τ = (k + phase) T lie in
+the cubes X_k of half edge r about the points c_k; n is its minimal period; contact switches once in each time window
+listed and at no other time; of its d multipliers, i lie inside the unit circle and d − i outside. Nothing in it is
+believed: the equations are integrated anew in ball arithmetic (python-flint), where results are intervals that contain
+the exact ones, and a comparison is true only if it is for all elements. So the claim holds if all `require` pass. The
+words of the file (`theorem`, `versions`) are not read; this program states what it has proved.
+
+Equations (Łuczko 2008, (2.12)-(2.18), corrected), with z = x1 − x2 + y1 − y2 − ε(τ), f(z) = z − clamp(z, −1, 1):
+    J1 x1'' + 2 β1 x1' + S =  q1        μ1 y1'' + 2 μ1 ζ1 y1' + κ1 y1 + S = 0        S = 2 ζ z' + χ(τ) f(z)
+    J2 x2'' + 2 β2 x2' − S = −q2        μ2 y2'' + 2 μ2 ζ2 y2' + κ2 y2 − S = 0
+`full` has all four, `torsional` the left two (y = 0), `single` these with β = 0. As x1' = z' + x2' − y1' + y2' + ε',
+    z'' = q1/J1 + q2/J2 − 2 β1/J1 (z' + x2' − y1' + y2' + ε') + 2 β2/J2 x2' − 2 ζ1 y1' − κ1/μ1 y1 + 2 ζ2 y2'
+          + κ2/μ2 y2 − (1/J1 + 1/J2 + 1/μ1 + 1/μ2) S − ε''.
+x2' drops out if β1/J1 = β2/J2; if κ1/μ1 = κ2/μ2 and ζ1 = ζ2, y = y1 − y2 takes the place of y1 and y2. Time counts
+mesh periods: s = τ/T, T = 2π/ω, u = s + phase. The state w, w[0] = z, w[1] = z', with the constant 1 appended, solves
+    dw/ds = M w + a(u) e1 − b χ(u) f(w[0]),   a = −T (ε'' + 2 β1/J1 ε'),   constant terms in the last column of M.  (1)
+"""
+import hashlib
+import json
+import re
+import sys
+from functools import reduce
+from itertools import accumulate, pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from flint import arb, arb_mat, arb_poly, ctx, fmpq, fmpq_mat
+
+NUMBER = (re.compile(r"(-?)0x([0-9a-f]+)(?:\.([0-9a-f]+))?p([+-]?[0-9]{1,5})"),
+          re.compile(r"(-?)([0-9]+)(?:\.([0-9]+))?(?:e([+-]?[0-9]{1,5}))?"))
+PLAIN = dict.fromkeys(["omega", "zeta", "J1", "J2", "q1", "q2", "beta1", "beta2"], NUMBER)
+SUPPORTS = dict.fromkeys(["mu1", "mu2", "kappa1", "kappa2", "zeta_support1", "zeta_support2"], NUMBER)
+STIFFNESS: dict[str, dict[str, Any]] = {"two-level": {"chi1": NUMBER, "chi2": NUMBER, "contact_ratio": NUMBER},
+             "stepped": {"levels": [NUMBER], "starts": [NUMBER]}, "fourier": {"c": [NUMBER], "alpha": [NUMBER]}}
+CERTIFICATE = {
+    "format": str, "version": int, "theorem": str, "model": dict, "coordinates": [str], "phase": NUMBER, "period": int,
+    "points": [[NUMBER]], "radius": NUMBER, "bits": int, "switches": [[{"time": [NUMBER], "flank": int, "into": str}]],
+    "stability": {"inside": int, "outside": int, "Q": [[[NUMBER]]]}, "versions": dict, "sha256": str,
+    "margins": dict.fromkeys(["existence", "separation", "contact", "stability"], (*NUMBER, None))}
+
+class Refused(Exception):  # noqa: N818  (an answer, not an error)
+    """The certificate does not prove what it claims; the message says why."""
+
+class Result(NamedTuple):
+    """Outcome of a check, with the margins that this program has proved."""
+    proved: bool
+    lines: list[str]
+    margins: dict[str, float | None]
+
+def require(holds: Any, reason: str) -> None:
+    if holds is not True:
+        raise Refused(reason)
+
+def read(value: Any, form: Any, name: str) -> Any:
+    """`value` if it has the form of the table above, its number strings as the exact numbers that they mean."""
+    if isinstance(form, dict):
+        require(type(value) is dict, f"{name}: not an object")
+        odd = [f"{name}.{key}: {'missing' if key in form else 'unknown'}" for key in sorted(form.keys() ^ value.keys())]
+        require(not odd, ", ".join(odd))
+        return {key: read(value[key], form[key], f"{name}.{key}") for key in form}
+    if isinstance(form, list):
+        require(type(value) is list and len(value) <= 4096, f"{name}: not a list of at most 4096 entries")
+        return [read(entry, form[0], f"{name}[{i}]") for i, entry in enumerate(value)]
+    if isinstance(form, type) or (value is None and None in form):
+        require(isinstance(form, tuple) or type(value) is form, f"{name}: not of the type {form}")
+        return value
+    require(type(value) is str and len(value) <= 4000, f"{name}: not a number string of at most 4000 characters")
+    found, base, digit = (form[0].fullmatch(value), 2, 4) if "x" in value else (form[1].fullmatch(value), 10, 1)
+    require(found is not None and abs(int(found[4] or 0)) <= 9999, f"{name}: {value[:40]!r} is no number, or too large")
+    part = found[3] or ""
+    return fmpq(int(found[1] + found[2] + part, base**digit)) * fmpq(base) ** (int(found[4] or 0) - digit * len(part))
+
+def largest(values: list[arb]) -> arb:
+    """An upper bound of the moduli, NaN if one is (as of a quotient by an interval that contains 0): no test passes."""
+    return reduce(arb.max, (v.abs_upper() for v in values), arb(0)).upper()
+
+def ball(radius: arb) -> arb:  # [−radius, radius]
+    return arb(0, radius.abs_upper())
+
+class Waves:
+    """g(u) = mean + Σ_j x_j (C_j cos(2πju − θ_j) + S_j sin(2πju − θ_j)), parts(j) = (C_j, S_j); θ left out are 0."""
+    def __init__(self, mean: int, x: list[fmpq], theta: list[fmpq], parts: Any) -> None:
+        require(len(theta) <= len(x) <= 64, "model: more than 64 harmonics, or more phases than amplitudes")
+        self.mean, phases = arb(mean), theta + [fmpq(0)] * len(x)
+        self.terms: list[Any] = [(j, *(v * c for c in parts(j)), phases[j - 1]) for j, v in enumerate(x, 1) if v != 0]
+
+    def series(self, u: arb, count: int) -> list[arb]:
+        """Taylor coefficients about u, a number or an interval; derivatives of a term go v, v', −v, −v', v, ..."""
+        out = [self.mean] + [arb(0)] * (count - 1)
+        for j, c, s, theta in self.terms:
+            rate, factor = 2 * j * arb.pi(), arb(1)
+            sin, cos = (rate * u - theta).sin_cos()
+            v, slope = c * cos + s * sin, s * cos - c * sin
+            for k in range(count):
+                out[k] += factor * (v, slope, -v, -slope)[k % 4]
+                factor = factor * rate / (k + 1)
+        return out
+
+    def bound(self, rho: arb) -> arb:
+        """Of |g| at complex distance rho from any real u, where |cos|, |sin| are at most cosh of the imaginary part."""
+        return sum(((abs(c) + abs(s)) * (2 * j * arb.pi() * rho).cosh() for j, c, s, _ in self.terms), abs(self.mean))
+
+class Mesh:
+    """Equation (1) of a model, in balls of the present precision."""
+    def __init__(self, model: dict[str, Any]) -> None:
+        kind, form = model.get("kind"), read(model.get("stiffness"), dict, "model.stiffness").get("form")
+        require(kind in ("single", "torsional", "full") and form in [*STIFFNESS], "model: kind or stiffness unknown")
+        plain: dict[str, Any] = PLAIN | (SUPPORTS if kind == "full" else {})
+        waves = {"eps": [NUMBER], "theta": [NUMBER], "stiffness": {"form": str} | STIFFNESS[form]}
+        p = read(model, {"kind": str} | plain | waves, "model")
+        for name in plain.keys() - {"q1", "q2"}:
+            require(p[name] > 0 or (name[:4] in ("zeta", "beta") and p[name] == 0), f"model.{name}: must be positive")
+        require(kind != "single" or p["beta1"] == p["beta2"] == 0, "model: a single model has beta1 = beta2 = 0")
+        self.T, omega, drag = 2 * arb.pi() / p["omega"], p["omega"], 2 * p["beta1"] / p["J1"]
+        self.force = Waves(0, p["eps"], p["theta"], lambda j: (self.T * (j * omega) ** 2, self.T * drag * j * omega))
+        self.stiffness(p["stiffness"], form)
+        self.linear(p)
+
+    def stiffness(self, p: dict[str, Any], form: str) -> None:
+        """`levels`: (start, χ), each valid to the next start, the last also up to the first; or `wave`: Fourier."""
+        self.levels: list[tuple[fmpq, fmpq]] = []
+        if form == "two-level":
+            end = p["contact_ratio"] - 1
+            require(0 <= end <= 1, "stiffness.contact_ratio: must lie in [1, 2]")
+            self.levels += [(fmpq(0), 1 + p["chi1"])] * (end > 0) + [(end, 1 - p["chi2"])] * (end < 1)
+        elif form == "stepped":
+            require(0 < len(p["levels"]) == len(p["starts"]) <= 64 and p["starts"][0] >= 0
+                    and all(a < b for a, b in pairwise([*p["starts"], 1])), "stiffness: levels and starts do not fit")
+            self.levels += zip(p["starts"], p["levels"], strict=True)
+        else:
+            self.wave = Waves(1, p["c"], p["alpha"], lambda j: (1, 0))
+
+    def stiffness_range(self, u: fmpq, v: fmpq) -> arb:
+        """An interval that contains χ on [u, v], jumps included; start + ⌈u − start⌉ is the first jump from u on."""
+        if not self.levels:
+            return self.wave.series(arb(u).union(arb(v)), 1)[0]
+        past = [level for start, level in self.levels if start <= u - u.floor()] or [self.levels[-1][1]]
+        levels = [past[-1]] + [level for start, level in self.levels if start + (u - start).ceil() < v]
+        return arb(min(levels)).union(arb(max(levels)))
+
+    def linear(self, p: dict[str, Any]) -> None:
+        """M, b, their norms (that of M without its last column); rho and B for `series`, rho large but B < 2^48."""
+        c1, c2 = 2 * p["beta1"] / p["J1"], 2 * p["beta2"] / p["J2"]
+        q0 = p["q1"] / p["J1"] + p["q2"] / p["J2"]
+        A = {("z", "z_dot"): fmpq(1), ("z_dot", "z_dot"): -c1, ("z_dot", "1"): q0}
+        b = {"z_dot": 1 / p["J1"] + 1 / p["J2"]}
+        if c1 != c2:
+            A |= {("z_dot", "x2_dot"): c2 - c1, ("x2_dot", "x2_dot"): -c2, ("x2_dot", "1"): -p["q2"] / p["J2"]}
+            b["x2_dot"] = -1 / p["J2"]
+        wheels = [(y, sign, p["kappa" + y[1]] / p["mu" + y[1]], 2 * p["zeta_support" + y[1]], 1 / p["mu" + y[1]])
+                  for y, sign in (("y1", 1), ("y2", -1)) if p["kind"] == "full"]
+        if wheels and wheels[0][2:4] == wheels[1][2:4]:
+            wheels = [("y", 1, *wheels[0][2:4], wheels[0][4] + wheels[1][4])]
+        for y, sign, k, c, inverse in wheels:  # z'' holds sign y'', and 2 β1/J1 sign y' from −2 β1/J1 x1'
+            v = y + "_dot"
+            A |= {(y, v): fmpq(1), (v, y): -k, (v, v): -c, ("z_dot", y): -sign * k, ("z_dot", v): sign * (c1 - c)}
+            b |= {v: sign * inverse, "z_dot": b["z_dot"] + inverse}
+        for name, value in b.items():  # the damping force 2 ζ z' of S
+            A[name, "z_dot"] = A.get((name, "z_dot"), fmpq(0)) - 2 * p["zeta"] * value
+        self.names = list(dict.fromkeys(name for name, _ in A))
+        columns = [*self.names, "1"]
+        self.M = arb_mat([[self.T * A.get((i, j), 0) for j in columns] for i in columns])
+        self.b = arb_mat([[self.T * b.get(i, 0)] for i in columns])
+        d, self.norm_b, constants = len(self.names), largest(self.b.entries()), largest(self.M.entries())
+        self.norm = largest([sum((abs(self.M[i, j]) for j in range(d)), arb(0)) for i in range(d)])
+        self.d, self.rho, self.B = d, fmpq(2), arb("inf")
+        while not self.B < 2**48:
+            require(self.rho > fmpq(1, 10**5), "model: motion too fast, work beyond this program's limit")
+            self.rho *= fmpq(4, 5)
+            rho = arb(self.rho)
+            chi = largest([arb(x) for _, x in self.levels]) if self.levels else self.wave.bound(rho)
+            source = constants + self.force.bound(rho) + self.norm_b * chi
+            self.B = (rho * (self.norm + self.norm_b * chi)).exp() * (1 + rho * source)
+
+    def series(self, u: fmpq, h: fmpq, sigma: int) -> tuple[list[arb_mat], arb_mat, arb, arb]:
+        """Taylor series in t of the matrix U with w(u + t) = U(t) w(u), 0 <= t <= h, in contact state σ; and U(h).
+        While the contact state is frozen, f(z) = z − σ in contact, 0 if σ = 0, and (1) is linear: with a_k, χ_j the
+        coefficients of a and χ, (k + 1) U_(k+1) = M U_k + a_k e1 e_last^T − b Σ_j χ_j (row 0 of U_(k−j) − [k = j] σ
+        e_last^T). Solutions are entire. By Gronwall |U| <= B on |t| <= rho, by Cauchy |U_k| <= B rho^−k. With q = h/rho
+        all terms k >= K add up to at most B q^K/(1 − q), those of the derivative to (B/rho) Σ k q^(k−1), which is
+        (B/rho) (K q^(K−1)/(1 − q) + q^K/(1 − q)²): the last two results."""
+        d, count = self.d, 2 + (ctx.prec + 48) // (int((self.rho / h).floor()).bit_length() - 1)
+        force, first = self.force.series(arb(u), count), arb_mat([[1] + [0] * self.d])
+        chi = [self.stiffness_range(u + h / 2, u + h / 2)] if self.levels else self.wave.series(arb(u), count)
+        U, rows = [arb_mat([[int(i == j) for j in range(d + 1)] for i in range(d + 1)])], []
+        for k in range(count - 1):
+            new = self.M * U[k]
+            new[1, d] += force[k]
+            if sigma:
+                rows.append(first * U[k] - arb_mat([[0] * d + [0 if k else sigma]]))
+                new -= self.b * sum((rows[k - j] * x for j, x in enumerate(chi[1 : k + 1], 1)), rows[k] * chi[0])
+            U.append(new / (k + 1))
+        q, K = arb(h) / self.rho, count
+        tail, slope = self.B * q**K / (1 - q), self.B / self.rho * (K * q ** (K - 1) / (1 - q) + q**K / (1 - q) ** 2)
+        rest = arb_mat([[ball(tail) if i < d else 0 for _ in range(d + 1)] for i in range(d + 1)])
+        return U, reduce(lambda end, term: end * arb(h) + term, U[::-1]) + rest, tail, slope
+
+class Tube:
+    """The motions from the cube X = c + [−r, r]^d at u = phase, for 0 <= s <= 1.
+    `G` = [[D, y], [0, 1]] encloses the motion y(s) from c itself and a matrix D(s) of slopes: the difference of any two
+    motions from X is δ(s) = Δ δ(0) with a matrix Δ in D. For their forces differ by χ (f(z) − f(z*)) = κ (z − z*) with
+    κ(s) between 0 and χ, so δ solves the linear equation δ' = (M − κ b e0^T) δ; nothing need be differentiable.
+    All motions at s lie in the box G E, E = ([−r, r], ..., [−r, r], 1)."""
+    def __init__(self, mesh: Mesh, center: list[fmpq], r: arb, phase: fmpq, k: int) -> None:
+        self.mesh, self.phase, self.r, self.k, self.least, d = mesh, phase, r, k, arb(10) ** 9, mesh.d
+        self.G = arb_mat([[int(i == j) for j in range(d)] + [arb((*center, fmpq(1))[i])] for i in range(d + 1)])
+        self.E = arb_mat([[ball(r)]] * d + [[1]])
+        z = (self.G * self.E)[0, 0]
+        require(abs(z) < 1 or abs(z) > 1, f"contact state at section {k} not proved")
+        self.sigma = self.start = 0 if abs(z) < 1 else 1 if z > 1 else -1
+
+    def period(self, windows: list[dict[str, Any]]) -> None:
+        """March over a mesh period: frozen contact state outside the windows, in pieces that end at jumps of χ."""
+        s, jumps = fmpq(0), sorted({v - v.floor() for v in (start - self.phase for start, _ in self.mesh.levels)})
+        for window in [*windows, {"time": [fmpq(1), fmpq(0)], "flank": 0}]:
+            a, b = window["time"][0] - window["time"][1], window["time"][0] + window["time"][1]
+            require(s <= a and b <= 1, f"switches[{self.k}]: windows out of order or beyond [0, 1]")
+            for end in [v for v in jumps if s < v < a] + [a]:
+                pieces = int(((end - s) * 8 / self.mesh.rho).ceil())
+                for i in range(pieces):
+                    self.frozen(s + i * (end - s) / pieces, (end - s) / pieces)
+                s = end
+            if window["flank"]:
+                self.window(a, b, window["flank"], window["into"] == "contact")
+                s = b
+
+    def frozen(self, s: fmpq, h: fmpq) -> None:
+        """Prove that no motion leaves the contact state on [s, s + h]; lower `least`, the distance of |z| from 1.
+        The distance is 1 − |z| if free, σz − 1 in contact, concave in z, of slope ±1. Between times t1, t2, z is within
+        (t2 − t1)²/8 max |z''| of its chord, or, if z' has no zero, between its end values. So the distance is at least
+        the lesser at t1, t2 less that; times are halved until this is positive, and near the end values or >= least."""
+        d, sigma, box, T = self.mesh.d, self.sigma, self.G * self.E, self.mesh.T
+        U, end, tail, slope = self.mesh.series(s + self.phase, h, sigma)
+        z, z_dot = (arb_mat([[u[i, j] for j in range(d + 1)] for u in U]) for i in (0, 1))
+        columns = [arb_poly(column) for column in (z * self.G).transpose().tolist()]
+        velocity, size = arb_poly((z_dot * box * T).entries()), sum((abs(x) for x in box.entries()), arb(0))
+        def distance(t: fmpq) -> arb:
+            z = sum((column(arb(t)) * ball(self.r) for column in columns[:d]), columns[d](arb(t)) + ball(tail * size))
+            return (z * sigma - 1 if sigma else 1 - abs(z)).lower()
+        stack, count = [(fmpq(0), distance(fmpq(0)), h, distance(h))], 0
+        while stack:
+            (t1, left, t2, right), count = stack.pop(), count + 1
+            low = ends = left.min(right).lower()
+            require(ends > 0, f"contact state not proved {float(s + t1):.6f} mesh periods after section {self.k}")
+            span = arb(t1).union(arb(t2))
+            if not abs(velocity(span) + ball(tail * size * T)) > 0:
+                low = (ends - arb(t2 - t1) ** 2 / 8 * abs(velocity.derivative()(span) + ball(slope * size * T))).lower()
+            if low > 0 and (low > ends * 0.9 or low >= self.least):
+                self.least = min(self.least, low)
+                continue
+            require(count < 2000, f"contact state not proved after section {self.k}: z too close to ±1")
+            middle, value = (t1 + t2) / 2, distance((t1 + t2) / 2)
+            stack += [(t1, left, middle, value), (middle, value, t2, right)]
+        self.G = end * self.G
+
+    def window(self, a: fmpq, b: fmpq, flank: int, contact: bool) -> None:
+        """Prove one switch of every motion in the time window [a, b], and enclose y and D at its end.
+        All motions solve (1) itself, whose right side R has the Lipschitz constant L. By Gronwall's inequality states
+        change by at most h max |R(w(a), s)| e^(hL) in the window. If then z' has one sign, and z is on one side of the
+        flank at a, on the other at b, each motion crosses the flank exactly once."""
+        mesh, d, h, u, G, before = self.mesh, self.mesh.d, arb(b - a), a + self.phase, self.G, self.G * self.E
+        require(self.sigma == (0 if contact else flank), f"switches[{self.k}]: not from the state before")
+        require(0 < b - a <= mesh.rho / 8, f"switches[{self.k}]: window too wide or empty")
+        chi, way = mesh.stiffness_range(u, u + b - a), flank if contact else -flank
+        def f(z: arb) -> arb:
+            return (z - 1).max(arb(0)) + (z + 1).min(arb(0))
+        L = mesh.norm + mesh.norm_b * chi.abs_upper()
+        R = mesh.M * before - mesh.b * (chi * f(before[0, 0]))
+        R[1, 0] += mesh.force.series(arb(u).union(arb(u + b - a)), 1)[0]
+        change = ball(h * largest(R.entries()) * (h * L).exp())
+        speed = (before[1, 0] + change) * way
+        require(speed > 0 and (before[0, 0] + change) * flank > -1, f"switches[{self.k}]: z' is not proved of one sign")
+        # A column g of G solves g' = M g − b θ(s), plus the force for y. There θ = χ f(z), z' = T w[1]; for slopes θ =
+        # κ g[0], and g changes by at most max |g(a)| (e^(hL) − 1). With the flow V of θ = 0, g(b) = V g(a) − v(b), v' =
+        # M v + b θ, v(a) = 0; so |v| <= ω = h |b| |θ| e^(h |M|), and v(b) lies in h (M [−ω, ω] + b θ).
+        kappa, growth = chi.union(arb(0)), (h * L).expm1()
+        theta = [kappa * (G[0, j] + ball(largest([G[i, j] for i in range(d)]) * growth)) for j in range(d)]
+        theta += [chi * f(G[0, d] + arb(0).union(h) * mesh.T * (G[1, d] + change))]
+        bounds = arb_mat([[ball(h * mesh.norm_b * abs(x) * (h * mesh.norm).exp()) * (i < d) for x in theta]
+                          for i in range(d + 1)])
+        self.G = mesh.series(u, b - a, 0)[1] * G - (mesh.M * bounds + mesh.b * arb_mat([theta])) * h
+        require((before[0, 0] - flank) * way < 0 and ((self.G * self.E)[0, 0] - flank) * way > 0,
+                f"switches[{self.k}]: no crossing of the flank proved in a window")
+        self.least, self.sigma = min(self.least, speed.lower()), flank if contact else 0
+
+def existence(S: list[arb_mat], F: list[arb_mat], r: arb) -> arb:
+    """The least of 1 − |K − C|/r over all coordinates, for Krawczyk's operator K of F(x)_k = P(x_k) − x_(k+1) = 0.
+    P is the map over one mesh period. F(x) − F(x*) = Δ (x − x*) with Δ in the cyclic matrix of slopes, S_k on the
+    diagonal, −1 right of it. Let g(x) = x − Y F(x) with any matrix Y. On X = C + [−r, r]^(nd) it has values in K = C −
+    Y F(C) + (1 − Y Δ)(X − C). If |K − C| < r in all rows, g maps X into its interior, by Brouwer has a fixed point; and
+    |1 − Y Δ| < 1 in the max norm, so that Y is regular (hence F = 0 at the fixed point), and two zeros x, x*, for which
+    x − x* = (1 − Y Δ)(x − x*), coincide. Any Y serves, as 1 − Y Δ is enclosed; this nearly inverts the midpoint of Δ:
+    Y_ik = (S_(i−1) ... S_i − 1)^−1 S_(i−1) ... S_(k+1), indices modulo n."""
+    n, d, prec, worst = len(S), S[0].nrows(), ctx.prec, arb(0)
+    one, R = arb_mat([[int(i == j) for j in range(d)] for i in range(d)]), arb_mat([[ball(r)]] * d)
+    extra = sum(int(float(1 + sum(abs(x).upper() for x in s.entries()))).bit_length() for s in S)
+    require(n * n * (prec + extra) < 4 * 10**11 and extra < 10**5, "existence: work beyond this program's limit")
+    for i in range(n):
+        with ctx.workprec(prec + 64 + 2 * extra):
+            *products, cycle = accumulate((S[i - m].mid() for m in range(1, n + 1)), arb_mat.__mul__, initial=one)
+            inverse = (cycle - one).inv()
+            Y = [(inverse * product).mid() for product in products]  # for k = i − 1, i − 2, ..., i − n
+        change = arb_mat(d, 1)
+        for m in range(n):
+            residual = Y[(m + 1) % n] - Y[m] * S[i - 1 - m] + (one if m == n - 1 else 0 * one)
+            change += residual * R - Y[m] * F[i - 1 - m]
+        worst = worst.max(largest(change.entries()))
+    return (1 - worst / r).lower()
+
+def stability(S: list[arb_mat], Q: list[fmpq_mat]) -> arb:
+    """The least pivot of Q_k − S_k^T Q_(k+1) S_k, over the largest entry of both Q. If all are positive, these matrices
+    are positive definite for all S_k in the enclosures, also for the derivatives of P (which exist as z' ≠ 0 at the
+    switches), and so is Q_0 − M^T Q_0 M with the monodromy matrix M. So no multiplier λ has |λ| = 1 (Mv = λv would give
+    0 = v*Qv − |λ|² v*Qv > 0); Q_0 is positive on the invariant subspace of |λ| < 1, where v*Qv = Σ_j (M^j v)*(Q −
+    M*QM)(M^j v), likewise negative on that of |λ| > 1. Hence it has as many positive and negative eigenvalues as there
+    are multipliers inside and outside (Ostrowski and Schneider)."""
+    least, d = arb(10) ** 9, S[0].nrows()
+    for k, s in enumerate(S):
+        here, there = Q[k], Q[(k + 1) % len(Q)]
+        H = (arb_mat(here) - s.transpose() * arb_mat(there) * s).tolist()
+        for j in range(d):
+            require(H[j][j] > 0, f"stability: Q_{k} − S^T Q_{(k + 1) % len(Q)} S not proved positive definite")
+            least = min(least, (H[j][j] / max(abs(x) for x in here.entries() + there.entries())).lower())
+            for i in range(j + 1, d):
+                for m in range(j + 1, i + 1):
+                    H[i][m] -= H[i][j] * H[m][j] / H[j][j]
+    return least
+
+def prove(c: dict[str, Any]) -> Result:
+    n, mesh, phase, radius, points = c["period"], Mesh(c["model"]), c["phase"], c["radius"], c["points"]
+    d, r, inside, Q, lists = mesh.d, arb(radius), c["stability"]["inside"], c["stability"]["Q"], c["switches"]
+    require(c["coordinates"] == mesh.names, f"coordinates: those of this model are {', '.join(mesh.names)}")
+    require(0 <= phase < 1 and radius > 0, "phase must lie in [0, 1), radius be greater than 0")
+    require(n == len(points) == len(lists) == len(Q), "points, switches and Q: not one for each mesh period")
+    require(all(len(x) == d for x in [*points, *Q, *(row for q in Q for row in q)]), f"points or Q: not of size {d}")
+    require(all(len(w["time"]) == 2 and abs(w["flank"]) == 1 and w["into"] in ("free", "contact") for x in lists
+                for w in x), "switches: time must be two numbers, flank 1 or -1, into free or contact")
+    steps = n * (8 / mesh.rho + 3 * len(mesh.levels)) + 3 * sum(map(len, lists))
+    require(steps * (ctx.prec + 48) < 2 * 10**7, "work beyond this program's limit")
+    Q = [fmpq_mat(q) for q in Q]
+    require(all(q == q.transpose() for q in Q), "stability.Q: not symmetric")
+    # All roots of the characteristic polynomial of Q_0 are real: Descartes' rule of signs counts the positive ones.
+    positive = sum(a != b for a, b in pairwise(x > 0 for x in Q[0].charpoly().coeffs() if x != 0))
+    require(Q[0].det() != 0 and positive == inside == d - c["stability"]["outside"], "stability: Q_0 has other inertia")
+    # A minimal period k < n would divide n and make x_0 = x_k.
+    gaps = [max(abs(points[0][i] - points[k][i]) for i in range(d)) / radius - 2 for k in range(1, n) if n % k == 0]
+    require(all(gap > 0 for gap in gaps), "period: X_0 and X_k are not disjoint for a divisor k < n of n")
+    tubes = [Tube(mesh, points[k], r, phase, k) for k in range(n)]
+    for k, tube in enumerate(tubes):
+        tube.period(lists[k])
+        require(tube.sigma == tubes[(k + 1) % n].start, f"switches: end of mesh period {k} contradicts the next start")
+    S = [arb_mat([[t.G[i, j] for j in range(d)] for i in range(d)]) for t in tubes]
+    F = [arb_mat([[t.G[i, d] - points[(k + 1) % n][i]] for i in range(d)]) for k, t in enumerate(tubes)]
+    own: dict[str, Any] = {"existence": existence(S, F, r), "separation": arb(min(gaps)).lower() if gaps else None}
+    require(own["existence"] > 0, "existence: Krawczyk's operator does not map the cubes into themselves")
+    own |= {"contact": min(t.least for t in tubes), "stability": stability(S, Q)}
+    for name, value in own.items():
+        claim = c["margins"][name]
+        right = claim is None if value is None else claim is not None and claim > 0 and arb(claim) <= value
+        require(right, f"margins.{name}: {claim} is claimed, {value} is proved")
+    margins = {name: value if value is None else float(value) for name, value in own.items()}
+    return Result(True, [
+        f"proved: the {c['model']['kind']} model has exactly one orbit of period {n} mesh periods with states within "
+        f"{float(radius):.3g} of the points listed at tau = (k + {phase}) T, in {', '.join(mesh.names)}.",
+        f"Its minimal period is {n}. Contact switches {sum(map(len, lists))} times, in the windows listed. Multipliers "
+        f"{inside} inside the unit circle, {d - inside} outside{': it is stable' * (inside == d)}.",
+        "margins: " + ", ".join(f"{name} {v:.3g}" for name, v in margins.items() if v is not None)], margins)
+
+def verify(certificate: Any) -> Result:
+    """Check a certificate that was read from JSON."""
+    try:
+        rest = {key: value for key, value in read(certificate, dict, "certificate").items() if key != "sha256"}
+        require([rest.get("format"), rest.get("version")] == ["gearchaos certificate", 1], "format: not of version 1")
+        text = json.dumps(rest, sort_keys=True, separators=(",", ":"), allow_nan=False)
+        require(hashlib.sha256(text.encode()).hexdigest() == certificate.get("sha256"), "sha256: the file was altered")
+        c = read(certificate, CERTIFICATE, "certificate")
+        require(1 <= c["period"] <= 4096 and 32 <= c["bits"] <= 4096, "period or bits: beyond 4096, or bits below 32")
+        with ctx.workprec(c["bits"] + 32):
+            return prove(c)
+    except Refused as reason:
+        return Result(False, [f"refused: {reason}"], {})
+    except (ArithmeticError, LookupError, TypeError, ValueError, RecursionError, MemoryError) as error:
+        return Result(False, [f"refused: cannot be evaluated ({type(error).__name__}: {error})"], {})
+
+def verify_file(path: str | Path) -> Result:
+    """Check a file."""
+    try:
+        require(Path(path).stat().st_size <= 2**28, "larger than 2^28 bytes")
+        return verify(json.loads(Path(path).read_text(encoding="ascii"), object_pairs_hook=lambda pairs:
+                                 dict(pairs) if len(dict(pairs)) == len(pairs) else None))  # None if a field is twice
+    except (Refused, OSError, ValueError, RecursionError, MemoryError) as error:
+        return Result(False, [f"refused: no readable JSON file ({error})"], {})
+
+if __name__ == "__main__":
+    outcomes = {path: verify_file(path) for path in sys.argv[1:]}
+    for path, outcome in outcomes.items():
+        print(path, *outcome.lines, sep="\n  ")
+    sys.exit(0 if outcomes and all(outcome.proved for outcome in outcomes.values()) else 1)

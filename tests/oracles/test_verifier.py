@@ -1,0 +1,378 @@
+"""The verifier of certificates: true ones are proved, forged and damaged ones refused, its flow contains heyoka's."""
+
+from __future__ import annotations
+
+import copy
+import json
+import re
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gearchaos as gc
+from gearchaos.model import MeshModel, SteppedStiffness, TwoLevelStiffness
+
+flint = pytest.importorskip("flint", reason="python-flint is not installed", exc_type=ImportError)
+
+from flint import arb, arb_mat, ctx, fmpq  # noqa: E402  (after the test of python-flint)
+
+from gearchaos.proof import verifier  # noqa: E402
+from tests.oracles.certificates import Flow, certificate, dyadic, model_fields, reduced, sealed, windows  # noqa: E402
+
+STEPS = SteppedStiffness((1.3, 1.15, 0.8, 0.7, 0.9), (0.05, 0.3, 0.45, 0.7, 0.9))
+ONE_LEVEL = TwoLevelStiffness(0.1, 0.2, 1.0)
+FULL = {"kind": "full", "omega": 0.7, "eps1": 0.15, "kappa1": 0.7, "mu2": 5.0}
+TORSIONAL = {"kind": "torsional", "omega": 1.0, "eps1": 0.206}
+ORBITS = {
+    "single 3T": ({"kind": "single", "omega": 0.7, "eps1": 0.1}, None, 2, 6),
+    "torsional 8T": (TORSIONAL, None, 2, 14),
+    "torsional 4T saddle": (TORSIONAL, 4, 2, 7),
+    "torsional 1T saddle": (TORSIONAL, 1, 2, 2),
+    "torsional, unlike, 2T": ({"kind": "torsional", "omega": 1.3, "eps1": 0.1, "beta1": 0.02, "J1": 1.5}, None, 3, 2),
+    "full, alike, 6T": ({"kind": "full", "omega": 0.8, "eps1": 0.1}, None, 4, 12),
+    "full, unlike bearings, 1T": (FULL | {"kappa1": 0.5, "mu2": 4.0, "beta1": 0.02}, None, 5, 2),
+    "full, unlike supports, 1T": (FULL, None, 6, 2),
+    "full, unlike, 1T": (FULL | {"beta1": 0.02, "eps2": 0.02, "theta2": 1.0}, None, 7, 2),
+    "stepped 1T": ({"kind": "torsional", "omega": 0.9, "eps1": 0.1, "stiffness": STEPS}, None, 2, 2),
+    "fourier 1T": ({"kind": "torsional", "omega": 0.9, "eps1": 0.1, "c1": 0.2, "c2": 0.05, "alpha2": 1.0}, None, 2, 2),
+    "one level 1T": ({"kind": "single", "omega": 0.9, "eps1": 0.1, "stiffness": ONE_LEVEL}, None, 2, 2),
+}
+
+
+@cache
+def orbit(name: str):
+    values, period, _, _ = ORBITS[name]
+    return gc.orbit(MeshModel.of(**values), period=period)
+
+
+@cache
+def made(name: str, radius: str = "1e-10", phase: str = "0") -> str:
+    return json.dumps(certificate(orbit(name).model, orbit(name).points, radius, phase=phase))
+
+
+def proved(name: str, radius: str = "1e-10", phase: str = "0") -> dict:
+    """A fresh copy of a true certificate."""
+    return json.loads(made(name, radius, phase))
+
+
+def refused(forged: dict, step: str) -> None:
+    """The checksum is made anew, so that the mathematics has to find the forgery."""
+    result = verifier.verify(sealed(forged))
+    assert not result.proved
+    assert re.match(f"refused: (?:{step})", result.lines[0]), result.lines
+
+
+def moved(text: str, by: float) -> str:
+    with ctx.workprec(256):
+        return dyadic(arb(verifier.read(text, verifier.NUMBER, "number")) + arb(by), 200)
+
+
+@pytest.mark.parametrize("name", ORBITS)
+def test_true_certificates_are_proved(name):
+    c = proved(name)
+    result = verifier.verify(c)
+    assert result.proved, result.lines
+    assert (len(c["coordinates"]), c["period"]) == (ORBITS[name][2], orbit(name).period)
+    assert c["stability"]["outside"] == orbit(name).unstable
+    assert sum(map(len, c["switches"])) == len(orbit(name).switches)
+
+
+@pytest.mark.parametrize("name", ["torsional 8T", "stepped 1T", "fourier 1T", "full, unlike, 1T"])
+def test_another_section_proves_the_same_orbit(name):
+    c = proved(name, phase="0.3")
+    assert verifier.verify(c).proved
+    refused(c | {"phase": "0.30001"}, "existence|switches|contact")
+
+
+@pytest.mark.parametrize("shift, radius", [(1e-6, "1e-8"), (-1e-6, "1e-8"), (1e-10, "1e-11"), (-1e-10, "1e-11")])
+@pytest.mark.parametrize("coordinate", [0, 1])
+def test_a_moved_centre_is_refused(shift, radius, coordinate):
+    c = proved("torsional 8T", radius)
+    c["points"][3][coordinate] = moved(c["points"][3][coordinate], shift)
+    refused(c, "existence|switches|contact")
+
+
+def test_a_moved_orbit_is_refused():
+    c = proved("torsional 8T", "1e-11")
+    c["points"] = [[moved(x, 1e-10) for x in p] for p in c["points"]]
+    refused(c, "existence|switches|contact")
+
+
+def test_8t_is_not_4t_nor_16t():
+    c = proved("torsional 8T")
+    half = copy.deepcopy(c) | {"period": 4, "points": c["points"][:4], "switches": c["switches"][:4]}
+    half["stability"]["Q"] = half["stability"]["Q"][:4]
+    refused(half, "existence|switches")
+    double = copy.deepcopy(c) | {"period": 16, "points": c["points"] * 2, "switches": c["switches"] * 2}
+    double["stability"]["Q"] *= 2
+    refused(double, "period")
+
+
+@pytest.mark.parametrize("name", ["torsional 4T saddle", "torsional 1T saddle"])
+def test_a_saddle_is_not_stable(name):
+    c = proved(name)
+    c["stability"].update(inside=2, outside=0)
+    refused(c, "stability: .* inertia")
+    stable = proved("torsional 8T")["stability"]["Q"]
+    for Q in (stable[: c["period"]], [[["1", "0"], ["0", "1"]]] * c["period"]):
+        refused(c | {"stability": c["stability"] | {"Q": Q}}, "stability: Q_. −")
+    minus = {"Q": [[["-1", "0"], ["0", "-1"]]] * c["period"]}
+    refused(c | {"stability": c["stability"] | minus}, "stability: .* inertia")
+
+
+def test_a_stable_orbit_is_no_saddle():
+    c = proved("torsional 8T")
+    c["stability"] = {"inside": 1, "outside": 1, "Q": [[["1", "0"], ["0", "-1"]]] * 8}
+    refused(c, "stability: Q_. −")
+
+
+def test_the_unit_matrix_is_no_stein_matrix_of_8t():
+    c = proved("torsional 8T")
+    c["stability"]["Q"] = [[["1", "0"], ["0", "1"]]] * 8
+    refused(c, "stability: Q_. −")
+
+
+PARAMETERS = ["omega", "zeta", "beta", "beta1", "q1", "J1", "eps", "theta", "chi1", "chi2", "contact_ratio"]
+
+
+@pytest.mark.parametrize("field", PARAMETERS)
+def test_parameters_off_by_1e_7_are_refused(field):
+    c = proved("torsional 8T", "1e-9")
+    model = c["model"]
+    for holder, key in {
+        "beta": [(model, "beta1"), (model, "beta2")], "eps": [(model["eps"], 0)], "theta": [(model["theta"], 0)],
+    }.get(field, [(model["stiffness"] if field in model["stiffness"] else model, field)]):
+        if field == "theta":
+            model["theta"] = model["theta"] or ["0"]
+            holder = model["theta"]
+        holder[key] = moved(holder[key], 1e-7)
+    refused(c, "coordinates" if field in ("beta1", "J1") else "existence|switches|contact")
+
+
+@pytest.mark.parametrize("name, list_name", [("stepped 1T", "levels"), ("stepped 1T", "starts"), ("fourier 1T", "c"),
+                                             ("fourier 1T", "alpha")])
+def test_stiffness_off_by_1e_7_is_refused(name, list_name):
+    c = proved(name)
+    values = c["model"]["stiffness"][list_name]
+    values[1] = moved(values[1], 1e-7)
+    refused(c, "existence|switches|contact")
+
+
+@pytest.mark.parametrize("name", ["mu1", "kappa2", "zeta_support1"])
+def test_supports_off_by_1e_7_are_refused(name):
+    c = proved("full, unlike, 1T")
+    c["model"][name] = moved(c["model"][name], 1e-7)
+    refused(c, "existence|switches|contact")
+
+
+@pytest.mark.parametrize("name", ["J1", "beta1"])
+def test_wheels_off_by_1e_7_are_refused(name):
+    c = proved("torsional, unlike, 2T")
+    c["model"][name] = moved(c["model"][name], 1e-7)
+    refused(c, "existence|switches|contact")
+
+
+def first_windows(c: dict) -> list[dict]:
+    return next(entries for entries in c["switches"] if len(entries) >= 2)
+
+
+def test_forged_switches_are_refused():
+    for change in (
+        lambda w: w.pop(0),
+        lambda w: w.clear(),
+        lambda w: w[0].update(flank=-w[0]["flank"]),
+        lambda w: w[0].update(into={"free": "contact", "contact": "free"}[w[0]["into"]]),
+        lambda w: w[0]["time"].__setitem__(0, moved(w[0]["time"][0], 1e-7)),
+        lambda w: w[0]["time"].__setitem__(0, moved(w[0]["time"][0], -1e-7)),
+        lambda w: w[0]["time"].__setitem__(1, "0"),
+        lambda w: w[0]["time"].__setitem__(1, "1e-14"),
+        lambda w: w[0]["time"].__setitem__(1, "0.3"),
+        lambda w: w.insert(1, copy.deepcopy(w[0])),
+        lambda w: w.insert(0, {"time": ["1e-3", "1e-9"], "flank": w[0]["flank"], "into": w[0]["into"]}),
+        lambda w: w.reverse(),
+    ):
+        c = proved("torsional 8T")
+        change(first_windows(c))
+        refused(c, "switches|contact")
+
+
+@pytest.mark.parametrize("name", ["existence", "separation", "contact", "stability"])
+@pytest.mark.parametrize("factor", [2.01, -1.0, 0.0])
+def test_margins_that_are_not_proved_are_refused(name, factor):
+    c = proved("torsional 8T")
+    c["margins"][name] = (float.fromhex(c["margins"][name]) * factor).hex()
+    refused(c, f"margins.{name}")
+
+
+def test_any_digit_changed_is_refused(tmp_path):
+    text, path = json.dumps(proved("torsional 1T saddle")), tmp_path / "c.json"
+    path.write_text(text)
+    assert verifier.verify_file(path).proved
+    for i, digit in enumerate(text):
+        if digit.isdigit():
+            path.write_text(text[:i] + str((int(digit) + 1) % 10) + text[i + 1 :])
+            result = verifier.verify_file(path)
+            assert not result.proved
+            assert re.match("refused: (sha256|format|no readable|certificate)", result.lines[0]), result.lines
+
+
+DAMAGES = {
+    "certificate.version": {"version": 2}, "format": {"format": "something"}, "period or bits": {"bits": 4097},
+    "period": {"period": 5000}, "period or bits: b": {"period": 0}, "points, switches and Q": {"period": 2},
+    "certificate.period": {"period": "1"}, "certificate.bits": {"bits": True}, "certificate.points": {"points": {}},
+    r"certificate.points\[0\]\[0\]": {"points": [["nan", "0"]]},
+    r"certificate.points\[0\]\[1\]": {"points": [["0", 0]]},
+    "points or Q": {"points": [["0", "0", "0"]]}, "certificate.radius: ": {"radius": "1e99999"},
+    "phase must lie in": {"radius": "0"},
+    "phase must": {"phase": "1"}, "coordinates": {"coordinates": ["z", "y"]}, "certificate.radius": {"radius": "0x1"},
+    "certificate.extra: unknown": {"extra": 1}, "certificate.theorem": {"theorem": 3},
+    "certificate.versions": {"versions": []},
+    "certificate.switches": {"switches": [[{"time": ["0", "0"], "flank": 1}]]},
+    "certificate.stability": {"stability": {"inside": 1, "outside": 1}}, "certificate.margins": {"margins": {}},
+    "model: kind or stiffness": {"model": {"kind": "planar", "stiffness": {}}}, "model.stiffness": {"model": {}},
+}
+
+
+@pytest.mark.parametrize("step", DAMAGES)
+def test_malformed_certificates_are_refused_with_the_reason(step):
+    damage = DAMAGES[step]
+    refused(proved("torsional 1T saddle") | damage, "format" if step == "certificate.version" else step)
+
+
+@pytest.mark.parametrize("change, step", [
+    ({"omega": "0"}, "model.omega"), ({"omega": "1e-9"}, "model: motion too fast"), ({"zeta": "-1"}, "model.zeta"),
+    ({"zeta": "1e300"}, "model: motion too fast"), ({"mu1": "1"}, "model.mu1: unknown"),
+    ({"eps": ["0"] * 65}, "model: more than 64"), ({"theta": ["0"] * 2}, "model: more than 64"),
+    ({"kind": "single"}, "model: a single model"), ({"stiffness": {"form": "spline"}}, "model: kind or stiffness"),
+    ({"stiffness": {"form": "two-level", "chi1": "0", "chi2": "0", "contact_ratio": "3"}}, "stiffness.contact_ratio"),
+    ({"stiffness": {"form": "stepped", "levels": ["1", "1"], "starts": ["0.5", "0.5"]}}, "stiffness"),
+    ({"stiffness": {"form": "stepped", "levels": [], "starts": []}}, "stiffness"), ({"eps": ["1e9999"]}, ".*"),
+])
+def test_bad_models_are_refused_with_the_reason(change, step):
+    c = proved("torsional 1T saddle")
+    refused(c | {"model": c["model"] | change}, step)
+
+
+def test_a_missing_field_is_named():
+    for name in verifier.CERTIFICATE:
+        c = proved("torsional 1T saddle")
+        del c[name]
+        if name != "sha256":
+            c = sealed(c)
+        assert verifier.verify(c).lines[0].startswith("refused")
+    refused({k: v for k, v in proved("torsional 1T saddle").items() if k != "margins"}, "certificate.margins: missing")
+
+
+def test_files_that_are_no_certificates_are_refused(tmp_path):
+    text = json.dumps(proved("torsional 1T saddle"))
+    for number, content in enumerate((
+        "", text[:-1], text[: len(text) // 2], "[" * 100_000, "null", "[]", "7", '"text"', text.replace("made", "mäde"),
+        text[:-1] + ', "bits": 128}', '{"format": NaN}', "1" * 5000,
+    )):
+        (path := tmp_path / f"{number}.json").write_text(content)
+        assert verifier.verify_file(path).lines[0].startswith("refused")
+    assert not verifier.verify_file(tmp_path).proved
+    assert not verifier.verify_file(tmp_path / "missing.json").proved
+
+
+def test_it_runs_as_a_script_and_as_a_module(tmp_path):
+    (good := tmp_path / "good.json").write_text(json.dumps(proved("torsional 8T")))
+    (bad := tmp_path / "bad.json").write_text(json.dumps(proved("torsional 8T") | {"radius": "1e-9"}))
+    for command in ([verifier.__file__], ["-m", "gearchaos.proof.verifier"]):
+        for files, code in (([good], 0), ([good, bad], 1), ([], 1)):
+            run = subprocess.run([sys.executable, *command, *files], capture_output=True, text=True, check=False)
+            assert (run.returncode, run.stderr) == (code, "")
+            assert ("exactly one orbit of period 8" in run.stdout) == bool(files)
+
+
+def test_it_needs_python_flint_alone_and_is_short():
+    text = Path(verifier.__file__).read_text(encoding="utf-8")
+    modules = set(re.findall(r"^(?:from|import) (\w+)", text, re.MULTILINE))
+    assert modules - sys.stdlib_module_names == {"flint"}
+    assert len(text.splitlines()) <= 400
+
+
+def test_an_interval_that_is_not_a_number_passes_no_test():
+    nothing = arb(0, 1) / arb(0, 1)
+    assert verifier.largest([arb(1), nothing, arb(2)]).is_nan()
+    with pytest.raises(verifier.Refused):
+        verifier.stability([arb_mat([[nothing]])], [flint.fmpq_mat([[1]])])
+
+
+SHAPES = (
+    {"kind": "single", "beta": 0.0}, {"kind": "torsional"}, {"kind": "torsional", "beta1": 0.02, "J1": 1.5},
+    {"kind": "full"}, {"kind": "full", "beta1": 0.03}, {"kind": "full", "kappa1": 0.8},
+    {"kind": "full", "mu2": 6.0, "beta2": 0.0},
+)
+
+
+def random_model(rng: np.random.Generator, number: int) -> MeshModel:
+    values = {"omega": rng.uniform(0.4, 2.5), "zeta": rng.uniform(0, 0.05), "q1": rng.uniform(0, 0.3),
+              "eps1": rng.uniform(0, 0.3), "theta1": rng.uniform(0, 6), "eps2": rng.uniform(0, 0.05)}
+    values["q2"] = values["q1"] * rng.uniform(0.9, 1.1)
+    form = number % 3
+    if form == 0:
+        values |= {"chi1": rng.uniform(0, 0.5), "chi2": rng.uniform(0, 0.5), "contact_ratio": rng.uniform(1, 2)}
+    elif form == 1:
+        count = int(rng.integers(1, 9))
+        starts = tuple(np.sort(rng.uniform(0, 1, count)))
+        values["stiffness"] = SteppedStiffness(tuple(rng.uniform(0.5, 1.6, count)), starts)
+    else:
+        values |= {"c1": rng.uniform(-0.4, 0.4), "c2": rng.uniform(-0.2, 0.2), "alpha1": rng.uniform(0, 6)}
+    model = MeshModel.of(**SHAPES[number % len(SHAPES)], **values)
+    return model.with_values(random_start(model, rng))
+
+
+def random_start(model: MeshModel, rng: np.random.Generator) -> dict[str, float]:
+    names = ("z", "z_dot") if model.kind == "single" else gc.model.COORDINATES[model.kind]
+    return {name: float(rng.uniform(-0.9, 0.9)) for name in names}
+
+
+def section(model: MeshModel, start: dict[str, float], names: list[str]) -> np.ndarray:
+    """heyoka's state after one mesh period, in the verifier's coordinates."""
+    from tests.oracles import heyoka_oracle
+
+    end = heyoka_oracle.section(model.with_values(start), 1)
+    return np.array(reduced(model, {k: float(v[0]) for k, v in end.items()}, names))
+
+
+def test_the_tube_contains_heyokas_motions():
+    """Of 100 random models: the motions from the centre and two other states of a cube of half edge 1e-8 or 1e-5."""
+    pytest.importorskip("heyoka", reason="heyoka is not installed", exc_type=ImportError)
+    rng, done, skipped, switches = np.random.default_rng(5), 0, 0, 0
+    widths: list[float] = []
+    while done < 100:
+        radius = (1e-8, 1e-5)[done % 2]
+        model = random_model(rng, done + skipped)
+        start = {name: float(model.initial[name]) for name in model.initial}
+        with ctx.workprec(160):
+            mesh = verifier.Mesh(model_fields(model))
+            center = reduced(model, start, mesh.names)
+            points = [fmpq(*x.as_integer_ratio()) for x in center]
+            found = Flow(mesh, fmpq(0)).period([arb(x) for x in points])[1]
+            form = [{"time": [verifier.NUMBER], "flank": int, "into": str}]
+            claimed = verifier.read(windows(mesh, found, radius, 100), form, "windows")
+            tube = verifier.Tube(mesh, points, arb(radius), fmpq(0), 0)
+            try:
+                tube.period(claimed)
+            except verifier.Refused:
+                skipped += 1
+                continue
+            done, switches, d = done + 1, switches + len(found), mesh.d
+            for trial in range(3):
+                shift = 0.2 * radius if trial else 0.0
+                near = {name: value + rng.uniform(-shift, shift) for name, value in start.items()}
+                step = np.array(reduced(model, near, mesh.names)) - center
+                assert np.max(np.abs(step)) < radius
+                inside = tube.G * arb_mat([[arb(x, 1e-15)] for x in step] + [[1]])
+                truth = section(model, near, mesh.names)
+                assert all(arb(truth[i], 2e-12).overlaps(inside[i, 0]) for i in range(d)), (model, trial)
+                assert all((tube.G * tube.E)[i, 0].overlaps(arb(truth[i], 2e-12)) for i in range(d))
+            widths.append(max(float(tube.G[i, d].rad()) for i in range(d)))
+    assert skipped < 30
+    assert switches > 100
+    assert np.median(widths[::2]) < 1e-13
