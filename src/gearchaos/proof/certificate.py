@@ -28,6 +28,13 @@ REASONS = {
 }
 """The reasons for which an orbit is not proved."""
 
+EVENT_REASONS = {
+    "orbit not found": "an orbit that the event joins was not found at an end of the interval",
+    "no change": "what is proved at both ends of the interval is the same: the event lies elsewhere",
+    "region not proved empty": "the region about the fold may contain an orbit beyond it",
+}
+"""Further reasons for which an event is not proved."""
+
 
 @dataclass(frozen=True)
 class Unproved:
@@ -36,7 +43,7 @@ class Unproved:
     Attributes
     ----------
     reason : str
-        One of `REASONS`.
+        One of `REASONS` or `EVENT_REASONS`.
     margin : float
         The quantity that should have been positive; at most 0, or not a number where it could not be computed.
     bits : int
@@ -50,11 +57,16 @@ class Unproved:
 
     def in_words(self) -> str:
         """The result in a sentence."""
-        return f"not proved, {self.reason}: {REASONS[self.reason]} (margin {self.margin:.2g}, {self.bits} bits)"
+        return f"not proved, {self.reason}: {self.meaning} (margin {self.margin:.2g}, {self.bits} bits)"
+
+    @property
+    def meaning(self) -> str:
+        """The reason in words."""
+        return (REASONS | EVENT_REASONS)[self.reason]
 
     def to_dict(self) -> dict[str, Any]:
         """The result as JSON-ready values."""
-        return {"proved": False, "reason": self.reason, "meaning": REASONS[self.reason], "margin": self.margin,
+        return {"proved": False, "reason": self.reason, "meaning": self.meaning, "margin": self.margin,
                 "bits": self.bits}
 
 
@@ -128,7 +140,7 @@ def certificate(
         "theorem": _theorem(model["kind"], len(points), phase, radius, switches, stability),
         "model": model, "coordinates": list(coordinates), "phase": phase, "period": len(points), "points": points,
         "radius": radius, "bits": bits, "switches": switches, "stability": stability, "margins": margins,
-        "versions": _versions(),
+        "versions": used_versions(),
     }
     return Certificate({**document, "sha256": checksum(document)})
 
@@ -140,7 +152,7 @@ def checksum(document: dict[str, Any]) -> str:
 
 
 @cache
-def _versions() -> dict[str, str]:
+def used_versions() -> dict[str, str]:
     """The versions of the programs that made a certificate."""
     names = ("gearchaos", "python-flint", "numpy")
     return {"python": platform.python_version(), **{name: version(name) for name in names}}
