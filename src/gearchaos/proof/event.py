@@ -99,16 +99,18 @@ class End:
     model : MeshModel
     value : float
         The parameter.
-    points : (n, d) or None
-        Approximate states at τ = k T of the orbit that the event happens to; None beyond a fold.
+    points : (n, d)
+        Approximate states at τ = k T of the orbit that the event happens to.
     """
 
     model: MeshModel
     value: float
-    points: np.ndarray | None
+    points: np.ndarray
 
 
-def prove_event_facts(kind: str, parameter: str, ends: tuple[End, End], bits: int) -> EventCertificate | Unproved:
+def prove_event_facts(
+    kind: str, parameter: str, models: list[tuple[MeshModel, float]], points: np.ndarray, bits: int
+) -> EventCertificate | Unproved:
     """Prove what is different at the two ends of an interval of a parameter.
 
     Parameters
@@ -117,21 +119,26 @@ def prove_event_facts(kind: str, parameter: str, ends: tuple[End, End], bits: in
         One of `KINDS`.
     parameter : str
         Its name.
-    ends : tuple of End
-        The lower and the upper end.
+    models : list of (MeshModel, float)
+        The models at the lower and the upper end, with the values of the parameter.
+    points : (n, d)
+        Approximate states at τ = k T of the orbit at the event.
     bits : int
         First precision of the proofs.
     """
+    lower, upper = (End(model, value, points) for model, value in models)
     try:
         if kind == "fold":
-            return _fold(parameter, ends, bits)
-        return _change(kind, parameter, ends, bits)
+            return _fold(parameter, (lower, upper), bits)
+        return _change(kind, parameter, (lower, upper), bits)
     except NotProvedError as failure:
         return failure.result
 
 
 def _change(kind: str, parameter: str, ends: tuple[End, End], bits: int) -> EventCertificate:
     """The certificate of an event that changes the orbit: a flip, a graze or a Neimark-Sacker bifurcation."""
+    lower, upper = (End(end.model, end.value, _orbit_near(end, bits)) for end in ends)
+    ends = lower, upper
     proved = [[_proved(end.model, end.points, bits)] for end in ends]
     (below,), (above,) = proved
     extra = ""
@@ -149,10 +156,17 @@ def _change(kind: str, parameter: str, ends: tuple[End, End], bits: int) -> Even
     return _certificate(kind, theorem, parameter, ends, proved, None)
 
 
-def _proved(model: MeshModel, points: np.ndarray | None, bits: int) -> Certificate:
-    """The certificate of an orbit; raises `NotProvedError` if it is not proved."""
-    if points is None:
+def _orbit_near(end: End, bits: int) -> np.ndarray:
+    """The points (n, d) of the orbit at an end of the interval."""
+    with _equations(end.model, bits) as equations:
+        found = converged(equations, lifted(end.points, equations))
+    if found is None:
         raise NotProvedError(Unproved("orbit not found", 0.0, bits))
+    return as_floats(found.points)
+
+
+def _proved(model: MeshModel, points: np.ndarray, bits: int) -> Certificate:
+    """The certificate of an orbit; raises `NotProvedError` if it is not proved."""
     result = prove_orbit(model, points, bits)
     if isinstance(result, Unproved):
         raise NotProvedError(result)
@@ -168,7 +182,6 @@ def _doubled(ends: tuple[End, End], bits: int) -> tuple[int, Certificate]:
     """The number of the end, and the certificate, of an orbit of twice the period next to a flip."""
     failure = Unproved("orbit not found", 0.0, bits)
     for side, end in enumerate(ends):
-        assert end.points is not None
         for candidate in _neighbours(end.model, np.concatenate([end.points] * 2), bits):
             half = len(end.points)
             if distance(candidate[:half], candidate[half:]) < 1e-12:
@@ -197,9 +210,7 @@ def _equations(model: MeshModel, bits: int) -> Iterator[MeshEquations]:
 def _fold(parameter: str, ends: tuple[End, End], bits: int) -> EventCertificate:
     """The certificate of a fold: two orbits at one end, and none at the other in a region about both."""
     for side, end in enumerate(ends):
-        if end.points is None:
-            continue
-        pair = sorted(_neighbours(end.model, end.points, bits), key=lambda p: distance(p, _fractions(end.points)))[:2]
+        pair = _nearest_two(end, bits)
         if len(pair) < 2:
             continue
         proved: list[list[Certificate]] = [[], []]
@@ -213,10 +224,12 @@ def _fold(parameter: str, ends: tuple[End, End], bits: int) -> EventCertificate:
     raise NotProvedError(Unproved("orbit not found", 0.0, bits))
 
 
-def _fractions(points: np.ndarray | None) -> list[list[Fraction]]:
-    """Points of floats as fractions."""
-    assert points is not None
-    return [[Fraction(value) for value in row] for row in points.tolist()]
+def _nearest_two(end: End, bits: int) -> list[list[list[Fraction]]]:
+    """The points of the two orbits nearest to the fold; fewer if they are not found."""
+    with _equations(end.model, bits) as equations:
+        start = lifted(end.points, equations)
+        found = [candidate.points for candidate in neighbours(equations, start)]
+    return sorted(found, key=lambda points: distance(points, start))[:2]
 
 
 def _empty(model: MeshModel, pair: list[list[list[Fraction]]], bits: int) -> EmptyRegion:
