@@ -29,7 +29,7 @@ def column(values, radius=0):
 
 
 def response(model, eps, time):
-    """z and z' of the steady motion in permanent contact at the front flank under one harmonic, χ = 1, at τ = time T."""
+    """z and z' of the steady motion in permanent contact at the front flank, χ = 1 and one harmonic, at τ = time T."""
     torque = (model.q1 + model.q2) / model.J1
     omega, zeta, q0 = (ball(Fraction(v)) for v in (model.omega, model.zeta, torque))
     real, imaginary = 1 - omega**2, 2 * zeta * omega

@@ -58,6 +58,11 @@ class CyclicSystem:
             return None
         return cls(inverse) if np.isfinite(inverse).all() else None
 
+    @property
+    def norm(self) -> float:
+        """The norm of the inverse: how many times larger than the defects the corrections of the points are."""
+        return float(np.abs(self.inverse).sum(axis=1).max())
+
     def newton_step(self, defects: list[arb_mat]) -> np.ndarray:
         """The correction (n, d) of the points by Newton's method, from P(c_k) - c_(k+1), each (d, 1)."""
         values = np.array([float(v) for defect in defects for v in defect.mid().entries()])

@@ -25,14 +25,17 @@ from gearchaos.proof.tube import Tube, Window, period_tube
 _PRECISIONS = (128, 192, 256, 384, 512, 768, 1024, 2048, 4096)
 """Precisions in bits that are tried after the first one."""
 
-_FIRST_EXPONENT = 4
-"""The first radius tried is 10^-4."""
+_FIRST_SPREAD = 1e-3
+"""The first radius tried is about this over the norm of the inverse of the linearised system."""
 
-_EXPONENTS = (4, 5, 6, 8, 10, 13, 17, 22, 28, 36, 46, 60, 80, 100, 130, 170, 220, 280, 360, 460, 600, 800, 1000, 1200)
-"""Exponents of the radii tried until one is proved; the largest is then found by bisection."""
+_STEPS = (0, 1, 2, 4, 6, 9, 13, 18, 24, 32, 42, 56, 76, 96, 126, 166, 216, 276, 356, 456, 596, 796, 996, 1196)
+"""Steps from the first exponent, until a radius is proved; the largest one is then found by bisection."""
 
-_LEAST_CONTRACTION = 0.1
+_LEAST_CONTRACTION = 0.75
 """Least margin of Krawczyk's operator: with it other methods of the same precision find a positive one too."""
+
+_CLAIMED_SHARE = 0.1
+"""Share of the margins found that a certificate claims, so that other methods can confirm them."""
 
 _SHARE_OF_BITS = 0.55
 """The least radius tried is 2^(-_SHARE_OF_BITS bits)."""
@@ -135,8 +138,8 @@ def _attempt(candidate: Candidate) -> Certificate:
 
     Raises `UndecidedError` if no radius is.
     """
-    failed, failures = _FIRST_EXPONENT, list[UndecidedError]()
-    for exponent in _exponents(candidate.equations.bits):
+    failed, failures = 0, list[UndecidedError]()
+    for exponent in _exponents(candidate):
         try:
             proof = _proof(candidate, exponent)
         except UndecidedError as failure:
@@ -149,9 +152,12 @@ def _attempt(candidate: Candidate) -> Certificate:
     raise failures[-1]
 
 
-def _exponents(bits: int) -> Iterator[int]:
-    """The exponents to try at a precision."""
-    return (k for k in _EXPONENTS if k * math.log2(10) <= _SHARE_OF_BITS * bits)
+def _exponents(candidate: Candidate) -> Iterator[int]:
+    """The exponents k of the radii 10^-k to try."""
+    most = int(_SHARE_OF_BITS * candidate.equations.bits * math.log10(2))
+    norm = min(candidate.system.norm, 1e300)
+    first = min(max(2, round(math.log10(norm / _FIRST_SPREAD))), most)
+    return (first + step for step in _STEPS if first + step <= most)
 
 
 def _does_not_depend_on_radius(failures: list[UndecidedError]) -> bool:
@@ -166,16 +172,14 @@ def _does_not_depend_on_radius(failures: list[UndecidedError]) -> bool:
 def _enlarged(proof: _Proof, failed: int) -> _Proof:
     """The proof with the largest radius, from one that succeeded and a larger radius, 10^-failed, that did not.
 
-    If the first radius succeeded, larger ones are tried one by one.
+    If no radius has failed (``failed`` is 0), larger ones are tried one by one.
     """
-    if proof.exponent == _FIRST_EXPONENT:
-        failed = 0
     while proof.exponent - failed > 1:
-        middle = proof.exponent - 1 if failed == 0 else (proof.exponent + failed) // 2
+        trial = (proof.exponent + failed) // 2 if failed else proof.exponent - 1
         try:
-            proof = _proof(proof.candidate, middle)
+            proof = _proof(proof.candidate, trial)
         except UndecidedError:
-            failed = middle
+            failed = trial
     return proof
 
 
@@ -210,7 +214,7 @@ def _separation(candidate: Candidate, radius: Fraction) -> float | None:
 
 
 def _certificate(proof: _Proof) -> Certificate:
-    """The certificate of a proof. It claims half of each margin, which leaves room for other methods to confirm it."""
+    """The certificate of a proof."""
     candidate, stable = proof.candidate, proof.stability
     equations = candidate.equations
     margins = {
@@ -223,7 +227,7 @@ def _certificate(proof: _Proof) -> Certificate:
         [[to_text(v) for v in point] for point in candidate.points], f"1e-{proof.exponent}", equations.bits,
         [[_switch(window) for window in tube.windows] for tube in proof.tubes],
         {"inside": stable.inside, "outside": stable.outside, "Q": matrices},
-        {name: None if value is None else f"{value / 2:.3e}" for name, value in margins.items()},
+        {name: None if value is None else f"{_CLAIMED_SHARE * value:.3e}" for name, value in margins.items()},
     )
 
 
