@@ -30,6 +30,7 @@ from gearchaos.studies.basins import Basins as Basins
 from gearchaos.studies.basins import basins as basins
 from gearchaos.studies.bifurcation import Bifurcation as Bifurcation
 from gearchaos.studies.bifurcation import bifurcation as bifurcation
+from gearchaos.studies.box_proofs import prove_box as prove_box
 from gearchaos.studies.branch import branch as branch
 from gearchaos.studies.curve import curve as curve
 from gearchaos.studies.dynamic_factor import dynamic_factor as dynamic_factor

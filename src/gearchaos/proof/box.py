@@ -19,7 +19,7 @@ from flint import arb, arb_mat
 from gearchaos.proof.balls import from_text, to_text
 from gearchaos.proof.box_pieces import BoxBounds
 from gearchaos.proof.box_tube import BoxTube, box_tube
-from gearchaos.proof.candidate import Candidate
+from gearchaos.proof.candidate import Candidate, column
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.krawczyk import CyclicSystem
@@ -64,24 +64,44 @@ class BoxProof:
 
 
 class BoxSystem:
-    """An orbit at the centre of a box of parameters, with its derivatives by u."""
+    """An orbit at the centre of a box of parameters, with its derivatives by u.
 
-    def __init__(self, candidate: Candidate, widths: Mapping[str, Fraction]) -> None:
-        self.candidate, self.widths = candidate, dict(widths)
+    Parameters
+    ----------
+    candidate : Candidate
+        The orbit, converged to rounding errors.
+    widths : list of dict
+        For each u_j the parameters that it changes, with their half-widths.
+    """
+
+    def __init__(self, candidate: Candidate, widths: list[dict[str, Fraction]]) -> None:
+        self.candidate, self.widths = candidate, widths
         self.equations, self.count = candidate.equations, len(widths)
-        moved = [self._moved(name) for name in widths]
+        self._check_coordinates()
+        moved = [self._moved(together) for together in widths]
         system = candidate.system
         drift = np.stack([system.newton_step([a.image - b.image for a, b in zip(m, candidate.trajectories, strict=True)])
                           for m in moved], axis=2) / float(_DIFFERENCE)
         self.drift: np.ndarray = drift
         self.shifts = self._shifts(moved)
 
-    def _moved(self, name: str, points: list[list[Fraction]] | None = None) -> list[Trajectory]:
-        """The motions over a mesh period with one parameter moved by a small part of its half-width."""
-        parameters = shifted(self.equations.parameters, name, self.widths[name] * _DIFFERENCE)
+    def _check_coordinates(self) -> None:
+        """Raise `UndecidedError` if the motions of the box need other coordinates than those at its centre."""
+        if coefficients(self.equations.parameters, self._derivatives(Fraction(1))).names != self.equations.names:
+            raise UndecidedError("coordinates not the same", 0.0)
+
+    def _derivatives(self, scale: Fraction) -> dict[str, list[Fraction]]:
+        """The derivatives of each parameter by u in the box with its half-widths times ``scale``."""
+        names = dict.fromkeys(name for together in self.widths for name in together)
+        return {name: [together.get(name, Fraction(0)) * scale for together in self.widths] for name in names}
+
+    def _moved(self, together: Mapping[str, Fraction]) -> list[Trajectory]:
+        """The motions over a mesh period from the points with parameters moved by a small part of their half-widths."""
+        parameters = dict(self.equations.parameters)
+        for name, width in together.items():
+            parameters = shifted(parameters, name, width * _DIFFERENCE)
         equations = MeshEquations(parameters, self.equations.phase, self.equations.bits)
-        return [trajectory(equations, arb_mat(len(p), 1, [arb(x.numerator) / x.denominator for x in p]))
-                for p in points or self.candidate.points]
+        return [trajectory(equations, column(point)) for point in self.candidate.points]
 
     def _shifts(self, moved: list[list[Trajectory]]) -> list[np.ndarray]:
         """About the derivatives (S, m) of the times of the switches of each mesh period by u."""
@@ -101,12 +121,8 @@ class BoxSystem:
 
     def prove(self, scale: Fraction) -> BoxProof:
         """The proof for the box with its half-widths times ``scale``; raises `UndecidedError` if it fails."""
-        widths = {name: [width * scale * int(i == j) for j in range(self.count)]
-                  for i, (name, width) in enumerate(self.widths.items())}
-        parameters = self.equations.parameters
+        parameters, widths = self.equations.parameters, self._derivatives(scale)
         box, centre = coefficients(parameters, widths), coefficients(parameters, widths, at_centre=True)
-        if box.names != self.equations.names:
-            raise UndecidedError("coordinates change", 0.0)
         bounds = BoxBounds(self.equations, box, centre, self.count)
         size = float(scale)
         least = self._residual(self._tubes(bounds, size, 0.0), size)

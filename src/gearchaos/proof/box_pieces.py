@@ -175,7 +175,7 @@ class BoxBounds:
 
         The derivative by u_j of the flow of an autonomous system is a block of exp [[M, M_j], [0, M]].
         """
-        equations, d = self.equations, self.equations.dimension
+        d = self.equations.dimension
         length = ball(cell.length) * (last - first)
         inputs = self._inputs(cell, first, contact)
         start = arb_mat(d + len(inputs), 1, [*state.entries(), *inputs])

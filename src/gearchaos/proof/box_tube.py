@@ -1,9 +1,9 @@
 """One mesh period of all motions from a box of states, for all models of a box of parameters.
 
-The motions start at c + C u + ξ with |ξ_i| <= r and |u_j| <= 1, where u sets the parameters p(u). Their difference from
-the motion at the centre (state c, parameters p0) is A ξ + B u. On a piece i of the mesh period A becomes Φ A and B
-becomes Φ B + γ (see `box_pieces`), with Φ and γ known up to bounds ΔΦ_i and Δγ_i. By the telescoping sum the errors of A
-and B after piece N are at most
+The motions start at c + C u + ξ with |ξ_i| <= r and |u_j| <= 1, where u sets the parameters p(u). Their difference
+from the motion at the centre (state c, parameters p0) is A ξ + B u. On a piece i of the mesh period A becomes Φ A and B
+becomes Φ B + γ (see `box_pieces`), with Φ and γ known up to bounds ΔΦ_i and Δγ_i. By the telescoping sum the errors of
+A and B after piece N are at most
 
     Σ_i |Φ_N ... Φ_(i+1)| ΔΦ_i (|A_i| + ΔA_i)  and  Σ_i |Φ_N ... Φ_(i+1)| (ΔΦ_i (|B_i| + ΔB_i) + Δγ_i),
 

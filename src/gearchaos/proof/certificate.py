@@ -32,8 +32,9 @@ EVENT_REASONS = {
     "orbit not found": "an orbit that the event joins was not found at an end of the interval",
     "no change": "what is proved at both ends of the interval is the same: the event lies elsewhere",
     "region not proved empty": "the region about the fold may contain an orbit beyond it",
+    "coordinates not the same": "in the box a coordinate acts on z that does not at its centre: vary both wheels alike",
 }
-"""Further reasons for which an event is not proved."""
+"""Further reasons for which an event or a box of parameters is not proved."""
 
 
 @dataclass(frozen=True)

@@ -275,7 +275,8 @@ def _change_in_words(kind: str, parameter: str, below: Certificate, above: Certi
         what = (f"the teeth switch contact in different sequences, {counts[0]} times at the lower end and {counts[1]} "
                 "times at the upper end")
     else:
-        what = f"{below.outside} multipliers lie outside the unit circle at the lower end and {above.outside} at the upper"
+        what = (f"{below.outside} multipliers lie outside the unit circle at the lower end and {above.outside} at the "
+                "upper end")
     return " ".join(filter(None, (
         f"At both ends of the interval of {parameter} there is exactly one orbit of minimal period {n} in the cubes "
         f"listed, and {what}.", extra)))

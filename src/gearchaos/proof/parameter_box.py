@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from flint import arb
@@ -79,7 +79,7 @@ def _exact(value: Any) -> arb:
     return value if isinstance(value, arb) else ball(value)
 
 
-class _Known:
+class _Known:  # stands for `equations._Numbers`
     """The parameters of a model by name, as functions of u."""
 
     def __init__(self, parameters: Mapping[str, Any], widths: Mapping[str, list[Fraction]], at_centre: bool) -> None:
@@ -138,7 +138,7 @@ def coefficients(
         Values and derivatives at the centre alone.
     """
     known = _Known(parameters, widths, at_centre)
-    names, rows = linear_rows(known)
+    names, rows = linear_rows(cast(Any, known))
     duration = 2 * arb.pi() / known["omega"]
     zero = duration * 0
 

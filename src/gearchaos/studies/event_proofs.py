@@ -107,7 +107,7 @@ def _points(model: MeshModel, period: int | None, near: Mapping[str, float] | No
     return sections(family.exact_flow(family.start[None]), w, np.zeros(1, int), np.array([period]))[0]
 
 
-def _event_of(branch: xr.Dataset) -> dict[str, Any]:
+def _event_of(branch: Any) -> dict[str, Any]:
     """The arguments of `prove_event` for the event of a branch."""
     if "event_kind" not in branch or branch["event_kind"].ndim:
         raise InputError("subject", "must be a branch with one event selected", dict(branch.sizes),

@@ -50,7 +50,7 @@ def prove(subject: AnyModel | Verdict | Orbit, bits: int = 128) -> Certificate |
     whole_number("bits", bits, _LEAST_BITS, _MOST_BITS)
     from gearchaos.proof.phases import prove_at_some_phase
 
-    return prove_at_some_phase(*_orbit_points(subject), bits)
+    return prove_at_some_phase(*orbit_points(subject), bits)
 
 
 def check_installed() -> None:
@@ -59,7 +59,7 @@ def check_installed() -> None:
         raise InputError("prove", "needs python-flint", None, "Install it with: pip install 'gearchaos[proof]'.")
 
 
-def _orbit_points(subject: AnyModel | Verdict | Orbit) -> tuple[MeshModel, np.ndarray]:
+def orbit_points(subject: AnyModel | Verdict | Orbit) -> tuple[MeshModel, np.ndarray]:
     """The model of an orbit and its states w (n, d) at τ = k T."""
     if isinstance(subject, Orbit):
         return subject.model, _states(subject.model, subject.points)
