@@ -9,10 +9,12 @@ from flint import arb, arb_mat, arb_poly
 from gearchaos.model import MeshModel
 from gearchaos.proof import tube as tubes
 from gearchaos.proof.balls import least, magnitude, norm, precision, rounded
+from gearchaos.proof.candidate import Candidate
 from gearchaos.proof.crossing import (
     BOUNDARIES,
     Displacement,
     UndecidedError,
+    _verified,
     clearance,
     clearance_by_bounds,
     crossing_time,
@@ -21,8 +23,9 @@ from gearchaos.proof.crossing import (
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.krawczyk import CyclicSystem
 from gearchaos.proof.parameters import exact_parameters
+from gearchaos.proof.prove import _separation
 from gearchaos.proof.series import Flow, constant_series
-from gearchaos.proof.stability import stability
+from gearchaos.proof.stability import _positive_eigenvalues, stability
 from gearchaos.proof.tube import period_tube
 
 BITS = 128
@@ -273,3 +276,37 @@ def test_bounds_as_floats():
     assert norm(arb_mat([[1, -2], [0.5, 0.25]])) == pytest.approx(3, rel=1e-12)
     assert norm(arb_mat([[1, -2], [0.5, 0.25]])) >= 3
     assert rounded(third, 4) == Fraction(5, 16)
+
+
+def test_inertia_of_wide_balls_is_undecided():
+    values = np.diag([1.0, -1.0])
+    assert _positive_eigenvalues(arb_mat([[1, 0], [0, -1]]), values) == 1
+    with pytest.raises(UndecidedError, match="neutral"):
+        _positive_eigenvalues(arb_mat([[1, arb(0, 2)], [arb(0, 2), -1]]), values)
+
+
+def test_cubes_that_overlap_are_not_told_apart():
+    """Centres 3/2 r apart: the cubes of radius r overlap."""
+    points = [[Fraction(0)], [Fraction(3, 2000)]]
+    candidate = Candidate(None, points, [])
+    assert _separation(candidate, Fraction(1, 2000)) == pytest.approx(1)
+    with pytest.raises(UndecidedError, match="period not minimal"):
+        _separation(candidate, Fraction(1, 1000))
+
+
+def test_enclosure_over_a_long_time_is_refused():
+    """Over half a mesh period the equations map no box near the states into itself."""
+    model = MeshModel.of(kind="single", omega=1.0, zeta=0.1, q0=0.1)
+    mesh = MeshEquations(exact_parameters(model), bits=BITS)
+    tube = tubes._Tube(mesh, arb_mat(2, 1, [1.5, 0.0]), period_tube(mesh, arb_mat(2, 1, [1.5, 0.0])).trajectory)
+    with pytest.raises(UndecidedError, match="tangency"):
+        tube._enclosure(tubes.Window(arb(0.25), arb(0.75), 1, True), arb_mat(2, 1, [0.99, 0.5]), arb(0.5))
+
+
+def test_a_wrong_crossing_time_is_refused():
+    motion = Displacement(arb_poly([0.5, 1]))
+    crossing = first_crossing(motion, 0, arb(0), arb(1))
+    assert _verified(motion, crossing, arb(0.5)).contains(arb(0.5))
+    falling = Displacement(arb_poly([arb(0.5), arb(0.5), arb(0.5)]))
+    with pytest.raises(UndecidedError):
+        _verified(falling, crossing, arb(0.999))

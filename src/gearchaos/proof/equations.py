@@ -16,10 +16,13 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from flint import arb, arb_mat
+from flint import arb, arb_mat, ctx
 
-from gearchaos.proof.balls import ball, from_text, interval, norm
+from gearchaos.proof.balls import ball, from_text, interval, norm, precision
 from gearchaos.proof.series import Flow, constant_series, fourier_series, with_forcing
+
+_BITS_PER_CELL = 1.1
+"""Logarithm to base 2 of the largest growth of errors in a cell."""
 
 _LONGEST_CELL = 0.75
 """Largest norm of the equations times the length of a cell, by which the number of cells is chosen."""
@@ -65,7 +68,7 @@ class MeshEquations:
     phase : Fraction
         Time of the section, in mesh periods after τ = 0, in [0, 1).
     bits : int
-        The precision set.
+        The precision that results should have, at most the one that is set.
 
     Attributes
     ----------
@@ -128,11 +131,11 @@ class MeshEquations:
         if contact and cell.level is None:
             rows = fourier_series(
                 self.matrix * cell.span, self.spring * cell.span, self._stiffness_terms(cell),
-                self._constant_and_forcing(cell), contact, angles, self.bits)
+                self._constant_and_forcing(cell), contact, angles, ctx.prec)
             return Flow(rows)
         key = cell.length, bool(contact), cell.level if contact else None
         if key not in self._tables:
-            self._tables[key] = constant_series(self._extended(cell, contact), self.dimension, self.bits)
+            self._tables[key] = constant_series(self._extended(cell, contact), self.dimension, ctx.prec)
         return Flow(with_forcing(self._tables[key], self.dimension, [*angles, arb(1), arb(contact)]))
 
     def _extended(self, cell: Cell, contact: int) -> arb_mat:
@@ -190,6 +193,17 @@ class MeshEquations:
             s, c = (2 * j * time).sin_cos_pi()
             out[1] += cosine * c + sine * s
         return out
+
+
+def equations_at(parameters: Mapping[str, Any], phase: Fraction, bits: int) -> tuple[MeshEquations, int]:
+    """Equations for results of a precision, and the precision in bits at which they are to be used.
+
+    Rounding errors grow with the norm of each cell, by a little more than a bit.
+    """
+    with precision(bits):
+        working = bits + math.ceil(_BITS_PER_CELL * len(MeshEquations(parameters, phase, bits).cells))
+    with precision(working):
+        return MeshEquations(parameters, phase, bits), working
 
 
 class _Numbers:

@@ -17,7 +17,7 @@ from gearchaos.proof.candidate import Candidate
 from gearchaos.proof.certificate import Certificate, Unproved, certificate
 from gearchaos.proof.coordinates import lifted
 from gearchaos.proof.crossing import UndecidedError
-from gearchaos.proof.equations import MeshEquations
+from gearchaos.proof.equations import MeshEquations, equations_at
 from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.stability import Stability, stability
 from gearchaos.proof.tube import Tube, Window, period_tube
@@ -31,8 +31,11 @@ _FIRST_SPREAD = 1e-3
 _STEPS = (0, 1, 2, 4, 6, 9, 13, 18, 24, 32, 42, 56, 76, 96, 126, 166, 216, 276, 356, 456, 596, 796, 996, 1196)
 """Steps from the first exponent, until a radius is proved; the largest one is then found by bisection."""
 
-_LEAST_CONTRACTION = 0.75
-"""Least margin of Krawczyk's operator: with it other methods of the same precision find a positive one too."""
+_LEAST_CONTRACTION = 0.1
+"""Least margin of Krawczyk's operator."""
+
+_CELLS_PER_POWER = 24
+"""Cells of the mesh period for which the radius of a certificate is made smaller by a power of 10."""
 
 _CLAIMED_SHARE = 0.1
 """Share of the margins found that a certificate claims, so that other methods can confirm them."""
@@ -97,8 +100,8 @@ def prove_orbit(
         raise InputError("phase", "must be in [0, 1)", phase, "It is a share of the mesh period.")
     parameters = exact_parameters(model)
     for tried in (bits, *(b for b in _PRECISIONS if bits < b <= max_bits)):
-        with precision(tried):
-            equations = MeshEquations(parameters, Fraction(phase), tried)
+        equations, working = equations_at(parameters, Fraction(phase), tried)
+        with precision(working):
             try:
                 return _attempt(_candidate(equations, points))
             except UndecidedError as failure:
@@ -134,7 +137,7 @@ def _candidate(equations: MeshEquations, points: np.ndarray) -> Candidate:
 
 
 def _attempt(candidate: Candidate) -> Certificate:
-    """The certificate of an orbit for the largest radius 10^-k that is proved, at one precision.
+    """The certificate of an orbit at one precision, for a radius by `_room` smaller than the largest 10^-k proved.
 
     Raises `UndecidedError` if no radius is.
     """
@@ -148,8 +151,17 @@ def _attempt(candidate: Candidate) -> Certificate:
             if _does_not_depend_on_radius(failures):
                 break
             continue
-        return _certificate(_enlarged(proof, failed))
+        largest = _enlarged(proof, failed)
+        return _certificate(_proof(largest.candidate, largest.exponent + _room(candidate.equations)))
     raise failures[-1]
+
+
+def _room(equations: MeshEquations) -> int:
+    """Powers of 10 between the largest radius proved and that of the certificate.
+
+    They leave room for other methods, whose slopes have wider balls the more steps a mesh period needs.
+    """
+    return 1 + len(equations.cells) // _CELLS_PER_POWER
 
 
 def _exponents(candidate: Candidate) -> Iterator[int]:

@@ -18,7 +18,7 @@ from itertools import pairwise
 from flint import arb, arb_mat
 
 from gearchaos.proof.balls import ball as exact
-from gearchaos.proof.balls import block, interval, least, magnitude, rounded
+from gearchaos.proof.balls import block, interval, least, magnitude, rounded, unit
 from gearchaos.proof.crossing import Displacement, UndecidedError, clearance, clearance_by_bounds
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.trajectory import Switch, Trajectory, trajectory
@@ -98,14 +98,19 @@ def period_tube(equations: MeshEquations, box: arb_mat, centre: Trajectory | Non
 
 
 class _Tube:
-    """The states and slopes of a box while they are followed through a mesh period."""
+    """The states and slopes of a box while they are followed through a mesh period.
+
+    The slopes are ``flow`` times ``first_slopes``: those since the last window and those at its end. Multiplied cell by
+    cell, the wide balls of the latter would grow with the norm of each cell.
+    """
 
     def __init__(self, equations: MeshEquations, box: arb_mat, centre: Trajectory) -> None:
         self.equations, self.centre, self.dimension = equations, centre, equations.dimension
         self.offset = box - box.mid()
         self.distance = self.speed = math.inf
-        self.slopes = arb_mat(self.dimension + 1, self.dimension,
-                              [int(i == j) for i in range(self.dimension + 1) for j in range(self.dimension)])
+        self.first_slopes = arb_mat(self.dimension + 1, self.dimension,
+                                    [int(i == j) for i in range(self.dimension + 1) for j in range(self.dimension)])
+        self.flow = unit(self.dimension + 1)
 
     def result(self) -> Tube:
         """Follow the box from section to section."""
@@ -116,7 +121,7 @@ class _Tube:
             states = self._between(segment, low, high)
             if segment < len(windows):
                 self._through(windows[segment], states)
-        slopes = block(self.slopes, self.dimension, range(self.dimension))
+        slopes = block(self.flow * self.first_slopes, self.dimension, range(self.dimension))
         image = self.centre.image + slopes * self.offset
         return Tube(image, slopes, windows, {"distance": self.distance, "speed": self.speed}, self.centre)
 
@@ -158,19 +163,19 @@ class _Tube:
     def _cell(self, segment: int, index: int, contact: int, first: arb, last: arb) -> arb_mat:
         """Follow the box from the share ``first`` to the share ``last`` of a cell; the states (d, 1) there."""
         flow, centre = self.equations.flow(index, contact), self.centre.starts[segment, index]
-        before, at_start = self.slopes, self.slopes
-        entry = centre
+        before, at_start, entry = self.flow, self.flow, centre
         if not first.is_zero():
             forward = flow.at(first)
             at_start, entry = forward.solve(before), forward * centre
         advance = flow.end if last == 1 else flow.at(last)
-        self.slopes = advance * at_start
-        states, final = centre + at_start * self.offset, advance * centre + self.slopes * self.offset
+        self.flow = advance * at_start
+        states = centre + at_start * self.first_slopes * self.offset
+        final = advance * centre + self.flow * self.first_slopes * self.offset
         found = None
         if first.is_zero() and last == 1:
             found = clearance_by_bounds(flow.bounds * states, contact)
         if found is None:
-            start = (entry + before * self.offset)[0, 0]
+            start = (entry + before * self.first_slopes * self.offset)[0, 0]
             path = Displacement(flow.polynomial(states))
             found = clearance(path, contact, first, last, start, final[0, 0])
         self.distance = min(self.distance, found)
@@ -184,7 +189,8 @@ class _Tube:
         if not speed > 0:
             raise UndecidedError("tangency undecided", least(speed))
         self.speed = min(self.speed, least(speed))
-        self.slopes = self._slopes_through(duration) * self.slopes
+        self.first_slopes = self._slopes_through(duration) * (self.flow * self.first_slopes)
+        self.flow = unit(self.dimension + 1)
 
     def _enclosure(self, window: Window, states: arb_mat, duration: arb) -> arb_mat:
         """States (d, 1) that no motion of the box leaves during a window: a box that the equations map into itself."""
