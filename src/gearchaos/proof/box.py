@@ -17,7 +17,7 @@ import numpy as np
 from flint import arb, arb_mat
 
 from gearchaos.proof.balls import from_text, to_text
-from gearchaos.proof.box_pieces import BoxBounds
+from gearchaos.proof.box_pieces import BoxBounds, UnitBox
 from gearchaos.proof.box_tube import BoxTube, box_tube
 from gearchaos.proof.candidate import Candidate, column
 from gearchaos.proof.crossing import UndecidedError
@@ -78,12 +78,20 @@ class BoxSystem:
         self.candidate, self.widths = candidate, widths
         self.equations, self.count = candidate.equations, len(widths)
         self._check_coordinates()
+        centre = coefficients(self.equations.parameters, self._derivatives(Fraction(1)), at_centre=True)
+        self.unit = UnitBox(self.equations, centre, self.count)
         moved = [self._moved(together) for together in widths]
         system = candidate.system
         drift = np.stack([system.newton_step([a.image - b.image for a, b in zip(m, candidate.trajectories, strict=True)])
                           for m in moved], axis=2) / float(_DIFFERENCE)
         self.drift: np.ndarray = drift
         self.shifts = self._shifts(moved)
+
+    def bounds(self, scale: Fraction) -> BoxBounds:
+        """The bounds of the coefficients in the box with its half-widths times ``scale``."""
+        parameters, widths = self.equations.parameters, self._derivatives(scale)
+        box, centre = coefficients(parameters, widths), coefficients(parameters, widths, at_centre=True)
+        return BoxBounds(self.unit, box, centre, scale)
 
     def _check_coordinates(self) -> None:
         """Raise `UndecidedError` if the motions of the box need other coordinates than those at its centre."""
@@ -121,9 +129,7 @@ class BoxSystem:
 
     def prove(self, scale: Fraction) -> BoxProof:
         """The proof for the box with its half-widths times ``scale``; raises `UndecidedError` if it fails."""
-        parameters, widths = self.equations.parameters, self._derivatives(scale)
-        box, centre = coefficients(parameters, widths), coefficients(parameters, widths, at_centre=True)
-        bounds = BoxBounds(self.equations, box, centre, self.count)
+        bounds = self.bounds(scale)
         size = float(scale)
         least = self._residual(self._tubes(bounds, size, 0.0), size)
         failure = UndecidedError("Krawczyk not contracting", 0.0)

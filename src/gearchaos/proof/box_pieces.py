@@ -16,7 +16,9 @@ All matrices of bounds are floats; each has a factor for its rounding errors.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from flint import arb, arb_mat
@@ -54,21 +56,43 @@ class Slack:
     moved_curvature: float
 
 
+@dataclass(frozen=True)
+class UnitBox:
+    """A box at scale 1, with what is computed for it once.
+
+    Attributes
+    ----------
+    equations : MeshEquations
+        At the centre.
+    centre : Coefficients
+        At the centre, with the half-widths of the box for the derivatives.
+    count : int
+        Number m of the u_j.
+    blocks : dict
+        Derivatives of the flows of whole cells by u_j, by length, contact state and level.
+    """
+
+    equations: MeshEquations
+    centre: Coefficients
+    count: int
+    blocks: dict[Any, list[arb_mat]] = field(default_factory=dict)
+
+
 class BoxBounds:
     """Bounds of the coefficients over a box, from which those of pieces are computed.
 
     Parameters
     ----------
-    equations : MeshEquations
-        At the centre.
+    unit : UnitBox
+        The box with its half-widths as given.
     box, centre : Coefficients
-        Over the box, and at its centre with the same half-widths for the derivatives.
-    count : int
-        Number m of the u_j.
+        Over the box with its half-widths times ``scale``, and at its centre with these half-widths for the derivatives.
+    scale : Fraction
     """
 
-    def __init__(self, equations: MeshEquations, box: Coefficients, centre: Coefficients, count: int) -> None:
-        self.equations, self.count, self.box, self.centre = equations, count, box, centre
+    def __init__(self, unit: UnitBox, box: Coefficients, centre: Coefficients, scale: Fraction) -> None:
+        self.equations, self.count, self.box, self.centre = unit.equations, unit.count, box, centre
+        self.unit, self.blocks, self.scale = unit.centre, unit.blocks, ball(scale)
         self.matrix, self.spring = magnitudes(value_of(box.matrix)), magnitudes(value_of(box.spring))
         self.matrix_slopes = [magnitudes(slope_of(box.matrix, j)) for j in range(count)]
         self.spring_slopes = [magnitudes(slope_of(box.spring, j)) for j in range(count)]
@@ -175,12 +199,22 @@ class BoxBounds:
 
         The derivative by u_j of the flow of an autonomous system is a block of exp [[M, M_j], [0, M]].
         """
-        d = self.equations.dimension
-        length = ball(cell.length) * (last - first)
+        d, whole = self.equations.dimension, bool(first.is_zero() and last == 1)
+        key = cell.length, contact, self.level_name(cell), cell.level
+        blocks = self.blocks.get(key) if whole else None
+        if blocks is None:
+            blocks = self._derivatives(cell, contact, ball(cell.length) * (last - first))
+        if whole:
+            self.blocks[key] = blocks
         inputs = self._inputs(cell, first, contact)
         start = arb_mat(d + len(inputs), 1, [*state.entries(), *inputs])
+        columns = [(block * start).entries() for block in blocks]
+        return arb_mat(d, self.count, [columns[j][i] for i in range(d) for j in range(self.count)]) * self.scale
+
+    def _derivatives(self, cell: Cell, contact: int, length: arb) -> list[arb_mat]:
+        """The derivatives by u_j at p0 of the first d rows of the flow of w, the harmonics, 1 and σ, at scale 1."""
         base = self._extended(cell, contact, None) * length
-        size, columns = base.nrows(), []
+        d, size, out = self.equations.dimension, base.nrows(), []
         for j in range(self.count):
             slope = self._extended(cell, contact, j) * length
             both = arb_mat(2 * size, 2 * size)
@@ -189,9 +223,8 @@ class BoxBounds:
                     both[a, b] = both[size + a, size + b] = base[a, b]
                     both[a, size + b] = slope[a, b]
             derivative = both.exp()
-            block = arb_mat(d, size, [derivative[a, size + b] for a in range(d) for b in range(size)])
-            columns.append((block * start).entries())
-        return arb_mat(d, self.count, [columns[j][i] for i in range(d) for j in range(self.count)])
+            out.append(arb_mat(d, size, [derivative[a, size + b] for a in range(d) for b in range(size)]))
+        return out
 
     def _inputs(self, cell: Cell, share: arb, contact: int) -> list[arb]:
         """Cosine and sine of the harmonics at a time of a cell, 1, and σ."""
@@ -207,7 +240,7 @@ class BoxBounds:
         def of(number: object) -> arb:
             return number.value if j is None else number.slopes[j]  # type: ignore[attr-defined]
 
-        centre, d, h = self.centre, self.equations.dimension, len(self.equations.harmonics)
+        centre, d, h = self.unit, self.equations.dimension, len(self.equations.harmonics)
         out = arb_mat(d + 2 * h + 2, d + 2 * h + 2)
         name = self.level_name(cell)
         level = centre.levels[name] if name is not None else None

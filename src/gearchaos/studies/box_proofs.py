@@ -55,7 +55,7 @@ def prove_box(
         raise InputError("stiffness", "must be two-level or stepped for a box of parameters", "Fourier series")
     if not widths:
         raise InputError("widths", "must name a parameter", dict(widths), 'E.g. {"eps1": 0.001}.')
-    directions = [_direction(model, name, to_float(name, width)) for name, width in widths.items()]
+    directions = [_direction(model, name, to_float("width", width)) for name, width in widths.items()]
     names = [name for together in directions for name in together]
     if len(names) > len(set(names)):
         raise InputError("widths", "must name each parameter once", list(widths))
