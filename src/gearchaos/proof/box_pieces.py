@@ -91,7 +91,8 @@ class BoxBounds:
     """
 
     def __init__(self, unit: UnitBox, box: Coefficients, centre: Coefficients, scale: Fraction) -> None:
-        self.equations, self.count, self.box, self.centre = unit.equations, unit.count, box, centre
+        count = unit.count
+        self.equations, self.count, self.box, self.centre = unit.equations, count, box, centre
         self.unit, self.blocks, self.scale = unit.centre, unit.blocks, ball(scale)
         self.matrix, self.spring = magnitudes(value_of(box.matrix)), magnitudes(value_of(box.spring))
         self.matrix_slopes = [magnitudes(slope_of(box.matrix, j)) for j in range(count)]
@@ -104,7 +105,7 @@ class BoxBounds:
         self.wave_change = [
             sum(magnitude(x.slopes[j] - y.slopes[j]) for a, b in zip(box.harmonics, centre.harmonics, strict=True)
                 for x, y in zip(a, b, strict=True)) for j in range(count)]
-        self.top = max([magnitude(v.value) for v in box.levels.values()], default=magnitude(equations.stiffness))
+        self.top = max([magnitude(v.value) for v in box.levels.values()], default=magnitude(unit.equations.stiffness))
 
     def _changes(self, name: str, j: int) -> np.ndarray:
         """Bounds of the change over the box of the derivatives by u_j of the coefficients ``name``."""
