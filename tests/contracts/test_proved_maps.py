@@ -102,6 +102,20 @@ def test_a_failed_proof_is_recorded_with_its_reason(monkeypatch):
     assert reasons <= {"Newton diverged", "tangency undecided"}
 
 
+@pytest.mark.parametrize("threads", [1, 3])
+def test_each_orbit_gets_its_own_result(monkeypatch, threads):
+    monkeypatch.setattr(proved_cells, "_BATCH", 7)
+    monkeypatch.setattr(proved_cells, "prove_in_process", lambda orbits: np.array(
+        [(len(orbit.points) % 2, len(orbit.points)) for orbit in orbits], np.int8))
+    periods = np.random.default_rng(0).integers(0, 40, 100)
+    orbits = np.full(100, None, dtype=object)
+    for i in np.flatnonzero(periods):
+        orbits[i] = np.zeros((periods[i], 2))
+    found = proved_cells.proofs([MODEL] * 100, orbits, [None] * 100, threads=threads)
+    np.testing.assert_array_equal(found["proof_reason"], periods)
+    np.testing.assert_array_equal(found["proved"], np.where(periods > 0, periods % 2, -1))
+
+
 def test_every_reason_has_a_code_that_files_of_results_keep():
     assert REASON_CODES == {
         0: "none", 1: "inferred", 2: "Newton diverged", 3: "section on the contact boundary", 4: "tangency undecided",

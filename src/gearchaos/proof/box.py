@@ -1,7 +1,7 @@
 """The theorem of a periodic orbit for every model in a box of parameters.
 
-For |u_j| <= 1 the unknowns are ξ_k with x_k = c_k + C_k u + ξ_k; C_k is about the derivative of the orbit by u. With the
-tubes of `box_tube`, P(c_k + C_k u + ξ; p(u)) = P(c_k; p0) + A_k ξ + B_k u, so that the equations at ξ = 0 are
+For |u_j| <= 1 the unknowns are ξ_k with x_k = c_k + C_k u + ξ_k; C_k is about the derivative of the orbit by u. With
+the tubes of `box_tube`, P(c_k + C_k u + ξ; p(u)) = P(c_k; p0) + A_k ξ + B_k u, so that the equations at ξ = 0 are
 P(c_k; p0) - c_(k+1) + (B_k - C_(k+1)) u, where the second term is small. Krawczyk's operator is that of `krawczyk`, for
 all u at once.
 """
@@ -81,10 +81,10 @@ class BoxSystem:
         centre = coefficients(self.equations.parameters, self._derivatives(Fraction(1)), at_centre=True)
         self.unit = UnitBox(self.equations, centre, self.count)
         moved = [self._moved(together) for together in widths]
-        system = candidate.system
-        drift = np.stack([system.newton_step([a.image - b.image for a, b in zip(m, candidate.trajectories, strict=True)])
-                          for m in moved], axis=2) / float(_DIFFERENCE)
-        self.drift: np.ndarray = drift
+        motions = candidate.trajectories
+        changes = [[a.image - b.image for a, b in zip(m, motions, strict=True)] for m in moved]
+        steps = [candidate.system.newton_step(change) for change in changes]
+        self.drift: np.ndarray = np.stack(steps, axis=2) / float(_DIFFERENCE)
         self.shifts = self._shifts(moved)
 
     def bounds(self, scale: Fraction) -> BoxBounds:
