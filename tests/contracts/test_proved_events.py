@@ -11,6 +11,7 @@ pytest.importorskip("flint")
 import gearchaos as gc
 from gearchaos.model import MeshModel
 from gearchaos.proof.balls import precision
+from gearchaos.proof.connection import connection
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.exclusion import empty_region
@@ -62,6 +63,7 @@ def check_facts(kind, period, document):
         assert sorted(pair)[1] - sorted(pair)[0] == 1 and [] in outside and document["empty"]["slices"] > 0
         return
     assert below[0]["period"] == above[0]["period"] == period and document["empty"] is None
+    assert (document["connection"] is None) == (kind == "graze")
     if kind == "graze":
         counts = [sum(map(len, c[0]["switches"])) for c in (below, above)]
         assert abs(counts[0] - counts[1]) == 2
@@ -79,6 +81,17 @@ def test_an_event_elsewhere_is_not_proved(branches):
         moved["event_value"].attrs.update(located["event_value"].attrs)
         result = gc.prove_event(moved)
         assert not result.proved and result.reason in ("no change", "region not proved empty", "orbit not found")
+
+
+def test_orbits_of_different_families_are_not_connected():
+    """At omega 2.3 there are two 1T orbits; moved apart by 1e-9, they are no ends of one family."""
+    found = [o for o in gc.orbits(SINGLE.with_values({"omega": 2.3}), period=1)]
+    first = gc.prove(found[0])
+    others = [gc.orbit(SINGLE.with_values({"omega": 2.3 + 1e-9}), period=1, near=o.state) for o in found]
+    assert connection(first, gc.prove(others[0]), 128) is not None
+    for other in others[1:]:
+        with pytest.raises(UndecidedError, match="orbit not found"):
+            connection(first, gc.prove(other), 128)
 
 
 def fold_pair(branches):

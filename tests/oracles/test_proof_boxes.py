@@ -29,6 +29,8 @@ CASES = {
                      {"eps1": 1e-4, "omega": 2e-4, "q0": 1e-4, "zeta": 1e-4, "chi1": 1e-4, "chi2": 1e-4, "J": 1e-4,
                       "beta": 1e-4}),
     "torsional 2T": (MeshModel.of(kind="torsional", q0=0.1, eps1=0.05, omega=2.0), {"eps1": 1e-4, "omega": 1e-4}),
+    "permanent contact": (MeshModel.of(kind="torsional", q0=0.3, eps1=0.01, omega=0.7),
+                          {"eps1": 1e-3, "omega": 1e-3, "chi1": 1e-3, "chi2": 1e-3, "q0": 1e-3}),
     "single, stepped": (MeshModel.of(kind="single", q0=0.1, eps1=0.05, omega=0.95, zeta=0.05, stiffness=STEPS),
                         {"eps1": 1e-4, "zeta": 1e-4, "omega": 1e-4}),
     "full": (MeshModel.of(kind="full", q0=0.1, eps1=0.03, omega=1.5, beta1=0.02, kappa1=0.4),

@@ -140,6 +140,23 @@ class BoxSystem:
                 failure = error
         raise failure
 
+    def continued(self, radius: float) -> float:
+        """Prove that there is exactly one orbit with |ξ_k| <= ``radius`` for every u, without its stability.
+
+        Krawczyk's operator proves too that the derivative of the equations is regular: no multiplier is 1.
+
+        Returns
+        -------
+        float
+            The margin of Krawczyk's operator. Raises `UndecidedError` if it is not positive.
+        """
+        tubes = self._tubes(self.bounds(Fraction(1)), 1.0, radius)
+        defects = self._defects(tubes, 1.0)
+        existence = self.candidate.system.margin([t.slopes for t in tubes], defects, radius * (1 - 1e-15))
+        if not existence > _LEAST_CONTRACTION:
+            raise UndecidedError("Krawczyk not contracting", existence)
+        return existence
+
     def _tubes(self, bounds: BoxBounds, size: float, radius: float) -> list[BoxTube]:
         """The tubes of all mesh periods."""
         d = self.equations.dimension

@@ -173,6 +173,7 @@ class _BoxTube:
         z_before = (entry[0, 0] + before[0, 0])
         self._advance(exact, slack.flow, gamma, slack.drift)
         leaving = onward * frozen
+        # proves too that z is on its side of the boundaries at both ends, i.e. before and after a window
         clearance(path, contact, first, last, z_before, leaving[0, 0] + self.difference()[0, 0])  # type: ignore[arg-type]
 
     def _advance(self, flow: arb_mat, flow_error: np.ndarray, gamma: arb_mat, gamma_error: np.ndarray) -> None:
@@ -199,19 +200,10 @@ class _BoxTube:
         speed = (switch.flank if switch.into_contact else -switch.flank) * states[1, 0]
         if not speed > 0:
             raise UndecidedError("tangency undecided", least(speed))
-        self._check_sides(switch, entry[0, 0] + self.difference()[0, 0], before=True)
         flow = _window_flow(matrix, spring, chi, duration)
         bound = norm(matrix) + norm(spring) * magnitude(chi)
         gamma = self._window_drift(switch, states, duration, bound)
         self._advance(flow, np.zeros((d, d)), gamma, np.zeros((d, self.count)))
-        self._check_sides(switch, self._centre_after(segment, high)[0, 0] + self.difference()[0, 0], before=False)
-
-    def _check_sides(self, switch: Switch, z: arb, before: bool) -> None:
-        """Raise `UndecidedError` unless z is on the side of the boundary on which it is before or after a switch."""
-        outside = switch.flank * z - 1
-        gap = outside if before != switch.into_contact else -outside
-        if not gap > 0:
-            raise UndecidedError("tangency undecided", least(gap))
 
     def _centre_at(self, segment: int, time: arb) -> arb_mat:
         """The state (d, 1) of the motion at the centre at a time of a part between switches."""
@@ -221,10 +213,6 @@ class _BoxTube:
         contact = self.centre.contacts[segment]
         there = self.equations.flow(index, contact).at(share) * self.centre.starts[segment, index]
         return block(there, self.dimension, range(1))
-
-    def _centre_after(self, segment: int, time: arb) -> arb_mat:
-        """The state of the motion at the centre after the window of the switch that ends a part."""
-        return self._centre_at(segment + 1, time)
 
     def _enclosure(self, switch: Switch, states: arb_mat, low: arb, high: arb) -> arb_mat:
         """States (d, 1) that no motion leaves during a window: a box that the equations map into itself."""

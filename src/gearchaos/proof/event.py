@@ -16,6 +16,7 @@ from gearchaos.files import write_bytes
 from gearchaos.model.parameters import MeshModel
 from gearchaos.proof.balls import precision, to_text
 from gearchaos.proof.certificate import Certificate, Unproved, checksum, used_versions
+from gearchaos.proof.connection import connection
 from gearchaos.proof.coordinates import lifted
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
@@ -152,8 +153,9 @@ def _change(kind: str, parameter: str, ends: tuple[End, End], bits: int) -> Even
         proved[side].append(doubled)
         extra = (f"At {('its lower', 'its upper')[side]} end there is an orbit of minimal period {doubled.period} "
                  f"beside it, with {doubled.outside} multipliers outside.")
-    theorem = _change_in_words(kind, parameter, below, above, extra)
-    return _certificate(kind, theorem, parameter, ends, proved, None)
+    link = None if kind == "graze" else _connection(below, above, bits)
+    theorem = _change_in_words(kind, parameter, below, above, link is not None, extra)
+    return _certificate(kind, theorem, parameter, ends, proved, None, link)
 
 
 def _orbit_near(end: End, bits: int) -> np.ndarray:
@@ -171,6 +173,14 @@ def _proved(model: MeshModel, points: np.ndarray, bits: int) -> Certificate:
     if isinstance(result, Unproved):
         raise NotProvedError(result)
     return result
+
+
+def _connection(below: Certificate, above: Certificate, bits: int) -> dict[str, Any] | None:
+    """The proof that the orbits at both ends are connected; raises `NotProvedError` if it fails."""
+    try:
+        return connection(below, above, bits)
+    except UndecidedError as failure:
+        raise NotProvedError(Unproved(failure.reason, failure.margin, bits)) from None
 
 
 def _sequence(found: Certificate) -> list[list[tuple[int, str]]]:
@@ -246,7 +256,7 @@ def _empty(model: MeshModel, pair: list[list[list[Fraction]]], bits: int) -> Emp
 
 def _certificate(
     kind: str, theorem: str, parameter: str, ends: tuple[End, End], proved: list[list[Certificate]],
-    empty: EmptyRegion | None,
+    empty: EmptyRegion | None, link: dict[str, Any] | None = None,
 ) -> EventCertificate:
     """The certificate from its parts."""
     period = min(found.period for side in proved for found in side)
@@ -254,7 +264,8 @@ def _certificate(
         "format": FORMAT, "version": VERSION, "kind": kind, "theorem": theorem, "parameter": parameter,
         "interval": [end.value.hex() for end in ends], "period": period,
         "below": [found.document for found in proved[0]], "above": [found.document for found in proved[1]],
-        "empty": None if empty is None else _empty_document(ends, proved, empty), "versions": used_versions(),
+        "empty": None if empty is None else _empty_document(ends, proved, empty),
+        "connection": link, "versions": used_versions(),
     }
     return EventCertificate({**document, "sha256": checksum(document)})
 
@@ -267,7 +278,9 @@ def _empty_document(ends: tuple[End, End], proved: list[list[Certificate]], empt
             "slices": empty.slices, "margin": f"{empty.margin:.3e}"}
 
 
-def _change_in_words(kind: str, parameter: str, below: Certificate, above: Certificate, extra: str) -> str:
+def _change_in_words(
+    kind: str, parameter: str, below: Certificate, above: Certificate, connected: bool, extra: str
+) -> str:
     """The theorem of an event that changes the orbit."""
     n = below.period
     if kind == "graze":
@@ -277,9 +290,12 @@ def _change_in_words(kind: str, parameter: str, below: Certificate, above: Certi
     else:
         what = (f"{below.outside} multipliers lie outside the unit circle at the lower end and {above.outside} at the "
                 "upper end")
+    between = "" if not connected else (
+        f"The two orbits are connected by exactly one orbit for each value of {parameter} between, and no multiplier "
+        f"is 1: at some value {'a multiplier is -1' if kind == 'flip' else 'a multiplier lies on the unit circle'}.")
     return " ".join(filter(None, (
         f"At both ends of the interval of {parameter} there is exactly one orbit of minimal period {n} in the cubes "
-        f"listed, and {what}.", extra)))
+        f"listed, and {what}.", between, extra)))
 
 
 def _fold_in_words(parameter: str, side: int, first: Certificate, second: Certificate, empty: EmptyRegion) -> str:
