@@ -12,8 +12,8 @@ from flint import arb, arb_mat
 import gearchaos as gc
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.model import MeshModel, SteppedStiffness
-from gearchaos.proof.balls import precision
-from gearchaos.proof.box import BoxSystem
+from gearchaos.proof.balls import block, precision
+from gearchaos.proof.box import BoxSystem, shifted
 from gearchaos.proof.box_tube import box_tube
 from gearchaos.proof.coordinates import lifted
 from gearchaos.proof.crossing import UndecidedError
@@ -106,6 +106,42 @@ def test_the_tube_of_a_box_contains_motions_from_random_states_at_random_paramet
             for k in range(2):
                 contained(tube.slopes * column(offsets[k]) + effect, after[:, k] - image)
             contained(tube.slopes * column(offsets[0] - offsets[1]), after[:, 0] - after[:, 1])
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("contact", [0, 1])
+def test_bounds_on_a_piece_contain_the_flows_of_random_parameters(name, contact):
+    """Φ(p) - Φ(p0), the motion at p from a state of the motion at p0, and at the corners of a large box."""
+    scale, rng = 0.01 / max(CASES[name][1].values()), np.random.default_rng(2)
+    with precision(BITS):
+        system = system_of(name, scale)
+        bounds, equations, d = system.bounds(Fraction(1)), system.equations, system.equations.dimension
+        cell, state = equations.cells[0], column(rng.uniform(-1.5, 1.5, d))
+        start = arb_mat(d + 1, 1, [*state.entries(), 1])
+        size = np.abs([float(v) for v in state.entries()])
+        slack = bounds.slack(cell, contact, float(cell.length) * (1 + 1e-15), size)
+        gamma = bounds.drift_at_centre(cell, contact, arb(0), arb(1), state)
+        here = equations.flow(0, contact)
+        used = []
+        for _ in range(20):
+            u = rng.choice([-1.0, 1.0], system.count)
+            parameters = dict(equations.parameters)
+            for together, share in zip(system.widths, u.tolist(), strict=True):
+                for member, width in together.items():
+                    parameters = shifted(parameters, member, width * Fraction(share))
+            other = MeshEquations(parameters, bits=BITS)
+            if other.cells[0].length != cell.length:
+                continue
+            there = other.flow(0, contact)
+            change = block(there.end - here.end, d, range(d))
+            moved = block((there.end - here.end) * start, d, range(1))
+            first_order = gamma * column(u)
+            for i in range(d):
+                assert all(abs(change[i, j]) < slack.flow[i, j] + 1e-30 for j in range(d))
+                assert abs(moved[i, 0]) < slack.moved[i] + 1e-30
+                assert abs(moved[i, 0] - first_order[i, 0]) < slack.drift[i].sum() + 1e-30
+            used.append(max(float(abs(moved[i, 0] - first_order[i, 0]).mid()) for i in range(d)))
+        assert max(used) > 0
 
 
 def column(values):
