@@ -27,7 +27,8 @@ _MODULES = {
     "Simulate": "studies.simulate", "simulate": "studies.simulate", "steady": "studies.steady",
     "Zones": "studies.zones", "zones": "studies.zones", "operating_map": "studies.operating_map",
     "dynamic_factor": "studies.dynamic_factor", "speeds_to_avoid": "studies.speeds_to_avoid",
-    "prove": "studies.proofs", "prove_chaos": "studies.chaos_proof",
+    "prove": "studies.proofs", "prove_event": "studies.event_proofs", "prove_box": "studies.box_proofs",
+    "prove_chaos": "studies.chaos_proof",
     "load": "datasets", "save": "datasets", "run": "store.run", "Outcome": "store.run",
     "explore": "explorer.web.notebook",
 }

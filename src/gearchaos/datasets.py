@@ -20,6 +20,7 @@ from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES, NOT_REGULAR, check_target, write_bytes
 from gearchaos.gears.operating import OperatingModel, gears_json
 from gearchaos.model import STIFFNESS_KINDS, MeshModel, TransmissionError, stiffness_kind
+from gearchaos.proof.codes import REASON_CODES, Proved
 from gearchaos.quantities import parse, quantity
 
 if TYPE_CHECKING:
@@ -47,6 +48,8 @@ _CODE_ATTRIBUTES = {
     "contact_worst": flag_attributes(dict(enumerate(CONTACTS))),
     "reason": {**flag_attributes({int(r): r.name.lower() for r in Reason}),
                "comment": "; ".join(f"{int(r)}: {REASONS[r]}" for r in Reason)},
+    "proved": flag_attributes({int(p): p.name.lower() for p in Proved}),
+    "proof_reason": flag_attributes(REASON_CODES),
 }
 """Attributes of the variables that hold integer codes, by name without prefix."""
 

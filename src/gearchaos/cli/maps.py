@@ -60,13 +60,18 @@ def zones(
     axis: AxisTexts = None,
     starts: StartsPerCell = None,
     refine: Refine = None,
+    prove: Annotated[bool, typer.Option("--prove", help="Prove the periodic motions in ball arithmetic.")] = False,
+    certificates: Annotated[
+        str | None, typer.Option(metavar="DIR", help="Write a certificate for each proved cell to this folder.")
+    ] = None,
     plot: Plot = None,
     json_out: Json = False,
     physical: Physical = False,
 ) -> None:
     """Map the kinds of motion over two parameters."""
     output = MapOutput(out, plot, json_out)
-    _run("zones", study, sets, axis, output, physical, starts=starts, refine=refine)
+    options = {"starts": starts, "refine": refine, "prove": prove or None, "certificates": certificates}
+    _run("zones", study, sets, axis, output, physical, **options)
 
 
 @app.command()

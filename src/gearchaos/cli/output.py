@@ -192,6 +192,7 @@ class MapOutput:
         """Write the files of a map, and print its summary if it is wanted."""
         save(dataset, self.out)
         draw(dataset, self.plot)
+        say_proofs(dataset)
         if self.json_out:
             files = {"out": str(self.out), "plot": None if self.plot is None else str(self.plot)}
             described = [{**asdict(axis), "units": quantity(axis.name).unit} for axis in axes]
@@ -207,4 +208,21 @@ def _summary(kind: str, dataset: xr.Dataset) -> dict[str, Any]:
         names = motions(dataset["attractor_label"], dataset["attractor_period"])
         return {"attractors": [{"label": n, "fraction": s} for n, s in zip(names, shares, strict=True)]}
     names = motions(dataset["label"], dataset["period"])
-    return {"cells": {name: names.count(name) for name in sorted(set(names))}}
+    return {"cells": {name: names.count(name) for name in sorted(set(names))}, **proof_summary(dataset)}
+
+
+def proof_summary(dataset: xr.Dataset) -> dict[str, Any]:
+    """How many cells of a map are proved, as the value of ``proofs``; empty if no proofs were asked for."""
+    if "proved" not in dataset:
+        return {}
+    from gearchaos.studies.proved_cells import proof_counts
+
+    return {"proofs": proof_counts(dataset)}
+
+
+def say_proofs(dataset: xr.Dataset) -> None:
+    """Print on stderr how many cells of a map are proved, if proofs were asked for."""
+    from gearchaos.studies.proved_cells import proof_counts_in_words
+
+    for counts in proof_summary(dataset).values():
+        say(proof_counts_in_words(counts))

@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import Json, Physical, Sets, StudyPath, app, load
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, proof_summary, save, say_proofs
 from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES
 
@@ -59,9 +59,20 @@ def run(
     for number, error in outcome.failed.items():
         say(f"tile {number} failed: {error}")
     say(f"{out}: {outcome.done} of {outcome.count} tiles are done")
+    proofs = _proofs(out) if outcome.done == outcome.count else {}
     if json_out:
-        print_json({"store": str(out), "tiles": outcome.count, "done": outcome.done, "failed": len(outcome.failed)})
+        counts = {"tiles": outcome.count, "done": outcome.done, "failed": len(outcome.failed)}
+        print_json({"store": str(out), **counts, **proofs})
     raise typer.Exit(FAILED if outcome.failed else 0)
+
+
+def _proofs(store: Path) -> dict[str, Any]:
+    """The summary of the proofs in a finished store, which is printed; empty if no proofs were asked for."""
+    import xarray as xr
+
+    with xr.open_zarr(store) as dataset:
+        say_proofs(dataset)
+        return proof_summary(dataset)
 
 
 def _study(path: Path | None, sets: list[str] | None, refine: bool) -> Study:

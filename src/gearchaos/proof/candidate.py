@@ -48,7 +48,7 @@ class Candidate:
     @classmethod
     def at(cls, equations: MeshEquations, points: list[list[Fraction]]) -> Candidate:
         """The candidate with these points; raises `UndecidedError` where a motion cannot be followed."""
-        return cls(equations, points, [trajectory(equations, _column(point)) for point in points])
+        return cls(equations, points, [trajectory(equations, column(point)) for point in points])
 
     @property
     def period(self) -> int:
@@ -59,7 +59,7 @@ class Candidate:
     def defects(self) -> list[arb_mat]:
         """P(c_k) - c_(k+1), each (d, 1)."""
         following = [*self.points[1:], self.points[0]]
-        return [t.image - _column(point) for t, point in zip(self.trajectories, following, strict=True)]
+        return [t.image - column(point) for t, point in zip(self.trajectories, following, strict=True)]
 
     @cached_property
     def system(self) -> CyclicSystem:
@@ -116,6 +116,6 @@ class Candidate:
         return Candidate.at(self.equations, points)
 
 
-def _column(point: list[Fraction]) -> arb_mat:
+def column(point: list[Fraction]) -> arb_mat:
     """A point as a matrix (d, 1)."""
     return arb_mat(len(point), 1, [ball(value) for value in point])

@@ -26,11 +26,23 @@ REASONS = {
     "neutral": "a multiplier may lie on the unit circle",
     "too many steps": "the mesh period is too long for the fastest rates of the model: more than 2000 steps",
     "bits exhausted": "rounding errors are too large, even at the largest precision allowed",
+}
+"""The reasons for which an orbit is not proved."""
+
+CHAOS_REASONS = {
     "no saddle": "no saddle of a small period was found",
     "no homoclinic orbit": "no homoclinic orbit of a saddle was found with sets along it that cover each other",
     "covering not proved": "too few of the sets found are proved to cover each other",
 }
-"""The reasons for which an orbit or a chaotic set is not proved."""
+"""Further reasons for which a chaotic set is not proved."""
+
+EVENT_REASONS = {
+    "orbit not found": "an orbit that the event joins was not found at an end of the interval",
+    "no change": "what is proved at both ends of the interval is the same: the event lies elsewhere",
+    "region not proved empty": "the region about the fold may contain an orbit beyond it",
+    "coordinates not the same": "in the box a coordinate acts on z that does not at its centre: vary both wheels alike",
+}
+"""Further reasons for which an event or a box of parameters is not proved."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +52,7 @@ class Unproved:
     Attributes
     ----------
     reason : str
-        One of `REASONS`.
+        One of `REASONS`, `EVENT_REASONS` or `CHAOS_REASONS`.
     margin : float
         The quantity that should have been positive; at most 0, or not a number where it could not be computed.
     bits : int
@@ -54,11 +66,16 @@ class Unproved:
 
     def in_words(self) -> str:
         """The result in a sentence."""
-        return f"not proved, {self.reason}: {REASONS[self.reason]} (margin {self.margin:.2g}, {self.bits} bits)"
+        return f"not proved, {self.reason}: {self.meaning} (margin {self.margin:.2g}, {self.bits} bits)"
+
+    @property
+    def meaning(self) -> str:
+        """The reason in words."""
+        return (REASONS | EVENT_REASONS | CHAOS_REASONS)[self.reason]
 
     def to_dict(self) -> dict[str, Any]:
         """The result as JSON-ready values."""
-        return {"proved": False, "reason": self.reason, "meaning": REASONS[self.reason], "margin": self.margin,
+        return {"proved": False, "reason": self.reason, "meaning": self.meaning, "margin": self.margin,
                 "bits": self.bits}
 
 
@@ -132,7 +149,7 @@ def certificate(
         "theorem": _theorem(model["kind"], coordinates, len(points), phase, radius, switches, stability),
         "model": model, "coordinates": list(coordinates), "phase": phase, "period": len(points), "points": points,
         "radius": radius, "bits": bits, "switches": switches, "stability": stability, "margins": margins,
-        "versions": versions(),
+        "versions": used_versions(),
     }
     return Certificate({**document, "sha256": checksum(document)})
 
@@ -144,7 +161,7 @@ def checksum(document: dict[str, Any]) -> str:
 
 
 @cache
-def versions() -> dict[str, str]:
+def used_versions() -> dict[str, str]:
     """The versions of the programs that made a certificate."""
     names = ("gearchaos", "python-flint", "numpy")
     return {"python": platform.python_version(), **{name: version(name) for name in names}}

@@ -21,7 +21,7 @@ import numpy as np
 from gearchaos.files import write_bytes
 from gearchaos.model.parameters import MeshModel
 from gearchaos.proof.balls import ball, from_text, precision, to_fraction, to_text
-from gearchaos.proof.certificate import Unproved, checksum, versions
+from gearchaos.proof.certificate import Unproved, checksum, used_versions
 from gearchaos.proof.covering import Parallelogram, prove_covering
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
@@ -143,7 +143,8 @@ def prove_chaotic_set(
             "coordinates": list(equations.names), "sets": [_texts(parallelograms[k]) for k in kept],
             "transitions": transitions, "slack": SLACK, "bits": bits, **_entropy_bound(transitions),
         }
-    document |= {"theorem": theorem(document), "seconds": round(time.perf_counter() - start, 3), "versions": versions()}
+    seconds = round(time.perf_counter() - start, 3)
+    document |= {"theorem": theorem(document), "seconds": seconds, "versions": used_versions()}
     return ChaoticSet({**document, "sha256": checksum(document)})
 
 

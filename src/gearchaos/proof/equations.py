@@ -97,7 +97,7 @@ class MeshEquations:
     def __init__(self, parameters: Mapping[str, Any], phase: Fraction = Fraction(0), bits: int = 128) -> None:
         self.bits, self.phase, self.parameters = bits, phase, parameters
         known = _Numbers(parameters)
-        self.names, self._rows = _linear_rows(known)
+        self.names, self._rows = linear_rows(known)
         self.dimension = len(self.names)
         self.duration = 2 * arb.pi() / ball(known["omega"])
         self.matrix = self.duration * arb_mat(
@@ -240,7 +240,7 @@ class _Numbers:
         return [(j, a, p) for j, (a, p) in enumerate(values, start=1) if a]
 
 
-def _linear_rows(known: _Numbers) -> tuple[tuple[str, ...], dict[str, Row]]:
+def linear_rows(known: _Numbers) -> tuple[tuple[str, ...], dict[str, Row]]:
     """The coordinates and the equation of each.
 
     Returns

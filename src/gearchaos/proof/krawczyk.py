@@ -31,7 +31,7 @@ def float_midpoint(matrix: arb_mat) -> np.ndarray:
     return np.array([[float(value) for value in row] for row in matrix.mid().tolist()])
 
 
-def _spread(matrix: arb_mat, midpoint: np.ndarray) -> np.ndarray:
+def row_spread(matrix: arb_mat, midpoint: np.ndarray) -> np.ndarray:
     """Upper bounds of the sums over each row of the distances of the entries of a matrix from floats."""
     rows = zip(matrix.tolist(), midpoint.tolist(), strict=True)
     return np.array([sum(magnitude(v - m) for v, m in zip(row, near, strict=True)) for row, near in rows]) * (1 + 1e-14)
@@ -53,7 +53,7 @@ class CyclicSystem:
     def at(cls, derivatives: list[arb_mat]) -> CyclicSystem | None:
         """The system of the points with derivatives (d, d); None if it is singular to rounding."""
         try:
-            inverse = np.linalg.inv(_jacobian(list(map(float_midpoint, derivatives))))
+            inverse = np.linalg.inv(cyclic_jacobian(list(map(float_midpoint, derivatives))))
         except np.linalg.LinAlgError:
             return None
         return cls(inverse) if np.isfinite(inverse).all() else None
@@ -81,20 +81,20 @@ class CyclicSystem:
             r.
         """
         middle = list(map(float_midpoint, slopes))
-        jacobian = _jacobian(middle)
+        jacobian = cyclic_jacobian(middle)
         count = len(jacobian)
         weight = np.abs(self.inverse)
         rest = np.abs(np.eye(count) - self.inverse @ jacobian).sum(axis=1)
         gamma = (count + 2) * _UNIT / (1 - (count + 2) * _UNIT)
         rounding = gamma * (weight @ np.abs(jacobian).sum(axis=1) + 1)
-        spread = np.concatenate([_spread(s, m) for s, m in zip(slopes, middle, strict=True)])
+        spread = np.concatenate([row_spread(s, m) for s, m in zip(slopes, middle, strict=True)])
         defect = np.array([magnitude(v) for d in defects for v in d.entries()])
         moved = weight @ (spread + defect / radius)
         largest = float((rest + rounding + moved).max()) * (1 + 8 * gamma)
         return (1 - largest) * (1 - 2**-50) if largest < 1 else 1 - largest
 
 
-def _jacobian(derivatives: list[np.ndarray]) -> np.ndarray:
+def cyclic_jacobian(derivatives: list[np.ndarray]) -> np.ndarray:
     """The derivative (n d, n d) of the cyclic system from the derivatives (d, d) of P."""
     n, d = len(derivatives), len(derivatives[0])
     out = np.zeros((n, d, n, d))

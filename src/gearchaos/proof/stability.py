@@ -19,8 +19,11 @@ from gearchaos.proof.balls import least, magnitude
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.krawczyk import float_midpoint
 
-_ROUNDS = 60
+_ROUNDS = 240
 """Most rounds of the cycle in which the invariant subspaces are sought."""
+
+_SAME_SUBSPACE = 1e-14
+"""Change of a projector in a round at which an invariant subspace counts as found."""
 
 _LARGE = 1e10
 """Largest entry of a product of derivatives whose eigenvalues near 1 are still accurate."""
@@ -182,8 +185,8 @@ def _splitting(derivatives: list[np.ndarray]) -> tuple[list[np.ndarray], int]:
     outside = _multipliers_outside(derivatives)
     if outside in (0, d):
         return [np.eye(d)] * n, outside
-    forward, _ = _orthogonal_iteration(derivatives)
-    complement, _ = _orthogonal_iteration([a.T for a in reversed(derivatives)])
+    forward, _ = _orthogonal_iteration(derivatives, outside)
+    complement, _ = _orthogonal_iteration([a.T for a in reversed(derivatives)], outside)
     return [np.hstack([forward[k][:, :outside], complement[-k % n][:, outside:]]) for k in range(n)], outside
 
 
@@ -200,11 +203,14 @@ def _multipliers_outside(derivatives: list[np.ndarray]) -> int:
     return int((_orthogonal_iteration(derivatives)[1] > 0).sum())
 
 
-def _orthogonal_iteration(factors: list[np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
-    """Orthogonal matrices (d, d) before each factor, with nested dominant subspaces, and their logarithms of growth."""
+def _orthogonal_iteration(factors: list[np.ndarray], size: int | None = None) -> tuple[list[np.ndarray], np.ndarray]:
+    """Orthogonal matrices (d, d) before each factor, with nested dominant subspaces, and their logarithms of growth.
+
+    It ends when the subspace of the first ``size`` columns has converged, and without ``size`` when the growth has.
+    """
     d = len(factors[0])
     q = np.linalg.qr(np.random.default_rng(0).normal(size=(d, d)))[0]
-    total, growth = np.zeros(d), np.zeros(d)
+    total, growth, projector = np.zeros(d), np.zeros(d), np.zeros((d, d))
     for _ in range(_ROUNDS):
         previous, frames, growth = growth, [], np.zeros(d)
         for a in factors:
@@ -212,6 +218,8 @@ def _orthogonal_iteration(factors: list[np.ndarray]) -> tuple[list[np.ndarray], 
             q, r = np.linalg.qr(a @ q)
             growth += np.log(np.maximum(np.abs(np.diag(r)), 1e-300))
         total += growth
-        if np.abs(growth - previous).max() < 1e-12 * len(factors):
+        before, projector = projector, q[:, :size] @ q[:, :size].T
+        change = growth - previous if size is None else projector - before
+        if np.abs(change).max() < (1e-12 * len(factors) if size is None else _SAME_SUBSPACE):
             return frames, growth
     return frames, total / _ROUNDS

@@ -256,6 +256,8 @@ RESULTS: tuple[Quantity, ...] = (
     Quantity("resonance_ratio_ISO_B", "N", "N", long_name="resonance ratio by ISO 6336-1, method B"),
     Quantity("mesh_force", "S", "S", long_name="mesh force", unit="c0*delta", physical=_FORCE),
     Quantity("inferred", long_name="whether a cell was inferred, not computed"),
+    Quantity("proved", long_name="whether the periodic motion is proved"),
+    Quantity("proof_reason", long_name="reason why the periodic motion is not proved"),
     Quantity("attractor"),
     Quantity("up", long_name="attractor"),
     Quantity("down", long_name="attractor"),

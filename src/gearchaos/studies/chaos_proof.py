@@ -29,7 +29,7 @@ _SIZES = ((0.1, 0.1), (0.1, 0.05), (0.05, 0.05), (0.2, 0.05), (0.02, 0.02))
 _MOST_PROOFS = 3
 """Most candidates whose proof is tried."""
 
-_LEAST_BITS, _MOST_BITS = 53, 4096
+_LEAST_BITS, _MOST_BITS = 53, 800
 
 
 def prove_chaos(
@@ -48,7 +48,7 @@ def prove_chaos(
         Amplitudes of the transmission error by name, e.g. ``{"eps1": 1e-6}``: the theorem then holds for all values
         that differ by at most this from those of the model.
     bits : int
-        Precision, 53 to 4096.
+        Precision, 53 to 800.
 
     Returns
     -------

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from gearchaos.proof.certificate import Certificate, Unproved
 
 _LEAST_BITS, _MOST_BITS = 53, 800
-_OTHER_PHASES = (0.375, 0.15625, 0.71875)
-"""Phases of the section that are tried where teeth may just touch at τ = k T."""
 
 
 def prove(subject: AnyModel | Verdict | Orbit, bits: int = 128) -> Certificate | Unproved:
@@ -50,18 +48,9 @@ def prove(subject: AnyModel | Verdict | Orbit, bits: int = 128) -> Certificate |
     """
     check_installed()
     whole_number("bits", bits, _LEAST_BITS, _MOST_BITS)
-    from gearchaos.proof.certificate import Unproved
-    from gearchaos.proof.prove import prove_orbit
-    from gearchaos.proof.section import at_phase
+    from gearchaos.proof.phases import prove_at_some_phase
 
-    model, points = _orbit_points(subject)
-    result = prove_orbit(model, points, bits)
-    for phase in _OTHER_PHASES:
-        if not isinstance(result, Unproved) or result.reason != "section on the contact boundary":
-            break
-        if (shifted := at_phase(model, points, phase)) is not None:
-            result = prove_orbit(model, shifted, bits, phase)
-    return result
+    return prove_at_some_phase(*orbit_points(subject), bits)
 
 
 def check_installed() -> None:
@@ -70,7 +59,7 @@ def check_installed() -> None:
         raise InputError("prove", "needs python-flint", None, "Install it with: pip install 'gearchaos[proof]'.")
 
 
-def _orbit_points(subject: AnyModel | Verdict | Orbit) -> tuple[MeshModel, np.ndarray]:
+def orbit_points(subject: AnyModel | Verdict | Orbit) -> tuple[MeshModel, np.ndarray]:
     """The model of an orbit and its states w (n, d) at τ = k T."""
     if isinstance(subject, Orbit):
         return subject.model, _states(subject.model, subject.points)

@@ -25,6 +25,8 @@ from gearchaos.studies.coexistence import coexisting, signature
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.plane import at_cells, check_plane, corners, shared_coordinates
+from gearchaos.studies.proofs import check_installed
+from gearchaos.studies.proved_cells import certificate_files, check_folder, mark_inferred, orbit_points, proofs
 from gearchaos.studies.refine import SIDE, refined
 from gearchaos.studies.study import ClassifyingStudy, option
 from gearchaos.studies.sweep import PERIODS_PER_VALUE
@@ -37,8 +39,9 @@ _COMPUTED_SHARE = 1 / 8
 
 
 def zones(
-    model: AnyModel, x: Axis | str, y: Axis | str, *, starts: int = 1, refine: int = 1,
-    settings: Classification | None = None, progress: bool = False, threads: int | None = None,
+    model: AnyModel, x: Axis | str, y: Axis | str, *, starts: int = 1, refine: int = 1, prove: bool = False,
+    certificates: str | None = None, settings: Classification | None = None, progress: bool = False,
+    threads: int | None = None,
 ) -> xr.Dataset:
     """A map of the kinds of motion over two parameters, with the initial values of the model in every cell.
 
@@ -55,6 +58,12 @@ def zones(
         Spacing of the first lattice of computed rows and columns, a power of two. Cells in between are computed only
         where neighbours differ; the others are inferred, and marked by ``inferred`` and ``reason``. 1 computes every
         cell.
+    prove : bool
+        Prove the periodic motion of each computed cell, see `prove`; with more than one start, that from the initial
+        values of the model.
+    certificates : str, optional
+        Folder to which a certificate is written for each proved cell, ``row0003/column0012.json``, and the script that
+        verifies them. It needs ``prove``.
     settings : Classification, optional
         Lengths of the runs by which motions are classified.
     progress : bool
@@ -69,9 +78,11 @@ def zones(
         largest multiplier of the orbit, response measures, contact, periods spent. With more than one start also the
         number of ``attractors`` found in each cell, ``v_rms_least`` and ``v_rms_most`` among them, ``contact_worst``,
         ``v_rms_up`` and ``v_rms_down`` after the sweeps, and ``hysteresis``: 1 where the two sweeps end in different
-        motions.
+        motions. With ``prove`` also ``proved``: 1 where the motion is proved, 0 where it is not, -1 where it is not
+        periodic; and ``proof_reason``, why it is not proved. Inferred cells are not proved.
     """
-    study = Zones(model, x, y, starts=starts, refine=refine, settings=settings)
+    study = Zones(
+        model, x, y, starts=starts, refine=refine, prove=prove, certificates=certificates, settings=settings)
     return study.run(progress=progress, threads=threads)
 
 
@@ -87,12 +98,14 @@ class Zones(ClassifyingStudy):
     y: Axis
     starts: int = option(1, least=1)
     refine: int = option(1, least=1)
+    prove: bool = option(False)
+    certificates: str | None = option(None)
 
     if TYPE_CHECKING:  # what `__post_init__` converts is accepted, too
 
         def __init__(
             self, model: AnyModel, x: Axis | str, y: Axis | str, *, starts: int = 1, refine: int = 1,
-            settings: Classification | None = None,
+            prove: bool = False, certificates: str | None = None, settings: Classification | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -103,6 +116,7 @@ class Zones(ClassifyingStudy):
         if self.starts > 1 and {self.x.name, self.y.name} & set(state_names(self.model.kind)):
             raise InputError("starts", "must be 1 where an axis is an initial value", self.starts)
         self._set(refine=_checked_refine(self.refine, self.starts))
+        self._check_proofs()
         _ = self.cost
 
     @property
@@ -136,7 +150,10 @@ class Zones(ClassifyingStudy):
     ) -> dict[str, np.ndarray]:
         if self.refine == 1:
             return self._cells(items, progress, threads)
-        return refined(lambda cells: self._cells(cells, progress, threads), items, self.x.count, self.refine)
+        found = refined(lambda cells: self._cells(cells, progress, threads), items, self.x.count, self.refine)
+        if self.prove:
+            mark_inferred(found)
+        return found
 
     def finish(
         self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
@@ -144,7 +161,8 @@ class Zones(ClassifyingStudy):
         dims, shape = tuple(self.grid), tuple(self.grid.values())
         data = {n: variable(n, dims, v.reshape(shape)) for n, v in found.items()}
         coords = {a.name: variable(a.name, (a.name,), a.values) for a in (self.x, self.y)}
-        return new_dataset(data, coords, self.provenance(starts=self.starts, refine=self.refine))
+        options = {"prove": 1} if self.prove else {}
+        return new_dataset(data, coords, self.provenance(starts=self.starts, refine=self.refine, **options))
 
     @cached_property
     def initial_states(self) -> InitialStates:
@@ -173,13 +191,34 @@ class Zones(ClassifyingStudy):
             options["progress"] = progress
             out |= coexisting(self.model, self.x, self.y, cells, order, out, self.starts - 1, **options)
             del out["centre_z"], out["centre_z_dot"]
+        if self.prove:
+            out |= self._proofs(cells, out.pop("orbit"), progress, threads)
         return out
+
+    def _proofs(
+        self, cells: np.ndarray, orbits: np.ndarray, progress: bool, threads: int | None
+    ) -> dict[str, np.ndarray]:
+        """The proofs of the orbits in cells (N,), which are None where the motion is not periodic."""
+        at = at_cells(self.x, self.y, cells)
+        models = [None if orbit is None else self.model.with_values({n: float(v[i]) for n, v in at.items()})
+                  for i, orbit in enumerate(orbits)]
+        files = certificate_files(self.certificates, cells, self.x.count)
+        return proofs(models, orbits, files, progress=progress, threads=threads)
+
+    def _check_proofs(self) -> None:
+        """Raise `InputError` unless the proofs that are wanted can be made."""
+        if not isinstance(self.prove, bool):
+            raise InputError("prove", "must be true or false", self.prove)
+        if self.prove:
+            check_installed()
+        check_folder(self.certificates, self.prove)
 
     def _collect(
         self, _: np.ndarray, flow: ExactFlow, points: np.ndarray, found: Verdicts
     ) -> dict[str, np.ndarray]:
-        """The variables of the verdicts, and what `coexisting` needs if there are several starts."""
-        return found.variables() | (signature(flow, points, found) if self.starts > 1 else {})
+        """The variables of the verdicts, and what `coexisting` and proofs need."""
+        out = found.variables() | (signature(flow, points, found) if self.starts > 1 else {})
+        return out | orbit_points(flow, points, found) if self.prove else out
 
 
 def _checked_refine(refine: int, starts: int) -> int:

@@ -1,0 +1,83 @@
+"""Proofs of many orbits in a process of their own.
+
+The precision of ball arithmetic is global to a process, and python-flint is not safe in threads. The processes are
+started by a command, neither forked nor spawned by `multiprocessing`: so a script that asks for proofs needs no guard
+of its main module, and proofs can be made in the worker processes of other libraries.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from gearchaos.model.parameters import MeshModel
+
+_ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
+"""Environment of the processes. With one thread NumPy's matrix routines round in the same way on every machine load."""
+
+
+class OrbitToProve(NamedTuple):
+    """An approximate orbit.
+
+    Attributes
+    ----------
+    model : MeshModel
+    points : (n, d)
+        Its states w at τ = k T.
+    certificate : str or None
+        Path of the file to which the certificate is written if the orbit is proved.
+    """
+
+    model: MeshModel
+    points: np.ndarray
+    certificate: str | None = None
+
+
+def prove_in_process(orbits: list[OrbitToProve]) -> np.ndarray:
+    """Prove orbits one after the other in a new process.
+
+    Returns
+    -------
+    (L, 2) of int8
+        For each orbit the codes of `codes.proof_codes`.
+
+    Raises
+    ------
+    RuntimeError
+        If the process fails; the message has the last line that it wrote to stderr.
+    """
+    code = "from gearchaos.proof.batch import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", code], input=pickle.dumps(orbits, pickle.HIGHEST_PROTOCOL), capture_output=True,
+        env=os.environ | _ONE_THREAD, check=False,
+    )
+    if done.returncode:
+        last = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
+        raise RuntimeError(f"the process that proves orbits failed, {' '.join(last) or f'code {done.returncode}'}")
+    return np.array(pickle.loads(done.stdout), dtype=np.int8).reshape(-1, 2)
+
+
+def main() -> None:
+    """Prove the orbits on stdin, and write their codes to stdout. Interrupts are left to the parent process."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    orbits = pickle.load(sys.stdin.buffer)
+    sys.stdout.buffer.write(pickle.dumps([_codes(OrbitToProve(*orbit)) for orbit in orbits]))
+
+
+def _codes(orbit: OrbitToProve) -> tuple[int, int]:
+    """Prove an orbit and write its certificate, if there is one and a path for it."""
+    from gearchaos.proof.certificate import Certificate
+    from gearchaos.proof.codes import proof_codes
+    from gearchaos.proof.phases import prove_at_some_phase
+
+    result = prove_at_some_phase(orbit.model, orbit.points)
+    if orbit.certificate is not None and isinstance(result, Certificate):
+        result.write(Path(orbit.certificate))
+    return proof_codes(result)

@@ -1,0 +1,81 @@
+"""Proofs of a periodic motion for every model in a box of parameters, such as the tolerances of a drawing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from gearchaos.continuation.orbit import Orbit
+from gearchaos.errors import InputError, whole_number
+from gearchaos.gears.operating import AnyModel
+from gearchaos.model import HarmonicStiffness, MeshModel
+from gearchaos.quantities import parse_harmonic
+from gearchaos.studies.proofs import check_installed, orbit_points
+from gearchaos.studies.verdict import Verdict
+from gearchaos.validation import to_float
+
+if TYPE_CHECKING:
+    from gearchaos.proof.box_certificate import BoxCertificate
+    from gearchaos.proof.certificate import Unproved
+
+
+def prove_box(
+    subject: AnyModel | Verdict | Orbit, widths: Mapping[str, float], bits: int = 128
+) -> BoxCertificate | Unproved:
+    """Prove a periodic orbit for every model in a box of parameters.
+
+    Parameters
+    ----------
+    subject : MeshModel, GearPair, GearDesign, Verdict or Orbit
+        The centre of the box, with two-level or stepped stiffness; as for `prove`.
+    widths : mapping of str to float
+        Half-widths of the box by parameter: scalars (``omega``), pairs that change together (``q0``), amplitudes of the
+        transmission error that are not 0 (``eps1``), ``chi1`` and ``chi2``.
+    bits : int
+        Precision, 53 to 800.
+
+    Returns
+    -------
+    BoxCertificate or Unproved
+        If the box cannot be proved, a certificate of the largest one of the same shape that bisection finds; its
+        ``scale`` is then less than 1.
+
+    Raises
+    ------
+    InputError
+        If python-flint is not installed, the motion is not periodic, or a width is wrong.
+    """
+    check_installed()
+    whole_number("bits", bits, 53, 800)
+    from gearchaos.proof.box_certificate import prove_parameter_box
+
+    model, points = orbit_points(subject)
+    if isinstance(model.stiffness, HarmonicStiffness):
+        raise InputError("stiffness", "must be two-level or stepped for a box of parameters", "Fourier series")
+    if not widths:
+        raise InputError("widths", "must name a parameter", dict(widths), 'E.g. {"eps1": 0.001}.')
+    directions = [_direction(model, name, to_float("width", width)) for name, width in widths.items()]
+    names = [name for together in directions for name in together]
+    if len(names) > len(set(names)):
+        raise InputError("widths", "must name each parameter once", list(widths))
+    return prove_parameter_box(model, points, directions, bits)
+
+
+def _direction(model: MeshModel, name: str, width: float) -> dict[str, Fraction]:
+    """The parameters that a name sets, with their half-width; raises `InputError` for one that cannot vary."""
+    from gearchaos.proof.parameter_box import LEVELS, SCALARS
+    from gearchaos.proof.parameters import exact_parameters
+
+    if not width > 0:
+        raise InputError(name, "must have a positive half-width", width)
+    parameters, harmonic = exact_parameters(model), parse_harmonic(name)
+    members = tuple(model.set_by(name))
+    if harmonic and harmonic.family == "eps":
+        if model.value(name) == 0:
+            raise InputError(name, "must not be 0 at the centre of the box", 0.0)
+    elif any(m not in (SCALARS if m not in LEVELS else parameters["stiffness"]) or
+             (m not in LEVELS and m not in parameters) for m in members):
+        raise InputError(name, "must be a parameter that a box can vary", name,
+                         "Scalars of the model, amplitudes of the transmission error, chi1 and chi2.")
+    return {member: Fraction(width) for member in members}

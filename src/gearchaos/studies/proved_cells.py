@@ -1,0 +1,144 @@
+"""Proofs of the periodic motions in the cells of a map."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearchaos.dynamics import Verdicts
+from gearchaos.dynamics.orbits import sections
+from gearchaos.errors import InputError
+from gearchaos.execute import tiles
+from gearchaos.flow import ExactFlow
+from gearchaos.model import MeshModel
+from gearchaos.proof.batch import OrbitToProve, prove_in_process
+from gearchaos.proof.codes import INFERRED, NO_REASON, REASON_CODES, Proved
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_BATCH = 1000
+"""Most orbits that are proved by one process: some seconds of work, to which its start adds a few percent."""
+
+Found = dict[str, np.ndarray]
+
+
+def orbit_points(flow: ExactFlow, points: np.ndarray, found: Verdicts) -> Found:
+    """The states (n, d) at τ = k T of the periodic orbits among the verdicts (L,), as ``orbit``, (L,) of object.
+
+    They are those to which Newton's method converged for the verdict. Other motions have None.
+    """
+    out = np.full(len(found.period), None, dtype=object)
+    periodic = np.flatnonzero(found.period > 0)
+    if len(periodic):
+        states = sections(flow, found.w[:, periodic].copy(), points[periodic], found.period[periodic])
+        for motion, orbit in zip(periodic, states, strict=True):
+            out[motion] = orbit
+    return {"orbit": out}
+
+
+def proofs(
+    models: Sequence[MeshModel | None], orbits: np.ndarray, files: Sequence[str | None], *,
+    progress: bool = False, threads: int | None = None,
+) -> Found:
+    """Prove orbits in parallel processes.
+
+    Parameters
+    ----------
+    models : sequence of MeshModel or None
+        N models, None where there is no orbit.
+    orbits : (N,) of object
+        The states (n, d) of each orbit, or None; see `orbit_points`.
+    files : sequence of str or None
+        Where the certificates are written.
+    progress : bool
+        Show a progress bar on stderr.
+    threads : int, optional
+        Processes at once; by default one per core.
+
+    Returns
+    -------
+    dict of str to (N,) of int8
+        ``proved`` and ``proof_reason``. They do not depend on the number of processes.
+    """
+    codes = np.full((len(orbits), 2), (Proved.NOT_PERIODIC, NO_REASON), dtype=np.int8)
+    chosen = _in_mixed_order(orbits, threads)
+    wanted = [OrbitToProve(models[i], orbits[i], files[i]) for i in chosen]
+    batches = tiles.split(len(chosen), _BATCH, threads) if len(chosen) else []
+    for batch, found in tiles.run(
+        lambda batch: prove_in_process(wanted[batch]), batches, progress="proofs" if progress else None,
+        threads=threads,
+    ):
+        codes[chosen[batch]] = found
+    return {"proved": codes[:, 0], "proof_reason": codes[:, 1]}
+
+
+def _in_mixed_order(orbits: np.ndarray, threads: int | None) -> np.ndarray:
+    """The numbers of the orbits that are not None, with long ones spread evenly over the batches."""
+    number = np.array([i for i, orbit in enumerate(orbits) if orbit is not None], dtype=int)
+    period = np.array([len(orbits[i]) for i in number], dtype=int)
+    number = number[np.argsort(-period, kind="stable")]
+    return number[tiles.interleaved(len(number), threads)]
+
+
+def mark_inferred(found: Found) -> None:
+    """Mark the periodic motions of inferred cells as not proved."""
+    periodic = (found["inferred"] == 1) & (found["period"] > 0)
+    found["proved"][periodic], found["proof_reason"][periodic] = Proved.NOT_PROVED, INFERRED
+
+
+def certificate_files(folder: str | None, cells: np.ndarray, columns: int) -> list[str | None]:
+    """The paths of the certificates of cells (N,): one folder for each row of the map, one file for each column.
+
+    The folders are created, and the script that verifies certificates is copied beside them.
+    """
+    if folder is None:
+        return [None] * len(cells)
+    from gearchaos import proof
+
+    target, places = Path(folder), [divmod(int(cell), columns) for cell in cells]
+    for row in {row for row, _ in places}:
+        (target / f"row{row:04d}").mkdir(parents=True, exist_ok=True)
+    if not (script := target / "verifier.py").exists():
+        shutil.copyfile(Path(proof.__path__[0]) / "verifier.py", script)
+    return [str(target / f"row{row:04d}" / f"column{column:04d}.json") for row, column in places]
+
+
+def check_folder(certificates: str | None, prove: bool) -> None:
+    """Raise `InputError` unless certificates can be written to this folder; before any work."""
+    if certificates is None:
+        return
+    if not isinstance(certificates, str):
+        raise InputError("certificates", "must be a text, the path of a folder", certificates)
+    if not prove:
+        raise InputError("certificates", "needs prove = true", certificates)
+    path = Path(certificates)
+    if path.exists() and not path.is_dir():
+        raise InputError("certificates", "must be a folder", certificates)
+
+
+def proof_counts(dataset: xr.Dataset) -> dict[str, Any]:
+    """How many cells of a map are proved, as JSON-ready values.
+
+    Returns
+    -------
+    dict
+        ``periodic``: number of cells with a periodic motion; ``proved``: number of those that are proved, ``share`` of
+        them, None if there are none; ``unproved``: number of the others by reason.
+    """
+    proved, reason = dataset["proved"].values, dataset["proof_reason"].values
+    periodic, count = int((proved != Proved.NOT_PERIODIC).sum()), int((proved == Proved.PROVED).sum())
+    reasons = {name: int((reason == code).sum()) for code, name in REASON_CODES.items() if code != NO_REASON}
+    return {"periodic": periodic, "proved": count, "share": count / periodic if periodic else None,
+            "unproved": {name: n for name, n in reasons.items() if n}}
+
+
+def proof_counts_in_words(counts: dict[str, Any]) -> str:
+    """The result of `proof_counts` in a line."""
+    share = "" if counts["share"] is None else f" ({100 * counts['share']:.2f} %)"
+    rest = "".join(f"; {n} not: {name}" for name, n in counts["unproved"].items())
+    return f"proved {counts['proved']} of {counts['periodic']} periodic cells{share}{rest}"

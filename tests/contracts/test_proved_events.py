@@ -1,0 +1,146 @@
+"""Events that are proved to lie in an interval of a parameter of width 1e-9."""
+
+import json
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+pytest.importorskip("flint")
+
+import gearchaos as gc
+from gearchaos.model import MeshModel
+from gearchaos.proof.balls import precision
+from gearchaos.proof.connection import connection
+from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.equations import MeshEquations
+from gearchaos.proof.exclusion import empty_region
+from gearchaos.proof.parameters import exact_parameters
+from gearchaos.proof.search import converged, distance, neighbours
+from gearchaos.proof.verifier import verify
+
+TORSIONAL = MeshModel.of(kind="torsional", q0=0.1, omega=1.0, eps1=0.05)
+SINGLE = MeshModel.of(kind="single", zeta=0.025, q0=0.1, eps1=0.05, omega=0.6)
+FULL = MeshModel.of(kind="full", kappa=0.5, omega=1.05, eps1=0.02)
+
+
+@pytest.fixture(scope="module")
+def branches():
+    return {"flip": gc.branch(TORSIONAL, "eps1=0.05:0.125", cascade=1), "single": gc.branch(SINGLE, "omega=0.5:0.8"),
+            "full": gc.branch(FULL, "eps1=0.02:0.04")}
+
+
+def event(branches, branch, kind, number=0):
+    """An event of a branch by its kind."""
+    found = branches[branch]
+    return found.isel(event=int(np.flatnonzero(found["event_kind"].values == kind)[number]))
+
+
+EVENTS = [("flip", "flip", 0), ("flip", "flip", 1), ("single", "graze", 0), ("single", "graze", 1),
+          ("single", "fold", 0), ("full", "neimark-sacker", 0)]
+
+
+@pytest.mark.parametrize(("branch", "kind", "number"), EVENTS)
+def test_located_events_are_proved_in_intervals_of_width_1e_9(branches, branch, kind, number, tmp_path):
+    located = event(branches, branch, kind, number)
+    proved = gc.prove_event(located)
+    assert proved.proved, proved.in_words()
+    low, high = proved.interval
+    assert low < float(located["event_value"]) < high and Fraction(high) - Fraction(low) <= Fraction(1e-9)
+    for found in proved.certificates():
+        assert verify(found.document).proved
+    check_facts(kind, int(located["event_period"]), proved.document)
+    proved.write(tmp_path / "event.json")
+    assert json.loads((tmp_path / "event.json").read_text()) == proved.document
+
+
+def check_facts(kind, period, document):
+    """The facts at both ends are opposite."""
+    below, above = document["below"], document["above"]
+    outside = [[c["stability"]["outside"] for c in end] for end in (below, above)]
+    if kind == "fold":
+        pair, = (end for end in outside if end)
+        assert sorted(pair)[1] - sorted(pair)[0] == 1 and [] in outside and document["empty"]["slices"] > 0
+        return
+    assert below[0]["period"] == above[0]["period"] == period and document["empty"] is None
+    assert (document["connection"] is None) == (kind == "graze")
+    if kind == "graze":
+        counts = [sum(map(len, c[0]["switches"])) for c in (below, above)]
+        assert abs(counts[0] - counts[1]) == 2
+        return
+    assert abs(outside[0][0] - outside[1][0]) == (1 if kind == "flip" else 2)
+    if kind == "flip":
+        doubled, = (c for end in (below, above) for c in end[1:])
+        assert doubled["period"] == 2 * period and doubled["stability"]["outside"] == 0
+
+
+def test_an_event_elsewhere_is_not_proved(branches):
+    for branch, kind, number in EVENTS:
+        located = event(branches, branch, kind, number)
+        moved = located.assign(event_value=located["event_value"] + 1e-6)
+        moved["event_value"].attrs.update(located["event_value"].attrs)
+        result = gc.prove_event(moved)
+        assert not result.proved and result.reason in ("no change", "region not proved empty", "orbit not found")
+
+
+def test_orbits_of_different_families_are_not_connected():
+    """At omega 2.3 there are a stable orbit of period 3 and a saddle: they are no ends of one family."""
+    found = gc.orbits(SINGLE.with_values({"omega": 2.3}), period=3, starts=64)
+    assert len(found) >= 2
+    first = gc.prove(found[0])
+    others = [gc.orbit(SINGLE.with_values({"omega": 2.3 + 1e-9}), period=3, near=o.state) for o in found]
+    assert connection(first, gc.prove(others[0]), 128) is not None
+    for other in others[1:]:
+        with pytest.raises(UndecidedError, match="orbit not found"):
+            connection(first, gc.prove(other), 128)
+
+
+def fold_pair(branches):
+    """The equations on the side of the fold where there are two orbits, on the other side, and the two orbits."""
+    located = event(branches, "single", "fold")
+    value, near = float(located["event_value"]), {n: float(located[f"event_section_{n}"]) for n in ("z", "z_dot")}
+    models = [SINGLE.with_values({"omega": value + d}) for d in (-5e-10, 5e-10)]
+    sides = [MeshEquations(exact_parameters(model), bits=128) for model in models]
+    start = [[Fraction(near["z"]), Fraction(near["z_dot"])]]
+    return sides, sorted((c.points for c in neighbours(sides[0], start)), key=lambda p: distance(p, start))[:2]
+
+
+def test_a_region_with_orbits_is_not_proved_empty_and_the_same_region_beyond_the_fold_is(branches):
+    with precision(128):
+        (before, beyond), (first, second) = fold_pair(branches)
+        assert converged(before, first) is not None
+        centre = [[(a + b) / 2 for a, b in zip(first[0], second[0], strict=True)]]
+        radius = Fraction(2 * distance(first, second))
+        found = empty_region(beyond, centre, radius)
+        assert found.slices >= 1 and found.margin > 0
+        with pytest.raises(UndecidedError, match="region not proved empty"):
+            empty_region(before, centre, radius)
+        for orbit, other in ((first, second), (second, first)):  # a region with one of the orbits, away from its middle
+            for share in (Fraction(-1, 4), Fraction(1, 4)):
+                beside = [[a + share * (b - a) for a, b in zip(orbit[0], other[0], strict=True)]]
+                with pytest.raises(UndecidedError, match="region not proved empty"):
+                    empty_region(before, beside, Fraction(distance(first, second) / 2))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [((TORSIONAL,), "kind must be one of flip, fold, graze, neimark-sacker"),
+     ((TORSIONAL, "pitchfork"), "kind must be one of"), ((TORSIONAL, "flip"), "axis and value must be given"),
+     ((TORSIONAL, "flip", "eps1"), "axis and value must be given")])
+def test_wrong_arguments_are_named(arguments, message):
+    with pytest.raises(gc.InputError, match=message):
+        gc.prove_event(*arguments)
+
+
+def test_wrong_widths_and_branches_are_named(branches):
+    with pytest.raises(gc.InputError, match="width must be positive"):
+        gc.prove_event(TORSIONAL, "flip", "eps1", 0.0916, width=0)
+    with pytest.raises(gc.InputError, match="width must be larger than the spacing of floats"):
+        gc.prove_event(TORSIONAL, "flip", "eps1", 0.0916, period=1, width=1e-18)
+    with pytest.raises(gc.InputError, match="subject must be a branch with one event selected"):
+        gc.prove_event(branches["flip"])
+
+
+def test_a_model_with_kind_axis_and_value_is_enough(branches):
+    value = float(event(branches, "flip", "flip", 0)["event_value"])
+    assert gc.prove_event(TORSIONAL, "flip", "eps1", value, period=1).proved

@@ -1,0 +1,184 @@
+"""Boxes of parameters against orbits and motions computed in floats at random points of the box."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+pytest.importorskip("flint")
+
+from flint import arb, arb_mat
+
+import gearchaos as gc
+from gearchaos.continuation.family import ParameterFamily
+from gearchaos.model import MeshModel, SteppedStiffness
+from gearchaos.proof.balls import block, precision
+from gearchaos.proof.box import BoxSystem, shifted
+from gearchaos.proof.box_tube import box_tube
+from gearchaos.proof.coordinates import lifted
+from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.equations import MeshEquations
+from gearchaos.proof.parameters import exact_parameters
+from gearchaos.proof.search import converged
+from gearchaos.studies.proofs import orbit_points
+
+BITS = 128
+STEPS = SteppedStiffness(levels=(1.2, 0.7, 0.9), starts=(0.0, 0.4, 0.75))
+CASES = {
+    "torsional 1T": (MeshModel.of(kind="torsional", q0=0.1, eps1=0.05, omega=1.0),
+                     {"eps1": 1e-4, "omega": 2e-4, "q0": 1e-4, "zeta": 1e-4, "chi1": 1e-4, "chi2": 1e-4, "J": 1e-4,
+                      "beta": 1e-4}),
+    "torsional 2T": (MeshModel.of(kind="torsional", q0=0.1, eps1=0.05, omega=2.0), {"eps1": 1e-4, "omega": 1e-4}),
+    "permanent contact": (MeshModel.of(kind="torsional", q0=0.3, eps1=0.01, omega=0.7),
+                          {"eps1": 1e-3, "omega": 1e-3, "chi1": 1e-3, "chi2": 1e-3, "q0": 1e-3}),
+    "single, stepped": (MeshModel.of(kind="single", q0=0.1, eps1=0.05, omega=0.95, zeta=0.05, stiffness=STEPS),
+                        {"eps1": 1e-4, "zeta": 1e-4, "omega": 1e-4}),
+    "full": (MeshModel.of(kind="full", q0=0.1, eps1=0.03, omega=1.5, beta1=0.02, kappa1=0.4),
+             {"kappa1": 2e-5, "eps1": 2e-5, "omega": 2e-5, "mu": 2e-5, "zeta_support": 2e-5, "beta2": 2e-5}),
+}
+
+
+def random_members(model, widths, count):
+    """Models at random points of a box, half of them at corners, with u."""
+    rng = np.random.default_rng(0)
+    for k in range(count):
+        u = rng.uniform(-1, 1, len(widths)) if k % 2 else rng.choice([-1.0, 1.0], len(widths))
+        values = {}
+        for (name, width), share in zip(widths.items(), u, strict=True):
+            values[name] = model.value(name) + share * width
+        yield model.with_values(values), u
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_orbits_at_random_points_of_a_proved_box_are_where_it_says(name):
+    model, widths = CASES[name]
+    proved = gc.prove_box(model, widths)
+    assert proved.proved, proved.in_words()
+    document = proved.document
+    derivatives = np.array([[[float.fromhex(v) for v in row] for row in point] for point in document["derivatives"]])
+    widths = {n: w * proved.scale for n, w in widths.items()}
+    start = orbit_points(gc.regime(model))[1][0]
+    family = ParameterFamily(model, ())
+    near = {n: float(v) for n, v in gc.orbit(model, period=proved.period).state.items()}
+    assert family.dimension == len(start)
+    for member, u in random_members(model, widths, 8):
+        found = gc.orbit(member, period=proved.period, near=near)
+        points = orbit_points(found)[1]
+        shift = min(range(len(points)), key=lambda k: np.abs(np.roll(points, k, 0) - proved.points).max())
+        difference = np.roll(points, shift, 0) - proved.points
+        assert np.all(np.abs(difference) <= proved.reach + 1e-9)
+        assert np.abs(difference - derivatives @ u).max() <= document["radius"] + 1e-9
+        assert found.unstable == document["stability"]["outside"]
+        assert len(found.switches) == sum(document["switches"])
+
+
+def system_of(name, scale):
+    """The orbit of a case with its box times a scale, in balls."""
+    model, widths = CASES[name]
+    equations = MeshEquations(exact_parameters(model), bits=BITS)
+    points = orbit_points(gc.regime(model))[1]
+    directions = [dict.fromkeys(model.set_by(n), Fraction(w) * Fraction(scale)) for n, w in widths.items()]
+    return BoxSystem(converged(equations, lifted(points, equations)), directions)
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("scale", [0.01, 1.0])
+def test_the_tube_of_a_box_contains_motions_from_random_states_at_random_parameters(name, scale):
+    """P(c + C u + ξ; p(u)) - P(c; p0) in A ξ + B u, and differences of two motions at one p in A (ξ - η)."""
+    model, widths = CASES[name]
+    widths = {n: w * scale for n, w in widths.items()}
+    rng, radius = np.random.default_rng(1), 1e-5 * scale
+    with precision(BITS):
+        system = system_of(name, scale)
+        bounds = system.bounds(Fraction(1))
+        centre, d = system.candidate.trajectories[0], system.equations.dimension
+        drift = arb_mat(d, system.count, system.drift[0].ravel().tolist())
+        tube = box_tube(bounds, centre, drift, radius, system.shifts[0])
+        point = np.array([float(v) for v in system.candidate.points[0]])
+        image = np.array([float(v.mid()) for v in centre.image.entries()])
+        for member, u in random_members(model, widths, 12):
+            ends = [np.where(rng.random(d) < 0.5, rng.choice([-1, 1], d), rng.uniform(-1, 1, d)) for _ in range(2)]
+            offsets = [radius * e for e in ends]
+            starts = np.stack([point + system.drift[0] @ u + xi for xi in offsets], axis=1)
+            family = ParameterFamily(member, ())
+            after = family.exact_flow(family.start[None]).advance(starts, np.ones(2, int), points=np.zeros(2, int)).w
+            effect = tube.by_parameters * column(u)
+            for k in range(2):
+                contained(tube.slopes * column(offsets[k]) + effect, after[:, k] - image)
+            contained(tube.slopes * column(offsets[0] - offsets[1]), after[:, 0] - after[:, 1])
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("contact", [0, 1])
+def test_bounds_on_a_piece_contain_the_flows_of_random_parameters(name, contact):
+    """Φ(p) - Φ(p0), the motion at p from a state of the motion at p0, and at the corners of a large box."""
+    scale, rng = 0.01 / max(CASES[name][1].values()), np.random.default_rng(2)
+    with precision(BITS):
+        system = system_of(name, scale)
+        bounds, equations, d = system.bounds(Fraction(1)), system.equations, system.equations.dimension
+        cell, state = equations.cells[0], column(rng.uniform(-1.5, 1.5, d))
+        start = arb_mat(d + 1, 1, [*state.entries(), 1])
+        size = np.abs([float(v) for v in state.entries()])
+        slack = bounds.slack(cell, contact, float(cell.length) * (1 + 1e-15), size)
+        gamma = bounds.drift_at_centre(cell, contact, arb(0), arb(1), state)
+        here = equations.flow(0, contact)
+        used = []
+        for _ in range(20):
+            u = rng.choice([-1.0, 1.0], system.count)
+            parameters = dict(equations.parameters)
+            for together, share in zip(system.widths, u.tolist(), strict=True):
+                for member, width in together.items():
+                    parameters = shifted(parameters, member, width * Fraction(share))
+            other = MeshEquations(parameters, bits=BITS)
+            if other.cells[0].length != cell.length:
+                continue
+            there = other.flow(0, contact)
+            change = block(there.end - here.end, d, range(d))
+            moved = block((there.end - here.end) * start, d, range(1))
+            first_order = gamma * column(u)
+            for i in range(d):
+                assert all(abs(change[i, j]) < slack.flow[i, j] + 1e-30 for j in range(d))
+                assert abs(moved[i, 0]) < slack.moved[i] + 1e-30
+                assert abs(moved[i, 0] - first_order[i, 0]) < slack.drift[i].sum() + 1e-30
+            used.append(max(float(abs(moved[i, 0] - first_order[i, 0]).mid()) for i in range(d)))
+        assert max(used) > 0
+
+
+def column(values):
+    """Floats as a matrix (d, 1)."""
+    return arb_mat(len(values), 1, values.tolist())
+
+
+def contained(balls, values):
+    """Check that balls, widened by the errors of the floats, contain values."""
+    for ball, value in zip(balls.entries(), values, strict=True):
+        assert (ball + arb(0, 2e-11)).contains(arb(float(value))), (ball, value)
+
+
+def test_a_box_that_is_too_large_is_not_proved_but_a_smaller_one_is():
+    model, _ = CASES["torsional 1T"]
+    found = gc.prove_box(model, {"eps1": 0.05})
+    assert 0 < found.scale < 0.1 and found.widths["eps1"] == pytest.approx(0.05 * found.scale)
+    with precision(BITS), pytest.raises(UndecidedError):
+        system_of("torsional 1T", 500).prove(Fraction(1))
+
+
+def test_slopes_by_the_parameters_prove_a_far_larger_box_than_wide_balls():
+    """With parameters as balls in the coefficients, eps1 ± 1e-8 is about the largest box that is proved."""
+    model, _ = CASES["torsional 1T"]
+    assert gc.prove_box(model, {"eps1": 4e-4}).scale == 1
+
+
+@pytest.mark.parametrize(
+    ("widths", "message"),
+    [({}, "widths must name a parameter"), ({"eps1": 0.0}, "eps1 must have a positive half-width"),
+     ({"eps2": 1e-3}, "eps2 must not be 0"), ({"contact_ratio": 1e-3}, "contact_ratio must be a parameter that a box"),
+     ({"q0": 1e-3, "q1": 1e-3}, "widths must name each parameter once"), ({"kappa": 1e-3}, "kappa must")])
+def test_wrong_widths_are_named(widths, message):
+    with pytest.raises(gc.InputError, match=message):
+        gc.prove_box(CASES["torsional 1T"][0], widths)
+
+
+def test_one_wheel_alone_may_need_another_coordinate():
+    found = gc.prove_box(CASES["torsional 1T"][0], {"beta1": 1e-4})
+    assert not found.proved and found.reason == "coordinates not the same"
