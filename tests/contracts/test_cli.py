@@ -70,10 +70,10 @@ def test_nothing_heavy_is_loaded(code):
 
 
 def test_help_lists_the_commands_in_the_order_in_which_they_are_used():
-    listed = re.findall(r"(?m)^│ (\w+) ", run("--help").stdout.partition("Commands")[2])
+    listed = re.findall(r"(?m)^│ ([a-z-]+) ", run("--help").stdout.partition("Commands")[2])
     assert listed == [
         "warmup", "paper", "simulate", "regime", "attractors", "bifurcation", "zones", "basins", "branch", "curve",
-        "skeleton", "gear", "map", "explore", "run", "info", "plot", "export",
+        "skeleton", "prove-chaos", "verify", "gear", "map", "explore", "run", "info", "plot", "export",
     ]
 
 

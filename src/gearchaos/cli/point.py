@@ -20,7 +20,7 @@ from gearchaos.cli.output import (
     section,
     section_units,
 )
-from gearchaos.cli.proofs import check_proof, proof_of
+from gearchaos.cli.proof_options import check_proof, proof_of
 from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES
 

@@ -1,57 +1,19 @@
-"""Proofs: the options of ``regime``, the proof of a chaotic set, and the command that checks certificates."""
+"""The commands that prove a chaotic set and check certificates."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from gearchaos.cli.errors import say
 from gearchaos.cli.options import Json, Sets, StudyPath, app, load
 from gearchaos.cli.output import check_output, print_json
+from gearchaos.cli.proof_options import write_certificate
 from gearchaos.errors import InputError
-
-if TYPE_CHECKING:
-    from gearchaos.proof.certificate import Certificate, Unproved
-    from gearchaos.proof.chaos import ChaoticSet
-    from gearchaos.studies import Verdict
 
 REFUSED = 1
 """Exit code where a certificate does not prove what it claims."""
-
-
-def check_proof(prove: bool, certificate: Path | None) -> None:
-    """Raise `InputError` unless a proof can be made and its certificate be written; before any work."""
-    if certificate is not None and not prove:
-        raise InputError("--certificate", "needs --prove", str(certificate))
-    check_output("--certificate", certificate, (".json",))
-    if prove:
-        from gearchaos.studies.proofs import check_installed
-
-        check_installed()
-
-
-def proof_of(verdict: Verdict, path: Path | None) -> Certificate | Unproved:
-    """The proof of a periodic verdict; the certificate is written to a path, if there are both."""
-    from gearchaos.studies.proofs import prove
-
-    result = prove(verdict)
-    _write(result, path)
-    return result
-
-
-def _write(result: Certificate | ChaoticSet | Unproved, path: Path | None) -> None:
-    """Write a certificate to a path, if there are both, and say so."""
-    from gearchaos.proof.certificate import Unproved
-
-    if path is None:
-        return
-    if isinstance(result, Unproved):
-        say(f"no certificate: {result.in_words()}")
-    else:
-        result.write(path)
-        say(f"wrote {path}")
 
 
 @app.command()
@@ -74,7 +36,7 @@ def prove_chaos(
     from gearchaos.studies.chaos_proof import prove_chaos as proof
 
     result = proof(loaded.model, tolerances=tolerances)
-    _write(result, certificate)
+    write_certificate(result, certificate)
     if json_out:
         print_json(result.to_dict())
     else:
