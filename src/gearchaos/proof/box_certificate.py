@@ -135,10 +135,12 @@ def _in_words(system: BoxSystem, proof: BoxProof, box: dict[str, str]) -> str:
     """What is proved, in words."""
     n, found, kind = system.candidate.period, proof.stability, system.equations.parameters["kind"]
     sizes = ", ".join(f"{name} by up to {float.fromhex(text):.3g}" for name, text in box.items())
-    stable = "It is stable" if found.outside == 0 else f"It has {found.outside} multipliers outside the unit circle"
+    outside = f"It has {found.outside} multipliers outside the unit circle"
+    stable = "It is stable in its coordinates" if found.outside == 0 else outside
     return " ".join((
-        f"For every {kind} model whose parameters differ from those below in {sizes} there is an orbit of minimal",
-        f"period {n} whose states at tau = k T lie in the boxes listed: within 'reach' of the points, and within",
+        f"For every {kind} model whose parameters differ from those below in {sizes} there is an orbit of",
+        f"period {n} mesh periods, and no fewer, whose states at tau = k T lie in the boxes listed: within 'reach' of the",
+        "points, and within",
         f"{proof.radius:.3g} of the points displaced by the derivatives. It is the only orbit of period {n} there.",
         f"{stable}, and its teeth switch contact {sum(proof.switches)} times.",
     ))

@@ -151,8 +151,8 @@ def _change(kind: str, parameter: str, ends: tuple[End, End], bits: int) -> Even
     if kind == "flip":
         side, doubled = _doubled(ends, bits)
         proved[side].append(doubled)
-        extra = (f"At {('its lower', 'its upper')[side]} end there is an orbit of minimal period {doubled.period} "
-                 f"beside it, with {doubled.outside} multipliers outside.")
+        extra = (f"At {('its lower', 'its upper')[side]} end there is an orbit that repeats after {doubled.period} mesh "
+                 f"periods beside it, with {doubled.outside} multipliers outside.")
     link = None if kind == "graze" else _connection(below, above, bits)
     theorem = _change_in_words(kind, parameter, below, above, link is not None, extra)
     return _certificate(kind, theorem, parameter, ends, proved, None, link)
@@ -294,15 +294,15 @@ def _change_in_words(
         f"The two orbits are connected by exactly one orbit for each value of {parameter} between, and no multiplier "
         f"is 1: at some value {'a multiplier is -1' if kind == 'flip' else 'a multiplier lies on the unit circle'}.")
     return " ".join(filter(None, (
-        f"At both ends of the interval of {parameter} there is exactly one orbit of minimal period {n} in the cubes "
-        f"listed, and {what}.", between, extra)))
+        f"At both ends of the interval of {parameter} there is exactly one orbit of period {n} mesh periods, and no "
+        f"fewer, in the cubes listed, and {what}.", between, extra)))
 
 
 def _fold_in_words(parameter: str, side: int, first: Certificate, second: Certificate, empty: EmptyRegion) -> str:
     """The theorem of a fold."""
     here, there = ("lower", "upper")[side], ("upper", "lower")[side]
     outside = sorted((first.outside, second.outside))
-    return (f"At the {here} end of the interval of {parameter} there are two orbits of minimal period {first.period} "
-            f"in the region listed, one with {outside[0]} and one with {outside[1]} multipliers outside the unit "
-            f"circle. At the {there} end there is no orbit of period {first.period} in that region, within "
+    return (f"At the {here} end of the interval of {parameter} there are two orbits of period {first.period} mesh "
+            f"periods in the region listed, one with {outside[0]} and one with {outside[1]} multipliers outside the "
+            f"unit circle. At the {there} end there is no orbit of period {first.period} in that region, within "
             f"{float(empty.radius):.3g} of its centre in each coordinate at each tau = k T.")
