@@ -139,8 +139,8 @@ def _in_words(system: BoxSystem, proof: BoxProof, box: dict[str, str]) -> str:
     stable = "It is stable in its coordinates" if found.outside == 0 else outside
     return " ".join((
         f"For every {kind} model whose parameters differ from those below in {sizes} there is an orbit of",
-        f"period {n} mesh periods, and no fewer, whose states at tau = k T lie in the boxes listed: within 'reach' of the",
-        "points, and within",
-        f"{proof.radius:.3g} of the points displaced by the derivatives. It is the only orbit of period {n} there.",
+        f"period {n} mesh periods, and no fewer, whose states at tau = k T lie in the boxes listed: within",
+        f"'reach' of the points, and within {proof.radius:.3g} of the points displaced by the derivatives. It is the",
+        f"only orbit of period {n} there.",
         f"{stable}, and its teeth switch contact {sum(proof.switches)} times.",
     ))

@@ -151,8 +151,8 @@ def _change(kind: str, parameter: str, ends: tuple[End, End], bits: int) -> Even
     if kind == "flip":
         side, doubled = _doubled(ends, bits)
         proved[side].append(doubled)
-        extra = (f"At {('its lower', 'its upper')[side]} end there is an orbit that repeats after {doubled.period} mesh "
-                 f"periods beside it, with {doubled.outside} multipliers outside.")
+        extra = (f"At {('its lower', 'its upper')[side]} end there is an orbit that repeats after {doubled.period} "
+                 f"mesh periods beside it, with {doubled.outside} multipliers outside.")
     link = None if kind == "graze" else _connection(below, above, bits)
     theorem = _change_in_words(kind, parameter, below, above, link is not None, extra)
     return _certificate(kind, theorem, parameter, ends, proved, None, link)
