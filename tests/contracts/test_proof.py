@@ -314,3 +314,8 @@ def test_the_period_of_an_orbit_is_counted_in_mesh_periods():
     found = gc.prove(gc.orbit(model, period=3, near={"z": 1.27447736, "z_dot": -0.06112976}))
     assert found.proved and "It repeats after no smaller number of mesh periods." in found.theorem
     assert "minimal" not in found.theorem
+
+
+def test_a_failure_counts_as_false():
+    assert not Unproved("neutral", 0.0)
+    assert gc.prove(gc.MeshModel.of(kind="single", q0=0.1, omega=1.5, zeta=0.05, eps1=0.02))

@@ -5,10 +5,12 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 pytest.importorskip("flint")
 
 import gearchaos as gc
+from gearchaos.cli import app
 from gearchaos.model import MeshModel
 from gearchaos.proof.balls import precision
 from gearchaos.proof.connection import connection
@@ -144,3 +146,11 @@ def test_wrong_widths_and_branches_are_named(branches):
 def test_a_model_with_kind_axis_and_value_is_enough(branches):
     value = float(event(branches, "flip", "flip", 0)["event_value"])
     assert gc.prove_event(TORSIONAL, "flip", "eps1", value, period=1).proved
+
+
+def test_files_of_events_and_boxes_are_refused_in_words(branches, tmp_path):
+    gc.prove_event(event(branches, "flip", "flip")).write(tmp_path / "event.json")
+    gc.prove_box(TORSIONAL, {"eps1": 1e-6}).write(tmp_path / "box.json")
+    found = CliRunner().invoke(app, ["verify", str(tmp_path / "event.json"), str(tmp_path / "box.json")])
+    assert found.exit_code == 1
+    assert "no verifier of events" in found.stdout and "no verifier of boxes" in found.stdout

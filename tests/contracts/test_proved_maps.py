@@ -1,6 +1,7 @@
 """Maps with proofs: the same results on any number of workers, in stores, and with certificates that are verified."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -145,3 +146,14 @@ def test_missing_python_flint_is_named(monkeypatch):
     monkeypatch.setattr("gearchaos.studies.proofs.find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"pip install 'gearchaos\[proof\]'"):
         gc.Zones(MODEL, X, Y, prove=True)
+
+
+def test_certificates_of_an_earlier_map_are_removed(tmp_path):
+    """A cell whose motion is not proved in this map has no certificate of another one."""
+    from gearchaos.studies.proved_cells import certificate_files
+
+    first = certificate_files(str(tmp_path), np.arange(6), 3)
+    for file in first:
+        Path(file).write_text("{}")
+    assert certificate_files(str(tmp_path), np.array([1, 4]), 3) == [first[1], first[4]]
+    assert sorted(map(str, tmp_path.glob("row*/*.json"))) == sorted(first[i] for i in (0, 2, 3, 5))

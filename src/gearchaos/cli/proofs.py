@@ -12,6 +12,13 @@ from gearchaos.cli.output import check_output, print_json
 from gearchaos.cli.proof_options import write_certificate
 from gearchaos.errors import InputError
 
+UNVERIFIED = {
+    "gearchaos event certificate":
+        "there is no verifier of events; those of the orbits at both ends can be checked: certificates() of the event",
+    "gearchaos box certificate": "there is no verifier of boxes of parameters",
+}
+"""Why files of these formats are refused."""
+
 REFUSED = 1
 """Exit code where a certificate does not prove what it claims."""
 
@@ -82,6 +89,8 @@ def _verified(file: Path) -> Any:
 
     if chaos_file.is_chaotic_set(file):
         return chaos_file.verify_file(file)
+    if chaos_file.format_of(file) in UNVERIFIED:
+        return chaos_file.Result(False, [UNVERIFIED[chaos_file.format_of(file)]])
     from gearchaos.proof.verifier import verify_file
 
     return verify_file(file)

@@ -64,6 +64,10 @@ class Unproved:
     margin: float
     bits: int = 0
 
+    def __bool__(self) -> bool:
+        """False, so that ``if prove(model):`` asks whether there is a proof."""
+        return False
+
     def in_words(self) -> str:
         """The result in a sentence."""
         return f"not proved, {self.reason}: {self.meaning} (margin {self.margin:.2g}, {self.bits} bits)"

@@ -32,13 +32,18 @@ class RefusedError(Exception):
     """A file that does not prove what it states, with the reason."""
 
 
-def is_chaotic_set(path: str | Path) -> bool:
-    """Whether a file says that it holds a chaotic set."""
+def format_of(path: str | Path) -> Any:
+    """What a file says that it holds; None if it is no JSON object."""
     try:
         document = json.loads(Path(path).read_bytes())
     except (ValueError, RecursionError):
-        return False
-    return isinstance(document, dict) and document.get("format") == FORMAT
+        return None
+    return document.get("format") if isinstance(document, dict) else None
+
+
+def is_chaotic_set(path: str | Path) -> bool:
+    """Whether a file says that it holds a chaotic set."""
+    return bool(format_of(path) == FORMAT)
 
 
 def verify_file(path: str | Path) -> Result:

@@ -3,9 +3,9 @@
 A certificate claims: in the coordinates listed the model has exactly one orbit of period n mesh periods whose states
 at τ = (k + phase) T lie in the cubes X_k of half edge r about the points c_k; it repeats after no fewer mesh periods;
 contact switches once in each time window listed and at no other time; i of its d multipliers lie inside the unit
-circle, d − i outside. Nothing in it is believed: the equations are integrated anew in ball arithmetic (python-flint),
-where results are intervals that contain the exact ones, and a comparison is true only if it is for all elements. So
-the claim holds if all `require` pass. The words of the file are not read; this program states what it has proved.
+circle, d − i outside. Nothing in it is believed, its words are not read: the equations are integrated anew in ball
+arithmetic (python-flint), where results are intervals that contain the exact ones, and a comparison is true only if it
+is for all elements. So the claim holds if all `require` pass.
 
 Equations (Łuczko 2008, (2.12)-(2.18), corrected), with z = x1 − x2 + y1 − y2 − ε(τ), f(z) = z − clamp(z, −1, 1):
     J1 x1'' + 2 β1 x1' + S =  q1        μ1 y1'' + 2 μ1 ζ1 y1' + κ1 y1 + S = 0        S = 2 ζ z' + χ(τ) f(z)
@@ -344,9 +344,8 @@ def prove(c: dict[str, Any]) -> Result:
     # All roots of the characteristic polynomial of Q_0 are real: Descartes' rule of signs counts the positive ones.
     positive = sum(a != b for a, b in pairwise(x > 0 for x in Q[0].charpoly().coeffs() if x != 0))
     require(Q[0].det() != 0 and positive == inside == d - c["stability"]["outside"], "stability: Q_0 has other inertia")
-    # A minimal period k < n would divide n and make x_0 = x_k.
     gaps = [max(abs(points[0][i] - points[k][i]) for i in range(d)) / radius - 2 for k in range(1, n) if n % k == 0]
-    require(all(gap > 0 for gap in gaps), "period: X_0 and X_k are not disjoint for a divisor k < n of n")
+    require(all(gap > 0 for gap in gaps), "period: X_0 and X_k are not disjoint for a divisor k < n of n")  # x_0 ≠ x_k
     tubes = [Tube(mesh, points[k], r, phase, k) for k in range(n)]
     for k, tube in enumerate(tubes):
         tube.period(lists[k])
@@ -366,7 +365,8 @@ def prove(c: dict[str, Any]) -> Result:
         f"periods with states within {float(radius):.3g} of the points listed at tau = (k + {phase}) T.",
         f"It repeats after no fewer mesh periods. Contact switches {sum(map(len, lists))} times in the windows listed. "
         f"Multipliers {inside} inside the unit circle, {d - inside} outside{': stable there' * (inside == d)}.",
-        "its words not read; margins: " + ", ".join(f"{name} {v:.3g}" for name, v in margins.items() if v)], margins)
+        "margins: " + ", ".join(f"{name} {v:.3g}" for name, v in margins.items() if v),
+        "model: " + re.sub(r'"(-?0x[^"]*)"', lambda m: repr(float.fromhex(m[1])), json.dumps(c["model"]))], margins)
 
 def verify(certificate: Any) -> Result:
     """Check a certificate that was read from JSON."""

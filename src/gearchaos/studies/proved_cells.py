@@ -94,7 +94,8 @@ def mark_inferred(found: Found) -> None:
 def certificate_files(folder: str | None, cells: np.ndarray, columns: int) -> list[str | None]:
     """The paths of the certificates of cells (N,): one folder for each row of the map, one file for each column.
 
-    The folders are created, and the script that verifies certificates is copied beside them.
+    The folders are created, and the script that verifies certificates is copied beside them. Certificates that an
+    earlier map left for these cells are removed.
     """
     if folder is None:
         return [None] * len(cells)
@@ -103,9 +104,11 @@ def certificate_files(folder: str | None, cells: np.ndarray, columns: int) -> li
     target, places = Path(folder), [divmod(int(cell), columns) for cell in cells]
     for row in {row for row, _ in places}:
         (target / f"row{row:04d}").mkdir(parents=True, exist_ok=True)
-    if not (script := target / "verifier.py").exists():
-        shutil.copyfile(Path(proof.__path__[0]) / "verifier.py", script)
-    return [str(target / f"row{row:04d}" / f"column{column:04d}.json") for row, column in places]
+    shutil.copyfile(Path(proof.__path__[0]) / "verifier.py", target / "verifier.py")
+    files = [target / f"row{row:04d}" / f"column{column:04d}.json" for row, column in places]
+    for file in files:
+        file.unlink(missing_ok=True)
+    return list(map(str, files))
 
 
 def check_folder(certificates: str | None, prove: bool) -> None:
