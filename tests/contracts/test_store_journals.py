@@ -49,8 +49,8 @@ def folder(tmp_path):
 
 LINES = (
     Begin("box:1", {"numpy_version": "2"}, 1.0), entry(3, 2.0), TileEntry(0, None, 0, 0, 0, 1e-9, "é:1", 2, 3.25),
-    Failed(4, 'ValueError: "no"\n', 3, "box:1", 4.0), Packed(1, {"label": (17, 2**32 - 1)}, 5.0), Lost([1, 2], [0], 6.0),
-    Damaged([(1, "label")], [8], 7.0), Ended(8.0),
+    Failed(4, 'ValueError: "no"\n', 3, "box:1", 4.0), Packed(1, {"label": (17, 2**32 - 1)}, 5.0),
+    Lost([1, 2], [0], 6.0), Damaged([(1, "label")], [8], 7.0), Ended(8.0),
 )
 
 
@@ -70,7 +70,12 @@ def test_no_changed_byte_of_a_line_is_accepted():
 def test_a_journal_is_read_once_and_then_what_was_added(folder, monkeypatch):
     progress, journal, reads = fresh(folder), Journal(folder, "all"), []
     true = LocalFolder.read
-    monkeypatch.setattr(LocalFolder, "read", lambda self, name, start=0: (reads.append(start), true(self, name, start))[1])
+
+    def read(self, name, start=0):
+        reads.append(start)
+        return true(self, name, start)
+
+    monkeypatch.setattr(LocalFolder, "read", read)
     journal.append(*LINES[:2])
     progress.refresh()
     size = folder.size("run/journal/all.jsonl")
