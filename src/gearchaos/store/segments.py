@@ -34,7 +34,7 @@ _CHECKSUM_BYTES = 4
 _GAP = 2**16
 """Largest number of bytes between two parts of a segment that are read at once together with what lies between."""
 
-_READ = 2**22
+_READ = 2**20
 """Largest number of bytes of a segment that are read at once, unless a part is larger."""
 
 
