@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from math import prod
 from typing import Any
 
@@ -106,7 +107,11 @@ class Store:
 
     def record_length(self, tile: int) -> int:
         """Size of the record of a tile in bytes."""
-        return record_length(self.arrays, self.grid.size(tile))
+        return self._record_length(self.grid.size(tile))
+
+    @cached_property
+    def _record_length(self) -> Callable[[int], int]:
+        return record_length(self.arrays)
 
     def progress(self, writers: Iterable[str] | None = None) -> Progress:
         """What the journals of these writers say, by default of all that a listing finds."""
