@@ -10,12 +10,13 @@ from __future__ import annotations
 import os
 import signal
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import copy_context
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, takewhile
 from multiprocessing import get_all_start_methods, parent_process
 from multiprocessing.context import ForkServerContext, SpawnContext
 from queue import Empty, SimpleQueue
@@ -109,6 +110,9 @@ class Submitted(Generic[Item]):
     def __init__(self, pool: Pool) -> None:
         self._pool = pool
         self._items = dict[Future[Any], Item]()
+        self._begun = dict[Future[Any], float]()
+        """Times of those that are being computed, if workers begin them in the order in which they were submitted."""
+        self._waiting = deque[Future[Any]]()
         self._ended: SimpleQueue[Future[Any]] = SimpleQueue()
 
     def __len__(self) -> int:
@@ -118,8 +122,28 @@ class Submitted(Generic[Item]):
         """Submit ``work(*arguments)``, of which `ended` will speak as ``item``; returns its future."""
         future = self._pool.submit(work, *arguments)
         self._items[future] = item
+        self._waiting.append(future)
+        self._begin()
         future.add_done_callback(self._ended.put)
         return future
+
+    def _begin(self) -> None:
+        """Note the time at which workers that are free begin the next items."""
+        workers = self._pool.workers()
+        while self._waiting and len(self._begun) < workers:
+            future = self._waiting.popleft()
+            if future in self._items:
+                self._begun[future] = time.monotonic()
+
+    @property
+    def idle(self) -> int:
+        """Number of workers that have nothing to do."""
+        return max(0, self._pool.workers() - len(self._items))
+
+    def longer_than(self, seconds: float) -> list[Item]:
+        """The items that have been computed for longer than this."""
+        latest = time.monotonic() - seconds
+        return [self._items[f] for f, begun in takewhile(lambda pair: pair[1] < latest, self._begun.items())]
 
     def ended(self, timeout: float) -> list[tuple[Item, Future[Any]]]:
         """Wait until an item ends, at most ``timeout`` seconds; returns all that have ended, with their futures.
@@ -134,7 +158,19 @@ class Submitted(Generic[Item]):
         except Empty:
             pass
         self._pool.check()
-        return [(self._items.pop(future), future) for future in futures]
+        out = [(self._items.pop(future), future) for future in futures if future in self._items]
+        for future in futures:
+            self._begun.pop(future, None)
+        self._begin()
+        return out
+
+    def withdraw(self, items: Container[Item]) -> list[Item]:
+        """Cancel those of these items that no worker has begun; returns those that were cancelled."""
+        chosen = [(future, item) for future, item in self._items.items() if item in items]
+        cancelled = [(future, item) for future, item in chosen if future not in self._begun and future.cancel()]
+        for future, _ in cancelled:
+            del self._items[future]
+        return [item for _, item in cancelled]
 
     def cancel(self) -> None:
         """Cancel all items that have not begun."""
@@ -195,7 +231,7 @@ def _recording_context(modules: Sequence[str]) -> tuple[Any, list[Any]]:
     parent: Any = ForkServerContext if forking else SpawnContext
 
     class Recording(parent):
-        def Process(self, *arguments: Any, **options: Any) -> Any:  # noqa: N802  # the name in multiprocessing
+        def Process(self, *arguments: Any, **options: Any) -> Any:
             started.append(parent.Process(*arguments, **options))
             return started[-1]
 
