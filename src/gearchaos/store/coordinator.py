@@ -257,13 +257,24 @@ class _Attempt:
         """Record results, all that have come together in one writing of the journal."""
         lines: list[Line] = []
         for task, future in ended:
-            result = result_of(future)
+            result = self._result(future)
             if isinstance(task, Group):
                 lines += self._taken_group(task.number, result)
             else:
                 lines += self._taken_tile(task.number, result)
         if lines:
             self._owner.record(*lines)
+
+    def _result(self, future: Future[Any]) -> Any:
+        """The result of a task, or its error as text if that does not concern all tasks."""
+        try:
+            return result_of(future)
+        except pools.PoolLostError:
+            raise
+        except OSError as error:
+            if self._owner.shard.count > 1 and self._owner.store.finished:  # by another shard, which deletes segments
+                return str(error)
+            raise
 
     def _taken_group(self, group: int, result: Packed | Lost | str) -> list[Line]:
         """The lines of the journal for a group that a worker has packed, or could not pack."""
