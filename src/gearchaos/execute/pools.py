@@ -1,99 +1,22 @@
-"""Pools of workers with one interface: threads, processes, the workers of a Dask scheduler, Slurm jobs.
-
-Work items are submitted one by one or as an iterable, and results are yielded as they complete. Items not yet begun are
-cancelled when iteration stops.
-"""
+"""Pools of workers with one interface: threads, processes, the workers of a Dask scheduler, Slurm jobs."""
 
 from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import copy_context
-from dataclasses import dataclass
-from itertools import islice
-from multiprocessing import get_context, parent_process
+from multiprocessing import get_all_start_methods, parent_process
+from multiprocessing.context import ForkServerContext, SpawnContext
 from threading import Thread
-from typing import Any, TypeVar
+from typing import Any
 
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import cores
-
-RESUME_ADVICE = "What is done is kept; the same command goes on from there."
-"""Last sentence of the messages of errors that interrupt a run."""
-
-_CHECK_INTERVAL = 2.0
-"""Seconds between two checks that the workers can still be reached."""
-
-Item = TypeVar("Item")
-
-
-class PoolLostError(OSError):
-    """The workers of a pool cannot be reached any more; the work items being computed are lost."""
-
-
-def connection_lost(error: BaseException | None) -> bool:
-    """Whether the error of a work item means that its pool cannot be reached, not that the item failed.
-
-    Dask's own error is recognised by its name, since Dask may not be installed.
-    """
-    return isinstance(error, ConnectionError) or type(error).__name__ == "CommClosedError"
-
-
-@dataclass(frozen=True)
-class Pool:
-    """An open pool of workers.
-
-    Attributes
-    ----------
-    executor : concurrent.futures.Executor
-    workers : callable
-        Function without arguments: the number of work items computed at once, which may change on a cluster.
-    check : callable
-        Function without arguments that raises `PoolLostError` if the workers cannot be reached any more.
-    threads_per_item : callable
-        Function from the number of remaining work items to the number of threads that each may use.
-    """
-
-    executor: Executor
-    workers: Callable[[], int]
-    check: Callable[[], None] = lambda: None
-    threads_per_item: Callable[[int], int] = lambda items: 1
-
-    def submit(self, work: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        """Submit one work item, ``work(*arguments)``."""
-        return self.executor.submit(work, *arguments)
-
-    def cancel(self) -> None:
-        """Cancel all work items that have not begun, without waiting for those being computed."""
-        self.executor.shutdown(wait=False, cancel_futures=True)
-
-    def results(
-        self, work: Callable[[Item], Any], items: Iterable[Item], max_pending: Callable[[], int] | None = None
-    ) -> Iterator[tuple[Item, Future[Any]]]:
-        """Yield every item with the future of ``work(item)``, in the order of completion.
-
-        At most ``max_pending()`` submitted items, by default twice the number of workers, are unfinished at a time: a
-        submitted item may run to its end after an interrupt. Items not yet begun are cancelled when iteration stops.
-        """
-        max_pending = max_pending or (lambda: 2 * self.workers())
-        rest, waiting = iter(items), dict[Future[Any], Item]()
-        try:
-            while True:
-                for item in islice(rest, max(0, max_pending() - len(waiting))):
-                    waiting[self.submit(work, item)] = item
-                if not waiting:
-                    return
-                done, _ = wait(waiting, timeout=_CHECK_INTERVAL, return_when=FIRST_COMPLETED)
-                self.check()
-                for future in done:
-                    yield waiting.pop(future), future
-        finally:
-            for future in waiting:
-                future.cancel()
-
+from gearchaos.execute.pool import CHECK_INTERVAL, RESUME_ADVICE, Pool, PoolLostError
 
 PoolFactory = Callable[[], AbstractContextManager[Pool]]
 """Function that opens a pool; called again if the pool breaks."""
@@ -102,7 +25,7 @@ PoolFactory = Callable[[], AbstractContextManager[Pool]]
 class _Threads(ThreadPoolExecutor):
     """Threads in which work runs with the context variables of the thread that submits it."""
 
-    def submit(self, work: Callable[..., Any], /, *arguments: Any, **options: Any) -> Future[Any]:
+    def submit(self, work: Callable[..., Any], /, *arguments: Any, **options: Any) -> Any:
         return super().submit(copy_context().run, work, *arguments, **options)
 
 
@@ -118,17 +41,44 @@ def thread_pool(count: int | None = None) -> PoolFactory:
     return opened
 
 
-def process_pool(count: int) -> PoolFactory:
-    """Processes on this machine; if one dies, the futures of unfinished work items raise `BrokenExecutor`."""
+def process_pool(count: int, modules: Sequence[str] = ()) -> PoolFactory:
+    """Processes on this machine; if one dies, the futures of unfinished work items raise `BrokenExecutor`.
+
+    The ``modules`` that the work items need are imported once, where the system can fork, and not by every process.
+    """
     workers = whole_number("processes", count, 1)
 
     @contextmanager
     def opened() -> Iterator[Pool]:
-        context = get_context("spawn")
-        with ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker) as executor:
-            yield Pool(executor, lambda: workers)
+        context, started = _recording_context(modules)
+        executor = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker)
+
+        def stop() -> None:
+            executor.shutdown(wait=False, cancel_futures=True)
+            for process in started:
+                process.terminate()
+
+        with executor:
+            yield Pool(executor, lambda: workers, stop=stop)
 
     return opened
+
+
+def _recording_context(modules: Sequence[str]) -> tuple[Any, list[Any]]:
+    """A context of `multiprocessing`, and the list of the processes that are started with it, which fills itself."""
+    started: list[Any] = []
+    forking = "forkserver" in get_all_start_methods()
+    parent: Any = ForkServerContext if forking else SpawnContext
+
+    class Recording(parent):
+        def Process(self, *arguments: Any, **options: Any) -> Any:
+            started.append(parent.Process(*arguments, **options))
+            return started[-1]
+
+    context = Recording()
+    if forking:
+        context.set_forkserver_preload(["__main__", *modules])
+    return context, started
 
 
 def _begin_worker() -> None:
@@ -147,9 +97,11 @@ def _end_with_parent() -> None:
 
 def pool_from_options(
     threads: int | None = None, processes: int | None = None, scheduler: str | None = None, cluster: str | None = None,
-    jobs: int | None = None,
+    jobs: int | None = None, modules: Sequence[str] = (),
 ) -> PoolFactory:
     """The pool that the options of a command select, of which at most one is given; by default one thread per core.
+
+    ``modules`` are those that the work items need; see `process_pool`.
 
     Raises
     ------
@@ -168,7 +120,7 @@ def pool_from_options(
         return slurm_jobs(1 if jobs is None else whole_number("jobs", jobs, 1))
     if scheduler is not None:
         return dask_workers(scheduler)
-    return process_pool(processes) if processes is not None else thread_pool(threads)
+    return process_pool(processes, modules) if processes is not None else thread_pool(threads)
 
 
 def dask_workers(address: str) -> PoolFactory:
@@ -237,14 +189,19 @@ def _missing(package: str) -> InputError:
 def _dask_pool(client: Any) -> Pool:
     """The pool of the workers that a Dask client reaches."""
 
+    counted, count = -CHECK_INTERVAL, 1
+
     def workers() -> int:
-        try:
-            return max(1, sum(client.nthreads().values()))
-        except OSError as error:
-            raise PoolLostError(f"the Dask scheduler is gone. {RESUME_ADVICE}") from error
+        nonlocal counted, count
+        if time.monotonic() - counted >= CHECK_INTERVAL:  # counting takes a message and time for each worker
+            try:
+                counted, count = time.monotonic(), max(1, sum(client.nthreads().values()))
+            except OSError as error:
+                raise PoolLostError(f"the Dask scheduler is gone. {RESUME_ADVICE}") from error
+        return count
 
     def check() -> None:
         if client.status != "running":
             raise PoolLostError(f"the Dask scheduler is gone. {RESUME_ADVICE}")
 
-    return Pool(client.get_executor(pure=False), workers, check)
+    return Pool(client.get_executor(pure=False), workers, check, stop=lambda: None)  # closing the client waits for none
