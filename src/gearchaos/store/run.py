@@ -16,7 +16,7 @@ import xarray as xr
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute import pools
 from gearchaos.execute.progress import bar
-from gearchaos.store.arrays import add_results, check_layout
+from gearchaos.store.arrays import add_results
 from gearchaos.store.create import create, repair, versions
 from gearchaos.store.folder import Folder, open_folder
 from gearchaos.store.journal import Begin, Ended, Failed, Journal, TileEntry
@@ -190,7 +190,6 @@ def _opened(study: Study, folder: Folder, tile: int | None, say: Callable[[str],
         if create(folder, study, divide(study, tile)):
             return open_store(folder.url)
     store = open_store(folder.url)
-    check_layout(store)
     differing = study_differences(store.study, study)
     if differing:
         raise InputError("store", "must hold the same study", str(folder), "; ".join(differing) + ".")
