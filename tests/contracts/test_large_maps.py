@@ -189,7 +189,7 @@ def test_a_finished_store_loads_like_a_file(finished, tmp_path):
 
 
 def test_an_unfinished_store_loads_with_a_warning_of_what_is_missing(unfinished, finished):
-    with pytest.warns(UserWarning, match=r"map.zarr: 5 of 8 tiles are missing, by position from 0: eps1=0:8, omega=4:12; "
+    with pytest.warns(UserWarning, match=r"map\.zarr: 5 of 8 tiles are missing, by position from 0: eps1=0:8, omega=4:12; "
                                          r"eps1=8:12, omega=0:8; .*; values there are NaN, -1 in integers"):
         found = gc.load(unfinished)
     whole, known = gc.load(finished), found["label"].values > 0
@@ -205,7 +205,7 @@ def test_a_lost_file_is_a_missing_part_and_never_zeros(finished, tmp_path):
     for chunk in (path / "v_rms" / "c").rglob("*"):
         if chunk.is_file():
             chunk.unlink()
-    with pytest.warns(UserWarning, match="8 of 8 tiles are missing, by position from 0: eps1=0:12, omega=0:16; values"):
+    with pytest.warns(UserWarning, match="8 of 8 tiles are missing, .*: eps1=0:12, omega=0:16; values"):
         found = gc.load(path)
     assert np.isnan(found["v_rms"].values).all()
     xr.testing.assert_identical(found["label"], gc.load(finished)["label"])
