@@ -189,7 +189,7 @@ def test_a_finished_store_loads_like_a_file(finished, tmp_path):
 
 
 def test_an_unfinished_store_loads_with_a_warning_of_what_is_missing(unfinished, finished):
-    with pytest.warns(UserWarning, match=r"map\.zarr: 5 of 8 tiles are missing, by position from 0: eps1=0:8, omega=4:12; "
+    with pytest.warns(UserWarning, match=r"5 of 8 tiles are missing, by position from 0: eps1=0:8, omega=4:12; "
                                          r"eps1=8:12, omega=0:8; .*; values there are NaN, -1 in integers"):
         found = gc.load(unfinished)
     whole, known = gc.load(finished), found["label"].values > 0
