@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +12,7 @@ import typer
 
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import Json, Physical, Sets, StudyPath, app, load
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, proof_summary, save, say_proofs
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, say_proofs
 from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES
 
@@ -91,11 +92,18 @@ def _report(store: Path, outcome: Outcome, json_out: bool) -> None:
 
 def _proofs(store: Path) -> dict[str, Any]:
     """The summary of the proofs in a finished store, which is printed; empty if no proofs were asked for."""
-    import xarray as xr
+    from gearchaos.store.store import open_store
 
-    with xr.open_zarr(store) as dataset:
-        say_proofs(dataset)
-        return proof_summary(dataset)
+    found = open_store(store)
+    if "proved" not in found.arrays:
+        return {}
+    from gearchaos.store.lazy import parts
+    from gearchaos.studies.proved_cells import proof_counts
+
+    proofs = found.dataset()[["proved", "proof_reason"]]
+    summary = {"proofs": proof_counts(part for _, part in parts(proofs, found.block))}
+    say_proofs(summary)
+    return summary
 
 
 def _study(path: Path | None, sets: list[str] | None, refine: bool) -> Study:
@@ -144,8 +152,13 @@ def plot(
     """Draw any saved result, or the store of a finished or unfinished run."""
     target = out or _default_picture(result, colour)
     check_output("--out", target, PLOT_SUFFIXES)
-    dataset, note = _from_store(result) if result.is_dir() else (_from_file(result), "")
-    draw(_in_units(dataset, physical), target, colour=colour, note=note)
+    from gearchaos.store.load import is_store
+
+    if is_store(result):
+        dataset, options = _from_store(result, colour, physical)
+    else:
+        dataset, options = _in_units(_from_file(result), physical), {}
+    draw(dataset, target, colour=colour, **options)
 
 
 def _in_units(dataset: xr.Dataset, physical: bool) -> xr.Dataset:
@@ -167,17 +180,26 @@ def _from_file(path: Path) -> xr.Dataset:
     return read_file(path)
 
 
-def _from_store(path: Path) -> tuple[xr.Dataset, str]:
-    """The Dataset of a store, and a note of how much of it is computed, empty if all is."""
-    from gearchaos.store.info import summary
+def _from_store(path: Path, colour: str | None, physical: bool) -> tuple[xr.Dataset, dict[str, Any]]:
+    """The Dataset of a store for a picture, a large map reduced to its pixels, and options of `draw`.
+
+    They are a note of how much of it is computed and how it was reduced, and the resolution of a reduced map.
+    """
+    from gearchaos.plot._result import check_colour
+    from gearchaos.store.reduce import DPI, is_larger, reduced
     from gearchaos.store.store import open_store
 
     found = open_store(path)
-    state = summary(found)
-    if state["tiles_done"] == 0:
+    done = found.progress().done_count
+    if done == 0:
         raise InputError("store", "must hold at least one tile for a picture", str(path))
-    note = "" if found.finished else f"{state['tiles_done']} of {state['tiles']} tiles computed"
-    return found.dataset(), note
+    notes = [] if found.finished else [f"{done} of {found.grid.count} tiles computed"]
+    dataset = found.dataset()
+    if not is_larger(dataset):
+        return _in_units(dataset, physical), {"note": "".join(notes)}
+    check_colour(dataset, colour)
+    small, note = reduced(dataset, found.block, partial(_in_units, physical=physical), colour, progress=True)
+    return small, {"note": "\n".join([*notes, note]), "dpi": DPI}
 
 
 def _default_picture(result: Path, colour: str | None) -> Path:
@@ -198,9 +220,16 @@ def export(
 ) -> None:
     """Write the result in a store as NetCDF."""
     check_output("--out", out, DATA_SUFFIXES)
+    from gearchaos.store.load import missing_in_words
     from gearchaos.store.store import open_store
 
     found = open_store(store)
-    if not found.finished:
-        say(f"{store} is not done: values not yet computed are NaN, 0 in integers, -1 for contact, -2 for attractors")
-    save(_in_units(found.dataset(), physical), out)
+    if missing := missing_in_words(found):
+        say(f"{store} is not done: {missing}")
+    if not found.study.gridded:
+        save(_in_units(found.dataset(), physical), out)
+        return
+    from gearchaos.store.export import export_dataset
+
+    export_dataset(found.dataset(), found.arrays, found.block, out, partial(_in_units, physical=physical))
+    say(f"wrote {out}")
