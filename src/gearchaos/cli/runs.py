@@ -18,9 +18,12 @@ from gearchaos.files import DATA_SUFFIXES
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gearchaos.store.folder import Folder
     from gearchaos.studies.study import Study
 
-StorePath = Annotated[Path, typer.Argument(metavar="DIR.zarr", help="A store that gearchaos run made.", readable=False)]
+StorePath = Annotated[str, typer.Argument(metavar="DIR.zarr", help="A store that gearchaos run made, or its URL.")]
+# paths of stores are text: Path would make s3:// into s3:/
+
 FAILED = 1
 """Exit code if a tile failed."""
 
@@ -31,7 +34,7 @@ COARSE = 8
 @app.command()
 def run(
     study: StudyPath,
-    out: Annotated[Path, typer.Option("--out", metavar="DIR.zarr", help="Store, new or of an earlier run.")],
+    out: Annotated[str, typer.Option("--out", metavar="DIR.zarr", help="Store, new or of an earlier run, or s3://….")],
     sets: Sets = None,
     tile: Annotated[
         int | None, typer.Option(min=1, help="Largest number of cells, columns or starts in a tile.")
@@ -49,6 +52,7 @@ def run(
 ) -> None:
     """Compute the study of a file into a store, or continue an earlier run."""
     from gearchaos.execute.pools import pool_from_options
+    from gearchaos.store.folder import open_folder
     from gearchaos.store.run import run_into_store
     from gearchaos.store.writers import Shard
 
@@ -58,19 +62,20 @@ def run(
     outcome = run_into_store(chosen, out, tile=tile, pool=pool, shard=part, say=say, progress=True)
     for number, error in outcome.failed.items():
         say(f"tile {number} failed: {error}")
-    say(f"{out}: {outcome.done} of {outcome.count} tiles are done")
-    proofs = _proofs(out) if outcome.done == outcome.count else {}
+    folder = open_folder(out)
+    say(f"{folder}: {outcome.done} of {outcome.count} tiles are done")
+    proofs = _proofs(folder) if outcome.done == outcome.count else {}
     if json_out:
         counts = {"tiles": outcome.count, "done": outcome.done, "failed": len(outcome.failed)}
-        print_json({"store": str(out), **counts, **proofs})
+        print_json({"store": str(folder), **counts, **proofs})
     raise typer.Exit(FAILED if outcome.failed else 0)
 
 
-def _proofs(store: Path) -> dict[str, Any]:
+def _proofs(folder: Folder) -> dict[str, Any]:
     """The summary of the proofs in a finished store, which is printed; empty if no proofs were asked for."""
     import xarray as xr
 
-    with xr.open_zarr(store) as dataset:
+    with xr.open_zarr(folder.zarr_store()) as dataset:
         say_proofs(dataset)
         return proof_summary(dataset)
 
@@ -110,7 +115,7 @@ def info(store: StorePath, json_out: Json = False) -> None:
 @app.command()
 def plot(
     result: Annotated[
-        Path, typer.Argument(metavar="FILE.nc|DIR.zarr", help="Saved data, or a store of a run.", readable=False)
+        str, typer.Argument(metavar="FILE.nc|DIR.zarr", help="Saved data, or a store of a run, or its URL.")
     ],
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Picture: .png, .pdf or .svg.")] = None,
     colour: Annotated[
@@ -119,9 +124,11 @@ def plot(
     physical: Physical = False,
 ) -> None:
     """Draw any saved result, or the store of a finished or unfinished run."""
+    from gearchaos.store.folder import is_url
+
     target = out or _default_picture(result, colour)
     check_output("--out", target, PLOT_SUFFIXES)
-    dataset, note = _from_store(result) if result.is_dir() else (_from_file(result), "")
+    dataset, note = _from_store(result) if is_url(result) or os.path.isdir(result) else (_from_file(result), "")
     draw(_in_units(dataset, physical), target, colour=colour, note=note)
 
 
@@ -137,14 +144,14 @@ def _in_units(dataset: xr.Dataset, physical: bool) -> xr.Dataset:
     return scaled(dataset)
 
 
-def _from_file(path: Path) -> xr.Dataset:
+def _from_file(path: str) -> xr.Dataset:
     """The Dataset of a saved file."""
     from gearchaos.studies import load as read_file
 
     return read_file(path)
 
 
-def _from_store(path: Path) -> tuple[xr.Dataset, str]:
+def _from_store(path: str) -> tuple[xr.Dataset, str]:
     """The Dataset of a store, and a note of how much of it is computed, empty if all is."""
     from gearchaos.store.info import summary
     from gearchaos.store.store import open_store
@@ -152,17 +159,23 @@ def _from_store(path: Path) -> tuple[xr.Dataset, str]:
     found = open_store(path)
     state = summary(found)
     if state["tiles_done"] == 0:
-        raise InputError("store", "must hold at least one tile for a picture", str(path))
+        raise InputError("store", "must hold at least one tile for a picture", path)
     note = "" if found.finished else f"{state['tiles_done']} of {state['tiles']} tiles computed"
     return found.dataset(), note
 
 
-def _default_picture(result: Path, colour: str | None) -> Path:
-    """The path of the picture of a result: in the same folder, with the same name and that of the colour, if given."""
-    absolute = Path(os.path.normpath(result.absolute()))  # "." and ".." have no name of their own
+def _default_picture(result: str, colour: str | None) -> Path:
+    """The path of the picture of a result: in the same folder, with the same name and that of the colour, if given.
+
+    The picture of a store in an object store is in the working directory.
+    """
+    from gearchaos.store.folder import is_url
+
+    path = Path(result.rstrip("/").rpartition("/")[2] if is_url(result) else result)
+    absolute = Path(os.path.normpath(path.absolute()))  # "." and ".." have no name of their own
     if not absolute.name:
-        raise InputError("result", "must be a saved file, or a folder that gearchaos run made", str(result))
-    named = absolute if result.name != absolute.name else result
+        raise InputError("result", "must be a saved file, or a folder that gearchaos run made", result)
+    named = absolute if path.name != absolute.name else path
     suffix = f"_{re.sub(r'[^a-z0-9_]', '_', colour)}" if colour else ""
     return named.with_name(f"{named.stem}{suffix}.png")
 

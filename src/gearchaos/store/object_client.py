@@ -80,7 +80,8 @@ def normalised(url: str) -> str:
     known = [*_PROVIDERS, _MEMORY]
     if scheme.lower() not in known:
         rule = f"must be a path, or begin with {', '.join(f'{name}://' for name in known[:-1])}"
-        raise InputError("store", rule, url)
+        advice = "pathlib.Path makes s3:// into s3:/; give the URL as a text." if "://" not in url else ""
+        raise InputError("store", rule, url, advice)
     if not _URL.fullmatch(text) or any(part in (".", "..") for part in text.split("/")):
         raise InputError("store", "must be a URL such as s3://bucket/map.zarr", url,
                          "It has a bucket and a path, without '?', '#', '%' and '..'.")
@@ -158,7 +159,11 @@ def reason(error: Exception) -> str:
 
 @contextmanager
 def errors_as_os_errors(where: str) -> Iterator[None]:
-    """Raise errors of obstore as OSError, in words, with the URL of the object; conditions that failed pass through."""
+    """Raise errors of obstore in words with the URL of the object; conditions that failed pass through.
+
+    FileNotFoundError if there is no such object, ConnectionError if the object store fails, OSError for a name that it
+    does not take.
+    """
     try:
         yield
     except InputError:
@@ -170,7 +175,7 @@ def errors_as_os_errors(where: str) -> Iterator[None]:
     except Exception as error:
         kinds = obstore().exceptions
         if isinstance(error, kinds.BaseError) and not isinstance(error, condition_errors()):
-            raise OSError(errno.EIO, f"The object store failed: {reason(error)}", where) from None
+            raise ConnectionError(errno.EIO, f"The object store failed: {reason(error)}", where) from None
         raise
 
 

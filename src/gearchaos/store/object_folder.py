@@ -62,7 +62,8 @@ class ObjectFolder:
     ------
     InputError
         If the URL is wrong. The first request of a process raises it if the package obstore is missing or the bucket
-        cannot be reached, every request OSError if the object store fails.
+        cannot be reached, every request ConnectionError if the object
+        store fails.
     """
 
     segment_size: ClassVar[int] = 0

@@ -167,7 +167,7 @@ def run_into_store(
         raise InputError("study", "must be of a kind that gearchaos.studies.registry names",
                          f"a {type(study).__name__}", "A store records the kind; compute this one in memory.")
     tile = None if tile is None else whole_number("tile", tile, 1)
-    folder, shard = open_folder(os.path.abspath(path)), shard or Shard()
+    folder, shard = open_folder(path), shard or Shard()
     store = _opened(study, folder, tile, say, progress)
     own_tiles = shard.tiles(store.grid.count)
     with write_lock(folder, shard):
