@@ -141,20 +141,21 @@ def _client(package: ModuleType, url: str, retries: dict[str, Any], timeout: tim
 def _why(url: str, error: Exception) -> str:
     """Why a bucket cannot be reached, and what to do."""
     text, provider = reason(error), _PROVIDERS[url.partition("://")[0]]
-    if "NoSuchBucket" in text or "404" in text or isinstance(error, FileNotFoundError):
+    if "NoSuchBucket" in text or "404 Not Found" in text or isinstance(error, FileNotFoundError):
         return f"There is no such bucket: create it, or correct the URL or the endpoint ({text})."
-    refused = ("401", "403", "token", "credential", "Account must", "169.254.", "AccessKey", "Signature")
+    refused = ("401 U", "403 F", "token", "credential", "Account must", "169.254.", "AccessKey", "Signature")
     if type(error).__name__ in ("PermissionDeniedError", "UnauthenticatedError") or any(n in text for n in refused):
         return f"Credentials are missing or refused ({text}). {_ADVICE[provider]}"
     return f"{text}. Check the network, and the endpoint and region in the variables {provider}_…."
 
 
 def reason(error: Exception) -> str:
-    """The message of an error of obstore in one line."""
-    text = str(error).partition("\n\nDebug source")[0]
-    code = re.search(r"<Code>(.*?)</Code>\s*<Message>(.*?)</Message>", text, re.DOTALL)
-    head = text.partition("<?xml")[0]
-    return " ".join(f"{head}{code[1]}: {code[2]}".split() if code else head.split()).rstrip(".:")
+    """The message of an error of obstore in one line: the server and what it says, or why it does not answer."""
+    text = " ".join(str(error).partition("\n\nDebug source")[0].split())
+    server = re.search(r"performing \w+ (https?://[^/ ]+)", text)
+    code = re.search("<Code>(.*?)</Code> ?<Message>(.*?)</Message>", text)
+    what = f"{code[1]}: {code[2]}" if code else text.rpartition(" - ")[2].partition("<")[0]
+    return f"{server[1]}: {what}".rstrip(".: ") if server else what
 
 
 @contextmanager
