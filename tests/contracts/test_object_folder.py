@@ -25,6 +25,7 @@ from filelock import Timeout
 
 from gearchaos.errors import InputError
 from gearchaos.store import lease, object_client
+from gearchaos.store.folder import Folder, open_folder
 from gearchaos.store.object_folder import ObjectFolder
 from tests.object_server import BUCKET, environment, s3_server
 
@@ -60,32 +61,40 @@ def folder(request: pytest.FixtureRequest) -> ObjectFolder:
     return ObjectFolder(f"memory://{uuid4().hex}/map.zarr")
 
 
-def test_files_are_written_read_listed_and_deleted(folder: ObjectFolder) -> None:
-    assert folder.size("a") is None and not folder.exists()
-    folder.write("a", b"first")
-    folder.write("a", memoryview(b"second"))
-    folder.write("run/tiles/1", b"")
-    folder.write("run/tilesets", b"1")
-    assert folder.read("a") == b"second" and folder.size("a") == 6 and folder.exists()
-    assert sorted(folder.list()) == [("a", 6), ("run/tiles/1", 0), ("run/tilesets", 1)]
-    assert list(folder.list("run/tiles")) == list(folder.list("run/tiles/")) == [("run/tiles/1", 0)]
-    folder.delete("a")
-    folder.delete("a")
-    folder.delete_tree("run/tiles")
-    folder.delete_tree("none")
-    assert list(folder.list()) == [("run/tilesets", 1)]
+@pytest.fixture(params=["s3", "memory", "local"])
+def any_folder(request: pytest.FixtureRequest, tmp_path: Path) -> Folder:
+    """An empty folder of each kind."""
+    if request.param == "s3":
+        return request.getfixturevalue("in_s3")
+    return open_folder(tmp_path / "map" if request.param == "local" else f"memory://{uuid4().hex}/map.zarr")
 
 
-def test_parts_of_a_file_end_where_it_ends(folder: ObjectFolder) -> None:
-    folder.write("a", b"0123456789")
-    folder.write("empty", b"")
+def test_files_are_written_read_listed_and_deleted(any_folder: Folder) -> None:
+    assert any_folder.size("a") is None and not any_folder.exists()
+    any_folder.write("a", b"first")
+    any_folder.write("a", memoryview(b"second"))
+    any_folder.write("run/tiles/1", b"")
+    any_folder.write("run/tilesets", b"1")
+    assert any_folder.read("a") == b"second" and any_folder.size("a") == 6 and any_folder.exists()
+    assert sorted(any_folder.list()) == [("a", 6), ("run/tiles/1", 0), ("run/tilesets", 1)]
+    assert list(any_folder.list("run/tiles")) == [("run/tiles/1", 0)]
+    any_folder.delete("a")
+    any_folder.delete("a")
+    any_folder.delete_tree("run/tiles")
+    any_folder.delete_tree("none")
+    assert list(any_folder.list()) == [("run/tilesets", 1)]
+
+
+def test_parts_of_a_file_end_where_it_ends(any_folder: Folder) -> None:
+    any_folder.write("a", b"0123456789")
+    any_folder.write("empty", b"")
     parts = [(0, None), (3, None), (3, 4), (8, 5), (0, 0), (3, 0), (10, 2), (10, None), (40, 2), (40, None)]
-    assert [folder.read("a", *part) for part in parts] == [
+    assert [any_folder.read("a", *part) for part in parts] == [
         b"0123456789", b"3456789", b"3456", b"89", b"", b"", b"", b"", b"", b""]
-    assert [folder.read("empty", *part) for part in [(0, None), (0, 3), (1, None)]] == [b"", b"", b""]
+    assert [any_folder.read("empty", *part) for part in [(0, None), (0, 3), (1, None)]] == [b"", b"", b""]
     for part in [(0, None), (0, 0), (5, 2), (5, None)]:
-        with pytest.raises(FileNotFoundError, match=folder.url):
-            folder.read("none", *part)
+        with pytest.raises(FileNotFoundError, match=any_folder.url):
+            any_folder.read("none", *part)
 
 
 def test_more_objects_than_one_request_lists_or_deletes(in_s3: ObjectFolder, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -98,9 +107,9 @@ def test_more_objects_than_one_request_lists_or_deletes(in_s3: ObjectFolder, mon
     assert list(in_s3.list()) == []
 
 
-def test_a_file_is_created_once(folder: ObjectFolder) -> None:
-    assert folder.create("a", b"same") and not folder.create("a", b"same")
-    assert not folder.create("a", b"other") and folder.read("a") == b"same"
+def test_a_file_is_created_once(any_folder: Folder) -> None:
+    assert any_folder.create("a", b"same") and not any_folder.create("a", b"same")
+    assert not any_folder.create("a", b"other") and any_folder.read("a") == b"same"
 
 
 def test_a_creation_of_which_the_answer_was_lost_has_succeeded(
@@ -118,14 +127,14 @@ def test_a_creation_of_which_the_answer_was_lost_has_succeeded(
     assert not folder.create("a", b"1")
 
 
-def test_appending_continues_what_exists(folder: ObjectFolder) -> None:
-    assert [folder.append("a", part) for part in (b"one", memoryview(b"two"))] == [0, 3]
-    again = ObjectFolder(folder.url)
-    assert again.append("a", b"three") == 6 and folder.read("a") == b"onetwothree"
+def test_appending_continues_what_exists(any_folder: Folder) -> None:
+    assert [any_folder.append("a", part) for part in (b"one", memoryview(b"two"))] == [0, 3]
+    again = open_folder(any_folder.url)
+    assert again.append("a", b"three") == 6 and any_folder.read("a") == b"onetwothree"
     again.delete("a")
     assert again.append("a", b"new") == 0
     again.write("a", b"replaced")
-    assert again.append("a", b"!") == 8 and folder.read("a") == b"replaced!"
+    assert again.append("a", b"!") == 8 and any_folder.read("a") == b"replaced!"
 
 
 def test_a_second_writer_of_an_appended_file_is_noticed(folder: ObjectFolder) -> None:
@@ -410,6 +419,7 @@ def test_of_two_processes_one_creates_a_file_and_one_holds_a_lock(in_s3: ObjectF
 
 HOLDER = """
 import sys, time
+from gearchaos.store.folder import Folder, open_folder
 from gearchaos.store.object_folder import ObjectFolder
 with ObjectFolder(sys.argv[1]).lock("lock", 0):
     print("held", flush=True)

@@ -3,10 +3,10 @@
 import json
 import os
 import random
-import subprocess
-import sys
+import signal
 import time
 from contextlib import contextmanager
+from multiprocessing import get_context
 from uuid import uuid4
 
 import pytest
@@ -22,7 +22,6 @@ from gearchaos.store.run import run_into_store
 from gearchaos.store.store import open_store
 from tests.object_server import BUCKET, s3_server
 
-COMMAND = [sys.executable, "-c", "from gearchaos.cli import main; main()"]
 STUDY = """
 [model]
 q0 = 0.1
@@ -73,22 +72,39 @@ def results(location):
 
 
 def command(*arguments, code=0):
-    """What a command prints on stdout; on stderr if it is to fail."""
+    """What a command prints on stderr, after it has ended with this exit code."""
     done = CliRunner().invoke(app, [str(a) for a in arguments])
     assert done.exit_code == code, done.stderr
-    return done.stderr if code else done.stdout
+    return done.stderr
+
+
+def document(*arguments, code=0):
+    """The JSON that a command prints."""
+    done = CliRunner().invoke(app, [*(str(a) for a in arguments), "--json"])
+    assert done.exit_code == code, done.stderr
+    return json.loads(done.stdout)
+
+
+def run_command(variables, *arguments):
+    """What a process does: the command with these environment variables."""
+    os.environ.update(variables)
+    app([str(a) for a in arguments], standalone_mode=False)
 
 
 @contextmanager
-def running(study, url, *options):
-    """A run in a process of its own, killed at the end."""
-    process = subprocess.Popen([*COMMAND, "run", str(study), "--out", url, "--tile", str(TILE), *options],
-                               stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+def running(study, url):
+    """A run in a process of its own, forked from one that has imported the modules; killed at the end."""
+    processes = get_context("forkserver")
+    processes.set_forkserver_preload(["tests.slow.test_object_stores"])
+    variables = {name: value for name, value in os.environ.items() if name.startswith("AWS_")}
+    arguments = "run", study, "--out", url, "--tile", TILE
+    process = processes.Process(target=run_command, args=(variables, *arguments))
+    process.start()
     try:
         yield process
     finally:
         process.kill()
-        process.communicate()
+        process.join()
 
 
 def wait_for(process, condition):
@@ -96,9 +112,9 @@ def wait_for(process, condition):
     until = time.monotonic() + 120
     while not condition():
         assert time.monotonic() < until
-        if process.poll() is not None:
+        if not process.is_alive():
             return False
-        time.sleep(0.01)
+        time.sleep(0.05)  # each look is a request
     return True
 
 
@@ -124,12 +140,12 @@ def test_a_run_killed_ten_times_loses_nothing(study, url, tmp_path):
 
 def test_every_command_takes_a_url(study, url, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    first = json.loads(command("run", study, "--out", url, "--tile", 100, "--shard", "1/2", "--json", code=3))
+    first = document("run", study, "--out", url, "--tile", 100, "--shard", "1/2", code=3)
     assert (first["store"], first["finished"]) == (url, False)
-    assert json.loads(command("info", url, "--json"))["tiles_done"] == first["done"] < first["tiles"]
-    assert json.loads(command("run", study, "--out", url, "--shard", "2/2", "--json"))["finished"]
-    assert json.loads(command("finish", url, "--json"))["finished"]
-    assert json.loads(command("check", url, "--json"))["damaged"] == {}
+    assert document("info", url)["tiles_done"] == first["done"] < first["tiles"]
+    assert document("run", study, "--out", url, "--shard", "2/2")["finished"]
+    assert document("finish", url)["finished"]
+    assert document("check", url)["damaged"] is False
     command("export", url, "--out", "map.nc")
     command("plot", url)
     assert (tmp_path / "map.png").stat().st_size > 1000
@@ -167,6 +183,7 @@ def test_a_second_writer_is_refused_and_told_who_writes(study, url):
     folder = ObjectFolder(url)
     with running(study, url) as process:
         assert wait_for(process, lambda: folder.size("run/writers/all.lock") is not None)
+        os.kill(process.pid, signal.SIGSTOP)  # it still holds its lock
         for options in ([], ["--shard", "1/2"]):
             said = command("run", study, "--out", url, *options, code=2)
             assert "must not have another writer" in said and f":{process.pid}, until" in said
@@ -195,7 +212,7 @@ def test_damaged_and_missing_objects_are_repaired(url, tmp_path):
     before = results(url)
     folder.delete("label/c/0/0")
     folder.write("zarr.json", b"{}")
-    assert json.loads(command("info", url, "--json"))["missing"]["files"] == ["label/c/0/0"]
+    assert document("info", url)["missing"]["files"] == ["label/c/0/0"]
     gc.run(SMALL, url, tile=5)
     assert results(url) == before
 

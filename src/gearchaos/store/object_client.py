@@ -116,7 +116,8 @@ def _connect(url: str, settings: tuple[tuple[str, str], ...]) -> Connection:
         next(package.list(first, chunk_size=1), None)
         return Connection(_client(package, url, _LATER, _LATER_TIMEOUT, plain), first)
     except (package.exceptions.BaseError, FileNotFoundError, ValueError) as error:
-        raise InputError("store", "must be in an object store that can be reached", url, _why(url, error)) from None
+        raise InputError("store", "must be in an object store that can be reached", url,
+                         _why(error, _PROVIDERS[url.partition("://")[0]], dict(settings))) from None
 
 
 def _plain_http(url: str, settings: dict[str, str]) -> bool:
@@ -138,13 +139,13 @@ def _client(package: ModuleType, url: str, retries: dict[str, Any], timeout: tim
     return package.store.from_url(url, client_options=options, retry_config=retries)
 
 
-def _why(url: str, error: Exception) -> str:
-    """Why a bucket cannot be reached, and what to do."""
-    text, provider = reason(error), _PROVIDERS[url.partition("://")[0]]
+def _why(error: Exception, provider: str, settings: dict[str, str]) -> str:
+    """Why a bucket cannot be reached with these environment variables, and what to do."""
+    text = reason(error)
     if "NoSuchBucket" in text or "404 Not Found" in text or isinstance(error, FileNotFoundError):
         return f"There is no such bucket: create it, or correct the URL or the endpoint ({text})."
-    refused = ("401 U", "403 F", "token", "credential", "Account must", "169.254.", "AccessKey", "Signature")
-    if type(error).__name__ in ("PermissionDeniedError", "UnauthenticatedError") or any(n in text for n in refused):
+    given = any(re.search("KEY|CREDENTIAL|ACCOUNT|TOKEN|ROLE|SKIP_SIGNATURE", name) for name in settings)
+    if not given or re.search("401 U|403 F|AccessDenied|AccessKey|Account must|Signature|169.254", text):
         return f"Credentials are missing or refused ({text}). {_ADVICE[provider]}"
     return f"{text}. Check the network, and the endpoint and region in the variables {provider}_…."
 
