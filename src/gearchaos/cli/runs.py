@@ -12,14 +12,13 @@ import typer
 
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import Json, Physical, Sets, StudyPath, app, load
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, proof_summary, save, say_proofs
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, say_proofs
 from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearchaos.store.folder import Folder
     from gearchaos.store.run import Outcome
     from gearchaos.studies.study import Study
 
@@ -88,7 +87,7 @@ def _report(store: str, outcome: Outcome, json_out: bool) -> None:
         parts = [f"{count} of shard {shard}" for shard, count in outcome.missing.items()]
         more = f" and of {len(parts) - _NAMED} more shards" if len(parts) > _NAMED else ""
         say(f"the store is not finished; missing tiles: {', '.join(parts[:_NAMED]) or 'none'}{more}")
-    proofs = _proofs(folder) if outcome.finished else {}
+    proofs = _proofs(store) if outcome.finished else {}
     if json_out:
         counts = {"tiles": outcome.count, "done": outcome.done, "failed": len(outcome.failed)}
         state = {"finished": outcome.finished, "missing": outcome.missing}
@@ -96,13 +95,20 @@ def _report(store: str, outcome: Outcome, json_out: bool) -> None:
     raise typer.Exit(FAILED if outcome.failed else 0 if outcome.finished else UNFINISHED)
 
 
-def _proofs(folder: Folder) -> dict[str, Any]:
+def _proofs(store: str) -> dict[str, Any]:
     """The summary of the proofs in a finished store, which is printed; empty if no proofs were asked for."""
-    import xarray as xr
+    from gearchaos.store.store import open_store
 
-    with xr.open_zarr(folder.zarr_store()) as dataset:
-        say_proofs(dataset)
-        return proof_summary(dataset)
+    found = open_store(store)
+    if "proved" not in found.arrays:
+        return {}
+    from gearchaos.store.lazy import parts
+    from gearchaos.studies.proved_cells import proof_counts
+
+    proofs = found.dataset()[["proved", "proof_reason"]]
+    summary = {"proofs": proof_counts(part for _, part in parts(proofs, found.block))}
+    say_proofs(summary)
+    return summary
 
 
 def _study(path: Path | None, sets: list[str] | None, refine: bool) -> Study:
@@ -154,10 +160,10 @@ def plot(
     from gearchaos.store.load import is_store
 
     if is_store(result):
-        dataset, note = _from_store(result, colour, physical)
+        dataset, options = _from_store(result, colour, physical)
     else:
-        dataset, note = _in_units(_from_file(result), physical), ""
-    draw(dataset, target, colour=colour, note=note)
+        dataset, options = _in_units(_from_file(result), physical), {}
+    draw(dataset, target, colour=colour, **options)
 
 
 def _in_units(dataset: xr.Dataset, physical: bool) -> xr.Dataset:
@@ -179,10 +185,13 @@ def _from_file(path: str) -> xr.Dataset:
     return read_file(path)
 
 
-def _from_store(path: str, colour: str | None, physical: bool) -> tuple[xr.Dataset, str]:
-    """The Dataset of a store for a picture, and a note: how much of it is computed, and how a large map is reduced."""
+def _from_store(path: str, colour: str | None, physical: bool) -> tuple[xr.Dataset, dict[str, Any]]:
+    """The Dataset of a store for a picture, a large map reduced to its pixels, and options of `draw`.
+
+    They are a note of how much of it is computed and how it was reduced, and the resolution of a reduced map.
+    """
     from gearchaos.plot._result import check_colour
-    from gearchaos.store.reduce import is_larger, reduced
+    from gearchaos.store.reduce import DPI, is_larger, reduced
     from gearchaos.store.store import open_store
 
     found = open_store(path)
@@ -192,10 +201,10 @@ def _from_store(path: str, colour: str | None, physical: bool) -> tuple[xr.Datas
     notes = [] if found.finished else [f"{done} of {found.grid.count} tiles computed"]
     dataset = found.dataset()
     if not is_larger(dataset):
-        return _in_units(dataset, physical), "".join(notes)
+        return _in_units(dataset, physical), {"note": "".join(notes)}
     check_colour(dataset, colour)
     small, note = reduced(dataset, found.block, partial(_in_units, physical=physical), colour, progress=True)
-    return small, "\n".join([*notes, note])
+    return small, {"note": "\n".join([*notes, note]), "dpi": DPI}
 
 
 def _default_picture(result: str, colour: str | None) -> Path:

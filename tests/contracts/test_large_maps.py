@@ -1,0 +1,311 @@
+"""Maps that do not fit into memory: checked, computed, loaded and exported part by part."""
+
+import errno
+import json
+import shutil
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import gearchaos as gc
+from gearchaos.cli import app
+from gearchaos.dynamics import Classification
+from gearchaos.errors import InputError
+from gearchaos.execute import machine
+from gearchaos.store import export as exporting
+from gearchaos.store.lazy import StoredArray, reading_block, regions, with_stored_arrays
+from gearchaos.store.run import run
+from gearchaos.store.store import Store, open_store
+from gearchaos.studies.refine import SIDE, refined
+from gearchaos.studyfile import load_study
+
+MODEL = gc.MeshModel.of(q0=0.1)
+FAST = Classification(transient_lengths=(20,), exponent_run=50, doublings=0, longest_transient=100, longest_period=4,
+                      averaging_periods=8)
+GIGABYTE = 1 << 30
+
+
+def axes(rows, columns):
+    return f"omega=0.5:1.1:{columns}", f"eps1=0.05:0.3:{rows}"
+
+
+def unchanged(dataset):
+    return dataset
+
+
+@pytest.fixture(scope="module")
+def unfinished(tmp_path_factory):
+    """The store of a map of 12 x 16 cells in 8 tiles of 8 x 4, of which three are computed: every third one."""
+    path = tmp_path_factory.mktemp("unfinished") / "map.zarr"
+    run(gc.Zones(MODEL, *axes(12, 16), settings=FAST), path, tile=32, shard="1/3")
+    return path
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    path = tmp_path_factory.mktemp("finished") / "map.zarr"
+    run(gc.Zones(MODEL, *axes(12, 16), settings=FAST), path, tile=32)
+    return path
+
+
+# --- checks before any work ----------------------------------------------------------------------------------------
+
+
+def test_only_what_is_computed_in_memory_must_fit_into_it(monkeypatch):
+    monkeypatch.setattr(machine, "memory", lambda: GIGABYTE)
+    study = gc.Zones(MODEL, *axes(31_623, 31_623))
+    assert study.count == 31_623**2
+    with pytest.raises(InputError, match="cells must be at most"):
+        study.run()
+    with pytest.raises(InputError, match="cells times starts must be at most"):
+        gc.zones(MODEL, *axes(1000, 1000), starts=10)
+    diagram = gc.Bifurcation(MODEL, "omega=0.5:1.1:1000000")
+    with pytest.raises(InputError, match="columns times points must be at most"):
+        diagram.run()
+
+
+def test_what_a_store_cannot_divide_must_fit_into_memory(monkeypatch):
+    monkeypatch.setattr(machine, "memory", lambda: GIGABYTE)
+    with pytest.raises(InputError, match="cells of a row times starts must be at most"):
+        gc.Zones(MODEL, *axes(2, 1_000_000), starts=5)
+    with pytest.raises(InputError, match="columns times points must be at most"):
+        gc.Bifurcation(MODEL, "omega=0.5:1.1:1000000", mode="up")
+    single = gc.MeshModel.of(kind="single")
+    with pytest.raises(InputError, match="cells must be at most"):
+        gc.Basins(single, "z=-1:1:2000", "z_dot=-1:1:2000")
+
+
+def test_a_map_for_many_machines_may_take_more_than_a_hundred_years_of_one(monkeypatch):
+    study = gc.Zones(MODEL, *axes(1_000_000, 1_000_000))
+    monkeypatch.setattr(machine, "memory", lambda: 10**18)
+    with pytest.raises(InputError, match="the study must end within 100 years"):
+        study.run()
+
+
+# --- numbers of cells beyond 32 bits ---------------------------------------------------------------------------------
+
+
+def test_the_last_cells_of_a_huge_map_are_those_of_small_maps():
+    side = 60_000  # more than 2^31 cells
+    study = gc.Zones(MODEL, *axes(side, side), settings=FAST)
+    items = np.arange(study.count - 3, study.count)
+    found = study.compute(items)
+    for i, item in enumerate(items):
+        row, column = divmod(int(item), side)
+        x, y = study.x.values[column], study.y.values[row]
+        alone = gc.zones(MODEL, gc.Axis("omega", x, x, 1), gc.Axis("eps1", y, y, 1), settings=FAST)
+        for name, values in found.items():
+            assert values[i].tobytes() == alone[name].values[0, 0].tobytes(), name
+
+
+def test_the_last_part_of_a_huge_refined_map_is_that_of_a_small_one():
+    side = 65_536
+
+    def computed(cells, columns):
+        row, column = (v % SIDE for v in np.divmod(cells, columns))
+        label = np.where(np.hypot(row - 90, column - 140) < 40, 3, 1).astype(np.int8)
+        return {"label": label, "period": (label == 1).astype(np.int32), "reason": np.ones(len(cells), np.int8)}
+
+    row, column = np.divmod(np.arange(SIDE**2), SIDE)
+    cells = (row + side - SIDE) * side + column + side - SIDE
+    assert cells[-1] == side**2 - 1
+    huge = refined(lambda c: computed(c, side), cells, side, 8)
+    small = refined(lambda c: computed(c, SIDE), np.arange(SIDE**2), SIDE, 8)
+    for name, values in small.items():
+        np.testing.assert_array_equal(huge[name], values)
+
+
+# --- lazy arrays -----------------------------------------------------------------------------------------------------
+
+
+def stored(dataset, block, read=None):
+    """The same Dataset with variables that are read when they are used; ``read`` collects the regions."""
+    def reader(values):
+        def one(region):
+            if read is not None:
+                read.append(region)
+            return values[region].copy()
+        return one
+
+    arrays = {n: StoredArray(reader(v.values), v.shape, v.dtype, block) for n, v in dataset.data_vars.items()}
+    return with_stored_arrays(dataset, arrays)
+
+
+KEYS = [
+    (slice(None), slice(None)), (slice(None, None, 3), slice(2, None, 5)), (slice(None, None, -2), 3),
+    (-1, slice(14, 2, -3)), ([3, 1, 1], slice(None)), (slice(4, 4), slice(None)), (slice(4, 4), slice(None, None, 3)),
+    (7, 0),
+]
+
+
+@pytest.mark.parametrize("key", KEYS, ids=str)
+@pytest.mark.parametrize("block", [(5, 7), (1, 1), (12, 16)])
+def test_parts_of_stored_arrays_are_those_of_arrays_in_memory(key, block):
+    plain = np.random.default_rng(0).normal(size=(12, 16, 3))
+    whole = xr.Dataset({"a": (("y", "x", "p"), plain)})
+    for last in (slice(None), slice(None, None, 2), 1):
+        lazily = stored(whole, block)["a"][(*key, last)]
+        np.testing.assert_array_equal(lazily.values, whole["a"][(*key, last)].values)
+
+
+def test_nothing_is_read_until_values_are_used_and_then_once():
+    read = []
+    dataset = stored(xr.Dataset({"a": (("y", "x"), np.arange(12.0).reshape(3, 4))}), (1, 2), read)
+    part = dataset["a"][1:, 2:]
+    assert read == []
+    assert part.values.tolist() == [[6, 7], [10, 11]] and read == [(slice(1, 3), slice(2, 4))]
+    assert dataset["a"].values.sum() == dataset["a"].values.sum() == 66 and len(read) == 2
+
+
+def test_spaced_values_are_read_block_by_block():
+    read = []
+    dataset = stored(xr.Dataset({"a": (("y", "x"), np.arange(400.0).reshape(20, 20))}), (5, 5), read)
+    assert dataset["a"][::4, ::7].shape == (5, 3) and read == []
+    np.testing.assert_array_equal(dataset["a"][::4, ::7].values, np.arange(400.0).reshape(20, 20)[::4, ::7])
+    assert max((r.stop - r.start) * (c.stop - c.start) for r, c in read) <= 25
+
+
+def test_blocks_are_chunks_of_about_a_megabyte():
+    assert reading_block((31_623, 31_623), (256, 512), 8) == (256, 512)
+    assert reading_block((31_623, 31_623), (4, 4), 8) == (512, 256)
+    assert reading_block((10, 31_623), (4, 4), 8) == (10, 8192)
+    assert reading_block((5, 3), (4, 4), 8) == (5, 3)
+    covered = np.zeros((7, 5), int)
+    for region in regions((7, 5), (3, 2)):
+        covered[region] += 1
+    assert (covered == 1).all()
+
+
+# --- loading ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_finished_store_loads_like_a_file(finished, tmp_path):
+    gc.save(gc.load(finished), tmp_path / "map.nc")
+    xr.testing.assert_identical(gc.load(str(finished)), gc.load(tmp_path / "map.nc"))
+    xr.testing.assert_identical(gc.load(finished), open_store(finished).dataset())
+
+
+def test_an_unfinished_store_loads_with_a_warning_of_what_is_missing(unfinished, finished):
+    with pytest.warns(UserWarning, match=r"map\.zarr: 5 of 8 tiles are missing, by position from 0: eps1=0:8, omega=4:12; "
+                                         r"eps1=8:12, omega=0:8; .*; values there are NaN, -1 in integers"):
+        found = gc.load(unfinished)
+    whole, known = gc.load(finished), found["label"].values > 0
+    assert known.sum() == 80
+    for name, array in found.data_vars.items():
+        np.testing.assert_array_equal(array.values[known], whole[name].values[known])
+        rest = array.values[~known]
+        assert np.isnan(rest).all() if rest.dtype.kind == "f" else (rest == -1).all(), name
+
+
+def test_a_lost_file_is_a_missing_part_and_never_zeros(finished, tmp_path):
+    path = shutil.copytree(finished, tmp_path / "map.zarr")
+    for chunk in (path / "v_rms" / "c").rglob("*"):
+        if chunk.is_file():
+            chunk.unlink()
+    with pytest.warns(UserWarning, match="8 of 8 tiles are missing, .*: eps1=0:12, omega=0:16; values"):
+        found = gc.load(path)
+    assert np.isnan(found["v_rms"].values).all()
+    xr.testing.assert_identical(found["label"], gc.load(finished)["label"])
+
+
+def test_a_result_that_was_packed_after_loading_is_read(tmp_path, finished):
+    study = gc.Zones(MODEL, *axes(12, 16), settings=FAST)
+    run(study, tmp_path / "map.zarr", tile=32, shard="1/3")
+    with pytest.warns(UserWarning, match="5 of 8 tiles"):
+        early = gc.load(tmp_path / "map.zarr")
+    run(study, tmp_path / "map.zarr")  # packs the group and deletes the segments
+    known = open_store(finished).dataset()["v_rms"].values
+    np.testing.assert_array_equal(early["v_rms"].values, known)
+
+
+def test_an_unfinished_store_of_basins_numbers_what_is_missing(tmp_path):
+    study = gc.Basins(gc.MeshModel.of(kind="single"), "z=-1:1:6", "z_dot=-1:1:6", settings=FAST)
+    run(study, tmp_path / "plane.zarr", tile=4, shard="1/3")
+    with pytest.warns(UserWarning, match=r"tiles are missing.*the attractor there is -2"):
+        found = gc.load(tmp_path / "plane.zarr")
+    store = open_store(tmp_path / "plane.zarr")
+    done = sum(store.grid.size(n) for n in range(store.grid.count) if store.progress().done(n))
+    assert int((found["attractor"].values != -2).sum()) == done < study.count
+
+
+# --- export ----------------------------------------------------------------------------------------------------------
+
+
+def exported(path, target, *options):
+    result = CliRunner().invoke(app, ["export", str(path), "--out", str(target), *options])
+    assert result.exit_code == 0, result.output
+    return gc.load(target)
+
+
+@pytest.mark.filterwarnings("ignore:.*tiles are missing")
+@pytest.mark.parametrize("state", ["finished", "unfinished"])
+def test_an_exported_file_is_that_of_save(state, tmp_path, request, monkeypatch):
+    path = request.getfixturevalue(state)
+    monkeypatch.setattr(Store, "block", {"eps1": 5, "omega": 7})
+    gc.save(gc.load(path), tmp_path / "saved.nc")
+    found, saved = exported(path, tmp_path / "map.nc"), gc.load(tmp_path / "saved.nc")
+    xr.testing.assert_identical(found, saved)
+    assert list(found.variables) == list(saved.variables) and list(found.attrs) == list(saved.attrs)
+    own = {"chunksizes", "preferred_chunks", "source"}
+    for name in saved.variables:
+        encodings = [{k: v for k, v in one[name].encoding.items() if k not in own} for one in (found, saved)]
+        assert repr(encodings[0]) == repr(encodings[1]), name
+        assert not found[name].ndim or found[name].encoding["fletcher32"]
+
+
+@pytest.mark.parametrize("block", [{"torque": 1, "speed": 2}, {"torque": 3, "speed": 4}])
+def test_an_export_in_physical_units_is_the_same_in_any_blocks(block, tmp_path, monkeypatch):
+    pair = load_study("examples/physical_pair.toml").pair
+    study = gc.Zones(pair, "speed=3000:4000:4", "torque=100:200:3", settings=FAST)
+    run(study, tmp_path / "map.zarr")
+    monkeypatch.setattr(Store, "block", block)
+    gc.save(gc.physical(gc.load(tmp_path / "map.zarr")), tmp_path / "saved.nc")
+    found = exported(tmp_path / "map.zarr", tmp_path / "map.nc", "--physical")
+    xr.testing.assert_identical(found, gc.load(tmp_path / "saved.nc"))
+
+
+def test_no_more_than_a_block_of_one_variable_is_read_at_once(tmp_path):
+    read = []
+    plain = xr.Dataset({"a": (("y", "x"), np.arange(400.0).reshape(20, 20)), "b": (("y", "x"), np.ones((20, 20)))})
+    dataset = stored(plain, (5, 4), read)
+    exporting.export_dataset(dataset, ["a", "b"], {"y": 5, "x": 4}, tmp_path / "map.nc", unchanged)
+    whole = [r for r in read if r != (slice(0, 1), slice(0, 1))]
+    assert whole == 2 * list(regions((20, 20), (5, 4)))
+    xr.testing.assert_identical(gc.load(tmp_path / "map.nc"), plain)
+
+
+@pytest.mark.parametrize("fails_at", [1, 3, 12])
+def test_a_full_disk_ends_an_export_without_a_file(fails_at, finished, tmp_path, monkeypatch):
+    """Writing fails from some call on, as on a full disk; HDF5 itself must not fail."""
+    calls, path_open = [], exporting.Path.open
+
+    class Full:
+        def __init__(self, file):
+            self.file = file
+
+        def write(self, content):
+            calls.append(len(content))
+            if len(calls) >= fails_at:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return self.file.write(content)
+
+        def __getattr__(self, name):
+            return getattr(self.file, name)
+
+    monkeypatch.setattr(exporting.Path, "open", lambda self, mode="r", *more, **options: (
+        Full(path_open(self, mode, *more, **options)) if mode == "w+b" else path_open(self, mode, *more, **options)))
+    (tmp_path / "map.nc").write_bytes(b"older")
+    store = open_store(finished)
+    with pytest.raises(OSError, match="No space left on device") as failed:
+        exporting.export_dataset(store.dataset(), store.arrays, store.block, tmp_path / "map.nc", unchanged)
+    assert failed.value.filename == str(tmp_path / "map.nc") and len(calls) == fails_at
+    assert [p.name for p in tmp_path.iterdir()] == ["map.nc"] and (tmp_path / "map.nc").read_bytes() == b"older"
+
+
+def test_an_export_of_an_unfinished_store_says_what_is_missing(unfinished, tmp_path):
+    result = CliRunner().invoke(app, ["export", str(unfinished), "--out", str(tmp_path / "map.nc")])
+    assert result.exit_code == 0 and "is not done: 5 of 8 tiles are missing" in result.stderr
+    assert json.loads(gc.load(tmp_path / "map.nc").attrs["settings"])["starts"] == 1
