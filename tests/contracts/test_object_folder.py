@@ -227,6 +227,15 @@ def test_a_draft_is_published_once(folder: ObjectFolder, draft: Path) -> None:
     assert not folder.publish(draft) and folder.read("zarr.json") == b"zarr.json"
 
 
+def test_a_draft_that_another_process_published_meanwhile_is_kept(
+    folder: ObjectFolder, draft: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert folder.publish(draft)
+    (draft / "zarr.json").write_text("changed")
+    monkeypatch.setattr(ObjectFolder, "exists", lambda _: False)  # as before the other process was done
+    assert not folder.publish(draft) and folder.read("zarr.json") == b"zarr.json"
+
+
 def test_the_description_is_uploaded_last(folder: ObjectFolder, draft: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     order, put = [], ObjectFolder._put
 

@@ -129,9 +129,8 @@ class _Held:
         """End the renewals and mark the lease as free; if that fails it expires."""
         self._end.set()
         self._thread.join()
-        if not self.lost:
-            with suppress(Exception):
-                _put(self._store, self._name, replace(self._lease, expires=0.0), self._version)
+        with suppress(Exception):  # if another process has taken the lease, its version has changed
+            _put(self._store, self._name, replace(self._lease, expires=0.0), self._version)
 
     def _renew(self) -> None:
         while not self.lost and not self._end.wait(RENEWAL):
