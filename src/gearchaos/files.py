@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import shutil
 import stat
 import tempfile
@@ -38,7 +39,9 @@ def check_target(field: str, path: Path) -> None:
         what = "a folder" if stat.S_ISDIR(mode) else NOT_REGULAR
         raise InputError(field, "must be a file", str(path), f"It is {what}.")
     if not path.parent.is_dir():
-        raise InputError(field, "must lie in an existing folder", str(path), "Create the folder first.")
+        url = re.match(r"(s3a?|gs|az|abfss?):/", str(path))  # Path makes s3:// into s3:/
+        advice = "Only stores of gearchaos run can have a URL." if url else "Create the folder first."
+        raise InputError(field, "must lie in an existing folder", str(path), advice)
 
 
 def read_bytes(path: Path, most: int = -1) -> bytes:

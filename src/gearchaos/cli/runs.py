@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from gearchaos.store.run import Outcome
     from gearchaos.studies.study import Study
 
-StorePath = Annotated[Path, typer.Argument(metavar="DIR.zarr", help="A store that gearchaos run made.", readable=False)]
+StorePath = Annotated[str, typer.Argument(metavar="DIR.zarr", help="A store that gearchaos run made, or its URL.")]
+# paths of stores are text: Path would make s3:// into s3:/
+
 FAILED, UNFINISHED = 1, 3
 """Exit codes if a tile failed, and if this shard is done but others are not."""
 
@@ -36,7 +38,7 @@ COARSE = 8
 @app.command()
 def run(
     study: StudyPath,
-    out: Annotated[Path, typer.Option("--out", metavar="DIR.zarr", help="Store, new or of an earlier run.")],
+    out: Annotated[str, typer.Option("--out", metavar="DIR.zarr", help="Store, new or of an earlier run, or s3://….")],
     sets: Sets = None,
     tile: Annotated[
         int | None, typer.Option(min=1, help="Largest number of cells, columns or starts in a tile.")
@@ -73,11 +75,14 @@ def finish(store: StorePath, json_out: Json = False) -> None:
     _report(store, finish_store(store, say=say, progress=True), json_out)
 
 
-def _report(store: Path, outcome: Outcome, json_out: bool) -> None:
+def _report(store: str, outcome: Outcome, json_out: bool) -> None:
     """Print what a run has done, and exit with its code."""
+    from gearchaos.store.folder import open_folder
+
     for number, error in outcome.failed.items():
         say(f"tile {number} failed: {error}")
-    say(f"{store}: {outcome.done} of {outcome.count} tiles are done")
+    folder = open_folder(store)
+    say(f"{folder}: {outcome.done} of {outcome.count} tiles are done")
     if not outcome.finished:
         parts = [f"{count} of shard {shard}" for shard, count in outcome.missing.items()]
         more = f" and of {len(parts) - _NAMED} more shards" if len(parts) > _NAMED else ""
@@ -86,11 +91,11 @@ def _report(store: Path, outcome: Outcome, json_out: bool) -> None:
     if json_out:
         counts = {"tiles": outcome.count, "done": outcome.done, "failed": len(outcome.failed)}
         state = {"finished": outcome.finished, "missing": outcome.missing}
-        print_json({"store": str(store), **counts, **state, **proofs})
+        print_json({"store": str(folder), **counts, **state, **proofs})
     raise typer.Exit(FAILED if outcome.failed else 0 if outcome.finished else UNFINISHED)
 
 
-def _proofs(store: Path) -> dict[str, Any]:
+def _proofs(store: str) -> dict[str, Any]:
     """The summary of the proofs in a finished store, which is printed; empty if no proofs were asked for."""
     from gearchaos.store.store import open_store
 
@@ -141,7 +146,7 @@ def info(store: StorePath, json_out: Json = False) -> None:
 @app.command()
 def plot(
     result: Annotated[
-        Path, typer.Argument(metavar="FILE.nc|DIR.zarr", help="Saved data, or a store of a run.", readable=False)
+        str, typer.Argument(metavar="FILE.nc|DIR.zarr", help="Saved data, or a store of a run, or its URL.")
     ],
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Picture: .png, .pdf or .svg.")] = None,
     colour: Annotated[
@@ -173,14 +178,14 @@ def _in_units(dataset: xr.Dataset, physical: bool) -> xr.Dataset:
     return scaled(dataset)
 
 
-def _from_file(path: Path) -> xr.Dataset:
+def _from_file(path: str) -> xr.Dataset:
     """The Dataset of a saved file."""
     from gearchaos.studies import load as read_file
 
     return read_file(path)
 
 
-def _from_store(path: Path, colour: str | None, physical: bool) -> tuple[xr.Dataset, dict[str, Any]]:
+def _from_store(path: str, colour: str | None, physical: bool) -> tuple[xr.Dataset, dict[str, Any]]:
     """The Dataset of a store for a picture, a large map reduced to its pixels, and options of `draw`.
 
     They are a note of how much of it is computed and how it was reduced, and the resolution of a reduced map.
@@ -192,7 +197,7 @@ def _from_store(path: Path, colour: str | None, physical: bool) -> tuple[xr.Data
     found = open_store(path)
     done = found.progress().done_count
     if done == 0:
-        raise InputError("store", "must hold at least one tile for a picture", str(path))
+        raise InputError("store", "must hold at least one tile for a picture", path)
     notes = [] if found.finished else [f"{done} of {found.grid.count} tiles computed"]
     dataset = found.dataset()
     if not is_larger(dataset):
@@ -202,12 +207,18 @@ def _from_store(path: Path, colour: str | None, physical: bool) -> tuple[xr.Data
     return small, {"note": "\n".join([*notes, note]), "dpi": DPI}
 
 
-def _default_picture(result: Path, colour: str | None) -> Path:
-    """The path of the picture of a result: in the same folder, with the same name and that of the colour, if given."""
-    absolute = Path(os.path.normpath(result.absolute()))  # "." and ".." have no name of their own
+def _default_picture(result: str, colour: str | None) -> Path:
+    """The path of the picture of a result: in the same folder, with the same name and that of the colour, if given.
+
+    The picture of a store in an object store is in the working directory.
+    """
+    from gearchaos.store.folder import is_url
+
+    path = Path(result.rstrip("/").rpartition("/")[2] if is_url(result) else result)
+    absolute = Path(os.path.normpath(path.absolute()))  # "." and ".." have no name of their own
     if not absolute.name:
-        raise InputError("result", "must be a saved file, or a folder that gearchaos run made", str(result))
-    named = absolute if result.name != absolute.name else result
+        raise InputError("result", "must be a saved file, or a folder that gearchaos run made", result)
+    named = absolute if path.name != absolute.name else path
     suffix = f"_{re.sub(r'[^a-z0-9_]', '_', colour)}" if colour else ""
     return named.with_name(f"{named.stem}{suffix}.png")
 

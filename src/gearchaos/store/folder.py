@@ -21,8 +21,8 @@ from filelock import FileLock
 from gearchaos.errors import InputError
 from gearchaos.files import NOT_REGULAR, partial_file, sync_folder, temporary_folder, write_bytes
 
-_SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
-"""Beginning of the URL of an object store, e.g. ``s3://``."""
+_SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://|(s3a?|gs|az|abfss?):/")
+"""Beginning of the URL of an object store, e.g. ``s3://``, also after `pathlib.Path` has made it ``s3:/``."""
 
 _SEGMENT_SIZE = 64 * 2**20
 """Size from which a file to which records are appended is followed by a new one, in bytes."""
@@ -125,11 +125,16 @@ class Folder(Protocol):
 def open_folder(location: str | os.PathLike[str]) -> Folder:
     """The folder at a path, or at the URL of an object store such as ``s3://bucket/prefix``. It need not exist."""
     text = os.fspath(location)
-    if _SCHEME.match(text):
-        from gearchaos.store.object_folder import ObjectFolder  # here, since it needs the package obstore
+    if is_url(text):
+        from gearchaos.store.object_folder import ObjectFolder  # here, since few stores need it
 
         return ObjectFolder(text)
     return LocalFolder(Path(text))
+
+
+def is_url(text: str) -> bool:
+    """Whether a location is the URL of an object store, not a path."""
+    return _SCHEME.match(text) is not None
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from pydantic import (
     model_validator,
 )
 
-from gearchaos.store.folder import Folder
+from gearchaos.store.folder import UNREACHABLE, Folder
 from gearchaos.store.tiles import Grid
 
 _MAX_INT = 2**31 - 1
@@ -174,6 +174,8 @@ def read_as(schema: type[Schema], folder: Folder, name: str) -> Schema | None:
     """The content of a file by its schema; None if it is missing or damaged, or does not fit the schema."""
     try:
         return parse_as(schema, folder.read(name))
+    except UNREACHABLE:
+        raise
     except (OSError, ValueError):
         return None
 

@@ -241,6 +241,8 @@ def open_store(location: str | os.PathLike[str]) -> Store:
     folder = open_folder(location)
     try:
         content = folder.read(STUDY)
+    except InputError:
+        raise
     except (OSError, ValueError) as error:  # ValueError for a name with a null character
         why = f"{folder}/{STUDY} cannot be read: {getattr(error, 'strerror', error)}."
         raise InputError("store", "must be a folder that gearchaos run made", str(folder), why) from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import errno
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 
 from filelock import Timeout
 
@@ -35,15 +35,16 @@ def write_lock(folder: Folder, shard: Shard) -> Iterator[bool]:
         try:
             stack.enter_context(folder.lock(_lock(shard.name), _CHECK_SECONDS))
             locked = True
-        except Timeout:
-            raise _refusal(folder, shard) from None
-        except (OSError, NotImplementedError) as error:
-            if not _without_locks(error):
+        except Timeout as error:
+            raise _refusal(folder, shard, error) from None
+        except (OSError, NotImplementedError) as failure:
+            if not _without_locks(failure):
                 raise
             locked = False
         for other in _writers(folder) if locked else ():
-            if other != shard and not 1 < shard.count == other.count and held(folder, other, _CHECK_SECONDS):
-                raise _refusal(folder, other)
+            excluded = other != shard and not 1 < shard.count == other.count
+            if excluded and (busy := _timeout(folder, other, _CHECK_SECONDS)) is not None:
+                raise _refusal(folder, other, busy)
         yield locked
 
 
@@ -66,18 +67,24 @@ def _writers(folder: Folder) -> Iterator[Shard]:
 
 def held(folder: Folder, shard: Shard, timeout: float = 0.0) -> bool:
     """Whether a writer holds its lock for longer than ``timeout`` seconds; False where there are no locks."""
-    with suppress(OSError, NotImplementedError):
-        try:
-            with folder.lock(_lock(shard.name), timeout):
-                return False
-        except Timeout:
-            return True
-    return False
+    return _timeout(folder, shard, timeout) is not None
 
 
-def _refusal(folder: Folder, writer: Shard) -> InputError:
-    """The error where another writer holds a lock."""
+def _timeout(folder: Folder, shard: Shard, timeout: float) -> Timeout | None:
+    """The error that a writer holds its lock for longer than ``timeout`` seconds; None if it does not."""
+    try:
+        with folder.lock(_lock(shard.name), timeout):
+            return None
+    except Timeout as error:
+        return error
+    except (OSError, NotImplementedError):
+        return None
+
+
+def _refusal(folder: Folder, writer: Shard, busy: Timeout) -> InputError:
+    """The error where another writer holds a lock. Locks of object stores tell which process that is."""
+    holder = f" ({busy.holder})" if hasattr(busy, "holder") else ""
     return InputError(
         "store", "must not have another writer", str(folder),
-        f"{writer!s} is writing to it. Wait for it, or divide the work: --shard 1/2 and --shard 2/2.",
+        f"{writer!s}{holder} is writing to it. Wait for it, or divide the work: --shard 1/2 and --shard 2/2.",
     )
