@@ -1,0 +1,372 @@
+"""Stores survive power failures and damage: what was promised is there, the rest is computed again, nothing is zero."""
+
+import importlib.util
+import json
+import os
+import random
+import shutil
+import subprocess
+import sys
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import gearchaos as gc
+from gearchaos.cli import app
+from gearchaos.execute import pools
+from gearchaos.store import tiles as store_tiles
+from gearchaos.store.info import summary
+from gearchaos.store.run import run_into_store
+from gearchaos.store.store import open_store
+from gearchaos.studies.zones import Zones
+from tests.slow.power_failure import STRACE, Call, Disk, Loss, calls, read_files, survivors, write_files
+
+INSTANT = Path(__file__).parents[2] / "benchmarks" / "storage" / "instant.py"
+GROUP_BYTES = 1024
+"""Size of a group of the arrays of 8 bytes: 128 cells, eight tiles, so that small maps have several groups."""
+
+STUDY = """
+[model]
+q0 = 0.1
+[study]
+kind = "zones"
+x = "omega=0.5:1.1:30"
+y = "eps1=0.05:0.3:20"
+"""
+TILE = 16
+
+LOSSES = [Loss("lost", "lost"), Loss("lost", "zeros"), Loss("kept", "lost"), Loss("kept", "zeros"), Loss("any", "any")]
+
+needs_strace = pytest.mark.skipif(shutil.which("strace") is None, reason="needs strace")
+
+
+def the_map():
+    axes = gc.Axis("omega", 0.5, 1.1, 30), gc.Axis("eps1", 0.05, 0.3, 20)
+    return gc.Zones(gc.MeshModel.of(q0=0.1), *axes)
+
+
+@pytest.fixture(autouse=True)
+def instant(monkeypatch, tmp_path):
+    """Cells that take no time to compute, and groups of few tiles; returns the file that names the tiles computed."""
+    monkeypatch.setattr(Zones, "compute", Zones.compute)  # restored at the end
+    spec = importlib.util.spec_from_file_location("instant", INSTANT)
+    spec.loader.exec_module(importlib.util.module_from_spec(spec))
+    monkeypatch.setattr(store_tiles, "_CHUNK_BYTES", GROUP_BYTES // 2)
+    monkeypatch.setattr(store_tiles, "_GROUP_BYTES", GROUP_BYTES)
+    monkeypatch.setenv("INSTANT_LOG", str(tmp_path / "tiles.log"))
+    return tmp_path / "tiles.log"
+
+
+def run(path, **options):
+    outcome = run_into_store(the_map(), path, tile=TILE, **options)
+    assert (outcome.done, outcome.failed) == (outcome.count, {})
+
+
+def results(path):
+    """The bytes of all files but the record of the run, by name."""
+    every = {str(p.relative_to(path)): p.read_bytes() for p in path.rglob("*") if p.is_file()}
+    return {name: content for name, content in every.items() if not name.startswith("run/")}
+
+
+def first_cells(log):
+    """The numbers of the first cells of the tiles that were computed."""
+    return [int(line.split()[1]) for line in log.read_text().splitlines()] if log.exists() else []
+
+
+def promised(path):
+    """The tiles that the journals of a store say are done and not lost since, read independently."""
+    done = set()
+    for journal in sorted((path / "run" / "journal").glob("*.jsonl")):
+        for line in journal.read_bytes().split(b"\n"):
+            checksum, _, content = line.partition(b" ")
+            if checksum == b"%08x" % zlib.crc32(content) and json.loads(content)["kind"] == "tile":
+                done.add(json.loads(content)["tile"])
+    return done
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A finished store of an undisturbed run."""
+    path = tmp_path_factory.mktemp("whole") / "map.zarr"
+    with pytest.MonkeyPatch.context() as patch:
+        instant.__wrapped__(patch, path.parent)
+        run(path)
+    return path
+
+
+@pytest.fixture
+def finished(whole, tmp_path):
+    return Path(shutil.copytree(whole, tmp_path / "map.zarr"))
+
+
+# Power failures
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A run that was recorded.
+
+    Attributes
+    ----------
+    root : Path
+        The folder in which it had its store, ``map.zarr``.
+    before : dict of str to bytes
+        Files of the folder at the beginning.
+    calls : list of Call
+        System calls that changed it or made changes durable.
+    """
+
+    root: Path
+    before: dict[str, bytes]
+    calls: list[Call]
+
+    def after_power_failure(self, count, loss, rng):
+        """Files of the folder where the power failed after so many calls."""
+        disk = Disk(self.root, self.before)
+        for call in self.calls[:count]:
+            disk.apply(call)
+        return survivors(disk.tree, loss, rng)
+
+
+def record(root, *options):
+    """Record the command that computes the map into a store in this folder."""
+    (root / "study.toml").write_text(STUDY)
+    before, trace = read_files(root), root.with_name(f"{root.name}.strace")
+    disk = Disk(root, before)
+    command = ["run", str(root / "study.toml"), "--out", str(root / "map.zarr"), "--tile", str(TILE), *options]
+    subprocess.run([*STRACE, str(trace), sys.executable, str(INSTANT), *command], check=True, capture_output=True,
+                   env=os.environ | {"INSTANT_GROUP_BYTES": str(GROUP_BYTES)})
+    changes = [call for call in calls(trace) if disk.apply(call)]
+    assert survivors(disk.tree, Loss("kept", "kept"), random.Random()) == read_files(root)  # the model is right
+    return Recording(root, before, changes)
+
+
+@pytest.fixture(scope="module", params=[["--threads", "2"], ["--processes", "2"]], ids=["threads", "processes"])
+def recording(request, tmp_path_factory):
+    return record(tmp_path_factory.mktemp("recorded"), *request.param)
+
+
+def resumes(folder, whole, log):
+    """A store that is left in a folder can be resumed, computes nothing again that was promised, has the same bytes."""
+    path = folder / "map.zarr"
+    kept = promised(path)
+    log.unlink(missing_ok=True)
+    run(path)
+    assert results(path) == results(whole)
+    store = open_store(path)
+    assert store.finished
+    computed = {store.grid.items(tile)[0]: tile for tile in range(store.grid.count)}
+    assert not kept & {computed[cell] for cell in first_cells(log)}
+    return len(kept)
+
+
+@needs_strace
+@pytest.mark.parametrize("loss", LOSSES, ids=lambda loss: f"entries {loss.entries}, content {loss.content}")
+@pytest.mark.parametrize("points", [8, pytest.param(200, marks=pytest.mark.exhaustive)])
+def test_after_a_power_failure_a_run_has_the_same_bytes(recording, whole, tmp_path, instant, loss, points):
+    rng, kept = random.Random(f"{loss}"), []
+    for number in range(points):
+        count, folder = rng.randrange(len(recording.calls) + 1), tmp_path / str(number)
+        write_files(recording.after_power_failure(count, loss, rng), folder)
+        kept.append(resumes(folder, whole, instant))
+    assert max(kept) > 0, "the power always failed before the first tile"
+
+
+@needs_strace
+def test_what_a_finished_run_leaves_is_durable(recording, whole):
+    """When the command has ended, a power failure takes nothing."""
+    rng = random.Random()
+    last = recording.after_power_failure(len(recording.calls), Loss("lost", "lost"), rng)
+    store = {name.removeprefix("map.zarr/"): content for name, content in last.items() if name.startswith("map.zarr/")}
+    assert {n: c for n, c in store.items() if not n.startswith("run/") and not n.endswith("/")} == results(whole)
+    assert "run/finished" in store
+
+
+@needs_strace
+def test_power_fails_again_during_the_resumed_run(recording, whole, tmp_path, instant):
+    rng = random.Random(5)
+    first = tmp_path / "first"
+    write_files(recording.after_power_failure(len(recording.calls) // 2, Loss("any", "any"), rng), first)
+    again = record(first)
+    for number in range(8):
+        folder = tmp_path / str(number)
+        count = rng.randrange(len(again.calls) + 1)
+        write_files(again.after_power_failure(count, Loss("lost", "lost"), rng), folder)
+        resumes(folder, whole, instant)
+
+
+# Damaged and missing files
+
+
+def command(*arguments):
+    """The result of a command, called in this process."""
+    return CliRunner().invoke(app, list(map(str, arguments)))
+
+
+def group_files(path, name):
+    return sorted(p for p in (path / name / "c").rglob("*") if p.is_file())
+
+
+def lose(file):
+    file.unlink()
+    return file
+
+
+def cut(file):
+    file.write_bytes(file.read_bytes()[:-7])
+    return file
+
+
+def flip(file, rng):
+    content = bytearray(file.read_bytes())
+    content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
+    file.write_bytes(content)
+    return file
+
+
+def without_zeros(dataset):
+    """Whether the values of cells are results, which are never zero here, or say that they are not computed."""
+    return all((np.asarray(values) != 0).all() for values in dataset.data_vars.values())
+
+
+@pytest.mark.parametrize("damage", [lose, cut], ids=["missing", "cut short"])
+@pytest.mark.parametrize("name", ["lyapunov", "label"])
+def test_a_lost_file_of_a_finished_store_never_reads_as_zeros(finished, tmp_path, whole, name, damage):
+    lost = damage(group_files(finished, name)[1])
+    with pytest.warns(UserWarning, match="1 of 6|computed|missing"):
+        loaded = gc.load(finished)
+        values = loaded.load()
+    assert without_zeros(values)
+    missing = np.isnan(values[name]) if name == "lyapunov" else values[name] == -1
+    assert 0 < int(missing.sum()) <= 128
+    told = json.loads(command("info", finished, "--json").stdout)
+    assert str(lost.relative_to(finished)) in json.dumps(told["missing"])
+    assert str(lost.relative_to(finished)) in command("info", finished).stdout.replace("\n", "")
+    exported = command("export", finished, "--out", tmp_path / "out.nc")
+    assert exported.exit_code != 0 or without_zeros(xr.load_dataset(tmp_path / "out.nc"))
+    assert "missing" in exported.stderr or "not computed" in exported.stderr
+    drawn = command("plot", finished, "--out", tmp_path / "out.png")
+    assert drawn.exit_code in (0, 2), drawn.output
+    run(finished)
+    assert results(finished) == results(whole)
+    assert not json.loads(command("info", finished, "--json").stdout)["missing"]
+    xr.testing.assert_identical(gc.load(finished).load(), xr.open_zarr(whole).load())
+
+
+def test_a_missing_file_is_not_zero_for_other_programs(finished):
+    for name in ("lyapunov", "label", "period", "reason"):
+        lose(group_files(finished, name)[0])
+    assert without_zeros(xr.open_zarr(finished, mask_and_scale=False).load())
+    assert without_zeros(xr.open_zarr(finished).load().fillna(-1))
+
+
+def test_check_finds_every_flipped_bit(finished, whole):
+    rng, files = random.Random(2), [f for f in finished.rglob("c/**/*") if f.is_file()]
+    assert command("check", finished).exit_code == 0
+    for _ in range(40):
+        name = flip(rng.choice(files), rng).relative_to(finished)
+        checked = command("check", finished, "--json")
+        assert checked.exit_code == 1 and str(name) in checked.stdout, name
+        shutil.copy(whole / name, finished / name)
+    flip(finished / name, rng)
+    assert command("check", finished).exit_code == 1
+    run(finished)
+    assert command("check", finished).exit_code == 0 and results(finished) == results(whole)
+
+
+@pytest.fixture
+def unfinished(tmp_path, monkeypatch):
+    """A store of which 20 of 48 tiles are done, some of them in group files and some in segments."""
+    path, done = tmp_path / "map.zarr", []
+    compute = Zones.compute
+
+    def interrupted(study, items, **options):
+        done.extend([1] if len(items) > 1 else [])
+        if len(done) > 20:
+            raise KeyboardInterrupt
+        return compute(study, items, **options)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Zones, "compute", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            run_into_store(the_map(), path, tile=TILE, pool=pools.thread_pool(1))
+    assert len(promised(path)) >= 19
+    return path
+
+
+def journal(path):
+    (only,) = (path / "run" / "journal").glob("*.jsonl")
+    return only
+
+
+def tiles_done(path):
+    return summary(open_store(path))["tiles_done"]
+
+
+def test_a_journal_cut_anywhere_promises_what_its_whole_lines_say(unfinished, whole, tmp_path, instant):
+    content, shortest = journal(unfinished).read_bytes(), tiles_done(unfinished)
+    for size in range(len(content), len(content) - 301, -1):
+        journal(unfinished).write_bytes(content[:size])
+        assert tiles_done(unfinished) == len(promised(unfinished)) <= shortest
+        shortest = tiles_done(unfinished)
+    for size in range(len(content) - 300, len(content), 29):
+        folder = tmp_path / str(size)
+        shutil.copytree(unfinished, folder / "map.zarr")
+        journal(folder / "map.zarr").write_bytes(content[:size])
+        resumes(folder, whole, instant)
+
+
+def segments(path):
+    return sorted((path / "run" / "segments").iterdir())
+
+
+@pytest.mark.parametrize("bytes_left", [0, 1, 0.5, -1])
+def test_a_segment_that_is_cut_loses_only_its_end(unfinished, whole, bytes_left):
+    segment = max(segments(unfinished), key=lambda file: file.stat().st_size)
+    content = segment.read_bytes()
+    segment.write_bytes(content[:int(len(content) * bytes_left) if 0 < bytes_left < 1 else bytes_left])
+    run(unfinished)
+    assert results(unfinished) == results(whole)
+
+
+def test_a_flipped_bit_in_a_segment_is_found(unfinished, whole):
+    rng = random.Random(3)
+    for segment in segments(unfinished):
+        flip(segment, rng)
+    run(unfinished)
+    assert results(unfinished) == results(whole)
+
+
+JOURNALS = {
+    "empty": lambda content: b"",
+    "one line twice": lambda content: content + content.splitlines(keepends=True)[5],
+    "all lines twice": lambda content: content * 2,
+    "in reverse": lambda content: b"".join(reversed(content.splitlines(keepends=True))),
+    "half a line in the middle": lambda content: content[:-200] + b"\n" + content[-200:],
+    "zeros at the end": lambda content: content + bytes(4096),
+    "zeros in the middle": lambda content: content[:-300] + bytes(300) + content[-300:],
+    "no end of line": lambda content: content.rstrip(b"\n"),
+    "text": lambda content: content + "nothing of a journal, é\n".encode("latin-1"),
+}
+
+
+@pytest.mark.parametrize("damage", JOURNALS.values(), ids=JOURNALS)
+def test_a_damaged_journal_is_as_good_as_its_whole_lines(unfinished, whole, instant, damage):
+    journal(unfinished).write_bytes(damage(journal(unfinished).read_bytes()))
+    resumes(unfinished.parent, whole, instant)
+    again = len(first_cells(instant))
+    run(unfinished)
+    assert len(first_cells(instant)) == again, "a finished store computes nothing"
+
+
+def test_two_journals_may_have_the_same_tiles(unfinished, whole, instant):
+    content = journal(unfinished).read_bytes()
+    for writer in ("1-of-2", "2-of-2"):
+        journal_of = unfinished / "run" / "journal" / f"{writer}.jsonl"
+        journal_of.write_bytes(content)
+    resumes(unfinished.parent, whole, instant)
