@@ -11,11 +11,11 @@ import sys
 from math import prod
 
 import numpy as np
+from gearchaos.store.journal import LINES_PER_FILE
+from instant import DTYPES
 
 import gearchaos as gc
-from gearchaos.store.journal import LINES_PER_FILE
 from gearchaos.store.tiles import divide, grouped
-from instant import DTYPES
 
 _OTHER_FILES = 5
 """Files of every finished store: metadata of the group, study, checksums, the mark that it is finished, a lock."""
