@@ -57,20 +57,46 @@ def read_bytes(path: Path, most: int = -1) -> bytes:
     return content
 
 
-def write_bytes(path: Path, content: bytes | memoryview) -> None:
+def write_bytes(path: Path, content: bytes | memoryview, durable: bool = False) -> None:
     """Write a file atomically: it appears, or replaces an older one, only when all of its content is written.
 
     Several processes and machines may write the same file at the same time. A process that is killed while it writes
-    leaves a hidden file that ends in ``.partial``. Raises OSError, with the path, if the file cannot be written.
+    leaves a hidden file that ends in ``.partial``. With ``durable`` the file is on the disk at return, and survives a
+    power failure. Raises OSError, with the path, if the file cannot be written.
+    """
+    with partial_file(path, content, durable) as partial:
+        os.replace(partial, path)
+        if durable:
+            sync_folder(path.parent)
+
+
+@contextmanager
+def partial_file(path: Path, content: bytes | memoryview, durable: bool) -> Iterator[Path]:
+    """A hidden file with this content in the folder of ``path``, which is deleted at the end unless it was renamed.
+
+    An OSError, also one raised by the caller, is raised again with ``path``: the error of a full disk has none.
     """
     partial = path.with_name(f".{uuid4().hex}.partial")  # the file's own name could make this too long
     try:
-        partial.write_bytes(content)
-        os.replace(partial, path)
-    except OSError as error:  # the error of a full disk has no path
+        with partial.open("wb") as file:
+            file.write(content)
+            if durable:
+                file.flush()
+                os.fsync(file.fileno())
+        yield partial
+    except OSError as error:
         raise OSError(error.errno, error.strerror or str(error), str(path)) from error
     finally:
         partial.unlink(missing_ok=True)
+
+
+def sync_folder(folder: Path) -> None:
+    """Make the entries of a folder, its new, renamed and deleted files, survive a power failure."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 _REMOVALS = 20

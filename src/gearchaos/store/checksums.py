@@ -4,14 +4,25 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterable
-from pathlib import Path
+
+from gearchaos.store.folder import UNREACHABLE, Folder
 
 
-def checksums(root: Path, files: Iterable[Path]) -> dict[str, int]:
-    """The CRC-32 of each file by its path relative to ``root``."""
-    return {str(f.relative_to(root)): zlib.crc32(f.read_bytes()) for f in files}
+def checksums(folder: Folder, names: Iterable[str]) -> dict[str, int]:
+    """The CRC-32 of each file by its name."""
+    return {name: zlib.crc32(folder.read(name)) for name in names}
 
 
-def differing(root: Path, expected: dict[str, int]) -> list[str]:
+def differing(folder: Folder, expected: dict[str, int]) -> list[str]:
     """The names of the files that are missing or have a checksum other than the expected one."""
-    return [n for n, s in expected.items() if not (root / n).is_file() or zlib.crc32((root / n).read_bytes()) != s]
+    return [name for name, checksum in expected.items() if _checksum(folder, name) != checksum]
+
+
+def _checksum(folder: Folder, name: str) -> int | None:
+    """The CRC-32 of a file; None if it cannot be read."""
+    try:
+        return zlib.crc32(folder.read(name))
+    except UNREACHABLE:
+        raise
+    except OSError:
+        return None

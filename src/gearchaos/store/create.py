@@ -1,25 +1,26 @@
-"""Creating a store, and repairing those of its files that are not chunks."""
+"""Creating a store, and repairing those of its files that are not results."""
 
 from __future__ import annotations
 
 import json
-import os
-import shutil
 import time
-from dataclasses import asdict
-from pathlib import Path
+from dataclasses import asdict, replace
 
 import numpy as np
 
 from gearchaos.datasets import provenance
 from gearchaos.errors import InputError
-from gearchaos.files import temporary_folder, write_bytes
-from gearchaos.store.arrays import FORMAT, ITEMS, ArraySpec, create_arrays, restore_metadata
+from gearchaos.store.arrays import create_arrays, restore_metadata
+from gearchaos.store.folder import Folder, LocalFolder
+from gearchaos.store.groups import write_group
+from gearchaos.store.journal import WHOLE, Journal, Packed, TileEntry
 from gearchaos.store.machine import machine, process_name
 from gearchaos.store.record import to_record
 from gearchaos.store.schema import NodeSchema, read_as
-from gearchaos.store.store import Store, TileStatus
-from gearchaos.store.tiles import Grid
+from gearchaos.store.segments import array_bytes
+from gearchaos.store.specs import FORMAT, ITEMS, ArraySpec
+from gearchaos.store.store import FINISHED, STUDY, Store
+from gearchaos.store.tiles import Grid, grouped
 from gearchaos.studies.study import Study
 
 
@@ -28,24 +29,42 @@ def versions(study: Study) -> dict[str, str]:
     return {n: v for n, v in provenance(study.kind, study.model).items() if n.endswith("_version")}
 
 
-def create(path: Path, study: Study, grid: Grid) -> Store:
-    """Create a store, completely or not at all. A study that is a single tile is computed at the same time."""
-    if not path.parent.is_dir():
-        raise InputError("out", "must lie in an existing folder", str(path), "Create the folder first.")
+def create(folder: Folder, study: Study, tiles: Grid) -> bool:
+    """Create a store, completely or not at all. A study that is a single tile is computed at the same time.
+
+    Parameters
+    ----------
+    folder : Folder
+        Where the store is to be.
+    study : Study
+    tiles : Grid
+        The division of the study into tiles; chunks and groups are chosen here.
+
+    Returns
+    -------
+    bool
+        False if another process has created a store there meanwhile.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be created, or no work item of the study can be computed.
+    OSError
+        If a file cannot be written.
+    """
+    folder.check_creatable()
     started = time.perf_counter()
-    sample = _sample(study, grid)
+    sample = _sample(study, tiles)
     arrays = {n: ArraySpec(v.dtype.str, v.shape[1:]) for n, v in sample.items()}
-    store = Store(path, study, grid, arrays, versions(study))
-    with temporary_folder(path.parent) as folder:
-        draft = Store(folder / "draft", study, grid, arrays, store.versions)
-        create_arrays(draft.path, study, arrays, grid)
+    grid = grouped(tiles, max(array_bytes(spec, 1) for spec in arrays.values()))
+    with folder.draft() as path:
+        draft = Store(LocalFolder(path), study, grid, arrays, versions(study))
+        create_arrays(draft)
         _write_description(draft)
         draft.write_checksums()
         if grid.count == 1:
-            draft.write(0, sample)
-            draft.set_status(0, TileStatus(True, time.perf_counter() - started, process_name()))
-        os.rename(draft.path, path)
-    return store
+            _write_only_tile(draft, sample, time.perf_counter() - started)
+        return folder.publish(path)
 
 
 def _sample(study: Study, grid: Grid) -> dict[str, np.ndarray]:
@@ -60,15 +79,21 @@ def _sample(study: Study, grid: Grid) -> dict[str, np.ndarray]:
     raise InputError("study", "must have work items that can be computed", type(error).__name__, f"{error}")
 
 
+def _write_only_tile(store: Store, results: dict[str, np.ndarray], seconds: float) -> None:
+    """Write the results of the only tile of a store as those of a packed group."""
+    shape = store.grid.shape
+    files = {n: write_group(store, 0, n, v.reshape(*shape, *v.shape[1:])) for n, v in results.items()}
+    entry = TileEntry(0, None, 0, 0, 0, seconds, process_name())
+    Journal(store.folder, WHOLE).append(entry, Packed(0, files, entry.at))
+
+
 def _write_description(store: Store) -> None:
-    """Write ``run/study.json``, and create the folders for the statuses of tiles and the locks of writers."""
+    """Write ``run/study.json``."""
     description = {
         "format": FORMAT, "study": to_record(store.study), "grid": asdict(store.grid),
         "arrays": {n: asdict(a) for n, a in store.arrays.items()}, "versions": store.versions, "machine": machine(),
     }
-    for folder in ("tiles", "writers"):
-        (store.path / "run" / folder).mkdir()
-    write_bytes(store.path / "run" / "study.json", json.dumps(description, indent=2).encode())
+    store.folder.write(STUDY, json.dumps(description, indent=2).encode())
 
 
 def repair(store: Store) -> None:
@@ -77,17 +102,20 @@ def repair(store: Store) -> None:
     Results that are computed from all tiles are deleted; they are written again when the run finishes.
     """
     if not store.study.gridded:
-        for result in (f for f in store.path.iterdir() if f.name not in ("run", ITEMS) and _is_array(f)):
-            shutil.rmtree(result)
-    with temporary_folder(store.path.parent) as folder:
-        create_arrays(folder / "fresh", store.study, store.arrays, store.grid)
-        restore_metadata(store.path, folder / "fresh")
-    (store.path / "run" / "finished").unlink(missing_ok=True)
+        _delete_finished_arrays(store)
+    with store.folder.draft() as path:
+        fresh = LocalFolder(path)
+        create_arrays(replace(store, folder=fresh))
+        restore_metadata(store.folder, fresh)
+    store.folder.delete(FINISHED)
     store.write_checksums()
 
 
-def _is_array(folder: Path) -> bool:
-    """Whether a folder is a Zarr array, perhaps with damaged metadata; any other folder was put there by the user."""
-    metadata = folder / "zarr.json"
-    found = read_as(NodeSchema, metadata)
-    return metadata.is_file() and (found is None or found.node_type == "array")
+def _delete_finished_arrays(store: Store) -> None:
+    """Delete the arrays that finishing has added to the store; what the user has put there is kept."""
+    nodes = {name.split("/")[0] for name, _ in store.folder.list() if "/" in name} - {"run", ITEMS}
+    for node in nodes:
+        metadata = f"{node}/zarr.json"
+        found = read_as(NodeSchema, store.folder, metadata)
+        if store.folder.size(metadata) is not None and (found is None or found.node_type == "array"):
+            store.folder.delete_tree(node)

@@ -2,56 +2,71 @@
 
 from __future__ import annotations
 
-import os
-from contextlib import suppress
+from dataclasses import asdict
+from functools import reduce
 from math import prod
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gearchaos.store.store import Store, TileStatus
+from gearchaos.store.missing import MissingParts, missing_parts
+from gearchaos.store.progress import Progress
+from gearchaos.store.store import Store
+from gearchaos.store.tiles import Grid
 
 _PAUSE = 20.0
 """An interval without a finished tile is a pause of the run if it is this many times as long as the median interval."""
+
+_LISTED = 20
+"""Largest number of missing files, and of blocks of work items, that are named."""
 
 
 def summary(store: Store) -> dict[str, Any]:
     """Tiles and work items done, failures, the rate and the time left, as values for JSON.
 
     ``pieces`` are work items. ``seconds`` is the computing time of the tiles, summed over all workers;
-    ``pieces_per_second`` is the rate while the run was active, None before two tiles are done.
+    ``pieces_per_second`` is the rate while the run was active, None before two tiles are done. ``missing`` says which
+    tiles have no results, the first of them as blocks of work items [first, last + 1] along each dimension, and which
+    groups have lost files; ``writers`` what each run or shard last said.
     """
-    statuses, grid = store.statuses(), store.grid
-    done = [n for n, s in statuses.items() if s.done]
-    items, total = sum(map(grid.size, done)), prod(grid.shape)
-    rate = _rate(store, statuses)
+    progress, grid = store.progress(), store.grid
+    missing = missing_parts(store, progress)
+    sizes, total = _sizes(grid), prod(grid.shape)
+    items = total - int(sizes[missing.tiles].sum())
+    rate = _rate(progress, sizes)
     return {
-        "store": str(store.path), "study": store.study.kind, "finished": store.finished,
-        "tiles": grid.count, "tiles_done": len(done), "pieces": total, "pieces_done": items,
-        "failed": {str(n): s.error for n, s in sorted(statuses.items()) if not s.done},
-        "seconds": sum(s.seconds for s in statuses.values()), "pieces_per_second": rate,
+        "store": str(store.folder), "study": store.study.kind, "finished": store.finished,
+        "tiles": grid.count, "tiles_done": grid.count - len(missing.tiles), "pieces": total, "pieces_done": items,
+        "failed": {str(n): error for n, error in sorted(progress.failed.items())},
+        "seconds": float(progress.seconds.sum()), "pieces_per_second": rate,
         "seconds_left": (total - items) / rate if rate else None,
-        "machines": sorted({s.machine.split(":")[0] for s in statuses.values()}), "bytes": _bytes(store.path),
+        "machines": sorted(progress.hosts), "bytes": sum(size for _, size in store.folder.list()),
+        "missing": _missing(store, missing), "writers": {n: asdict(w) for n, w in sorted(progress.writers.items())},
     }
 
 
-def _rate(store: Store, statuses: dict[int, TileStatus]) -> float | None:
+def _missing(store: Store, missing: MissingParts) -> dict[str, Any]:
+    """What is missing: counts, and the names of the first files and work items."""
+    dims, boxes = tuple(store.study.grid), missing.boxes(store.grid)
+    return {
+        "tiles": len(missing.tiles), "groups": missing.groups[:_LISTED], "files": missing.files[:_LISTED],
+        "file_count": len(missing.files),
+        "pieces": [dict(zip(dims, map(list, box), strict=True)) for box in boxes[:_LISTED]],
+    }
+
+
+def _sizes(grid: Grid) -> np.ndarray:
+    """Number of work items of each tile, (count,)."""
+    along = [np.minimum(t, n - t * np.arange(-(-n // t))) for n, t in zip(grid.shape, grid.tile, strict=True)]
+    return reduce(np.multiply.outer, along).ravel()
+
+
+def _rate(progress: Progress, sizes: np.ndarray) -> float | None:
     """Work items per second between the first and the last finished tile, without pauses; None before two are done."""
-    done = sorted((s.at, store.grid.size(n)) for n, s in statuses.items() if s.done)
+    done = np.flatnonzero(~np.isnan(progress.at))
     if len(done) < 2:
         return None
-    times, sizes = np.array(done).T
-    steps = np.diff(times)
+    order = done[np.argsort(progress.at[done], kind="stable")]
+    steps = np.diff(progress.at[order])
     active = steps <= _PAUSE * np.median(steps) + 1e-3
-    return float(sizes[1:][active].sum() / max(steps[active].sum(), 1e-3))
-
-
-def _bytes(path: Path) -> int:
-    """Total size of all files; files that are deleted meanwhile, as temporary ones are, are left out."""
-    total = 0
-    for folder, _, names in os.walk(path):
-        for name in names:
-            with suppress(FileNotFoundError):
-                total += os.path.getsize(Path(folder) / name)
-    return total
+    return float(sizes[order][1:][active].sum() / max(steps[active].sum(), 1e-3))

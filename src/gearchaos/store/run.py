@@ -4,26 +4,30 @@ from __future__ import annotations
 
 import os
 import sys
-import time
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Future
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import lru_cache, partial
-from pathlib import Path
+from functools import partial
 from typing import overload
 
 import xarray as xr
-from filelock import FileLock
 
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute import pools
 from gearchaos.execute.progress import bar
+from gearchaos.store.arrays import add_results, check_layout
 from gearchaos.store.create import create, repair, versions
+from gearchaos.store.folder import Folder, open_folder
+from gearchaos.store.journal import Begin, Ended, Failed, Journal, TileEntry
 from gearchaos.store.machine import process_name
+from gearchaos.store.missing import missing_parts, recovery
+from gearchaos.store.progress import Progress
 from gearchaos.store.record import differences, study_differences
-from gearchaos.store.store import Store, TileStatus, open_store
+from gearchaos.store.segments import SEGMENTS
+from gearchaos.store.store import FINISHED, Store, open_store
 from gearchaos.store.tiles import divide
+from gearchaos.store.worker import compute_tile, pack_group
 from gearchaos.store.writers import Shard, write_lock
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studies.study import Study
@@ -163,84 +167,113 @@ def run_into_store(
         raise InputError("study", "must be of a kind that gearchaos.studies.registry names",
                          f"a {type(study).__name__}", "A store records the kind; compute this one in memory.")
     tile = None if tile is None else whole_number("tile", tile, 1)
-    store, shard = _opened(study, Path(path).absolute(), tile, say, progress), shard or Shard()
+    folder, shard = open_folder(os.path.abspath(path)), shard or Shard()
+    store = _opened(study, folder, tile, say, progress)
     own_tiles = shard.tiles(store.grid.count)
-    with write_lock(store.path / "run" / "writers", shard):
-        _repair(store, own_tiles, say)
-        _compute(store, own_tiles, pool or pools.thread_pool(), progress)
-        if store.all_tiles_done:
-            store.finish(progress=progress)
-    statuses = store.statuses()
-    failed = {n: s.error or "" for n, s in sorted(statuses.items()) if not s.done}
-    return Outcome(sum(s.done for s in statuses.values()), failed, store.grid.count)
+    with write_lock(folder, shard):
+        found, journal = store.progress(), Journal(folder, shard.name)
+        journal.append(Begin(process_name(), versions(study)))
+        _repair(store, found, journal, say)
+        _compute(store, own_tiles, pool or pools.thread_pool(), progress, found, journal)
+        _pack(store, found, journal)
+        if found.all_done and not found.complete_groups():
+            _finish(store, progress)
+        journal.append(Ended())
+    found.refresh()
+    return Outcome(found.done_count, dict(sorted(found.failed.items())), store.grid.count)
 
 
-def _opened(study: Study, path: Path, tile: int | None, say: Callable[[str], None], progress: bool) -> Store:
-    """The store at this path, created if it does not exist; tells the user how long the rest may take."""
-    if path.is_symlink() and not path.exists():
-        raise InputError("out", "must not be a link to nothing", str(path), "Remove it, or make what it points to.")
-    if not path.exists():
-        try:
-            study.cost.announce(progress)
-            return create(path, study, divide(study, tile))
-        except OSError:
-            if not path.exists():  # otherwise another shard has created it meanwhile
-                raise
-    store = open_store(path)
+def _opened(study: Study, folder: Folder, tile: int | None, say: Callable[[str], None], progress: bool) -> Store:
+    """The store in this folder, created if it does not exist; tells the user how long the rest may take."""
+    if not folder.exists():
+        study.cost.announce(progress)
+        if create(folder, study, divide(study, tile)):
+            return open_store(folder.url)
+    store = open_store(folder.url)
+    check_layout(store)
     differing = study_differences(store.study, study)
     if differing:
-        raise InputError("store", "must hold the same study", str(path), "; ".join(differing) + ".")
-    done = sum(s.done for s in store.statuses().values())
-    study.cost.announce(progress and not store.all_tiles_done)
-    say(f"{path.name}: {done} of {store.grid.count} tiles are done already")
+        raise InputError("store", "must hold the same study", str(folder), "; ".join(differing) + ".")
+    found = store.progress()
+    study.cost.announce(progress and not found.all_done)
+    say(f"{os.path.basename(folder.url)}: {found.done_count} of {store.grid.count} tiles are done already")
     for line in differences(store.versions, versions(study)):
         say(f"warning: the store was begun with other versions, {line}; results may differ in the last digits")
-    if tile is not None and divide(study, tile) != store.grid:
+    if tile is not None and divide(study, tile).tile != store.grid.tile:
         say(f"the store's own tiles of {' x '.join(map(str, store.grid.tile))} are kept")
     return store
 
 
-def _repair(store: Store, own_tiles: range, say: Callable[[str], None]) -> None:
-    """Write damaged files of the store again, and clear the status of those of these tiles whose data are damaged."""
-    with FileLock(store.path / "run" / "finish.lock"):
+def _repair(store: Store, found: Progress, journal: Journal, say: Callable[[str], None]) -> None:
+    """Write damaged files of the store again, and note which results are lost, so that they are computed again."""
+    with store.folder.lock("run/finish.lock", -1):
         damaged_files = store.damaged_files()
         if damaged_files:
             say(f"damaged files of the store are written anew: {', '.join(damaged_files)}")
             repair(store)
-    damaged = store.damaged_tiles(own_tiles)
-    for number in damaged:
-        store.clear_status(number)
-    if damaged:
-        say(f"damaged tiles are computed again: {', '.join(map(str, damaged))}")
-        (store.path / "run" / "finished").unlink(missing_ok=True)
+    missing = missing_parts(store, found)
+    if missing.files:
+        say(f"files with results are missing or cut short: {', '.join(missing.files[:10])}")
+        store.folder.delete(FINISHED)
+    for lines in recovery(store, found, missing):
+        journal.append(*lines)
+    found.refresh()
 
 
-def _compute(store: Store, own_tiles: range, pool: pools.PoolFactory, progress: bool) -> None:
+def _compute(
+    store: Store, own_tiles: range, pool: pools.PoolFactory, progress: bool, found: Progress, journal: Journal
+) -> None:
     """Compute these tiles in parallel, then those that failed one at a time, so that only a faulty one fails again."""
-    statuses, size = store.statuses(), store.grid.size
-    todo, errors = [n for n in own_tiles if not (n in statuses and statuses[n].done)], dict[int, str]()
+    size, errors = store.grid.size, dict[int, str]()
+    todo = found.missing(own_tiles)
     total = sum(map(size, own_tiles))
     with bar("work items" if progress else None, total, total - sum(map(size, todo))) as advance:
         for attempt in range(1, ATTEMPTS + 1):
-            errors = _attempt(store, todo, pool, attempt, advance)
+            errors = _attempt(store, todo, pool, attempt, advance, journal)
             todo = sorted(errors)
     for number, error in errors.items():
-        store.set_status(number, TileStatus(False, 0.0, process_name(), ATTEMPTS, error))
+        journal.append(Failed(number, error, ATTEMPTS, process_name()))
+    found.refresh()
+
+
+def _pack(store: Store, found: Progress, journal: Journal) -> None:
+    """Pack the groups of which all tiles are done."""
+    for group in found.complete_groups():
+        entries = [found.entries[tile] for tile in store.grid.tiles_of(group)]
+        journal.append(pack_group(store.folder.url, group, entries))
+    found.refresh()
+
+
+def _finish(store: Store, progress: bool) -> None:
+    """Complete the Dataset when all groups are packed, and remove what is not needed any more."""
+    with store.folder.lock("run/finish.lock", -1):
+        if store.finished:
+            return
+        for name, _ in list(store.folder.list()):
+            if name.endswith(".partial"):
+                store.folder.delete(name)
+        if not store.study.gridded:
+            add_results(store.study.finish(store.results(), progress=progress), store.folder)
+        store.write_checksums()
+        store.folder.write(FINISHED, b"")
+        store.folder.delete_tree(SEGMENTS)
 
 
 def _attempt(
-    store: Store, todo: list[int], pool: pools.PoolFactory, attempt: int, advance: Callable[[int], None]
+    store: Store, todo: list[int], pool: pools.PoolFactory, attempt: int, advance: Callable[[int], None],
+    journal: Journal,
 ) -> dict[int, str]:
     """Try each of these tiles once, with a new pool if one breaks; returns the errors of those that failed."""
     errors, left = dict[int, str](), list(todo)
     while left:
         done = set[int]()
         with pool() as workers, suppress(BrokenExecutor):
-            work = partial(compute_tile, str(store.path), attempt, workers.threads_per_item(len(left)))
+            work = partial(compute_tile, store.folder.url, attempt, workers.threads_per_item(len(left)))
             for number, future in workers.results(work, left, None if attempt == 1 else lambda: 1):
                 error = _error(future)
                 done.add(number)
                 if error is None:
+                    journal.append(future.result())
                     advance(store.grid.size(number))
                 else:
                     errors[number] = error
@@ -248,7 +281,7 @@ def _attempt(
     return errors
 
 
-def _error(future: Future[str | None]) -> str | None:
+def _error(future: Future[TileEntry | str]) -> str | None:
     """The error of a tile as text, None if it has none; raises an error that concerns all tiles."""
     error = None if future.cancelled() else future.exception()
     if future.cancelled() or pools.connection_lost(error):
@@ -257,34 +290,5 @@ def _error(future: Future[str | None]) -> str | None:
         return "the process that computed it died"
     if isinstance(error, OSError):
         raise OSError(f"{error}. {pools.RESUME_ADVICE}") from None
-    return future.result() if error is None else _text(error)
-
-
-def _text(error: BaseException) -> str:
-    """Type and message of an error."""
-    return f"{type(error).__name__}: {error}"
-
-
-def compute_tile(path: str, attempt: int, threads: int, number: int) -> str | None:
-    """Compute a tile of the store at this path, in some number of threads, and write it.
-
-    Returns the error of the tile as text, None if it has none; raises OSError if the store cannot be written to.
-    """
-    modified = (Path(path) / "run" / "study.json").stat().st_mtime_ns
-    store, started = _cached_store(path, modified), time.perf_counter()
-    try:
-        results = store.study.compute(store.grid.items(number), threads=threads)
-    except Exception as error:  # the failure of one tile must not stop the others
-        return _text(error)
-    try:
-        store.write(number, results)
-        store.set_status(number, TileStatus(True, time.perf_counter() - started, process_name(), attempt))
-    except OSError as error:
-        raise OSError(f"the store cannot be written to: {error}") from None
-    return None
-
-
-@lru_cache(maxsize=4)
-def _cached_store(path: str, modified: int) -> Store:
-    """The store at this path, opened once per process as long as ``run/study.json`` is not modified."""
-    return open_store(Path(path))
+    result = future.result() if error is None else f"{type(error).__name__}: {error}"
+    return result if isinstance(result, str) else None

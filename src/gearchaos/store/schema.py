@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
@@ -21,13 +20,14 @@ from pydantic import (
     model_validator,
 )
 
-from gearchaos.files import read_bytes
+from gearchaos.store.folder import Folder
+from gearchaos.store.tiles import Grid
 
 _MAX_INT = 2**31 - 1
-_Whole = Annotated[int, Field(ge=0, le=_MAX_INT)]
-_Positive = Annotated[int, Field(ge=1, le=_MAX_INT)]
-_Seconds = Annotated[float, Field(ge=0, le=1e12)]
-_Shape = Annotated[tuple[_Positive, ...], Field(min_length=1, max_length=2)]
+Whole = Annotated[int, Field(ge=0, le=2**63 - 1)]
+Positive = Annotated[int, Field(ge=1, le=_MAX_INT)]
+Seconds = Annotated[float, Field(ge=0, le=1e12)]
+_Shape = Annotated[tuple[Positive, ...], Field(min_length=1, max_length=2)]
 _Name = Annotated[str, Field(pattern=r"^\w+$")]
 
 
@@ -48,41 +48,46 @@ class _Schema(BaseModel):
 
 
 class TileStatusSchema(_Schema):
-    """``run/tiles/<number>.json``; see `store.TileStatus`."""
+    """``run/tiles/<number>.json`` of a store of format 1: the status of a tile."""
 
     done: bool
-    seconds: _Seconds
+    seconds: Seconds
     machine: str
-    attempt: _Positive
+    attempt: Positive
     error: str | None
-    at: _Seconds
+    at: Seconds
 
 
 class _Grid(_Schema):
-    """See `tiles.Grid`."""
+    """See `tiles.Grid`; format 1 has neither chunks nor groups."""
 
     shape: _Shape
     tile: _Shape
+    chunk: _Shape | None = None
+    group: _Shape | None = None
 
     @model_validator(mode="after")
-    def _same_dimensions(self) -> Self:
-        if len(self.shape) != len(self.tile):
-            raise ValueError("must have tiles with as many dimensions as the grid")
+    def _fits(self) -> Self:
+        self.grid()
         return self
+
+    def grid(self) -> Grid:
+        """The grid; raises ValueError if its tiles, chunks and groups do not fit each other."""
+        return Grid(self.shape, self.tile, self.chunk or (), self.group or ())
 
 
 class _ArraySpec(_Schema):
     """See `arrays.ArraySpec`."""
 
     dtype: Annotated[str, AfterValidator(_number_type)]
-    shape: tuple[_Whole, ...]
+    shape: tuple[Whole, ...]
 
 
 class _Axis(_Schema):
     name: str
     start: FiniteFloat
     stop: FiniteFloat
-    count: _Positive
+    count: Positive
 
 
 class _Budget(_Schema):
@@ -120,6 +125,34 @@ class NodeSchema(BaseModel):
     node_type: str
 
 
+class _ChunkShape(BaseModel):
+    chunk_shape: tuple[int, ...]
+
+
+class _ChunkGrid(BaseModel):
+    configuration: _ChunkShape
+
+
+class _Codec(BaseModel):
+    name: str
+    configuration: dict[str, Any] = {}
+
+
+class ArraySchema(BaseModel):
+    """The part of the ``zarr.json`` of an array that says how it is divided into files and chunks."""
+
+    shape: tuple[int, ...]
+    chunk_grid: _ChunkGrid
+    codecs: tuple[_Codec, ...]
+
+    @property
+    def layout(self) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]:
+        """Shapes of the array, of what one of its files holds, and of a chunk."""
+        file = self.chunk_grid.configuration.chunk_shape
+        inner = [c.configuration["chunk_shape"] for c in self.codecs if c.name == "sharding_indexed"]
+        return self.shape, file, tuple(inner[0]) if inner else file
+
+
 class StudySchema(_Schema):
     """``run/study.json``; the values of the study are checked when it is created from its record."""
 
@@ -137,10 +170,10 @@ Checksums = dict[str, int]
 Schema = TypeVar("Schema")
 
 
-def read_as(schema: type[Schema], path: Path) -> Schema | None:
+def read_as(schema: type[Schema], folder: Folder, name: str) -> Schema | None:
     """The content of a file by its schema; None if it is missing or damaged, or does not fit the schema."""
     try:
-        return parse_as(schema, read_bytes(path))
+        return parse_as(schema, folder.read(name))
     except (OSError, ValueError):
         return None
 

@@ -4,16 +4,18 @@ it."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import PurePosixPath
 
-from filelock import FileLock, Timeout
+from filelock import Timeout
 
 from gearchaos.errors import InputError
+from gearchaos.store.folder import Folder
+from gearchaos.store.journal import WHOLE
 
-_WHOLE = "all"
-"""Name of the lock of a run that computes all tiles."""
+_LOCKS = "run/writers"
+"""Folder of the locks."""
 
 _CHECK_SECONDS = 2.0
 """How long a lock must stay taken to count as held by a writer; a process that only checks it releases it at once."""
@@ -41,7 +43,7 @@ class Shard:
     @property
     def name(self) -> str:
         """Name of its lock."""
-        return _WHOLE if self.count == 1 else f"{self.number}-of-{self.count}"
+        return WHOLE if self.count == 1 else f"{self.number}-of-{self.count}"
 
     def tiles(self, total: int) -> range:
         """The numbers of its tiles, where ``total`` is the number of all tiles."""
@@ -49,24 +51,31 @@ class Shard:
 
 
 @contextmanager
-def write_lock(folder: Path, shard: Shard) -> Iterator[None]:
-    """Hold the lock of a shard; raises `InputError` if another writer holds one that excludes it.
+def write_lock(folder: Folder, shard: Shard) -> Iterator[None]:
+    """Hold the lock of a shard in a store; raises `InputError` if another writer holds one that excludes it.
 
     Shards i/n with the same n do not exclude each other. Every writer first takes its own lock and then checks those
     of others: of two that start at the same time at least one finds the other.
     """
-    own = FileLock(folder / f"{shard.name}.lock", timeout=0)
-    try:
-        own.acquire()
-    except Timeout:
-        raise _refusal(folder, shard.name) from None
-    try:
-        for lock in folder.glob("*.lock"):
-            if lock.stem != shard.name and not _of_same_count(lock.stem, shard) and _held(lock):
-                raise _refusal(folder, lock.stem)
+    with ExitStack() as held:
+        try:
+            held.enter_context(folder.lock(_lock_name(shard.name), 0))
+        except Timeout:
+            raise _refusal(folder, shard.name) from None
+        for name in _writers(folder):
+            if name != shard.name and not _of_same_count(name, shard) and _held(folder, name):
+                raise _refusal(folder, name)
         yield
-    finally:
-        own.release()
+
+
+def _lock_name(writer: str) -> str:
+    """The file of the lock of a writer."""
+    return f"{_LOCKS}/{writer}.lock"
+
+
+def _writers(folder: Folder) -> list[str]:
+    """The names of all writers that have had a lock."""
+    return [PurePosixPath(name).stem for name, _ in folder.list(_LOCKS) if name.endswith(".lock")]
 
 
 def _of_same_count(name: str, shard: Shard) -> bool:
@@ -74,19 +83,19 @@ def _of_same_count(name: str, shard: Shard) -> bool:
     return shard.count > 1 and name.endswith(f"-of-{shard.count}")
 
 
-def _held(lock: Path) -> bool:
-    """Whether a writer holds a lock; another process that only checks it, by this function, does not count."""
+def _held(folder: Folder, name: str) -> bool:
+    """Whether a writer holds its lock; another process that only checks it, by this function, does not count."""
     try:
-        with FileLock(lock, timeout=_CHECK_SECONDS):
+        with folder.lock(_lock_name(name), _CHECK_SECONDS):
             return False
     except Timeout:
         return True
 
 
-def _refusal(folder: Path, name: str) -> InputError:
+def _refusal(folder: Folder, name: str) -> InputError:
     """The error where the lock with this name is held by another writer."""
-    who = "a run" if name == _WHOLE else f"shard {name.replace('-of-', '/')}"
+    who = "a run" if name == WHOLE else f"shard {name.replace('-of-', '/')}"
     return InputError(
-        "store", "must not have another writer", str(folder.parents[1]),
+        "store", "must not have another writer", str(folder),
         f"{who} is writing to it. Wait for it, or divide the work: --shard 1/2 and --shard 2/2.",
     )
