@@ -82,7 +82,7 @@ def promised(path):
     """The tiles that the journals of a store say are done and not lost since, read independently."""
     done = set()
     for journal in sorted((path / "run" / "journal").glob("*.jsonl")):
-        for line in journal.read_bytes().split(b"\n"):
+        for line in journal.read_bytes().split(b"\n")[:-1]:  # a line without end is torn
             checksum, _, content = line.partition(b" ")
             if checksum == b"%08x" % zlib.crc32(content) and json.loads(content)["kind"] == "tile":
                 done.add(json.loads(content)["tile"])
@@ -133,14 +133,21 @@ class Recording:
         return survivors(disk.tree, loss, rng)
 
 
+def command_of_a_process(root, *options, prefix=(), **environment):
+    """The result of the command that computes the map into a store in this folder, in a process of its own."""
+    (root / "study.toml").write_text(STUDY)
+    command = ["run", str(root / "study.toml"), "--out", str(root / "map.zarr"), "--tile", str(TILE), *options]
+    return subprocess.run([*prefix, sys.executable, str(INSTANT), *command], capture_output=True, text=True,
+                          env=os.environ | {"INSTANT_GROUP_BYTES": str(GROUP_BYTES)} | environment)
+
+
 def record(root, *options):
     """Record the command that computes the map into a store in this folder."""
     (root / "study.toml").write_text(STUDY)
     before, trace = read_files(root), root.with_name(f"{root.name}.strace")
     disk = Disk(root, before)
-    command = ["run", str(root / "study.toml"), "--out", str(root / "map.zarr"), "--tile", str(TILE), *options]
-    subprocess.run([*STRACE, str(trace), sys.executable, str(INSTANT), *command], check=True, capture_output=True,
-                   env=os.environ | {"INSTANT_GROUP_BYTES": str(GROUP_BYTES)})
+    ended = command_of_a_process(root, *options, prefix=(*STRACE, str(trace)))
+    assert ended.returncode == 0, ended.stderr
     changes = [call for call in calls(trace) if disk.apply(call)]
     assert survivors(disk.tree, Loss("kept", "kept"), random.Random()) == read_files(root)  # the model is right
     return Recording(root, before, changes)
@@ -182,8 +189,9 @@ def test_what_a_finished_run_leaves_is_durable(recording, whole):
     """When the command has ended, a power failure takes nothing."""
     rng = random.Random()
     last = recording.after_power_failure(len(recording.calls), Loss("lost", "lost"), rng)
-    store = {name.removeprefix("map.zarr/"): content for name, content in last.items() if name.startswith("map.zarr/")}
-    assert {n: c for n, c in store.items() if not n.startswith("run/") and not n.endswith("/")} == results(whole)
+    files = {name: content for name, content in last.items() if name.startswith("map.zarr/") and not name.endswith("/")}
+    store = {name.removeprefix("map.zarr/"): content for name, content in files.items()}
+    assert {n: c for n, c in store.items() if not n.startswith("run/")} == results(whole)
     assert "run/finished" in store
 
 
@@ -279,24 +287,18 @@ def test_check_finds_every_flipped_bit(finished, whole):
     assert command("check", finished).exit_code == 0 and results(finished) == results(whole)
 
 
+@pytest.fixture(scope="module")
+def interrupted(tmp_path_factory):
+    """A store of which about half of 40 tiles are done, some of them in group files and some in segments."""
+    folder = tmp_path_factory.mktemp("interrupted")
+    assert command_of_a_process(folder, "--threads", "1", INSTANT_STOP="22").returncode == 130
+    assert 20 <= len(promised(folder / "map.zarr")) < 30
+    return folder / "map.zarr"
+
+
 @pytest.fixture
-def unfinished(tmp_path, monkeypatch):
-    """A store of which 20 of 48 tiles are done, some of them in group files and some in segments."""
-    path, done = tmp_path / "map.zarr", []
-    compute = Zones.compute
-
-    def interrupted(study, items, **options):
-        done.extend([1] if len(items) > 1 else [])
-        if len(done) > 20:
-            raise KeyboardInterrupt
-        return compute(study, items, **options)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Zones, "compute", interrupted)
-        with pytest.raises(KeyboardInterrupt):
-            run_into_store(the_map(), path, tile=TILE, pool=pools.thread_pool(1))
-    assert len(promised(path)) >= 19
-    return path
+def unfinished(interrupted, tmp_path):
+    return Path(shutil.copytree(interrupted, tmp_path / "map.zarr"))
 
 
 def journal(path):
