@@ -90,7 +90,7 @@ def motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:
     Parameters
     ----------
     labels, periods : DataArray of int
-        Of the same shape, with N elements: codes of `Label`, 0 where nothing was computed, and periods in mesh periods.
+        Of the same shape, with N elements: codes of `Label`, 0 or −1 where nothing was computed, and periods in mesh periods.
 
     Returns
     -------
@@ -98,7 +98,7 @@ def motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:
         N names, in C order.
     """
     pairs = zip(labels.values.ravel().tolist(), periods.values.ravel().tolist(), strict=True)
-    return [motion_name(Label(label), period) if label else "not computed" for label, period in pairs]
+    return [motion_name(Label(label), period) if label > 0 else "not computed" for label, period in pairs]
 
 
 def model_json(model: MeshModel) -> str:

@@ -15,9 +15,14 @@ def memory() -> int:
     return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else 1 << 33
 
 
+def max_items(item_bytes: int) -> int:
+    """Largest number of items of ``item_bytes`` that fit into memory."""
+    return memory() // item_bytes
+
+
 def check_memory(name: str, count: int, item_bytes: int = _BYTES_PER_ITEM) -> None:
     """Raise `InputError` for the field ``name`` if ``count`` items of ``item_bytes`` do not fit into memory."""
-    most = memory() // item_bytes
+    most = max_items(item_bytes)
     if count > most:
         raise InputError(name, f"must be at most {most:,} on this machine, by its memory", count)
 

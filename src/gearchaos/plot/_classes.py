@@ -79,8 +79,20 @@ def motion_class(label: xr.DataArray, period: xr.DataArray) -> np.ndarray:
     for value, meaning in flags(label).items():
         if meaning in _BY_MEANING:
             out[codes == value] = _BY_MEANING[meaning]
-    out[codes == 0] = NO_CLASS
+    out[codes <= 0] = NO_CLASS
     return out
+
+
+def not_computed(ds: xr.Dataset, name: str) -> np.ndarray:
+    """Whether each value of a variable is not computed yet, by the labels of the same cells: 0 or −1."""
+    if "label" not in ds or ds["label"].dims != ds[name].dims:
+        return np.zeros(ds[name].shape, bool)
+    return ds["label"].values <= 0
+
+
+def continuous_values(ds: xr.Dataset, name: str) -> np.ndarray:
+    """The values of a variable that has no classes, as floats; NaN where they are not computed."""
+    return np.where(not_computed(ds, name), np.nan, ds[name].values)
 
 
 def named_classes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionClass, ...]] | None:
@@ -92,10 +104,10 @@ def named_classes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionCl
         return None
     if name == "label":
         return motion_class(ds["label"], ds["period"]), MOTION_CLASSES
-    index, classes = _contact(ds, name) if name.startswith("contact") else _coded(ds[name])
+    missing = not_computed(ds, name)
+    index, classes = _contact(ds, name) if name.startswith("contact") else _coded(ds[name], missing)
     if len(classes) > _MAX_LEGEND_CLASSES:
         return None
-    missing = ds["label"].values == 0 if "label" in ds else np.zeros(index.shape, bool)
     return np.where(missing, NO_CLASS, index), classes
 
 
@@ -108,8 +120,11 @@ def _contact(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionClass, 
     return np.maximum(index, NO_CLASS), (*CONTACT_CLASSES, MOTION_CLASSES[_BY_MEANING["diverged"]])
 
 
-def _coded(array: xr.DataArray) -> tuple[np.ndarray, tuple[MotionClass, ...]]:
-    """Classes of any other variable: no and yes; codes with names; or counts, coloured by a scale."""
+def _coded(array: xr.DataArray, missing: np.ndarray) -> tuple[np.ndarray, tuple[MotionClass, ...]]:
+    """Classes of any other variable: no and yes; codes with names; or counts, coloured by a scale.
+
+    The values of ``missing`` cells are no counts.
+    """
     values = array.values.astype(int)
     if array.name in _YES_NO_VARIABLES:
         return values, _YES_NO
@@ -119,7 +134,7 @@ def _coded(array: xr.DataArray) -> tuple[np.ndarray, tuple[MotionClass, ...]]:
             MotionClass(n.replace("_", " "), c.colour) for n, c in zip(named.values(), MOTION_CLASSES, strict=False)
         )
     else:
-        codes = np.unique(values)
+        codes = np.unique(values[~missing]) if not missing.all() else np.zeros(1, int)
         shades = matplotlib.colormaps["viridis"](np.linspace(0, 1, len(codes)))
         classes = tuple(MotionClass(str(n), to_hex(c)) for n, c in zip(codes, shades, strict=True))
     known = np.isin(values, codes)

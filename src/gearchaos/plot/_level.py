@@ -18,7 +18,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, cell_extent, label_and_limit, new_axes, plane, widened_limits, wrapped
 from gearchaos.plot._checks import check, check_name
-from gearchaos.plot._classes import named_classes
+from gearchaos.plot._classes import continuous_values, named_classes
 from gearchaos.plot._zones import class_legend, draw_classes
 from gearchaos.quantities import Rule
 from gearchaos.validation import check_rule, to_float
@@ -61,10 +61,10 @@ def level(
     horizontal, vertical = plane(ds, name)
     extent, title = cell_extent(ds[horizontal].values, ds[vertical].values), axis_label(ds[name], name)
     classes = named_classes(ds, name)
-    values = ds[name].values
     if classes:
         draw_classes(classes[0], ax, extent, classes[1])
     else:
+        values = continuous_values(ds, name)
         limits = colour_limits(name, values[np.isfinite(values)], clip, unit_in(ds, name))
         image = _draw_continuous(ax, values, extent, cmap, limits)
     label_and_limit(ax, ds, horizontal, vertical)

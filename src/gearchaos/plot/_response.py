@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, new_axes, vertical_limits
 from gearchaos.plot._checks import check, check_name
-from gearchaos.plot._classes import NO_CLASS, MotionClass, named_classes
+from gearchaos.plot._classes import NO_CLASS, MotionClass, continuous_values, named_classes
 from gearchaos.plot._phase import INK
 from gearchaos.plot._ribbon import ribbon as draw_ribbon
 
@@ -43,7 +43,7 @@ def response(
     (axis,) = ds[name].dims
     x, classes = ds[axis].values, named_classes(ds, name)
     if classes is None:
-        y = ds[name].values.astype(float)
+        y = continuous_values(ds, name)
         ax.plot(x, y, color=INK, linewidth=1.0, marker="o", markersize=2.0, markeredgewidth=0)
         ax.set_ylim(*vertical_limits(y, unit_in(ds, name)))
     else:

@@ -200,9 +200,9 @@ class AttractorSet:
     def numbers(self, index: np.ndarray, label: np.ndarray) -> np.ndarray:
         """Positions (L,) of the attractors in the `order`, from those in `members` and the labels (L,) of the motions.
 
-        −1 for a motion that is on none, `NOT_COMPUTED` where the label is 0.
+        −1 for a motion that is on none, `NOT_COMPUTED` where the label is 0 or −1.
         """
-        return np.where(label == 0, NOT_COMPUTED, self.ranks()[index])
+        return np.where(label <= 0, NOT_COMPUTED, self.ranks()[index])
 
     def response(self, settings: Classification | None) -> dict[str, np.ndarray]:
         """The response measures `_RESPONSE`, arrays (attractors,) by name."""

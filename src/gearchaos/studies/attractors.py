@@ -168,7 +168,7 @@ class Attractors(ClassifyingStudy):
         data = {
             "attractor": variable("attractor", ("start",), attractors.numbers(index, found["label"])),
             **{f"attractor_{n}": variable("attractor", (), rank[i]) for n, i in swept},
-            **attractor_variables(attractors, settings), **_shares(attractors, int(np.count_nonzero(found["label"]))),
+            **attractor_variables(attractors, settings), **_shares(attractors, int(np.sum(found["label"] > 0))),
             **(_kicks(attractors, self.kicks, progress, settings=settings, threads=threads) if self.kicks else {}),
             **{f"start_{n}": variable(n, ("start",), v) for n, v in self._starts.items()},
         }

@@ -11,6 +11,7 @@ import numpy as np
 from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
+from gearchaos.execute.machine import check_memory
 from gearchaos.flow import ExactFlow
 from gearchaos.gears.operating import AnyModel
 from gearchaos.model import MeshModel, state_names, vary
@@ -83,7 +84,11 @@ class Basins(ClassifyingStudy):
                 raise InputError(f"axis {axis.name}", "must be an initial value of the model", axis.name,
                                  f"Choose from {', '.join(names)}.")
         check_plane(self.model, self.x, self.y)
-        _ = self.cost
+        self.check_in_memory()
+
+    def check_in_memory(self) -> None:
+        check_memory("cells", self.x.count * self.y.count)
+        super().check_in_memory()
 
     @property
     def grid(self) -> dict[str, int]:

@@ -11,7 +11,7 @@ import numpy as np
 from gearchaos.datasets import new_dataset, variable
 from gearchaos.dynamics import Classification, Verdicts
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.execute.machine import check_memory
+from gearchaos.execute.machine import check_memory, max_items
 from gearchaos.execute.tiles import interleaved
 from gearchaos.flow import ExactFlow
 from gearchaos.gears.operating import AnyModel
@@ -101,11 +101,20 @@ class Bifurcation(ClassifyingStudy):
             raise unknown_name("mode", self.mode, MODES)
         if self.mode != "fixed" and self.axis.name in state_names(self.model.kind):
             raise InputError("mode", "must be fixed where the axis is an initial value", self.mode)
-        check_memory("columns", self.axis.count)
         vary(self.model, {self.axis.name: self.axis.values})  # raises for a value that the model refuses
-        check_memory("columns times points", self.axis.count * self.points,
-                     _BYTES_PER_COORDINATE * (2 + len(COORDINATES[self.model.kind])))
+        if self.block[self.axis.name] * self.points > max_items(self._point_bytes):
+            self.check_in_memory()
         _ = self.cost
+
+    def check_in_memory(self) -> None:
+        check_memory("columns", self.axis.count)
+        check_memory("columns times points", self.axis.count * self.points, self._point_bytes)
+        super().check_in_memory()
+
+    @property
+    def _point_bytes(self) -> int:
+        """Memory that a stroboscopic point takes until it is saved."""
+        return _BYTES_PER_COORDINATE * (2 + len(COORDINATES[self.model.kind]))
 
     @property
     def grid(self) -> dict[str, int]:

@@ -89,6 +89,13 @@ class Cost:
         many = f"{self.motions:,} motions are" if self.motions > 1 else "One motion is"
         return f"{many} followed for at most {self.periods + self.sequential:,} mesh periods of {self.steps:,} steps."
 
+    def check_time(self) -> None:
+        """Raise `InputError` if this machine would compute for more than a hundred years."""
+        seconds = self.seconds()
+        if seconds > _MAX_SECONDS * self.step_cost:  # the limit does not depend on the number of harmonics
+            limit = _duration(_MAX_SECONDS)
+            raise InputError("the study", f"must end within {limit}", _duration(seconds), self.summary)
+
     def max_parameter_points(self, threads: int | None = None) -> int:
         """Largest number of parameter points whose step matrices each of this many threads may hold at once."""
         return int(min(TILE, max(WIDTH, memory() // _MEMORY_DIVISOR // (threads or cores()) // self.table_bytes)))
@@ -123,9 +130,7 @@ def estimate(system: SwitchedAffine, motions: int, periods: int, sequential: int
     numbers = d * d + d + (2 * d * system.f_cos.shape[1] if shared else 0)
     table = (levels if shared else int(steps.max())) * _STATES * numbers * 8
     found = Cost(motions, periods, sequential, int(np.ceil(steps.mean())), table, d, _step_cost(system))
-    if found.seconds() > _MAX_SECONDS * found.step_cost:  # the limit does not depend on the number of harmonics
-        limit = _duration(_MAX_SECONDS)
-        raise InputError("the study", f"must end within {limit}", _duration(found.seconds()), found.summary)
+    found.check_time()
     return found
 
 

@@ -5,19 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.execute.machine import check_memory
 from gearchaos.model import Batch, MeshModel, vary
 from gearchaos.model.switched import coordinates
 from gearchaos.studies.axis import Axis
 
 
 def check_plane(model: MeshModel, x: Axis, y: Axis) -> None:
-    """Raise `InputError` unless the axes are different, valid for the model, and a map over them fits into memory."""
+    """Raise `InputError` unless the axes are different, and valid for the model."""
     shared = set(model.set_by(x.name)) & set(model.set_by(y.name))
     if shared:
         both = x.name if x.name == y.name else f"{x.name} and {y.name}, which both set {', '.join(sorted(shared))}"
         raise InputError("axes", "must be two different parameters", both)
-    check_memory("cells", x.count * y.count)
     for axis in (x, y):
         vary(model, {axis.name: axis.values})
 

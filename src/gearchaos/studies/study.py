@@ -117,6 +117,14 @@ class Study(ABC):
         """Number of work items."""
         return int(np.prod(list(self.grid.values())))
 
+    def check_in_memory(self) -> None:
+        """Raise `InputError` unless this machine can compute the whole study and hold all results in its memory.
+
+        A study whose Dataset is made only from all results calls this when it is created. For a gridded study only
+        `run` does: a store of it may be larger than the memory, and may be computed by many machines.
+        """
+        self.cost.check_time()
+
     def run(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         """The Dataset of the whole study, computed in memory.
 
@@ -128,6 +136,7 @@ class Study(ABC):
             Tiles computed at once; by default one per core.
         """
         threads = None if threads is None else whole_number("threads", threads, 1)
+        self.check_in_memory()
         self.cost.announce(progress, threads)
         items = np.arange(self.count, dtype=np.int32 if self.count < 2**31 else np.int64)
         found = self.compute(items, progress=progress, threads=threads)

@@ -5,7 +5,7 @@ Zones are the regions of such a map with one kind of motion.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -112,7 +112,7 @@ class Zones(ClassifyingStudy):
         super().__post_init__()
         self._set(x=as_axis(self.x, "x"), y=as_axis(self.y, "y"), **self._whole_numbers("starts"))
         check_plane(self.model, self.x, self.y)
-        check_memory("cells times starts", self.x.count * self.y.count * self.starts)
+        check_memory("cells of a row times starts", self.x.count * self.starts)
         if self.starts > 1 and {self.x.name, self.y.name} & set(state_names(self.model.kind)):
             raise InputError("starts", "must be 1 where an axis is an initial value", self.starts)
         self._set(refine=_checked_refine(self.refine, self.starts))
@@ -137,13 +137,22 @@ class Zones(ClassifyingStudy):
 
     @cached_property
     def cost(self) -> Cost:
-        """Bound for all cells; with several starts also for sweeps along all rows, `WIDTH` rows at a time."""
-        motions, sequential = self.x.count * self.y.count, 0
+        """Bound for all cells; with several starts also for sweeps along all rows, `WIDTH` rows at a time.
+
+        Raises `InputError` if a single row, which one machine computes, cannot end.
+        """
+        motions, sequential = self.x.count, 0
         if self.starts > 1:
             motions *= self.starts + 2
-            sequential = 2 * self.x.count * PERIODS_PER_VALUE * -(-self.y.count // WIDTH)
+            sequential = 2 * self.x.count * PERIODS_PER_VALUE
         system = switched_system(corners(self.model, self.x, self.y))
-        return estimate(system, motions, self.classification.max_periods, sequential)
+        row = estimate(system, motions, self.classification.max_periods, sequential)
+        return replace(row, motions=motions * self.y.count, sequential=sequential * -(-self.y.count // WIDTH))
+
+    def check_in_memory(self) -> None:
+        check_memory("cells", self.x.count * self.y.count)
+        check_memory("cells times starts", self.x.count * self.y.count * self.starts)
+        super().check_in_memory()
 
     def compute(
         self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
