@@ -90,7 +90,8 @@ def motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:
     Parameters
     ----------
     labels, periods : DataArray of int
-        Of the same shape, with N elements: codes of `Label`, 0 or −1 where nothing was computed, and periods in mesh periods.
+        Of the same shape, with N elements: codes of `Label`, 0 or −1 where nothing was computed, and periods in mesh
+        periods.
 
     Returns
     -------
@@ -203,11 +204,11 @@ def netcdf_bytes(dataset: xr.Dataset) -> memoryview:
     as the Dataset.
     """
     content = io.BytesIO()
-    _with_checksums(dataset).to_netcdf(content, engine="h5netcdf")  # type: ignore[call-overload]
+    with_checksums(dataset).to_netcdf(content, engine="h5netcdf")  # type: ignore[call-overload]
     return content.getbuffer()
 
 
-def _with_checksums(dataset: xr.Dataset) -> xr.Dataset:
+def with_checksums(dataset: xr.Dataset) -> xr.Dataset:
     """The same Dataset, to be written with a Fletcher-32 checksum of every array, by which readers detect damage.
 
     HDF5 has no checksums for scalars and texts.
