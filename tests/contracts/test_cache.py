@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from filelock import FileLock
 from numba import typeof
 
 from gearchaos.flow import ExactFlow, exact
@@ -53,6 +54,53 @@ def test_processes_that_compile_at_once_do_not_spoil_the_cache(tmp_path):
     assert [p.communicate(timeout=300)[0] for p in together] == ["[20.0] 0\n"] * len(kinds)
     after = begin(",".join(kinds))
     assert after.communicate(timeout=300)[0] == f"{[20.0] * len(kinds)} {len(kinds)}\n"
+
+
+SAME = """
+import sys, time
+from pathlib import Path
+import numpy as np
+from gearchaos.flow.kernels.compilation import kernel
+
+@kernel
+def twice(x):
+    total = 0.0
+    for value in x.flat:
+        total += 2 * value
+    return total
+
+folder, name = Path(sys.argv[1]), sys.argv[2]
+(folder / ("here-" + name)).touch()
+while len(list(folder.glob("here-*"))) < 3:
+    time.sleep(0.001)
+print(twice(np.arange(5.0)), sum(twice.stats.cache_hits.values()))
+"""
+
+
+@pytest.mark.slow
+def test_of_processes_that_start_at_once_with_an_empty_cache_one_compiles(tmp_path):
+    (tmp_path / "program.py").write_text(SAME)
+    command = [sys.executable, str(tmp_path / "program.py"), str(tmp_path)]
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    together = [
+        subprocess.Popen([*command, name], env=environment, stdout=subprocess.PIPE, text=True) for name in "abc"
+    ]
+    assert sorted(p.communicate(timeout=300)[0] for p in together) == ["20.0 0\n", "20.0 1\n", "20.0 1\n"]
+
+
+def test_a_process_does_not_wait_for_ever_for_another_one_to_compile(tmp_path, monkeypatch):
+    monkeypatch.setattr(compilation, "cache_directory", lambda: tmp_path)
+    monkeypatch.setattr(compilation, "LONGEST_WAIT", 0.1)
+
+    def triple(x):
+        return 3 * x
+
+    assert compilation.kernel(triple)(2.0) == 6.0
+    for written in tmp_path.rglob("*.nb?"):
+        written.unlink()
+    (lock,) = (path for path in tmp_path.glob(".*.lock") if path.name != ".lock")
+    with FileLock(lock):
+        assert compilation.kernel(triple)(2.0) == 6.0
 
 
 def test_the_cache_is_another_one_after_any_edit_of_a_kernel(tmp_path):

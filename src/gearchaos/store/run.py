@@ -5,10 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
-from concurrent.futures import BrokenExecutor, Future
-from contextlib import suppress
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from typing import overload
 
 import xarray as xr
@@ -16,24 +13,27 @@ import xarray as xr
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute import pools
 from gearchaos.execute.progress import bar
-from gearchaos.store.arrays import add_results, check_layout
+from gearchaos.store.arrays import check_layout
+from gearchaos.store.claims import Claims
+from gearchaos.store.coordinator import Coordinator
 from gearchaos.store.create import create, repair, versions
+from gearchaos.store.finish import finish_lock, wait_and_finish
 from gearchaos.store.folder import Folder, open_folder
-from gearchaos.store.journal import Begin, Ended, Failed, Journal, TileEntry
+from gearchaos.store.journal import Begin, Ended, Journal
 from gearchaos.store.machine import process_name
 from gearchaos.store.missing import missing_parts, recovery
 from gearchaos.store.progress import Progress
 from gearchaos.store.record import differences, study_differences
-from gearchaos.store.segments import SEGMENTS
+from gearchaos.store.shards import Shard, latest_division, missing_by_shard
+from gearchaos.store.sources import Listed, Others, Own
 from gearchaos.store.store import FINISHED, Store, open_store
 from gearchaos.store.tiles import divide
-from gearchaos.store.worker import compute_tile, pack_group
-from gearchaos.store.writers import Shard, write_lock
+from gearchaos.store.writers import NO_LOCKS, write_lock
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studies.study import Study
 
-ATTEMPTS = 3
-"""Number of attempts at a tile before it is reported as failed."""
+WORKER_MODULES = ("gearchaos.store.worker",)
+"""What worker processes import; see `pools.process_pool`."""
 
 
 @dataclass(frozen=True)
@@ -48,11 +48,17 @@ class Outcome:
         The errors of the tiles that failed, by number of the tile.
     count : int
         Number of all tiles of the store.
+    finished : bool
+        Whether the store is complete. A shard that is not the last one to end leaves it unfinished.
+    missing : dict of str to int
+        Number of the tiles that are not done by shard, e.g. {"3/4": 20}; "1/1" for a run that is not divided.
     """
 
     done: int
     failed: dict[int, str]
     count: int
+    finished: bool
+    missing: dict[str, int]
 
 
 @overload
@@ -120,7 +126,8 @@ def run(
     if shard is not None and not isinstance(shard, str):
         raise InputError("shard", "must be a text", shard, "E.g. shard='2/3'.")
     return run_into_store(
-        study, out, tile=tile, pool=pools.pool_from_options(threads, processes, scheduler, cluster, jobs),
+        study, out, tile=tile,
+        pool=pools.pool_from_options(threads, processes, scheduler, cluster, jobs, WORKER_MODULES),
         shard=None if shard is None else Shard.parse(shard), say=_say if progress else _silent, progress=progress,
     )
 
@@ -167,28 +174,87 @@ def run_into_store(
         raise InputError("study", "must be of a kind that gearchaos.studies.registry names",
                          f"a {type(study).__name__}", "A store records the kind; compute this one in memory.")
     tile = None if tile is None else whole_number("tile", tile, 1)
-    folder, shard = open_folder(os.path.abspath(path)), shard or Shard()
-    store = _opened(study, folder, tile, say, progress)
-    own_tiles = shard.tiles(store.grid.count)
-    with write_lock(folder, shard):
-        found, journal = store.progress(), Journal(folder, shard.name)
-        journal.append(Begin(process_name(), versions(study)))
-        _repair(store, found, journal, say)
-        _compute(store, own_tiles, pool or pools.thread_pool(), progress, found, journal)
-        _pack(store, found, journal)
-        if found.all_done and not found.complete_groups():
-            _finish(store, progress)
-        journal.append(Ended())
-    found.refresh()
-    return Outcome(found.done_count, dict(sorted(found.failed.items())), store.grid.count)
+    folder, shard = open_folder(path), shard or Shard()
+    store, found = _opened(study, folder, tile, say, progress)
+    with write_lock(folder, shard) as locks:
+        if not locks:
+            say(NO_LOCKS)
+        found.refresh()
+        finished = _write(store, found, shard, pool or pools.thread_pool(), locks, say, progress)
+    return _outcome(store, found, finished, shard.count)
 
 
-def _opened(study: Study, folder: Folder, tile: int | None, say: Callable[[str], None], progress: bool) -> Store:
-    """The store in this folder, created if it does not exist; tells the user how long the rest may take."""
+def finish_store(
+    path: str | os.PathLike[str], *, say: Callable[[str], None] = _silent, progress: bool = False
+) -> Outcome:
+    """Finish a store of which all tiles are done: pack what is not packed, and complete the Dataset.
+
+    Nothing is computed unless results of tiles turn out to be damaged.
+
+    Raises
+    ------
+    InputError
+        If the folder is not a store, or has a writer.
+    OSError
+        If the store cannot be written to.
+    """
+    folder = open_folder(path)
+    store = open_store(folder.url)
+    check_layout(store)
+    found = store.progress()
+    division = latest_division((name, state.begun) for name, state in found.writers.items())
+    with write_lock(folder, Shard()) as locks:
+        found.refresh()
+        finished = found.all_done and _write(store, found, Shard(), pools.thread_pool(), locks, say, progress)
+    return _outcome(store, found, finished, division)
+
+
+def _outcome(store: Store, found: Progress, finished: bool, division: int) -> Outcome:
+    """What a run has done, with the tiles that are missing by shards of which there are ``division``."""
+    missing = {} if finished else missing_by_shard(store.grid, found, division)
+    return Outcome(found.done_count, dict(sorted(found.failed.items())), store.grid.count, finished, missing)
+
+
+def _write(
+    store: Store, found: Progress, shard: Shard, pool: pools.PoolFactory, locks: bool, say: Callable[[str], None],
+    progress: bool,
+) -> bool:
+    """Compute the tiles of a shard, help the others, and finish the store if all are done; whether it is finished."""
+    journal = Journal(store.folder, shard.name)
+    own = list(shard.tiles(store.grid))
+    total = sum(map(store.grid.size, own)) if progress else 0
+    done = total - sum(map(store.grid.size, found.missing(own))) if progress else 0
+    with bar("work items" if progress else None, total, done) as advance:
+        coordinator = Coordinator(store, found, journal, shard, pool, advance)
+        coordinator.record(Begin(process_name(), versions(store.study)))
+        damaged = _repair(coordinator, set(own), locks, say)
+        _compute(coordinator, own, locks)
+        finished = wait_and_finish(coordinator, locks=locks, verify=damaged, progress=progress)
+    coordinator.record(Ended())
+    return finished
+
+
+def _compute(coordinator: Coordinator, own: list[int], locks: bool) -> None:
+    """Compute the tiles of a shard, then those that other shards have not done."""
+    store, found, shard = coordinator.store, coordinator.progress, coordinator.shard
+    if shard.count == 1:
+        coordinator.compute(Listed(found.missing(own)))
+        return
+    claims = Claims(store.folder, shard.name)
+    coordinator.compute(Own(found.missing(own), found, shard, claims))
+    if locks and claims.possible:
+        coordinator.compute(Others(store.folder, store.grid, found, shard))
+
+
+def _opened(
+    study: Study, folder: Folder, tile: int | None, say: Callable[[str], None], progress: bool
+) -> tuple[Store, Progress]:
+    """The store in this folder, created if it does not exist, and what is done; tells the user of the time it takes."""
     if not folder.exists():
         study.cost.announce(progress)
         if create(folder, study, divide(study, tile)):
-            return open_store(folder.url)
+            store = open_store(folder.url)
+            return store, store.progress()
     store = open_store(folder.url)
     check_layout(store)
     differing = study_differences(store.study, study)
@@ -201,94 +267,28 @@ def _opened(study: Study, folder: Folder, tile: int | None, say: Callable[[str],
         say(f"warning: the store was begun with other versions, {line}; results may differ in the last digits")
     if tile is not None and divide(study, tile).tile != store.grid.tile:
         say(f"the store's own tiles of {' x '.join(map(str, store.grid.tile))} are kept")
-    return store
+    return store, found
 
 
-def _repair(store: Store, found: Progress, journal: Journal, say: Callable[[str], None]) -> None:
-    """Write damaged files of the store again, and note which results are lost, so that they are computed again."""
-    with store.folder.lock("run/finish.lock", -1):
+def _repair(coordinator: Coordinator, own: set[int], locks: bool, say: Callable[[str], None]) -> bool:
+    """Write damaged files of the store again, and note which results of a shard are lost, to be computed again.
+
+    Returns whether any results of the store are lost: other shards repair theirs.
+    """
+    store, found, shard = coordinator.store, coordinator.progress, coordinator.shard
+    with finish_lock(store, locks):
         damaged_files = store.damaged_files()
         if damaged_files:
             say(f"damaged files of the store are written anew: {', '.join(damaged_files)}")
             repair(store)
-    missing = missing_parts(store, found)
-    if missing.files:
-        say(f"files with results are missing or cut short: {', '.join(missing.files[:10])}")
-        store.folder.delete(FINISHED)
-    for lines in recovery(store, found, missing):
-        journal.append(*lines)
-    found.refresh()
-
-
-def _compute(
-    store: Store, own_tiles: range, pool: pools.PoolFactory, progress: bool, found: Progress, journal: Journal
-) -> None:
-    """Compute these tiles in parallel, then those that failed one at a time, so that only a faulty one fails again."""
-    size, errors = store.grid.size, dict[int, str]()
-    todo = found.missing(own_tiles)
-    total = sum(map(size, own_tiles))
-    with bar("work items" if progress else None, total, total - sum(map(size, todo))) as advance:
-        for attempt in range(1, ATTEMPTS + 1):
-            errors = _attempt(store, todo, pool, attempt, advance, journal)
-            todo = sorted(errors)
-    for number, error in errors.items():
-        journal.append(Failed(number, error, ATTEMPTS, process_name()))
-    found.refresh()
-
-
-def _pack(store: Store, found: Progress, journal: Journal) -> None:
-    """Pack the groups of which all tiles are done."""
-    for group in found.complete_groups():
-        entries = [found.entries[tile] for tile in store.grid.tiles_of(group)]
-        journal.append(pack_group(store.folder.url, group, entries))
-    found.refresh()
-
-
-def _finish(store: Store, progress: bool) -> None:
-    """Complete the Dataset when all groups are packed, and remove what is not needed any more."""
-    with store.folder.lock("run/finish.lock", -1):
-        if store.finished:
-            return
-        for name, _ in list(store.folder.list()):
-            if name.endswith(".partial"):
-                store.folder.delete(name)
-        if not store.study.gridded:
-            add_results(store.study.finish(store.results(), progress=progress), store.folder)
-        store.write_checksums()
-        store.folder.write(FINISHED, b"")
-        store.folder.delete_tree(SEGMENTS)
-
-
-def _attempt(
-    store: Store, todo: list[int], pool: pools.PoolFactory, attempt: int, advance: Callable[[int], None],
-    journal: Journal,
-) -> dict[int, str]:
-    """Try each of these tiles once, with a new pool if one breaks; returns the errors of those that failed."""
-    errors, left = dict[int, str](), list(todo)
-    while left:
-        done = set[int]()
-        with pool() as workers, suppress(BrokenExecutor):
-            work = partial(compute_tile, store.folder.url, attempt, workers.threads_per_item(len(left)))
-            for number, future in workers.results(work, left, None if attempt == 1 else lambda: 1):
-                error = _error(future)
-                done.add(number)
-                if error is None:
-                    journal.append(future.result())
-                    advance(store.grid.size(number))
-                else:
-                    errors[number] = error
-        left = [n for n in left if n not in done]
-    return errors
-
-
-def _error(future: Future[TileEntry | str]) -> str | None:
-    """The error of a tile as text, None if it has none; raises an error that concerns all tiles."""
-    error = None if future.cancelled() else future.exception()
-    if future.cancelled() or pools.connection_lost(error):
-        raise pools.PoolLostError(f"the cluster is gone. {pools.RESUME_ADVICE}")
-    if isinstance(error, BrokenExecutor):
-        return "the process that computed it died"
-    if isinstance(error, OSError):
-        raise OSError(f"{error}. {pools.RESUME_ADVICE}") from None
-    result = future.result() if error is None else f"{type(error).__name__}: {error}"
-    return result if isinstance(result, str) else None
+        missing = missing_parts(store, found)
+        if missing.files:
+            say(f"files with results are missing or cut short: {', '.join(missing.files[:10])}")
+            store.folder.delete(FINISHED)
+    mine = replace(
+        missing, records=[tile for tile in missing.records if tile in own],
+        groups=[group for group in missing.groups if shard.packs(group)],
+    )
+    for lines in recovery(store, found, mine):
+        coordinator.record(*lines)
+    return bool(missing.files)

@@ -3,99 +3,81 @@ it."""
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
-from pathlib import PurePosixPath
+from contextlib import ExitStack, contextmanager, suppress
 
 from filelock import Timeout
 
 from gearchaos.errors import InputError
 from gearchaos.store.folder import Folder
-from gearchaos.store.journal import WHOLE
+from gearchaos.store.shards import Shard
 
-_LOCKS = "run/writers"
-"""Folder of the locks."""
-
+_WRITERS = "run/writers"
 _CHECK_SECONDS = 2.0
 """How long a lock must stay taken to count as held by a writer; a process that only checks it releases it at once."""
 
+_WITHOUT_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP)
+"""Error numbers with which file systems refuse locks."""
 
-@dataclass(frozen=True)
-class Shard:
-    """Part ``number`` of ``count`` parts of the tiles of a run, counted from 1: every ``count``-th tile from there."""
-
-    number: int = 1
-    count: int = 1
-
-    def __post_init__(self) -> None:
-        if not 1 <= self.number <= self.count:
-            raise InputError("shard", "must read i/n with i from 1 to n", f"{self.number}/{self.count}", "E.g. 1/3.")
-
-    @classmethod
-    def parse(cls, text: str) -> Shard:
-        """A shard from "i/n"."""
-        number, slash, count = text.partition("/")
-        if not (slash and number.strip().isdecimal() and count.strip().isdecimal()):
-            raise InputError("shard", "must read i/n with i from 1 to n", text, "E.g. 1/3.")
-        return cls(int(number), int(count))
-
-    @property
-    def name(self) -> str:
-        """Name of its lock."""
-        return WHOLE if self.count == 1 else f"{self.number}-of-{self.count}"
-
-    def tiles(self, total: int) -> range:
-        """The numbers of its tiles, where ``total`` is the number of all tiles."""
-        return range(self.number - 1, total, self.count)
+NO_LOCKS = "warning: this file system has no locks. Make sure that no other run, or the same shard twice, writes to it"
 
 
 @contextmanager
-def write_lock(folder: Folder, shard: Shard) -> Iterator[None]:
-    """Hold the lock of a shard in a store; raises `InputError` if another writer holds one that excludes it.
+def write_lock(folder: Folder, shard: Shard) -> Iterator[bool]:
+    """Hold the lock of a shard; raises `InputError` if another writer holds one that excludes it.
 
     Shards i/n with the same n do not exclude each other. Every writer first takes its own lock and then checks those
-    of others: of two that start at the same time at least one finds the other.
+    of others: of two that start at the same time at least one finds the other. Yields False, without holding a lock,
+    where the file system has none.
     """
-    with ExitStack() as held:
+    with ExitStack() as stack:
         try:
-            held.enter_context(folder.lock(_lock_name(shard.name), 0))
+            stack.enter_context(folder.lock(_lock(shard.name), _CHECK_SECONDS))
+            locked = True
         except Timeout:
-            raise _refusal(folder, shard.name) from None
-        for name in _writers(folder):
-            if name != shard.name and not _of_same_count(name, shard) and _held(folder, name):
-                raise _refusal(folder, name)
-        yield
+            raise _refusal(folder, shard) from None
+        except (OSError, NotImplementedError) as error:
+            if not _without_locks(error):
+                raise
+            locked = False
+        for other in _writers(folder) if locked else ():
+            if other != shard and not 1 < shard.count == other.count and held(folder, other, _CHECK_SECONDS):
+                raise _refusal(folder, other)
+        yield locked
 
 
-def _lock_name(writer: str) -> str:
-    """The file of the lock of a writer."""
-    return f"{_LOCKS}/{writer}.lock"
+def _without_locks(error: Exception) -> bool:
+    """Whether an error means that the file system has no locks."""
+    return isinstance(error, NotImplementedError) or getattr(error, "errno", None) in _WITHOUT_LOCKS
 
 
-def _writers(folder: Folder) -> list[str]:
-    """The names of all writers that have had a lock."""
-    return [PurePosixPath(name).stem for name, _ in folder.list(_LOCKS) if name.endswith(".lock")]
+def _lock(name: str) -> str:
+    return f"{_WRITERS}/{name}.lock"
 
 
-def _of_same_count(name: str, shard: Shard) -> bool:
-    """Whether the lock with this name is that of another of the same number of shards."""
-    return shard.count > 1 and name.endswith(f"-of-{shard.count}")
+def _writers(folder: Folder) -> Iterator[Shard]:
+    """The writers of which there are files of locks."""
+    for name, _ in folder.list(_WRITERS):
+        shard = Shard.of_writer(name.removeprefix(f"{_WRITERS}/").removesuffix(".lock"))
+        if shard is not None:
+            yield shard
 
 
-def _held(folder: Folder, name: str) -> bool:
-    """Whether a writer holds its lock; another process that only checks it, by this function, does not count."""
-    try:
-        with folder.lock(_lock_name(name), _CHECK_SECONDS):
-            return False
-    except Timeout:
-        return True
+def held(folder: Folder, shard: Shard, timeout: float = 0.0) -> bool:
+    """Whether a writer holds its lock for longer than ``timeout`` seconds; False where there are no locks."""
+    with suppress(OSError, NotImplementedError):
+        try:
+            with folder.lock(_lock(shard.name), timeout):
+                return False
+        except Timeout:
+            return True
+    return False
 
 
-def _refusal(folder: Folder, name: str) -> InputError:
-    """The error where the lock with this name is held by another writer."""
-    who = "a run" if name == WHOLE else f"shard {name.replace('-of-', '/')}"
+def _refusal(folder: Folder, writer: Shard) -> InputError:
+    """The error where another writer holds a lock."""
     return InputError(
         "store", "must not have another writer", str(folder),
-        f"{who} is writing to it. Wait for it, or divide the work: --shard 1/2 and --shard 2/2.",
+        f"{writer!s} is writing to it. Wait for it, or divide the work: --shard 1/2 and --shard 2/2.",
     )

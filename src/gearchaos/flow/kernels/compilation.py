@@ -3,7 +3,8 @@
 Numba notices an edit of the file of a cached function but not of the files of the functions it calls, so the name of
 the cache directory contains a hash of this whole folder. Numba does not synchronise processes that write to the cache
 at the same time either: two may choose the same file name for different code, and a third would then run the wrong
-code. Therefore a lock is held while a kernel is written.
+code. Therefore a lock is held while a kernel is written. Another lock is held while it is compiled: of many processes
+that start at the same time with an empty cache one compiles a kernel, and the others wait and load it.
 
 The compiler never contracts a product and a sum into one operation by itself: where they are to be rounded once, the
 code calls `simd.vfma`. So the result of a lane depends neither on the vector width of the machine nor on the other
@@ -16,7 +17,7 @@ import hashlib
 import os
 import threading
 from collections.abc import Callable
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -48,12 +49,44 @@ def cache_directory() -> Path:
     return Path(base) / digest.hexdigest()[:16]
 
 
+LONGEST_WAIT = 300.0
+"""Seconds that a process waits for another one to compile a kernel; then it compiles for itself."""
+
+
 class _SharedCache(FunctionCache):
-    """Numba's cache of one function, written by one process at a time."""
+    """Numba's cache of one function, whose machine code for a signature is compiled and written by one process."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        self._compiling: dict[Any, FileLock] = {}
+
+    def _load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The compiled function, None if there is none; then this process holds the lock to compile it."""
+        found = super()._load_overload(sig, target_context)
+        if found is not None:
+            return found
+        digest = hashlib.sha256(f"{self._impl.filename_base} {sig}".encode()).hexdigest()[:16]
+        lock = FileLock(cache_directory() / f".{digest}.lock")
+        with suppress(OSError, NotImplementedError):  # a Timeout, too, is an OSError; some file systems have no locks
+            lock.acquire(timeout=LONGEST_WAIT)
+            self._compiling[sig] = lock
+        found = super()._load_overload(sig, target_context)  # by the process that held the lock
+        if found is not None:
+            self._release(sig)
+        return found
 
     def _save_overload(self, sig: Any, data: Any) -> None:
-        with FileLock(cache_directory() / ".lock"):
-            super()._save_overload(sig, data)
+        try:
+            with FileLock(cache_directory() / ".lock"):
+                super()._save_overload(sig, data)
+        finally:
+            self._release(sig)
+
+    def _release(self, sig: Any) -> None:
+        """Let other processes load what is compiled."""
+        lock = self._compiling.pop(sig, None)
+        if lock is not None:
+            lock.release()
 
 
 @cache
