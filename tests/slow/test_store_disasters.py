@@ -18,7 +18,6 @@ from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos.cli import app
-from gearchaos.execute import pools
 from gearchaos.store import tiles as store_tiles
 from gearchaos.store.info import summary
 from gearchaos.store.run import run_into_store
