@@ -1,4 +1,4 @@
-"""What a store says of its run, from marks made by hand; and how work is dealt out."""
+"""What a store says of its run, from journals made by hand; and how work is divided."""
 
 import inspect
 from concurrent.futures import Future
@@ -13,9 +13,13 @@ from gearchaos.execute import machine, pools, tiles
 from gearchaos.execute.progress import bar
 from gearchaos.store import create
 from gearchaos.store import run as module
+from gearchaos.store.folder import LocalFolder
 from gearchaos.store.info import summary
+from gearchaos.store.journal import Failed, Journal, TileEntry
+from gearchaos.store.missing import missing_parts
 from gearchaos.store.record import differences, from_record, to_record
-from gearchaos.store.store import TileStatus, open_store
+from gearchaos.store.segments import SegmentWriter
+from gearchaos.store.store import open_store
 from gearchaos.store.tiles import Grid, divide
 from gearchaos.store.writers import Shard
 from gearchaos.studies.registry import STUDIES
@@ -40,29 +44,40 @@ class Made(Study):
 
 
 def store_of(folder, tile=(2, 4)):
-    return create.create(folder / "map.zarr", MAP, Grid((6, 8), tile))
+    assert create.create(LocalFolder(folder / "map.zarr"), MAP, Grid((6, 8), tile))
+    return open_store(folder / "map.zarr")
 
 
-def test_a_summary_counts_marks(tmp_path):
+def done(store, tiles, seconds=1.0):
+    """Write the records of tiles that were done at the given times, with zeros, and note them in a journal."""
+    writer, journal = SegmentWriter(store.folder, store.arrays), Journal(store.folder, "all")
+    for number, at in tiles:
+        zeros = {n: np.zeros((store.grid.size(number), *a.shape), a.dtype) for n, a in store.arrays.items()}
+        journal.append(TileEntry(number, *writer.append(zeros), seconds, f"box{number}:17", 1, at))
+    return journal
+
+
+def test_a_summary_counts_what_the_journals_say(tmp_path):
     store = store_of(tmp_path)
     assert summary(store)["tiles"] == 6 and summary(store)["pieces_per_second"] is None
-    for number, at in ((0, 100.0), (1, 102.0), (2, 106.0), (4, 108.0)):
-        store.set_status(number, TileStatus(True, 1.5, f"box{number}:17", 1, None, at))
-    store.set_status(3, TileStatus(False, 0.0, "box0:18", 3, "ValueError: no", 103.0))
+    done(store, ((0, 100.0), (1, 102.0), (2, 106.0), (4, 108.0)), 1.5).append(
+        Failed(3, "ValueError: no", 3, "box0:18", 103.0))
     found = summary(store)
-    size = sum(f.stat().st_size for f in store.path.rglob("*") if f.is_file())
+    size = sum(f.stat().st_size for f in store.folder.path.rglob("*") if f.is_file())
     assert found == {
-        "store": str(store.path), "study": "zones", "finished": False, "tiles": 6, "tiles_done": 4, "pieces": 48,
+        "store": str(store.folder.path), "study": "zones", "finished": False, "tiles": 6, "tiles_done": 4, "pieces": 48,
         "pieces_done": 32, "failed": {"3": "ValueError: no"}, "seconds": 6.0, "pieces_per_second": 24 / 8,
         "seconds_left": 16 / 3, "machines": ["box0", "box1", "box2", "box4"], "bytes": size,
+        "missing": {"tiles": 2, "groups": [], "files": [], "file_count": 0,
+                    "pieces": [{"eps1": [2, 4], "omega": [4, 8]}, {"eps1": [4, 6], "omega": [4, 8]}]},
+        "writers": {"all": {"begun": 100.0, "ended": False, "at": 103.0}},
     }
 
 
 def test_the_rate_leaves_out_the_time_in_which_nothing_ran(tmp_path):
     """Four tiles a second apart, and a night before the last two."""
     store = store_of(tmp_path)
-    for number, at in enumerate((0.0, 1.0, 2.0, 3.0, 30_000.0, 30_001.0)):
-        store.set_status(number, TileStatus(True, 1.0, "box:1", 1, None, at))
+    done(store, enumerate((0.0, 1.0, 2.0, 3.0, 30_000.0, 30_001.0)))
     assert summary(store)["pieces_per_second"] == 4 * 8 / 4
     assert summary(store)["seconds_left"] == 0
 
@@ -70,8 +85,7 @@ def test_the_rate_leaves_out_the_time_in_which_nothing_ran(tmp_path):
 @pytest.mark.parametrize(("pause", "counts"), [(19.9, True), (20.1, False)])
 def test_a_pause_is_twenty_times_the_usual_step(tmp_path, pause, counts):
     store = store_of(tmp_path)
-    for number, at in enumerate(np.cumsum([0.0, 1.0, 1.0, 1.0, pause])):
-        store.set_status(number, TileStatus(True, 1.0, "box:1", 1, None, float(at)))
+    done(store, enumerate(map(float, np.cumsum([0.0, 1.0, 1.0, 1.0, pause]))))
     expected = 4 * 8 / (3 + pause) if counts else 3 * 8 / 3
     assert summary(store)["pieces_per_second"] == pytest.approx(expected, rel=1e-9)
 
@@ -79,16 +93,16 @@ def test_a_pause_is_twenty_times_the_usual_step(tmp_path, pause, counts):
 def test_a_tile_that_fails_is_tried_three_times_and_costs_no_time(tmp_path, monkeypatch):
     tries, true = [], module.compute_tile
 
-    def compute_tile(path, attempt, threads, number):
-        tries.append((number, attempt))
-        return "ValueError: no" if number == 1 else true(path, attempt, threads, number)
+    def compute_tile(url, attempt, threads, tile):
+        tries.append((tile, attempt))
+        return "ValueError: no" if tile == 1 else true(url, attempt, threads, tile)
 
     monkeypatch.setattr(module, "compute_tile", compute_tile)
     outcome = module.run_into_store(MAP, tmp_path / "map.zarr", tile=16)
     assert (outcome.done, outcome.failed, outcome.count) == (3, {1: "ValueError: no"}, 4)
     assert sorted(tries) == [(0, 1), (1, 1), (1, 2), (1, 3), (2, 1), (3, 1)]
-    mark = open_store(tmp_path / "map.zarr").statuses()[1]
-    assert (mark.done, mark.seconds, mark.attempt, mark.error) == (False, 0.0, 3, "ValueError: no")
+    progress = open_store(tmp_path / "map.zarr").progress()
+    assert progress.failed == {1: "ValueError: no"} and progress.seconds[1] == 0.0 and not progress.done(1)
 
 
 @pytest.mark.parametrize("good", [0, 4, 8])
@@ -110,11 +124,12 @@ def test_no_pool_has_no_width(pool):
 
 def test_a_study_of_one_tile_is_computed_with_its_store(tmp_path):
     store = store_of(tmp_path, (6, 8))
-    (mark,) = store.statuses().values()
-    assert mark.done and mark.attempt == 1 and mark.error is None and 0 < mark.seconds < 600
-    assert store.all_tiles_done and not store.finished and store.damaged_tiles() == [] and store.damaged_files() == []
-    again = open_store(store.path)
-    assert again.study == MAP and again.grid == store.grid and again.arrays == store.arrays
+    progress = store.progress()
+    assert progress.all_done and not progress.complete_groups() and 0 < progress.seconds[0] < 600
+    assert not store.finished and missing_parts(store, progress).files == [] and store.damaged_files() == []
+    assert store.study == MAP and (store.grid.shape, store.grid.tile) == ((6, 8), (6, 8))
+    assert set(store.arrays) == set(MAP.run())
+    np.testing.assert_array_equal(store.read("label"), MAP.run().label)
 
 
 def test_cells_of_each_tile_are_a_rectangle():

@@ -15,7 +15,7 @@ from gearchaos.gears.scales import Scales, unit_of
 from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     import xarray as xr
 
@@ -134,7 +134,24 @@ def print_run(found: dict[str, Any]) -> None:
     table.add_row("on disk", f"{found['bytes'] / 1e6:,.1f} MB")
     for number, error in found["failed"].items():
         table.add_row(f"tile {number} failed", error)
+    for row in _missing_rows(found):
+        table.add_row(*row)
     _print(table)
+
+
+def _missing_rows(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """What is missing of a store: work items, files, and the writers that are not done."""
+    missing = found["missing"]
+    if found["tiles_done"] and missing["pieces"]:
+        yield "without results", "\n".join(
+            ", ".join(f"{name} {first}:{stop}" for name, (first, stop) in block.items()) for block in missing["pieces"])
+    if missing["files"]:
+        more = missing["file_count"] - len(missing["files"])
+        yield "missing or damaged", "\n".join([*missing["files"], *[f"and {more} more files"] * (more > 0)])
+    if not found["finished"]:
+        for name, writer in found["writers"].items():
+            if not writer["ended"]:
+                yield f"writer {name}", "has begun and not ended"
 
 
 def print_regime(

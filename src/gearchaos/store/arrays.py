@@ -10,8 +10,8 @@ import xarray as xr
 import zarr
 
 from gearchaos.store.chunks import CODECS
-from gearchaos.store.folder import Folder
 from gearchaos.store.errors import damaged_description
+from gearchaos.store.folder import Folder
 from gearchaos.store.schema import ArraySchema, read_as
 from gearchaos.store.specs import ITEMS
 

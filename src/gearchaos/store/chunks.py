@@ -54,11 +54,6 @@ def decoded(content: bytes, dtype: np.dtype, shape: Shape) -> np.ndarray:
     return numbers.astype(dtype, copy=False)
 
 
-def is_intact(content: bytes) -> bool:
-    """Whether the bytes of a chunk agree with their checksum."""
-    return len(content) > _CHECKSUM_BYTES and content == _with_checksum(content[:-_CHECKSUM_BYTES])
-
-
 def group_file(chunks: Mapping[Shape, bytes], counts: Shape) -> bytes:
     """The bytes of a group file: its chunks one after another, and the index of their offsets and lengths.
 
@@ -93,9 +88,10 @@ def decoded_index(content: bytes, counts: Shape) -> np.ndarray:
 
 def _checked(content: bytes) -> bytes:
     """The bytes without their checksum; raises `DamagedChunkError` unless they agree."""
-    if not is_intact(content):
+    checked = content[:-_CHECKSUM_BYTES]
+    if content != _with_checksum(checked):
         raise DamagedChunkError("the checksum differs")
-    return content[:-_CHECKSUM_BYTES]
+    return checked
 
 
 def _with_checksum(content: bytes) -> bytes:
@@ -104,7 +100,7 @@ def _with_checksum(content: bytes) -> bytes:
 
 
 def _morton_code(position: Shape, counts: Shape) -> int:
-    """Place of a chunk in the order in which Zarr writes the chunks of a shard: the bits of its position interleaved."""
+    """Place of a chunk in Zarr's order of the chunks of a shard, the Z-order: the bits of its position interleaved."""
     code, shift = 0, 0
     bits = [(count - 1).bit_length() for count in counts]
     for bit in range(max(bits)):

@@ -17,7 +17,6 @@ from gearchaos.store.chunks import (
     encoded,
     group_file,
     index_bytes,
-    is_intact,
     padded,
 )
 from gearchaos.store.folder import UNREACHABLE
@@ -191,12 +190,13 @@ def unpack(store: Store, group: int, progress: Progress, writer: SegmentWriter) 
     tuple of Lost and list of TileEntry
         What to append to a journal: that the group is lost, and the entries of the tiles that are saved.
     """
-    lost = progress.loss([], [group])
+    lost, written = progress.loss([], [group]), progress.packed[group]
+    damaged = set().union(*(damaged_chunks(store, name, group, written.get(name)) for name in store.arrays))
     entries = []
     for position, region in store.grid.chunk_regions(group):
-        values = _intact_chunks(store, group, position)
-        if values is None:
+        if position in damaged:
             continue
+        values = {name: GroupFile(store, name, group).values(position) for name in store.arrays}
         for tile in store.grid.tiles_in(region):
             inner = _within(store.grid.region(tile), region)
             results = {n: v[inner].reshape(-1, *store.arrays[n].shape) for n, v in values.items()}
@@ -205,29 +205,43 @@ def unpack(store: Store, group: int, progress: Progress, writer: SegmentWriter) 
     return lost, entries
 
 
-def damaged_chunks(store: Store, name: str, group: int) -> list[Shape]:
-    """The positions in a group of the chunks of an array that are missing or damaged."""
-    positions = [position for position, _ in store.grid.chunk_regions(group)]
+def damaged_chunks(store: Store, name: str, group: int, written: tuple[int, int] | None) -> set[Shape]:
+    """The positions in a group of the chunks of an array that are missing or damaged.
+
+    Parameters
+    ----------
+    store : Store
+    name : str
+        Name of the array.
+    group : int
+    written : (int, int) or None
+        Size and CRC-32 of the file when it was written, None if they are not known. If they differ but the checksums of
+        all chunks are right, it is another file: then all chunks count as damaged.
+    """
+    positions = {position for position, _ in store.grid.chunk_regions(group)}
+    try:
+        content = store.folder.read(store.group_file(name, group))
+    except UNREACHABLE:
+        raise
+    except OSError:
+        return positions
+    if written == (len(content), zlib.crc32(content)):
+        return set()
     try:
         file = GroupFile(store, name, group)
     except (FileNotFoundError, DamagedChunkError):
         return positions
-    return [position for position in positions if not _is_intact(file, position)]
+    damaged = {position for position in positions if not _is_intact(file, position)}
+    return damaged or (set() if written is None else positions)
 
 
 def _is_intact(file: GroupFile, position: Shape) -> bool:
+    """Whether a group file has the chunk at a position, with the right checksum and shape."""
     try:
-        return is_intact(file.chunk(position))
+        file.values(position)
     except (FileNotFoundError, DamagedChunkError):
         return False
-
-
-def _intact_chunks(store: Store, group: int, position: Shape) -> dict[str, np.ndarray] | None:
-    """The numbers of the chunk of all arrays at a position in a group; None unless all are intact."""
-    try:
-        return {name: GroupFile(store, name, group).values(position) for name in store.arrays}
-    except (FileNotFoundError, DamagedChunkError):
-        return None
+    return True
 
 
 def _within(part: tuple[slice, ...], region: tuple[slice, ...]) -> tuple[slice, ...]:

@@ -1,16 +1,14 @@
 """Journals: append-only records of what the writers of a store have done.
 
 Each writer, a run or a shard, appends to journals of its own, ``run/journal/<writer>.jsonl``, ``<writer>.1.jsonl`` and
-so on. A line is the CRC-32 of a JSON object in 8 hexadecimal digits, a space, the object and a line feed. A line that is
-cut short or damaged is ignored: what it says is done again. `gearchaos.store.progress` says what all journals together
-mean.
+so on. A line is the CRC-32 of a JSON object in 8 hexadecimal digits, a space, the object and a line feed. A line that
+is damaged is ignored: what it says is done again. `gearchaos.store.progress` says what all journals together mean.
 """
 
 from __future__ import annotations
 
 import time
 import zlib
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, Literal
 
@@ -134,6 +132,28 @@ class Lost:
 
 
 @dataclass(frozen=True)
+class Damaged:
+    """Group files that do not agree with their checksums; the next run repairs them.
+
+    Attributes
+    ----------
+    files : list of (int, str)
+        Group and array of each file.
+    tiles : list of int
+        The tiles whose results in these files are damaged.
+    at : float
+        The latest time at which one of these groups was packed: it does not concern files that are written later.
+    """
+
+    files: list[tuple[Whole, str]]
+    tiles: list[Whole]
+    at: Seconds
+    kind: Literal["damaged"] = "damaged"
+
+    __pydantic_config__: ClassVar[ConfigDict] = _STRICT
+
+
+@dataclass(frozen=True)
 class Ended:
     """A writer has ended regularly: of its tiles all are done or have failed."""
 
@@ -143,7 +163,7 @@ class Ended:
     __pydantic_config__: ClassVar[ConfigDict] = _STRICT
 
 
-Line = Begin | TileEntry | Failed | Packed | Lost | Ended
+Line = Begin | TileEntry | Failed | Packed | Lost | Damaged | Ended
 """What a line of a journal says."""
 
 _LINES: TypeAdapter[Line] = TypeAdapter(Annotated[Line, Field(discriminator="kind")])
@@ -200,15 +220,8 @@ class Journal:
 
     def _end(self) -> tuple[int, int]:
         """Number of the last file, and of its lines."""
-        number, lines = 0, 0
-        for number, content in _files(self.folder, self.writer):
-            lines = content.count(b"\n")
-        return number, lines
-
-
-def _files(folder: Folder, writer: str) -> Iterator[tuple[int, bytes]]:
-    """Numbers and contents of the existing files of the journals of a writer."""
-    number = 0
-    while folder.size(journal_name(writer, number)) is not None:
-        yield number, folder.read(journal_name(writer, number))
-        number += 1
+        number = 0
+        while self.folder.size(journal_name(self.writer, number + 1)) is not None:
+            number += 1
+        name = journal_name(self.writer, number)
+        return number, 0 if self.folder.size(name) is None else self.folder.read(name).count(b"\n")

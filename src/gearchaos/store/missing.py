@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 
+import numpy as np
+
 from gearchaos.store.groups import unpack
 from gearchaos.store.journal import Line
 from gearchaos.store.progress import Progress
@@ -19,18 +21,18 @@ Box = tuple[tuple[int, int], ...]
 
 @dataclass(frozen=True)
 class MissingParts:
-    """What is missing of a store, by the names and sizes of its files; no checksums are verified.
+    """What is missing of a store, by the names and sizes of its files and by what `gearchaos check` found.
 
     Attributes
     ----------
     tiles : list of int
-        The tiles that are not computed, or whose results are missing.
+        The tiles that are not computed, or whose results are missing or damaged.
     records : list of int
         Those of them of which a record was lost.
     groups : list of int
-        The packed groups of which a file is missing or has another size.
+        The packed groups of which a file is missing, has another size or is damaged.
     files : list of str
-        The names of these files and segments.
+        The names of these files, and of the segments of the records.
     """
 
     tiles: list[int]
@@ -64,15 +66,15 @@ def recovery(store: Store, progress: Progress, missing: MissingParts) -> Iterato
 
 def _missing_parts(store: Store, progress: Progress) -> MissingParts:
     """What is missing of a store, from one listing of its files."""
-    absent = _absent_files(store, progress)
+    absent, damaged = _absent_files(store, progress), progress.damaged_files()
     segments = dict(store.folder.list(SEGMENTS))
     cut = {t: e.segment for t, e in progress.entries.items()
            if e.segment is None or segments.get(e.segment, -1) < e.offset + e.length}
-    tiles = set(progress.missing(range(store.grid.count))) | cut.keys()
+    tiles = {*np.flatnonzero(np.isnan(progress.at)).tolist(), *cut, *progress.damaged_tiles()}
     tiles |= {tile for group in absent for tile in store.grid.tiles_of(group)}
-    files = sorted(name for names in absent.values() for name in names)
-    lost_segments = sorted({name for name in cut.values() if name is not None})
-    return MissingParts(sorted(tiles), sorted(cut), sorted(absent), files + lost_segments)
+    files = {name for names in absent.values() for name in names} | {name for name in cut.values() if name is not None}
+    files |= {store.group_file(name, group) for group, names in damaged.items() for name in names & store.arrays.keys()}
+    return MissingParts(sorted(tiles), sorted(cut), sorted(absent.keys() | damaged.keys()), sorted(files))
 
 
 def _absent_files(store: Store, progress: Progress) -> dict[int, list[str]]:

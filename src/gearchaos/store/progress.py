@@ -9,11 +9,12 @@ from math import inf
 
 import numpy as np
 
-from gearchaos.store.folder import Folder
+from gearchaos.store.folder import UNREACHABLE, Folder
 from gearchaos.store.journal import (
     JOURNALS,
     LINES_PER_FILE,
     Begin,
+    Damaged,
     Ended,
     Failed,
     Line,
@@ -73,7 +74,7 @@ class Progress:
         When each tile was done, in seconds since the epoch, NaN if it is not; and its computing time.
     hosts : set of str
         Names of the machines that computed.
-    damaged : set of str
+    unreadable : set of str
         Journals that cannot be read.
     """
 
@@ -84,7 +85,7 @@ class Progress:
         self.packed: dict[int, dict[str, tuple[int, int]]] = {}
         self.writers: dict[str, WriterState] = {}
         self.hosts: set[str] = set()
-        self.damaged: set[str] = set()
+        self.unreadable: set[str] = set()
         self.at = np.full(grid.count, np.nan)
         self.seconds = np.zeros(grid.count)
         self._packed_at: dict[int, float] = {}
@@ -92,6 +93,7 @@ class Progress:
         self._lost_groups: dict[int, float] = {}
         self._done_in_group: dict[int, int] = {}
         self._complete: set[int] = set()
+        self._damaged: list[Damaged] = []
         self._ends: dict[str, _JournalEnd] = {}
 
     @property
@@ -115,6 +117,24 @@ class Progress:
     def complete_groups(self) -> list[int]:
         """The groups that are not packed though all their tiles are done."""
         return sorted(self._complete)
+
+    def damaged_files(self) -> dict[int, set[str]]:
+        """The arrays of which the file is damaged, for each packed group with such files, as the last check found."""
+        out: dict[int, set[str]] = {}
+        for line in self._damaged:
+            for group, name in line.files:
+                if self._packed_at.get(group, inf) <= line.at:
+                    out.setdefault(group, set()).add(name)
+        return out
+
+    def damaged_tiles(self) -> set[int]:
+        """The tiles whose results in damaged files are damaged."""
+        tiles = {(tile, line.at) for line in self._damaged for tile in line.tiles if tile < self.grid.count}
+        return {tile for tile, at in tiles if self._packed_at.get(self.grid.group_of(tile), inf) <= at}
+
+    def packed_at(self, group: int) -> float:
+        """When a packed group was packed, in seconds since the epoch."""
+        return self._packed_at[group]
 
     def loss(self, tiles: list[int], groups: list[int]) -> Lost:
         """The line for a journal that says that what is known to be done of these tiles and groups is lost."""
@@ -140,8 +160,10 @@ class Progress:
                 content = self.folder.read(name, end.offset)
             except FileNotFoundError:
                 return
+            except UNREACHABLE:
+                raise
             except OSError:
-                self.damaged.add(name)
+                self.unreadable.add(name)
                 return
             whole = content[:content.rfind(b"\n") + 1]
             for line in whole.splitlines():
@@ -165,6 +187,8 @@ class Progress:
                 self._add_packed(line)
             case Lost():
                 self._add_lost(line)
+            case Damaged():
+                self._damaged.append(line)
 
     def _add_state(self, line: Line, writer: str) -> None:
         old = self.writers.get(writer, WriterState(line.at, False, line.at))

@@ -1,7 +1,7 @@
 """Division of the work items of a study into tiles, chunks and groups.
 
-A *tile* is computed at once; it is what is lost if a run is killed. A *chunk* is compressed at once, and has a checksum.
-A *group* is the tiles whose results lie in one file of each array, a shard of Zarr's sharding codec.
+A *tile* is computed at once; it is what is lost if a run is killed. A *chunk* is compressed at once, and has a
+checksum. A *group* is the tiles whose results lie in one file of each array, a shard of Zarr's sharding codec.
 """
 
 from __future__ import annotations
