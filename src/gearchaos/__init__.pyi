@@ -7,7 +7,6 @@ from gearchaos import studies as studies
 from gearchaos.continuation.edge import edge_state as edge_state
 from gearchaos.continuation.orbit import orbit as orbit
 from gearchaos.continuation.orbit import orbits as orbits
-from gearchaos.datasets import load as load
 from gearchaos.datasets import save as save
 from gearchaos.dynamics.settings import Classification as Classification
 from gearchaos.errors import InputError as InputError
@@ -20,6 +19,7 @@ from gearchaos.model import MeshModel as MeshModel
 from gearchaos.model import SteppedStiffness as SteppedStiffness
 from gearchaos.model import TransmissionError as TransmissionError
 from gearchaos.model import TwoLevelStiffness as TwoLevelStiffness
+from gearchaos.store.load import load as load
 from gearchaos.store.run import Outcome as Outcome
 from gearchaos.store.run import run as run
 from gearchaos.studies.agreement import agreement as agreement

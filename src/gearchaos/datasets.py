@@ -243,5 +243,5 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
 def _path_advice(path: Path) -> str:
     """Advice for a path at which there is no regular file."""
     if path.is_dir():
-        return "xarray.open_zarr reads the folder of a run."
+        return "gearchaos.load reads the folder of a run."
     return f"It is {NOT_REGULAR}." if path.exists() else "There is no such file."

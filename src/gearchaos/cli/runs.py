@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -121,8 +122,13 @@ def plot(
     """Draw any saved result, or the store of a finished or unfinished run."""
     target = out or _default_picture(result, colour)
     check_output("--out", target, PLOT_SUFFIXES)
-    dataset, note = _from_store(result) if result.is_dir() else (_from_file(result), "")
-    draw(_in_units(dataset, physical), target, colour=colour, note=note)
+    from gearchaos.store.load import is_store
+
+    if is_store(result):
+        dataset, note = _from_store(result, colour, physical)
+    else:
+        dataset, note = _in_units(_from_file(result), physical), ""
+    draw(dataset, target, colour=colour, note=note)
 
 
 def _in_units(dataset: xr.Dataset, physical: bool) -> xr.Dataset:
@@ -144,17 +150,23 @@ def _from_file(path: Path) -> xr.Dataset:
     return read_file(path)
 
 
-def _from_store(path: Path) -> tuple[xr.Dataset, str]:
-    """The Dataset of a store, and a note of how much of it is computed, empty if all is."""
-    from gearchaos.store.info import summary
+def _from_store(path: Path, colour: str | None, physical: bool) -> tuple[xr.Dataset, str]:
+    """The Dataset of a store for a picture, and a note: how much of it is computed, and how a large map is reduced."""
+    from gearchaos.plot._result import check_colour
+    from gearchaos.store.reduce import is_larger, reduced
     from gearchaos.store.store import open_store
 
     found = open_store(path)
-    state = summary(found)
-    if state["tiles_done"] == 0:
+    done = found.progress().done_count
+    if done == 0:
         raise InputError("store", "must hold at least one tile for a picture", str(path))
-    note = "" if found.finished else f"{state['tiles_done']} of {state['tiles']} tiles computed"
-    return found.dataset(), note
+    notes = [] if found.finished else [f"{done} of {found.grid.count} tiles computed"]
+    dataset = found.dataset()
+    if not is_larger(dataset):
+        return _in_units(dataset, physical), "".join(notes)
+    check_colour(dataset, colour)
+    small, note = reduced(dataset, found.block, partial(_in_units, physical=physical), colour, progress=True)
+    return small, "\n".join([*notes, note])
 
 
 def _default_picture(result: Path, colour: str | None) -> Path:
@@ -175,9 +187,16 @@ def export(
 ) -> None:
     """Write the result in a store as NetCDF."""
     check_output("--out", out, DATA_SUFFIXES)
+    from gearchaos.store.load import missing_in_words
     from gearchaos.store.store import open_store
 
     found = open_store(store)
-    if not found.finished:
-        say(f"{store} is not done: values not yet computed are NaN, 0 in integers, -1 for contact, -2 for attractors")
-    save(_in_units(found.dataset(), physical), out)
+    if missing := missing_in_words(found):
+        say(f"{store} is not done: {missing}")
+    if not found.study.gridded:
+        save(_in_units(found.dataset(), physical), out)
+        return
+    from gearchaos.store.export import export_dataset
+
+    export_dataset(found.dataset(), found.arrays, found.block, out, partial(_in_units, physical=physical))
+    say(f"wrote {out}")

@@ -28,7 +28,7 @@ Convert = Callable[[xr.Dataset], xr.Dataset]
 """Function from a part of a Dataset to the same part in other units."""
 
 
-def export(dataset: xr.Dataset, stored: Collection[str], block: Block, path: Path, convert: Convert) -> None:
+def export_dataset(dataset: xr.Dataset, stored: Collection[str], block: Block, path: Path, convert: Convert) -> None:
     """Write a Dataset as NetCDF with checksums; the file appears, or replaces an older one, only when it is complete.
 
     Parameters

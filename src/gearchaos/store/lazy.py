@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from itertools import product
-from math import prod
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
+
+from gearchaos.store.tiles import doubled
 
 Region = tuple[slice, ...]
 """A part of the grid of work items: a range along each dimension, with step 1."""
@@ -84,11 +85,8 @@ def reading_block(shape: tuple[int, ...], chunk: tuple[int, ...], item_bytes: in
 
     ``item_bytes`` is the size of the largest array for one work item.
     """
-    block = [min(c, n) for c, n in zip(chunk, shape, strict=True)]
-    while 2 * prod(block) * item_bytes <= _BLOCK_BYTES and (grows := [i for i, n in enumerate(shape) if block[i] < n]):
-        shortest = min(grows, key=lambda i: block[i])
-        block[shortest] = min(shape[shortest], 2 * block[shortest])
-    return tuple(block)
+    within = tuple(min(c, n) for c, n in zip(chunk, shape, strict=True))
+    return doubled(within, shape, _BLOCK_BYTES // max(1, item_bytes))
 
 
 def regions(shape: tuple[int, ...], block: tuple[int, ...]) -> Iterator[Region]:

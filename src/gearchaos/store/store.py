@@ -12,6 +12,7 @@ import json
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 from math import prod
 from typing import Any
 
@@ -25,6 +26,7 @@ from gearchaos.store.errors import damaged_description
 from gearchaos.store.folder import Folder, open_folder
 from gearchaos.store.format1 import status_lines
 from gearchaos.store.groups import put, read_group
+from gearchaos.store.lazy import StoredArray, reading_block, with_stored_arrays
 from gearchaos.store.progress import Progress
 from gearchaos.store.record import from_record
 from gearchaos.store.schema import Checksums, FormatSchema, StudySchema, parse_as, read_as
@@ -143,8 +145,10 @@ class Store:
         for group in self.grid.groups_in(region):
             if group in progress.packed:
                 self._read_group(name, group, region, out)
-            else:
-                self._read_tiles(name, group, region, out, progress)
+            elif not self._read_tiles(name, group, region, out, progress):
+                progress.refresh()  # perhaps the group was packed since the journals were read
+                if group in progress.packed:
+                    self._read_group(name, group, region, out)
         return out
 
     def _read_group(self, name: str, group: int, region: tuple[slice, ...], out: np.ndarray) -> None:
@@ -159,13 +163,17 @@ class Store:
 
     def _read_tiles(
         self, name: str, group: int, region: tuple[slice, ...], out: np.ndarray, progress: Progress
-    ) -> None:
-        """Read the tiles of a group that is not packed into the results of a region; missing records are left out."""
+    ) -> bool:
+        """Read the tiles of a group that is not packed into the results of a region; whether no record is missing."""
         wanted = set(self.grid.tiles_in(region))
         entries = [progress.entries[t] for t in self.grid.tiles_of(group) if t in wanted and t in progress.entries]
+        whole = True
         for entry, values in read_parts(self.folder, entries, self.arrays, name, self.grid):
-            if values is not None:
+            if values is None:
+                whole = False
+            else:
                 put(self.grid.region(entry.tile), values, region, out)
+        return whole
 
     def results(self) -> dict[str, np.ndarray]:
         """The results (N, ...) of all N work items by name, with the fill value where they are not computed yet."""
@@ -188,17 +196,34 @@ class Store:
         written = {n for n in self.checksummed_files() if n.endswith("zarr.json") or "c" in n.split("/")}  # by Zarr
         return [_SUMS] if expected is None or written - expected.keys() else differing(self.folder, expected)
 
+    @property
+    def block(self) -> dict[str, int]:
+        """Sizes of the parts of the grid that are read at once where a result does not fit into memory, by dimension."""
+        largest = max(prod(a.shape) * np.dtype(a.dtype).itemsize for a in self.arrays.values())
+        block = reading_block(self.grid.shape, self.grid.chunk, largest)
+        return dict(zip(self.study.grid, block, strict=True))
+
     def dataset(self) -> xr.Dataset:
-        """The Dataset as far as it is computed; raises `InputError` if the store is damaged."""
+        """The Dataset as far as it is computed; raises `InputError` if files of the store other than results are damaged.
+
+        The results of work items of a gridded study are read when they are used; `InputError` is raised then if they
+        are damaged. What is missing has the fill value, see `gearchaos.store.missing`.
+        """
         if damaged := self.damaged_files():
             advice = f"Run it again to repair {', '.join(damaged)}."
             raise InputError("store", "must be undamaged", str(self.folder), advice)
         if self.study.gridded:
             progress, opened = self.progress(), xr.open_zarr(self.folder.zarr_store(), chunks=None)
-            return opened.copy(data={name: self.read(name, None, progress) for name in self.arrays}).load()
+            return with_stored_arrays(opened, {name: self._stored_array(name, progress) for name in self.arrays})
         if self.finished:
             return xr.open_zarr(self.folder.zarr_store(), chunks=None).load()
         return self.study.finish(self.results())
+
+    def _stored_array(self, name: str, progress: Progress) -> StoredArray:
+        """An array of results that is read when it is used."""
+        spec = self.arrays[name]
+        shape, block = (*self.grid.shape, *spec.shape), tuple(self.block.values())
+        return StoredArray(partial(self.read, name, progress=progress), shape, np.dtype(spec.dtype), block)
 
     @property
     def finished(self) -> bool:

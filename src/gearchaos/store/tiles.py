@@ -195,7 +195,7 @@ def divide(study: Study, size: int | None = None) -> Grid:
         motions = study.count * study.motions_per_item
         size = int(min(LARGEST_TILE, max(_SMALLEST_TILE, motions // _SHARED)) / study.motions_per_item)
     shape = tuple(study.grid.values())
-    return Grid(shape, _doubled(tuple(study.block.values()), shape, size))
+    return Grid(shape, doubled(tuple(study.block.values()), shape, size))
 
 
 def grouped(grid: Grid, item_bytes: int) -> Grid:
@@ -208,14 +208,14 @@ def grouped(grid: Grid, item_bytes: int) -> Grid:
         Size of the result of one work item in the largest array.
     """
     item_bytes = max(1, item_bytes)
-    chunk = _doubled(grid.tile, grid.shape, _CHUNK_BYTES // item_bytes)
+    chunk = doubled(grid.tile, grid.shape, _CHUNK_BYTES // item_bytes)
     most = min(_LARGEST_GROUP_BYTES, max(_GROUP_BYTES, prod(grid.shape) * item_bytes // _MOST_GROUPS))
-    group = _doubled(chunk, grid.shape, most // item_bytes)
+    group = doubled(chunk, grid.shape, most // item_bytes)
     whole = (-(-g // c) * c for g, c in zip(group, chunk, strict=True))
     return Grid(grid.shape, grid.tile, chunk, tuple(whole))
 
 
-def _doubled(block: Shape, shape: Shape, most: int) -> Shape:
+def doubled(block: Shape, shape: Shape, most: int) -> Shape:
     """A block with dimensions doubled, the shortest first, at most to those of the grid, up to ``most`` work items."""
     out = list(block)
     while 2 * prod(out) <= most and (growing := [i for i, n in enumerate(shape) if out[i] < n]):
