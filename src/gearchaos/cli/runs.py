@@ -19,11 +19,12 @@ from gearchaos.files import DATA_SUFFIXES
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gearchaos.store.run import Outcome
     from gearchaos.studies.study import Study
 
 StorePath = Annotated[Path, typer.Argument(metavar="DIR.zarr", help="A store that gearchaos run made.", readable=False)]
-FAILED = 1
-"""Exit code if a tile failed."""
+FAILED, UNFINISHED = 1, 3
+"""Exit codes if a tile failed, and if this shard is done but others are not."""
 
 COARSE = 8
 """Spacing of the rows and columns of a refined map that are computed first, if the study file does not set it."""
@@ -45,26 +46,44 @@ def run(
     refine: Annotated[
         bool, typer.Option("--refine", help="Compute a coarse map, and more cells only where neighbours differ.")
     ] = False,
-    shard: Annotated[str | None, typer.Option(metavar="I/N", help="Only every N-th tile, from the I-th.")] = None,
+    shard: Annotated[
+        str | None, typer.Option(metavar="I/N", help="Only one of N parts; other processes compute the others.")
+    ] = None,
     json_out: Json = False,
 ) -> None:
     """Compute the study of a file into a store, or continue an earlier run."""
     from gearchaos.execute.pools import pool_from_options
-    from gearchaos.store.run import run_into_store
-    from gearchaos.store.writers import Shard
+    from gearchaos.store.run import WORKER_MODULES, run_into_store
+    from gearchaos.store.shards import Shard
 
-    pool = pool_from_options(threads, processes, scheduler, cluster, jobs)
+    pool = pool_from_options(threads, processes, scheduler, cluster, jobs, WORKER_MODULES)
     chosen = _study(study, sets, refine)
     part = None if shard is None else Shard.parse(shard)
-    outcome = run_into_store(chosen, out, tile=tile, pool=pool, shard=part, say=say, progress=True)
+    _report(out, run_into_store(chosen, out, tile=tile, pool=pool, shard=part, say=say, progress=True), json_out)
+
+
+@app.command()
+def finish(store: StorePath, json_out: Json = False) -> None:
+    """Finish a store of which all tiles are done, or say which are missing."""
+    from gearchaos.store.run import finish_store
+
+    _report(store, finish_store(store, say=say, progress=True), json_out)
+
+
+def _report(store: Path, outcome: Outcome, json_out: bool) -> None:
+    """Print what a run has done, and exit with its code."""
     for number, error in outcome.failed.items():
         say(f"tile {number} failed: {error}")
-    say(f"{out}: {outcome.done} of {outcome.count} tiles are done")
-    proofs = _proofs(out) if outcome.done == outcome.count else {}
+    say(f"{store}: {outcome.done} of {outcome.count} tiles are done")
+    if not outcome.finished:
+        missing = ", ".join(f"{count} of shard {shard}" for shard, count in outcome.missing.items())
+        say(f"the store is not finished; missing tiles: {missing or 'none'}")
+    proofs = _proofs(store) if outcome.finished else {}
     if json_out:
         counts = {"tiles": outcome.count, "done": outcome.done, "failed": len(outcome.failed)}
-        print_json({"store": str(out), **counts, **proofs})
-    raise typer.Exit(FAILED if outcome.failed else 0)
+        state = {"finished": outcome.finished, "missing": outcome.missing}
+        print_json({"store": str(store), **counts, **state, **proofs})
+    raise typer.Exit(FAILED if outcome.failed else 0 if outcome.finished else UNFINISHED)
 
 
 def _proofs(store: Path) -> dict[str, Any]:
