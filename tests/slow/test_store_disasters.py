@@ -7,8 +7,10 @@ import random
 import shutil
 import subprocess
 import sys
+import time
 import zlib
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +20,9 @@ from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos.cli import app
+from gearchaos.store import journal as journals
+from gearchaos.store import progress
 from gearchaos.store import tiles as store_tiles
-from gearchaos.store.info import summary
 from gearchaos.store.run import run_into_store
 from gearchaos.store.store import open_store
 from gearchaos.studies.zones import Zones
@@ -207,6 +210,36 @@ def test_power_fails_again_during_the_resumed_run(recording, whole, tmp_path, in
         resumes(folder, whole, instant)
 
 
+MADE = {"journal": "/run/journal/all.jsonl", "segments": "/run/segments", "group files": "/label/c/0"}
+
+
+@needs_strace
+@pytest.mark.parametrize("name", MADE.values(), ids=MADE)
+def test_a_killed_run_makes_nothing_less_durable(recording, whole, name, request):
+    """A run is killed as soon as it has made a file or folder; another one finishes it; then the power fails."""
+    made = next(n for n, call in enumerate(recording.calls, 1) if made_by(call).endswith(name))
+    disk = Disk(recording.root, recording.before)
+    for call in recording.calls[:made]:
+        disk.apply(call)
+    shutil.rmtree(recording.root)
+    write_files(survivors(disk.tree, Loss("kept", "kept"), random.Random()), recording.root)
+    trace = recording.root.with_name(f"{request.node.name}.strace".replace("/", "_"))
+    assert command_of_a_process(recording.root, prefix=(*STRACE, str(trace))).returncode == 0
+    for call in calls(trace):
+        disk.apply(call)
+    files = survivors(disk.tree, Loss("lost", "lost"), random.Random())
+    journals_left = [content for name, content in files.items() if name.startswith("map.zarr/run/journal/")]
+    assert {f"map.zarr/{n}": c for n, c in results(whole).items()}.items() <= files.items()
+    assert "map.zarr/run/finished" in files and any(journals_left)
+
+
+def made_by(call):
+    """The path of the file or folder that a call makes, empty if it makes none."""
+    if call.name in ("mkdir", "mkdirat") or (call.name == "openat" and "O_CREAT" in str(call.arguments[2])):
+        return os.fsdecode(call.arguments[0 if call.name == "mkdir" else 1])
+    return ""
+
+
 # Damaged and missing files
 
 
@@ -221,6 +254,11 @@ def group_files(path, name):
 
 def lose(file):
     file.unlink()
+    return file
+
+
+def empty(file):
+    file.write_bytes(b"")
     return file
 
 
@@ -245,12 +283,16 @@ def without_zeros(dataset):
 @pytest.mark.parametrize("name", ["lyapunov", "label"])
 def test_a_lost_file_of_a_finished_store_never_reads_as_zeros(finished, tmp_path, whole, name, damage):
     lost = damage(group_files(finished, name)[1])
-    with pytest.warns(UserWarning, match="1 of 6|computed|missing"):
+    with pytest.warns(UserWarning, match=str(lost.relative_to(finished))):
         loaded = gc.load(finished)
+    if damage is lose:
         values = loaded.load()
-    assert without_zeros(values)
-    missing = np.isnan(values[name]) if name == "lyapunov" else values[name] == -1
-    assert 0 < int(missing.sum()) <= 128
+        assert without_zeros(values)
+        missing = np.isnan(values[name]) if name == "lyapunov" else values[name] == -1
+        assert 0 < int(missing.sum()) <= 128
+    else:
+        with pytest.raises(gc.InputError, match=str(lost.relative_to(finished))):
+            loaded.load()
     told = json.loads(command("info", finished, "--json").stdout)
     assert str(lost.relative_to(finished)) in json.dumps(told["missing"])
     assert str(lost.relative_to(finished)) in command("info", finished).stdout.replace("\n", "")
@@ -261,7 +303,7 @@ def test_a_lost_file_of_a_finished_store_never_reads_as_zeros(finished, tmp_path
     assert drawn.exit_code in (0, 2), drawn.output
     run(finished)
     assert results(finished) == results(whole)
-    assert not json.loads(command("info", finished, "--json").stdout)["missing"]
+    assert json.loads(command("info", finished, "--json").stdout)["missing"]["file_count"] == 0
     xr.testing.assert_identical(gc.load(finished).load(), xr.open_zarr(whole).load())
 
 
@@ -306,7 +348,7 @@ def journal(path):
 
 
 def tiles_done(path):
-    return summary(open_store(path))["tiles_done"]
+    return open_store(path).progress().done_count
 
 
 def test_a_journal_cut_anywhere_promises_what_its_whole_lines_say(unfinished, whole, tmp_path, instant):
@@ -371,3 +413,40 @@ def test_two_journals_may_have_the_same_tiles(unfinished, whole, instant):
         journal_of = unfinished / "run" / "journal" / f"{writer}.jsonl"
         journal_of.write_bytes(content)
     resumes(unfinished.parent, whole, instant)
+
+
+def test_a_journal_of_which_a_file_is_lost_goes_on(whole, tmp_path, instant, monkeypatch):
+    """A journal is continued in a new file after some lines; each of its files may be damaged."""
+    monkeypatch.setattr(journals, "LINES_PER_FILE", 10)
+    monkeypatch.setattr(progress, "LINES_PER_FILE", 10)
+    path = tmp_path / "first" / "map.zarr"
+    path.parent.mkdir()
+    run(path)
+    files = sorted((path / "run" / "journal").iterdir())
+    assert len(files) > 3
+    for number, damage in product(range(len(files)), (lose, empty, cut)):
+        folder = Path(shutil.copytree(path.parent, tmp_path / f"{number}{damage.__name__}"))
+        damage(folder / "map.zarr" / "run" / "journal" / files[number].name)
+        resumes(folder, whole, instant)
+        again = len(first_cells(instant))
+        run(folder / "map.zarr")
+        assert len(first_cells(instant)) == again, f"{files[number].name}: a finished store computes nothing"
+        assert tiles_done(folder / "map.zarr") == 40
+
+
+def rewritten(content, change):
+    """A journal of which a function changes each line."""
+    lines = [json.loads(line.partition(b" ")[2]) for line in content.splitlines() if line]
+    texts = [json.dumps(change(line)).encode() for line in lines]
+    return b"".join(b"%08x %s\n" % (zlib.crc32(text), text) for text in texts)
+
+
+def test_a_clock_that_was_ahead_does_not_hide_what_is_computed_again(unfinished, whole, tmp_path):
+    """The results of a tile are lost that a machine with a clock an hour ahead computed."""
+    lost = {"kind": "lost", "tiles": [0, 1], "groups": [0], "at": time.time() + 3600}
+    content = rewritten(journal(unfinished).read_bytes(), lambda line: line | {"at": line["at"] + 3590})
+    text = json.dumps(lost).encode()
+    journal(unfinished).write_bytes(content + b"%08x %s\n" % (zlib.crc32(text), text))
+    run(unfinished)
+    assert results(unfinished) == results(whole)
+    assert tiles_done(unfinished) == 40 and open_store(unfinished).finished
