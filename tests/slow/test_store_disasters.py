@@ -283,7 +283,7 @@ def without_zeros(dataset):
 @pytest.mark.parametrize("name", ["lyapunov", "label"])
 def test_a_lost_file_of_a_finished_store_never_reads_as_zeros(finished, tmp_path, whole, name, damage):
     lost = damage(group_files(finished, name)[1])
-    with pytest.warns(UserWarning, match=str(lost.relative_to(finished))):
+    with pytest.warns(UserWarning, match="8 of 40 tiles are missing"):
         loaded = gc.load(finished)
     if damage is lose:
         values = loaded.load()
@@ -427,10 +427,12 @@ def test_a_journal_of_which_a_file_is_lost_goes_on(whole, tmp_path, instant, mon
     for number, damage in product(range(len(files)), (lose, empty, cut)):
         folder = Path(shutil.copytree(path.parent, tmp_path / f"{number}{damage.__name__}"))
         damage(folder / "map.zarr" / "run" / "journal" / files[number].name)
-        resumes(folder, whole, instant)
+        run(folder / "map.zarr")
+        assert results(folder / "map.zarr") == results(whole)
         again = len(first_cells(instant))
         run(folder / "map.zarr")
-        assert len(first_cells(instant)) == again, f"{files[number].name}: a finished store computes nothing"
+        what = f"{files[number].name}, {damage.__name__}: a finished store computes nothing"
+        assert len(first_cells(instant)) == again, what
         assert tiles_done(folder / "map.zarr") == 40
 
 
