@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import zlib
 
 import numpy as np
 import pytest
@@ -10,7 +11,9 @@ import xarray as xr
 
 import gearchaos as gc
 from gearchaos.dynamics import Classification
+from gearchaos.store.check import check
 from gearchaos.store.info import summary
+from gearchaos.store.missing import missing_parts
 from gearchaos.store.record import from_record, to_record
 from gearchaos.store.run import run
 from gearchaos.store.store import open_store
@@ -32,40 +35,86 @@ def whole(tmp_path_factory):
     return path
 
 
+@pytest.fixture(scope="module")
+def half(tmp_path_factory):
+    """A store of which one of two shards has run."""
+    path = tmp_path_factory.mktemp("half") / "map.zarr"
+    run(small_map(), path, tile=16, shard="1/2")
+    return path
+
+
 def copy(whole, folder):
     return shutil.copytree(whole, folder / "copy.zarr")
 
 
-MARK = {"done": True, "seconds": 1.0, "machine": "m:1", "attempt": 1, "error": None, "at": 1.7e9}
-NO_MARKS = {
-    "words for numbers": MARK | {"seconds": "long"}, "NaN": MARK | {"seconds": float("nan")}, "list": [1, 2],
-    "infinite": MARK | {"at": float("inf")}, "missing": {"done": True}, "more": MARK | {"colour": "red"},
-    "deep": json.loads("[" * 500 + "]" * 500),
-    "number for a word": MARK | {"machine": 7}, "word for a number": MARK | {"attempt": "1"},
-    "no attempt": MARK | {"attempt": 0},
+def journal_of(path):
+    return path / "run" / "journal" / "all.jsonl"
+
+
+def lines_of(path):
+    """The lines of the journal of a store by kind."""
+    out = {}
+    for content in journal_of(path).read_bytes().splitlines():
+        if content:
+            line = json.loads(content[9:])
+            out.setdefault(line["kind"], []).append(line)
+    return out
+
+
+def append(path, *lines):
+    """Append lines with right checksums and any content to the journal of a store."""
+    with journal_of(path).open("ab") as file:
+        for line in lines:
+            content = line if isinstance(line, bytes) else json.dumps(line).encode()
+            file.write(b"%08x %s\n" % (zlib.crc32(content), content))
+
+
+TILE = {"kind": "tile", "tile": 2, "segment": None, "offset": 0, "length": 0, "crc": 0, "seconds": 1.0,
+        "machine": "m:1", "attempt": 1, "at": 1.7e9}
+NO_LINES = {
+    "words for numbers": TILE | {"seconds": "long"}, "NaN": TILE | {"seconds": float("nan")}, "list": [1, 2],
+    "infinite": TILE | {"at": float("inf")}, "missing": {"kind": "tile"}, "more": TILE | {"colour": "red"},
+    "deep": json.loads("[" * 500 + "]" * 500), "number for a word": TILE | {"machine": 7},
+    "word for a number": TILE | {"attempt": "1"}, "no attempt": TILE | {"attempt": 0}, "no kind": {"tile": 2},
+    "unknown kind": TILE | {"kind": "moon"}, "no JSON": b"\xff\x00", "no such tile": TILE | {"tile": 10**6},
+    "no such group": {"kind": "packed", "group": 77, "files": {}, "at": 1.7e9},
+    "loss of no such tile": {"kind": "lost", "tiles": [10**6], "groups": [77], "at": 2e9},
+    "damage of no such file": {"kind": "damaged", "files": [[77, "label"], [0, "moons"]], "tiles": [10**6], "at": 1.0},
+    "record of another length": TILE | {"segment": "run/segments/x.bin", "length": 7, "at": 2e9},
 }
 
 
-@pytest.mark.parametrize("mark", NO_MARKS.values(), ids=NO_MARKS)
-def test_a_mark_of_wrong_content_is_no_mark(mark, whole, tmp_path):
+@pytest.mark.parametrize("line", NO_LINES.values(), ids=NO_LINES)
+def test_a_line_of_wrong_content_is_no_line(line, whole, tmp_path):
     path = copy(whole, tmp_path)
-    (path / "run" / "tiles" / "2.json").write_text(json.dumps(mark))
-    store = open_store(path)
-    assert 2 not in store.statuses() and summary(store)["tiles_done"] == store.grid.count - 1
+    append(path, line)
+    assert summary(open_store(path)) | {"store": "", "bytes": 0, "writers": {}} == (
+        summary(open_store(whole)) | {"store": "", "bytes": 0, "writers": {}})
     assert run(small_map(), path).done == open_store(path).grid.count
-
-
-@pytest.mark.parametrize("name", ["77777", "-1", "01", "1e3", "9" * 30, "²"])
-def test_a_mark_of_no_tile_is_no_mark(name, whole, tmp_path):
-    path = copy(whole, tmp_path)
-    (path / "run" / "tiles" / f"{name}.json").write_text(json.dumps(MARK))
-    state = summary(open_store(path))
-    assert state["tiles_done"] == state["tiles"] and state["pieces_done"] == state["pieces"]
     xr.testing.assert_identical(open_store(path).dataset(), open_store(whole).dataset())
+
+
+@pytest.mark.parametrize("damage", ["flipped", "cut short", "without line feed"])
+def test_a_damaged_line_concerns_its_own_tile_alone(damage, half, tmp_path):
+    path = copy(half, tmp_path)
+    journal = path / "run" / "journal" / "1-of-2.jsonl"
+    lines = journal.read_bytes().splitlines(keepends=True)
+    number = next(i for i, line in enumerate(lines) if b'"kind":"tile"' in line)
+    tile = json.loads(lines[number][9:])["tile"]
+    lines[number] = {"flipped": lines[number][:30] + b"#" + lines[number][31:], "cut short": lines[number][:30] + b"\n",
+                     "without line feed": lines[number][:-1]}[damage]
+    journal.write_bytes(b"".join(lines))
+    before, progress = open_store(half).progress(), open_store(path).progress()
+    lost = {tile} if damage != "without line feed" else {tile, json.loads(lines[number + 1][9:]).get("tile", tile)}
+    assert before.entries.keys() - progress.entries.keys() == lost
+    run(small_map(), path)
+    assert open_store(path).finished
 
 
 NO_STUDIES = {
     "no tiles": ("grid", {"shape": [12, 16], "tile": [0, 4]}),
+    "no multiple": ("grid", {"shape": [12, 16], "tile": [3, 4], "chunk": [4, 4], "group": [4, 4]}),
+    "groups of half chunks": ("grid", {"shape": [12, 16], "tile": [3, 4], "chunk": [6, 4], "group": [9, 4]}),
     "negative": ("grid", {"shape": [12, -16], "tile": [3, 4]}),
     "fewer dims": ("grid", {"shape": [12, 16], "tile": [3]}), "words": ("grid", {"shape": "twelve", "tile": [3, 4]}),
     "endless": ("grid", {"shape": [12, 10**40], "tile": [3, 4]}), "number": ("versions", {"numpy": 2}),
@@ -118,7 +167,7 @@ def test_a_link_to_nothing_is_no_target(tmp_path):
     assert list(tmp_path.iterdir()) == [link]
 
 
-PIPES = ("run/tiles/2.json", "run/tiles/77.json", "run/sums.json", "zarr.json", "label/zarr.json", "label/c/0/0")
+PIPES = ("run/sums.json", "zarr.json", "label/zarr.json", "label/c/0/0", "run/journal/x.jsonl", "run/journal/all.jsonl")
 
 
 @pytest.mark.parametrize("name", PIPES)
@@ -126,10 +175,20 @@ def test_a_pipe_in_a_store_counts_as_damage_and_nobody_waits_for_it(name, whole,
     path = copy(whole, tmp_path)
     (path / name).unlink(missing_ok=True)
     os.mkfifo(path / name)
-    found, own = open_store(path), "tiles" not in name and "/c/" not in name
-    assert found.statuses().keys() == open_store(whole).statuses().keys() - ({2} if name.endswith("/2.json") else set())
+    found = open_store(path)
+    progress, own = found.progress(), "journal" not in name and "/c/" not in name
     assert found.damaged_files() == ([name] if own else [])
-    assert own or found.damaged_tiles() == ([0] if "/c/" in name else [])
+    assert progress.done_count == (0 if name.endswith("all.jsonl") else found.grid.count)
+    assert missing_parts(found, progress).files == (["label/c/0/0"] if "/c/" in name else [])
+    assert check(found).files == ([] if "journal" in name else [name])
+
+
+def test_a_run_whose_journal_is_a_pipe_is_refused(whole, tmp_path, no_waiting):
+    path = copy(whole, tmp_path)
+    journal_of(path).unlink()
+    os.mkfifo(journal_of(path))
+    with pytest.raises(OSError, match=r"not a regular file.*all\.jsonl"):
+        run(small_map(), path)
 
 
 def test_a_store_whose_study_is_a_pipe_is_refused(whole, tmp_path, no_waiting):
@@ -157,15 +216,30 @@ def test_a_file_that_is_no_part_of_a_store_does_no_harm(whole, tmp_path):
     assert open_store(path).damaged_files() == []
 
 
-def test_tiles_that_are_not_those_of_the_arrays_are_refused(whole, tmp_path):
+@pytest.mark.parametrize("part", ["chunk", "group"])
+def test_groups_that_are_not_those_of_the_arrays_are_refused(part, whole, tmp_path):
     path = copy(whole, tmp_path)
     file = path / "run" / "study.json"
     words = json.loads(file.read_text())
-    words["grid"]["tile"][1] *= 2
+    words["grid"][part][1] *= 2
+    if part == "chunk":
+        words["grid"]["group"][1] *= 2
     file.write_text(json.dumps(words))
     for action in (lambda: open_store(path).dataset(), lambda: run(small_map(), path)):
         with pytest.raises(gc.InputError, match=r"store must hold an undamaged run/study\.json; .*those of its arrays"):
             action()
+
+
+def test_records_of_other_tiles_are_not_read(half, tmp_path):
+    """If the size of tiles is edited, entries of other sizes are ignored, and their tiles computed again."""
+    path = copy(half, tmp_path)
+    file = path / "run" / "study.json"
+    words = json.loads(file.read_text())
+    words["grid"]["tile"][1] *= 2
+    file.write_text(json.dumps(words))
+    assert open_store(path).progress().done_count == 0
+    run(small_map(), path)
+    xr.testing.assert_identical(open_store(path).dataset(), small_map().run())
 
 
 @pytest.mark.parametrize("make", [os.mkdir, os.mkfifo])

@@ -26,6 +26,9 @@ StorePath = Annotated[Path, typer.Argument(metavar="DIR.zarr", help="A store tha
 FAILED, UNFINISHED = 1, 3
 """Exit codes if a tile failed, and if this shard is done but others are not."""
 
+_NAMED = 10
+"""Largest number of shards that are named in a message."""
+
 COARSE = 8
 """Spacing of the rows and columns of a refined map that are computed first, if the study file does not set it."""
 
@@ -76,8 +79,9 @@ def _report(store: Path, outcome: Outcome, json_out: bool) -> None:
         say(f"tile {number} failed: {error}")
     say(f"{store}: {outcome.done} of {outcome.count} tiles are done")
     if not outcome.finished:
-        missing = ", ".join(f"{count} of shard {shard}" for shard, count in outcome.missing.items())
-        say(f"the store is not finished; missing tiles: {missing or 'none'}")
+        parts = [f"{count} of shard {shard}" for shard, count in outcome.missing.items()]
+        more = f" and of {len(parts) - _NAMED} more shards" if len(parts) > _NAMED else ""
+        say(f"the store is not finished; missing tiles: {', '.join(parts[:_NAMED]) or 'none'}{more}")
     proofs = _proofs(store) if outcome.finished else {}
     if json_out:
         counts = {"tiles": outcome.count, "done": outcome.done, "failed": len(outcome.failed)}

@@ -12,7 +12,7 @@ from statistics import median
 from typing import Any
 
 from gearchaos.execute import pools
-from gearchaos.store.journal import Failed, Journal, Line, Lost, Packed, TileEntry
+from gearchaos.store.journal import Damaged, Failed, Journal, Line, Lost, Packed, TileEntry
 from gearchaos.store.machine import process_name
 from gearchaos.store.progress import Progress
 from gearchaos.store.shards import Shard
@@ -121,7 +121,7 @@ class Coordinator:
 
     def _after_losses(self, line: Line) -> Line:
         """A line with a time after that of all losses, also if the clock of its worker is behind."""
-        if isinstance(line, Lost):
+        if isinstance(line, Lost | Damaged):
             self._latest_loss = max(self._latest_loss, line.at)
             return line
         latest = max(self._latest_loss, self.progress.latest_loss)
@@ -157,8 +157,8 @@ class _Attempt:
         self._owner, self._number, self._source = owner, number, source
         self._errors: dict[int, str] = {}
         self._durations: deque[float] = deque(maxlen=_DURATIONS)
-        self._again = deque[int]()
-        """Tiles to be computed again: their pool broke, or their results are damaged."""
+        self._todo = deque[int]()
+        """Tiles to be submitted next: of the source, or again since their pool broke or their results are damaged."""
         self._copies = Counter[int]()
         """How often a tile is being computed at the moment."""
         self._packing = set[int]()
@@ -176,13 +176,13 @@ class _Attempt:
     def _left(self) -> bool:
         """Whether there is anything to do or to wait for."""
         needed = any(not self._owner.progress.done(tile) for tile in self._copies)
-        return bool(needed or self._packing or self._again or not self._source.exhausted or self._owner.to_pack())
+        return bool(needed or self._packing or self._todo or not self._source.exhausted or self._owner.to_pack())
 
     def _work(self, pool: pools.Pool) -> None:
         """Submit tasks and take their results until nothing is left."""
         submitted = pools.Submitted[Task](pool)
         self._source.begin(pool.workers())
-        threads = pool.threads_per_item(max(1, len(self._again) + self._source.remaining))
+        threads = pool.threads_per_item(max(1, len(self._todo) + self._source.remaining))
         try:
             while self._left:
                 self._submit(pool, submitted, threads)
@@ -191,7 +191,7 @@ class _Attempt:
                 pool.stop()
         finally:
             submitted.cancel()
-            self._again.extend(tile for tile in self._copies if not self._owner.progress.done(tile))
+            self._todo.extend(tile for tile in self._copies if not self._owner.progress.done(tile))
             self._copies.clear()
             self._packing.clear()
 
@@ -202,17 +202,19 @@ class _Attempt:
                 self._pack(submitted, group)
         self._withdraw(submitted)
         free = (2 * pool.workers() if self._number == 1 else 1) - len(submitted)
-        tiles = self._next(free) if free > 0 else []
-        if free > 0 and not tiles and pool.stop is not None and submitted.idle:
-            tiles = self._overdue(submitted)
-        for tile in tiles:
-            self._copies[tile] += 1
-            submitted.add(Tile(tile), compute_tile, self._owner.store.folder.url, self._number, threads, tile)
+        if free > len(self._todo):
+            self._todo.extend(self._source.take(free - len(self._todo)))
+        for _ in range(min(free, len(self._todo))):
+            self._compute(submitted, self._todo[0], threads)
+            self._todo.popleft()  # not before it is submitted: the pool may be broken
+        if pool.stop is not None and submitted.idle:
+            for tile in self._overdue(submitted):
+                self._compute(submitted, tile, threads)
 
-    def _next(self, count: int) -> list[int]:
-        """The next tiles, at most ``count``."""
-        again = [self._again.popleft() for _ in range(min(count, len(self._again)))]
-        return again or self._source.take(count)
+    def _compute(self, submitted: pools.Submitted[Task], tile: int, threads: int) -> None:
+        """Submit a tile."""
+        submitted.add(Tile(tile), compute_tile, self._owner.store.folder.url, self._number, threads, tile)
+        self._copies[tile] += 1
 
     def _overdue(self, submitted: pools.Submitted[Task]) -> list[int]:
         """The tiles to compute a second time, at most one for each idle worker."""
@@ -269,7 +271,7 @@ class _Attempt:
         if isinstance(result, str) or (isinstance(result, Lost) and self._owner.superseded(group)):
             return []
         if isinstance(result, Lost):
-            self._again.extend(result.tiles)
+            self._todo.extend(result.tiles)
         return [result]
 
     def _taken_tile(self, tile: int, result: TileEntry | str) -> list[Line]:

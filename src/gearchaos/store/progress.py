@@ -96,6 +96,7 @@ class Progress:
         self._packed_at: dict[int, float] = {}
         self._lost_tiles: dict[int, float] = {}
         self._lost_groups: dict[int, float] = {}
+        self._lost_in_group: dict[int, float] = {}
         self._done_in_group: dict[int, int] = {}
         self._complete: set[int] = set()
         self._damaged: list[Damaged] = []
@@ -241,6 +242,9 @@ class Progress:
         group = line.group
         if line.at <= max(self._lost_groups.get(group, -inf), self._packed_at.get(group, -inf)):
             return
+        if line.at <= self._lost_in_group.get(group, -inf):
+            self._lose_group(group, line.at)
+            return
         self.packed[group], self._packed_at[group] = line.files, line.at
         for tile in self.grid.tiles_of(group):
             if tile in self.entries and self.entries[tile].at <= line.at:
@@ -269,11 +273,13 @@ class Progress:
         self._review(group)
 
     def _lose_tile(self, tile: int, at: float) -> None:
-        self._lost_tiles[tile] = max(at, self._lost_tiles.get(tile, -inf))
+        """Apply the loss of a tile; of a packed group all tiles are lost, since there are no entries of the others."""
         group = self.grid.group_of(tile)
-        if self._packed_at.get(group, inf) <= at:  # there are no entries of its other tiles
-            self._lose_group(group, at)
-        elif group not in self.packed:
+        self._lost_tiles[tile] = max(at, self._lost_tiles.get(tile, -inf))
+        self._lost_in_group[group] = max(at, self._lost_in_group.get(group, -inf))
+        if self._packed_at.get(group, inf) <= at:
+            self._lose_group(group, self._packed_at[group])
+        if group not in self.packed:
             self._clear(tile, group, at)
             self._review(group)
 

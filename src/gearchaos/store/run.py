@@ -13,7 +13,6 @@ import xarray as xr
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute import pools
 from gearchaos.execute.progress import bar
-from gearchaos.store.arrays import check_layout
 from gearchaos.store.claims import Claims
 from gearchaos.store.coordinator import Coordinator
 from gearchaos.store.create import create, repair, versions
@@ -200,7 +199,6 @@ def finish_store(
     """
     folder = open_folder(path)
     store = open_store(folder.url)
-    check_layout(store)
     found = store.progress()
     division = latest_division((name, state.begun) for name, state in found.writers.items())
     with write_lock(folder, Shard()) as locks:
@@ -256,7 +254,6 @@ def _opened(
             store = open_store(folder.url)
             return store, store.progress()
     store = open_store(folder.url)
-    check_layout(store)
     differing = study_differences(store.study, study)
     if differing:
         raise InputError("store", "must hold the same study", str(folder), "; ".join(differing) + ".")

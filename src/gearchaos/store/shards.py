@@ -8,11 +8,9 @@ from dataclasses import dataclass
 from itertools import chain, islice
 
 from gearchaos.errors import InputError
+from gearchaos.store.journal import WHOLE
 from gearchaos.store.progress import Progress
 from gearchaos.store.tiles import Grid
-
-_WHOLE = "all"
-"""Name of the writer of a run that computes all tiles."""
 
 _GROUPS_PER_SHARD = 8
 """Number of groups for each shard from which shards own whole groups; with fewer some would have much more to do."""
@@ -40,7 +38,7 @@ class Shard:
     @classmethod
     def of_writer(cls, name: str) -> Shard | None:
         """The shard with this name of a writer; None if it is the name of none."""
-        if name == _WHOLE:
+        if name == WHOLE:
             return cls()
         number, _, count = name.partition("-of-")
         known = all(part.isdecimal() and part.isascii() for part in (number, count))
@@ -52,7 +50,7 @@ class Shard:
     @property
     def name(self) -> str:
         """Name of the writer: of its journal and its lock."""
-        return _WHOLE if self.count == 1 else f"{self.number}-of-{self.count}"
+        return WHOLE if self.count == 1 else f"{self.number}-of-{self.count}"
 
     @property
     def others(self) -> list[Shard]:

@@ -20,6 +20,7 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.errors import ChangedFileError, InputError
+from gearchaos.store.arrays import check_layout
 from gearchaos.store.checksums import checksums, differing
 from gearchaos.store.chunks import DamagedChunkError
 from gearchaos.store.errors import damaged_description
@@ -239,7 +240,9 @@ def open_store(location: str | os.PathLike[str]) -> Store:
     except (OSError, ValueError) as error:  # ValueError for a name with a null character
         why = f"{folder}/{STUDY} cannot be read: {getattr(error, 'strerror', error)}."
         raise InputError("store", "must be a folder that gearchaos run made", str(folder), why) from None
-    return from_description(folder, content)
+    store = from_description(folder, content)
+    check_layout(store)
+    return store
 
 
 def from_description(folder: Folder, content: bytes) -> Store:
