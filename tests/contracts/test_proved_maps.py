@@ -90,7 +90,7 @@ def test_inferred_cells_are_not_proved():
     assert inferred.any() and (found["reason"].values[inferred] == Reason.INFERRED).all()
     np.testing.assert_array_equal(found["proved"].values, np.where(inferred, 0, 1))
     np.testing.assert_array_equal(found["proof_reason"].values, np.where(inferred, INFERRED, NO_REASON))
-    counts = proof_counts(found)
+    counts = proof_counts([found])
     assert counts["unproved"] == {"inferred": int(inferred.sum())} and counts["periodic"] == 81
 
 

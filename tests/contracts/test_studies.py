@@ -96,11 +96,13 @@ def test_loading_says_what_is_wrong_with_the_path(small_map, tmp_path):
     (tmp_path / "study.nc").write_text("[study]")
     at = whole.index(small_map.lyapunov.values.tobytes()[:64])
     (tmp_path / "flipped.nc").write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :])
-    faults = {"missing.nc": "There is no such file", ".": "open_zarr"}
+    faults = {"missing.nc": "There is no such file"}
     faults |= dict.fromkeys(["cut.nc", "study.nc", "flipped.nc"], "whole and readable.*save it again")
     for name, words in faults.items():
         with pytest.raises(InputError, match=f"path must be a NetCDF file.*{words}"):
             gc.load(tmp_path / name)
+    with pytest.raises(InputError, match="store must be a folder that gearchaos run made"):
+        gc.load(tmp_path)
 
 
 def test_simulate_samples_and_sections_belong_together():

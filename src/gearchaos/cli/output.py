@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 
+_DPI = 150
+"""Resolution of pictures in dots per inch."""
+
 
 def check_output(option: str, path: Path | None, suffixes: tuple[str, ...]) -> None:
     """Raise `InputError` unless ``path`` has one of these suffixes, or none, and a file can be written there."""
@@ -54,7 +57,7 @@ def save(dataset: xr.Dataset, path: Path | None) -> None:
         say(f"wrote {path}")
 
 
-def draw(dataset: xr.Dataset, path: Path | None, *, colour: str | None = None, note: str = "") -> None:
+def draw(dataset: xr.Dataset, path: Path | None, *, colour: str | None = None, note: str = "", dpi: int = _DPI) -> None:
     """Write the picture of a result as a complete file, if there is a path.
 
     Parameters
@@ -67,6 +70,8 @@ def draw(dataset: xr.Dataset, path: Path | None, *, colour: str | None = None, n
         See `gearchaos.plot.result`.
     note : str
         Text below the lower right corner.
+    dpi : int
+        Resolution in dots per inch.
     """
     if path is None:
         return
@@ -78,7 +83,7 @@ def draw(dataset: xr.Dataset, path: Path | None, *, colour: str | None = None, n
     figure = plot.result(dataset, colour)
     if note:
         figure.text(1, 0, note, ha="right", va="top", color="0.35", fontsize="small")
-    _write_picture(figure, path)
+    _write_picture(figure, path, dpi)
 
 
 def draw_dossier(dataset: xr.Dataset, title: str, path: Path) -> None:
@@ -91,12 +96,12 @@ def draw_dossier(dataset: xr.Dataset, title: str, path: Path) -> None:
     _write_picture(plot.dossier(dataset, title=title), path)
 
 
-def _write_picture(figure: Any, path: Path) -> None:
+def _write_picture(figure: Any, path: Path, dpi: int = _DPI) -> None:
     """Write a figure as a complete file and close it."""
     import matplotlib.pyplot as plt
 
     picture = io.BytesIO()
-    figure.savefig(picture, format=path.suffix.lstrip(".").lower() or "png", dpi=150, bbox_inches="tight")
+    figure.savefig(picture, format=path.suffix.lstrip(".").lower() or "png", dpi=dpi, bbox_inches="tight")
     plt.close(figure)
     write_bytes(path, picture.getvalue())
     say(f"wrote {path}")
@@ -192,7 +197,7 @@ class MapOutput:
         """Write the files of a map, and print its summary if it is wanted."""
         save(dataset, self.out)
         draw(dataset, self.plot)
-        say_proofs(dataset)
+        say_proofs(proof_summary(dataset))
         if self.json_out:
             files = {"out": str(self.out), "plot": None if self.plot is None else str(self.plot)}
             described = [{**asdict(axis), "units": quantity(axis.name).unit} for axis in axes]
@@ -217,12 +222,12 @@ def proof_summary(dataset: xr.Dataset) -> dict[str, Any]:
         return {}
     from gearchaos.studies.proved_cells import proof_counts
 
-    return {"proofs": proof_counts(dataset)}
+    return {"proofs": proof_counts([dataset])}
 
 
-def say_proofs(dataset: xr.Dataset) -> None:
-    """Print on stderr how many cells of a map are proved, if proofs were asked for."""
+def say_proofs(summary: dict[str, Any]) -> None:
+    """Print on stderr how many cells of a map are proved, from its `proof_summary`."""
     from gearchaos.studies.proved_cells import proof_counts_in_words
 
-    for counts in proof_summary(dataset).values():
+    for counts in summary.values():
         say(proof_counts_in_words(counts))

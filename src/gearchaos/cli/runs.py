@@ -12,7 +12,7 @@ import typer
 
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import Json, Physical, Sets, StudyPath, app, load
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, proof_summary, save, say_proofs
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, say_proofs
 from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES
 
@@ -92,11 +92,18 @@ def _report(store: Path, outcome: Outcome, json_out: bool) -> None:
 
 def _proofs(store: Path) -> dict[str, Any]:
     """The summary of the proofs in a finished store, which is printed; empty if no proofs were asked for."""
-    import xarray as xr
+    from gearchaos.store.store import open_store
 
-    with xr.open_zarr(store) as dataset:
-        say_proofs(dataset)
-        return proof_summary(dataset)
+    found = open_store(store)
+    if "proved" not in found.arrays:
+        return {}
+    from gearchaos.store.lazy import parts
+    from gearchaos.studies.proved_cells import proof_counts
+
+    proofs = found.dataset()[["proved", "proof_reason"]]
+    summary = {"proofs": proof_counts(part for _, part in parts(proofs, found.block))}
+    say_proofs(summary)
+    return summary
 
 
 def _study(path: Path | None, sets: list[str] | None, refine: bool) -> Study:
@@ -148,10 +155,10 @@ def plot(
     from gearchaos.store.load import is_store
 
     if is_store(result):
-        dataset, note = _from_store(result, colour, physical)
+        dataset, options = _from_store(result, colour, physical)
     else:
-        dataset, note = _in_units(_from_file(result), physical), ""
-    draw(dataset, target, colour=colour, note=note)
+        dataset, options = _in_units(_from_file(result), physical), {}
+    draw(dataset, target, colour=colour, **options)
 
 
 def _in_units(dataset: xr.Dataset, physical: bool) -> xr.Dataset:
@@ -173,10 +180,13 @@ def _from_file(path: Path) -> xr.Dataset:
     return read_file(path)
 
 
-def _from_store(path: Path, colour: str | None, physical: bool) -> tuple[xr.Dataset, str]:
-    """The Dataset of a store for a picture, and a note: how much of it is computed, and how a large map is reduced."""
+def _from_store(path: Path, colour: str | None, physical: bool) -> tuple[xr.Dataset, dict[str, Any]]:
+    """The Dataset of a store for a picture, a large map reduced to its pixels, and options of `draw`.
+
+    They are a note of how much of it is computed and how it was reduced, and the resolution of a reduced map.
+    """
     from gearchaos.plot._result import check_colour
-    from gearchaos.store.reduce import is_larger, reduced
+    from gearchaos.store.reduce import DPI, is_larger, reduced
     from gearchaos.store.store import open_store
 
     found = open_store(path)
@@ -186,10 +196,10 @@ def _from_store(path: Path, colour: str | None, physical: bool) -> tuple[xr.Data
     notes = [] if found.finished else [f"{done} of {found.grid.count} tiles computed"]
     dataset = found.dataset()
     if not is_larger(dataset):
-        return _in_units(dataset, physical), "".join(notes)
+        return _in_units(dataset, physical), {"note": "".join(notes)}
     check_colour(dataset, colour)
     small, note = reduced(dataset, found.block, partial(_in_units, physical=physical), colour, progress=True)
-    return small, "\n".join([*notes, note])
+    return small, {"note": "\n".join([*notes, note]), "dpi": DPI}
 
 
 def _default_picture(result: Path, colour: str | None) -> Path:

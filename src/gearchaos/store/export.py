@@ -8,7 +8,6 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Callable, Collection, Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -19,7 +18,7 @@ import xarray as xr
 from xarray.backends import H5NetCDFStore
 
 from gearchaos.datasets import with_checksums
-from gearchaos.store.lazy import regions
+from gearchaos.store.lazy import parts
 
 Block = Mapping[str, int]
 """Sizes of the parts of a grid that are read at once, by dimension."""
@@ -65,9 +64,17 @@ def _write(file: _GuardedFile, outline: xr.Dataset, writer: _BlockWriter) -> Non
     try:
         outline.dump_to_store(H5NetCDFStore(netcdf), writer=writer)
     finally:
-        with suppress(Exception) if file.error else suppress():  # a file with missing parts may not close cleanly
-            netcdf.close()
+        _close(netcdf, file)
     file.check()
+
+
+def _close(netcdf: h5netcdf.File, file: _GuardedFile) -> None:
+    """Close the file; one with missing parts may not close cleanly."""
+    try:
+        netcdf.close()
+    except Exception:
+        if file.error is None:
+            raise
 
 
 def _outline(dataset: xr.Dataset, stored: Collection[str], block: Block, convert: Convert) -> xr.Dataset:
@@ -101,10 +108,8 @@ class _BlockWriter:
         if name not in self.stored:
             target[...] = source
             return
-        shape = tuple(self.dataset.sizes[d] for d in self.block)
-        for part in regions(shape, tuple(self.block.values())):
-            chosen = self.dataset[[name]].isel(dict(zip(self.block, part, strict=True)))
-            target[part] = self.convert(chosen)[name].values
+        for region, part in parts(self.dataset[[name]], self.block):
+            target[region] = self.convert(part)[name].values
             self.file.check()
 
 

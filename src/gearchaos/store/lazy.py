@@ -44,11 +44,11 @@ class StoredArray(BackendArray):
 
     def _select(self, key: tuple[int | slice, ...]) -> np.ndarray:
         """The values at a tuple of whole numbers and of slices with positive steps, one for each dimension."""
-        chosen = [range(n)[k] if isinstance(k, slice) else range(k, k + 1) for k, n in zip(key, self.shape, strict=True)]
+        slices = [k if isinstance(k, slice) else slice(k, k + 1) for k in key]
+        chosen = [range(n)[k] for k, n in zip(slices, self.shape, strict=True)]
         out = self._read_ranges(chosen[: len(self.block)])
-        beyond = tuple(slice(r.start, r.stop, r.step) for r in chosen[len(self.block):])
-        out = out[(...,) + beyond] if beyond else out
-        return out[tuple(0 if isinstance(k, int) else slice(None) for k in key)]
+        out = out[(*[slice(None)] * len(self.block), *slices[len(self.block):])]
+        return out[tuple(slice(None) if isinstance(k, slice) else 0 for k in key)]
 
     def _read_ranges(self, chosen: list[range]) -> np.ndarray:
         """The values at the combinations of some positions along each dimension of the grid."""
@@ -96,6 +96,13 @@ def regions(shape: tuple[int, ...], block: tuple[int, ...]) -> Iterator[Region]:
         yield tuple(slice(i, min(i + b, n)) for i, b, n in zip(corner, block, shape, strict=True))
 
 
+def parts(dataset: xr.Dataset, block: Mapping[str, int]) -> Iterator[tuple[Region, xr.Dataset]]:
+    """The parts of a Dataset, of these sizes along the dimensions of a grid, and the region of the grid of each."""
+    shape = tuple(dataset.sizes[dim] for dim in block)
+    for region in regions(shape, tuple(block.values())):
+        yield region, dataset.isel(dict(zip(block, region, strict=True)))
+
+
 def with_stored_arrays(dataset: xr.Dataset, arrays: Mapping[str, StoredArray]) -> xr.Dataset:
     """A Dataset whose variables of these names are read from a store when they are used, and then kept in memory.
 
@@ -106,5 +113,5 @@ def with_stored_arrays(dataset: xr.Dataset, arrays: Mapping[str, StoredArray]) -
 
 def _lazy(variable: xr.Variable, array: StoredArray) -> xr.Variable:
     """A variable with other values, which are read when they are used."""
-    data: Any = indexing.CopyOnWriteArray(indexing.MemoryCachedArray(indexing.LazilyIndexedArray(array)))
-    return xr.Variable(variable.dims, data, variable.attrs)
+    cached: Any = indexing.MemoryCachedArray(indexing.LazilyIndexedArray(array))
+    return xr.Variable(variable.dims, indexing.CopyOnWriteArray(cached), variable.attrs)

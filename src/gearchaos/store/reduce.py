@@ -1,7 +1,7 @@
 """Reduction of a map with more cells than a picture has pixels: one value for each block of cells, read part by part.
 
-A block shows the class that is rarest in the whole map of those that occur in it, so that thin zones stay visible; for a
-continuous variable it shows the mean.
+A block shows the class that is rarest in the whole map of those that occur in it, so that thin zones stay visible; for
+a continuous variable it shows the mean.
 """
 
 from __future__ import annotations
@@ -17,10 +17,17 @@ import xarray as xr
 from gearchaos.execute.progress import bar
 from gearchaos.plot._classes import motion_class, named_classes
 from gearchaos.store.export import Block, Convert
-from gearchaos.store.lazy import regions
+from gearchaos.store.lazy import parts
 
-MOST_BLOCKS = 2000
-"""Most blocks along each side of a reduced map: more than the pixels of a picture."""
+_MOST_CELLS = 2000
+"""Most cells along each side of a map that is drawn as it is."""
+
+_MOST_BLOCKS = 1000
+"""Most blocks along each side of a reduced map. A picture with `DPI` has at least a pixel for each, so that it shows
+them all."""
+
+DPI = 300
+"""Resolution of the picture of a reduced map, in dots per inch."""
 
 _MOST_COUNTED = 2**16
 """Largest range of codes that are counted rather than sorted, however few cells there are."""
@@ -30,12 +37,12 @@ State = tuple[int, ...]
 
 
 def is_larger(dataset: xr.Dataset) -> bool:
-    """Whether a result is a map with more cells along a side than `MOST_BLOCKS`."""
-    return dataset.attrs.get("study") == "zones" and max(dataset["label"].shape) > MOST_BLOCKS
+    """Whether a result is a map with more cells along a side than are drawn as they are."""
+    return dataset.attrs.get("study") == "zones" and max(dataset["label"].shape) > _MOST_CELLS
 
 
 def reduced(
-    dataset: xr.Dataset, block: Block, convert: Convert, colour: str | None = None, *, most: int = MOST_BLOCKS,
+    dataset: xr.Dataset, block: Block, convert: Convert, colour: str | None = None, *, most: int = _MOST_BLOCKS,
     progress: bool = False,
 ) -> tuple[xr.Dataset, str]:
     """A map reduced to at most ``most`` blocks of cells along each side, of equal sizes up to one cell.
@@ -67,17 +74,17 @@ def reduced(
     names = ["label", "period", *(["contact"] if "contact" in dataset else [])]
     shown = colour if colour in dataset.data_vars and colour not in names else None
     chosen = dataset[[*names, *([shown] if shown else [])]]
-    parts = _Parts(chosen, block, convert, most, progress)
+    cells = _Parts(chosen, block, convert, most, progress)
     coded = shown is not None and dataset[shown].dtype.kind in "iu"
-    counts = parts.counts([*names, shown] if coded and shown else names)
+    counts = cells.counts([*names, shown] if coded and shown else names)
     if coded and named_classes(_cells(chosen, counts), str(shown)) is None:
         counts, coded = _without_last(counts), False
-    data = parts.rarest(_ranked(chosen, counts, colour), [*names, shown] if coded and shown else names)
+    data = cells.rarest(_ranked(chosen, counts, colour), [*names, shown] if coded and shown else names)
     if shown and not coded:
-        data[shown] = parts.mean(shown)
+        data[shown] = cells.mean(shown)
     ny, nx = dataset["label"].shape
-    what = "means" if shown and not coded else "the rarest class"
-    return parts.dataset(data), f"reduced from {nx} × {ny} cells: {what} of each block"
+    what = "the mean" if shown and not coded else "the rarest class"
+    return cells.dataset(data), f"reduced from {nx} × {ny} cells: a pixel shows {what} of its cells"
 
 
 def _without_last(counts: Mapping[State, int]) -> Counter[State]:
@@ -101,7 +108,7 @@ def _ranked(dataset: xr.Dataset, counts: Mapping[State, int], colour: str | None
     if not states:
         return []
     cells = _cells(dataset, states)
-    named = named_classes(cells, colour) if colour in cells else None
+    named = named_classes(cells, colour) if colour is not None and colour in cells else None
     index = motion_class(cells["label"], cells["period"]) if named is None else named[0]
     members: Counter[int] = Counter()
     for state, number in zip(states, index.tolist(), strict=True):
@@ -136,10 +143,8 @@ class _Parts:
 
     def read(self, names: Sequence[str]) -> Iterator[tuple[tuple[slice, ...], xr.Dataset]]:
         """The parts with these variables, and where they lie in the map."""
-        shape = self.source["label"].shape
-        with bar("cells" if self.progress else None, prod(shape)) as advance:
-            for region in regions(shape, tuple(self.block.values())):
-                part = self.source[list(names)].isel(dict(zip(self.block, region, strict=True)))
+        with bar("cells" if self.progress else None, self.source["label"].size) as advance:
+            for region, part in parts(self.source[list(names)], self.block):
                 yield region, self.convert(part)
                 advance(part[names[0]].size)
 
@@ -199,7 +204,7 @@ class _Parts:
     def _reduced(
         self, region: tuple[slice, ...], values: np.ndarray, combine: np.ufunc
     ) -> tuple[tuple[slice, ...], np.ndarray]:
-        """The values (rows, columns) of a part, combined in each block that it meets; with the place of these blocks."""
+        """The values (rows, columns) of a part, combined in each block that it meets; and where these blocks lie."""
         values, place = values.reshape([p.stop - p.start for p in region]), []
         for axis, (along, size) in enumerate(zip(region, self.source["label"].shape, strict=True)):
             number = self.blocks(size)[along]

@@ -199,13 +199,13 @@ class Store:
 
     @property
     def block(self) -> dict[str, int]:
-        """Sizes of the parts of the grid that are read at once where a result does not fit into memory, by dimension."""
+        """Sizes by dimension of the parts of the grid that are read at once where the whole may not fit into memory."""
         largest = max(prod(a.shape) * np.dtype(a.dtype).itemsize for a in self.arrays.values())
         block = reading_block(self.grid.shape, self.grid.chunk, largest)
         return dict(zip(self.study.grid, block, strict=True))
 
     def dataset(self) -> xr.Dataset:
-        """The Dataset as far as it is computed; raises `InputError` if files of the store other than results are damaged.
+        """The Dataset as far as it is computed; raises `InputError` if files other than those of results are damaged.
 
         The results of work items of a gridded study are read when they are used; `InputError` is raised then if they
         are damaged. What is missing has the fill value, see `gearchaos.store.missing`.

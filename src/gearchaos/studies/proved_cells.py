@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -124,8 +124,8 @@ def check_folder(certificates: str | None, prove: bool) -> None:
         raise InputError("certificates", "must be a folder", certificates)
 
 
-def proof_counts(dataset: xr.Dataset) -> dict[str, Any]:
-    """How many cells of a map are proved, as JSON-ready values.
+def proof_counts(parts: Iterable[xr.Dataset]) -> dict[str, Any]:
+    """How many cells of a map, given in one or several parts, are proved, as JSON-ready values.
 
     Returns
     -------
@@ -133,9 +133,15 @@ def proof_counts(dataset: xr.Dataset) -> dict[str, Any]:
         ``periodic``: number of cells with a periodic motion; ``proved``: number of those that are proved, ``share`` of
         them, None if there are none; ``unproved``: number of the others by reason.
     """
-    proved, reason = dataset["proved"].values, dataset["proof_reason"].values
-    periodic, count = int((proved != Proved.NOT_PERIODIC).sum()), int((proved == Proved.PROVED).sum())
-    reasons = {name: int((reason == code).sum()) for code, name in REASON_CODES.items() if code != NO_REASON}
+    periodic, count = 0, 0
+    reasons = {name: 0 for code, name in REASON_CODES.items() if code != NO_REASON}
+    for part in parts:
+        proved, reason = part["proved"].values, part["proof_reason"].values
+        periodic += int((proved != Proved.NOT_PERIODIC).sum())
+        count += int((proved == Proved.PROVED).sum())
+        for code, name in REASON_CODES.items():
+            if code != NO_REASON:
+                reasons[name] += int((reason == code).sum())
     return {"periodic": periodic, "proved": count, "share": count / periodic if periodic else None,
             "unproved": {name: n for name, n in reasons.items() if n}}
 
