@@ -25,6 +25,7 @@ MEASUREMENTS: dict[str, Callable[[Path], Iterator[Line]]] = {
     "files": needs.large_files,
     "shard": workers.one_shard_of_many,
     "alone": workers.one_shard_alone,
+    "stale": workers.stale_listings,
     "slow-disk": workers.slow_disk,
     "slow-worker": workers.slow_worker,
     "cluster": needs.cluster,

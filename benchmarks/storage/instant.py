@@ -11,6 +11,7 @@ Environment variables:
 - ``INSTANT_WRITE_SECONDS``: how much longer each write of a file of the store takes.
 - ``INSTANT_LOG``: a file that gets a line for each tile: time, number of its first cell, number of its cells.
 - ``INSTANT_GROUP_BYTES``: largest size of a group file, so that small maps have several groups.
+- ``INSTANT_STALE``: for how many seconds a process sees files of others as it saw them first, or that there are none.
 - ``INSTANT_STOP``: the number of tiles after which the process interrupts itself.
 """
 
@@ -103,6 +104,45 @@ def _delayed(function, seconds):
     return slow
 
 
+def _remember_files(seconds: float) -> None:
+    """Let this process see what it once saw of files of others for so many seconds, as a client of a network file
+    system may do: their content, their sizes, that there are none, and listings."""
+    from gearchaos.store.folder import LocalFolder
+
+    seen = dict[tuple[str, str], tuple[float, object]]()
+
+    def remembered(kind, function, folder, name):
+        at, found = seen.get((kind, name), (0.0, None))
+        if time.time() - at > seconds:
+            try:
+                found = function(folder, name)
+            except OSError as error:
+                found = error
+            seen[kind, name] = time.time(), found
+        if isinstance(found, OSError):
+            raise found
+        return found
+
+    def read(folder, name, start=0, length=None):
+        return remembered("content", true_read, folder, name)[start:][:length]
+
+    def changing(function):
+        def change(folder, name, *arguments):
+            for kind in ("content", "size"):
+                seen.pop((kind, name), None)
+            return function(folder, name, *arguments)
+
+        return change
+
+    true_read, true_size, true_list = LocalFolder.read, LocalFolder.size, LocalFolder.list
+    LocalFolder.read = read
+    LocalFolder.size = lambda folder, name: remembered("size", true_size, folder, name)
+    LocalFolder.list = lambda folder, prefix="": iter(remembered(
+        "list", lambda folder, prefix: list(true_list(folder, prefix)), folder, prefix))
+    for name in ("write", "append", "create"):
+        setattr(LocalFolder, name, changing(getattr(LocalFolder, name)))
+
+
 def _limit_groups(size: int) -> None:
     """Let group files have at most this size before compression, and two chunks."""
     from gearchaos.store import tiles
@@ -113,6 +153,8 @@ def _limit_groups(size: int) -> None:
 Zones.compute = _compute
 if "INSTANT_GROUP_BYTES" in os.environ:
     _limit_groups(int(os.environ["INSTANT_GROUP_BYTES"]))
+if "INSTANT_STALE" in os.environ:
+    _remember_files(float(os.environ["INSTANT_STALE"]))
 if "INSTANT_WRITE_SECONDS" in os.environ:
     _delay_writes(float(os.environ["INSTANT_WRITE_SECONDS"]))
 

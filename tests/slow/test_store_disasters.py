@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 import zlib
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -452,3 +453,16 @@ def test_a_clock_that_was_ahead_does_not_hide_what_is_computed_again(unfinished,
     run(unfinished)
     assert results(unfinished) == results(whole)
     assert tiles_done(unfinished) == 40 and open_store(unfinished).finished
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_shards_finish_though_each_sees_old_files_of_the_others(whole, tmp_path, count):
+    """Each process sees files of others as it saw them first, for longer than the run takes."""
+    with ThreadPoolExecutor(count) as pool:
+        options = [("--json", "--shard", f"{number}/{count}") for number in range(1, count + 1)]
+        shards = [pool.submit(command_of_a_process, tmp_path, *each, INSTANT_STALE="5") for each in options]
+    said = [json.loads(shard.result().stdout) for shard in shards]
+    assert open_store(tmp_path / "map.zarr").finished and any(told["finished"] for told in said)
+    assert results(tmp_path / "map.zarr") == results(whole)
+    for told, shard in zip(said, shards, strict=True):
+        assert shard.result().returncode == (0 if told["finished"] else 3)
