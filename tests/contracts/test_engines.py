@@ -1,5 +1,6 @@
 """What happens to a tile and a run when its pool fails: without processes or clusters, which are in test_runs."""
 
+import threading
 from concurrent.futures import BrokenExecutor, Future
 from types import SimpleNamespace
 
@@ -7,7 +8,8 @@ import pytest
 
 from gearchaos.errors import InputError
 from gearchaos.execute import pools
-from gearchaos.store.run import _error
+from gearchaos.execute.pool import Pool, PoolLostError, Submitted
+from gearchaos.store.coordinator import result_of
 
 
 def ended(result=None, error=None):
@@ -17,11 +19,12 @@ def ended(result=None, error=None):
 
 
 @pytest.mark.parametrize(("future", "words"), [
-    (ended(), None), (ended("ValueError: no"), "ValueError: no"), (ended(error=KeyError("x")), "KeyError: 'x'"),
+    (ended("an entry"), "an entry"), (ended("ValueError: no"), "ValueError: no"),
+    (ended(error=KeyError("x")), "KeyError: 'x'"),
     (ended(error=BrokenExecutor()), "the process that computed it died"),
 ])
 def test_what_concerns_one_tile_is_told_in_words(future, words):
-    assert _error(future) == words
+    assert result_of(future) == words
 
 
 def cancelled():
@@ -34,22 +37,96 @@ def cancelled():
     cancelled(), ended(error=ConnectionResetError("gone")), ended(error=type("CommClosedError", (Exception,), {})()),
 ])
 def test_a_cluster_that_is_gone_ends_the_run(future):
-    with pytest.raises(pools.PoolLostError, match=r"the cluster is gone\. What is done is kept"):
-        _error(future)
+    with pytest.raises(PoolLostError, match=r"the cluster is gone\. What is done is kept"):
+        result_of(future)
 
 
 def test_a_store_that_cannot_be_written_to_ends_the_run():
     with pytest.raises(OSError, match=r"no space\. What is done is kept"):
-        _error(ended(error=OSError("no space")))
+        result_of(ended(error=OSError("no space")))
 
 
 @pytest.mark.parametrize(("max_pending", "submitted"), [(None, 14), (lambda: 1, 1)])
 def test_a_pool_is_given_twice_as_many_items_as_it_computes_at_once_unless_told_otherwise(max_pending, submitted):
     given = []
     executor = SimpleNamespace(submit=lambda work, item: given.append(item) or ended(item))
-    results = pools.Pool(executor, lambda: 7).results(str, range(50), max_pending)
+    results = Pool(executor, lambda: 7).results(str, range(50), max_pending)
     next(results)
     assert given == list(range(submitted))
+
+
+class Later:
+    """An executor whose futures end when they are told to."""
+
+    def __init__(self):
+        self.futures = []
+
+    def submit(self, work, *arguments):
+        self.futures.append(Future())
+        return self.futures[-1]
+
+
+def test_all_that_has_ended_is_given_at_once_and_nothing_twice():
+    executor = Later()
+    submitted = Submitted(Pool(executor, lambda: 2))
+    for item in "abcd":
+        submitted.add(item, str)
+    for number in (2, 0):
+        executor.futures[number].set_result(number)
+    assert [(item, future.result()) for item, future in submitted.ended(0.0)] == [("c", 2), ("a", 0)]
+    assert submitted.ended(0.0) == [] and len(submitted) == 2
+
+
+def test_the_results_of_many_workers_are_found_without_looking_at_all():
+    """A future that has not ended is not asked: the time does not depend on the number of workers."""
+    executor = Later()
+    results = Pool(executor, lambda: 4000).results(str, range(20_000))
+    asked = []
+
+    class Silent(Future):
+        def done(self):
+            asked.append(self)
+            return super().done()
+
+    executor.submit = lambda work, item: executor.futures.append(Silent()) or executor.futures[-1]
+    timer = threading.Timer(0.1, lambda: executor.futures[5000].set_result(None))
+    timer.start()
+    assert next(results)[0] == 5000 and len(executor.futures) == 8000 and not asked
+
+
+def test_items_begin_in_the_order_in_which_they_were_submitted(monkeypatch):
+    monkeypatch.setattr(pools.time, "monotonic", lambda: now[0])
+    now, executor = [0.0], Later()
+    submitted = Submitted(Pool(executor, lambda: 2))
+    for item in "abcd":
+        submitted.add(item, str)
+    assert submitted.idle == 0
+    now[0] = 10
+    assert submitted.longer_than(9.0) == ["a", "b"] and submitted.longer_than(10.0) == []
+    executor.futures[1].set_result(None)
+    submitted.ended(0.0)  # "c" begins
+    now[0] = 15
+    assert submitted.longer_than(4.0) == ["a", "c"] and submitted.longer_than(6.0) == ["a"]
+    assert submitted.withdraw({"a", "c", "d"}) == ["d"]  # the others have begun
+    executor.futures[0].set_result(None)
+    executor.futures[2].set_result(None)
+    assert [item for item, _ in submitted.ended(0.0)] == ["a", "c"]
+    assert len(submitted) == 0 and submitted.idle == 2
+
+
+def test_workers_of_a_cluster_are_counted_from_time_to_time():
+    counted = []
+    client = SimpleNamespace(
+        status="running", get_executor=lambda pure: None, nthreads=lambda: counted.append(1) or {"a": 2, "b": 3}
+    )
+    pool = pools._dask_pool(client)
+    assert [pool.workers() for _ in range(50)] == [5] * 50 and len(counted) == 1
+    assert pool.stop is not None and pool.check() is None
+
+
+def test_threads_of_this_process_cannot_be_stopped():
+    with pools.thread_pool(1)() as pool:
+        assert pool.stop is None
 
 
 @pytest.mark.parametrize("error", [OSError("no answer"), ValueError("no address"), TimeoutError("late")])

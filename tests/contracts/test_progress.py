@@ -10,6 +10,7 @@ import gearchaos as gc
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.execute import machine, pools, tiles
+from gearchaos.execute.pool import Pool
 from gearchaos.execute.progress import bar
 from gearchaos.store import create
 from gearchaos.store import run as module
@@ -227,7 +228,7 @@ def test_work_handed_out_but_not_begun_is_dropped_when_nobody_waits_for_it():
                 futures[0].set_result(work(item))
             return futures[-1]
 
-    running = pools.Pool(Executor(), lambda: 2).results(lambda item: item + 5, range(10))
+    running = Pool(Executor(), lambda: 2).results(lambda item: item + 5, range(10))
     item, future = next(running)
     assert (item, future.result()) == (0, 5)
     assert len(futures) == 4

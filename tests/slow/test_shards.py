@@ -2,11 +2,12 @@
 
 import errno
 import json
+import os
 import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
-from multiprocessing import parent_process
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -185,7 +186,11 @@ def test_a_tile_that_takes_for_ever_is_computed_a_second_time(whole, empty, tmp_
     """The first copy never ends: its process is terminated."""
     script = tmp_path / "stuck.py"
     script.write_text(STUCK)
-    done = subprocess.run([sys.executable, str(script), str(empty)], capture_output=True, text=True, timeout=300)
+    paths = os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])])
+    done = subprocess.run(
+        [sys.executable, str(script), str(empty)], env={**os.environ, "PYTHONPATH": paths}, capture_output=True,
+        text=True, timeout=300,
+    )
     assert done.stdout == "True\n", done.stderr
     assert (tmp_path / "s.zarr-stuck").exists() and files(empty) == files(whole)
 
@@ -193,7 +198,7 @@ def test_a_tile_that_takes_for_ever_is_computed_a_second_time(whole, empty, tmp_
 def test_a_stopped_pool_ends_its_processes():
     with pools.process_pool(1)() as pool:
         future = pool.submit(time.sleep, 1e6)
-        assert parent_process() is None and pool.stop is not None
+        assert pool.stop is not None
         wait_for(future.running)
         pool.stop()
     assert future.exception() is not None

@@ -21,7 +21,7 @@ from gearchaos.continuation.curve_data import CurveData, as_data, on_curve, same
 from gearchaos.continuation.defining import EventSeed
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.lines import Line, line_seeds
-from gearchaos.execute.pools import Pool
+from gearchaos.execute.pool import Pool
 from gearchaos.execute.progress import bar
 from gearchaos.model import MeshModel
 

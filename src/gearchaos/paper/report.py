@@ -15,7 +15,8 @@ from typing import Any
 
 import xarray as xr
 
-from gearchaos.execute.pools import Pool, thread_pool
+from gearchaos.execute.pool import Pool
+from gearchaos.execute.pools import thread_pool
 from gearchaos.files import write_bytes
 from gearchaos.flow import cancel_event
 from gearchaos.paper import claims as claims_

@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
-
-from filelock import Timeout
+from contextlib import ExitStack, contextmanager
 
 from gearchaos.store.folder import Folder
 
@@ -54,16 +52,13 @@ class Claims:
         if not self.possible:
             yield False
             return
-        lock = self._folder.lock(f"{self._name}.lock", _LOCK_SECONDS)
-        try:
-            lock.__enter__()
-        except (Timeout, OSError, NotImplementedError):
-            yield False
-            return
-        try:
-            yield True
-        finally:
-            lock.__exit__(None, None, None)
+        with ExitStack() as stack:
+            try:
+                stack.enter_context(self._folder.lock(f"{self._name}.lock", _LOCK_SECONDS))
+                locked = True
+            except (OSError, NotImplementedError):  # a Timeout, too, is an OSError
+                locked = False
+            yield locked
 
     def begin(self, workers: int) -> None:
         """Begin a new file, without claims, for a shard that computes ``workers`` tiles at a time."""

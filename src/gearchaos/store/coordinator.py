@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 from statistics import median
 from typing import Any
 
-from gearchaos.execute import pools
+from gearchaos.execute.pool import RESUME_ADVICE, Pool, PoolLostError, Submitted, connection_lost
+from gearchaos.execute.pools import PoolFactory
 from gearchaos.store.journal import Damaged, Failed, Journal, Line, Lost, Packed, TileEntry
 from gearchaos.store.machine import process_name
 from gearchaos.store.progress import Progress
@@ -73,7 +74,7 @@ class Coordinator:
     """
 
     def __init__(
-        self, store: Store, progress: Progress, journal: Journal, shard: Shard, pool: pools.PoolFactory,
+        self, store: Store, progress: Progress, journal: Journal, shard: Shard, pool: PoolFactory,
         advance: Callable[[int], None] = lambda items: None,
     ) -> None:
         self.store, self.progress, self.shard, self.pool, self.advance = store, progress, shard, pool, advance
@@ -178,9 +179,9 @@ class _Attempt:
         needed = any(not self._owner.progress.done(tile) for tile in self._copies)
         return bool(needed or self._packing or self._todo or not self._source.exhausted or self._owner.to_pack())
 
-    def _work(self, pool: pools.Pool) -> None:
+    def _work(self, pool: Pool) -> None:
         """Submit tasks and take their results until nothing is left."""
-        submitted = pools.Submitted[Task](pool)
+        submitted = Submitted[Task](pool)
         self._source.begin(pool.workers())
         threads = pool.threads_per_item(max(1, len(self._todo) + self._source.remaining))
         try:
@@ -195,7 +196,7 @@ class _Attempt:
             self._copies.clear()
             self._packing.clear()
 
-    def _submit(self, pool: pools.Pool, submitted: pools.Submitted[Task], threads: int) -> None:
+    def _submit(self, pool: Pool, submitted: Submitted[Task], threads: int) -> None:
         """Give the workers groups to pack, then tiles, then second copies of tiles that take long."""
         for group in self._owner.to_pack():
             if group not in self._packing:
@@ -211,12 +212,12 @@ class _Attempt:
             for tile in self._overdue(submitted):
                 self._compute(submitted, tile, threads)
 
-    def _compute(self, submitted: pools.Submitted[Task], tile: int, threads: int) -> None:
+    def _compute(self, submitted: Submitted[Task], tile: int, threads: int) -> None:
         """Submit a tile."""
         submitted.add(Tile(tile), compute_tile, self._owner.store.folder.url, self._number, threads, tile)
         self._copies[tile] += 1
 
-    def _overdue(self, submitted: pools.Submitted[Task]) -> list[int]:
+    def _overdue(self, submitted: Submitted[Task]) -> list[int]:
         """The tiles to compute a second time, at most one for each idle worker."""
         tasks = submitted.longer_than(self._limit) if self._durations else []
         slow = [t.number for t in tasks if isinstance(t, Tile) and self._copies[t.number] == 1]
@@ -227,11 +228,11 @@ class _Attempt:
         """Seconds after which a tile is computed a second time."""
         return SLOW * median(self._durations) + _WRITING_SECONDS
 
-    def _patience(self, submitted: pools.Submitted[Task]) -> float:
+    def _patience(self, submitted: Submitted[Task]) -> float:
         """Seconds to wait for a result before looking again for something to do."""
         return min(CHECK_SECONDS, self._limit / 4) if self._durations and submitted.idle else CHECK_SECONDS
 
-    def _withdraw(self, submitted: pools.Submitted[Task]) -> None:
+    def _withdraw(self, submitted: Submitted[Task]) -> None:
         """Cancel tiles that others compute, if no worker has begun them."""
         tiles = {Tile(tile) for tile in self._source.withdrawn()}
         for task in submitted.withdraw(tiles) if tiles else ():
@@ -243,10 +244,10 @@ class _Attempt:
         if not self._copies[tile]:
             del self._copies[tile]
 
-    def _pack(self, submitted: pools.Submitted[Task], group: int) -> None:
+    def _pack(self, submitted: Submitted[Task], group: int) -> None:
         """Submit a group to be packed."""
         if self._packed[group] >= ATTEMPTS:
-            raise OSError(f"group {group} cannot be packed: the processes that did it died. {pools.RESUME_ADVICE}")
+            raise OSError(f"group {group} cannot be packed: the processes that did it died. {RESUME_ADVICE}")
         self._packed[group] += 1
         self._packing.add(group)
         submitted.add(
@@ -257,13 +258,24 @@ class _Attempt:
         """Record results, all that have come together in one writing of the journal."""
         lines: list[Line] = []
         for task, future in ended:
-            result = result_of(future)
+            result = self._result(future)
             if isinstance(task, Group):
                 lines += self._taken_group(task.number, result)
             else:
                 lines += self._taken_tile(task.number, result)
         if lines:
             self._owner.record(*lines)
+
+    def _result(self, future: Future[Any]) -> Any:
+        """The result of a task, or its error as text if that does not concern all tasks."""
+        try:
+            return result_of(future)
+        except PoolLostError:
+            raise
+        except OSError as error:
+            if self._owner.shard.count > 1 and self._owner.store.finished:  # by another shard, which deletes segments
+                return str(error)
+            raise
 
     def _taken_group(self, group: int, result: Packed | Lost | str) -> list[Line]:
         """The lines of the journal for a group that a worker has packed, or could not pack."""
@@ -291,10 +303,10 @@ class _Attempt:
 def result_of(future: Future[Any]) -> Any:
     """The result of a task, its error as text; raises an error that concerns all tasks."""
     error = None if future.cancelled() else future.exception()
-    if future.cancelled() or pools.connection_lost(error):
-        raise pools.PoolLostError(f"the cluster is gone. {pools.RESUME_ADVICE}")
+    if future.cancelled() or connection_lost(error):
+        raise PoolLostError(f"the cluster is gone. {RESUME_ADVICE}")
     if isinstance(error, BrokenExecutor):
         return "the process that computed it died"
     if isinstance(error, OSError):
-        raise OSError(f"{error}. {pools.RESUME_ADVICE}") from None
+        raise OSError(f"{error}. {RESUME_ADVICE}") from None
     return future.result() if error is None else f"{type(error).__name__}: {error}"

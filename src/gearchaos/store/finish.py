@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from itertools import count
 from typing import Any
 
@@ -49,7 +49,7 @@ def finish(coordinator: Coordinator, *, locks: bool, verify: bool, progress: boo
     with finish_lock(store, locks):
         coordinator.refresh()
         if store.finished:
-            store.folder.delete_tree(SEGMENTS)  # of workers that computed a tile for the second time
+            _delete_segments(store)  # of workers that computed a tile for the second time
             return True
         coordinator.packs_all = True
         coordinator.compute(Listed(()))
@@ -67,9 +67,15 @@ def _complete(store: Store, progress: bool) -> None:
     if not store.study.gridded:
         add_results(store.study.finish(store.results(), progress=progress), store.folder)
     store.write_checksums()
-    store.folder.delete_tree(SEGMENTS)
+    _delete_segments(store)
     store.folder.delete_tree(_ENDED)
     store.folder.write(FINISHED, b"")
+
+
+def _delete_segments(store: Store) -> None:
+    """Delete all segments; those to which another shard still appends a copy are deleted when that shard ends."""
+    with suppress(OSError):
+        store.folder.delete_tree(SEGMENTS)
 
 
 def wait_and_finish(coordinator: Coordinator, *, locks: bool, verify: bool, progress: bool) -> bool:

@@ -18,7 +18,8 @@ from gearchaos.continuation.skeleton import Search, find_curves
 from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import cores
-from gearchaos.execute.pools import RESUME_ADVICE, process_pool, thread_pool
+from gearchaos.execute.pool import RESUME_ADVICE
+from gearchaos.execute.pools import process_pool, thread_pool
 from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.studies.axis import Axis, as_axis, as_range
 from gearchaos.studies.curve_dataset import ends_of, parameter_plane, point_variables, special_variables
