@@ -124,9 +124,9 @@ class Coordinator:
         """A line with a time after that of all losses, also if the clock of its worker is behind."""
         if isinstance(line, Lost | Damaged):
             self._latest_loss = max(self._latest_loss, line.at)
-        elif line.at <= self._latest_loss:
-            return replace(line, at=self._latest_loss + 1e-3)
-        return line
+            return line
+        latest = max(self._latest_loss, self.progress.latest_loss)
+        return line if line.at > latest else replace(line, at=latest + 1e-3)
 
     def _delete_segments(self, packed: list[TileEntry]) -> None:
         """Delete the segments of this run that are full and of which all tiles are in packed groups."""

@@ -28,6 +28,10 @@ _SEGMENT_SIZE = 64 * 2**20
 """Size from which a file to which records are appended is followed by a new one, in bytes."""
 
 
+_DURABLE = set[Path]()
+"""Files and folders that this process knows to survive a power failure, since it has synchronised the folders that
+contain them. Another process may have made them and may have been killed before it did so."""
+
 UNREACHABLE = (ConnectionError, TimeoutError, PermissionError)
 """Errors that say that a folder cannot be reached; any other OSError at reading a file means that it is damaged."""
 
@@ -185,15 +189,15 @@ class LocalFolder:
 
     def append(self, name: str, content: bytes | memoryview) -> int:
         path = self._in_folder(name)
-        new = not path.exists()
+        if not path.exists():
+            _DURABLE.discard(path)
         try:
             with _opened(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, "ab") as file:
                 offset = os.fstat(file.fileno()).st_size
                 _append(file, content, offset)
         except OSError as error:  # the error of a full disk has no path
             raise OSError(error.errno, error.strerror or str(error), str(path)) from error
-        if new:
-            sync_folder(path.parent)
+        _make_durable(path)
         return offset
 
     def size(self, name: str) -> int | None:
@@ -255,16 +259,27 @@ class LocalFolder:
 
     def _in_folder(self, name: str) -> Path:
         """The path of a file, in a folder that exists. New folders survive a power failure."""
-        path, folder, missing = self.path / name, (self.path / name).parent, []
-        while not folder.exists():
-            missing.append(folder)
+        top = self.path.absolute()
+        path = folder = top / name
+        folders = []
+        while folder != top:
             folder = folder.parent
-        if not folder.is_dir():
-            raise InputError("store", "must have a folder at this path", str(folder), "Remove it and run again.")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        for made in missing:
-            sync_folder(made.parent)
+            folders.append(folder)
+        for folder in reversed(folders):
+            if not folder.exists():
+                _DURABLE.discard(folder)
+                folder.mkdir(parents=True, exist_ok=True)
+            elif not folder.is_dir():
+                raise InputError("store", "must have a folder at this path", str(folder), "Remove it and run again.")
+            _make_durable(folder)
         return path
+
+
+def _make_durable(path: Path) -> None:
+    """Let a file or folder that exists survive a power failure."""
+    if path not in _DURABLE:
+        sync_folder(path.parent)
+        _DURABLE.add(path)
 
 
 def _opened(path: Path, flags: int, mode: str) -> BinaryIO:

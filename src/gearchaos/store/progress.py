@@ -38,11 +38,13 @@ class WriterState:
 
 @dataclass
 class _JournalEnd:
-    """How far the journals of a writer have been read: number of the file, bytes and lines of it."""
+    """How far the journals of a writer have been read: number of the file, bytes and lines of it, and whether it was
+    read before."""
 
     number: int = 0
     offset: int = 0
     lines: int = 0
+    begun: bool = False
 
 
 class Progress:
@@ -72,6 +74,8 @@ class Progress:
         By name of the writer.
     at, seconds : (count,) float
         When each tile was done, in seconds since the epoch, NaN if it is not; and its computing time.
+    latest_loss : float
+        Time of the latest loss; what is done again must be later, also if the clock of its worker is behind.
     hosts : set of str
         Names of the machines that computed.
     unreadable : set of str
@@ -88,6 +92,7 @@ class Progress:
         self.unreadable: set[str] = set()
         self.at = np.full(grid.count, np.nan)
         self.seconds = np.zeros(grid.count)
+        self.latest_loss = 0.0
         self._packed_at: dict[int, float] = {}
         self._lost_tiles: dict[int, float] = {}
         self._lost_groups: dict[int, float] = {}
@@ -160,7 +165,7 @@ class Progress:
             try:
                 content = self.folder.read(name, end.offset)
             except FileNotFoundError:
-                return
+                content = b""
             except UNREACHABLE:
                 raise
             except OSError:
@@ -171,9 +176,14 @@ class Progress:
                 if (found := decoded_line(line)) is not None:
                     self.add(found, writer)
             end.offset, end.lines = end.offset + len(whole), end.lines + whole.count(b"\n")
-            if end.lines < LINES_PER_FILE:
+            if end.lines < LINES_PER_FILE and not self._continued(writer, end):
                 return
-            end.number, end.offset, end.lines = end.number + 1, 0, 0
+            end.number, end.offset, end.lines, end.begun = end.number + 1, 0, 0, False
+
+    def _continued(self, writer: str, end: _JournalEnd) -> bool:
+        """Whether a journal has a next file though this one, read for the first time, is short or missing: damaged."""
+        first, end.begun = not end.begun, True
+        return first and self.folder.size(journal_name(writer, end.number + 1)) is not None
 
     def add(self, line: Line, writer: str | None = None) -> None:
         """Apply a line of the journal of a writer."""
@@ -245,6 +255,7 @@ class Progress:
 
     def _add_lost(self, line: Lost) -> None:
         """Apply a loss: what was done up to its time is not done."""
+        self.latest_loss = max(self.latest_loss, line.at)
         for group in line.groups:
             if group < self.grid.group_count:
                 self._lose_group(group, line.at)

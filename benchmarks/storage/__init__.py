@@ -1,0 +1,1 @@
+"""Measurements of stores: what `benchmarks/stores.py` prints."""
