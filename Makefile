@@ -30,7 +30,7 @@ lint: $(VENV)/.installed-test
 	$(BIN)/lint-imports
 
 # Source distribution and wheel; what the wheel installs is tried in an empty environment by try-wheel.
-.PHONY: dist try-wheel try-wheel-paper
+.PHONY: dist try-wheel try-wheel-slow
 dist: $(VENV)/.installed-test
 	rm -rf dist
 	$(BIN)/python -m hatchling build -d dist
@@ -38,9 +38,9 @@ dist: $(VENV)/.installed-test
 try-wheel: dist
 	$(BIN)/python -m tests.wheel dist
 
-# The report of the paper from the wheel: two minutes or more.
-try-wheel-paper: dist
-	$(BIN)/python -m tests.wheel dist --paper
+# The commands that take minutes: all kernels, the report of the paper.
+try-wheel-slow: dist
+	$(BIN)/python -m tests.wheel dist --slow
 
 # The browser of the explorer's tests.
 SUDO := $(if $(filter 0,$(shell id -u)),,sudo)

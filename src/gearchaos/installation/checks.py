@@ -7,7 +7,6 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 
 from gearchaos.installation import orbit
@@ -51,9 +50,9 @@ def checks() -> Iterator[Check]:
     )
     for name, run in required:
         yield _outcome(name, run)
-    for extra in extras():
-        yield _optional(extra)
-    if find_spec("flint") is not None:
+    parts = {extra: _optional(extra) for extra in extras()}
+    yield from parts.values()
+    if "proof" in parts and parts["proof"].status == "ok":
         yield _outcome("a proof", _proof)
 
 

@@ -46,10 +46,11 @@ class SymbolicModel:
 
     @property
     def coordinates(self) -> tuple[AppliedUndef, ...]:
-        """The coordinates that the equations determine, as functions of τ, in the order x1, x2, y1, y2, or z."""
-        found = {f.func.__name__: f for e in self.equations for f in e.atoms(sympy().core.function.AppliedUndef)}
+        """The functions of τ without definition, x1, x2, y1, y2, z first."""
+        written = (*self.equations, *self.definitions.values())
+        found = {f.func.__name__: f for e in written for f in e.atoms(sympy().core.function.AppliedUndef)}
         known = {f.func.__name__ for f in self.definitions}
-        return tuple(found[n] for n in COORDINATES if n in found and n not in known)
+        return tuple(found[n] for n in sorted(found, key=_position) if n not in known)
 
     def accelerations(self) -> dict[AppliedUndef, Expr]:
         """The second derivative of each coordinate as a function of τ, the coordinates and their first derivatives.
@@ -78,3 +79,8 @@ def _inserted(expression: Basic, definitions: Mapping[AppliedUndef, Expr]) -> Ba
     for _ in range(len(definitions) + 1):
         expression = expression.subs(definitions).doit()
     return expression
+
+
+def _position(name: str) -> tuple[int, str]:
+    """The place of a function among the coordinates; unknown ones are last."""
+    return COORDINATES.index(name) if name in COORDINATES else len(COORDINATES), name
