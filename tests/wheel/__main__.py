@@ -57,7 +57,7 @@ CHAINS = (
         "simulate --set omega=0.8 --periods 5 --samples 20 --out s.nc", "plot s.nc --out s.png",
         "attractors --set omega=0.8 --set eps1=0.1 --starts 8 --out a.nc",
         "branch --set omega=0.8 --set eps1=0.1 --axis eps1=0.09:0.11 --out branch.nc --plot branch.png --json",
-        "curve --set omega=1 --set eps1=0.2 --event flip --period 1 --axis eps1=0.1:0.25 --axis omega=0.98:1.02 --json",
+        "curve --set omega=0.8 --set eps1=0.1 --event fold --axis eps1=0.02:0.14 --axis omega=0.79:0.81 --json",
         "gear design.toml --out sheet.html --json", "gear design.toml --speed 1000:6000:6 --plot factor.png",
     ),
     (
