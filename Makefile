@@ -29,6 +29,19 @@ lint: $(VENV)/.installed-test
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# Source distribution and wheel; what the wheel installs is tried in an empty environment by try-wheel.
+.PHONY: dist try-wheel try-wheel-slow
+dist: $(VENV)/.installed-test
+	rm -rf dist
+	$(BIN)/python -m hatchling build -d dist
+
+try-wheel: dist
+	$(BIN)/python -m tests.wheel dist
+
+# The commands that take minutes: all kernels, the report of the paper.
+try-wheel-slow: dist
+	$(BIN)/python -m tests.wheel dist --slow
+
 # The browser of the explorer's tests.
 SUDO := $(if $(filter 0,$(shell id -u)),,sudo)
 .PHONY: chromium
@@ -72,4 +85,4 @@ mutation: $(VENV)/.installed-mutation
 	$(BIN)/python -m tests.mutation --count $(MUTANTS) --seed $(SEED)
 
 clean:
-	rm -rf $(VENV) $(OUT)
+	rm -rf $(VENV) $(OUT) dist

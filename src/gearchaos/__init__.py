@@ -31,6 +31,8 @@ _MODULES = {
     "prove_chaos": "studies.chaos_proof",
     "load": "store.load", "save": "datasets", "run": "store.run", "Outcome": "store.run",
     "explore": "explorer.web.notebook",
+    "SymbolicModel": "interchange.symbolic_model", "script": "interchange.scripts",
+    "from_sympy": "interchange.symbolic", "to_sympy": "interchange.symbolic",
 }
 """The submodule that defines each public name. ``__init__.pyi`` lists the same names for type checkers and editors."""
 

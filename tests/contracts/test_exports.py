@@ -6,6 +6,8 @@ import os
 import re
 import subprocess
 import sys
+import tarfile
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -104,6 +106,25 @@ def test_a_wheel_holds_types_templates_and_data():
     }
     assert {"gearchaos/py.typed", "gearchaos/__init__.pyi", "gearchaos/paper/settings.toml"} <= packed
     assert packed == sources
+    assert {Path(name).suffix for name in packed} <= {".py", ".pyi", ".typed", ".toml", ".j2", ".css", ".js"}
+
+
+def test_the_source_distribution_builds_the_same_wheel(tmp_path):
+    """From what is in it alone, and with the same content, byte for byte; it holds no file that git ignores."""
+    sdist = pytest.importorskip("hatchling.builders.sdist", reason="hatchling is not installed")
+    wheel = pytest.importorskip("hatchling.builders.wheel")
+    (archive,) = sdist.SdistBuilder(str(ROOT)).build(directory=str(tmp_path / "sdist"))
+    with tarfile.open(archive) as file:
+        file.extractall(tmp_path, filter="data")
+    (unpacked,) = tmp_path.glob("gearchaos-*")
+    assert {"tests", "docs", "examples", "Makefile", "constraints.txt", "LICENSE"} <= set(os.listdir(unpacked))
+    assert not {".venv", "dist", "report", "build"} & set(os.listdir(unpacked))
+    built = []
+    for number, source in enumerate((ROOT, unpacked)):
+        (made,) = wheel.WheelBuilder(str(source)).build(directory=str(tmp_path / str(number)))
+        with zipfile.ZipFile(made) as file:
+            built.append({name: file.read(name) for name in file.namelist()})
+    assert built[0] == built[1]
 
 
 def test_every_function_that_the_flow_exports_is_called_above_it():

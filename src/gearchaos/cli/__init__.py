@@ -1,7 +1,9 @@
 """The command line: commands that write files, and print one JSON document or a table of text."""
 
 # Importing a module adds its commands to the application; --help lists them in this order.
-from gearchaos.cli import warmup, paper, point, maps, branches, curves, proofs, gears, explore, runs, check  # noqa: F401, I001
+from gearchaos.cli import (  # noqa: F401, I001
+    warmup, paper, point, maps, branches, curves, proofs, gears, explore, runs, check, interchange, doctor,
+)
 from gearchaos.cli.options import app, main
 
 __all__ = ["app", "main"]

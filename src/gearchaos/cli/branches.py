@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gearchaos.cli import completion
 from gearchaos.cli.options import (
     Json,
     OutIfWanted,
@@ -32,7 +33,9 @@ def branch(
     study: StudyPath = None,
     sets: Sets = None,
     axis: Annotated[
-        list[str] | None, typer.Option("--axis", metavar="NAME=START:STOP", help="The parameter and its range, once.")
+        list[str] | None,
+        typer.Option("--axis", metavar="NAME=START:STOP", help="The parameter and its range, once.",
+                     autocompletion=completion.ranges),
     ] = None,
     period: Annotated[
         int | None, typer.Option(help="Minimal period; by default that of the motion that the start leads to.")

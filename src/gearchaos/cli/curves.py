@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gearchaos.cli import completion
 from gearchaos.cli.options import (
     Json,
     Out,
@@ -35,10 +36,14 @@ def curve(
     study: StudyPath = None,
     sets: Sets = None,
     event: Annotated[
-        str, typer.Option(metavar="fold|flip|neimark-sacker|graze", help="The event whose curve is followed.")
+        str,
+        typer.Option(metavar="fold|flip|neimark-sacker|graze", help="The event whose curve is followed.",
+                     autocompletion=completion.choices("fold", "flip", "neimark-sacker", "graze")),
     ] = "",
     axis: Annotated[
-        list[str] | None, typer.Option("--axis", metavar="NAME=START:STOP", help="A parameter; first x, then y.")
+        list[str] | None,
+        typer.Option("--axis", metavar="NAME=START:STOP", help="A parameter; first x, then y.",
+                     autocompletion=completion.ranges),
     ] = None,
     period: Annotated[
         int | None, typer.Option(help="Minimal period; by default that of the motion that the start leads to.")
@@ -76,7 +81,8 @@ def skeleton(
     axis: Annotated[
         list[str] | None,
         typer.Option("--axis", metavar="NAME=START:STOP:COUNT",
-                     help="First x, then y; COUNT places at which motions are searched, 48 and 24 if left out."),
+                     help="First x, then y; COUNT places at which motions are searched, 48 and 24 if left out.",
+                     autocompletion=completion.ranges),
     ] = None,
     period: Annotated[int, typer.Option(help="Largest period of the orbits.")] = 4,
     lines: Annotated[

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gearchaos.cli import completion
 from gearchaos.cli.options import (
     AxisTexts,
     Json,
@@ -41,7 +42,9 @@ def bifurcation(
         int | None, typer.Option(min=0, help="Stroboscopic points per column; 0 for verdicts only.")
     ] = None,
     mode: Annotated[
-        str | None, typer.Option(metavar="fixed|up|down", help="Columns from the model's initial values, or a sweep.")
+        str | None,
+        typer.Option(metavar="fixed|up|down", help="Columns from the model's initial values, or a sweep.",
+                     autocompletion=completion.choices("fixed", "up", "down")),
     ] = None,
     plot: Plot = None,
     json_out: Json = False,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearchaos.cli import startup
+from gearchaos.cli import completion, startup
 from gearchaos.cli.errors import Commands, announce_compilation
 from gearchaos.errors import InputError
 
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 app = typer.Typer(
     cls=Commands,
     help="What will this gear mesh do? Exact flow, verdicts and maps for gear pairs with backlash.",
-    add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
@@ -33,14 +32,18 @@ app = typer.Typer(
 StudyPath = Annotated[Path | None, typer.Argument(metavar="STUDY", help="Study file, TOML.", readable=False)]
 Sets = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="NAME=VALUE", help="Set a value over the study file; may be repeated."),
+    typer.Option("--set", metavar="NAME=VALUE", help="Set a value over the study file; may be repeated.",
+                 autocompletion=completion.values),
 ]
 AxisTexts = Annotated[
     list[str] | None,
-    typer.Option("--axis", metavar="NAME=START:STOP:COUNT", help="E.g. eps1=0:0.3:400; first x, then y."),
+    typer.Option("--axis", metavar="NAME=START:STOP:COUNT", help="E.g. eps1=0:0.3:400; first x, then y.",
+                 autocompletion=completion.axes),
 ]
 Starts = Annotated[
-    list[str] | None, typer.Option("--start", metavar="NAME=VALUE", help="An initial value; may be repeated.")
+    list[str] | None,
+    typer.Option("--start", metavar="NAME=VALUE", help="An initial value; may be repeated.",
+                 autocompletion=completion.starts),
 ]
 StartsPerCell = Annotated[
     int | None, typer.Option("--starts", help="Number of initial states in each cell, to find all its motions.")
@@ -63,25 +66,31 @@ Physical = Annotated[bool, typer.Option("--physical", help="µm, mm/s, N, Hz; fo
 def main() -> None:
     """Entry point of the ``gearchaos`` command, in a process of its own."""
     startup.own_process = True
+    completion.join_words()
     app(prog_name="gearchaos")
 
 
-def _version(wanted: bool) -> None:
-    """Print the version and exit, if it is wanted."""
-    if wanted:
-        from importlib.metadata import version
-
-        print(f"gearchaos {version('gearchaos')}")
-        raise typer.Exit()
-
-
-@app.callback()
+@app.callback(invoke_without_command=True)
 def _options(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Show the version and exit.")] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", help="With --version: packages, processor, kernel cache, for error reports.")
     ] = False,
+    json_out: Annotated[bool, typer.Option("--json", help="With --version: as one JSON document.")] = False,
 ) -> None:
     """Options before the command."""
+    if version:
+        from gearchaos.cli.version import print_version
+
+        print_version(verbose, json_out)
+        raise typer.Exit()
+    for option, given in {"--verbose": verbose, "--json": json_out}.items():
+        if given:
+            raise InputError(option, "needs --version before the command", True,
+                             "Options of a command are given after its name.")
+    if context.invoked_subcommand is None:
+        context.fail("Missing command.")
 
 
 def load(
@@ -92,14 +101,19 @@ def load(
     ``physical`` says that it must describe gears; ``axes`` are those of the command line.
     """
     startup.load_numba()
-    from gearchaos.studyfile import load_study, parse_set
-
-    loaded = load_study(study, parse_set(sets or []), axes=axes)
+    loaded = read_study(study, sets, axes)
     announce_compilation()
     if physical and loaded.pair is None:
         file = None if study is None else str(study)
         raise InputError("--physical", "needs a study file with a table [gearpair] or [design]", file)
     return loaded
+
+
+def read_study(study: Path | None, sets: list[str] | None, axes: Iterable[Axis] = ()) -> LoadedStudy:
+    """The content of a study file with the values of ``--set``."""
+    from gearchaos.studyfile import load_study, parse_set
+
+    return load_study(study, parse_set(sets or []), axes=axes)
 
 
 def parse_axes(texts: list[str] | None) -> list[Axis]:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from gearchaos.cli import completion
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import app
 from gearchaos.errors import InputError
@@ -16,7 +17,9 @@ from gearchaos.errors import InputError
 def paper(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the report.", readable=False)],
     figures: Annotated[str | None, typer.Option(metavar="2,6,9", help="Only these figures.")] = None,
-    quality: Annotated[str, typer.Option(metavar="draft|paper", help="Number of cells and columns.")] = "paper",
+    quality: Annotated[str, typer.Option(
+        metavar="draft|paper", help="Number of cells and columns.", autocompletion=completion.choices("draft", "paper"),
+    )] = "paper",
 ) -> None:
     """Reproduce the 2008 paper: a report with every figure, and every claim compared with computed values."""
     numbers = None if figures is None else _figure_numbers(figures)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gearchaos.cli import completion
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import Json, OutIfWanted, Physical, Plot, Sets, StudyPath, app, given, in_units, load
 from gearchaos.cli.output import (
@@ -126,7 +127,8 @@ def attractors(
     seed: Annotated[int | None, typer.Option(help="Seed of the initial states.")] = None,
     sweep: Annotated[
         str | None,
-        typer.Option(metavar="NAME=LOW:HIGH:COUNT", help="Also sweep this parameter from both ends to its value."),
+        typer.Option(metavar="NAME=LOW:HIGH:COUNT", help="Also sweep this parameter from both ends to its value.",
+                     autocompletion=completion.axes),
     ] = None,
     kicks: Annotated[
         int | None, typer.Option(help="Directions in which to search the smallest perturbation that leaves a basin.")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gearchaos.cli import completion
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import Json, Physical, Sets, StudyPath, app, load
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, say_proofs
@@ -150,7 +151,9 @@ def plot(
     ],
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Picture: .png, .pdf or .svg.")] = None,
     colour: Annotated[
-        str | None, typer.Option(metavar="NAME", help="What a map or a diagram shows: motion, v_rms, contact, …")
+        str | None,
+        typer.Option(metavar="NAME", help="What a map or a diagram shows: motion, v_rms, contact, …",
+                     autocompletion=completion.colours),
     ] = None,
     physical: Physical = False,
 ) -> None:

@@ -1,0 +1,129 @@
+"""Completion of the values of options in shells: names of parameters, of variables of results, and choices.
+
+A name that is the only possible one is completed together with a value, NAME=VALUE: Bash would otherwise put a space
+after the equals sign.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+
+import typer
+
+from gearchaos.quantities import (
+    COORDINATES,
+    HARMONICS,
+    OPERATION,
+    PARAMETERS,
+    RESPONSES,
+    STIFFNESS_LEVELS,
+    VERDICTS,
+    Quantity,
+)
+
+Completer = Callable[[typer.Context, str], list[str]]
+
+_COMPLETE = "_GEARCHAOS_COMPLETE"
+"""The environment variable by which a shell asks for completions."""
+
+_KINDS = ("single", "torsional", "full")
+_VALUES = (*PARAMETERS, *STIFFNESS_LEVELS, *(q for q in HARMONICS.values()))
+_EXAMPLES = {"speed": "1500", "torque": "100"}
+"""Values of the parameters that have no default."""
+
+_name_before = ""
+"""The name before the equals sign, if the shell completes only what follows it."""
+
+
+def join_words() -> None:
+    """Join the words into which Bash splits NAME=VALUE, before its question is answered: it splits at = and at colons.
+
+    Of the word to be completed only what follows the equals sign is left; the name before it is kept here.
+    """
+    global _name_before
+    if os.environ.get(_COMPLETE) != "complete_bash":
+        return
+    words, current = os.environ.get("COMP_WORDS", "").split("\n"), int(os.environ.get("COMP_CWORD", "0"))
+    joined: list[str] = []
+    for word in words[: current + 1]:
+        if joined and (word[:1] in ("=", ":") or joined[-1][-1:] in ("=", ":")):
+            joined[-1] += word
+        else:
+            joined.append(word)
+    name, equals, rest = joined[-1].partition("=")
+    if equals and words[current] != joined[-1]:
+        _name_before, joined[-1] = name, rest
+    os.environ["COMP_WORDS"], os.environ["COMP_CWORD"] = "\n".join(joined), str(len(joined) - 1)
+
+
+def choices(*values: str) -> Completer:
+    """The completion of an option that has one of these values."""
+    def complete(context: typer.Context, incomplete: str) -> list[str]:
+        return [v for v in values if v.startswith(incomplete)]
+
+    return complete
+
+
+def colours(context: typer.Context, incomplete: str) -> list[str]:
+    """Names of the variables that `gearchaos plot` can show."""
+    names = ("motion", *(q.name for q in (*RESPONSES, *VERDICTS)), "attractors", "hysteresis", "contact_worst")
+    return [n for n in names if n.startswith(incomplete)]
+
+
+def values(context: typer.Context, incomplete: str) -> list[str]:
+    """NAME=VALUE for ``--set``: kinds of models, parameters, initial values, the operating point of gears."""
+    given: dict[str, tuple[str, ...]] = {"kind": _KINDS}
+    return _assignments(incomplete, [*given, *map(_first, (*_VALUES, *COORDINATES, *OPERATION))], _default, given)
+
+
+def starts(context: typer.Context, incomplete: str) -> list[str]:
+    """NAME=VALUE for ``--start``: initial values."""
+    return _assignments(incomplete, [q.name for q in COORDINATES], _default, {})
+
+
+def axes(context: typer.Context, incomplete: str) -> list[str]:
+    """NAME=START:STOP:COUNT for ``--axis``, over the range that the explorer offers."""
+    rows = {_first(q): q for q in (*_VALUES, *COORDINATES, *OPERATION)}
+    return _assignments(incomplete, rows, lambda name: _range(rows[name]) + ":200", {})
+
+
+def ranges(context: typer.Context, incomplete: str) -> list[str]:
+    """NAME=START:STOP for ``--axis`` of commands that follow something along a parameter."""
+    rows = {_first(q): q for q in (*_VALUES, *OPERATION)}
+    return _assignments(incomplete, rows, lambda name: _range(rows[name]), {})
+
+
+def _assignments(
+    incomplete: str, names: Iterable[str], value: Callable[[str], str], given: dict[str, tuple[str, ...]]
+) -> list[str]:
+    """Completions of NAME=VALUE; ``given`` has the values of names that have a choice of them."""
+    name, equals, rest = (_name_before, "=", incomplete) if _name_before else incomplete.partition("=")
+    found = [n for n in names if (n == name if equals else n.startswith(name))]
+    if len(found) != 1:
+        return [f"{n}=" for n in found]
+    texts = [v for v in given.get(found[0]) or (value(found[0]),) if v.startswith(rest)]
+    return texts if _name_before else [f"{found[0]}={v}" for v in texts]
+
+
+def _first(row: Quantity) -> str:
+    """The name of a parameter; of a family of harmonics that of order 1."""
+    return f"{row.name}1" if row.name in HARMONICS else row.name
+
+
+def _range(row: Quantity) -> str:
+    """START:STOP of the range that the explorer offers."""
+    assert row.range is not None
+    return f"{row.range.low:g}:{row.range.high:g}"
+
+
+def _default(name: str) -> str:
+    """The default value of a parameter or initial value."""
+    if name in _EXAMPLES:
+        return _EXAMPLES[name]
+    if name in {q.name for q in COORDINATES}:
+        return "1" if name == "x1" else "0"
+    from gearchaos.model import HarmonicStiffness, MeshModel
+
+    stiffness = {"stiffness": HarmonicStiffness()} if name in ("c1", "alpha1") else {}
+    return f"{MeshModel(**stiffness).value(name):g}"  # type: ignore[arg-type]

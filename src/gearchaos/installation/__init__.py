@@ -1,0 +1,1 @@
+"""This installation: its versions and machine for reports of errors, and checks that it works."""

@@ -1,0 +1,182 @@
+"""Checks of an installation: whether what every command needs works, and which optional parts there are."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from gearchaos.installation import orbit
+from gearchaos.installation.packages import EXTRAS, extras, problems, requirements
+
+
+@dataclass(frozen=True)
+class Check:
+    """The outcome of one check.
+
+    Attributes
+    ----------
+    name : str
+    status : {"ok", "failed", "missing"}
+        "missing" is said of optional parts alone.
+    detail : str
+        What was found.
+    mend : str
+        What to do; empty unless the check failed or a part is missing.
+    """
+
+    name: str
+    status: str
+    detail: str
+    mend: str = ""
+
+
+class _FailedError(Exception):
+    """A check that failed: what was found, and what to do."""
+
+    def __init__(self, detail: str, mend: str) -> None:
+        super().__init__(detail)
+        self.detail, self.mend = detail, mend
+
+
+def checks() -> Iterator[Check]:
+    """Check this installation; yields each outcome as soon as it is known. No check raises an error."""
+    required: tuple[tuple[str, Callable[[], str]], ...] = (
+        ("packages", _packages), ("temporary folder", _temporary_folder), ("clock", _clock),
+        ("kernel cache", _kernel_cache), ("kernels", _kernels), ("orbit", _orbit), ("files", _files),
+    )
+    for name, run in required:
+        yield _outcome(name, run)
+    parts = {extra: _optional(extra) for extra in extras()}
+    yield from parts.values()
+    if "proof" in parts and parts["proof"].status == "ok":
+        yield _outcome("a proof", _proof)
+
+
+def _outcome(name: str, run: Callable[[], str]) -> Check:
+    """The outcome of a check that returns what it found."""
+    try:
+        return Check(name, "ok", run())
+    except _FailedError as failure:
+        return Check(name, "failed", failure.detail, failure.mend)
+    except Exception as error:  # a broken installation may raise anything, and the next checks are wanted as well
+        return Check(name, "failed", f"{type(error).__name__}: {error}",
+                     "Mend the checks above first. If they are ok, report this error together with the output of "
+                     "gearchaos --version --verbose.")
+
+
+def _packages() -> str:
+    """All packages that every command needs."""
+    needed = requirements()
+    if wrong := list(problems(needed)):
+        raise _FailedError("; ".join(wrong), "pip install --upgrade --force-reinstall gearchaos")
+    return f"{len(needed)} required packages can be imported"
+
+
+def _temporary_folder() -> str:
+    """A file can be written to the folder of temporary files."""
+    try:
+        with tempfile.NamedTemporaryFile() as file:
+            file.write(b"x")
+            return str(Path(file.name).parent)
+    except OSError as error:
+        raise _FailedError(f"cannot be written ({error})", "Set TMPDIR to a folder that you may write in.") from None
+
+
+_EARLIEST = time.mktime((2026, 11, 1, 0, 0, 0, 0, 0, 0))
+"""No clock can show a time before this version."""
+
+
+def _clock() -> str:
+    """The clock shows a possible time, and that of the file system of temporary files."""
+    with tempfile.NamedTemporaryFile() as file:
+        written = os.stat(file.name).st_mtime
+    now = time.time()
+    shown = time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime(now))
+    if now < _EARLIEST:
+        raise _FailedError(f"it shows {shown}, before this version of gearchaos was written",
+                           "Set the clock of this machine.")
+    if abs(now - written) > 60:
+        raise _FailedError(f"it differs by {abs(now - written):.0f} s from that of the temporary folder's file system",
+                           "Set the clocks of this machine and of its file server: runs on several machines compare "
+                           "times.")
+    return shown
+
+
+def _kernel_cache() -> str:
+    """A file can be written to the folder of compiled kernels."""
+    from gearchaos.flow import cache_directory
+
+    folder = cache_directory()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return str(folder)
+    except OSError as error:
+        raise _FailedError(f"{folder} cannot be written ({error.strerror}): every process would compile for itself",
+                           "Allow writing to it, or set NUMBA_CACHE_DIR to a folder that you may write in.") from None
+
+
+def _kernels() -> str:
+    """The kernels of the smallest state are compiled, or loaded from the cache."""
+    from gearchaos.flow import on_compile, processor
+
+    compiled: list[int] = []
+    on_compile(lambda: compiled.append(1))
+    begin = time.perf_counter()
+    orbit.computed()
+    done = f"compiled {len(compiled)}" if compiled else "loaded"
+    target = processor()
+    slow = "" if target.fma else "; without fused multiply-add they are slow"
+    return f"{done} in {time.perf_counter() - begin:.1f} s for {target.name} with {target.instruction_set}{slow}"
+
+
+def _orbit() -> str:
+    """A known orbit has its stored values."""
+    difference = orbit.difference()
+    if not difference <= orbit.TOLERANCE:
+        raise _FailedError(f"it differs by {difference:.1e} from its stored values, more than {orbit.TOLERANCE:.0e}",
+                           "Do not use results of this installation. Report the output of gearchaos --version "
+                           "--verbose, and install the tested versions of all packages (constraints.txt).")
+    return "equal to its stored values, bit for bit" if difference == 0 else (
+        f"equal to its stored values to {difference:.0e}")
+
+
+def _files() -> str:
+    """A result is written as NetCDF and read again."""
+    import gearchaos as gc
+
+    with tempfile.TemporaryDirectory() as folder:
+        written = gc.simulate(orbit.model(), 3)
+        gc.save(written, Path(folder) / "orbit.nc")
+        if not gc.load(Path(folder) / "orbit.nc").equals(written):
+            raise _FailedError("a result that was written is another one when it is read",
+                          "pip install --upgrade --force-reinstall h5netcdf h5py xarray")
+    return "a result is written as NetCDF and read again"
+
+
+def _optional(extra: str) -> Check:
+    """Whether the packages of an extra are there."""
+    install = f'pip install "gearchaos[{extra}]"'
+    wrong = list(problems(requirements(extra)))
+    purpose = EXTRAS.get(extra, "")
+    if not wrong:
+        return Check(extra, "ok", purpose)
+    broken = any(not problem.endswith("is missing") for problem in wrong)
+    return Check(extra, "failed" if broken else "missing", f"{purpose}: {'; '.join(wrong)}",
+                 f"{install} --upgrade" if broken else install)
+
+
+def _proof() -> str:
+    """The known orbit is proved."""
+    import gearchaos as gc
+    from gearchaos.proof.certificate import Unproved
+
+    result = gc.prove(orbit.model())
+    if isinstance(result, Unproved):
+        raise _FailedError(f"a known orbit cannot be proved: {result.in_words()}",
+                           'pip install --upgrade --force-reinstall "gearchaos[proof]"')
+    return "a known orbit is proved in ball arithmetic"

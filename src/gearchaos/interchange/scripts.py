@@ -1,0 +1,142 @@
+"""Stand-alone scripts that integrate a model with another tool, so that results can be checked there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import version
+from importlib.resources import files
+from typing import Any
+
+import jinja2
+
+from gearchaos.errors import unknown_name
+from gearchaos.gears.operating import AnyModel, OperatingModel, as_model
+from gearchaos.model import COORDINATES, SCALARS, HarmonicStiffness, MeshModel, has_effect, stiffness_kind, vary
+from gearchaos.model.coordinates import initial_values, transmission_error_at_start
+from gearchaos.quantities import quantity
+
+TEMPLATES = {"scipy": "scipy.py.j2", "dynamicalsystems.jl": "dynamicalsystems.jl.j2"}
+"""The template of each tool for which scripts are written."""
+
+PERIODS = 20
+"""Mesh periods that a script integrates unless its user gives another number."""
+
+
+def script(model: AnyModel, tool: str = "scipy") -> str:
+    """A stand-alone script that integrates a model with another tool, to check a result there.
+
+    The script for SciPy needs NumPy and SciPy alone, and prints the stroboscopic section as CSV. It integrates (2.12)
+    or (2.17) in the coordinates x and y of the wheels (z in the single model) by the Runge-Kutta method of order 8 of
+    Dormand and Prince with tolerances of 1e-12, and stops at every contact switch, stiffness jump and extremum of z. It
+    shares no code with gearchaos.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        With its initial values.
+    tool : {"scipy", "dynamicalsystems.jl"}
+        "dynamicalsystems.jl" is a package of Julia.
+
+    Returns
+    -------
+    str
+        The text of the script: Python or Julia. Parameters are constants with the names of `MeshModel`, and comments
+        name the equations of Łuczko (2008).
+
+    Raises
+    ------
+    InputError
+        For another tool, or what is no model.
+
+    Examples
+    --------
+    >>> text = script(MeshModel.of(omega=1.0, q0=0.1, eps1=0.206), "scipy")
+    >>> "omega = 1.0  # mesh frequency" in text
+    True
+    """
+    if tool not in TEMPLATES:
+        raise unknown_name("tool", str(tool), TEMPLATES)
+    found = as_model(model)
+    return _environment().get_template(TEMPLATES[tool]).render(_values(found))
+
+
+@dataclass(frozen=True)
+class _Constant:
+    """A parameter as a constant of the script."""
+
+    name: str
+    value: str
+    comment: str
+
+
+def _values(model: MeshModel) -> dict[str, Any]:
+    """The values that fill the templates."""
+    names = COORDINATES[model.kind]
+    stiffness = model.stiffness
+    orders = [1, len(model.error.amplitudes)]
+    if isinstance(stiffness, HarmonicStiffness):
+        orders.append(len(stiffness.amplitudes))
+        waveform = {"c": _list(stiffness.amplitudes), "alpha": _list(stiffness.phases)}
+    else:
+        waveform = {name: _list(v) if isinstance(v, tuple) else repr(v) for name, v in vars(stiffness).items()}
+    columns = "τ, z and z'" if model.kind == "single" else "τ, the coordinates, z and z'"
+    return {
+        "version": version("gearchaos"), "kind": model.kind, "stiffness": stiffness_kind(stiffness),
+        "scalars": _scalars(model), "scales": _scales(model), "eps": _list(model.error.amplitudes),
+        "theta": _list(model.error.phases), "names": list(names), "names_in_words": ", ".join(names),
+        "initial": _list(_initial(model)), "largest_order": max(orders), "periods": PERIODS,
+        "columns_in_words": columns, **waveform,
+    }
+
+
+def _list(values: Sequence[float]) -> str:
+    """Numbers as a list that Python and Julia read, with all digits."""
+    return "[" + ", ".join(map(repr, values)) + "]"
+
+
+def _scalars(model: MeshModel) -> list[_Constant]:
+    """The scalar parameters that have an effect, with what they are."""
+    used = [name for name in SCALARS if has_effect(name, model.kind)]
+    return [_Constant(name, repr(getattr(model, name)), _comment(name)) for name in used]
+
+
+def _comment(name: str) -> str:
+    """What a scalar parameter is: its symbol, words and equation."""
+    row = quantity(name)
+    words = row.long_name or row.title
+    wheel = f" of wheel {name[-1]}" if name[-1] in "12" else ""
+    return f"{words}{wheel}, {row.symbol} of {'(2.8)' if name == 'omega' else '(2.11)'}"
+
+
+def _scales(model: MeshModel) -> list[str]:
+    """What the dimensionless units are in SI, for a model of given gears."""
+    if not isinstance(model, OperatingModel):
+        return []
+    scales = model.gears.to_pair().scales
+    return [f"Here Δ = {scales.length!r} m and ω0 = {scales.rate!r} rad/s."]
+
+
+def _initial(model: MeshModel) -> list[float]:
+    """The values at τ = 0 of the coordinates for which the model gives results."""
+    batch = vary(model, {})
+    x = {name: float(value[0]) for name, value in initial_values(batch).items()}
+    if model.kind != "single":
+        return [x[name] for name in COORDINATES[model.kind]]
+    if model.initial.keys() & {"z", "z_dot"}:
+        return [model.initial.get(name, 0.0) for name in ("z", "z_dot")]
+    error, error_dot = (float(value[0]) for value in transmission_error_at_start(batch))
+    return [x["x1"] - x["x2"] - error, x["x1_dot"] - x["x2_dot"] - error_dot]
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    return jinja2.Environment(
+        loader=jinja2.FunctionLoader(_template), undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+
+
+def _template(name: str) -> str:
+    return files("gearchaos.interchange").joinpath("templates", name).read_text(encoding="utf-8")

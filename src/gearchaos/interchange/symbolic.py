@@ -1,0 +1,156 @@
+"""From a model to its equations in SymPy, and back."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from gearchaos.errors import InputError
+from gearchaos.gears.operating import AnyModel, as_model
+from gearchaos.interchange.agreement import check_equal, check_symbols
+from gearchaos.interchange.symbolic_model import SymbolicModel
+from gearchaos.interchange.symbols import TAU, function, named, stiffness_values, symbol, sympy
+from gearchaos.model import SCALARS, HarmonicStiffness, MeshModel, TwoLevelStiffness, has_effect
+
+if TYPE_CHECKING:
+    from sympy import Eq
+    from sympy.core.function import AppliedUndef
+
+
+def to_sympy(model: AnyModel) -> SymbolicModel:
+    """The equations of motion of a model in SymPy, with its parameters as symbols.
+
+    It needs the extra ``sympy``: ``pip install "gearchaos[sympy]"``.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+
+    Returns
+    -------
+    SymbolicModel
+        (2.12) or (2.17) of Łuczko (2008) with the definitions (2.5), (2.13)-(2.16) and (2.7), and the values of the
+        parameters. `from_sympy` makes an equal `MeshModel` of it.
+
+    Raises
+    ------
+    InputError
+        If SymPy is not installed, or for what is no model.
+
+    Examples
+    --------
+    >>> symbolic = to_sympy(MeshModel.of(kind="single", omega=0.8, eps1=0.1))
+    >>> [str(f) for f in symbolic.coordinates]
+    ['z(tau)']
+    >>> from_sympy(symbolic) == MeshModel.of(kind="single", omega=0.8, eps1=0.1)
+    True
+    """
+    found = as_model(model)
+    values = {name: getattr(found, name) for name in SCALARS if has_effect(name, found.kind)}
+    values |= {**_error_values(found), **stiffness_values(found.stiffness)}
+    return SymbolicModel(
+        equations=_relative_row() if found.kind == "single" else _rows(found.kind),
+        definitions=_definitions(found),
+        values={symbol(name): value for name, value in values.items()},
+        initial=found.initial,
+    )
+
+
+def from_sympy(symbolic: SymbolicModel) -> MeshModel:
+    """The model of equations in SymPy, for which their parameters need the names of `MeshModel.of`.
+
+    The values may be others than those that `to_sympy` gave, and the equations may be written in another way:
+    rearranged, multiplied by factors, with definitions inserted or parameters replaced by their numbers. They are
+    compared with those of the model that is returned, at random times and states in all contact states.
+
+    Parameters
+    ----------
+    symbolic : SymbolicModel
+        E.g. ``dataclasses.replace(to_sympy(model), values=…)``.
+
+    Returns
+    -------
+    MeshModel
+        Parameters for which there is no value have the defaults of `MeshModel`, if the equations agree with these.
+
+    Raises
+    ------
+    InputError
+        If SymPy is not installed, for a symbol without value, a value without a parameter of its name, or equations
+        that are not those of the model.
+    """
+    if not isinstance(symbolic, SymbolicModel):
+        raise InputError("symbolic", "must be a SymbolicModel", f"a {type(symbolic).__name__}",
+                         "E.g. gearchaos.to_sympy(model).")
+    names = {f.func.__name__ for f in symbolic.coordinates}
+    kinds = {frozenset({"z"}): "single", frozenset({"x1", "x2"}): "torsional",
+             frozenset({"x1", "x2", "y1", "y2"}): "full"}
+    if frozenset(names) not in kinds:
+        raise InputError("equations", "must be those of x1, x2, or of x1, x2, y1, y2, or of z", sorted(names),
+                         "Other functions of τ need a definition.")
+    check_symbols(symbolic)
+    values = {s.name: float(v) for s, v in symbolic.values.items()}
+    scalars, parts = named(values)
+    model = MeshModel.of(kinds[frozenset(names)], **scalars, **parts, initial=symbolic.initial)
+    check_equal(symbolic, to_sympy(model))
+    return model
+
+
+def _error_values(model: MeshModel) -> dict[str, float]:
+    """Amplitudes and phases of the transmission error by name."""
+    return {n: v for n, v in model.parameters().items() if n.startswith(("eps", "theta"))}
+
+
+def _rows(kind: str) -> tuple[Eq, ...]:
+    """The equations of motion (2.12) of both wheels."""
+    sp, tau = sympy(), TAU()
+    force, rows = function("S"), []
+    for n, sign in ((1, 1), (2, -1)):
+        x, J, beta, q = function(f"x{n}"), symbol(f"J{n}"), symbol(f"beta{n}"), symbol(f"q{n}")
+        rows.append(sp.Eq(J * x.diff(tau, 2) + 2 * beta * x.diff(tau) + sign * force, sign * q))
+    for n, sign in ((1, 1), (2, -1)) if kind == "full" else ():
+        y, mu, kappa, zeta = (function(f"y{n}"), *(symbol(f"{name}{n}") for name in ("mu", "kappa", "zeta_support")))
+        rows.append(sp.Eq(mu * y.diff(tau, 2) + 2 * mu * zeta * y.diff(tau) + kappa * y + sign * force, 0))
+    return tuple(rows)
+
+
+def _relative_row() -> tuple[Eq, ...]:
+    """The equation of the relative motion, (2.17) with (2.18)."""
+    sp, tau, z = sympy(), TAU(), function("z")
+    J1, J2 = symbol("J1"), symbol("J2")
+    q0 = symbol("q1") / J1 + symbol("q2") / J2
+    return (sp.Eq(z.diff(tau, 2) + (1 / J1 + 1 / J2) * function("S"), q0 - function("epsilon").diff(tau, 2)),)
+
+
+def _definitions(model: MeshModel) -> dict[AppliedUndef, Any]:
+    """The functions in the equations that are no coordinates: (2.5), (2.14), (2.13), (2.16) or (2.7), (2.15)."""
+    sp, tau, z = sympy(), TAU(), function("z")
+    lateral = function("y1") - function("y2") if model.kind == "full" else 0
+    relative = {} if model.kind == "single" else {z: function("x1") - function("x2") + lateral - function("epsilon")}
+    return {
+        function("S"): 2 * symbol("zeta") * z.diff(tau) + function("chi") * function("f"),
+        **relative,
+        function("f"): sp.Piecewise((z - 1, z > 1), (z + 1, z < -1), (0, True)),
+        function("chi"): _stiffness(model),
+        function("epsilon"): _series(len(model.error.amplitudes), "eps", "theta"),
+    }
+
+
+def _stiffness(model: MeshModel) -> Any:
+    """χ(τ) of (2.16), of (2.7), or with steps."""
+    sp, found = sympy(), model.stiffness
+    if isinstance(found, HarmonicStiffness):
+        return 1 + _series(len(found.amplitudes), "c", "alpha")
+    share = sp.Mod(symbol("omega") * TAU() / (2 * sp.pi), 1)  # of the mesh period that has passed
+    if isinstance(found, TwoLevelStiffness):
+        return sp.Piecewise((1 + symbol("chi1"), share < symbol("contact_ratio") - 1), (1 - symbol("chi2"), True))
+    count = len(found.levels)
+    later = [(symbol(f"level{i}"), share < symbol(f"start{i + 1}")) for i in range(1, count)]
+    last = symbol(f"level{count}")
+    return sp.Piecewise((last, share < symbol("start1")), *later, (last, True))
+
+
+def _series(count: int, amplitude: str, phase: str) -> Any:
+    """Σ a_j cos(jωτ − p_j) with symbols for amplitudes and phases."""
+    sp, angle = sympy(), symbol("omega") * TAU()
+    return sum((symbol(f"{amplitude}{j}") * sp.cos(j * angle - symbol(f"{phase}{j}")) for j in range(1, count + 1)),
+               sp.S.Zero)

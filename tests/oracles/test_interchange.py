@@ -1,0 +1,95 @@
+"""Scripts and SymPy equations that are written for a model, against the exact flow and the oracle's right sides."""
+
+import io
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import gearchaos as gc
+from gearchaos.model import COORDINATES, HarmonicStiffness, MeshModel, SteppedStiffness, TransmissionError
+from tests.oracles import scipy_oracle
+from tests.oracles.march import levels
+
+sympy = pytest.importorskip("sympy")
+
+MODELS = {
+    "torsional": (MeshModel.of(omega=1.0, q0=0.1, eps1=0.206), 20),
+    "chaotic": (MeshModel.of(omega=1.0, q0=0.1, eps1=0.22, initial={"x1": 0.3, "x2_dot": 0.2}), 5),
+    "single": (MeshModel.of(kind="single", omega=0.8, eps1=0.1, eps2=0.03, theta2=0.7), 20),
+    "unequal": (MeshModel.of(kind="full", omega=1.05, kappa=0.5, eps1=0.04, beta1=0.02, kappa1=0.4, mu2=3.0,
+                             zeta_support1=0.03), 20),
+    "fourier": (MeshModel.of(omega=1.2, c1=0.2, alpha1=0.4, c3=0.05, eps1=0.1, q1=0.12), 20),
+    "steps": (MeshModel(kind="full", omega=0.9, stiffness=SteppedStiffness((1.2, 0.8, 1.05), (0.1, 0.4, 0.8)),
+                        error=TransmissionError((0.05, 0.02, 0.0), (0.3, 1.0))), 20),
+    "one level": (MeshModel.of(omega=0.7, contact_ratio=1.0, eps1=0.1, zeta=0.05), 20),
+    "rattling": (MeshModel.of(kind="single", omega=0.6, q0=0.02, eps1=0.25, initial={"z": -1.5}), 8),
+    "at rest": (MeshModel.of(omega=0.7, chi0=0.0, initial={"x1": 0.8}), 20),
+}
+RUN = ("import runpy, sys; sys.argv[1:] = sys.argv[1:]; runpy.run_path(sys.argv[0], run_name='__main__'); "
+       "assert not [m for m in sys.modules if m.split('.')[0] == 'gearchaos']")
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_the_script_for_scipy_reproduces_a_simulation(name, tmp_path):
+    """In a process of its own that does not import gearchaos. Errors of 1e-12 grow in chaotic motions."""
+    model, periods = MODELS[name]
+    file = tmp_path / "script.py"
+    file.write_text(gc.script(model, "scipy"), encoding="utf-8")
+    code = RUN.replace("sys.argv[1:] = sys.argv[1:]", "sys.argv = sys.argv[1:]")
+    command = [sys.executable, "-I", "-c", code, str(file), str(periods)]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=300, check=True, cwd=tmp_path)
+    table = np.genfromtxt(io.StringIO(run.stdout), delimiter=",", names=True)
+    expected = gc.simulate(model, periods)
+    assert len(table) == periods and set(COORDINATES[model.kind]) <= set(table.dtype.names)
+    assert np.abs(table["tau"] - expected["tau_section"].values).max() < 1e-12 * expected["tau_section"].values.max()
+    for column in table.dtype.names[1:]:
+        assert np.abs(table[column] - expected[f"section_{column}"].values).max() < 1e-8, column
+
+
+def test_two_extrema_within_a_step_of_the_solver_lose_no_switch():
+    """z falls to a minimum and rises to a maximum 0.04 units of τ later, before the teeth separate."""
+    model = MeshModel(
+        kind="single", omega=1.3759737525697233, zeta=0.011352614787732663, J1=1.155589271550981,
+        J2=3.6458839944053896, q1=0.06689238776907715, q2=0.17757384418727007, stiffness=gc.TwoLevelStiffness(
+            0.15218774995057582, 0.23587691824861778, 1.7629406699892858),
+        error=TransmissionError((-0.0853964234124286, 0.13568187686579383, 0.018438517790344056, -0.06769090470969473),
+                                (3.7523037559312495, 2.075504963812924, 1.2079396400260511, 0.7858843600702061)))
+    names = {"__name__": "script"}
+    exec(gc.script(model), names)
+    found, expected = names["section"](8), gc.simulate(model, 8)
+    assert np.abs(found[:, 1] - expected["section_z"].values).max() < 1e-10
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_equations_in_sympy_are_those_of_the_oracle(name):
+    model, _ = MODELS[name]
+    symbolic = gc.to_sympy(model)
+    tau, rates = sympy.Symbol("tau", real=True), {}
+    plain = sympy.symbols(f"w:{2 * len(symbolic.coordinates)}")
+    for f, value, rate in zip(symbolic.coordinates, plain[::2], plain[1::2], strict=True):
+        rates |= {f.diff(tau): rate, f: value}
+    rows = [a.subs(symbolic.values).subs(rates) for a in symbolic.accelerations().values()]
+    compute = sympy.lambdify([tau, *plain], rows, "numpy")
+    random = np.random.default_rng(3)
+    seen = set()
+    for state in random.uniform(-2, 2, (60, len(plain))):
+        begin, end, level = levels(model)[random.integers(len(levels(model)))]
+        t = random.uniform(begin, end)
+        contact = scipy_oracle._class(float(scipy_oracle._z(model, np.array([t]), state[:, None])[0]))
+        expected = scipy_oracle._right_side(model, contact, level)(t, state)[1::2]
+        assert np.allclose(compute(t, *state), expected, rtol=1e-12, atol=1e-12)
+        seen.add(contact)
+    assert seen == {-1, 0, 1}
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_model_comes_back_from_sympy(name):
+    model, _ = MODELS[name]
+    assert gc.from_sympy(gc.to_sympy(model)) == model
+
+
+def test_a_fourier_stiffness_without_harmonics_comes_back():
+    model = MeshModel(stiffness=HarmonicStiffness((0.0, 0.0), (0.0, 0.3)))
+    assert gc.from_sympy(gc.to_sympy(model)) == model
