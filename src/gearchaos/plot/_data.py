@@ -74,6 +74,16 @@ def save_with_data(shown: Axes | Figure, path: str | os.PathLike[str]) -> list[P
     ------
     InputError
         If the figure shows no Dataset, or the path has another suffix or cannot be written to.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.8, eps1=0.1)
+    >>> ax = gc.plot.history(gc.simulate(model, 4, samples=32))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     print([file.name for file in gc.plot.save_with_data(ax, f"{folder}/motion.svg")])
+    ['motion.svg', 'motion.nc']
     """
     if not isinstance(shown, (Axes, Figure)):
         raise InputError("shown", "must be an Axes or a Figure", f"a {type(shown).__name__}")
