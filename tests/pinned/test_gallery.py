@@ -44,3 +44,14 @@ def test_a_script_runs_and_draws(script, tmp_path, monkeypatch):
         assert plt.get_fignums() and all(plt.figure(n).axes for n in plt.get_fignums())
     finally:
         plt.close("all")
+
+
+def test_the_readme_shows_six_pictures_of_the_gallery_that_load_fast():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    shown = re.findall(r"\]\((docs/pictures/\w+\.png)\)", readme)
+    assert len(shown) == len(set(shown)) == 6
+    for path in shown:
+        assert (ROOT / path).stat().st_size < 100_000
+        script = f"docs/gallery/plot_{Path(path).stem}.py"
+        assert f"]({script})" in readme and (ROOT / script).exists()
+    assert sorted((ROOT / "docs/pictures").glob("*")) == sorted(ROOT / path for path in shown)
