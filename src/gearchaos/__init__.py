@@ -29,7 +29,7 @@ _MODULES = {
     "dynamic_factor": "studies.dynamic_factor", "speeds_to_avoid": "studies.speeds_to_avoid",
     "prove": "studies.proofs", "prove_event": "studies.event_proofs", "prove_box": "studies.box_proofs",
     "prove_chaos": "studies.chaos_proof",
-    "load": "store.load", "save": "datasets", "run": "store.run", "Outcome": "store.run",
+    "card": "cards", "load": "store.load", "save": "datasets", "run": "store.run", "Outcome": "store.run",
     "explore": "explorer.web.notebook",
     "SymbolicModel": "interchange.symbolic_model", "script": "interchange.scripts",
     "from_sympy": "interchange.symbolic", "to_sympy": "interchange.symbolic",

@@ -155,18 +155,27 @@ def plot(
         typer.Option(metavar="NAME", help="What a map or a diagram shows: motion, v_rms, contact, …",
                      autocompletion=completion.colours),
     ] = None,
+    style: Annotated[str | None, typer.Option(metavar="NAME", help="For what it is: paper, slides or dark.")] = None,
+    width: Annotated[
+        str | None, typer.Option(metavar="WIDTH", help="With --style: column (90 mm), double (190 mm) or mm.")
+    ] = None,
+    hatch: Annotated[
+        bool, typer.Option("--hatch", help="Hatching instead of colours in maps of classes and basins.")
+    ] = False,
     physical: Physical = False,
 ) -> None:
     """Draw any saved result, or the store of a finished or unfinished run."""
     target = out or _default_picture(result, colour)
     check_output("--out", target, PLOT_SUFFIXES)
+    if width is not None and style is None:
+        raise InputError("--width", "needs --style", width, "E.g. --style paper --width column.")
     from gearchaos.store.load import is_store
 
     if is_store(result):
         dataset, options = _from_store(result, colour, physical)
     else:
         dataset, options = _in_units(_from_file(result), physical), {}
-    draw(dataset, target, colour=colour, **options)
+    draw(dataset, target, colour=colour, style=style, width=width, hatch=hatch, **options)
 
 
 def _in_units(dataset: xr.Dataset, physical: bool) -> xr.Dataset:
