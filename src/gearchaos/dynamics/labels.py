@@ -22,8 +22,8 @@ ON_ATTRACTOR = (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC)
 class Reason(IntEnum):
     """Reason for a verdict; `REASONS` has the texts.
 
-    Names and texts are part of the files of results. ``BUDGET`` means that the runs of the lengths in `Classification`
-    (called budget in earlier versions) decided nothing.
+    Names and texts are part of the files of results. ``BUDGET`` means that the runs of the lengths in
+    `gearchaos.Classification` (called budget in earlier versions) decided nothing.
     """
 
     ORBIT = 1
