@@ -36,7 +36,7 @@ if any(GALLERY.glob("plot_*.py")):
 
 templates_path = ["_templates"]
 exclude_patterns = [
-    "_ext", "_templates", "gallery", "**/sg_execution_times.rst", "sg_execution_times.rst", "generated/gallery/**/*.ipynb",
+    "_ext", "_templates", "gallery", "**/sg_execution_times.rst", "sg_execution_times.rst",
     "generated/gallery/*.ipynb", "generated/gallery/*.py", "generated/gallery/*.md5", "generated/backreferences",
 ]
 nitpicky = True

@@ -36,17 +36,20 @@ def command_section(name: str, command: Any, context: Any) -> str:
         table(["argument or option", "meaning"], [_parameter(p, context) for p in shown])])
 
 
+PAGE = """# Commands
+
+All commands with all their arguments and options, as the program itself describes them: this page is generated from it.
+[The command line](/cli.md) explains names, formats and JSON documents, and has examples.
+
+"""
+
+
 def page() -> str:
     """All commands, one section each."""
     found = commands()
     overview = table(["command", "what it does"], [
         [f"[`{name}`](#command-{name})", command.get_short_help_str(200)] for name, (command, _) in found.items()])
-    sections = [command_section(name, *entry) for name, entry in found.items()]
-    return "\n".join([
-        "# Commands", "",
-        "All commands with all their arguments and options, as the program itself describes them: this page is generated",
-        "from it. [The command line](/cli.md) explains names, formats and JSON documents, and has examples.", "",
-        overview, *sections])
+    return PAGE + overview + "\n" + "\n".join(command_section(name, *entry) for name, entry in found.items())
 
 
 def setup(app: Any) -> dict[str, Any]:

@@ -23,7 +23,7 @@ CONTACT_NOTE = "1T may include separation of the teeth: see --colour contact"
 
 
 def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axes:
-    """Draw the kinds of motion over a plane of two parameters.
+    r"""Draw the kinds of motion over a plane of two parameters.
 
     Parameters
     ----------
@@ -38,6 +38,19 @@ def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axe
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a result of `gearchaos.zones`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> zones = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.5:1.5:24", "eps1=0:0.3:16")
+    >>> ax = gc.plot.zones(zones)
+    >>> ax.get_xlabel()
+    'frequency $\\omega$'
     """
     check(ds, "zones", label=2, period=2)
     ax = new_axes(ax)
@@ -93,6 +106,19 @@ def class_legend(
         The Axes whose width limits that of the legend, if ``host`` is a strip above it.
     options
         Passed to ``host.legend``.
+
+    Returns
+    -------
+    Legend
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> zones = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.5:1.5:24", "eps1=0:0.3:16")
+    >>> ax = gc.plot.zones(zones, legend=False)
+    >>> legend = gc.plot.class_legend(ax, gc.plot.motion_class(zones.label, zones.period), loc="upper right")
+    >>> legend.get_texts()[0].get_text()
+    '1T'
     """
     present = [(classes[i].colour, classes[i].name) for i in np.unique(index) if i != NO_CLASS]
     return draw_legend(host, patches(present, bool(np.any(index == NO_CLASS))), fit_to, **options)

@@ -44,6 +44,15 @@ class Outcome:
         The errors of the tiles that failed, by number of the tile.
     count : int
         Number of all tiles of the store.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from tempfile import TemporaryDirectory
+    >>> study = gc.Zones(gc.MeshModel.of(q0=0.1), "omega=0.9:1.1:4", "eps1=0.1:0.2:4")
+    >>> with TemporaryDirectory() as folder:
+    ...     gc.run(study, out=f"{folder}/zones.zarr", tile=8).failed
+    {}
     """
 
     done: int
@@ -101,6 +110,18 @@ def run(
         If an option is wrong, or if the folder is not a store, has another study or has another writer.
     OSError
         If the store cannot be written to, or the connection to the workers is lost; tiles that are done are kept.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> study = gc.Zones(gc.MeshModel.of(q0=0.1), "omega=0.9:1.1:4", "eps1=0.1:0.2:4")
+    >>> gc.run(study).label.shape
+    (4, 4)
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     outcome = gc.run(study, out=f"{folder}/zones.zarr", tile=8)
+    >>> outcome.done, outcome.count
+    (2, 2)
     """
     if not isinstance(study, Study):
         raise InputError("study", "must be a study", f"a {type(study).__name__}", "E.g. gearchaos.Zones(model, x, y).")
