@@ -10,7 +10,6 @@ from pages import code, generated, table
 
 import gearchaos as gc
 
-
 QUICK: dict[str, Any] = {"period": 1, "lines": (1, 1), "starts": 0, "workers": 1}
 
 

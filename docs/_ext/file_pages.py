@@ -201,7 +201,8 @@ def parameter_table() -> str:
     rows = []
     for q in (*quantities.PARAMETERS, *quantities.STIFFNESS_LEVELS):
         rule = "" if q.rule is None else q.rule.text.removeprefix("must ").removeprefix("be ").removeprefix("lie ")
-        rows.append([*_cells(q), f"{defaults[q.name]:g}" if q.name in defaults else "", rule.replace("not be", "not")])
+        default = f"{defaults[q.name]:g}" if q.name in defaults else ""
+        rows.append([*_cells(q), default, rule.replace("not be", "not")])
     return table(["name", "symbol", "meaning", "unit", "unit of a pair", "default", "rule"], rows)
 
 
