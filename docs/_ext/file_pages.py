@@ -156,7 +156,8 @@ def described(value: type, without: Iterable[str] = ()) -> str:
         shared = [name for name in parameter.name.split(", ") if name in defaults]
         if shared:
             words = plain(" ".join(parameter.desc))
-            rows.append([", ".join(map(code, shared)), plain(parameter.type), words, default_words(defaults[shared[0]])])
+            left_out = default_words(defaults[shared[0]])
+            rows.append([", ".join(map(code, shared)), plain(parameter.type), words, left_out])
     return table(["key", "value", "meaning", "if left out"], rows)
 
 
