@@ -114,6 +114,7 @@ def test_picture_is_the_same_but_for_its_scales(results, name):
 
 def test_every_picture_of_a_result_is_compared():
     of_none = {"backlash", "schematic", "stiffness", "dossier", "result", "ribbon"}  # of a model, or made of the others
+    of_none |= {"style"}  # no picture
     of_none |= {"skeleton", "manifolds", "agreement"}  # compared in test_curve.py and its neighbours
     functions = {n for n in plot.__all__ if callable(getattr(plot, n)) and n[0].islower() and "_" not in n}
     assert functions - of_none <= set(PICTURES)

@@ -1,4 +1,7 @@
-"""Pictures: each function takes a Dataset or a model and ``ax=``, draws with plain matplotlib and returns the Axes."""
+"""Pictures: each function takes a Dataset or a model and ``ax=``, draws with plain matplotlib and returns the Axes.
+
+`style` sets sizes and fonts for papers and slides, and `save_with_data` saves a picture with the data that it shows.
+"""
 
 from gearchaos.plot._agreement import agreement
 from gearchaos.plot._attractors import attractors
@@ -8,6 +11,7 @@ from gearchaos.plot._bifurcation import bifurcation
 from gearchaos.plot._branch import branch
 from gearchaos.plot._characteristics import backlash, stiffness
 from gearchaos.plot._classes import CONTACT_CLASSES, MOTION_CLASSES, MotionClass, motion_class
+from gearchaos.plot._data import save_with_data
 from gearchaos.plot._dossier import dossier
 from gearchaos.plot._dynamic_factor import dynamic_factor
 from gearchaos.plot._gear_pair import gear_pair
@@ -25,6 +29,7 @@ from gearchaos.plot._schematic import schematic
 from gearchaos.plot._separation_line import separation_line
 from gearchaos.plot._skeleton import skeleton
 from gearchaos.plot._spectrum import spectrum
+from gearchaos.plot._style import style
 from gearchaos.plot._transmission_error import transmission_error
 from gearchaos.plot._zones import class_legend, zones
 
@@ -56,11 +61,13 @@ __all__ = [
     "response",
     "result",
     "ribbon",
+    "save_with_data",
     "schematic",
     "separation_line",
     "skeleton",
     "spectrum",
     "stiffness",
+    "style",
     "transmission_error",
     "zones",
 ]

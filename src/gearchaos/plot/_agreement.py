@@ -15,8 +15,10 @@ from matplotlib.patheffects import withStroke
 from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, cell_extent, new_axes
 from gearchaos.plot._checks import check, flags
+from gearchaos.plot._data import keeps_data
 from gearchaos.plot._events import EVENT_COLOURS
 from gearchaos.plot._legends import side_legend
+from gearchaos.plot._theme import BACKGROUND, adapt, legend_style, style_on
 
 _STYLES: dict[str, dict[str, Any]] = {
     "curve": {"color": EVENT_COLOURS["fold"], "linewidth": 1.4},
@@ -29,6 +31,7 @@ _INWARDS = 0.12
 """Distance of the line of a side from the side, towards the cell whose motion ends there, in widths of a cell."""
 
 
+@keeps_data
 def agreement(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axes:
     r"""Draw the sides of cells at which periodic motions end, in colours by cause.
 
@@ -67,13 +70,15 @@ def agreement(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) ->
     axes = [(name, *(end * unit_in(ds, name) for end in (low, high)), count)
             for name, low, high, count in (settings["x"], settings["y"])]
     lines, handles = _sides(ds, axes), []
+    background = BACKGROUND if over_map else adapt(BACKGROUND)
     for code, name in names.items():
         own = ds["cause"].values == code
         if own.any():
-            style = _STYLES[name]
-            outline = [withStroke(linewidth=style["linewidth"] + 1.0, foreground="white")]
+            style = style_on(over_map, _STYLES[name])
+            outline = [withStroke(linewidth=style["linewidth"] + 1.0, foreground=background)]
             ax.add_collection(LineCollection(lines[own], zorder=5, path_effects=outline, **style), autolim=False)
-            handles.append(Line2D([], [], label=f"{name.replace('_', ' ')} ({own.sum()})", **style))
+            handles.append(Line2D([], [], label=f"{name.replace('_', ' ')} ({own.sum()})",
+                                  **legend_style(over_map, _STYLES[name])))
     if not over_map:
         _label(ds, ax, axes)
     if legend:

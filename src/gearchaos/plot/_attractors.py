@@ -10,11 +10,13 @@ from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, new_axes, widen_degenerate_axes
 from gearchaos.plot._basins import ATTRACTOR_VARIABLES, attractor_colours, attractor_legend, mark_orbit
 from gearchaos.plot._checks import check
+from gearchaos.plot._data import keeps_data
 from gearchaos.plot._phase import mark_backlash
 
 _PLANE = ("z", "z_dot")
 
 
+@keeps_data
 def attractors(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axes:
     """Draw the stroboscopic points of every attractor in the plane of z and z'.
 

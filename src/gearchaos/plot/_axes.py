@@ -7,7 +7,9 @@ import textwrap
 
 import numpy as np
 import xarray as xr
+from matplotlib import rcParams
 from matplotlib.axes import Axes
+from matplotlib.font_manager import FontProperties
 
 from gearchaos.datasets import model_from_json
 from gearchaos.errors import InputError
@@ -18,7 +20,10 @@ _SCALES = {"1", "delta", "omega0", "c0", "T"}
 """Reference quantities of the dimensionless units, (2.8)-(2.11). A unit made of these alone is not shown on an axis."""
 
 _CHARACTER_WIDTH = 0.078
-"""Mean width of a character of an axis label, in inches."""
+"""Mean width of a character of an axis label in a font of 10 points, in inches."""
+
+_FONT_SIZE = 10.0
+"""Size of the font for which widths and distances are given, in points."""
 
 _SHORTEST_LINE = 12
 """Smallest number of characters in a line of a wrapped label."""
@@ -33,7 +38,7 @@ _MARGIN = 0.03
 """Margin above and below the values that are shown, relative to their range."""
 
 _SECOND_AXIS = 38
-"""Distance of a second horizontal axis below the first one, in points."""
+"""Distance of a second horizontal axis below the first one, in points, for a font of 10 points."""
 
 
 def new_axes(ax: Axes | None) -> Axes:
@@ -81,11 +86,16 @@ def _quantity(name: str) -> Quantity | None:
 
 
 def wrapped(text: str, inches: float) -> str:
-    """A label broken into lines of at most about ``inches``, for the default font size of labels."""
-    characters = max(_SHORTEST_LINE, int(inches / _CHARACTER_WIDTH))
+    """A label broken into lines of at most about ``inches``, for the current font size of labels."""
+    characters = max(_SHORTEST_LINE, int(inches / (_CHARACTER_WIDTH * _font_scale())))
     if len(re.sub(r"\$[^$]*\$", "xxx", text)) <= characters:
         return text
     return textwrap.fill(text, characters, break_long_words=False, break_on_hyphens=False)
+
+
+def _font_scale() -> float:
+    """Size of the font of axis labels relative to `_FONT_SIZE`."""
+    return float(FontProperties(size=rcParams["axes.labelsize"]).get_size_in_points()) / _FONT_SIZE
 
 
 def cell_extent(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float]:
@@ -150,7 +160,7 @@ def second_axis_below(ax: Axes, factor: float, label: str) -> None:
     """Add a second horizontal axis below that of an Axes, with ``factor`` times its values."""
     second = ax.secondary_xaxis(
         "bottom", functions=(lambda x: np.asarray(x, float) * factor, lambda x: np.asarray(x, float) / factor))
-    second.spines["bottom"].set_position(("outward", _SECOND_AXIS))
+    second.spines["bottom"].set_position(("outward", _SECOND_AXIS * _font_scale()))
     second.set_xlabel(label)
 
 

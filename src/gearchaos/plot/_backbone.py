@@ -12,9 +12,10 @@ from matplotlib.lines import Line2D
 from gearchaos.errors import unknown_name
 from gearchaos.plot._axes import axis_label, new_axes
 from gearchaos.plot._branch_lines import check_branch, draw_lines, stability_handles
+from gearchaos.plot._data import keeps_data
 from gearchaos.plot._events import EVENT_COLOURS, event_words
 from gearchaos.plot._legends import legend as draw_legend
-from gearchaos.plot._phase import STROBE
+from gearchaos.plot._theme import BACKGROUND, STROBE, adapt, adapt_style
 from gearchaos.studies.branch_lines import axis_of, positions
 
 _EVENTS: dict[str, dict[str, Any]] = {
@@ -34,6 +35,7 @@ _JUMP: dict[str, Any] = {"arrowstyle": "-|>", "color": STROBE, "linewidth": 1.1,
                          "mutation_scale": 10}
 
 
+@keeps_data
 def backbone(ds: xr.Dataset, y: str = "z_peak_to_peak", ax: Axes | None = None, *, legend: bool = True) -> Axes:
     r"""Draw the response along a branch of periodic orbits: stable parts solid, unstable ones dashed.
 
@@ -81,7 +83,7 @@ def backbone(ds: xr.Dataset, y: str = "z_peak_to_peak", ax: Axes | None = None, 
     ax.set(xlabel=axis_label(ds[axis], axis), ylabel=axis_label(ds[y], y, beside=ds[axis]))
     ax.margins(0.03, 0.06)
     if legend:
-        jump = Line2D([], [], color=STROBE, marker=">", markersize=5, linewidth=1.1, label="jump")
+        jump = Line2D([], [], color=adapt(STROBE), marker=">", markersize=5, linewidth=1.1, label="jump")
         draw_legend(ax, [*stability_handles(ds), *found, *([jump] if jumps else [])])
     return ax
 
@@ -91,9 +93,9 @@ def _mark_events(ds: xr.Dataset, ax: Axes, y: str) -> list[Line2D]:
     kinds, handles = ds["event_kind"].values, []
     for kind in [*(k for k in _EVENTS if k in kinds), *(k for k in dict.fromkeys(kinds) if k not in _EVENTS)]:
         own = kinds == kind
-        style = {"markersize": 5, "markeredgewidth": 1.2, "markerfacecolor": "white", **_EVENTS.get(kind, _OTHER)}
+        style = {"markersize": 5, "markeredgewidth": 1.2, "markerfacecolor": BACKGROUND, **_EVENTS.get(kind, _OTHER)}
         (line,) = ax.plot(ds["event_value"].values[own], ds[f"event_{y}"].values[own], linestyle="none", zorder=4,
-                          label=event_words(kind), **style)
+                          label=event_words(kind), **adapt_style(style))
         handles.append(line)
     return handles
 
@@ -116,4 +118,4 @@ def _jumps(ds: xr.Dataset, y: str) -> list[tuple[float, float, float]]:
 
 def _arrow(ax: Axes, value: float, start: float, end: float) -> Any:
     """Draw the arrow of a jump."""
-    return ax.annotate("", (value, end), (value, start), arrowprops=_JUMP, zorder=3)
+    return ax.annotate("", (value, end), (value, start), arrowprops=adapt_style(_JUMP), zorder=3)

@@ -14,8 +14,11 @@ from matplotlib.legend import Legend
 from gearchaos.plot._axes import cell_extent, label_and_limit, new_axes, plane
 from gearchaos.plot._checks import Dims, check
 from gearchaos.plot._classes import MOTION_CLASSES, NOT_COMPUTED_STYLE, motion_class
+from gearchaos.plot._data import keeps_data
+from gearchaos.plot._hatching import draw_hatches, shade
 from gearchaos.plot._legends import legend as draw_legend
 from gearchaos.plot._legends import patches
+from gearchaos.plot._theme import adapt_style
 
 _SUBHARMONIC = [c.name for c in MOTION_CLASSES].index("other sub-harmonic")
 _SUBHARMONIC_COLOURS = ("#f28cc0", "#a971e5", "#b8860b", "#7aa81e", "#00a7b5", "#8c564b")
@@ -32,7 +35,10 @@ _UNDECIDED_INDEX = -1
 """Value of ``attractor`` for an undecided motion; smaller values are cells that are not computed."""
 
 
-def basins(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, points: bool = True) -> Axes:
+@keeps_data
+def basins(
+    ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, points: bool = True, hatch: bool = False
+) -> Axes:
     """Draw the basins of attraction over a plane of initial conditions.
 
     Parameters
@@ -45,6 +51,8 @@ def basins(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, point
         Add a legend of the attractors with their shares of the plane, above the map.
     points : bool
         Mark the stroboscopic points of periodic attractors.
+    hatch : bool
+        Tell basins apart by hatching instead of colours, for print in black and white.
 
     Returns
     -------
@@ -66,20 +74,22 @@ def basins(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, point
     check(ds, "basins", attractor=2, **ATTRACTOR_VARIABLES)
     ax = new_axes(ax)
     horizontal, vertical = plane(ds, "attractor")
-    colours = attractor_colours(ds)
-    index = ds["attractor"].values
+    colours = [shade(i) if hatch else colour for i, colour in enumerate(attractor_colours(ds))]
+    index, extent = ds["attractor"].values, cell_extent(ds[horizontal].values, ds[vertical].values)
     if np.any(index < _UNDECIDED_INDEX):
-        ax.patch.set(**NOT_COMPUTED_STYLE)
+        ax.patch.set(**adapt_style(NOT_COMPUTED_STYLE))
     ax.imshow(
         np.ma.masked_less(index, _UNDECIDED_INDEX), origin="lower", aspect="auto", interpolation="nearest",
         interpolation_stage="rgba", cmap=ListedColormap([UNDECIDED, *colours]), vmin=-1.5, vmax=len(colours) - 0.5,
-        extent=cell_extent(ds[horizontal].values, ds[vertical].values),
+        extent=extent,
     )
+    if hatch:
+        draw_hatches(index, ax, extent)
     if points:
         _mark_orbits(ds, ax, horizontal, vertical, colours)
     label_and_limit(ax, ds, horizontal, vertical)
     if legend:
-        attractor_legend(ax, ds)
+        attractor_legend(ax, ds, hatch=hatch)
     return ax
 
 
@@ -147,7 +157,7 @@ def mark_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str) -> None:
     ax.plot(x, y, "o", markersize=3.4, markerfacecolor=colour, markeredgecolor="black", markeredgewidth=0.7)
 
 
-def attractor_legend(host: Axes | Figure, ds: xr.Dataset, **options: Any) -> Legend:
+def attractor_legend(host: Axes | Figure, ds: xr.Dataset, *, hatch: bool = False, **options: Any) -> Legend:
     """Add a legend of the attractors with their shares of the initial states.
 
     Parameters
@@ -156,6 +166,8 @@ def attractor_legend(host: Axes | Figure, ds: xr.Dataset, **options: Any) -> Leg
         Where the legend is drawn.
     ds : Dataset
         From `gearchaos.basins` or `gearchaos.attractors`.
+    hatch : bool
+        Whether the basins are hatched instead of coloured.
     options
         Passed to ``host.legend``.
 
@@ -174,12 +186,13 @@ def attractor_legend(host: Axes | Figure, ds: xr.Dataset, **options: Any) -> Leg
     2
     """
     names, shares = attractor_names(ds), ds["attractor_fraction"].values
-    entries = [(c, f"{n} ({_percent(s)})") for c, n, s in zip(attractor_colours(ds), names, shares, strict=True)]
+    entries = {i: (c, f"{n} ({_percent(s)})")
+               for i, (c, n, s) in enumerate(zip(attractor_colours(ds), names, shares, strict=True))}
     index = ds["attractor"].values
-    if (undecided := float((index[index >= _UNDECIDED_INDEX] < 0).mean())) > 0:
-        entries.append((UNDECIDED, f"undecided ({_percent(undecided)})"))
+    share = float((index[index >= _UNDECIDED_INDEX] < 0).mean())
+    undecided = patches({0: (UNDECIDED, f"undecided ({_percent(share)})")}, not_computed=False) if share > 0 else []
     not_computed = bool(np.any(index < _UNDECIDED_INDEX))
-    return draw_legend(host, patches(entries, not_computed), **options)
+    return draw_legend(host, [*patches(entries, False, hatch), *undecided, *patches({}, not_computed)], **options)
 
 
 def _percent(share: float) -> str:

@@ -11,8 +11,10 @@ from gearchaos.errors import InputError, whole_number
 from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, cell_extent, new_axes, vertical_limits
 from gearchaos.plot._checks import check, check_name
+from gearchaos.plot._data import keeps_data
 from gearchaos.plot._portrait import first_coordinate
 from gearchaos.plot._ribbon import ribbon as draw_ribbon
+from gearchaos.plot._theme import adapt_scale
 
 DENSITY_COLOURS = LinearSegmentedColormap.from_list("ink", ["#ffffff", "#7f93b8", "#1d2b53", "#060a1c"])
 DENSITY_EXPONENT = 0.22
@@ -21,6 +23,7 @@ DENSITY_EXPONENT = 0.22
 _MAX_ROWS = 10_000
 
 
+@keeps_data
 def bifurcation(
     ds: xr.Dataset, name: str | None = None, ax: Axes | None = None, *, rows: int = 560, ribbon: bool = True,
     legend: bool = True,
@@ -72,7 +75,7 @@ def bifurcation(
     low, high = vertical_limits(section.values, unit_in(ds, name))
     centres = low + (np.arange(rows) + 0.5) * (high - low) / rows
     ax.imshow(
-        density(section.values, low, high, rows).T, origin="lower", aspect="auto", cmap=DENSITY_COLOURS,
+        density(section.values, low, high, rows).T, origin="lower", aspect="auto", cmap=adapt_scale(DENSITY_COLOURS),
         norm=PowerNorm(DENSITY_EXPONENT, vmin=0, vmax=1), interpolation="antialiased", interpolation_stage="data",
         extent=cell_extent(ds[axis].values, centres),
     )

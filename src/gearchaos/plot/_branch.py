@@ -9,11 +9,13 @@ from matplotlib.axes import Axes
 from gearchaos.plot._axes import axis_label, new_axes
 from gearchaos.plot._branch_lines import check_branch, draw_lines, stability_handles
 from gearchaos.plot._checks import check_name
+from gearchaos.plot._data import keeps_data
 from gearchaos.plot._legends import legend as draw_legend
 from gearchaos.plot._portrait import first_coordinate
 from gearchaos.studies.branch_lines import axis_of, positions
 
 
+@keeps_data
 def branch(ds: xr.Dataset, name: str | None = None, ax: Axes | None = None, *, legend: bool = True) -> Axes:
     """Draw the stroboscopic points of a branch: n lines for orbits of period n, solid if stable, dashed if not.
 

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from gearchaos.plot._checks import check
-from gearchaos.plot._phase import INK
+from gearchaos.plot._theme import INK, adapt
 from gearchaos.studies.branch_lines import axis_of, line_nodes, line_parts
 
 _STABLE: dict[str, Any] = {"linestyle": "-", "linewidth": 1.5}
@@ -42,11 +42,11 @@ def draw_lines(ds: xr.Dataset, ax: Axes, y: np.ndarray, at_events: np.ndarray) -
     for first, end, is_stable in line_parts(nodes):
         if end - first > 1:
             ax.plot(x[first:end], values[first:end],
-                    color=INK, zorder=2, **(_STABLE if is_stable else _UNSTABLE))
+                    color=adapt(INK), zorder=2, **(_STABLE if is_stable else _UNSTABLE))
 
 
 def stability_handles(ds: xr.Dataset) -> list[Line2D]:
     """Legend handles of the lines that occur."""
     stable = ds["unstable"].values == 0
     lines = [(stable.any(), _STABLE, "stable"), ((~stable).any(), _UNSTABLE, "unstable")]
-    return [Line2D([], [], color=INK, label=name, **style) for occurs, style, name in lines if occurs]
+    return [Line2D([], [], color=adapt(INK), label=name, **style) for occurs, style, name in lines if occurs]

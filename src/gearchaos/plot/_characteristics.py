@@ -13,7 +13,7 @@ from gearchaos.model import MeshModel, SteppedStiffness, TwoLevelStiffness, mesh
 from gearchaos.model import backlash as backlash_function
 from gearchaos.plot._axes import new_axes
 from gearchaos.plot._checks import check_positive
-from gearchaos.plot._phase import INK
+from gearchaos.plot._theme import INK, adapt, adapt_style
 
 _MAX_PERIODS = 1000
 _REFERENCE_LINE: dict[str, Any] = {"color": "0.55", "linewidth": 0.7, "linestyle": (0, (4, 3))}
@@ -56,8 +56,8 @@ def stiffness(model: AnyModel | None = None, ax: Axes | None = None, *, periods:
         _steps(model.stiffness, ax, periods)
     else:
         t = np.linspace(0, periods, 400 * periods + 1)
-        ax.plot(t, mesh_stiffness(model, t * model.period), color=INK, linewidth=1.4)
-    ax.axhline(1, zorder=0, **_REFERENCE_LINE)
+        ax.plot(t, mesh_stiffness(model, t * model.period), color=adapt(INK), linewidth=1.4)
+    ax.axhline(1, zorder=0, **adapt_style(_REFERENCE_LINE))
     ax.set(xlabel="time $t/T$", ylabel="mesh stiffness $c(t)/c_0$", xlim=(0, periods))
     return ax
 
@@ -67,7 +67,7 @@ def _two_level(wave: TwoLevelStiffness, ax: Axes, periods: int) -> None:
     split, high, low = wave.contact_ratio - 1, 1 + wave.chi1, 1 - wave.chi2
     edges = np.concatenate([[k, k + split] for k in range(periods)] + [[periods]])
     levels = np.tile([high, low], periods)
-    ax.stairs(levels, edges, baseline=None, color=INK, linewidth=1.4)
+    ax.stairs(levels, edges, baseline=None, color=adapt(INK), linewidth=1.4)
     ax.set_ylim(min(low, high) - 0.35, max(low, high) + 0.3)
     for start, end, name in ((0, split, "$T_1$"), (split, 1, "$T_2$")):
         _dimension_line(ax, start, end, min(low, high) - 0.13, name)
@@ -80,14 +80,15 @@ def _two_level(wave: TwoLevelStiffness, ax: Axes, periods: int) -> None:
 def _steps(wave: SteppedStiffness, ax: Axes, periods: int) -> None:
     """Draw a stepped stiffness; in each period the last level also comes before the first start."""
     edges = np.concatenate([k + np.array(wave.starts) for k in range(-1, periods)] + [[periods + wave.starts[0]]])
-    ax.stairs(np.tile(wave.levels, periods + 1), edges, baseline=None, color=INK, linewidth=1.4)
+    ax.stairs(np.tile(wave.levels, periods + 1), edges, baseline=None, color=adapt(INK), linewidth=1.4)
 
 
 def _dimension_line(ax: Axes, start: float, end: float, y: float, name: str) -> None:
     """Draw a dimension line (an arrow with two heads) from ``start`` to ``end``, with a name at its middle."""
-    ax.annotate("", (start, y), (end, y), arrowprops={"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "lw": 0.7})
+    arrow = {"arrowstyle": "<->", "color": adapt("black"), "shrinkA": 0, "shrinkB": 0, "lw": 0.7}
+    ax.annotate("", (start, y), (end, y), arrowprops=arrow)
     ax.text((start + end) / 2, y, name, ha="center", va="center",
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0})
+            bbox={"facecolor": adapt("white"), "edgecolor": "none", "pad": 1.0})
 
 
 def backlash(ax: Axes | None = None, *, reach: float = 3.0) -> Axes:
@@ -115,13 +116,13 @@ def backlash(ax: Axes | None = None, *, reach: float = 3.0) -> Axes:
         raise InputError("reach", "must be greater than 1", reach, "The ends of the backlash lie at 1.")
     ax = new_axes(ax)
     u = np.array([-reach, -1, 1, reach])
-    ax.axhline(0, color="0.7", linewidth=0.6)
-    ax.axvline(0, color="0.7", linewidth=0.6)
-    ax.axvspan(-1, 1, color="#f4f1e8", zorder=0)
-    ax.plot(u, backlash_function(u), color=INK, linewidth=1.4)
+    ax.axhline(0, color=adapt("0.7"), linewidth=0.6)
+    ax.axvline(0, color=adapt("0.7"), linewidth=0.6)
+    ax.axvspan(-1, 1, color=adapt("#f4f1e8"), zorder=0)
+    ax.plot(u, backlash_function(u), color=adapt(INK), linewidth=1.4)
     _dimension_line(ax, -1, 1, 0.42 * (reach - 1), r"$2\Delta$")
     for z, name in ((-1, "back flank"), (1, "front flank")):
-        ax.text(z * (1 + reach) / 2, -z * 0.5 * (reach - 1), name, ha="center", va="center", color="0.35")
-    ax.text(0, -0.5 * (reach - 1), "free", ha="center", va="center", color="0.35")
+        ax.text(z * (1 + reach) / 2, -z * 0.5 * (reach - 1), name, ha="center", va="center", color=adapt("0.35"))
+    ax.text(0, -0.5 * (reach - 1), "free", ha="center", va="center", color=adapt("0.35"))
     ax.set(xlabel=r"displacement $u/\Delta$", ylabel=r"$F(u)/\Delta$", xlim=(-reach, reach))
     return ax

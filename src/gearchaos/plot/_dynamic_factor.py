@@ -15,8 +15,9 @@ from matplotlib.patches import Patch
 
 from gearchaos.plot._axes import axis_label, new_axes, second_axis_below
 from gearchaos.plot._checks import check
+from gearchaos.plot._data import keeps_data
 from gearchaos.plot._legends import legend as draw_legend
-from gearchaos.plot._phase import INK, STROBE
+from gearchaos.plot._theme import INK, STROBE, adapt, adapt_style
 
 _STANDARDS: dict[str, dict[str, Any]] = {
     "Kv_ISO_B": {"label": "ISO method B", "color": "#2f6db5", "linewidth": 1.3, "linestyle": (0, (5, 2))},
@@ -30,6 +31,7 @@ _SWEEPS = {"fixed": "computed", "up": "computed, speed rising", "down": "compute
 _MARGIN = 0.06
 
 
+@keeps_data
 def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axes:
     """Draw the dynamic factor of the computed motions along the speed, beside K_v by ISO 6336-1 and AGMA.
 
@@ -70,7 +72,7 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
     ax = new_axes(ax)
     speed, handles = ds["speed"].values, _computed(ds)
     for name, style in _STANDARDS.items():
-        (line,) = ax.plot(speed, ds[name].values, **style)
+        (line,) = ax.plot(speed, ds[name].values, **adapt_style(style))
         line.set_label(style["label"] + _validity(speed, ds[name].values))
         handles.append(line)
     for handle in handles[:2]:
@@ -93,8 +95,8 @@ def _computed(ds: xr.Dataset) -> list[Line2D]:
     label = _SWEEPS.get(json.loads(ds.attrs.get("settings", "{}")).get("mode"), "computed")
     separated = ds["contact"].values != 0
     return [
-        Line2D(speed, values, color=INK, linewidth=1.6, zorder=3, label=label),
-        Line2D(speed[separated], values[separated], color=STROBE, linestyle="none", marker="o", markersize=3.5,
+        Line2D(speed, values, color=adapt(INK), linewidth=1.6, zorder=3, label=label),
+        Line2D(speed[separated], values[separated], color=adapt(STROBE), linestyle="none", marker="o", markersize=3.5,
                markeredgewidth=0, zorder=4, label="flanks separate"),
     ]
 
@@ -121,6 +123,7 @@ def _ranges(ax: Axes, ds: xr.Dataset) -> list[Patch]:
     handles = []
     for (name, colour), (low, high) in zip(_RANGES.items(), pairwise(limits), strict=True):
         if low < ratio.values.max() and high > ratio.values.min():
-            ax.axvspan(low * per_ratio, min(high, 2 * ratio.values.max()) * per_ratio, facecolor=colour, zorder=0)
-            handles.append(Patch(facecolor=colour, edgecolor="0.6", linewidth=0.5, label=name))
+            face = adapt(colour)
+            ax.axvspan(low * per_ratio, min(high, 2 * ratio.values.max()) * per_ratio, facecolor=face, zorder=0)
+            handles.append(Patch(facecolor=face, edgecolor=adapt("0.6"), linewidth=0.5, label=name))
     return handles

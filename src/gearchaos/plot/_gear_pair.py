@@ -16,7 +16,7 @@ from gearchaos.plot._axes import new_axes
 from gearchaos.plot._checks import check_design, check_positive
 from gearchaos.plot._legends import legend as draw_legend
 from gearchaos.plot._panels import panels
-from gearchaos.plot._phase import INK, STROBE
+from gearchaos.plot._theme import BACKGROUND, INK, STROBE, adapt, adapt_style
 from gearchaos.validation import to_float
 
 _MM = 1e3
@@ -103,7 +103,7 @@ def gear_pair(design: GearDesign, ax: Axes | None = None, *, teeth: float | None
         _close_up(close, section, teeth)
         _whole_pair(whole, section)
     if legend:
-        handles = [Line2D([], [], label=name, **style) for name, style in _styles(section).items()]
+        handles = [Line2D([], [], label=name, **adapt_style(style)) for name, style in _styles(section).items()]
         draw_legend(ax, handles)
     return ax
 
@@ -146,7 +146,8 @@ def _wheel_near(ax: Axes, section: TransverseSection, wheel: int, middle: np.nda
 
 def _fill(ax: Axes, outline: np.ndarray, wheel: int, linewidth: float = 1.0) -> None:
     """Fill a closed outline (points, 2) in the colour of a wheel."""
-    ax.fill(*outline.T, facecolor=_FACES[wheel], edgecolor=INK, linewidth=linewidth, joinstyle="round", zorder=1)
+    ax.fill(*outline.T, facecolor=adapt(_FACES[wheel]), edgecolor=adapt(INK), linewidth=linewidth, joinstyle="round",
+            zorder=1)
 
 
 def _circles(ax: Axes, section: TransverseSection, middle: np.ndarray, size: np.ndarray) -> None:
@@ -155,9 +156,10 @@ def _circles(ax: Axes, section: TransverseSection, middle: np.ndarray, size: np.
     diameters = {"tip circles": geometry.tip_diameter, "pitch circles": geometry.working_diameter,
                  "reference circles": geometry.reference_diameter, "base circles": geometry.base_diameter}
     for name in diameters.keys() & styles.keys():
+        style = adapt_style(styles[name])
         for wheel, diameter in enumerate(diameters[name]):
-            ax.plot(*_arc(_MM * section.centres[wheel], _MM * diameter / 2, middle, size), zorder=2, **styles[name])
-    ax.axvline(0, zorder=1.5, **_CENTRE_LINE)
+            ax.plot(*_arc(_MM * section.centres[wheel], _MM * diameter / 2, middle, size), zorder=2, **style)
+    ax.axvline(0, zorder=1.5, **adapt_style(_CENTRE_LINE))
 
 
 def _arc(centre: np.ndarray, radius: float, middle: np.ndarray, size: np.ndarray) -> np.ndarray:
@@ -171,15 +173,16 @@ def _arc(centre: np.ndarray, radius: float, middle: np.ndarray, size: np.ndarray
 def _line_of_action(ax: Axes, section: TransverseSection, path: np.ndarray) -> None:
     """Draw the line of action between the base circles and, with its ends, (2, 2) in mm, the path of contact."""
     ends = _MM * np.array([section.on_line(0.0), section.on_line(section.geometry.tangent_length)])
-    ax.plot(*ends.T, zorder=3, **_STYLES["line of action"])
-    ax.plot(*path.T, zorder=4, **_STYLES["path of contact"])
+    ax.plot(*ends.T, zorder=3, **adapt_style(_STYLES["line of action"]))
+    ax.plot(*path.T, zorder=4, **adapt_style(_STYLES["path of contact"]))
     touching = _MM * np.array([section.on_line(contact) for contact in section.contacts])
-    ax.plot(*touching.T, "o", color=STROBE, markeredgecolor="white", markeredgewidth=0.8, markersize=6, zorder=6)
+    ax.plot(*touching.T, "o", color=adapt(STROBE), markeredgecolor=adapt(BACKGROUND), markeredgewidth=0.8,
+            markersize=6, zorder=6)
     pitch_point = _MM * section.pitch_point
-    ax.plot(*pitch_point, "o", color="white", markeredgecolor=INK, markersize=4, zorder=5)
+    ax.plot(*pitch_point, "o", color=adapt(BACKGROUND), markeredgecolor=adapt(INK), markersize=4, zorder=5)
     for name, point, offset in (("A", path[0], (-9, -4)), ("E", path[1], (9, 4)), ("C", pitch_point, (4, -11))):
         ax.annotate(name, tuple(point), offset, textcoords="offset points", ha="center", va="center", fontsize="small",
-                    zorder=7, bbox={"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none",
+                    zorder=7, bbox={"boxstyle": "round,pad=0.12", "facecolor": adapt(BACKGROUND), "edgecolor": "none",
                                     "alpha": 0.85})
 
 
@@ -190,11 +193,11 @@ def _whole_pair(ax: Axes, section: TransverseSection) -> None:
         _wheel(ax, section, wheel)
     ends = _MM * np.array([section.on_line(0.0), section.on_line(geometry.tangent_length)])
     path = _MM * np.array([section.on_line(section.start), section.on_line(section.end)])
-    ax.plot(*ends.T, **{**_STYLES["line of action"], "linestyle": "-"})
-    ax.plot(*path.T, **_STYLES["path of contact"])
+    ax.plot(*ends.T, **adapt_style({**_STYLES["line of action"], "linestyle": "-"}))
+    ax.plot(*path.T, **adapt_style(_STYLES["path of contact"]))
     centres = _MM * section.centres
-    ax.plot(*centres.T, zorder=3, **_CENTRE_LINE)
-    ax.plot(*centres.T, "+", color=INK, markersize=6, zorder=4)
+    ax.plot(*centres.T, zorder=3, **adapt_style(_CENTRE_LINE))
+    ax.plot(*centres.T, "+", color=adapt(INK), markersize=6, zorder=4)
     width, (low, high) = max(geometry.tip_diameter) / 2, (-geometry.tip_diameter[0] / 2, geometry.tip_diameter[1] / 2)
     ax.set(xlim=(-1.03 * _MM * width, 1.03 * _MM * width),
            ylim=(_MM * (low - 0.03 * width), centres[1, 1] + _MM * (high + 0.03 * width)))
@@ -217,9 +220,9 @@ def _wheel(ax: Axes, section: TransverseSection, wheel: int) -> None:
     distance, start, end = (1.6, -40, 15) if small else (0.62, -25, 25)  # the arrow of a small wheel is outside it
     turn = np.radians(180 + (-1, 1)[wheel] * np.linspace(start, end, 30))
     x, y = centre[:, None] + distance * radius * np.array([np.cos(turn), np.sin(turn)])
-    ax.plot(x[:-1], y[:-1], color=INK, linewidth=0.8)
+    ax.plot(x[:-1], y[:-1], color=adapt(INK), linewidth=0.8)
     ax.annotate("", (x[-1], y[-1]), (x[-3], y[-3]),
-                arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 0.8, "shrinkA": 0, "shrinkB": 0})
+                arrowprops={"arrowstyle": "-|>", "color": adapt(INK), "lw": 0.8, "shrinkA": 0, "shrinkB": 0})
     beside = centre[0] + small * _MM * geometry.tip_diameter[wheel] / 2
     ax.annotate(str(wheel + 1), (beside, centre[1]), (7, 0), textcoords="offset points", ha="left", va="center",
                 fontsize="small")

@@ -9,9 +9,12 @@ from gearchaos.errors import InputError
 from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, mesh_period, new_axes, widen_degenerate_axes
 from gearchaos.plot._checks import check_positive
-from gearchaos.plot._phase import INK, check_samples
+from gearchaos.plot._data import keeps_data
+from gearchaos.plot._phase import check_samples
+from gearchaos.plot._theme import INK, adapt
 
 
+@keeps_data
 def history(
     ds: xr.Dataset, name: str = "z_dot", ax: Axes | None = None, *, periods: float | None = None
 ) -> Axes:
@@ -52,7 +55,7 @@ def history(
         raise InputError("dataset", "must have at least two samples", ds.sizes["tau"], "Call simulate with samples=64.")
     ax = new_axes(ax)
     time = (ds["tau"].values - float(ds["tau"][0])) / mesh_period(ds)
-    ax.plot(time, ds[name].values, color=INK, linewidth=0.8)
+    ax.plot(time, ds[name].values, color=adapt(INK), linewidth=0.8)
     ax.set(xlabel=r"time $\tau/T$ (mesh periods)", ylabel=axis_label(ds[name], name))
     ax.set_xlim(0, shown or float(time[-1]))
     widen_degenerate_axes(ax, y=unit_in(ds, name))

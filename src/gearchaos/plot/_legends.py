@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from matplotlib import rcParams
@@ -13,6 +13,8 @@ from matplotlib.legend import Legend
 from matplotlib.patches import Patch
 
 from gearchaos.plot._classes import NOT_COMPUTED_STYLE
+from gearchaos.plot._hatching import hatched_patch
+from gearchaos.plot._theme import adapt, adapt_style
 
 _STYLE: dict[str, Any] = {
     "loc": "lower left", "bbox_to_anchor": (0, 1.01, 1, 0), "borderaxespad": 0, "frameon": False,
@@ -31,10 +33,24 @@ _PAD = 0.09
 """Upper bound of the padding, in inches, that a layout engine leaves left and right of an Axes together."""
 
 
-def patches(entries: list[tuple[str, str]], not_computed: bool) -> list[Patch]:
-    """Legend handles: a square for every (colour, name), and a hatched one if some cells are not computed."""
-    squares = [Patch(facecolor=c, edgecolor="0.35", linewidth=0.5, label=name) for c, name in entries]
-    return [*squares, Patch(**NOT_COMPUTED_STYLE, linewidth=0.5, label="not computed")] if not_computed else squares
+def patches(entries: Mapping[int, tuple[str, str]], not_computed: bool, hatch: bool = False) -> list[Patch]:
+    """Legend handles: a square for every class, and a striped one if some cells are not computed.
+
+    Parameters
+    ----------
+    entries : dict of int to (str, str)
+        Colour and name of each class, by its index.
+    not_computed : bool
+        Whether some cells are not computed.
+    hatch : bool
+        Whether classes are hatched instead of coloured.
+    """
+    edge = adapt("0.35")
+    squares = [hatched_patch(i, name) if hatch else Patch(facecolor=colour, edgecolor=edge, linewidth=0.5, label=name)
+               for i, (colour, name) in entries.items()]
+    if not_computed:
+        squares.append(Patch(**adapt_style(NOT_COMPUTED_STYLE), linewidth=0.5, label="not computed"))
+    return squares
 
 
 def legend(host: Axes | Figure, handles: Sequence[Artist], fit_to: Axes | None = None, **options: Any) -> Legend:

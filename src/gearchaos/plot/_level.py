@@ -19,6 +19,8 @@ from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, cell_extent, label_and_limit, new_axes, plane, widened_limits, wrapped
 from gearchaos.plot._checks import check, check_name
 from gearchaos.plot._classes import named_classes
+from gearchaos.plot._data import keeps_data
+from gearchaos.plot._theme import adapt
 from gearchaos.plot._zones import class_legend, draw_classes
 from gearchaos.quantities import Rule
 from gearchaos.validation import check_rule, to_float
@@ -30,9 +32,10 @@ _BOUNDS = {"contact_fraction": (0.0, 1.0)}
 """Variables that have a least and a greatest possible value."""
 
 
+@keeps_data
 def level(
     ds: xr.Dataset, name: str = "v_rms", ax: Axes | None = None, *, cmap: str = "viridis", clip: float = 1.0,
-    colorbar: bool = True,
+    colorbar: bool = True, hatch: bool = False,
 ) -> Axes:
     r"""Draw a variable over a plane of two parameters: a continuous one by a colour scale, codes and counts as classes.
 
@@ -51,6 +54,8 @@ def level(
         would determine the scale.
     colorbar : bool
         Add a colour bar to the right, or the legend of the classes above.
+    hatch : bool
+        Tell classes apart by hatching instead of colours, for print in black and white; a continuous variable has none.
 
     Returns
     -------
@@ -78,14 +83,14 @@ def level(
     classes = named_classes(ds, name)
     values = ds[name].values
     if classes:
-        draw_classes(classes[0], ax, extent, classes[1])
+        draw_classes(classes[0], ax, extent, classes[1], hatch=hatch)
     else:
         limits = colour_limits(name, values[np.isfinite(values)], clip, unit_in(ds, name))
         image = _draw_continuous(ax, values, extent, cmap, limits)
     label_and_limit(ax, ds, horizontal, vertical)
     inches = ax.get_window_extent().transformed(ax.figure.dpi_scale_trans.inverted())
     if colorbar and classes:
-        class_legend(ax, *classes, title=wrapped(title, inches.width))
+        class_legend(ax, *classes, hatch=hatch, title=wrapped(title, inches.width))
     elif colorbar:
         clipped = bool(np.any(values > image.norm.vmax))
         label = wrapped(title, inches.height)
@@ -118,6 +123,6 @@ def _draw_continuous(
     ax: Axes, values: np.ndarray, extent: tuple[float, float, float, float], cmap: str, limits: tuple[float, float]
 ) -> AxesImage:
     """The image of a continuous variable (rows, columns) on a colour scale between these limits."""
-    ax.set_facecolor(_NO_VALUE)
+    ax.set_facecolor(adapt(_NO_VALUE))
     return ax.imshow(values, origin="lower", aspect="auto", interpolation="nearest", cmap=cmap, vmin=limits[0],
                      vmax=limits[1], extent=extent)

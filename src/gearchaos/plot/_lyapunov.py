@@ -7,10 +7,12 @@ from matplotlib.axes import Axes
 
 from gearchaos.plot._axes import axis_label, new_axes
 from gearchaos.plot._checks import check
+from gearchaos.plot._data import keeps_data
 from gearchaos.plot._legends import legend as draw_legend
-from gearchaos.plot._phase import INK, STROBE
+from gearchaos.plot._theme import INK, STROBE, adapt
 
 
+@keeps_data
 def lyapunov(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     r"""Draw the largest Lyapunov exponent with its confidence band and the zero line.
 
@@ -42,11 +44,11 @@ def lyapunov(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax = new_axes(ax)
     (axis,) = ds["lyapunov"].dims
     x, value = ds[axis].values, ds["lyapunov"].values
-    ax.axhline(0, color="0.25", linewidth=0.7)
+    ax.axhline(0, color=adapt("0.25"), linewidth=0.7)
     low, high = ds["lyapunov_lo"].values, ds["lyapunov_hi"].values
-    band = ax.fill_between(x, low, high, color="#8fa6d3", linewidth=0, label="99 % confidence interval")
-    (line,) = ax.plot(x, value, color=INK, linewidth=0.4, label="largest exponent")
-    ax.fill_between(x, 0, value, where=value > 0, color=STROBE, alpha=0.25, linewidth=0)
+    band = ax.fill_between(x, low, high, color=adapt("#8fa6d3"), linewidth=0, label="99 % confidence interval")
+    (line,) = ax.plot(x, value, color=adapt(INK), linewidth=0.4, label="largest exponent")
+    ax.fill_between(x, 0, value, where=value > 0, color=adapt(STROBE), alpha=0.25, linewidth=0)
     ax.set(xlabel=axis_label(ds[axis], str(axis)), ylabel=axis_label(ds["lyapunov"], "lyapunov"))
     ax.set_xlim(float(x[0]), float(x[-1]) if len(x) > 1 else None)
     draw_legend(ax, [band, line])

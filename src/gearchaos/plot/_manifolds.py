@@ -16,8 +16,10 @@ from gearchaos.errors import InputError
 from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, new_axes
 from gearchaos.plot._checks import check
+from gearchaos.plot._data import keeps_data
 from gearchaos.plot._events import EVENT_COLOURS
 from gearchaos.plot._legends import side_legend
+from gearchaos.plot._theme import legend_style, style_on
 
 _STABLE: dict[str, Any] = {"color": "black", "linewidth": 0.5}
 _UNSTABLE: dict[str, Any] = {"color": "#c8102e", "linewidth": 0.5}
@@ -33,6 +35,7 @@ _SADDLE: dict[str, Any] = {
 }
 
 
+@keeps_data
 def manifolds(
     ds: xr.Dataset, ax: Axes | None = None, *, stable: bool = True, unstable: bool = True,
     saddles: Sequence[int] | None = None, legend: bool = True,
@@ -81,11 +84,11 @@ def manifolds(
     kinds = [is_stable for wanted, is_stable in ((stable, True), (unstable, False)) if wanted]
     for order, saddle in enumerate(shown):
         for is_stable in kinds:
-            style = _style(order, len(shown), is_stable)
+            style = style_on(over_map, _style(order, len(shown), is_stable))
             ax.add_collection(LineCollection(_lines(ds, saddle, is_stable), zorder=3, **style), autolim=not over_map)
         points = (ds[f"saddle_section_{name}"].values[saddle] for name in ("z", "z_dot"))
-        ax.plot(*points, zorder=6, **{**_SADDLE, **_fill(order, len(shown))})
-    handles = _handles(ds, shown, kinds)
+        ax.plot(*points, zorder=6, **style_on(over_map, {**_SADDLE, **_fill(order, len(shown))}))
+    handles = _handles(ds, shown, kinds, over_map)
     if not over_map:
         ax.set(xlabel=axis_label(ds["z"], "z"), ylabel=axis_label(ds["z_dot"], "z_dot"))
         _limit(ds, ax)
@@ -119,15 +122,16 @@ def _fill(order: int, count: int) -> dict[str, Any]:
     return {} if count == 1 else {"color": _COLOURS[order % len(_COLOURS)], "markeredgecolor": "white"}
 
 
-def _handles(ds: xr.Dataset, shown: list[int], kinds: list[bool]) -> list[Line2D]:
+def _handles(ds: xr.Dataset, shown: list[int], kinds: list[bool], over_map: bool) -> list[Line2D]:
     """Legend handles of the manifolds and the saddles."""
     single, several = len(shown) == 1, []
     styles = {stable: _style(0, 1, stable) if single else {"color": "0.35", **_SEVERAL[stable]} for stable in kinds}
-    lines = [Line2D([], [], label=f"{'' if stable else 'un'}stable manifold", **{**style, "linewidth": 1.2})
+    lines = [Line2D([], [], label=f"{'' if stable else 'un'}stable manifold",
+                    **legend_style(over_map and single, {**style, "linewidth": 1.2}))
              for stable, style in styles.items()]
     for order, saddle in enumerate(shown):
         label = f"saddle{'' if single else f' {saddle}'}, {ds['saddle_period'].values[saddle]}T"
-        several.append(Line2D([], [], label=label, **{**_SADDLE, **_fill(order, len(shown))}))
+        several.append(Line2D([], [], label=label, **style_on(over_map, {**_SADDLE, **_fill(order, len(shown))})))
     return [*lines, *several]
 
 

@@ -15,7 +15,7 @@ from gearchaos.model import HarmonicStiffness, SteppedStiffness, TwoLevelStiffne
 from gearchaos.plot._axes import new_axes, second_axis_below, widened_limits
 from gearchaos.plot._checks import check_design
 from gearchaos.plot._legends import legend as draw_legend
-from gearchaos.plot._phase import INK, STROBE
+from gearchaos.plot._theme import INK, STROBE, adapt, adapt_style
 
 _LINES: tuple[dict[str, Any], ...] = (
     {"color": INK, "linewidth": 1.5}, {"color": STROBE, "linewidth": 1.1, "linestyle": (0, (5, 2))},
@@ -69,8 +69,8 @@ def mesh_stiffness(design: GearDesign, ax: Axes | None = None, *, compare: bool 
     found = comparable_stiffnesses(design)[: None if compare else 1]
     ax = new_axes(ax)
     for stiffness, style in zip(found, _LINES, strict=False):
-        _curve(ax, stiffness, style)
-        ax.axhline(stiffness.reference * _PER_UM, color=style["color"], linewidth=0.6, alpha=0.6, zorder=1)
+        _curve(ax, stiffness, adapt_style(style))
+        ax.axhline(stiffness.reference * _PER_UM, color=adapt(style["color"]), linewidth=0.6, alpha=0.6, zorder=1)
     levels = np.array([level for stiffness in found for level in stiffness.extremes]) * _PER_UM
     low, high = widened_limits(levels.min(), levels.max(), levels.max())
     margin = _MARGIN * (high - low)
@@ -78,7 +78,8 @@ def mesh_stiffness(design: GearDesign, ax: Axes | None = None, *, compare: bool 
            ylabel="mesh stiffness [N/µm]")
     second_axis_below(ax, 360 / design.teeth[0], "roll angle of wheel 1 [deg]")
     if legend:
-        draw_legend(ax, [Line2D([], [], label=_described(s), **style) for s, style in zip(found, _LINES, strict=False)])
+        draw_legend(ax, [Line2D([], [], label=_described(stiffness), **adapt_style(style))
+                         for stiffness, style in zip(found, _LINES, strict=False)])
     return ax
 
 

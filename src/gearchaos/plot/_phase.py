@@ -11,14 +11,11 @@ from matplotlib.axes import Axes
 from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, new_axes, widen_degenerate_axes
 from gearchaos.plot._checks import check, check_name, check_positive
-
-INK = "#1d2b53"
-"""Colour of lines and points in all pictures: dark blue."""
-
-STROBE = "#c03a1e"
-"""Colour of stroboscopic points on a trajectory, and of what is emphasised: red."""
+from gearchaos.plot._data import keeps_data
+from gearchaos.plot._theme import INK, STROBE, adapt
 
 
+@keeps_data
 def phase(
     ds: xr.Dataset, x: str = "z", y: str | None = None, ax: Axes | None = None, *, section: bool = True,
     linewidth: float = 0.8,
@@ -63,10 +60,10 @@ def phase(
             check_name(ds, field, name, ("period",), "section_")
     linewidth = check_positive("linewidth", linewidth)
     ax = new_axes(ax)
-    ax.plot(ds[x].values, ds[y].values, color=INK, linewidth=linewidth, rasterized=ds.sizes["tau"] > 20_000)
+    ax.plot(ds[x].values, ds[y].values, color=adapt(INK), linewidth=linewidth, rasterized=ds.sizes["tau"] > 20_000)
     if section:
         ax.plot(
-            ds[f"section_{x}"].values, ds[f"section_{y}"].values, "o", color=STROBE, markersize=2.6,
+            ds[f"section_{x}"].values, ds[f"section_{y}"].values, "o", color=adapt(STROBE), markersize=2.6,
             markeredgewidth=0, zorder=3,
         )
     ax.set(xlabel=axis_label(ds[x], x), ylabel=axis_label(ds[y], y))
@@ -88,5 +85,5 @@ def mark_backlash(ax: Axes, half_backlash: float, line: Callable[..., Any]) -> N
     """Draw both ends of the backlash, by ``line`` (``ax.axvline`` or ``ax.axhline``); the limits of the axes stay."""
     limits = ax.get_xlim(), ax.get_ylim()
     for z in (-half_backlash, half_backlash):
-        line(z, color="0.45", linewidth=0.7, linestyle=(0, (4, 3)), zorder=0)
+        line(z, color=adapt("0.45"), linewidth=0.7, linestyle=(0, (4, 3)), zorder=0)
     ax.set(xlim=limits[0], ylim=limits[1])

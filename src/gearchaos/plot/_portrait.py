@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, new_axes, widen_degenerate_axes
 from gearchaos.plot._checks import check, check_name, check_positive
-from gearchaos.plot._phase import INK
+from gearchaos.plot._data import keeps_data
+from gearchaos.plot._theme import INK, adapt
 
 _FEW = 200
 """Up to this number of points markers have the largest diameter."""
@@ -18,6 +19,7 @@ _LARGEST, _SMALLEST = 3.5, 0.55
 """Largest and smallest diameter of markers, in typographic points."""
 
 
+@keeps_data
 def portrait(
     ds: xr.Dataset, x: str | None = None, y: str | None = None, ax: Axes | None = None, *, size: float | None = None
 ) -> Axes:
@@ -60,7 +62,8 @@ def portrait(
     horizontal, vertical = (ds[f"section_{n}"] for n in names)
     default = _size(distinct(horizontal.values / units[0], vertical.values / units[1]))
     size = default if size is None else check_positive("size", size)
-    ax.plot(horizontal.values, vertical.values, "o", color=INK, markersize=size, markeredgewidth=0, rasterized=True)
+    ax.plot(horizontal.values, vertical.values, "o", color=adapt(INK), markersize=size, markeredgewidth=0,
+            rasterized=True)
     ax.set(xlabel=axis_label(horizontal, names[0]), ylabel=axis_label(vertical, names[1]))
     widen_degenerate_axes(ax, *units)
     return ax

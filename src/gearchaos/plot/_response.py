@@ -12,10 +12,12 @@ from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, new_axes, vertical_limits
 from gearchaos.plot._checks import check, check_name
 from gearchaos.plot._classes import NO_CLASS, MotionClass, named_classes
-from gearchaos.plot._phase import INK
+from gearchaos.plot._data import keeps_data
 from gearchaos.plot._ribbon import ribbon as draw_ribbon
+from gearchaos.plot._theme import INK, adapt
 
 
+@keeps_data
 def response(
     ds: xr.Dataset, name: str = "v_rms", ax: Axes | None = None, *, ribbon: bool = True, legend: bool = True
 ) -> Axes:
@@ -60,7 +62,7 @@ def response(
     x, classes = ds[axis].values, named_classes(ds, name)
     if classes is None:
         y = ds[name].values.astype(float)
-        ax.plot(x, y, color=INK, linewidth=1.0, marker="o", markersize=2.0, markeredgewidth=0)
+        ax.plot(x, y, color=adapt(INK), linewidth=1.0, marker="o", markersize=2.0, markeredgewidth=0)
         ax.set_ylim(*vertical_limits(y, unit_in(ds, name)))
     else:
         _draw_classes(ax, x, *classes)
@@ -75,7 +77,7 @@ def response(
 def _draw_classes(ax: Axes, x: np.ndarray, index: np.ndarray, classes: Sequence[MotionClass]) -> None:
     """Draw the class of each value (N,) as a dot; the ticks are the names from the lowest to the highest class."""
     known = index != NO_CLASS
-    ax.plot(x[known], index[known], color=INK, linestyle="none", marker="o", markersize=2.5, markeredgewidth=0)
+    ax.plot(x[known], index[known], color=adapt(INK), linestyle="none", marker="o", markersize=2.5, markeredgewidth=0)
     low, high = (int(index[known].min()), int(index[known].max())) if known.any() else (0, 0)
     ax.set_yticks(range(low, high + 1), [kind.name for kind in classes[low : high + 1]])
     ax.set_ylim(low - 0.5, high + 0.5)

@@ -29,7 +29,7 @@ MOTION = "motion"
 """The colouring of a map by kind of motion; the other colourings are names of variables."""
 
 
-def result(ds: xr.Dataset, colour: str | None = None) -> Figure:
+def result(ds: xr.Dataset, colour: str | None = None, *, hatch: bool = False) -> Figure:
     """Draw the result of any study.
 
     The picture is a map of zones, a bifurcation diagram (without points, the Lyapunov exponents), basins, attractors,
@@ -44,6 +44,8 @@ def result(ds: xr.Dataset, colour: str | None = None) -> Figure:
     colour : str, optional
         What the colours of a map of zones show, or the values of a diagram along one parameter: "motion", the default,
         or a variable such as "v_rms" or "contact".
+    hatch : bool
+        Tell the classes of a map or the basins apart by hatching instead of colours.
 
     Returns
     -------
@@ -52,7 +54,8 @@ def result(ds: xr.Dataset, colour: str | None = None) -> Figure:
     Raises
     ------
     InputError
-        For a Dataset that is not the result of a study, or a colour that is not one of its variables.
+        For a Dataset that is not the result of a study, a colour that is not one of its variables, or hatching of what
+        is no map of classes.
 
     Examples
     --------
@@ -67,7 +70,11 @@ def result(ds: xr.Dataset, colour: str | None = None) -> Figure:
         raise InputError("dataset", "must be the result of a study", kind or sorted(map(str, ds.variables)),
                          f"It carries the name of its study in attrs['study']: {', '.join(_PICTURES)}.")
     check_colour(ds, colour)
-    artist = _PICTURES[kind](ds) if colour is None or colour == MOTION else _COLOURED[kind][1](ds, colour)
+    if hatch and kind not in _HATCHED:
+        raise InputError("hatch", f"must be left out for a result that is not of {', '.join(_HATCHED)}", kind)
+    options = {"hatch": True} if hatch else {}
+    plain = colour is None or colour == MOTION
+    artist = _PICTURES[kind](ds, **options) if plain else _COLOURED[kind][1](ds, colour, **options)
     figure = artist.get_figure(root=True)
     assert figure is not None
     return figure
@@ -84,7 +91,7 @@ def check_colour(ds: xr.Dataset, colour: str | None) -> None:
         check_name(ds, "colour", colour, _COLOURED[kind][0], also=(MOTION,))
 
 
-_PICTURES: dict[str, Callable[[xr.Dataset], Axes | Figure]] = {
+_PICTURES: dict[str, Callable[..., Axes | Figure]] = {
     "zones": zones,
     "bifurcation": lambda ds: bifurcation(ds) if "point" in ds.dims else lyapunov(ds),
     "basins": basins,
@@ -98,7 +105,10 @@ _PICTURES: dict[str, Callable[[xr.Dataset], Axes | Figure]] = {
     "simulate": lambda ds: dossier(ds) if "tau" in ds.dims else portrait(ds),
 }
 
-_COLOURED: dict[str, tuple[int, Callable[[xr.Dataset, str], Axes]]] = {
+_COLOURED: dict[str, tuple[int, Callable[..., Axes]]] = {
     "zones": (2, level), "bifurcation": (1, response), "dynamic_factor": (1, response),
 }
 """Studies whose single variables have pictures: the number of dimensions of these variables, and the picture."""
+
+_HATCHED = ("zones", "basins")
+"""Studies whose pictures are maps of classes, which can be hatched."""

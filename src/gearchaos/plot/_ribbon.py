@@ -9,9 +9,11 @@ from matplotlib.axes import Axes
 from gearchaos.plot._axes import cell_extent
 from gearchaos.plot._checks import check
 from gearchaos.plot._classes import motion_class
+from gearchaos.plot._data import keeps_data
 from gearchaos.plot._zones import class_legend, draw_classes
 
 
+@keeps_data
 def ribbon(ds: xr.Dataset, ax: Axes, *, legend: bool = True) -> Axes:
     """Draw the kinds of motion of a bifurcation diagram as a thin strip above an Axes.
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Rectangle
 
 from gearchaos.plot._axes import new_axes
-from gearchaos.plot._phase import INK, STROBE
+from gearchaos.plot._theme import BACKGROUND, INK, STROBE, adapt, adapt_style
 
 _LINE: dict[str, Any] = {"color": INK, "linewidth": 1.0, "solid_capstyle": "round", "solid_joinstyle": "round"}
 _THIN_LINE: dict[str, Any] = {"color": "0.45", "linewidth": 0.6}
@@ -73,9 +73,9 @@ def _scale_font(ax: Axes) -> None:
 def _wheel(ax: Axes, n: int) -> None:
     """Draw wheel 1 or 2 with its radius, inertia, rotation, torque and lateral displacement."""
     (x, y), r, side = _CENTRES[n - 1], _RADII[n - 1], _SIDES[n - 1]
-    ax.add_patch(Circle((x, y), r, facecolor=_STEEL, edgecolor=INK, linewidth=1.2))
-    ax.add_patch(Circle((x, y), 0.09, facecolor=INK, edgecolor="none", zorder=3))
-    ax.plot([x, x - side * r], [y, y], **_THIN_LINE)
+    ax.add_patch(Circle((x, y), r, facecolor=adapt(_STEEL), edgecolor=adapt(INK), linewidth=1.2))
+    ax.add_patch(Circle((x, y), 0.09, facecolor=adapt(INK), edgecolor="none", zorder=3))
+    ax.plot([x, x - side * r], [y, y], **adapt_style(_THIN_LINE))
     ax.text(x - side * r / 2, y + 0.22, f"$R_{n}$", ha="center")
     ax.text(x + side * 0.48 * r, y + 0.12, f"$m_{n}, I_{n}$", ha="center")
     # by (2.3) u grows as the rim of wheel 1 moves up and that of wheel 2 down: the positive sense of both angles
@@ -85,7 +85,7 @@ def _wheel(ax: Axes, n: int) -> None:
     _arc_arrow(ax, (x, y), r + 0.32, first, last, f"$M_{n}$", 0.42, colour=STROBE)
     beside = x + side * (r + 0.75)
     ax.annotate("", (beside, y - 0.1), (beside, y - 0.95),
-                arrowprops={"arrowstyle": "-|>", "color": "black", "lw": 0.9})
+                arrowprops={"arrowstyle": "-|>", "color": adapt("black"), "lw": 0.9})
     ax.text(beside + side * 0.15, y - 0.6, f"$u_{n}$", ha="left" if side > 0 else "right")
 
 
@@ -94,7 +94,7 @@ def _arc_arrow(
     colour: str = "black",
 ) -> None:
     """Draw an arc with an arrow head at its end, and a name ``off`` beyond its middle; angles in degrees."""
-    angle = np.radians(np.linspace(start, stop, 60))
+    colour, angle = adapt(colour), np.radians(np.linspace(start, stop, 60))
     x, y = centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle)
     ax.plot(x[:-2], y[:-2], color=colour, linewidth=1.0)
     ax.annotate("", (x[-1], y[-1]), (x[-6], y[-6]), arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 1.0,
@@ -108,13 +108,13 @@ def _support(ax: Axes, n: int) -> None:
     """Draw the spring and damper between the centre of a wheel and the ground."""
     (x, y), r, side = _CENTRES[n - 1], _RADII[n - 1], _SIDES[n - 1]
     near, far = y + side * (r + 0.3), y + side * (r + 1.7)
-    ax.plot([x, x], [y, near], **_LINE)
-    ax.plot([x - 0.5, x + 0.5], [near, near], **_LINE)
+    ax.plot([x, x], [y, near], **adapt_style(_LINE))
+    ax.plot([x - 0.5, x + 0.5], [near, near], **adapt_style(_LINE))
     _spring(ax, x - 0.5, near, far)
     _damper(ax, x + 0.5, near, far)
-    ax.plot([x - 1.0, x + 1.0], [far, far], **_LINE)
+    ax.plot([x - 1.0, x + 1.0], [far, far], **adapt_style(_LINE))
     for offset in np.linspace(-0.9, 1.0, 9):
-        ax.plot([x + offset, x + offset - 0.18], [far, far + side * 0.22], **_THIN_LINE)
+        ax.plot([x + offset, x + offset - 0.18], [far, far + side * 0.22], **adapt_style(_THIN_LINE))
     ax.text(x - 0.85, (near + far) / 2, f"$c_{n}$", ha="right", va="center")
     ax.text(x + 0.85, (near + far) / 2, f"$k_{n}$", ha="left", va="center")
 
@@ -122,21 +122,23 @@ def _support(ax: Axes, n: int) -> None:
 def _mesh(ax: Axes) -> None:
     """Draw the elements on the line of action, from the rim of wheel 1 up to that of wheel 2."""
     low, high, middle = -_HALF + _R1 - 0.1, _HALF - _R2 + 0.15, -0.95
-    ax.plot([0, 0], [-_HALF - 2.0, _HALF + 2.4], color="0.6", linewidth=0.6, linestyle=(0, (8, 3, 1.5, 3)), zorder=0)
-    ax.plot([0, 0], [-_HALF, low], **_LINE)
-    ax.plot([0, 0], [high, _HALF], **_LINE)
-    ax.add_patch(Rectangle((-0.36, low), 0.72, 0.42, facecolor="white", edgecolor=INK, zorder=2))
+    ax.plot([0, 0], [-_HALF - 2.0, _HALF + 2.4], color=adapt("0.6"), linewidth=0.6,
+            linestyle=(0, (8, 3, 1.5, 3)), zorder=0)
+    ax.plot([0, 0], [-_HALF, low], **adapt_style(_LINE))
+    ax.plot([0, 0], [high, _HALF], **adapt_style(_LINE))
+    ax.add_patch(Rectangle((-0.36, low), 0.72, 0.42, facecolor=adapt(BACKGROUND), edgecolor=adapt(INK), zorder=2))
     ax.text(0, low + 0.2, "$e(t)$", ha="center", va="center", fontsize="small")
-    ax.plot([0, 0], [low + 0.42, middle], **_LINE)
+    ax.plot([0, 0], [low + 0.42, middle], **adapt_style(_LINE))
     for y in (middle, high):
-        ax.plot([-0.5, 0.5], [y, y], **_LINE)
+        ax.plot([-0.5, 0.5], [y, y], **adapt_style(_LINE))
     _spring(ax, -0.5, middle, middle + 1.2, coils=4)
     _backlash_gap(ax, -0.5, middle + 1.2, high)
     _damper(ax, 0.5, middle, high)
     ax.text(-0.85, middle + 0.6, "$c(t)$", ha="right", va="center")
     ax.text(-1.16, (middle + 1.2 + high) / 2, r"$2\Delta$", ha="right", va="center")
     ax.text(0.85, (middle + high) / 2, "$k$", ha="left", va="center")
-    ax.text(-0.12, _HALF + 2.4, "line of action", fontsize="small", color="0.45", va="top", ha="right", rotation=90)
+    ax.text(-0.12, _HALF + 2.4, "line of action", fontsize="small", color=adapt("0.45"), va="top", ha="right",
+            rotation=90)
 
 
 def _spring(ax: Axes, x: float, start: float, end: float, coils: int = 5) -> None:
@@ -145,29 +147,29 @@ def _spring(ax: Axes, x: float, start: float, end: float, coils: int = 5) -> Non
     turns = np.linspace(start + margin, end - margin, 4 * coils + 1)[1::2]
     y = np.concatenate([[start, start + margin], turns, [end - margin, end]])
     offset = np.concatenate([[0, 0], np.resize([0.2, -0.2], 2 * coils), [0, 0]])
-    ax.plot(x + offset, y, **_LINE)
+    ax.plot(x + offset, y, **adapt_style(_LINE))
 
 
 def _damper(ax: Axes, x: float, start: float, end: float) -> None:
     """Draw a damper: a cylinder on the side of ``start`` and a piston on the side of ``end``."""
     a, b = start + 0.35 * (end - start), start + 0.68 * (end - start)
     piston = start + 0.52 * (end - start)
-    ax.plot([x, x], [start, a], **_LINE)
-    ax.plot([x - 0.2, x - 0.2, x + 0.2, x + 0.2], [b, a, a, b], **_LINE)
-    ax.plot([x - 0.13, x + 0.13], [piston, piston], **_LINE)
-    ax.plot([x, x], [piston, end], **_LINE)
+    ax.plot([x, x], [start, a], **adapt_style(_LINE))
+    ax.plot([x - 0.2, x - 0.2, x + 0.2, x + 0.2], [b, a, a, b], **adapt_style(_LINE))
+    ax.plot([x - 0.13, x + 0.13], [piston, piston], **adapt_style(_LINE))
+    ax.plot([x, x], [piston, end], **adapt_style(_LINE))
 
 
 def _backlash_gap(ax: Axes, x: float, start: float, end: float) -> None:
     """Draw the backlash: a plate that moves freely between two stops."""
     bottom, top, half = start + 0.14, end - 0.14, 0.28
     plate = (bottom + top) / 2
-    ax.plot([x, x], [start, plate], **_LINE)
-    ax.plot([x - 0.16, x + 0.16], [plate, plate], color=STROBE, linewidth=1.6)
+    ax.plot([x, x], [start, plate], **adapt_style(_LINE))
+    ax.plot([x - 0.16, x + 0.16], [plate, plate], color=adapt(STROBE), linewidth=1.6)
     ax.plot([x - 0.07, x - half, x - half, x + half, x + half, x + 0.07], [bottom, bottom, top, top, bottom, bottom],
-            **_LINE)
-    ax.plot([x, x], [top, end], **_LINE)
+            **adapt_style(_LINE))
+    ax.plot([x, x], [top, end], **adapt_style(_LINE))
     for y in (bottom, top):
-        ax.plot([x - half - 0.32, x - half - 0.06], [y, y], **_THIN_LINE)
+        ax.plot([x - half - 0.32, x - half - 0.06], [y, y], **adapt_style(_THIN_LINE))
     ax.annotate("", (x - half - 0.2, bottom), (x - half - 0.2, top),
-                arrowprops={"arrowstyle": "<->", "lw": 0.6, "shrinkA": 0, "shrinkB": 0})
+                arrowprops={"arrowstyle": "<->", "color": adapt("black"), "lw": 0.6, "shrinkA": 0, "shrinkB": 0})

@@ -12,7 +12,7 @@ from gearchaos.gears.separation import separation_margin
 from gearchaos.gears.units import RPM
 from gearchaos.plot._axes import new_axes, wrapped
 from gearchaos.plot._checks import check_design
-from gearchaos.plot._phase import INK
+from gearchaos.plot._theme import BACKGROUND, INK, adapt
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.operating_map import operating_axis
 
@@ -77,9 +77,10 @@ def separation_line(
     margin = separation_margin(design, speeds * RPM, torques)
     drawn = ax is not None and ax.has_data()
     ax = new_axes(ax)
+    colours = (INK, BACKGROUND) if ax.images else (adapt(INK), adapt(BACKGROUND))
+    outline = [withStroke(linewidth=3.2, foreground=colours[1])]
     for x, y in _zeros(ax, speeds, torques, margin):
-        ax.plot(x, y, color=INK, linewidth=1.5, zorder=5, path_effects=[withStroke(linewidth=3.2, foreground="white")],
-                label="end of permanent contact")
+        ax.plot(x, y, color=colours[0], linewidth=1.5, zorder=5, path_effects=outline, label="end of permanent contact")
     ax.set(xlim=ends["speed"], ylim=ends["torque"])
     if not drawn:
         ax.set(xlabel="speed [rpm]", ylabel="torque [N m]")

@@ -14,9 +14,10 @@ from matplotlib.patheffects import withStroke
 from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, new_axes
 from gearchaos.plot._checks import check
+from gearchaos.plot._data import keeps_data
 from gearchaos.plot._events import EVENT_COLOURS, SPECIAL_MARKERS, event_words
 from gearchaos.plot._legends import side_legend
-from gearchaos.plot._phase import INK
+from gearchaos.plot._theme import INK, adapt, adapt_style, legend_style, style_on
 
 _KINDS = ("fold", "flip", "neimark-sacker", "graze")
 """The kinds of events that have curves, in the order of the legend."""
@@ -38,6 +39,7 @@ _SPECIAL: dict[str, Any] = {
 }
 
 
+@keeps_data
 def skeleton(
     ds: xr.Dataset, ax: Axes | None = None, *, grazes: bool = True, special: bool = False, legend: bool = True
 ) -> Axes:
@@ -85,13 +87,13 @@ def skeleton(
     x, y = _parameters(ds)
     shown = [i for i, kind in enumerate(ds["curve_kind"].values) if grazes or kind != "graze"]
     for number in shown:
-        _draw(ds, ax, number, x, y)
-    markers = _mark_special(ds, ax, shown, x, y) if special else []
+        _draw(ds, ax, number, x, y, over_map)
+    markers = _mark_special(ds, ax, shown, x, y, over_map) if special else []
     if not over_map:
         ax.set(xlabel=axis_label(ds[x], x), ylabel=axis_label(ds[y], y))
         _limit(ds, ax, x, y)
     if legend and shown:
-        side_legend(ax, [*_handles(ds, shown), *markers])
+        side_legend(ax, [*_handles(ds, shown, over_map), *markers])
     return ax
 
 
@@ -118,14 +120,14 @@ def _limit(ds: xr.Dataset, ax: Axes, x: str, y: str) -> None:
         limit(*(end * unit_in(ds, name) for end in settings[key][1:3]))
 
 
-def _draw(ds: xr.Dataset, ax: Axes, number: int, x: str, y: str) -> None:
-    """Draw one curve with a white outline, by which it can be seen on every colour."""
+def _draw(ds: xr.Dataset, ax: Axes, number: int, x: str, y: str, over_map: bool) -> None:
+    """Draw one curve with an outline, by which it can be seen on every colour."""
     own = np.flatnonzero(ds["curve"].values == number)
     if ds["curve_closed"].values[number]:
         own = np.append(own, own[0])
     kind, period = str(ds["curve_kind"].values[number]), int(ds["curve_period"].values[number])
-    style = _style(kind, period)
-    outline = [] if kind == "graze" else [withStroke(linewidth=style["linewidth"] + 1.0, foreground="white", alpha=0.6)]
+    style, around = style_on(over_map, _style(kind, period)), "white" if over_map else adapt("white")
+    outline = [] if kind == "graze" else [withStroke(linewidth=style["linewidth"] + 1.0, foreground=around, alpha=0.6)]
     ax.plot(ds[x].values[own], ds[y].values[own], zorder=3 if kind == "graze" else 4, path_effects=outline or None,
             **style)
 
@@ -136,20 +138,24 @@ def _style(kind: str, period: int) -> dict[str, Any]:
     return {**style, "linestyle": _DOTTED} if kind == "graze" else style
 
 
-def _mark_special(ds: xr.Dataset, ax: Axes, shown: list[int], x: str, y: str) -> list[Line2D]:
+def _mark_special(
+    ds: xr.Dataset, ax: Axes, shown: list[int], x: str, y: str, over_map: bool
+) -> list[Line2D]:
     """Mark the points of codimension 2 of the curves shown, and return the legend handles of the kinds that occur."""
     kinds, handles = np.where(np.isin(ds["special_curve"].values, shown), ds["special_kind"].values, ""), []
     for kind, marker in SPECIAL_MARKERS.items():
         if (own := kinds == kind).any():
             handles += ax.plot(ds[f"special_{x}"].values[own], ds[f"special_{y}"].values[own], marker=marker,
-                               label=kind.replace("neimark-sacker", event_words("neimark-sacker")), **_SPECIAL)
+                               label=kind.replace("neimark-sacker", event_words("neimark-sacker")),
+                               **style_on(over_map, _SPECIAL))
     return handles
 
 
-def _handles(ds: xr.Dataset, shown: list[int]) -> list[Line2D]:
+def _handles(ds: xr.Dataset, shown: list[int], over_map: bool) -> list[Line2D]:
     """Legend handles of the kinds and periods that occur."""
     kinds = {str(kind) for kind in ds["curve_kind"].values[shown]}
-    handles = [Line2D([], [], label=event_words(kind), **_style(kind, 1)) for kind in _KINDS if kind in kinds]
+    handles = [Line2D([], [], label=event_words(kind), **legend_style(over_map, _style(kind, 1)))
+               for kind in _KINDS if kind in kinds]
     for period in np.unique(ds["curve_period"].values[shown]).tolist():
-        handles.append(Line2D([], [], label=f"{period}T", **{**_style("", period), "color": "0.35"}))
+        handles.append(Line2D([], [], label=f"{period}T", **adapt_style({**_style("", period), "color": "0.35"})))
     return handles

@@ -11,7 +11,9 @@ from gearchaos.errors import InputError
 from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, mesh_period, new_axes
 from gearchaos.plot._checks import check_positive
-from gearchaos.plot._phase import INK, check_samples
+from gearchaos.plot._data import keeps_data
+from gearchaos.plot._phase import check_samples
+from gearchaos.plot._theme import INK, adapt
 
 FLOOR = 1e-7
 """Smallest amplitude shown, relative to the largest one."""
@@ -22,6 +24,7 @@ _ABSOLUTE_FLOOR = 1e-30
 _MAX_ORDERS = 1000
 
 
+@keeps_data
 def spectrum(ds: xr.Dataset, name: str = "z_dot", ax: Axes | None = None, *, orders: float = 6.0) -> Axes:
     """Draw the amplitude spectrum of a variable on a logarithmic scale.
 
@@ -59,11 +62,11 @@ def spectrum(ds: xr.Dataset, name: str = "z_dot", ax: Axes | None = None, *, ord
     order, amplitude = amplitudes(ds, name)
     ax, shown = new_axes(ax), order <= orders
     floor = max(float(amplitude[shown].max()) * FLOOR, _ABSOLUTE_FLOOR * unit_in(ds, name))
-    ax.semilogy(order[shown], np.maximum(amplitude[shown], floor), color=INK, linewidth=0.7)
+    ax.semilogy(order[shown], np.maximum(amplitude[shown], floor), color=adapt(INK), linewidth=0.7)
     ax.set(xlabel="frequency in mesh orders $f/f_z$", ylabel=f"amplitude of {axis_label(ds[name], name)}")
     ax.set_xlim(0, orders)
     ax.set_xticks(np.arange(int(orders) + 1))
-    ax.grid(axis="x", color="0.9", linewidth=0.6)
+    ax.grid(axis="x", color=adapt("0.9"), linewidth=0.6)
     return ax
 
 

@@ -11,7 +11,7 @@ from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics
 from gearchaos.plot._axes import new_axes, wrapped
 from gearchaos.plot._checks import check_design
 from gearchaos.plot._panels import panels
-from gearchaos.plot._phase import INK
+from gearchaos.plot._theme import INK, adapt
 
 _UM = 1e6
 _SAMPLES_PER_HARMONIC = 64
@@ -59,10 +59,10 @@ def transmission_error(design: GearDesign, ax: Axes | None = None) -> Axes:
     curve, bars = panels(ax, 0.62)
     count = len(error.amplitudes)
     time = np.linspace(0, 1, _SAMPLES_PER_HARMONIC * max(count, 1) + 1)
-    curve.axhline(0, color="0.7", linewidth=0.6)
-    curve.plot(time, _UM * error.at(time), color=INK, linewidth=1.4)
+    curve.axhline(0, color=adapt("0.7"), linewidth=0.6)
+    curve.plot(time, _UM * error.at(time), color=adapt(INK), linewidth=1.4)
     curve.set(xlim=(0, 1), xlabel="fraction of the mesh period", ylabel="error $e$ [µm]")
-    bars.bar(np.arange(1, count + 1), _UM * np.array(error.amplitudes), width=0.35, color=INK)
+    bars.bar(np.arange(1, count + 1), _UM * np.array(error.amplitudes), width=0.35, color=adapt(INK))
     bars.set(xlim=(0.5, max(count, 3) + 0.5), xlabel="harmonic $j$", ylabel="amplitude $e_j$ [µm]")
     bars.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=5))
     if not count:

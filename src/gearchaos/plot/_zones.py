@@ -15,14 +15,18 @@ from matplotlib.legend import Legend
 from gearchaos.plot._axes import cell_extent, label_and_limit, new_axes, plane, wrapped
 from gearchaos.plot._checks import check
 from gearchaos.plot._classes import MOTION_CLASSES, NO_CLASS, NOT_COMPUTED_STYLE, MotionClass, motion_class
+from gearchaos.plot._data import keeps_data
+from gearchaos.plot._hatching import draw_hatches, shade
 from gearchaos.plot._legends import legend as draw_legend
 from gearchaos.plot._legends import patches
+from gearchaos.plot._theme import adapt_style
 
 CONTACT_NOTE = "1T may include separation of the teeth: see --colour contact"
 """Title of the legend of a map of given gears over speed and torque with such motions."""
 
 
-def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axes:
+@keeps_data
+def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, hatch: bool = False) -> Axes:
     r"""Draw the kinds of motion over a plane of two parameters.
 
     Parameters
@@ -34,6 +38,8 @@ def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axe
     legend : bool
         Add a legend of the classes that occur, above the map. Over speed and torque its title says where motions of
         period 1T include separation of the teeth, which `level` shows for ``contact``.
+    hatch : bool
+        Tell classes apart by hatching instead of colours, for print in black and white.
 
     Returns
     -------
@@ -56,13 +62,13 @@ def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axe
     ax = new_axes(ax)
     horizontal, vertical = plane(ds, "label")
     classes = motion_class(ds["label"], ds["period"])
-    draw_classes(classes, ax, cell_extent(ds[horizontal].values, ds[vertical].values))
+    draw_classes(classes, ax, cell_extent(ds[horizontal].values, ds[vertical].values), hatch=hatch)
     label_and_limit(ax, ds, horizontal, vertical)
     if legend:
         figure, note = ax.get_figure(root=True), _contact_note(ds, horizontal, vertical)
         assert figure is not None
         title = None if note is None else wrapped(note, ax.bbox.width / figure.dpi)
-        class_legend(ax, classes, title=title, title_fontsize="small")
+        class_legend(ax, classes, hatch=hatch, title=title, title_fontsize="small")
     return ax
 
 
@@ -76,21 +82,25 @@ def _contact_note(ds: xr.Dataset, horizontal: str, vertical: str) -> str | None:
 
 def draw_classes(
     index: np.ndarray, ax: Axes, extent: tuple[float, float, float, float],
-    classes: Sequence[MotionClass] = MOTION_CLASSES,
+    classes: Sequence[MotionClass] = MOTION_CLASSES, *, hatch: bool = False,
 ) -> None:
-    """Colour cells by their class, ``index`` (rows, columns) into ``classes``; hatched if not computed."""
+    """Colour or hatch cells by their class, ``index`` (rows, columns) into ``classes``; those not computed are striped.
+    """
+    colours = [shade(i) if hatch else c.colour for i, c in enumerate(classes)]
     ax.imshow(
         np.ma.masked_equal(index, NO_CLASS), origin="lower", aspect="auto", interpolation="nearest",
-        cmap=ListedColormap([c.colour for c in classes]), vmin=-0.5, vmax=len(classes) - 0.5,
+        cmap=ListedColormap(colours), vmin=-0.5, vmax=len(classes) - 0.5,
         extent=extent, interpolation_stage="rgba",
     )
+    if hatch:
+        draw_hatches(index, ax, extent)
     if np.any(index == NO_CLASS):
-        ax.patch.set(**NOT_COMPUTED_STYLE)
+        ax.patch.set(**adapt_style(NOT_COMPUTED_STYLE))
 
 
 def class_legend(
     host: Axes | Figure, index: np.ndarray, classes: Sequence[MotionClass] = MOTION_CLASSES, *,
-    fit_to: Axes | None = None, **options: Any,
+    fit_to: Axes | None = None, hatch: bool = False, **options: Any,
 ) -> Legend:
     """A legend of the classes that occur in ``index``.
 
@@ -104,6 +114,8 @@ def class_legend(
         All classes.
     fit_to : Axes, optional
         The Axes whose width limits that of the legend, if ``host`` is a strip above it.
+    hatch : bool
+        Whether the cells are hatched instead of coloured.
     options
         Passed to ``host.legend``.
 
@@ -120,5 +132,5 @@ def class_legend(
     >>> legend.get_texts()[0].get_text()
     '1T'
     """
-    present = [(classes[i].colour, classes[i].name) for i in np.unique(index) if i != NO_CLASS]
-    return draw_legend(host, patches(present, bool(np.any(index == NO_CLASS))), fit_to, **options)
+    present = {int(i): (classes[i].colour, classes[i].name) for i in np.unique(index) if i != NO_CLASS}
+    return draw_legend(host, patches(present, bool(np.any(index == NO_CLASS)), hatch), fit_to, **options)

@@ -1,0 +1,17 @@
+"""
+How loud does the mesh get as torque falls?
+===========================================
+
+A transmission that is quiet under load may rattle without it. The torque falls slowly from right to left, and every
+motion begins where the previous one ended. The strip above shows the kind of motion.
+"""
+
+import gearchaos as gc
+
+design = gc.GearDesign(
+    teeth=(50, 50), module="3 mm", face_width="20 mm", centre_distance="150 mm", bore="30 mm",
+    quality={"standard": "ISO 1328-1:1995", "grade": 7}, transmission_error="from quality",
+    backlash={"value": "0.12 mm", "of": "line of action"}, damping_ratio=0.05)
+running = design.at(speed="3000 rpm", torque=200)
+falling = gc.physical(gc.bifurcation(running, "torque=1:200:300", points=0, mode="down"))
+ax = gc.plot.response(falling, "v_rms")

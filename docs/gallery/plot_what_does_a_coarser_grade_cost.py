@@ -1,0 +1,24 @@
+"""
+What does a coarser accuracy grade cost?
+========================================
+
+The same pair of gears, made to ISO grades 5, 7 and 9: the typical transmission error of the grade sets the excitation.
+With the worst grade the teeth separate over most of the speed range, and the dynamic factor grows out of proportion.
+"""
+
+from dataclasses import replace
+
+import gearchaos as gc
+
+design = gc.GearDesign(
+    teeth=(50, 50), module="3 mm", face_width="20 mm", centre_distance="150 mm", bore="30 mm",
+    quality={"standard": "ISO 1328-1:1995", "grade": 5}, transmission_error="from quality",
+    backlash={"value": "0.12 mm", "of": "line of action"}, damping_ratio=0.05)
+ax = None
+for grade, colour in ((5, "#1b7a4b"), (7, "#2f6db5"), (9, "#c03a1e")):
+    made = replace(design, quality={"standard": "ISO 1328-1:1995", "grade": grade})
+    found = gc.dynamic_factor(made, "500:8000:150", torque="150 N*m")
+    ax = gc.plot.response(found, "dynamic_factor", ax, ribbon=False)
+    ax.lines[-1].set(color=colour, label=f"grade {grade}")
+ax.set_ylim(1, None)
+legend = ax.legend()

@@ -1,0 +1,18 @@
+"""
+When does it rattle?
+====================
+
+Over speed and torque: in which states of contact the teeth run. "One-sided" is a loss of contact with impacts on the
+driving flanks, "two-sided" also hits the back flanks: rattle. The line is a first estimate without any simulation,
+where permanent contact ends if the mesh stiffness were constant.
+"""
+
+import gearchaos as gc
+
+design = gc.GearDesign(
+    teeth=(50, 50), module="3 mm", face_width="20 mm", centre_distance="150 mm", bore="30 mm",
+    quality={"standard": "ISO 1328-1:1995", "grade": 7}, transmission_error="from quality",
+    backlash={"value": "0.12 mm", "of": "line of action"}, damping_ratio=0.05)
+found = gc.operating_map(design, "500:8000:90", "5:300:60")
+ax = gc.plot.level(found, "contact")
+gc.plot.separation_line(design, ax)

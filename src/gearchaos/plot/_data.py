@@ -1,0 +1,107 @@
+"""The data of a figure: which Datasets it shows, and files of them beside the picture."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections import Counter
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import ParamSpec, TypeVar
+from weakref import WeakKeyDictionary
+
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from gearchaos.datasets import netcdf_bytes
+from gearchaos.errors import InputError
+from gearchaos.files import check_target, write_bytes
+
+P = ParamSpec("P")
+Drawn = TypeVar("Drawn", bound=Axes | Figure)
+
+SUFFIXES = (".png", ".pdf", ".svg")
+"""Suffixes of pictures."""
+
+_DATASETS: WeakKeyDictionary[Figure, list[xr.Dataset]] = WeakKeyDictionary()
+"""The Datasets that each figure shows, in the order in which they were drawn."""
+
+
+def keeps_data(draw: Callable[P, Drawn]) -> Callable[P, Drawn]:
+    """Let a picture, whose first argument is a Dataset, note in its figure what it shows, for `save_with_data`."""
+
+    @wraps(draw)
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> Drawn:
+        artist = draw(*args, **kwargs)
+        figure, dataset = _figure(artist), args[0] if args else kwargs["ds"]
+        known = _DATASETS.setdefault(figure, [])
+        if isinstance(dataset, xr.Dataset) and not any(dataset is other for other in known):
+            known.append(dataset)
+        return artist
+
+    return drawn
+
+
+def _figure(shown: Axes | Figure) -> Figure:
+    """The whole figure to which an Axes or a part of a figure belongs."""
+    figure = shown.get_figure(root=True)
+    assert isinstance(figure, Figure)
+    return figure
+
+
+def save_with_data(shown: Axes | Figure, path: str | os.PathLike[str]) -> list[Path]:
+    """Save a picture, and beside it the data that it shows as NetCDF files.
+
+    From the data `gearchaos.load` and `gearchaos.plot.result` make the picture again, and readers of a paper can plot
+    it in another way. Each file contains the model, the settings and the versions of packages.
+
+    Parameters
+    ----------
+    shown : Axes or Figure
+        Drawn by functions of `gearchaos.plot` that take a Dataset.
+    path : path
+        The picture: .png, .pdf or .svg. The data of ``map.pdf`` are ``map.nc``, or if there are several Datasets
+        ``map-basins.nc``, ``map-manifolds.nc``, ..., by the study of each; older files are replaced.
+
+    Returns
+    -------
+    list of Path
+        The files written, the picture first.
+
+    Raises
+    ------
+    InputError
+        If the figure shows no Dataset, or the path has another suffix or cannot be written to.
+    """
+    if not isinstance(shown, (Axes, Figure)):
+        raise InputError("shown", "must be an Axes or a Figure", f"a {type(shown).__name__}")
+    target, figure = Path(path), _figure(shown)
+    if target.suffix.lower() not in SUFFIXES:
+        raise InputError("path", f"must end in {', '.join(SUFFIXES)}", str(target))
+    datasets = _DATASETS.get(figure, [])
+    if not datasets:
+        raise InputError("shown", "must show a Dataset", "a figure without one",
+                         "Pictures of models and designs are made of their parameters; figure.savefig saves them.")
+    files = dict(zip(_names(target, datasets), map(netcdf_bytes, datasets), strict=True))
+    picture = io.BytesIO()
+    figure.savefig(picture, format=target.suffix[1:].lower())
+    files = {target: picture.getbuffer(), **files}
+    for file in files:
+        check_target("path", file)
+    for file, content in files.items():
+        write_bytes(file, content)
+    return list(files)
+
+
+def _names(target: Path, datasets: list[xr.Dataset]) -> list[Path]:
+    """The path of the file of each Dataset; Datasets of the same study are numbered."""
+    if len(datasets) == 1:
+        return [target.with_suffix(".nc")]
+    studies = [str(ds.attrs.get("study", "data")) for ds in datasets]
+    several, names = Counter(studies), []
+    for i, study in enumerate(studies):
+        number = f"-{studies[: i + 1].count(study)}" if several[study] > 1 else ""
+        names.append(target.with_name(f"{target.stem}-{study}{number}.nc"))
+    return names

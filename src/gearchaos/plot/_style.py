@@ -1,0 +1,118 @@
+"""Styles of pictures: sizes, fonts and background for a paper, for slides, and for a dark screen."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Any
+
+import matplotlib
+
+from gearchaos.errors import unknown_name
+from gearchaos.plot._checks import check_positive
+
+WIDTHS = {"column": 90.0, "double": 190.0}
+"""Widths of journals' columns in mm: one column, and two with the space between them (Elsevier's artwork sizes)."""
+
+_SETTINGS: Any = matplotlib.rcParams
+_DEFAULTS: Any = matplotlib.rcParamsDefault
+_MM_PER_INCH = 25.4
+_TALLEST = 140.0
+"""Largest height of a figure, in mm, if none is given."""
+
+_LARGEST = 2000.0
+"""Largest width and height of a figure, in mm."""
+
+_EMBEDDED: dict[str, Any] = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "path", "hatch.linewidth": 0.6}
+"""Fonts are embedded whole in PDF, as TrueType; in SVG letters are outlines, which look the same without any font."""
+
+_SERIF: dict[str, Any] = {"font.family": "STIXGeneral", "mathtext.fontset": "stix"}
+_TEXT = ("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color", "patch.edgecolor")
+_BACKGROUND = ("figure.facecolor", "axes.facecolor", "legend.facecolor")
+
+_SLIDES: dict[str, Any] = {"figure.figsize": (6.4, 3.6), "font.size": 10.5, "axes.titlesize": "large",
+                           "savefig.dpi": 300}
+
+_STYLES: dict[str, dict[str, Any]] = {
+    "paper": {
+        **_SERIF, "figure.figsize": (90 / _MM_PER_INCH, 70 / _MM_PER_INCH), "font.size": 8, "axes.titlesize": "medium",
+        "axes.linewidth": 0.6, "xtick.major.width": 0.6, "ytick.major.width": 0.6, "xtick.major.size": 2.5,
+        "ytick.major.size": 2.5, "savefig.dpi": 600,
+    },
+    "slides": _SLIDES,
+    "dark": {**_SLIDES, "grid.color": "#4a4d55", **dict.fromkeys(_TEXT, "#e6e6e6"),
+             **dict.fromkeys(_BACKGROUND, "#16181d")},
+}
+_KEYS = sorted({*_EMBEDDED, *(key for values in _STYLES.values() for key in values)})
+"""All settings of matplotlib that a style determines: those that it does not name have matplotlib's defaults."""
+
+
+class Style:
+    """A style that is in force; as a context manager it ends, and the earlier settings are restored, with the block."""
+
+    def __init__(self, settings: dict[str, Any]) -> None:
+        self._before = {key: _SETTINGS[key] for key in settings}
+        _SETTINGS.update(settings)
+
+    def __enter__(self) -> Style:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        _SETTINGS.update(self._before)
+
+
+def style(name: str, width: str | float | None = None, height: float | None = None) -> Style:
+    """Draw the pictures that follow for a paper, for slides or on a dark background.
+
+    The style holds until the next call, or for a block: ``with gc.plot.style("paper"): ...``. In both cases pictures
+    should be drawn and saved under the same style. In all styles files have exactly the size of the figure, fonts are
+    embedded in PDF (as TrueType), and SVG has letters as outlines.
+
+    Parameters
+    ----------
+    name : {"paper", "slides", "dark"}
+        ``"paper"``: 8 pt in a serif font of the size in which it is printed, 600 dots per inch. ``"slides"``: 16:9,
+        1920 by 1080 pixels. ``"dark"``: as slides, on a dark background.
+    width : {"column", "double"} or float, optional
+        Width of the figure: a column of a journal (90 mm), both columns (190 mm), or a number in mm. By default 90 mm
+        in a paper, 162.6 mm (6.4 in) otherwise.
+    height : float, optional
+        Height of the figure in mm; by default in proportion to the width, and at most 140 mm.
+
+    Returns
+    -------
+    Style
+        For use in a ``with`` statement.
+
+    Raises
+    ------
+    InputError
+        For an unknown name, or a size that is not a positive number.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> with gc.plot.style("paper", width="column", height=60):
+    ...     ax = gc.plot.stiffness()
+    >>> [round(25.4 * float(side)) for side in ax.figure.get_size_inches()]
+    [90, 60]
+    """
+    if name not in _STYLES:
+        raise unknown_name("name", str(name), _STYLES)
+    settings = {key: _DEFAULTS[key] for key in _KEYS} | _EMBEDDED | _STYLES[name]
+    default = [_MM_PER_INCH * side for side in settings["figure.figsize"]]
+    wide = default[0] if width is None else _width(width)
+    proportional = min(wide * default[1] / default[0], _TALLEST)
+    high = proportional if height is None else check_positive("height", height, _LARGEST)
+    settings["figure.figsize"] = (wide / _MM_PER_INCH, high / _MM_PER_INCH)
+    return Style(settings)
+
+
+def _width(width: Any) -> float:
+    """A width in mm, from its name or a number."""
+    if isinstance(width, str):
+        if width not in WIDTHS:
+            raise unknown_name("width", width, WIDTHS)
+        return WIDTHS[width]
+    return check_positive("width", width, _LARGEST)
