@@ -24,6 +24,7 @@ extensions = [
     "sphinx_design",
     "sphinx_copybutton",
     "mathml",
+    "stale",
     "docstrings",
     "command_pages",
     "file_pages",

@@ -8,7 +8,7 @@ from dataclasses import MISSING, fields
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from numpydoc.docscrape import NumpyDocString
+from docstring_sections import entries, sections
 from pages import code, generated, table
 
 from gearchaos import quantities
@@ -152,12 +152,11 @@ def described(value: type, without: Iterable[str] = ()) -> str:
     """The keys of a table that a class checks, by the parameters in its docstring: dimension, words, default."""
     defaults = {f.name: f.default for f in fields(value) if f.name not in without}  # type: ignore[arg-type]
     rows = []
-    for parameter in NumpyDocString(inspect.getdoc(value) or "")["Parameters"]:
-        shared = [name for name in parameter.name.split(", ") if name in defaults]
+    for entry in entries(sections(inspect.getdoc(value) or "")["Parameters"]):
+        shared = [name for name in entry.names if name in defaults]
         if shared:
-            words = plain(" ".join(parameter.desc))
             left_out = default_words(defaults[shared[0]])
-            rows.append([", ".join(map(code, shared)), plain(parameter.type), words, left_out])
+            rows.append([", ".join(map(code, shared)), plain(entry.type), plain(entry.words), left_out])
     return table(["key", "value", "meaning", "if left out"], rows)
 
 

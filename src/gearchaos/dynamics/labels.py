@@ -92,3 +92,4 @@ REASONS = {
     Reason.INFERRED: "not computed: the same as at all corners of the block of a coarser lattice in which it lies",
     Reason.CHATTER: "more contact switches within one step than can be followed",
 }
+"""The text of each reason, as printed tables and files have it."""

@@ -74,6 +74,17 @@ def save_with_data(shown: Axes | Figure, path: str | os.PathLike[str]) -> list[P
     ------
     InputError
         If the figure shows no Dataset, or the path has another suffix or cannot be written to.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> zones = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.5:1.5:24", "eps1=0:0.3:16")
+    >>> with TemporaryDirectory() as folder:
+    ...     written = gc.plot.save_with_data(gc.plot.zones(zones), f"{folder}/zones.pdf")
+    ...     sorted(path.name for path in Path(folder).iterdir())
+    ['zones.nc', 'zones.pdf']
     """
     if not isinstance(shown, (Axes, Figure)):
         raise InputError("shown", "must be an Axes or a Figure", f"a {type(shown).__name__}")
