@@ -9,7 +9,7 @@ from pathlib import Path
 
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS / "_ext"))
-os.environ.setdefault("MPLBACKEND", "Agg")
+os.environ.pop("MPLBACKEND", None)  # notebooks choose theirs, which shows pictures in the page
 
 project = "gearchaos"
 author = "The gearchaos developers"
@@ -98,6 +98,7 @@ html_theme = "pydata_sphinx_theme"
 html_title = f"gearchaos {version}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_sidebars = {"start/index": [], "index": []}
 html_copy_source = False
 html_show_sourcelink = False
 html_use_index = True
