@@ -42,6 +42,17 @@ try-wheel: dist
 try-wheel-slow: dist
 	$(BIN)/python -m tests.wheel dist --slow
 
+$(VENV)/.installed-docs: $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable ".[docs]"
+	touch $@
+
+# The manual, in build/docs. Tutorials and gallery are run; a second build runs only those that changed.
+.PHONY: docs
+docs: $(VENV)/.installed-docs
+	$(BIN)/gearchaos warmup
+	$(BIN)/python -m sphinx -b html -W --keep-going -q docs build/docs
+	$(BIN)/python docs/_ext/check_site.py build/docs
+
 # The browser of the explorer's tests.
 SUDO := $(if $(filter 0,$(shell id -u)),,sudo)
 .PHONY: chromium

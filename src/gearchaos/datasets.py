@@ -97,6 +97,18 @@ def motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:
     -------
     list of str
         N names, in C order.
+
+    Raises
+    ------
+    ValueError
+        For a code that is no `Label`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> zones = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.9:1.1:2", "eps1=0.1:0.2:2")
+    >>> gc.studies.motions(zones.label, zones.period)
+    ['2T', '2T', 'chaotic', '2T']
     """
     pairs = zip(labels.values.ravel().tolist(), periods.values.ravel().tolist(), strict=True)
     return [motion_name(Label(label), period) if label > 0 else "not computed" for label, period in pairs]
@@ -178,6 +190,16 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     ------
     InputError
         If ``dataset`` is not a Dataset, the suffix is another, or the path cannot be written to.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from tempfile import TemporaryDirectory
+    >>> motion = gc.simulate(gc.MeshModel.of(q0=0.1), periods=4)
+    >>> with TemporaryDirectory() as folder:
+    ...     gc.save(motion, f"{folder}/motion.nc")
+    ...     gc.load(f"{folder}/motion.nc").equals(motion)
+    True
     """
     target = Path(path)
     _check_savable(dataset, target)
@@ -223,10 +245,29 @@ def with_checksums(dataset: xr.Dataset) -> xr.Dataset:
 def load(path: str | os.PathLike[str]) -> xr.Dataset:
     """Read a Dataset that `save` wrote.
 
+    Parameters
+    ----------
+    path : path
+        A NetCDF file.
+
+    Returns
+    -------
+    xarray.Dataset
+
     Raises
     ------
     InputError
         If there is no file at the path, or it is damaged or not NetCDF.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from tempfile import TemporaryDirectory
+    >>> zones = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.9:1.1:2", "eps1=0.1:0.2:2")
+    >>> with TemporaryDirectory() as folder:
+    ...     gc.save(zones, f"{folder}/zones.nc")
+    ...     gc.load(f"{folder}/zones.nc").equals(zones)
+    True
     """
     import xarray as xr
 

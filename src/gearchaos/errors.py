@@ -23,6 +23,19 @@ class InputError(ValueError):
         The value.
     advice : str
         What to do, or why the rule exists, in complete sentences; may be empty.
+
+    Notes
+    -----
+    It is raised before any work, at the public boundary. It is a `ValueError`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> try:
+    ...     gc.MeshModel.of(zeta=-1)
+    ... except gc.InputError as error:
+    ...     print(error.field, "|", error.rule, "|", error.value)
+    zeta | must not be negative | -1.0
     """
 
     def __init__(self, field: str, rule: str, value: object, advice: str = "") -> None:

@@ -8,6 +8,7 @@ import shutil
 from pathlib import Path
 
 import matplotlib as mpl
+import matplotlib.pyplot as plt
 import pytest
 from typer.testing import CliRunner
 
@@ -19,6 +20,8 @@ _SCRIPT = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 _COUNT = re.compile(r"(gc\.Axis\([^)]*, )\d{3,}\)")
 _EXAMPLES = (ROOT / "docs" / "cli.md").read_text(encoding="utf-8").split("## Examples")[1]
 COMMANDS = re.findall(r"^gearchaos (.*)$", _EXAMPLES, re.MULTILINE)
+HOWTO = sorted((ROOT / "docs" / "howto").glob("*.md"))
+_BLOCK = re.compile(r"^```(python)?\n(.*?)^```", re.MULTILINE | re.DOTALL)
 SCRIPTED = [page for page in PAGES if _SCRIPT.search(page.read_text(encoding="utf-8"))]
 
 
@@ -51,6 +54,22 @@ def test_example_commands_run(tmp_path):
         assert result.exit_code == 0, (line, result.stderr)
         for name in re.findall(r"--(?:out|plot) (\S+)", line):
             assert (tmp_path / name).exists(), line
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", HOWTO, ids=lambda page: page.name)
+def test_recipes_run(page, tmp_path):
+    """Scripts and commands of a page, in order and in one folder."""
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    left: dict = {}
+    for language, block in _BLOCK.findall(page.read_text(encoding="utf-8")):
+        if language:
+            exec(compile(block, str(page), "exec"), left)
+            plt.close("all")
+            continue
+        for line in re.findall(r"^gearchaos (.*)$", block, re.MULTILINE):
+            result = CliRunner().invoke(app, shlex.split(line, comments=True), catch_exceptions=False)
+            assert result.exit_code == 0, (line, result.stderr)
 
 
 def test_the_first_script_says_what_the_readme_says(tmp_path):

@@ -4,6 +4,8 @@ import doctest
 from importlib import import_module
 from pathlib import Path
 
+import matplotlib as mpl
+import matplotlib.pyplot as plt
 import pytest
 
 import gearchaos
@@ -15,6 +17,14 @@ def modules_with_examples() -> list[str]:
     """Dotted names of the modules whose source has a doctest."""
     files = [f for f in sorted(PACKAGE.rglob("*.py")) if ">>> " in f.read_text()]
     return [".".join(f.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__") for f in files]
+
+
+@pytest.fixture(autouse=True)
+def _no_screen():
+    """Pictures go to no screen, and none stays open."""
+    mpl.use("Agg")
+    yield
+    plt.close("all")
 
 
 @pytest.mark.parametrize("name", modules_with_examples())

@@ -85,6 +85,14 @@ def edge_state(
     Edge tracking: J. D. Skufca, J. A. Yorke, B. Eckhardt, Phys. Rev. Lett. 96, 174101, 2006. Attractors without a
     period are told apart by their kind of motion alone. A fractal boundary may contain several saddles: one of them is
     found, which depends on ``first`` and ``second``, and on their order.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> found = gc.edge_state(model, {"z": 0.0, "z_dot": 0.0}, {"z": 1.5, "z_dot": 0.0})
+    >>> found.orbit.period, found.orbit.unstable
+    (1, 1)
     """
     check_period(period)
     whole_number("rounds", rounds, 1, 10_000)

@@ -151,6 +151,14 @@ def orbit(
     Notes
     -----
     Newton's method on all n stroboscopic points at once (multiple shooting), with halved steps.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> found = gc.orbit(model, period=1, near={"z": 1.28, "z_dot": -0.1})
+    >>> found.unstable, round(found.state["z"], 4)
+    (1, 1.2799)
     """
     family, cycle = find_cycle(as_model(model), (), period, near, settings)
     return as_orbit(family, cycle)
@@ -177,6 +185,13 @@ def orbits(model: AnyModel, *, period: int = 1, starts: int = _STARTS) -> list[O
     ------
     InputError
         If an argument is out of range.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> [(orbit.unstable, round(orbit.state["z"], 4)) for orbit in gc.orbits(model, period=1)]
+    [(0, 0.6236), (0, 1.1665), (1, 1.2799)]
     """
     check_period(period)
     starts = whole_number("starts", starts, 1, _MAX_STARTS)

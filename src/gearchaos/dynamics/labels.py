@@ -6,7 +6,14 @@ from enum import IntEnum
 
 
 class Label(IntEnum):
-    """Kind of motion. 0 stands for a motion that is not classified yet."""
+    """Kind of motion. 0 stands for a motion that is not classified yet.
+
+    Examples
+    --------
+    >>> from gearchaos.dynamics import Label
+    >>> Label(3).name
+    'CHAOTIC'
+    """
 
     PERIODIC = 1
     QUASI_PERIODIC = 2
@@ -22,8 +29,14 @@ ON_ATTRACTOR = (Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC)
 class Reason(IntEnum):
     """Reason for a verdict; `REASONS` has the texts.
 
-    Names and texts are part of the files of results. ``BUDGET`` means that the runs of the lengths in `Classification`
-    (called budget in earlier versions) decided nothing.
+    Names and texts are part of the files of results. ``BUDGET`` means that the runs of the lengths in
+    `gearchaos.Classification` (called budget in earlier versions) decided nothing.
+
+    Examples
+    --------
+    >>> from gearchaos.dynamics import REASONS, Reason
+    >>> REASONS[Reason.SMOOTH_CURVE]
+    'the largest exponent is zero and weighted Birkhoff averages converge as on a smooth curve'
     """
 
     ORBIT = 1
@@ -38,7 +51,25 @@ class Reason(IntEnum):
 
 
 def motion_name(label: Label, period: int) -> str:
-    """The name of a motion: "3T" for a period of three mesh periods, "quasi-periodic" for a kind without a period."""
+    """The name of a motion: "3T" for a period of three mesh periods, "quasi-periodic" for a kind without a period.
+
+    Parameters
+    ----------
+    label : Label
+        Kind of motion.
+    period : int
+        Period in mesh periods; read for a periodic motion alone.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> from gearchaos.dynamics import Label, motion_name
+    >>> motion_name(Label.PERIODIC, 3), motion_name(Label.QUASI_PERIODIC, 0)
+    ('3T', 'quasi-periodic')
+    """
     return f"{period}T" if label == Label.PERIODIC else label.name.lower().replace("_", "-")
 
 
@@ -61,3 +92,4 @@ REASONS = {
     Reason.INFERRED: "not computed: the same as at all corners of the block of a coarser lattice in which it lies",
     Reason.CHATTER: "more contact switches within one step than can be followed",
 }
+"""The text of each reason, as printed tables and files have it."""

@@ -35,6 +35,13 @@ class Classification:
     ------
     InputError
         If a length is out of range, or a run is too short for ``longest_period``.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> settings = gc.Classification(longest_transient=20_000)
+    >>> gc.regime(gc.MeshModel.of(q0=0.1, eps1=0.206), settings=settings).label
+    '8T'
     """
 
     transient_lengths: tuple[int, ...] = (80, 80, 160, 320, 640)

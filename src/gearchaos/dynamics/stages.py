@@ -61,6 +61,16 @@ def classify(
     Returns
     -------
     Verdicts
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from gearchaos.dynamics import Label, classify, motion_name
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1), {"eps1": [0.1, 0.2, 0.206]})
+    >>> verdicts = classify(problem.flow, problem.w)
+    >>> [motion_name(Label(label), period) for label, period in zip(verdicts.label, verdicts.period)]
+    ['2T', 'chaotic', '8T']
     """
     points = np.arange(w.shape[1]) if points is None else np.asarray(points)
     state = ClassificationState(flow, points, settings or Classification(), w)
@@ -110,8 +120,30 @@ parts before the next stage."""
 def conclude(state: ClassificationState, *, response: bool = True) -> Verdicts:
     """Finish a classification in which every motion is resolved, and return the verdicts.
 
-    The sum of the exponents of each motion is compared with the trace. With ``response`` the response measures are
-    computed; without it they are missing.
+    The sum of the exponents of each motion is compared with the trace.
+
+    Parameters
+    ----------
+    state : ClassificationState
+        With L motions, all of them resolved.
+    response : bool
+        Whether to compute the response measures; without it they are missing.
+
+    Returns
+    -------
+    Verdicts
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from gearchaos.dynamics import STAGES, Classification, ClassificationState, conclude
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
+    >>> state = ClassificationState(problem.flow, problem.points, Classification(), problem.w)
+    >>> for stage in STAGES.values():
+    ...     stage(state)
+    >>> conclude(state).label.tolist()
+    [1]
     """
     verdicts = state.verdicts
     _check_trace(state)

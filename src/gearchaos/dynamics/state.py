@@ -53,6 +53,18 @@ class ClassificationState:
         Verdicts so far; ``verdicts.w`` is the current state of each motion.
     chaotic_so_far : (L,) of bool
         Whether the largest Lyapunov exponent was positive in an exponent run.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> import numpy as np
+    >>> from gearchaos.dynamics import STAGES, Classification, ClassificationState, conclude
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
+    >>> state = ClassificationState(problem.flow, problem.points, Classification(), problem.w)
+    >>> STAGES["transients"](state)
+    >>> state.unresolved.tolist()
+    []
     """
 
     flow: ExactFlow

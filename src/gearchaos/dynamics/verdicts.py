@@ -33,6 +33,43 @@ class Verdicts(Columns):
     Arrays are (L,) unless the declaration names other dimensions: "motion" is L, "coordinate" is d. The names and types
     of the variables in results are part of the file format. Variables that need no more are stored in single precision,
     so that a map of ten million cells fits into the memory of a laptop.
+
+    Attributes
+    ----------
+    label : (L,) of int
+        Kind of motion, a `Label`; 0 while unresolved.
+    period : (L,) of int
+        Minimal period in mesh periods; 0 where there is none.
+    reason : (L,) of int
+        `Reason` for the label; 0 while unresolved.
+    exponent, exponent_low, exponent_high : (d, L)
+        Lyapunov exponents per unit of τ, largest first, and the ends of their intervals; NaN where not computed.
+    trace_error : (L,)
+        Difference of the sum of all exponents and the trace of the linear part, per unit of τ.
+    residual : (L,)
+        Largest change of a coordinate over one period of the orbit; NaN without an orbit.
+    multipliers : (L, d) of complex
+        Floquet multipliers of the orbit, largest modulus first; NaN without an orbit.
+    rotation : (L,)
+        Dominant frequency of the stroboscopic points of a torus, in cycles per mesh period; NaN for other motions.
+    transient_chaos : (L,) of bool
+        Whether the largest exponent of a run was positive before the motion settled.
+    periods_run : (L,) of int
+        Mesh periods of the transient and exponent runs.
+    w : (d, L)
+        A point of the orbit, or the last state of another motion, at phase 0.
+    response : Response
+        The response measures.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from gearchaos.dynamics import classify
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
+    >>> verdicts = classify(problem.flow, problem.w)
+    >>> verdicts.label.tolist(), verdicts.period.tolist(), verdicts.multipliers.shape
+    ([1], [2], (1, 2))
     """
 
     label: Annotated[np.ndarray, Column(

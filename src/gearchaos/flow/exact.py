@@ -53,6 +53,15 @@ class FlowResult:
     status : (L,)
         `OK`, `DIVERGED` (|z| or |z'| was `DIVERGED_AT` or more, or not a number, at the end of a period) or `CHATTER`
         (64 contact switches in a step, or an exit not found: the state from there on is meaningless).
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
+    >>> result = problem.flow.advance(problem.w, periods=10, sections=4)
+    >>> result.sections.shape
+    (4, 2, 1)
     """
 
     w: np.ndarray
@@ -98,6 +107,15 @@ class ExactFlow(Generic[System]):
     ------
     ValueError
         If ``samples`` > 0 and ``system.starts`` are not the same at all points.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
+    >>> result = problem.flow.advance(problem.w, periods=10)
+    >>> result.w.shape, result.status.tolist()
+    ((2, 1), [0])
     """
 
     def __init__(self, system: System, samples: int = 0) -> None:

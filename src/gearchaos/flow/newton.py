@@ -14,7 +14,24 @@ __all__ = ["RESIDUAL", "NewtonSearch", "newton_iteration", "start_newton_search"
 
 
 def start_newton_search(w: np.ndarray) -> NewtonSearch:
-    """A search that starts at guesses w (d, L), to be continued with `newton_iteration`."""
+    """Begin a search for periodic orbits, to be continued with `newton_iteration`.
+
+    Parameters
+    ----------
+    w : (d, L)
+        Guesses of a point on each orbit.
+
+    Returns
+    -------
+    NewtonSearch
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gearchaos.flow import start_newton_search
+    >>> start_newton_search(np.zeros((2, 3))).monodromy.shape
+    (3, 2, 2)
+    """
     d, count = w.shape
     return NewtonSearch(w.copy(), w.copy(), w.copy(), np.full(count, np.inf), np.zeros((count, d, d)),
                         np.zeros(count, np.int64), np.zeros((2, d, d + 1)))

@@ -15,9 +15,27 @@ The first omitted term of the Taylor polynomial of degree 14 is then 0.45^15 / 1
 
 
 def fastest_rate(system: SwitchedSystem) -> np.ndarray:
-    """Upper bound of the angular rates of the motion, (P,), in radians per unit of τ.
+    """Upper bound of the angular rates of the motion.
 
     It covers the modes in free flight and in contact, and the highest harmonic of forcing and stiffness.
+
+    Parameters
+    ----------
+    system : SwitchedSystem
+        P parameter points.
+
+    Returns
+    -------
+    (P,)
+        In radians per unit of τ.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from gearchaos.flow import fastest_rate
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> fastest_rate(initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1)).flow.system).round(3).tolist()
+    [1.143]
     """
     contact = system.A.copy()
     contact[:, :, 0] -= system.b * stiffness_bound(system)[:, None]
@@ -27,7 +45,26 @@ def fastest_rate(system: SwitchedSystem) -> np.ndarray:
 
 
 def min_steps_per_period(system: SwitchedSystem) -> np.ndarray:
-    """Lower bound of the number of steps in a mesh period, (P,), not rounded to integers."""
+    """Lower bound of the number of steps in a mesh period.
+
+    Parameters
+    ----------
+    system : SwitchedSystem
+        P parameter points.
+
+    Returns
+    -------
+    (P,)
+        Not rounded to integers.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from gearchaos.flow import min_steps_per_period
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> min_steps_per_period(initial_value_problems(gc.MeshModel.of(q0=0.1)).flow.system).round(2).tolist()
+    [15.95]
+    """
     return 2 * np.pi / system.omega * fastest_rate(system) / STEP_ANGLE
 
 

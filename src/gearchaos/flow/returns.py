@@ -32,6 +32,14 @@ def near_returns(
     -------
     (count, L)
         The values n in ascending order, padded with zeros.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gearchaos.flow import near_returns
+    >>> sections = np.tile([[0.0], [1.0], [2.0]], (4, 2))[:, :, None]  # three points again and again
+    >>> near_returns(sections, 5, 1e-6, 1e-6, 1).tolist()
+    [[3]]
     """
     found = np.zeros((count, sections.shape[2]), dtype=np.int64)
     if longest < 1:

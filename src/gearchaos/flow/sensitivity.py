@@ -54,6 +54,16 @@ class PeriodResult:
     extremum_count : (L,)
     status : (L,)
         As in `FlowResult`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from gearchaos.flow import SensitivityFlow
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
+    >>> result = SensitivityFlow(problem.flow.system).advance(problem.w.T)
+    >>> result.monodromy.shape, result.switch_count.tolist()
+    ((1, 2, 2), [2])
     """
 
     w: np.ndarray
@@ -75,6 +85,23 @@ class SensitivityFlow:
         P parameter points with d coordinates.
     derivatives : Derivatives, optional
         The derivatives of the equations by Q parameters. By default there are none.
+
+    Notes
+    -----
+    The derivatives are exact to rounding: the variational equations are integrated beside the motion, and a contact
+    switch adds nothing to them, since the right-hand side is continuous there.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> import numpy as np
+    >>> from gearchaos.flow import SensitivityFlow
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
+    >>> result = SensitivityFlow(problem.flow.system).advance(problem.w.T)
+    >>> system = problem.flow.system
+    >>> bool(np.isclose(np.linalg.det(result.monodromy[0]), np.exp(system.trace[0] * system.period[0])))
+    True
     """
 
     def __init__(self, system: SwitchedSystem, derivatives: Derivatives | None = None) -> None:
@@ -132,6 +159,24 @@ def differentiate(neighbours: SwitchedSystem, weights: np.ndarray, steps: np.nda
         Weights of the difference formula, for the distance 1.
     steps : (P, Q)
         Distances of the values.
+
+    Returns
+    -------
+    Derivatives
+        For `SensitivityFlow`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> import numpy as np
+    >>> from gearchaos.flow import SensitivityFlow, differentiate
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> model, h = gc.MeshModel.of(q0=0.1, eps1=0.1), 1e-3
+    >>> centre = initial_value_problems(model, {"zeta": np.array([0.025])})
+    >>> around = initial_value_problems(model, {"zeta": 0.025 + h * np.array([-1.0, 0.0, 1.0])})
+    >>> derivatives = differentiate(around.flow.system, np.array([-0.5, 0.0, 0.5]), np.array([[h]]))
+    >>> SensitivityFlow(centre.flow.system, derivatives).advance(centre.w.T).sensitivity.shape
+    (1, 2, 1)
     """
     (points, parameters), size = steps.shape, len(weights)
     found = (equation_array(neighbours), neighbours.starts)

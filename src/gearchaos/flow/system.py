@@ -49,6 +49,14 @@ class SwitchedSystem(Protocol):
         Trace of A.
     period : (P,)
         2π/ω.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> system = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1)).flow.system
+    >>> system.A.shape, system.levels.tolist()
+    ((1, 2, 2), [[1.25, 0.75]])
     """
 
     @property

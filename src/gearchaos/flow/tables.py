@@ -43,6 +43,22 @@ def steps_share_matrices(system: SwitchedSystem) -> bool:
 
     They do not if the stiffness has harmonics, if ``starts`` differ from point to point, or if the forcing has more
     than `_MAX_SHARED_HARMONICS` harmonics.
+
+    Parameters
+    ----------
+    system : SwitchedSystem
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from gearchaos.flow import steps_share_matrices
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> [steps_share_matrices(initial_value_problems(m).flow.system) for m in (gc.MeshModel(), gc.MeshModel.of(c1=0.2))]
+    [True, False]
     """
     return system.same_starts and system.chi_cos.shape[1] == 0 and system.f_cos.shape[1] <= _MAX_SHARED_HARMONICS
 

@@ -38,6 +38,15 @@ def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
     ------
     InputError
         If there are no gears, they are not those of the result, or an argument has another type.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> pair = gc.GearPair(n1=25, n2=50, I1=5e-4, I2=8e-3, R1="35 mm", R2="70 mm", c0="400 N/um", k="500 N*s/m",
+    ...                    backlash="0.12 mm", M10="85 N*m", speed="14000 rpm", error_amplitudes=["6 um"])
+    >>> motion = gc.physical(gc.simulate(pair, periods=3))
+    >>> motion.section_z.attrs["units"]
+    'µm'
     """
     if is_physical(dataset) and pair is None:
         return dataset

@@ -31,6 +31,18 @@ class TransmissionError:
         a_j in half backlashes Δ, from harmonic 1 on.
     phases : tuple of float
         θ_j in radians; those left out are 0.
+
+    Raises
+    ------
+    InputError
+        If a value is not a finite number.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(error=gc.TransmissionError((0.1, 0.02)))
+    >>> model.parameters()["eps2"]
+    0.02
     """
 
     amplitudes: tuple[float, ...] = (0.0,)
@@ -53,6 +65,18 @@ class TwoLevelStiffness:
         χ1 > −1 and χ2 < 1.
     contact_ratio : float
         α, from 1 to 2.
+
+    Raises
+    ------
+    InputError
+        If a value breaks its rule.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(stiffness=gc.TwoLevelStiffness(chi1=0.2, chi2=0.3, contact_ratio=1.6))
+    >>> model.stiffness.chi2
+    0.3
     """
 
     chi1: float = 0.25
@@ -74,6 +98,18 @@ class HarmonicStiffness:
         c_j, from harmonic 1 on; χ must stay positive.
     phases : tuple of float
         α_j in radians; those left out are 0.
+
+    Raises
+    ------
+    InputError
+        If a value is not a finite number, or χ would not stay positive.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(stiffness=gc.HarmonicStiffness((0.2, 0.05), (0.0, 1.0)))
+    >>> model.stiffness.amplitudes
+    (0.2, 0.05)
     """
 
     amplitudes: tuple[float, ...] = (0.0,)

@@ -33,7 +33,7 @@ _INWARDS = 0.12
 
 @keeps_data
 def agreement(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axes:
-    """Draw the sides of cells at which periodic motions end, in colours by cause.
+    r"""Draw the sides of cells at which periodic motions end, in colours by cause.
 
     Each line lies just inside the cell whose motion ends there.
 
@@ -49,6 +49,20 @@ def agreement(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) ->
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a result of `gearchaos.agreement`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model, x, y = gc.MeshModel.of(q0=0.1), "omega=1.7:2.3:8", "eps1=0.03:0.09:4"
+    >>> curves = gc.skeleton(model, x, y, period=1, lines=(1, 1), starts=0, workers=1)
+    >>> found = gc.agreement(curves, gc.zones(model, "omega=1.7:2.3:12", "eps1=0.03:0.09:8"))
+    >>> gc.plot.agreement(found, legend=False).get_ylabel()
+    'error amplitude $\\varepsilon_{1}$'
     """
     check(ds, "agreement", cause=("side",))
     over_map = ax is not None and bool(ax.images)

@@ -32,6 +32,19 @@ def attractors(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a result of `gearchaos.attractors`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> ax = gc.plot.attractors(gc.attractors(model, starts=16))
+    >>> ax.get_xlabel()
+    'displacement $z$'
     """
     sections = dict.fromkeys((f"attractor_section_{n}" for n in _PLANE), ("number", "point"))
     check(ds, "attractors", attractor=("start",), **ATTRACTOR_VARIABLES, **sections)

@@ -37,7 +37,7 @@ _JUMP: dict[str, Any] = {"arrowstyle": "-|>", "color": STROBE, "linewidth": 1.1,
 
 @keeps_data
 def backbone(ds: xr.Dataset, y: str = "z_peak_to_peak", ax: Axes | None = None, *, legend: bool = True) -> Axes:
-    """Draw the response along a branch of periodic orbits: stable parts solid, unstable ones dashed.
+    r"""Draw the response along a branch of periodic orbits: stable parts solid, unstable ones dashed.
 
     Every kind of event has a marker of its own. Where a fold ends a stable part, a slow change of the parameter makes
     the motion jump: an arrow leads to the orbit that the motion reaches, if it is one of the branches. Where
@@ -49,6 +49,8 @@ def backbone(ds: xr.Dataset, y: str = "z_peak_to_peak", ax: Axes | None = None, 
         From `gearchaos.branch`.
     y : str
         The variable to show: a response measure, ``z_max`` or ``z_min``.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
     legend : bool
         Add a legend of the lines, the events and the jumps.
 
@@ -60,6 +62,14 @@ def backbone(ds: xr.Dataset, y: str = "z_peak_to_peak", ax: Axes | None = None, 
     ------
     InputError
         If the Dataset is not a branch, or has no variable of this name along its points and events.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> ax = gc.plot.backbone(gc.branch(model, "omega=0.5:0.9"))
+    >>> ax.get_xlabel()
+    'frequency $\\omega$'
     """
     check_branch(ds)
     names = [str(n)[6:] for n in ds.data_vars if str(n).startswith("event_") and ds[n].dims == ("event",)]

@@ -57,6 +57,19 @@ def basins(
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a result of `gearchaos.basins`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> ax = gc.plot.basins(gc.basins(model, "z=-2:2:20", "z_dot=-1:1:20"))
+    >>> ax.get_xlabel()
+    'displacement $z$'
     """
     check(ds, "basins", attractor=2, **ATTRACTOR_VARIABLES)
     ax = new_axes(ax)
@@ -81,7 +94,25 @@ def basins(
 
 
 def attractor_names(ds: xr.Dataset) -> list[str]:
-    """A name for every attractor: its kind of motion, with primes to tell apart those of the same kind."""
+    """A name for every attractor: its kind of motion, with primes to tell apart those of the same kind.
+
+    Parameters
+    ----------
+    ds : Dataset
+        From `gearchaos.basins` or `gearchaos.attractors`, with N attractors.
+
+    Returns
+    -------
+    list of str
+        N names.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> gc.plot.attractor_names(gc.attractors(model, starts=16))
+    ['1T', '1T′']
+    """
     kinds = motion_class(ds["attractor_label"], ds["attractor_period"])
     periods = ds["attractor_period"].values
     plain = [f"{n}T" if k <= _SUBHARMONIC else MOTION_CLASSES[k].name for k, n in zip(kinds, periods, strict=True)]
@@ -127,9 +158,32 @@ def mark_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str) -> None:
 
 
 def attractor_legend(host: Axes | Figure, ds: xr.Dataset, *, hatch: bool = False, **options: Any) -> Legend:
-    """A legend of the attractors with their shares of the initial states.
+    """Add a legend of the attractors with their shares of the initial states.
 
-    ``hatch`` says that the basins are hatched instead of coloured; ``options`` are passed to ``host.legend``.
+    Parameters
+    ----------
+    host : Axes or Figure
+        Where the legend is drawn.
+    ds : Dataset
+        From `gearchaos.basins` or `gearchaos.attractors`.
+    hatch : bool
+        Whether the basins are hatched instead of coloured.
+    options
+        Passed to ``host.legend``.
+
+    Returns
+    -------
+    Legend
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> basins = gc.basins(model, "z=-2:2:20", "z_dot=-1:1:20")
+    >>> ax = gc.plot.basins(basins, legend=False)
+    >>> legend = gc.plot.attractor_legend(ax, basins, loc="upper right")
+    >>> len(legend.get_texts())
+    2
     """
     names, shares = attractor_names(ds), ds["attractor_fraction"].values
     entries = {i: (c, f"{n} ({_percent(s)})")

@@ -28,7 +28,7 @@ def bifurcation(
     ds: xr.Dataset, name: str | None = None, ax: Axes | None = None, *, rows: int = 560, ribbon: bool = True,
     legend: bool = True,
 ) -> Axes:
-    """Draw a bifurcation diagram as an image of point densities.
+    r"""Draw a bifurcation diagram as an image of point densities.
 
     Every value of the parameter is one column of pixels. The darkness of a pixel is the fraction of the points of its
     column that lie in it. Thousands of columns stay legible, and the size of the file does not depend on the number of
@@ -40,6 +40,8 @@ def bifurcation(
         From `gearchaos.bifurcation`: ``section_<name>`` with dims (axis, point).
     name : str
         Coordinate to show; x1, or z of a single model, if left out.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
     rows : int
         Number of pixels over the height.
     ribbon, legend : bool
@@ -48,6 +50,19 @@ def bifurcation(
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a result of `gearchaos.bifurcation`, or has no stroboscopic points of ``name``.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> diagram = gc.bifurcation(gc.MeshModel.of(q0=0.1), "eps1=0.15:0.25:40", points=16)
+    >>> ax = gc.plot.bifurcation(diagram)
+    >>> ax.get_xlabel()
+    'error amplitude $\\varepsilon_{1}$'
     """
     check(ds, "bifurcation", label=1, period=1)
     axis, name = str(ds["label"].dims[0]), name or first_coordinate(ds)

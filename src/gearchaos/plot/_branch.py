@@ -27,12 +27,27 @@ def branch(ds: xr.Dataset, name: str | None = None, ax: Axes | None = None, *, l
         From `gearchaos.branch`: ``section_<name>`` with dims (point, cycle).
     name : str
         Coordinate to show; x1, or z of a single model, if left out.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
     legend : bool
         Add a legend of the lines, unless the Axes has a diagram.
 
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a result of `gearchaos.branch`, or has no coordinate ``name``.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> ax = gc.plot.branch(gc.branch(model, "omega=0.5:0.9"), "z")
+    >>> ax.get_ylabel()
+    'displacement $z$'
     """
     check_branch(ds)
     name = name or first_coordinate(ds)

@@ -26,12 +26,26 @@ def stiffness(model: AnyModel | None = None, ax: Axes | None = None, *, periods:
     ----------
     model : MeshModel, GearPair or GearDesign, optional
         The model with the stiffness; by default the paper's.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
     periods : int
         Number of mesh periods to show.
 
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    InputError
+        If ``model`` has another type.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> ax = gc.plot.stiffness(gc.MeshModel.of(c1=0.2), periods=1)
+    >>> ax.get_ylabel()
+    'mesh stiffness $c(t)/c_0$'
     """
     model = MeshModel() if model is None else as_model(model)
     periods = whole_number("periods", periods, 1, _MAX_PERIODS)
@@ -78,16 +92,25 @@ def _dimension_line(ax: Axes, start: float, end: float, y: float, name: str) -> 
 
 
 def backlash(ax: Axes | None = None, *, reach: float = 3.0) -> Axes:
-    """Draw the backlash characteristic F(u)/Δ against u/Δ, (2.6), which is f(z) of (2.13).
+    r"""Draw the backlash characteristic F(u)/Δ against u/Δ, (2.6), which is f(z) of (2.13).
 
     Parameters
     ----------
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
     reach : float
         Half the width of the axis, in units of the half backlash Δ.
 
     Returns
     -------
     Axes
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> ax = gc.plot.backlash(reach=2.0)
+    >>> ax.get_xlabel()
+    'displacement $u/\\Delta$'
     """
     if (reach := check_positive("reach", reach)) <= 1:
         raise InputError("reach", "must be greater than 1", reach, "The ends of the backlash lie at 1.")

@@ -13,7 +13,21 @@ from gearchaos.plot._checks import flags
 
 
 class MotionClass(NamedTuple):
-    """A class of the cells of a map: its name in the legend, and its colour."""
+    """A class of the cells of a map: its name in the legend, and its colour.
+
+    Attributes
+    ----------
+    name : str
+        Name in the legend.
+    colour : str
+        Colour, ``#rrggbb``.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> gc.plot.MOTION_CLASSES[0]
+    MotionClass(name='1T', colour='#f4f1e8')
+    """
 
     name: str
     colour: str
@@ -73,6 +87,21 @@ def motion_class(label: xr.DataArray, period: xr.DataArray) -> np.ndarray:
     Returns
     -------
     ndarray of int, the shape of ``label``
+
+    Raises
+    ------
+    KeyError
+        If ``label`` has no flag attributes.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> zones = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.5:1.5:24", "eps1=0:0.3:16")
+    >>> index = gc.plot.motion_class(zones.label, zones.period)
+    >>> index.shape
+    (16, 24)
+    >>> gc.plot.MOTION_CLASSES[index[0, 0]].name
+    '1T'
     """
     codes = label.values
     out = np.clip(period.values, 1, _LAST_NAMED_PERIOD + 1).astype(int) - 1

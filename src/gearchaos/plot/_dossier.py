@@ -50,6 +50,19 @@ def dossier(ds: xr.Dataset, *, title: str = "", figure: Figure | None = None) ->
     Returns
     -------
     Figure
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a result of `gearchaos.simulate` with samples, or of `gearchaos.steady`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> motion = gc.simulate(gc.MeshModel.of(q0=0.1, eps1=0.2), periods=8, transient=200, samples=64)
+    >>> figure = gc.plot.dossier(motion, title="ε₁ = 0.2")
+    >>> len(figure.axes)
+    4
     """
     check_samples(ds, {})
     figure = figure or plt.figure(figsize=_figure_size(), layout="constrained")

@@ -43,12 +43,30 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
     ----------
     ds : Dataset
         From `gearchaos.dynamic_factor`.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
     legend : bool
         Add a legend of the lines and ranges.
 
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a result of `gearchaos.dynamic_factor`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(
+    ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05,
+    ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
+    ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    >>> ax = gc.plot.dynamic_factor(gc.dynamic_factor(design, "1000:8000:20", "100 N*m"))
+    >>> ax.get_ylabel()
+    'dynamic factor $K_v$'
     """
     check(ds, "dynamic_factor", dynamic_factor=1, contact=1, resonance_ratio=1, **dict.fromkeys(_STANDARDS, 1))
     ax = new_axes(ax)

@@ -63,6 +63,8 @@ def gear_pair(design: GearDesign, ax: Axes | None = None, *, teeth: float | None
     ----------
     design : GearDesign
         The gear pair.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
     teeth : float or None
         Width of the close-up in pitches, at least as wide as the path of contact; None for the whole pair alone.
     phase : float, optional
@@ -75,6 +77,19 @@ def gear_pair(design: GearDesign, ax: Axes | None = None, *, teeth: float | None
     -------
     Axes
         With the close-up and the whole pair as its ``child_axes``, or the whole pair itself if ``teeth`` is None.
+
+    Raises
+    ------
+    InputError
+        If ``design`` is not a `gearchaos.GearDesign`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(teeth=(17, 103), module="8 mm", face_width="100 mm", profile_shift=(0.145, 0.0))
+    >>> close_up = gc.plot.gear_pair(design)
+    >>> len(close_up.child_axes)
+    2
     """
     check_design(design)
     if teeth is not None and check_positive("teeth", teeth, _LARGEST_VIEW) < _LEAST_TEETH:

@@ -26,12 +26,28 @@ def history(
         From `gearchaos.simulate` with samples: ``<name>`` over ``tau``.
     name : str
         Variable to show.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
     periods : float, optional
         Show only this many mesh periods.
 
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a result of `gearchaos.simulate` with samples, or of `gearchaos.steady`, or has
+        no variable ``name``.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> motion = gc.simulate(gc.MeshModel.of(q0=0.1, eps1=0.2), periods=8, transient=200, samples=64)
+    >>> ax = gc.plot.history(motion, "z", periods=4)
+    >>> ax.get_ylabel()
+    'displacement $z$'
     """
     check_samples(ds, {"name": name})
     shown = None if periods is None else check_positive("periods", periods)

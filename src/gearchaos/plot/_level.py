@@ -37,7 +37,7 @@ def level(
     ds: xr.Dataset, name: str = "v_rms", ax: Axes | None = None, *, cmap: str = "viridis", clip: float = 1.0,
     colorbar: bool = True, hatch: bool = False,
 ) -> Axes:
-    """Draw a variable over a plane of two parameters: a continuous one by a colour scale, codes and counts as classes.
+    r"""Draw a variable over a plane of two parameters: a continuous one by a colour scale, codes and counts as classes.
 
     Parameters
     ----------
@@ -45,6 +45,8 @@ def level(
         From `gearchaos.zones`; cells without a value (NaN) are grey.
     name : str
         Variable with dims (y, x). Codes, such as ``contact``, and small whole numbers are classes with a legend.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
     cmap : str
         A perceptually uniform matplotlib colormap.
     clip : float
@@ -58,6 +60,19 @@ def level(
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a result of `gearchaos.zones`, or has no variable ``name`` over its plane.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> zones = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.5:1.5:24", "eps1=0:0.3:16")
+    >>> ax = gc.plot.level(zones, "dynamic_factor")
+    >>> ax.get_xlabel()
+    'frequency $\\omega$'
     """
     check(ds, "zones", label=2, period=2)
     check_name(ds, "name", name, 2)

@@ -14,16 +14,31 @@ from gearchaos.plot._theme import INK, STROBE, adapt
 
 @keeps_data
 def lyapunov(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the largest Lyapunov exponent with its confidence band and the zero line.
+    r"""Draw the largest Lyapunov exponent with its confidence band and the zero line.
 
     Parameters
     ----------
     ds : Dataset
         From `gearchaos.bifurcation`: ``lyapunov``, ``lyapunov_lo`` and ``lyapunov_hi`` over one axis, per unit τ.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
 
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a result of `gearchaos.bifurcation`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> diagram = gc.bifurcation(gc.MeshModel.of(q0=0.1), "eps1=0.15:0.25:40", points=16)
+    >>> ax = gc.plot.lyapunov(diagram)
+    >>> ax.get_ylabel()
+    'largest exponent $\\lambda_1$'
     """
     check(ds, "bifurcation", lyapunov=1, lyapunov_lo=1, lyapunov_hi=1)
     ax = new_axes(ax)

@@ -67,6 +67,14 @@ def manifolds(
     ------
     InputError
         If the Dataset is not one of manifolds, or has no saddle of a number.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> ax = gc.plot.manifolds(gc.manifolds(model, period=1, length=5.0))
+    >>> ax.get_xlabel()
+    'displacement $z$'
     """
     check(ds, "manifolds", z=("point",), z_dot=("point",), manifold=("point",), manifold_stable=("number",),
           manifold_saddle=("number",))

@@ -40,6 +40,8 @@ def mesh_stiffness(design: GearDesign, ax: Axes | None = None, *, compare: bool 
     ----------
     design : GearDesign
         The gear pair.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
     compare : bool
         Show not only the method of the design but also those by ISO 6336-1 and by potential energy, where they can be
         computed.
@@ -54,6 +56,14 @@ def mesh_stiffness(design: GearDesign, ax: Axes | None = None, *, compare: bool 
     ------
     InputError
         If the stiffness by the method of the design cannot be computed.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(teeth=(50, 50), module="3 mm", face_width="20 mm", torque="100 N*m")
+    >>> ax = gc.plot.mesh_stiffness(design)
+    >>> ax.get_ylabel()
+    'mesh stiffness [N/µm]'
     """
     check_design(design)
     found = comparable_stiffnesses(design)[: None if compare else 1]

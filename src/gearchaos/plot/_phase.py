@@ -20,7 +20,7 @@ def phase(
     ds: xr.Dataset, x: str = "z", y: str | None = None, ax: Axes | None = None, *, section: bool = True,
     linewidth: float = 0.8,
 ) -> Axes:
-    """Draw a trajectory in a plane of two coordinates, by default a displacement and its velocity.
+    r"""Draw a trajectory in a plane of two coordinates, by default a displacement and its velocity.
 
     Parameters
     ----------
@@ -28,6 +28,8 @@ def phase(
         From `gearchaos.simulate` with samples: ``<x>`` and ``<y>`` over ``tau``.
     x, y : str
         Coordinates; ``y`` is ``<x>_dot`` if left out. Along an axis of z the ends of the backlash are marked.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
     section : bool
         Mark the stroboscopic points.
     linewidth : float
@@ -36,6 +38,20 @@ def phase(
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a result of `gearchaos.simulate` with samples, or of `gearchaos.steady`, or has
+        no such coordinate.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> motion = gc.simulate(gc.MeshModel.of(q0=0.1, eps1=0.2), periods=8, transient=200, samples=64)
+    >>> ax = gc.plot.phase(motion)
+    >>> ax.get_xlabel(), ax.get_ylabel()
+    ('displacement $z$', 'velocity $\\dot{z}$')
     """
     y = y or f"{x}_dot"
     check_samples(ds, {"x": x, "y": y})

@@ -23,7 +23,7 @@ _LARGEST, _SMALLEST = 3.5, 0.55
 def portrait(
     ds: xr.Dataset, x: str | None = None, y: str | None = None, ax: Axes | None = None, *, size: float | None = None
 ) -> Axes:
-    """Draw the stroboscopic points in a plane of two coordinates, by default a displacement and its velocity.
+    r"""Draw the stroboscopic points in a plane of two coordinates, by default a displacement and its velocity.
 
     Parameters
     ----------
@@ -31,12 +31,27 @@ def portrait(
         From `gearchaos.simulate`: ``section_<x>`` and ``section_<y>`` over ``period``.
     x, y : str
         Coordinates; ``x`` is x1, or z of a single model, if left out, and ``y`` is ``<x>_dot``.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
     size : float, optional
         Diameter of the markers in points; by default it decreases with the number of distinct points.
 
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a result of `gearchaos.simulate`, or has no such coordinate.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> motion = gc.simulate(gc.MeshModel.of(q0=0.1, eps1=0.2), periods=8, transient=200, samples=64)
+    >>> ax = gc.plot.portrait(motion, "z")
+    >>> ax.get_xlabel(), ax.get_ylabel()
+    ('displacement $z$', 'velocity $\\dot{z}$')
     """
     check(ds, "simulate", period=("period",))
     x = x or first_coordinate(ds)

@@ -21,7 +21,7 @@ from gearchaos.plot._theme import INK, adapt
 def response(
     ds: xr.Dataset, name: str = "v_rms", ax: Axes | None = None, *, ribbon: bool = True, legend: bool = True
 ) -> Axes:
-    """Draw a variable along one parameter.
+    r"""Draw a variable along one parameter.
 
     A continuous variable is a line with a gap where it has no value (NaN); codes, such as ``contact``, and small whole
     numbers are dots at the names of their classes.
@@ -32,12 +32,28 @@ def response(
         From `gearchaos.bifurcation`, with or without points, or from `gearchaos.dynamic_factor`.
     name : str
         Variable over the parameter alone.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
     ribbon, legend : bool
         Show the kind of motion at every value by the colours of a strip above, and a legend of them.
 
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a result of `gearchaos.bifurcation` or `gearchaos.dynamic_factor`, or has no
+        variable ``name``.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> diagram = gc.bifurcation(gc.MeshModel.of(q0=0.1), "eps1=0.15:0.25:40", points=16)
+    >>> ax = gc.plot.response(diagram, "dynamic_factor")
+    >>> ax.get_xlabel()
+    'error amplitude $\\varepsilon_{1}$'
     """
     check(ds, "bifurcation", label=1, period=1)
     check_name(ds, "name", name, 1)

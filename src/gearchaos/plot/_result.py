@@ -56,6 +56,13 @@ def result(ds: xr.Dataset, colour: str | None = None, *, hatch: bool = False) ->
     InputError
         For a Dataset that is not the result of a study, a colour that is not one of its variables, or hatching of what
         is no map of classes.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> zones = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.5:1.5:24", "eps1=0:0.3:16")
+    >>> figure = gc.plot.result(zones, "contact")
+    >>> figure.savefig("contact.png")  # doctest: +SKIP
     """
     check_dataset(ds)
     kind = str(ds.attrs.get("study", ""))

@@ -30,6 +30,20 @@ def ribbon(ds: xr.Dataset, ax: Axes, *, legend: bool = True) -> Axes:
     -------
     Axes
         The strip.
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a result of `gearchaos.bifurcation`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> diagram = gc.bifurcation(gc.MeshModel.of(q0=0.1), "eps1=0.15:0.25:40", points=16)
+    >>> ax = gc.plot.response(diagram, "v_rms", ribbon=False)
+    >>> strip = gc.plot.ribbon(diagram, ax)
+    >>> strip.get_position().y0 > ax.get_position().y0
+    np.True_
     """
     check(ds, "bifurcation", label=1, period=1)
     strip = ax.inset_axes((0.0, 1.012, 1.0, 0.035), sharex=ax)

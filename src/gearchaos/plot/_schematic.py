@@ -35,9 +35,21 @@ def schematic(ax: Axes | None = None) -> Axes:
     The base circles touch the line of action, which is vertical. On it lie the elements of the mesh: spring c(t) with
     backlash 2Δ, damper k and transmission error e(t). The supports c_n, k_n act parallel to it.
 
+    Parameters
+    ----------
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
+
     Returns
     -------
     Axes
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> ax = gc.plot.schematic()
+    >>> ax.axison
+    False
     """
     ax = new_axes(ax)
     ax.set_axis_off()

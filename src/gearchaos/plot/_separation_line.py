@@ -58,6 +58,16 @@ def separation_line(
     -----
     The line is that of `gearchaos.gears.separation.separation_torque`, with the time mean of the mesh stiffness. With
     varying stiffness it is a first estimate; a motion with impacts may exist above it, too.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(
+    ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05,
+    ...     transmission_error="from quality", quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    >>> ax = gc.plot.separation_line(design, speed="3000:6000:2", torque="20:400:2")
+    >>> ax.get_ylabel()
+    'torque [N m]'
     """
     check_design(design)
     given = {"speed": speed, "torque": torque}

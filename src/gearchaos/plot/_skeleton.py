@@ -43,7 +43,7 @@ _SPECIAL: dict[str, Any] = {
 def skeleton(
     ds: xr.Dataset, ax: Axes | None = None, *, grazes: bool = True, special: bool = False, legend: bool = True
 ) -> Axes:
-    """Draw the curves of a skeleton, or a single curve, in the plane of their parameters.
+    r"""Draw the curves of a skeleton, or a single curve, in the plane of their parameters.
 
     The kinds of events have different colours; grazes are dotted. The width decreases with the period of the orbit, and
     the curves of 2T, 3T and 4T orbits are dashed. In an Axes that has a map, the limits are kept.
@@ -64,6 +64,20 @@ def skeleton(
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a result of `gearchaos.skeleton` or `gearchaos.curve`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", q0=0.1, eps1=0.05)
+    >>> folds = gc.curve(model, "fold", "omega=0.5:1.2", "eps1=0.04:0.06", period=1)
+    >>> ax = gc.plot.skeleton(folds)
+    >>> ax.get_xlabel()
+    'frequency $\\omega$'
     """
     single = getattr(ds, "attrs", {}).get("study") == "curve"
     ds = _as_skeleton(ds) if single else ds

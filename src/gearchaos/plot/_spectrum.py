@@ -34,12 +34,28 @@ def spectrum(ds: xr.Dataset, name: str = "z_dot", ax: Axes | None = None, *, ord
         From `gearchaos.simulate` with samples: ``<name>`` over ``tau``.
     name : str
         Variable to show.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
     orders : float
         Show orders of the mesh frequency up to this one.
 
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a result of `gearchaos.simulate` with samples, or of `gearchaos.steady`, or has
+        no variable ``name``.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> motion = gc.simulate(gc.MeshModel.of(q0=0.1, eps1=0.2), periods=8, transient=200, samples=64)
+    >>> ax = gc.plot.spectrum(motion)
+    >>> ax.get_xlabel()
+    'frequency in mesh orders $f/f_z$'
     """
     check_samples(ds, {"name": name})
     orders = check_positive("orders", orders, _MAX_ORDERS)

@@ -30,6 +30,8 @@ def transmission_error(design: GearDesign, ax: Axes | None = None) -> Axes:
     ----------
     design : GearDesign
         The gear pair.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
 
     Returns
     -------
@@ -40,6 +42,16 @@ def transmission_error(design: GearDesign, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If the error by the method of the design cannot be computed.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(
+    ...     teeth=(50, 50), module="3 mm", face_width="20 mm", transmission_error="from quality",
+    ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    >>> ax = gc.plot.transmission_error(design)
+    >>> len(ax.child_axes)
+    2
     """
     check_design(design)
     error = design.error_harmonics

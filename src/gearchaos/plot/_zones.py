@@ -27,7 +27,7 @@ CONTACT_NOTE = "1T may include separation of the teeth: see --colour contact"
 
 @keeps_data
 def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, hatch: bool = False) -> Axes:
-    """Draw the kinds of motion over a plane of two parameters.
+    r"""Draw the kinds of motion over a plane of two parameters.
 
     Parameters
     ----------
@@ -44,6 +44,19 @@ def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, hatch:
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not a result of `gearchaos.zones`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> zones = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.5:1.5:24", "eps1=0:0.3:16")
+    >>> ax = gc.plot.zones(zones)
+    >>> ax.get_xlabel()
+    'frequency $\\omega$'
     """
     check(ds, "zones", label=2, period=2)
     ax = new_axes(ax)
@@ -105,6 +118,19 @@ def class_legend(
         Whether the cells are hatched instead of coloured.
     options
         Passed to ``host.legend``.
+
+    Returns
+    -------
+    Legend
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> zones = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.5:1.5:24", "eps1=0:0.3:16")
+    >>> ax = gc.plot.zones(zones, legend=False)
+    >>> legend = gc.plot.class_legend(ax, gc.plot.motion_class(zones.label, zones.period), loc="upper right")
+    >>> legend.get_texts()[0].get_text()
+    '1T'
     """
     present = {int(i): (classes[i].colour, classes[i].name) for i in np.unique(index) if i != NO_CLASS}
     return draw_legend(host, patches(present, bool(np.any(index == NO_CLASS)), hatch), fit_to, **options)

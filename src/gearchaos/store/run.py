@@ -51,6 +51,15 @@ class Outcome:
         Whether the store is complete. A shard that is not the last one to end leaves it unfinished.
     missing : dict of str to int
         Number of the tiles that are not done by shard, e.g. {"3/4": 20}; "1/1" for a run that is not divided.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from tempfile import TemporaryDirectory
+    >>> study = gc.Zones(gc.MeshModel.of(q0=0.1), "omega=0.9:1.1:4", "eps1=0.1:0.2:4")
+    >>> with TemporaryDirectory() as folder:
+    ...     gc.run(study, out=f"{folder}/zones.zarr", tile=8).failed
+    {}
     """
 
     done: int
@@ -110,6 +119,18 @@ def run(
         If an option is wrong, or if the folder is not a store, has another study or has another writer.
     OSError
         If the store cannot be written to, or the connection to the workers is lost; tiles that are done are kept.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> study = gc.Zones(gc.MeshModel.of(q0=0.1), "omega=0.9:1.1:4", "eps1=0.1:0.2:4")
+    >>> gc.run(study).label.shape
+    (4, 4)
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     outcome = gc.run(study, out=f"{folder}/zones.zarr", tile=8)
+    >>> outcome.done, outcome.count
+    (2, 2)
     """
     if not isinstance(study, Study):
         raise InputError("study", "must be a study", f"a {type(study).__name__}", "E.g. gearchaos.Zones(model, x, y).")

@@ -60,6 +60,17 @@ def agreement(skeleton: xr.Dataset, zones: xr.Dataset) -> xr.Dataset:
     A side is on a basin boundary if the orbit of the cell is stable in the neighbour, too. Otherwise a curve explains
     it that passes within one cell and is a fold or Neimark-Sacker curve of this period, or a flip curve of this period
     or of half of it.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(q0=0.1)
+    >>> curves = gc.skeleton(
+    ...     model, "omega=1.7:2.3:8", "eps1=0.03:0.09:4", period=1, lines=(1, 1), starts=0, workers=1)
+    >>> zones = gc.zones(model, "omega=1.7:2.3:12", "eps1=0.03:0.09:8")
+    >>> found = gc.agreement(curves, zones)
+    >>> 0 < found.attrs["explained"] <= 1
+    True
     """
     _check("skeleton", skeleton, "skeleton")
     _check("zones", zones, "zones")

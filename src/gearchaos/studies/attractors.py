@@ -77,6 +77,14 @@ def attractors(
     ------
     InputError
         If a number or a range is out of bounds; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> found = gc.attractors(model, starts=16)
+    >>> gc.studies.motions(found.attractor_label, found.attractor_period)
+    ['1T', '1T']
     """
     study = Attractors(
         model, starts, box=box, seed=seed, sweep=sweep, kicks=kicks, settings=settings,
@@ -87,7 +95,37 @@ def attractors(
 @dataclass(frozen=True)
 class Attractors(ClassifyingStudy):
     """The study that `attractors` runs. Its work items are the initial states; sweeps and perturbations are computed by
-    `finish`. The fields are the arguments of `attractors`."""
+    `finish`.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point.
+    starts : int
+        Number of initial states.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+    box : mapping of str to (low, high), optional
+        Ranges of initial values.
+    seed : int
+        Seed of the Sobol sequence of initial states.
+    sweep : Axis or str, optional
+        A parameter that is also swept slowly to its value in the model.
+    kicks : int
+        Number of directions in which the smallest destabilising perturbation is searched.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> study = gc.Attractors(gc.MeshModel.of(q0=0.1, eps1=0.1), starts=16)
+    >>> study.kind, study.count
+    ('attractors', 16)
+    """
 
     kind: ClassVar[str] = "attractors"
 

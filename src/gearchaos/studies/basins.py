@@ -54,6 +54,19 @@ def basins(
         ``uncertainty_exponent`` measure how fractal the boundaries are. Where the plane is the whole state space (of a
         model with two coordinates) ``attractor_kick`` is the length of the smallest change of the state that leaves the
         basin.
+
+    Raises
+    ------
+    InputError
+        If an axis is no initial value of the model, or the computation needs more memory than this machine has.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> basins = gc.basins(model, "z=-2:2:20", "z_dot=-1:1:20")
+    >>> basins.attractor.shape, basins.sizes["number"]
+    ((20, 20), 2)
     """
     return Basins(model, x, y, settings=settings).run(
         progress=progress, threads=threads)
@@ -61,7 +74,29 @@ def basins(
 
 @dataclass(frozen=True)
 class Basins(ClassifyingStudy):
-    """The study that `basins` runs; its work items are the initial states, its fields the arguments of `basins`."""
+    """The study that `basins` runs. Its work items are the initial states.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point.
+    x, y : Axis or str
+        Initial values of two coordinates, and their ranges.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> study = gc.Basins(gc.MeshModel.of(q0=0.1, eps1=0.1), "x1=-1:1:6", "x1_dot=-1:1:6")
+    >>> study.kind, study.count
+    ('basins', 36)
+    """
 
     kind: ClassVar[str] = "basins"
     axis_fields: ClassVar[tuple[str, ...]] = ("x", "y")

@@ -66,6 +66,20 @@ def bifurcation(
     -------
     xarray.Dataset
         ``section_<coordinate>(axis, point)``, and for each column the variables that `zones` has for a cell.
+
+    Raises
+    ------
+    InputError
+        If the axis or an option is wrong, or the computation needs more memory than this machine has.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> diagram = gc.bifurcation(gc.MeshModel.of(q0=0.1), "eps1=0.1:0.2:3", points=8)
+    >>> diagram.section_x1.shape
+    (3, 8)
+    >>> gc.studies.motions(diagram.label, diagram.period)
+    ['2T', 'chaotic', 'chaotic']
     """
     study = Bifurcation(model, axis, points=points, mode=mode, settings=settings)
     return study.run(progress=progress, threads=threads)
@@ -76,6 +90,31 @@ class Bifurcation(ClassifyingStudy):
     """The study that `bifurcation` runs; its work items are the columns, its fields the arguments of `bifurcation`.
 
     The field ``points`` is the number of stroboscopic points in a column.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        All parameters but the one that varies.
+    axis : Axis or str
+        The parameter and its range.
+    points : int
+        Stroboscopic points per column; 0 for the verdicts alone.
+    mode : {"fixed", "up", "down"}
+        Where every column starts; see `bifurcation`.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> study = gc.Bifurcation(gc.MeshModel.of(q0=0.1, eps1=0.1), "eps1=0.1:0.2:5")
+    >>> study.kind, study.count
+    ('bifurcation', 5)
     """
 
     kind: ClassVar[str] = "bifurcation"

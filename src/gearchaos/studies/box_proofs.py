@@ -45,6 +45,13 @@ def prove_box(
     ------
     InputError
         If python-flint is not installed, the motion is not periodic, or a width is wrong.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)
+    >>> gc.prove_box(model, {"eps1": 1e-8}).proved
+    True
     """
     check_installed()
     whole_number("bits", bits, 53, 800)

@@ -66,6 +66,13 @@ def prove_chaos(
     -----
     Covering relations along homoclinic orbits of a saddle: P. Zgliczynski, M. Gidea, J. Differential Equations 202,
     2004. Saddles of periods up to 3 are found by Newton's method from many initial states.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> result = gc.prove_chaos(gc.MeshModel.of(omega=1.6, q0=2.0, eps1=0.0, chi1=0.0, chi2=0.0))  # no saddle
+    >>> result.proved, result.reason
+    (False, 'no saddle')
     """
     check_installed()
     whole_number("bits", bits, _LEAST_BITS, _MOST_BITS)

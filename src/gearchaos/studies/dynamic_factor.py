@@ -68,6 +68,17 @@ def dynamic_factor(
     -----
     K_v multiplies F_t K_A, while the computed factor is over the force of the torque alone: they are comparable for an
     application factor of 1. In method B running-in removes nothing, and all wheels count as solid discs.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(
+    ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05,
+    ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
+    ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    >>> found = gc.dynamic_factor(design, "1000:8000:20", "100 N*m")
+    >>> found.dynamic_factor.dims
+    ('speed',)
     """
     axis = operating_axis("speed", speed)
     at_start = _loaded(design, torque).at(speed=axis.start * RPM)

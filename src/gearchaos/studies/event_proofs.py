@@ -66,6 +66,14 @@ def prove_event(
     ------
     InputError
         If an argument is missing or out of range, if no orbit is found, or if python-flint is not installed.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> branch = gc.branch(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206), "eps1=0.19:0.21")
+    >>> flip = int(branch.event_kind.values.tolist().index("flip"))
+    >>> gc.prove_event(branch.isel(event=flip)).proved
+    True
     """
     check_installed()
     from gearchaos.proof.event import KINDS, prove_event_facts

@@ -68,6 +68,14 @@ def manifolds(
     D. Hobson, An efficient method for computing invariant manifolds of planar maps, J. Comput. Phys. 104, 1993. Saddles
     are found by Newton's method from many initial states: one that no start leads to is missing. A stable manifold is
     the unstable one in reversed time.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> found = gc.manifolds(model, period=1, length=5.0)
+    >>> found.sizes["number"], found.saddle_period.values.tolist()
+    (4, [1])
     """
     period = whole_number("period", period, 1, _LONGEST_PERIOD)
     length, spacing = _checked("length", length, _LENGTH), _checked("spacing", spacing, _SPACING)

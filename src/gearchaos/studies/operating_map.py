@@ -52,6 +52,17 @@ def operating_map(
     ------
     InputError
         If the gears are not known, as for a `MeshModel` made of dimensionless values, or an axis is wrong.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(
+    ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05,
+    ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
+    ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    >>> found = gc.operating_map(design, speed="1000:6000:6", torque="50:200:4")
+    >>> found.label.dims, found.v_rms.attrs["units"]
+    (('torque', 'speed'), 'mm/s')
     """
     axes = operating_axis("speed", speed), operating_axis("torque", torque)
     if isinstance(gears, MeshModel):

@@ -45,6 +45,14 @@ def prove(subject: AnyModel | Verdict | Orbit, bits: int = 128) -> Certificate |
     ------
     InputError
         If python-flint is not installed, the precision is out of range, or the verdict is not periodic.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)
+    >>> certificate = gc.prove(model)
+    >>> certificate.proved, certificate.period
+    (True, 8)
     """
     check_installed()
     whole_number("bits", bits, _LEAST_BITS, _MOST_BITS)

@@ -54,6 +54,13 @@ def regime(
     InputError
         If the model or the settings are of another type, or the motion cannot be computed in a reasonable time; before
         any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> verdict = gc.regime(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206))
+    >>> verdict.label, verdict.reason
+    ('8T', 'a stable periodic orbit converged and the trajectory approaches it')
     """
     study = Regime(model, settings=settings)
     study.cost.announce(progress)
@@ -62,7 +69,27 @@ def regime(
 
 @dataclass(frozen=True)
 class Regime(ClassifyingStudy):
-    """The study that `regime` runs; its only work item is the motion, its fields the arguments of `regime`."""
+    """The study that `regime` runs. Its only work item is the motion.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point, with its initial values.
+    settings : Classification, optional
+        Lengths of the runs by which the motion is classified.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> study = gc.Regime(gc.MeshModel.of(q0=0.1, eps1=0.1))
+    >>> study.kind, study.count
+    ('regime', 1)
+    """
 
     kind: ClassVar[str] = "regime"
     default_settings: ClassVar[Classification] = SINGLE_MOTION

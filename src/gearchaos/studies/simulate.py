@@ -57,13 +57,44 @@ def simulate(
     ------
     InputError
         If a number is out of range, or the computation needs more memory than this machine has.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> motion = gc.simulate(gc.MeshModel.of(q0=0.1, eps1=0.1), periods=4, transient=200, samples=32)
+    >>> motion.section_z.shape, motion.z.shape, motion.attrs["status"]
+    ((4,), (128,), 'ok')
     """
     return Simulate(model, periods, transient, samples).run(progress=progress)
 
 
 @dataclass(frozen=True)
 class Simulate(Study):
-    """The study that `simulate` runs; its only work item is the motion, its fields the arguments of `simulate`."""
+    """The study that `simulate` runs. Its only work item is the motion.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point, with its initial values.
+    periods : int
+        Mesh periods to record.
+    transient : int
+        Mesh periods before the recorded ones.
+    samples : int, optional
+        Number of equidistant instants recorded in each mesh period.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> study = gc.Simulate(gc.MeshModel.of(q0=0.1, eps1=0.1), periods=4)
+    >>> study.kind, study.count
+    ('simulate', 1)
+    """
 
     kind: ClassVar[str] = "simulate"
 

@@ -89,6 +89,15 @@ def skeleton(
     A curve is found if a branch through a stable motion on one of the lines meets it, or if another of its events does;
     more lines, places and starts find more. The result does not depend on the number of workers. Processes are started
     by importing the main module anew, so that a script must call this under ``if __name__ == "__main__":``.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(q0=0.1)
+    >>> curves = gc.skeleton(
+    ...     model, "omega=1.7:2.3:8", "eps1=0.03:0.09:4", period=1, lines=(1, 1), starts=0, workers=1)
+    >>> curves.curve_kind.values.tolist()
+    ['flip', 'flip']
     """
     search = _search(x, y, period, lines, starts)
     x, y = as_range(x, "x"), as_range(y, "y")

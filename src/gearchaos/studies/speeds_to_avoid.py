@@ -95,6 +95,18 @@ def speeds_to_avoid(dataset: xr.Dataset, factor: float | None = None) -> tuple[R
     ------
     InputError
         If the Dataset has not both variables over the speed alone, or the factor is not greater than 0.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(
+    ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05,
+    ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
+    ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    >>> found = gc.dynamic_factor(design, "500:8000:40", "100 N*m")
+    >>> ranges = gc.speeds_to_avoid(found)
+    >>> round(ranges[0].start), round(ranges[0].stop)
+    (1462, 8000)
     """
     separated, factors = _over_speed(dataset)["contact"].values > 0, dataset["dynamic_factor"].values
     criteria = np.where(separated, CRITERION, "")

@@ -48,6 +48,14 @@ def steady(model: AnyModel, verdict: Verdict) -> xr.Dataset:
     ------
     InputError
         If the motion diverged.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)
+    >>> motion = gc.steady(model, gc.regime(model))
+    >>> motion.sizes["period"]
+    64
     """
     model = as_model(model)
     if not isinstance(verdict, Verdict):

@@ -44,6 +44,20 @@ class Verdict(HasCard):
         The class that the spectrum of z and z' at those points suggests; see `spectral_class`.
     settings : Classification
         The settings by which the motion was classified.
+
+    Notes
+    -----
+    How a verdict is reached is described in "Verdicts", in the manual's explanations.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)
+    >>> verdict = gc.regime(model)
+    >>> verdict.label, verdict.contact
+    ('8T', 'two-sided')
+    >>> [round(abs(m), 3) for m in verdict.multipliers]
+    [0.509, 0.096]
     """
 
     model: MeshModel

@@ -80,6 +80,20 @@ def zones(
         ``v_rms_up`` and ``v_rms_down`` after the sweeps, and ``hysteresis``: 1 where the two sweeps end in different
         motions. With ``prove`` also ``proved``: 1 where the motion is proved, 0 where it is not, -1 where it is not
         periodic; and ``proof_reason``, why it is not proved. Inferred cells are not proved.
+
+    Raises
+    ------
+    InputError
+        If an axis or an option is wrong, or the computation needs more memory than this machine has.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> zones = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.5:1.5:24", "eps1=0:0.3:16")
+    >>> zones.label.dims, zones.label.shape
+    (('eps1', 'omega'), (16, 24))
+    >>> zones.v_rms.attrs["units"]
+    'delta*omega0'
     """
     study = Zones(
         model, x, y, starts=starts, refine=refine, prove=prove, certificates=certificates, settings=settings)
@@ -88,7 +102,37 @@ def zones(
 
 @dataclass(frozen=True)
 class Zones(ClassifyingStudy):
-    """The study that `zones` runs; its work items are the cells, its fields the arguments of `zones`."""
+    """The study that `zones` runs. Its work items are the cells.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        All parameters but the two of the axes.
+    x, y : Axis or str
+        Parameters (or initial values) and their ranges.
+    starts : int
+        Number of initial states in each cell.
+    refine : int
+        Spacing of the first lattice of computed rows and columns, a power of two.
+    prove : bool
+        Prove the periodic motion of each computed cell.
+    certificates : str, optional
+        Folder to which a certificate is written for each proved cell.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> study = gc.Zones(gc.MeshModel.of(q0=0.1, eps1=0.1), "omega=0.9:1.1:4", "eps1=0.1:0.2:4")
+    >>> study.kind, study.count
+    ('zones', 16)
+    """
 
     kind: ClassVar[str] = "zones"
     axis_fields: ClassVar[tuple[str, ...]] = ("x", "y")

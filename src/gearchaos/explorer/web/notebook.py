@@ -65,6 +65,14 @@ def explore(
     ------
     InputError
         For values outside the bounds of the explorer, or if ``gearchaos[app]`` is not installed.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> page = gc.explore(gc.MeshModel.of(q0=0.1))
+    >>> page.url.startswith("http://127.0.0.1:")
+    True
+    >>> page.stop()
     """
     check_installed()
     from gearchaos.explorer.view.state import view_of

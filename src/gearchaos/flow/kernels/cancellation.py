@@ -14,7 +14,23 @@ a second after the event is set. If the variable is None, it cannot be cancelled
 
 
 class StoppedError(Exception):
-    """The computation was cancelled."""
+    """The computation was cancelled through `cancel_event`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> import threading
+    >>> from gearchaos.flow import StoppedError, cancel_event
+    >>> event = threading.Event()
+    >>> token = cancel_event.set(event)
+    >>> event.set()
+    >>> try:
+    ...     gc.simulate(gc.MeshModel.of(q0=0.1), periods=100)
+    ... except StoppedError:
+    ...     print("stopped")
+    stopped
+    >>> cancel_event.reset(token)
+    """
 
 
 def raise_if_cancelled() -> None:

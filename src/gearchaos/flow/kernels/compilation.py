@@ -101,7 +101,18 @@ def _writable() -> bool:
 
 
 def cache_is_empty() -> bool:
-    """Whether the disk cache can be written but holds no kernel yet."""
+    """Whether the disk cache can be written but holds no kernel yet.
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> from gearchaos.flow import cache_is_empty
+    >>> isinstance(cache_is_empty(), bool)
+    True
+    """
     return _writable() and not any(cache_directory().rglob("*.nbi"))
 
 
@@ -152,7 +163,18 @@ def _linked(function: Callable[..., Any], forceinline: bool) -> Any:
 
 def on_compile(call: Callable[[], None]) -> None:
     """Register a function to be called whenever a kernel is about to be compiled, but not when one is loaded from the
-    cache."""
+    cache.
+
+    Parameters
+    ----------
+    call : callable
+        Called without arguments; what it returns is ignored.
+
+    Examples
+    --------
+    >>> from gearchaos.flow import on_compile
+    >>> on_compile(lambda: None)
+    """
     nested = threading.local()  # compiling a kernel compiles its subroutines; only the kernel counts
 
     class Listener(event.Listener):

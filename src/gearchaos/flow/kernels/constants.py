@@ -30,6 +30,16 @@ class Measure(IntEnum):
     """Rows of the array of measures (`len(Measure)`, L), each accumulated along the motion.
 
     Times are in units of τ; z in half backlashes; the mesh force 2ζz' + χ f(z) as in (2.5) of the paper.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.flow import Measure
+    >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
+    >>> result = problem.flow.advance(problem.w, periods=10, measured=True)
+    >>> result.measures[Measure.SWITCHES].tolist()
+    [18.0]
     """
 
     FRONT_TIME = 0

@@ -23,8 +23,32 @@ _SQUARINGS = 16
 
 
 class NewtonSearch(NamedTuple):
-    """State of the search for the periodic orbits of L trajectories. An iteration evaluates P, the map over one
-    period."""
+    """State of the search for the periodic orbits of L trajectories. An iteration evaluates P, the map over one period.
+
+    Attributes
+    ----------
+    guess : (d, L)
+        Initial guess.
+    at : (d, L)
+        Point at which P is evaluated next.
+    w : (d, L)
+        Point with the smallest residual so far.
+    residual : (L,)
+        Largest change of a coordinate, |P(w) − w|; infinite before the first iteration.
+    monodromy : (L, d, d)
+        Derivative of P at ``w``, set on convergence.
+    stalls : (L,) of int
+        Number of iterations that did not halve the residual.
+    scratch : (2, d, d + 1)
+        Working memory.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gearchaos.flow import start_newton_search
+    >>> start_newton_search(np.zeros((2, 3))).residual
+    array([inf, inf, inf])
+    """
 
     guess: np.ndarray  # (d, L) initial guess
     at: np.ndarray  # (d, L) point at which P is evaluated next
@@ -61,6 +85,21 @@ def newton_iteration(search, active, end, tangent, status, max_distance, max_mul
     int
         Number of trajectories that need another iteration. The others have converged, have failed `_MAX_STALLS` times
         to halve the residual, or were ended by the two limits.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> import numpy as np
+    >>> from gearchaos.flow import newton_iteration, start_newton_search
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
+    >>> search, active = start_newton_search(problem.w), np.arange(1)
+    >>> for _ in range(20):
+    ...     run = problem.flow.advance(search.at, 1, tangent=np.eye(2)[:, :, None])
+    ...     if newton_iteration(search, active, run.w, run.tangent, run.status, 10.0, 100.0) == 0:
+    ...         break
+    >>> bool(search.residual[0] < 1e-10)
+    True
     """
     count = 0
     for i in range(len(active)):
