@@ -269,8 +269,8 @@ def flip(content, at):
 DAMAGE = {
     "a byte of the first chunk": (lambda c: flip(c, 5), {0, 1, 5, 6}),
     "a byte of the last chunk": (lambda c: flip(c, len(c) - 75), {12, 13, 17, 18}),
-    "the index": (lambda c: flip(c, len(c) - 9), "all"), "cut short": (lambda c: c[:-1], "all"), "longer": (lambda c: c + b"0", "all"), "empty": (lambda c: b"", "all"),
-    "missing": (None, "all"),
+    "the index": (lambda c: flip(c, len(c) - 9), "all"), "cut short": (lambda c: c[:-1], "all"),
+    "longer": (lambda c: c + b"0", "all"), "empty": (lambda c: b"", "all"), "missing": (None, "all"),
 }
 
 

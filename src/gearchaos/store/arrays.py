@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -12,14 +12,12 @@ import zarr
 from gearchaos.store.chunks import CODECS
 from gearchaos.store.errors import damaged_description
 from gearchaos.store.folder import Folder
+from gearchaos.store.layout import Layout
 from gearchaos.store.schema import ArraySchema, read_as
 from gearchaos.store.specs import ITEMS
 
-if TYPE_CHECKING:
-    from gearchaos.store.store import Store
 
-
-def create_arrays(store: Store) -> None:
+def create_arrays(store: Layout) -> None:
     """Create the folder of a store with empty arrays for its results, and with the coordinates of the Dataset."""
     study, target = store.study, store.folder.zarr_store(read_only=False)
     empty = _empty_dataset(store) if study.gridded else xr.Dataset()
@@ -38,7 +36,7 @@ def create_arrays(store: Store) -> None:
     _consolidate(store.folder)
 
 
-def _empty_dataset(store: Store) -> xr.Dataset:
+def _empty_dataset(store: Layout) -> xr.Dataset:
     """The Dataset of a gridded study with zeros, which share one element: it takes no memory."""
     count = store.study.count
     zeros = {n: np.broadcast_to(np.zeros((), a.dtype), (count, *a.shape)) for n, a in store.arrays.items()}
@@ -51,7 +49,7 @@ def restore_metadata(folder: Folder, fresh: Folder) -> None:
         folder.write(name, fresh.read(name))
 
 
-def check_layout(store: Store) -> None:
+def check_layout(store: Layout) -> None:
     """Raise `InputError` unless the arrays have the shape, the chunks and the groups that ``run/study.json`` says.
 
     An array whose metadata are damaged is left out; the next run writes them again.

@@ -17,7 +17,6 @@ from gearchaos.store.journal import WHOLE, Journal, Packed, TileEntry
 from gearchaos.store.machine import machine, process_name
 from gearchaos.store.record import to_record
 from gearchaos.store.schema import NodeSchema, read_as
-from gearchaos.store.segments import array_bytes
 from gearchaos.store.specs import FORMAT, ITEMS, ArraySpec
 from gearchaos.store.store import FINISHED, STUDY, Store
 from gearchaos.store.tiles import Grid, grouped
@@ -56,7 +55,7 @@ def create(folder: Folder, study: Study, tiles: Grid) -> bool:
     started = time.perf_counter()
     sample = _sample(study, tiles)
     arrays = {n: ArraySpec(v.dtype.str, v.shape[1:]) for n, v in sample.items()}
-    grid = grouped(tiles, max(array_bytes(spec, 1) for spec in arrays.values()))
+    grid = grouped(tiles, max(spec.item_bytes for spec in arrays.values()))
     with folder.draft() as path:
         draft = Store(LocalFolder(path), study, grid, arrays, versions(study))
         create_arrays(draft)

@@ -6,7 +6,6 @@ import time
 import zlib
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,13 +20,11 @@ from gearchaos.store.chunks import (
 )
 from gearchaos.store.folder import UNREACHABLE
 from gearchaos.store.journal import Lost, TileEntry
+from gearchaos.store.layout import Layout
 from gearchaos.store.machine import process_name
 from gearchaos.store.progress import Progress
 from gearchaos.store.segments import SegmentWriter, read_parts
 from gearchaos.store.tiles import Shape
-
-if TYPE_CHECKING:
-    from gearchaos.store.store import Store
 
 _THREADS = 8
 """Largest number of arrays of a group that are written side by side, so that a slow write delays no other."""
@@ -46,14 +43,14 @@ class DamagedRecordsError(ValueError):
         self.tiles = tiles
 
 
-def pack(store: Store, group: int, entries: Iterable[TileEntry]) -> dict[str, tuple[int, int]]:
+def pack(store: Layout, group: int, entries: Iterable[TileEntry]) -> dict[str, tuple[int, int]]:
     """Write the group files of a group from the records of its tiles.
 
     Two processes may pack the same group: they write the same bytes.
 
     Parameters
     ----------
-    store : Store
+    store : Layout
     group : int
     entries : iterable of TileEntry
         The entries of all tiles of the group.
@@ -83,7 +80,7 @@ def pack(store: Store, group: int, entries: Iterable[TileEntry]) -> dict[str, tu
     return {name: future.result() for name, future in futures.items()}
 
 
-def _pack_array(store: Store, group: int, entries: list[TileEntry], name: str) -> tuple[int, int]:
+def _pack_array(store: Layout, group: int, entries: list[TileEntry], name: str) -> tuple[int, int]:
     """Write the file of one array of a group; size and CRC-32 of it."""
     region, spec = store.grid.group_region(group), store.arrays[name]
     values = np.empty((*(p.stop - p.start for p in region), *spec.shape), spec.dtype)
@@ -97,7 +94,7 @@ def _pack_array(store: Store, group: int, entries: list[TileEntry], name: str) -
     return write_group(store, group, name, values)
 
 
-def write_group(store: Store, group: int, name: str, values: np.ndarray) -> tuple[int, int]:
+def write_group(store: Layout, group: int, name: str, values: np.ndarray) -> tuple[int, int]:
     """Write the results of a group in one array, in the shape of the group; size and CRC-32 of the file."""
     region, shape = store.grid.group_region(group), store.chunk_shape(name)
     chunks = {
@@ -114,13 +111,13 @@ class GroupFile:
 
     Parameters
     ----------
-    store : Store
+    store : Layout
     name : str
         Name of the array.
     group : int
     """
 
-    def __init__(self, store: Store, name: str, group: int) -> None:
+    def __init__(self, store: Layout, name: str, group: int) -> None:
         self._store, self._array, self._file = store, name, store.group_file(name, group)
         self._index = self._read_index() if store.sharded else None
 
@@ -160,7 +157,7 @@ class GroupFile:
         return content
 
 
-def read_group(store: Store, name: str, group: int, region: tuple[slice, ...], out: np.ndarray) -> None:
+def read_group(store: Layout, name: str, group: int, region: tuple[slice, ...], out: np.ndarray) -> None:
     """Put the results of a group in one array into those of a region, at the work items that they share.
 
     Raises as `GroupFile.values`.
@@ -180,7 +177,7 @@ def put(part: tuple[slice, ...], values: np.ndarray, region: tuple[slice, ...], 
     out[_within(shared, region)] = values[_within(shared, part)]
 
 
-def unpack(store: Store, group: int, progress: Progress, writer: SegmentWriter) -> tuple[Lost, list[TileEntry]]:
+def unpack(store: Layout, group: int, progress: Progress, writer: SegmentWriter) -> tuple[Lost, list[TileEntry]]:
     """Save what is intact of a group of which a file is damaged or missing.
 
     Tiles that are intact in all arrays are appended to a segment. The others have to be computed again.
@@ -205,12 +202,12 @@ def unpack(store: Store, group: int, progress: Progress, writer: SegmentWriter) 
     return lost, entries
 
 
-def damaged_chunks(store: Store, name: str, group: int, written: tuple[int, int] | None) -> set[Shape]:
+def damaged_chunks(store: Layout, name: str, group: int, written: tuple[int, int] | None) -> set[Shape]:
     """The positions in a group of the chunks of an array that are missing or damaged.
 
     Parameters
     ----------
-    store : Store
+    store : Layout
     name : str
         Name of the array.
     group : int

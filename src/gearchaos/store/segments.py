@@ -11,10 +11,10 @@ from __future__ import annotations
 import os
 import socket
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from itertools import count
-from math import prod
 from uuid import uuid4
 
 import google_crc32c
@@ -34,7 +34,7 @@ _CHECKSUM_BYTES = 4
 _GAP = 2**16
 """Largest number of bytes between two parts of a segment that are read at once together with what lies between."""
 
-_READ = 2**22
+_READ = 2**20
 """Largest number of bytes of a segment that are read at once, unless a part is larger."""
 
 
@@ -47,14 +47,34 @@ class _Part:
     stop: int
 
 
-def array_bytes(spec: ArraySpec, items: int) -> int:
-    """Size of an array of the results of some work items, in bytes."""
-    return items * prod(spec.shape) * np.dtype(spec.dtype).itemsize
+@dataclass(frozen=True)
+class _Layout:
+    """Where an array is in a record: bytes for each work item, in it and before it, and number of arrays before it."""
+
+    item_bytes: int
+    before: int
+    number: int
+
+    @classmethod
+    def of(cls, arrays: Mapping[str, ArraySpec], name: str) -> _Layout:
+        """The layout of the array with this name."""
+        names = list(arrays)[:list(arrays).index(name)]
+        return cls(arrays[name].item_bytes, sum(arrays[n].item_bytes for n in names), len(names))
+
+    def part(self, entry: TileEntry, items: int) -> _Part:
+        """The bytes of the array in the record of a tile of some work items."""
+        start = entry.offset + items * self.before + _CHECKSUM_BYTES * self.number
+        return _Part(entry, start, start + items * self.item_bytes + _CHECKSUM_BYTES)
 
 
-def record_length(arrays: Mapping[str, ArraySpec], items: int) -> int:
-    """Size of the record of a tile of some work items, in bytes."""
-    return sum(array_bytes(spec, items) + _CHECKSUM_BYTES for spec in arrays.values())
+def record_length(arrays: Mapping[str, ArraySpec]) -> Callable[[int], int]:
+    """Function from a number of work items to the size of their record in bytes."""
+    item_bytes, others = sum(spec.item_bytes for spec in arrays.values()), _CHECKSUM_BYTES * len(arrays)
+    return partial(_length, item_bytes, others)
+
+
+def _length(item_bytes: int, others: int, items: int) -> int:
+    return items * item_bytes + others
 
 
 class SegmentWriter:
@@ -130,24 +150,14 @@ def read_parts(
     The results are None if they are missing or damaged. Tiles come in the order of their records, of which neighbours
     are read at once.
     """
-    parts = [_part(entry, arrays, name, grid) for entry in entries]
-    for run in _runs(sorted(parts, key=lambda part: (part.entry.segment or "", part.start))):
+    layout, items = _Layout.of(arrays, name), grid.size
+    ordered = sorted(entries, key=lambda entry: (entry.segment or "", entry.offset))
+    for run in _runs(layout.part(entry, items(entry.tile)) for entry in ordered):
         start = run[0].start
         content = _read(folder, run[0].entry, start, run[-1].stop)
         for part in run:
             shape = tuple(p.stop - p.start for p in grid.region(part.entry.tile))
             yield part.entry, _numbers(content[part.start - start:part.stop - start], arrays[name], shape)
-
-
-def _part(entry: TileEntry, arrays: Mapping[str, ArraySpec], name: str, grid: Grid) -> _Part:
-    """Where the numbers of an array are in the record of a tile."""
-    items, start = grid.size(entry.tile), entry.offset
-    for other, spec in arrays.items():
-        stop = start + array_bytes(spec, items) + _CHECKSUM_BYTES
-        if other == name:
-            return _Part(entry, start, stop)
-        start = stop
-    raise KeyError(name)
 
 
 def _runs(parts: Iterable[_Part]) -> Iterator[list[_Part]]:

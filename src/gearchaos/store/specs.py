@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -26,6 +28,11 @@ class ArraySpec:
 
     dtype: str
     shape: tuple[int, ...]
+
+    @cached_property
+    def item_bytes(self) -> int:
+        """Size of the result of one work item in bytes."""
+        return prod(self.shape) * np.dtype(self.dtype).itemsize
 
 
 def not_computed(name: str, dtype: np.dtype, layout: int) -> Any:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 from math import prod
 
@@ -73,22 +74,22 @@ class Grid:
             if min(size, tile, chunk, group) < 1 or group % chunk or (chunk % tile and chunk < size):
                 raise ValueError(f"groups of {self.group}, chunks of {self.chunk} and tiles of {self.tile} do not fit")
 
-    @property
+    @cached_property
     def tiles(self) -> Shape:
         """Number of tiles along each dimension."""
         return tuple(-(-n // m) for n, m in zip(self.shape, self.tile, strict=True))
 
-    @property
+    @cached_property
     def count(self) -> int:
         """Number of tiles."""
         return prod(self.tiles)
 
-    @property
+    @cached_property
     def groups(self) -> Shape:
         """Number of groups along each dimension."""
         return tuple(-(-n // m) for n, m in zip(self.shape, self.group, strict=True))
 
-    @property
+    @cached_property
     def group_count(self) -> int:
         """Number of groups."""
         return prod(self.groups)

@@ -1,0 +1,168 @@
+"""Damage of stores: it is named, never looks like a result, and is repaired by the next run with the same bytes."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import gearchaos as gc
+from gearchaos.cli import app
+from gearchaos.dynamics import Classification
+from gearchaos.store.check import check
+from gearchaos.store.info import summary
+from gearchaos.store.run import run
+from gearchaos.store.store import open_store
+from gearchaos.store.writers import Shard, write_lock
+
+pytestmark = pytest.mark.slow
+
+AXES = gc.Axis("omega", 0.5, 1.1, 16), gc.Axis("eps1", 0.05, 0.3, 12)
+MAP = gc.Zones(gc.MeshModel.of(q0=0.1), *AXES, settings=Classification(
+    longest_transient=800, doublings=1, averaging_periods=16))
+FILE = "v_rms/c/0/1"
+"""A file with the tiles 2, 3, 6 and 7, of which each is a chunk."""
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A finished store of 3 × 4 tiles, each a chunk, in four groups."""
+    path = tmp_path_factory.mktemp("whole") / "map.zarr"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("gearchaos.store.tiles._CHUNK_BYTES", 16 * 8)
+        patch.setattr("gearchaos.store.tiles._GROUP_BYTES", 64 * 8)
+        run(MAP, path, tile=16)
+    return path
+
+
+@pytest.fixture
+def path(whole, tmp_path):
+    return shutil.copytree(whole, tmp_path / "map.zarr")
+
+
+def files(path):
+    """The bytes of all files but those in ``run``."""
+    every = {p.relative_to(path): p.read_bytes() for p in path.rglob("*") if p.is_file()}
+    return {name: data for name, data in every.items() if name.parts[0] != "run"}
+
+
+def ask(*arguments):
+    return CliRunner().invoke(app, list(map(str, arguments)), catch_exceptions=False)
+
+
+def flip(file, at=5):
+    content = file.read_bytes()
+    file.write_bytes(content[:at] + bytes([content[at] ^ 1]) + content[at + 1:])
+
+
+def test_the_store_has_groups_of_single_chunks(whole):
+    grid = open_store(whole).grid
+    assert (grid.tile, grid.chunk, grid.group, grid.group_count) == ((4, 4), (4, 4), (8, 8), 4)
+    assert grid.tiles_of(1) == [2, 3, 6, 7] and (whole / FILE).is_file()
+
+
+def test_an_undamaged_store_is_said_to_be_so(whole):
+    result = ask("check", whole)
+    assert result.exit_code == 0 and result.stdout == f"{whole}: all checksums are right\n"
+    assert json.loads(ask("check", whole, "--json").stdout) == {
+        "store": str(whole), "damaged": False, "files": [], "groups": [], "tiles": [], "noted": False}
+
+
+def test_a_damaged_chunk_is_named_and_its_tile_computed_again(path, monkeypatch):
+    before, computed, true = files(path), [], gc.Zones.compute
+    flip(path / FILE)
+    result = ask("check", path, "--json")
+    assert result.exit_code == 1 and f"damaged: {FILE}" in result.stderr
+    assert json.loads(result.stdout) == {
+        "store": str(path), "damaged": True, "files": [FILE], "groups": [1], "tiles": [2], "noted": True}
+    state = summary(open_store(path))
+    assert state["tiles_done"] == 11 and state["missing"] == {
+        "tiles": 1, "groups": [1], "files": [FILE], "file_count": 1, "pieces": [{"eps1": [0, 4], "omega": [8, 12]}]}
+    assert FILE in ask("info", path).stdout and "omega 8:12" in ask("info", path).stdout
+
+    def compute(study, items, **options):
+        computed.append(items)
+        return true(study, items, **options)
+
+    monkeypatch.setattr(gc.Zones, "compute", compute)
+    monkeypatch.setattr("gearchaos.store.worker.cached_store", lambda url, description: open_store(url))
+    run(MAP, path)
+    assert [items.tolist() for items in computed] == [open_store(path).grid.items(2).tolist()]
+    assert files(path) == before and check(open_store(path)).files == []
+    assert summary(open_store(path))["missing"]["files"] == [] and open_store(path).finished
+
+
+@pytest.mark.parametrize("content", [None, b"", b"short"])
+def test_a_missing_or_shortened_file_is_named_and_never_a_result(path, content):
+    before = files(path)
+    (path / FILE).unlink()
+    if content is not None:
+        (path / FILE).write_bytes(content)
+    state = summary(open_store(path))
+    assert state["finished"] and state["tiles_done"] == 8 and state["missing"]["files"] == [FILE]
+    assert state["missing"]["pieces"] == [{"eps1": [0, 8], "omega": [8, 16]}]
+    found = check(open_store(path))
+    assert (found.files, found.tiles) == ([FILE], [2, 3, 6, 7])
+    if content is None:
+        for dataset in (open_store(path).dataset().load(), xr.open_zarr(path).load()):
+            assert np.all(np.isnan(dataset.v_rms.values[:8, 8:])) and np.all(np.isfinite(dataset.v_rms.values[8:]))
+    else:
+        with pytest.raises(gc.InputError, match=r"store must be undamaged; .*v_rms/c/0/1"):
+            open_store(path).dataset().load()
+    run(MAP, path)
+    assert files(path) == before
+
+
+def test_missing_whole_numbers_are_minus_one(path):
+    (path / "period" / "c" / "1" / "1").unlink()
+    for dataset in (open_store(path).dataset().load(), xr.open_zarr(path).load()):
+        assert np.all(dataset.period.values[8:, 8:] == -1) and np.all(dataset.period.values[:8] >= 0)
+
+
+def test_reading_a_damaged_chunk_is_an_error(path):
+    flip(path / FILE)
+    with pytest.raises(gc.InputError, match=r"store must be undamaged; .*v_rms/c/0/1; gearchaos check says"):
+        open_store(path).dataset().load()
+
+
+def test_damage_is_told_but_not_noted_while_a_run_writes(path):
+    flip(path / FILE)
+    for shard in (Shard(), Shard(2, 3)):
+        with write_lock(open_store(path).folder, shard):
+            assert not check(open_store(path)).noted
+    assert summary(open_store(path))["missing"]["tiles"] == 0
+    assert check(open_store(path)).noted and summary(open_store(path))["missing"]["tiles"] == 1
+
+
+def test_a_damaged_record_is_found_by_a_check_and_at_the_latest_when_it_is_packed(tmp_path, whole):
+    for checked in (True, False):
+        path = tmp_path / str(checked)
+        run(MAP, path, tile=16, shard="1/2")
+        tile, entry = next(iter(open_store(path).progress().entries.items()))
+        flip(path / entry.segment, entry.offset + 9)
+        if checked:
+            assert (check(open_store(path)).tiles, check(open_store(path)).tiles) == ([tile], [])
+            assert not open_store(path).progress().done(tile)
+        for _ in range(2):
+            run(MAP, path)
+        assert open_store(path).finished
+        xr.testing.assert_identical(open_store(path).dataset(), open_store(whole).dataset())
+
+
+@pytest.mark.parametrize("name", ["zarr.json", "label/zarr.json", "omega/c/0", "run/sums.json"])
+def test_other_damaged_files_are_named(path, name):
+    before = files(path)
+    flip(path / name)
+    assert check(open_store(path)).files == [name]
+    run(MAP, path)
+    assert files(path) == before and check(open_store(path)).files == []
+
+
+def test_a_lost_journal_costs_time_alone(path):
+    before = files(path)
+    (path / "run" / "journal" / "all.jsonl").unlink()
+    assert summary(open_store(path))["tiles_done"] == 0
+    run(MAP, path)
+    assert files(path) == before
