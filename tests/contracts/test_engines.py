@@ -112,6 +112,8 @@ def test_items_begin_in_the_order_in_which_they_were_submitted(monkeypatch):
     executor.futures[2].set_result(None)
     assert [item for item, _ in submitted.ended(0.0)] == ["a", "c"]
     assert len(submitted) == 0 and submitted.idle == 2
+    now[0] = 99
+    assert submitted.longer_than(1.0) == []  # "d" was withdrawn
 
 
 def test_workers_of_a_cluster_are_counted_from_time_to_time():
