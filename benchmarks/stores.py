@@ -21,6 +21,7 @@ MEASUREMENTS: dict[str, Callable[[Path], Iterator[Line]]] = {
     "tiles-10000": partial(scaling.tiles, count=10_000),
     "tiles-100000": partial(scaling.tiles, count=100_000),
     "begin": scaling.begin_large,
+    "begin-10": partial(scaling.begin_large, side=100_000),
     "full": scaling.full_store,
     "files": needs.large_files,
     "shard": workers.one_shard_of_many,

@@ -11,6 +11,7 @@ import os
 import random
 import re
 from dataclasses import dataclass, field, replace
+from itertools import count
 from pathlib import Path
 
 CALLS = (
@@ -31,18 +32,20 @@ _ARGUMENT = re.compile(r'"((?:\\x[0-9a-f]{2})*)"|(-?\d+|AT_FDCWD)<((?:\\x[0-9a-f
 
 @dataclass
 class File:
-    """A file: its content, and the content that is durable."""
+    """A file: its content, the content that is durable, and the number of the `fsync` that made it so."""
 
     content: bytes = b""
     durable: bytes = b""
+    synchronised: int = 0
 
 
 @dataclass
 class Folder:
-    """A folder: its entries by name, and those that are durable."""
+    """A folder: its entries by name, those that are durable, and the number of the `fsync` that made them so."""
 
     entries: dict[str, File | Folder] = field(default_factory=dict)
     durable: dict[str, File | Folder] = field(default_factory=dict)
+    synchronised: int = 0
 
 
 @dataclass(frozen=True)
@@ -140,7 +143,8 @@ class Disk:
             *parents, name = path.rstrip("/").split("/")
             self._made(tuple(parents)).entries[name] = Folder() if path.endswith("/") else File(content, content)
         _make_durable(self.tree)
-        self._begun: dict[str, bytes | dict[str, File | Folder]] = {}
+        self._begun: dict[str, tuple[int, bytes | dict[str, File | Folder]]] = {}
+        self._numbers = count(1)
 
     def apply(self, call: Call) -> bool:
         """Apply a call; returns whether it concerns files below the root."""
@@ -226,13 +230,16 @@ class Disk:
         """Remember what a call of `fsync` finds: what is written after its beginning may not be durable at its end."""
         node = self._node(call.arguments[0])
         if node is not None:
-            self._begun[call.thread] = node.content if isinstance(node, File) else dict(node.entries)
+            found = node.content if isinstance(node, File) else dict(node.entries)
+            self._begun[call.thread] = next(self._numbers), found
         return node is not None
 
     def _fsync(self, call: Call) -> bool:
         node = self._node(call.arguments[0])
         if node is not None:
-            node.durable = self._begun.pop(call.thread)
+            number, found = self._begun.pop(call.thread)
+            if number > node.synchronised:  # an fsync that began earlier may end later
+                node.durable, node.synchronised = found, number
         return node is not None
 
     _fdatasync = _fsync
