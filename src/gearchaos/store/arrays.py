@@ -9,11 +9,12 @@ import numpy as np
 import xarray as xr
 import zarr
 
+from gearchaos.store.checked_files import read_as
 from gearchaos.store.chunks import CODECS
 from gearchaos.store.errors import damaged_description
 from gearchaos.store.folder import Folder
 from gearchaos.store.layout import Layout
-from gearchaos.store.schema import ArraySchema, read_as
+from gearchaos.store.schema import ArraySchema
 from gearchaos.store.specs import ITEMS
 
 

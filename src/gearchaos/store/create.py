@@ -11,12 +11,13 @@ import numpy as np
 from gearchaos.datasets import provenance
 from gearchaos.errors import InputError
 from gearchaos.store.arrays import create_arrays, restore_metadata
+from gearchaos.store.checked_files import read_as
 from gearchaos.store.folder import Folder, LocalFolder
 from gearchaos.store.groups import write_group
 from gearchaos.store.journal import WHOLE, Journal, Packed, TileEntry
 from gearchaos.store.machine import machine, process_name
 from gearchaos.store.record import to_record
-from gearchaos.store.schema import NodeSchema, read_as
+from gearchaos.store.schema import NodeSchema
 from gearchaos.store.specs import FORMAT, ITEMS, ArraySpec
 from gearchaos.store.store import FINISHED, STUDY, Store
 from gearchaos.store.tiles import Grid, grouped

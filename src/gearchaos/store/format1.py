@@ -9,9 +9,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from gearchaos.store.checked_files import read_as
 from gearchaos.store.folder import Folder
 from gearchaos.store.journal import Failed, Line, Packed, TileEntry
-from gearchaos.store.schema import TileStatusSchema, read_as
+from gearchaos.store.schema import TileStatusSchema
 
 _STATUS = re.compile(r"run/tiles/(0|[1-9]\d{0,17})\.json", re.ASCII)
 """Names of the files of statuses."""

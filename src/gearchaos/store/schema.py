@@ -20,7 +20,6 @@ from pydantic import (
     model_validator,
 )
 
-from gearchaos.store.folder import UNREACHABLE, Folder
 from gearchaos.store.tiles import Grid
 
 _MAX_INT = 2**31 - 1
@@ -168,16 +167,6 @@ Checksums = dict[str, int]
 """``run/sums.json``: the CRC-32 of each file by its path."""
 
 Schema = TypeVar("Schema")
-
-
-def read_as(schema: type[Schema], folder: Folder, name: str) -> Schema | None:
-    """The content of a file by its schema; None if it is missing or damaged, or does not fit the schema."""
-    try:
-        return parse_as(schema, folder.read(name))
-    except UNREACHABLE:
-        raise
-    except (OSError, ValueError):
-        return None
 
 
 def parse_as(schema: type[Schema], content: bytes) -> Schema:

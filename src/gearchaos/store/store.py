@@ -20,6 +20,7 @@ import xarray as xr
 
 from gearchaos.errors import ChangedFileError, InputError
 from gearchaos.store.arrays import check_layout
+from gearchaos.store.checked_files import read_as
 from gearchaos.store.checksums import checksums, differing
 from gearchaos.store.chunks import DamagedChunkError
 from gearchaos.store.errors import damaged_description
@@ -30,7 +31,7 @@ from gearchaos.store.layout import Layout
 from gearchaos.store.lazy import StoredArray, reading_block, with_stored_arrays
 from gearchaos.store.progress import Progress
 from gearchaos.store.record import from_record
-from gearchaos.store.schema import Checksums, FormatSchema, StudySchema, parse_as, read_as
+from gearchaos.store.schema import Checksums, FormatSchema, StudySchema, parse_as
 from gearchaos.store.segments import read_parts
 from gearchaos.store.specs import FORMATS, ArraySpec
 
