@@ -2,15 +2,15 @@
 What divides these basins?
 ==========================
 
-One gear pair, one speed, one torque, and several motions: which of them appears depends on the state at the start. The
-colours show the motion that each initial state leads to. The boundaries are the stable manifolds of saddles, which are
-unstable periodic orbits: states on a boundary stay on it, and approach the saddle.
+One gear pair, one speed, one torque, and two motions: a quiet one (dark) and one that loses contact (light). The state
+at the start decides. The boundary is the stable manifold of a saddle, an unstable periodic orbit (cross): a motion that
+begins on it stays on it, and approaches the saddle.
 """
 
 import gearchaos as gc
 
-model = gc.MeshModel.of(kind="single", zeta=0.025, omega=0.8, q0=0.1, eps1=0.1)
-basins = gc.basins(model, "z=-3:4:180", "z_dot=-3:3:140")
-saddles = gc.manifolds(model, period=1, length=30)
+model = gc.MeshModel.of(kind="single", zeta=0.05, omega=0.7, q0=0.1, eps1=0.05)
+basins = gc.basins(model, "z=-2:3:300", "z_dot=-1.5:1.5:220")
+saddle = gc.manifolds(model, period=1, length=30)
 ax = gc.plot.basins(basins)
-gc.plot.manifolds(saddles, ax=ax, unstable=False)
+ax = gc.plot.manifolds(saddle, ax=ax, unstable=False)

@@ -29,7 +29,7 @@ _MODULES = {
     "dynamic_factor": "studies.dynamic_factor", "speeds_to_avoid": "studies.speeds_to_avoid",
     "prove": "studies.proofs", "prove_event": "studies.event_proofs", "prove_box": "studies.box_proofs",
     "prove_chaos": "studies.chaos_proof",
-    "load": "datasets", "save": "datasets", "run": "store.run", "Outcome": "store.run",
+    "card": "cards", "load": "datasets", "save": "datasets", "run": "store.run", "Outcome": "store.run",
     "explore": "explorer.web.notebook",
 }
 """The submodule that defines each public name. ``__init__.pyi`` lists the same names for type checkers and editors."""

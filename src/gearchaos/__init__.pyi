@@ -4,6 +4,7 @@ from gearchaos import dynamics as dynamics
 from gearchaos import flow as flow
 from gearchaos import plot as plot
 from gearchaos import studies as studies
+from gearchaos.cards import card as card
 from gearchaos.continuation.edge import edge_state as edge_state
 from gearchaos.continuation.orbit import orbit as orbit
 from gearchaos.continuation.orbit import orbits as orbits

@@ -14,9 +14,11 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
+from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos import plot
+from gearchaos.cli import app
 from gearchaos.errors import InputError
 from gearchaos.plot._events import EVENT_COLOURS
 from gearchaos.plot._theme import BACKGROUND, INK, STROBE, adapt
@@ -214,3 +216,31 @@ def test_what_cannot_be_saved_with_data_is_refused_and_leaves_no_file(tmp_path, 
     with pytest.raises(InputError) as error:
         plot.save_with_data(shown(), tmp_path / path)
     assert error.value.field == field and list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def saved(tmp_path):
+    gc.save(zones_map().assign_attrs(study="zones"), tmp_path / "zones.nc")
+    return tmp_path / "zones.nc"
+
+
+def command(*arguments) -> tuple[int, str]:
+    result = CliRunner().invoke(app, ["plot", *map(str, arguments)])
+    return result.exit_code, result.stderr
+
+
+@pytest.mark.parametrize(("width", "millimetres"), [("column", 90), ("double", 190), ("120", 120)])
+def test_the_command_draws_in_a_style(saved, width, millimetres):
+    out = saved.with_suffix(".pdf")
+    assert command(saved, "--style", "paper", "--width", width, "--hatch", "--out", out)[0] == 0
+    box = re.search(rb"/MediaBox \[ *([^\]]*)\]", out.read_bytes())[1].split()
+    assert float(box[2]) == pytest.approx(millimetres / 25.4 * 72, abs=0.05)
+    assert matplotlib.rcParams["font.size"] == matplotlib.rcParamsDefault["font.size"]
+
+
+@pytest.mark.parametrize(("options", "field"), [
+    (["--width", "column"], "--width"), (["--style", "poster"], "name"),
+    (["--style", "dark", "--width", "broad"], "width")])
+def test_the_command_refuses_a_style_that_does_not_exist(saved, options, field):
+    code, words = command(saved, *options, "--out", saved.with_suffix(".png"))
+    assert code == 2 and field in words and not saved.with_suffix(".png").exists()

@@ -10,7 +10,7 @@ import gearchaos as gc
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.execute import machine, pools, tiles
-from gearchaos.execute.progress import bar
+from gearchaos.execute.progress import NotebookBar, bar
 from gearchaos.store import create
 from gearchaos.store import run as module
 from gearchaos.store.info import summary
@@ -242,3 +242,25 @@ def test_what_does_not_fit_the_memory_is_refused_with_how_much_would():
     machine.check_memory("cells", most)
     with pytest.raises(InputError, match=f"cells must be at most {most:,} on this machine"):
         machine.check_memory("cells", most + 1)
+
+
+def test_the_bar_of_a_notebook_says_how_much_is_done_and_left(monkeypatch):
+    shown = []
+    monkeypatch.setattr(NotebookBar, "show", lambda self: shown.append(self.text))
+    now = iter(np.arange(0.0, 100.0, 0.5))
+    monkeypatch.setattr("gearchaos.execute.progress.time.monotonic", lambda: next(now))
+    progress = NotebookBar("zo<nes", 1000, 400)
+    progress.advance(100)
+    assert shown[0] == "zo<nes 400/1,000"
+    assert shown[1].startswith("zo<nes 500/1,000 · ") and shown[1].endswith(" s left")
+    assert 'value="500" max="1000"' in progress.html and "zo&lt;nes" in progress.html
+
+
+def test_updates_of_the_bar_of_a_notebook_are_not_more_frequent_than_a_reader_sees(monkeypatch):
+    shown = []
+    monkeypatch.setattr(NotebookBar, "show", lambda self: shown.append(self.done))
+    monkeypatch.setattr("gearchaos.execute.progress.time.monotonic", lambda: 7.0)
+    progress = NotebookBar("zones", 1000, 0)
+    for _ in range(1000):
+        progress.advance(1)
+    assert shown == [0] and progress.done == 1000

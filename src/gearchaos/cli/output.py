@@ -8,6 +8,7 @@ import math
 import os
 import tempfile
 from collections.abc import Iterable
+from contextlib import nullcontext, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -54,7 +55,10 @@ def save(dataset: xr.Dataset, path: Path | None) -> None:
         say(f"wrote {path}")
 
 
-def draw(dataset: xr.Dataset, path: Path | None, *, colour: str | None = None, note: str = "") -> None:
+def draw(
+    dataset: xr.Dataset, path: Path | None, *, colour: str | None = None, note: str = "", style: str | None = None,
+    width: str | None = None, hatch: bool = False,
+) -> None:
     """Write the picture of a result as a complete file, if there is a path.
 
     Parameters
@@ -67,6 +71,10 @@ def draw(dataset: xr.Dataset, path: Path | None, *, colour: str | None = None, n
         See `gearchaos.plot.result`.
     note : str
         Text below the lower right corner.
+    style, width : str, optional
+        See `gearchaos.plot.style`; the width may be a number as text.
+    hatch : bool
+        See `gearchaos.plot.result`.
     """
     if path is None:
         return
@@ -74,11 +82,21 @@ def draw(dataset: xr.Dataset, path: Path | None, *, colour: str | None = None, n
 
     matplotlib.use("Agg")
     from gearchaos import plot
+    from gearchaos.plot._theme import adapt
 
-    figure = plot.result(dataset, colour)
-    if note:
-        figure.text(1, 0, note, ha="right", va="top", color="0.35", fontsize="small")
-    _write_picture(figure, path)
+    with nullcontext() if style is None else plot.style(style, _width(width)):
+        figure = plot.result(dataset, colour, hatch=hatch)
+        if note:
+            below = "top" if style is None else "bottom"  # with a style, files have the size of the figure
+            figure.text(1, 0, note, ha="right", va=below, color=adapt("0.35"), fontsize="small")
+        _write_picture(figure, path, {"dpi": 150, "bbox_inches": "tight"} if style is None else {})
+
+
+def _width(text: str | None) -> str | float | None:
+    """A width by its name or, if it is one, as a number of mm."""
+    with suppress(TypeError, ValueError):
+        return float(text)  # type: ignore[arg-type]  # None is one of the values without a number
+    return text
 
 
 def draw_dossier(dataset: xr.Dataset, title: str, path: Path) -> None:
@@ -88,15 +106,15 @@ def draw_dossier(dataset: xr.Dataset, title: str, path: Path) -> None:
     matplotlib.use("Agg")
     from gearchaos import plot
 
-    _write_picture(plot.dossier(dataset, title=title), path)
+    _write_picture(plot.dossier(dataset, title=title), path, {"dpi": 150, "bbox_inches": "tight"})
 
 
-def _write_picture(figure: Any, path: Path) -> None:
-    """Write a figure as a complete file and close it."""
+def _write_picture(figure: Any, path: Path, options: dict[str, Any]) -> None:
+    """Write a figure as a complete file, with these options of ``savefig``, and close it."""
     import matplotlib.pyplot as plt
 
     picture = io.BytesIO()
-    figure.savefig(picture, format=path.suffix.lstrip(".").lower() or "png", dpi=150, bbox_inches="tight")
+    figure.savefig(picture, format=path.suffix.lstrip(".").lower() or "png", **options)
     plt.close(figure)
     write_bytes(path, picture.getvalue())
     say(f"wrote {path}")

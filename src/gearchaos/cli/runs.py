@@ -116,13 +116,22 @@ def plot(
     colour: Annotated[
         str | None, typer.Option(metavar="NAME", help="What a map or a diagram shows: motion, v_rms, contact, …")
     ] = None,
+    style: Annotated[str | None, typer.Option(metavar="NAME", help="For what it is: paper, slides or dark.")] = None,
+    width: Annotated[
+        str | None, typer.Option(metavar="WIDTH", help="With --style: column (90 mm), double (190 mm) or mm.")
+    ] = None,
+    hatch: Annotated[
+        bool, typer.Option("--hatch", help="Hatching instead of colours in maps of classes and basins.")
+    ] = False,
     physical: Physical = False,
 ) -> None:
     """Draw any saved result, or the store of a finished or unfinished run."""
     target = out or _default_picture(result, colour)
     check_output("--out", target, PLOT_SUFFIXES)
+    if width is not None and style is None:
+        raise InputError("--width", "needs --style", width, "E.g. --style paper --width column.")
     dataset, note = _from_store(result) if result.is_dir() else (_from_file(result), "")
-    draw(_in_units(dataset, physical), target, colour=colour, note=note)
+    draw(_in_units(dataset, physical), target, colour=colour, note=note, style=style, width=width, hatch=hatch)
 
 
 def _in_units(dataset: xr.Dataset, physical: bool) -> xr.Dataset:

@@ -16,6 +16,7 @@ from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import Orbit, as_orbit, check_period, checked_state, minimal
 from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
 from gearchaos.continuation.states import as_initial_values
+from gearchaos.display import HasCard
 from gearchaos.dynamics import Classification, Label, classify, orbits
 from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.errors import InputError, whole_number
@@ -36,7 +37,7 @@ _SAME_POINT = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class EdgeState:
+class EdgeState(HasCard):
     """What divides the basins of two attractors; `edge_state` returns it.
 
     Attributes

@@ -11,6 +11,7 @@ import numpy as np
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
 from gearchaos.continuation.states import as_initial_values
+from gearchaos.display import HasCard
 from gearchaos.dynamics import Classification, Label, classify
 from gearchaos.dynamics import orbits as polishing
 from gearchaos.dynamics.initial_conditions import default_box, spread
@@ -55,7 +56,7 @@ class Extremum(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Orbit:
+class Orbit(HasCard):
     """A periodic orbit, stable or not; `orbit` returns it.
 
     Attributes

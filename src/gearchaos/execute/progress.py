@@ -1,20 +1,101 @@
-"""Progress bars on stderr."""
+"""Progress bars: on stderr, or below the cell of a notebook."""
 
 from __future__ import annotations
 
+import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from html import escape
+from typing import Any
+
+_INTERVAL = 0.2
+"""Shortest time between two updates of the bar in a notebook, in seconds."""
 
 
 @contextmanager
 def bar(name: str | None, total: int, done: int = 0) -> Iterator[Callable[[int], None]]:
-    """A progress bar on stderr that shows the rate and the remaining time; no bar if the name is None.
+    """A progress bar that shows the rate and the remaining time; no bar if the name is None.
 
-    Yields the function that advances it by a number of items.
+    It is on stderr, and in a notebook in the output of the cell. Yields the function that advances it by a number of
+    items.
     """
     if name is None:
         yield lambda n: None
-        return
+    elif in_notebook():
+        shown = NotebookBar(name, total, done)
+        try:
+            yield shown.advance
+        finally:
+            shown.show()
+    else:
+        with _terminal_bar(name, total, done) as advance:
+            yield advance
+
+
+def in_notebook() -> bool:
+    """Whether this is the kernel of a notebook, whose shell has a connection to a page."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython is not None else None
+    return getattr(shell, "kernel", None) is not None
+
+
+class NotebookBar:
+    """A progress bar as HTML, which needs no widgets: a notebook shows it again when it is reopened.
+
+    Parameters
+    ----------
+    name : str
+        What is computed.
+    total, done : int
+        Number of all items, and of those that were done before.
+    """
+
+    def __init__(self, name: str, total: int, done: int) -> None:
+        self.name, self.total, self.done = name, total, done
+        self._before, self._start, self._shown = done, time.monotonic(), time.monotonic()
+        self._handle: Any = None
+        self.show()
+
+    def advance(self, n: int) -> None:
+        """Count ``n`` more items as done."""
+        self.done += n
+        if time.monotonic() - self._shown >= _INTERVAL:
+            self.show()
+
+    def show(self) -> None:
+        """Show how much is done now."""
+        from IPython.display import display
+
+        self._shown = time.monotonic()
+        bundle = {"text/plain": self.text, "text/html": self.html}
+        if self._handle is None:
+            self._handle = display(bundle, raw=True, display_id=True)
+        else:
+            self._handle.update(bundle, raw=True)
+
+    @property
+    def text(self) -> str:
+        """Name, items done, rate and remaining time."""
+        parts = [f"{self.name} {self.done:,}/{self.total:,}"]
+        seconds = time.monotonic() - self._start
+        if (computed := self.done - self._before) and seconds > 0:
+            rate = computed / seconds
+            parts.append(f"{rate:,.0f}/s" if rate >= 1 else f"{seconds / computed:,.0f} s each")
+            left = f"{(self.total - self.done) / rate:,.0f} s left"
+            parts.append(left if self.done < self.total else f"{seconds:,.0f} s")
+        return " · ".join(parts)
+
+    @property
+    def html(self) -> str:
+        """The same text beside a bar."""
+        return (f'<div style="font:13px/1.6 system-ui,sans-serif"><progress value="{self.done}" max="{self.total}" '
+                f'style="width:16em;max-width:100%;vertical-align:middle"></progress> {escape(self.text)}</div>')
+
+
+@contextmanager
+def _terminal_bar(name: str, total: int, done: int) -> Iterator[Callable[[int], None]]:
+    """A progress bar on stderr."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
+from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
 from gearchaos.gears.pair_checks import (
@@ -37,7 +38,7 @@ PhysicalValue = Any
 
 
 @dataclass(frozen=True, kw_only=True)
-class GearPair:
+class GearPair(HasCard):
     """A pair of spur gears with the parameters of (2.1); wheel 1 is the driving one.
 
     A value is a number in SI, or a text with a unit such as ``"3 mm"``. The angles of (2.1) are deviations from uniform

@@ -13,6 +13,7 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any, Self, TypeVar
 
+from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.model.names import (
     KINDS,
@@ -37,7 +38,7 @@ from gearchaos.validation import to_float
 
 
 @dataclass(frozen=True)
-class MeshModel:
+class MeshModel(HasCard):
     """A gear pair in dimensionless form, (2.12)-(2.18).
 
     Parameters

@@ -66,6 +66,8 @@ def axis_label(array: xr.DataArray | xr.Variable, name: str, beside: xr.DataArra
     dimensional = _is_dimensional(array)
     words = (found and found.axis_name) or str(array.attrs.get("long_name", ""))
     tex = symbol(name)
+    if found is not None and words == name:  # a parameter without a long name
+        words = found.title
     if dimensional and found is not None and found.physical is not None and found.physical.tex:
         words, tex = found.physical.long_name or words, f"${found.physical.tex}$"
     text = f"{words} {tex}" if words and tex.startswith("$") and words != name else words or tex

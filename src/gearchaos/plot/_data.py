@@ -77,14 +77,13 @@ def save_with_data(shown: Axes | Figure, path: str | os.PathLike[str]) -> list[P
 
     Examples
     --------
+    >>> import tempfile
     >>> import gearchaos as gc
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> zones = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.5:1.5:24", "eps1=0:0.3:16")
-    >>> with TemporaryDirectory() as folder:
-    ...     written = gc.plot.save_with_data(gc.plot.zones(zones), f"{folder}/zones.pdf")
-    ...     sorted(path.name for path in Path(folder).iterdir())
-    ['zones.nc', 'zones.pdf']
+    >>> model = gc.MeshModel.of(kind="single", omega=0.8, eps1=0.1)
+    >>> ax = gc.plot.history(gc.simulate(model, 4, samples=32))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     print([file.name for file in gc.plot.save_with_data(ax, f"{folder}/motion.svg")])
+    ['motion.svg', 'motion.nc']
     """
     if not isinstance(shown, (Axes, Figure)):
         raise InputError("shown", "must be an Axes or a Figure", f"a {type(shown).__name__}")

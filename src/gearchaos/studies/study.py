@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, get_type_hints
 import numpy as np
 
 from gearchaos.datasets import provenance
+from gearchaos.display import HasCard
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, unknown_name, whole_number
@@ -47,7 +48,7 @@ def _without_none(annotation: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class Study(ABC):
+class Study(HasCard, ABC):
     """A study: a frozen, validated value.
 
     It consists of work items on a grid: cells, columns, initial states or single motions. They can be computed in any

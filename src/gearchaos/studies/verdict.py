@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearchaos.datasets import new_dataset, provenance, variable
+from gearchaos.display import HasCard
 from gearchaos.dynamics import REASONS, Classification, Label, Reason, Verdicts, motion_name
 from gearchaos.dynamics.response import CONTACTS, Response
 from gearchaos.model import MeshModel
@@ -25,7 +26,7 @@ _JSON_ORDER = (
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Verdict:
+class Verdict(HasCard):
     """The verdict on one motion; `regime` returns it.
 
     The response measures of `Response`, such as ``v_rms``, are attributes too: floats, or None where they do not exist.

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
+from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.design.checks import check_inputs, check_wheels, design_warnings
 from gearchaos.gears.design.gear_pair import error_of, gear_pair, iso_tooth_stiffness, stiffness_of
@@ -51,7 +52,7 @@ _REASONS = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class GearDesign:
+class GearDesign(HasCard):
     """An external spur or helical gear pair as its drawing describes it; wheel 1 drives.
 
     A value with a unit is a number in SI, a text such as ``"8 mm"`` or a pint quantity. It is kept as a number in SI,

@@ -11,5 +11,3 @@ import gearchaos as gc
 zones = gc.zones(gc.MeshModel.of(kind="torsional", q0=0.1), "omega=0.2:3:120", "eps1=0:0.3:90", refine=4)
 with gc.plot.style("paper", width="column"):
     ax = gc.plot.zones(zones, hatch=True)
-for image in ax.images:
-    image.set(cmap="gray_r", clim=(-8, 40))

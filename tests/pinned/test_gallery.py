@@ -1,0 +1,57 @@
+"""The gallery: each script asks a question, is short, and draws a picture."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import matplotlib as mpl
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SCRIPTS = sorted((ROOT / "docs" / "gallery").glob("plot_*.py"))
+MOST_LINES = 40
+_COUNT = re.compile(r'(:[\d.]+:)\d{2,}(?=")')
+
+
+def test_there_are_enough_pictures():
+    assert len(SCRIPTS) >= 20
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_a_script_asks_a_question_and_answers_it_in_a_few_lines(script):
+    text = script.read_text(encoding="utf-8")
+    title, rule, empty, *words = (ast.get_docstring(ast.parse(text)) or "").splitlines()
+    assert title.endswith("?") and rule == "=" * len(title) and not empty and " ".join(words)
+    code = [line for line in text.split('"""', 2)[2].splitlines() if line.strip() and not line.startswith("#")]
+    assert len(code) <= MOST_LINES
+    assert script.stem == "plot_" + re.sub(r"\W+", "_", title.lower()).strip("_"), "named by its question"
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_a_script_runs_and_draws(script, tmp_path, monkeypatch):
+    """With few cells; the manual is built with all of them."""
+    import matplotlib.pyplot as plt
+
+    monkeypatch.chdir(tmp_path)
+    mpl.use("Agg")
+    plt.close("all")
+    text = _COUNT.sub(r"\g<1>12", script.read_text(encoding="utf-8"))
+    try:
+        with mpl.rc_context():
+            exec(compile(text, str(script), "exec"), {"__name__": "__main__"})
+        assert plt.get_fignums() and all(plt.figure(n).axes for n in plt.get_fignums())
+    finally:
+        plt.close("all")
+
+
+def test_the_readme_shows_six_pictures_of_the_gallery_that_load_fast():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    shown = re.findall(r"\]\((docs/pictures/\w+\.png)\)", readme)
+    assert len(shown) == len(set(shown)) == 6
+    for path in shown:
+        assert (ROOT / path).stat().st_size < 100_000
+        script = f"docs/gallery/plot_{Path(path).stem}.py"
+        assert f"]({script})" in readme and (ROOT / script).exists()
+    assert sorted((ROOT / "docs/pictures").glob("*")) == sorted(ROOT / path for path in shown)
