@@ -83,4 +83,4 @@ mutation: $(VENV)/.installed-mutation
 	$(BIN)/python -m tests.mutation --count $(MUTANTS) --seed $(SEED)
 
 clean:
-	rm -rf $(VENV) $(OUT)
+	rm -rf $(VENV) $(OUT) build/docs build/docs-notebooks docs/generated
