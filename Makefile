@@ -96,4 +96,4 @@ mutation: $(VENV)/.installed-mutation
 	$(BIN)/python -m tests.mutation --count $(MUTANTS) --seed $(SEED)
 
 clean:
-	rm -rf $(VENV) $(OUT) dist
+	rm -rf $(VENV) $(OUT) dist build/docs build/docs-notebooks docs/generated

@@ -94,6 +94,7 @@ def test_a_card_says_what_the_value_is(values):
     assert card.colour == {kind.name: kind.colour for kind in gc.plot.MOTION_CLASSES}["3T"]
     study = dict(gc.card(values["study"]).rows)
     assert study["omega"] == "0.6 to 1, 4 values" and study["refine"] == "2" and study["to compute"] == "12 items"
+    assert "mesh frequency ω" not in study and study["mesh damping ζ"] == "0.025", "what varies has no value"
     assert dict(gc.card(values["full"]).rows)["kappa1"] == "0.7"
     assert dict(gc.card(values["operating"]).rows)["operating point"].startswith("3000 rpm, 100 N m")
     shares = dict(gc.card(values["zones"]).rows)["motions"]

@@ -26,6 +26,10 @@ _KINDS = {"single": "Single-degree-of-freedom model", "torsional": "Torsional mo
 _SHOWN = ("kind", "omega", "zeta", "q1", "q2", "error", "stiffness", "initial", "gears")
 """Fields of a model that have rows of their own, or none."""
 
+_ROW_OF = {"omega": "mesh frequency ω", "zeta": "mesh damping ζ", "q0": "static load q₀",
+           "eps1": "transmission error ε", "speed": "operating point", "torque": "operating point"}
+"""The row of a model that a study does not have if this parameter is one of its axes."""
+
 _SAMPLES = 400
 
 
@@ -99,4 +103,6 @@ def study_card(study: Study) -> Card:
         if value != study.__dataclass_fields__[name].default:
             rows.append((name, str(value)))
     rows.append(("to compute", f"{study.count:,} item{'s' * (study.count != 1)}"))
-    return Card(f"Study: {study.kind}", [*rows, *model_rows(study.model)], excitation(study.model).svg)
+    varied = {_ROW_OF.get(name) for name, _ in rows}
+    model = [row for row in model_rows(study.model) if row[0] not in varied]
+    return Card(f"Study: {study.kind}", [*rows, *model], excitation(study.model).svg)
