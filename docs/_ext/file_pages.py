@@ -23,7 +23,7 @@ from gearchaos.studyfile import tables as schema
 
 _SIMPLE = {float: "number", int: "whole number", str: "text", bool: "true or false",
            Axis: 'axis: text "NAME=START:STOP:COUNT"'}
-_MUST = "must be given"
+_MUST = "required"
 
 STUDY_FILE = """# Keys of study files
 
