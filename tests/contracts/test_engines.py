@@ -1,6 +1,5 @@
 """What happens to a tile and a run when its pool fails: without processes or clusters, which are in test_runs."""
 
-import threading
 from concurrent.futures import BrokenExecutor, Future
 from types import SimpleNamespace
 
@@ -88,9 +87,13 @@ def test_the_results_of_many_workers_are_found_without_looking_at_all():
             asked.append(self)
             return super().done()
 
-    executor.submit = lambda work, item: executor.futures.append(Silent()) or executor.futures[-1]
-    timer = threading.Timer(0.1, lambda: executor.futures[5000].set_result(None))
-    timer.start()
+    def submit(work, item):
+        executor.futures.append(Silent())
+        if len(executor.futures) == 8000:
+            executor.futures[5000].set_result(None)
+        return executor.futures[-1]
+
+    executor.submit = submit
     assert next(results)[0] == 5000 and len(executor.futures) == 8000 and not asked
 
 
