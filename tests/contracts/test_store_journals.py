@@ -154,6 +154,7 @@ STORIES = {
     "packed, lost, saved": [entry(1, 2.0), Packed(0, {}, 20.0), Lost([], [0], 20.0), entry(1, 21.0), entry(2, 22.0)],
     "record lost before packing": [entry(1, 2.0), Lost([1], [], 2.0), entry(1, 4.0), Packed(0, {}, 20.0)],
     "record lost after packing": [Packed(0, {}, 20.0), entry(1, 2.0), Lost([1], [], 25.0), entry(1, 26.0)],
+    "a slower copy after packing": [*(entry(t, 2.0 + t) for t in range(3)), Packed(0, {}, 20.0), entry(1, 21.0)],
     "damaged, lost, packed": [Packed(0, {}, 20.0), Damaged([(0, "a")], [1], 20.0), Lost([], [0], 20.0),
                               Packed(0, {}, 30.0)],
     "damaged": [Packed(0, {}, 20.0), Packed(1, {}, 22.0), Damaged([(0, "a"), (1, "b")], [1, 15], 22.0)],
@@ -187,6 +188,10 @@ def test_what_stories_say():
     assert after(*STORIES["one of two records lost"]).entries[3].segment == "b"
     packed = after(*STORIES["packed"])
     assert packed.packed == {0: {"a": (1, 2)}} and packed.entries == {} and packed.done_count == 8
+    slower = after(*STORIES["a slower copy after packing"])
+    assert slower.packed == {0: {}} and slower.entries == {} and slower.done_count == 8
+    slower.add(slower.loss([], [0]))
+    assert slower.packed == {} and slower.entries == {} and slower.done_count == 0
     saved = after(*STORIES["packed, lost, saved"])
     assert saved.packed == {} and sorted(saved.entries) == [1, 2] and saved.done_count == 2
     assert after(*STORIES["damaged"]).damaged_files() == {0: {"a"}, 1: {"b"}}
@@ -206,6 +211,13 @@ def test_a_group_is_complete_when_its_last_tile_is_done_and_until_it_is_packed()
     assert progress.complete_groups() == [0]
     progress.add(Packed(0, {}, 3.0))
     assert progress.complete_groups() == []
+
+
+def test_computing_times_are_known_whichever_journal_is_read_first():
+    lines = [*(entry(t, 2.0 + t) for t in range(8)), Packed(0, {}, 20.0)]
+    for order in (lines, lines[::-1]):
+        progress = after(*order)
+        assert progress.seconds[:8].tolist() == [1.5] * 8 and progress.at[:8].tolist() == list(range(2, 10))
 
 
 def test_done_wins_over_failed():

@@ -198,7 +198,8 @@ def unpack(store: Layout, group: int, progress: Progress, writer: SegmentWriter)
             inner = _within(store.grid.region(tile), region)
             results = {n: v[inner].reshape(-1, *store.arrays[n].shape) for n, v in values.items()}
             record, at = writer.append(results), max(time.time(), lost.at + 1e-3)  # clocks of machines differ
-            entries.append(TileEntry(tile, *record, float(progress.seconds[tile]), process_name(), 1, at))
+            seconds = float(np.nan_to_num(progress.seconds[tile]))
+            entries.append(TileEntry(tile, *record, seconds, process_name(), 1, at))
     return lost, entries
 
 

@@ -38,7 +38,7 @@ def summary(store: Store) -> dict[str, Any]:
         "store": str(store.folder), "study": store.study.kind, "finished": store.finished,
         "tiles": grid.count, "tiles_done": grid.count - len(missing.tiles), "pieces": total, "pieces_done": items,
         "failed": {str(n): error for n, error in sorted(progress.failed.items())},
-        "seconds": float(progress.seconds.sum()), "pieces_per_second": rate,
+        "seconds": float(np.nansum(progress.seconds)), "pieces_per_second": rate,
         "seconds_left": (total - items) / rate if rate else None,
         "machines": sorted(progress.hosts), "bytes": sum(size for _, size in store.folder.list()),
         "missing": _missing(store, missing), "writers": {n: asdict(w) for n, w in sorted(progress.writers.items())},

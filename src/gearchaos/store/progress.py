@@ -73,7 +73,8 @@ class Progress:
     writers : dict of str to WriterState
         By name of the writer.
     at, seconds : (count,) float
-        When each tile was done, in seconds since the epoch, NaN if it is not; and its computing time.
+        When each tile was done, in seconds since the epoch, NaN if it is not; and its computing time, NaN if the group
+        of a tile is packed and its entry is not known.
     latest_loss : float
         Time of the latest loss; what is done again must be later, also if the clock of its worker is behind.
     hosts : set of str
@@ -100,6 +101,9 @@ class Progress:
         self._done_in_group: dict[int, int] = {}
         self._complete: set[int] = set()
         self._damaged: list[Damaged] = []
+        self._later: dict[int, TileEntry] = {}
+        """Entries of tiles that are later than the packing of their group: of a slower copy of the tile, whose segment
+        may be deleted; or of its computation after a loss of the group that has not been read yet."""
         self._ends: dict[str, _JournalEnd] = {}
 
     @property
@@ -214,12 +218,14 @@ class Progress:
         group = self.grid.group_of(tile)
         if entry.at <= max(self._lost_tiles.get(tile, -inf), self._lost_groups.get(group, -inf)):
             return
-        if self.done(tile) and entry.at < self.at[tile]:
+        if self.done(tile) and entry.at < self.at[tile] and not np.isnan(self.seconds[tile]):
             return
         self.hosts.add(entry.machine.split(":")[0])
         self._set_done(tile, group, entry.at, entry.seconds)
-        if entry.at > self._packed_at.get(group, -inf):
+        if group not in self.packed:
             self.entries[tile] = entry
+        elif entry.at > self._packed_at[group]:
+            self._later[tile] = entry
         self._review(group)
 
     def _set_done(self, tile: int, group: int, at: float, seconds: float) -> None:
@@ -247,10 +253,11 @@ class Progress:
             return
         self.packed[group], self._packed_at[group] = line.files, line.at
         for tile in self.grid.tiles_of(group):
-            if tile in self.entries and self.entries[tile].at <= line.at:
-                del self.entries[tile]
+            entry = self.entries.pop(tile, None) or self._later.pop(tile, None)
+            if entry is not None and entry.at > line.at:
+                self._later[tile] = entry
             if not self.done(tile):
-                self._set_done(tile, group, line.at, 0.0)
+                self._set_done(tile, group, line.at, np.nan)  # until its entry is read
         self._review(group)
 
     def _add_lost(self, line: Lost) -> None:
@@ -267,6 +274,9 @@ class Progress:
         self._lost_groups[group] = max(at, self._lost_groups.get(group, -inf))
         if self._packed_at.get(group, inf) <= at:
             del self.packed[group], self._packed_at[group]
+            for tile in self.grid.tiles_of(group):
+                if tile in self._later:
+                    self.entries[tile] = self._later.pop(tile)
         if group not in self.packed:
             for tile in self.grid.tiles_of(group):
                 self._clear(tile, group, at)

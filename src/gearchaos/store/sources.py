@@ -146,7 +146,7 @@ class Others:
         self._taken = set[int]()
         self._seen = dict[int, float]()
         self._looked = -CHECK_SECONDS
-        done = progress.seconds[~np.isnan(progress.at)]
+        done = progress.seconds[~np.isnan(progress.at) & ~np.isnan(progress.seconds)]
         self._patience = SLOW * (float(np.median(done)) if len(done) else 0.0) + 2 * CHECK_SECONDS
         self._refresh()
 

@@ -96,7 +96,8 @@ class Store(Layout):
         except FileNotFoundError:
             pass
         except DamagedChunkError:
-            advice = f"Run it again to repair {self.group_file(name, group)}; gearchaos check says what is damaged."
+            advice = (f"{self.group_file(name, group)} does not have its checksum. Find the damage with gearchaos "
+                      f"check {self.folder}; then the same gearchaos run computes it again.")
             raise InputError("store", "must be undamaged", str(self.folder), advice) from None
 
     def _read_tiles(
