@@ -249,6 +249,19 @@ def test_packing_tells_which_records_are_damaged(store):
     assert error.value.tiles == {6, 11}
 
 
+def test_records_that_changed_places_are_not_packed_into_each_others_tiles(store):
+    entries = append(store, GRID.tiles_of(0))
+    first, second = entries[10], entries[11]  # as where segments of the same sizes are mixed up
+    path = store.folder.path / first.segment
+    content = path.read_bytes()
+    a, b = slice(first.offset, first.offset + first.length), slice(second.offset, second.offset + second.length)
+    assert second.offset == a.stop and first.length == second.length and content[a] != content[b]
+    path.write_bytes(content[:a.start] + content[b] + content[a] + content[b.stop:])
+    with pytest.raises(DamagedRecordsError) as caught:
+        pack(store, 0, entries.values())
+    assert caught.value.tiles == {10, 11}
+
+
 def test_packing_again_gives_the_same_bytes(store):
     pack_all(store)
     before = {n: c for n, c in files(store.folder.path).items() if n.parts[0] != "run"}

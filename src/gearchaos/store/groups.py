@@ -6,6 +6,7 @@ import time
 import zlib
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from gearchaos.store.journal import Lost, TileEntry
 from gearchaos.store.layout import Layout
 from gearchaos.store.machine import process_name
 from gearchaos.store.progress import Progress
-from gearchaos.store.segments import SegmentWriter, read_parts
+from gearchaos.store.segments import SegmentWriter, read_parts, record_is_intact
 from gearchaos.store.tiles import Shape
 
 _THREADS = 8
@@ -69,6 +70,9 @@ def pack(store: Layout, group: int, entries: Iterable[TileEntry]) -> dict[str, t
     """
     listed = list(entries)
     with ThreadPoolExecutor(min(_THREADS, len(store.arrays) or 1)) as pool:
+        intact = pool.map(partial(record_is_intact, store.folder), listed)  # a record of another tile is not
+        if moved := {entry.tile for entry, whole in zip(listed, intact, strict=True) if not whole}:
+            raise DamagedRecordsError(moved)
         futures = {name: pool.submit(_pack_array, store, group, listed, name) for name in store.arrays}
     errors = [error for future in futures.values() if (error := future.exception()) is not None]
     damaged = {tile for error in errors if isinstance(error, DamagedRecordsError) for tile in error.tiles}
