@@ -123,8 +123,27 @@ def test_missing_whole_numbers_are_minus_one(path):
 
 def test_reading_a_damaged_chunk_is_an_error(path):
     flip(path / FILE)
-    with pytest.raises(gc.InputError, match=r"store must be undamaged; .*v_rms/c/0/1; gearchaos check says"):
+    with pytest.raises(gc.InputError, match=r"store must be undamaged; .*gearchaos check .*v_rms/c/0/1"):
         open_store(path).dataset().load()
+
+
+@pytest.mark.parametrize("name", [FILE, "v_rms/c/1/0"])
+def test_what_has_the_place_of_a_group_file_is_named(path, name):
+    (path / name).unlink()
+    (path / name).mkdir()
+    with pytest.raises(OSError, match=rf"the store cannot be written to: .*{name}'\. Remove it"):
+        run(MAP, path)
+    (path / name).rmdir()
+    assert run(MAP, path).finished and check(open_store(path)).files == []
+
+
+def test_a_file_in_place_of_the_segments_stops_the_run_at_once(tmp_path):
+    path = tmp_path / "map.zarr"
+    run(MAP, path, tile=16, shard="1/2")
+    shutil.rmtree(path / "run/segments")
+    (path / "run/segments").touch()
+    with pytest.raises(OSError, match=r"the store cannot be written to: .*run/segments'\. Remove it"):
+        run(MAP, path)
 
 
 def test_damage_is_told_but_not_noted_while_a_run_writes(path):

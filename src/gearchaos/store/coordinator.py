@@ -165,6 +165,7 @@ class _Attempt:
         self._packing = set[int]()
         self._packed = Counter[int]()
         """Number of attempts at packing a group."""
+        self._packing_errors: dict[int, str] = {}
 
     def run(self) -> dict[int, str]:
         """Try each tile once; returns the errors of those that failed."""
@@ -247,7 +248,8 @@ class _Attempt:
     def _pack(self, submitted: Submitted[Task], group: int) -> None:
         """Submit a group to be packed."""
         if self._packed[group] >= ATTEMPTS:
-            raise OSError(f"group {group} cannot be packed: the processes that did it died. {RESUME_ADVICE}")
+            why = self._packing_errors.get(group, "the processes that did it died")
+            raise OSError(f"group {group} cannot be packed: {why.removesuffix('.')}. {RESUME_ADVICE}")
         self._packed[group] += 1
         self._packing.add(group)
         submitted.add(
@@ -280,6 +282,8 @@ class _Attempt:
     def _taken_group(self, group: int, result: Packed | Lost | str) -> list[Line]:
         """The lines of the journal for a group that a worker has packed, or could not pack."""
         self._packing.discard(group)
+        if isinstance(result, str):
+            self._packing_errors[group] = result
         if isinstance(result, str) or (isinstance(result, Lost) and self._owner.superseded(group)):
             return []
         if isinstance(result, Lost):

@@ -7,6 +7,7 @@ import threading
 import time
 from functools import lru_cache
 
+from gearchaos.errors import InputError
 from gearchaos.store.folder import open_folder
 from gearchaos.store.groups import DamagedRecordsError, pack
 from gearchaos.store.journal import Lost, Packed, TileEntry
@@ -48,8 +49,8 @@ def compute_tile(url: str, attempt: int, threads: int, tile: int) -> TileEntry |
         return f"{type(error).__name__}: {error}"
     try:
         record = _segments(store).append(results)
-    except OSError as error:
-        raise OSError(f"the store cannot be written to: {error}") from None
+    except (InputError, OSError) as error:
+        raise _unwritable(error) from None
     return TileEntry(tile, *record, time.perf_counter() - started, process_name(), attempt)
 
 
@@ -73,9 +74,14 @@ def pack_group(url: str, group: int, entries: list[TileEntry]) -> Packed | Lost:
     except DamagedRecordsError as error:
         at = max(entry.at for entry in entries if entry.tile in error.tiles)
         return Lost(sorted(error.tiles), [], at)
-    except OSError as error:
-        raise OSError(f"the store cannot be written to: {error}") from None
+    except (InputError, OSError) as error:
+        raise _unwritable(error) from None
     return Packed(group, files, max(time.time(), *(entry.at for entry in entries)))  # clocks of machines differ
+
+
+def _unwritable(error: Exception) -> OSError:
+    """The error that ends a run, since no other tile or group could be written either."""
+    return OSError(f"the store cannot be written to: {error}".removesuffix("."))
 
 
 def _store(url: str) -> Store:
