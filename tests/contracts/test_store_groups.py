@@ -4,7 +4,7 @@ import itertools
 import os
 import shutil
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import prod
 
 import numpy as np
@@ -155,6 +155,14 @@ def test_a_record_of_another_tile_of_the_same_size_is_not_accepted(store):
     assert entries[6].crc != entries[7].crc
     moved = TileEntry(6, entries[7].segment, entries[7].offset, entries[7].length, entries[6].crc, 1.0, "m:1")
     assert record_is_intact(store.folder, entries[7]) and not record_is_intact(store.folder, moved)
+
+
+@pytest.mark.parametrize("wrong", [{"segment": "a\0b"}, {"segment": "/"}, {"offset": 2**63 - 1}])
+def test_a_record_where_no_file_can_have_one_is_missing(store, wrong):
+    entry = replace(append(store, [6])[6], **wrong)
+    assert not record_is_intact(store.folder, entry)
+    for name in ARRAYS:
+        assert list(read_parts(store.folder, [entry], ARRAYS, name, GRID)) == [(entry, None)]
 
 
 def test_segments_are_continued_in_new_files(store, monkeypatch):

@@ -181,7 +181,7 @@ def _read(folder: Folder, entry: TileEntry, start: int, stop: int) -> bytes:
         return b"" if entry.segment is None else folder.read(entry.segment, start, stop - start)
     except UNREACHABLE:
         raise
-    except OSError:
+    except (OSError, ValueError, OverflowError):  # also for a name or a place that no file can have
         return b""
 
 
