@@ -13,6 +13,7 @@ from gearchaos.cli import app
 from gearchaos.dynamics import Classification
 from gearchaos.store.check import check
 from gearchaos.store.info import summary
+from gearchaos.store.journal import Journal, TileEntry
 from gearchaos.store.run import run
 from gearchaos.store.store import open_store
 from gearchaos.store.writers import Shard, write_lock
@@ -144,6 +145,37 @@ def test_a_file_in_place_of_the_segments_stops_the_run_at_once(tmp_path):
     (path / "run/segments").touch()
     with pytest.raises(OSError, match=r"the store cannot be written to: .*run/segments'\. Remove it"):
         run(MAP, path)
+
+
+def test_a_tile_that_is_computed_again_after_its_group_was_packed_is_not_missing(path):
+    journal = Journal(open_store(path).folder, "2-of-3")
+    length = open_store(path).record_length(3)
+    journal.append(TileEntry(3, "run/segments/deleted.bin", 0, length, 7, 1.0, "m:1"))  # of a slow worker
+    found = summary(open_store(path))
+    assert found["tiles_done"] == 12 and found["missing"]["files"] == [] and check(open_store(path)).files == []
+
+
+@pytest.mark.parametrize(("old", "new"), [(b'"chunk_shape"', b'"chunk_shap!"'), (b"sharding_ind", b"shardinG_ind"),
+                                          (b'"shape": [', b'"shape": [1')])
+def test_damaged_metadata_of_an_array_that_are_still_json_are_repaired(path, whole, old, new):
+    metadata = path / "v_rms/zarr.json"
+    content = metadata.read_bytes().replace(b'"shape":[', b'"shape": [')
+    assert old in content
+    metadata.write_bytes(new.join(content.rsplit(old, 1)))
+    assert "v_rms/zarr.json" in check(open_store(path)).files
+    assert run(MAP, path).finished and files(path) == files(whole)
+
+
+@pytest.mark.parametrize("content", [b'{"zarr', b"", b"[]"])
+def test_a_damaged_group_of_the_run_does_not_keep_a_store_from_being_finished(tmp_path, content):
+    basins = gc.Basins(gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05, q0=0.1), gc.Axis("z", -3, 3, 8),
+                       gc.Axis("z_dot", -2, 2, 6), settings=MAP.settings)
+    for name in ("whole", "damaged"):
+        run(basins, tmp_path / name, tile=8, shard="1/2")
+        if name == "damaged":
+            (tmp_path / name / "run/zarr.json").write_bytes(content)
+        assert run(basins, tmp_path / name).finished
+    assert files(tmp_path / "damaged") == files(tmp_path / "whole")
 
 
 def test_damage_is_told_but_not_noted_while_a_run_writes(path):

@@ -57,14 +57,17 @@ def check_layout(store: Layout) -> None:
     """
     for name, spec in store.arrays.items():
         expected = (*store.grid.shape, *spec.shape), (*store.grid.group, *spec.shape), store.chunk_shape(name)
-        found = read_as(ArraySchema, store.folder, f"{store.array_folder(name)}/zarr.json")
-        if found is not None and found.layout != expected:
+        metadata = f"{store.array_folder(name)}/zarr.json"
+        found = read_as(ArraySchema, store.folder, metadata)
+        if found is not None and found.layout != expected and metadata not in store.damaged_files():
             why = f"groups of {expected[1]} over {expected[0]} are not those of its arrays, {found.layout[1]}"
             raise damaged_description(store.folder, why)
 
 
 def add_results(dataset: xr.Dataset, folder: Folder) -> None:
     """Add the variables of a finished Dataset to a store."""
+    folder.delete("run/zarr.json")  # of which there is no checksum; Zarr reads it to collect the metadata
+    zarr.open_group(folder.zarr_store(read_only=False), path="run", mode="a", zarr_format=3)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Zarr warns that format 3 does not yet specify strings
         dataset.to_zarr(folder.zarr_store(read_only=False), mode="a", zarr_format=3, consolidated=False)

@@ -148,8 +148,8 @@ class ArraySchema(BaseModel):
     def layout(self) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]:
         """Shapes of the array, of what one of its files holds, and of a chunk."""
         file = self.chunk_grid.configuration.chunk_shape
-        inner = [c.configuration["chunk_shape"] for c in self.codecs if c.name == "sharding_indexed"]
-        return self.shape, file, tuple(inner[0]) if inner else file
+        inner = [c.configuration.get("chunk_shape") for c in self.codecs if c.name == "sharding_indexed"]
+        return self.shape, file, (tuple(inner[0]) if isinstance(inner[0], list) else ()) if inner else file
 
 
 class StudySchema(_Schema):
