@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -50,7 +51,7 @@ def restore_metadata(folder: Folder, fresh: Folder) -> None:
         folder.write(name, fresh.read(name))
 
 
-def check_layout(store: Layout) -> None:
+def check_layout(store: Layout, damaged_files: Callable[[], list[str]]) -> None:
     """Raise `InputError` unless the arrays have the shape, the chunks and the groups that ``run/study.json`` says.
 
     An array whose metadata are damaged is left out; the next run writes them again.
@@ -59,7 +60,7 @@ def check_layout(store: Layout) -> None:
         expected = (*store.grid.shape, *spec.shape), (*store.grid.group, *spec.shape), store.chunk_shape(name)
         metadata = f"{store.array_folder(name)}/zarr.json"
         found = read_as(ArraySchema, store.folder, metadata)
-        if found is not None and found.layout != expected and metadata not in store.damaged_files():
+        if found is not None and found.layout != expected and metadata not in damaged_files():
             why = f"groups of {expected[1]} over {expected[0]} are not those of its arrays, {found.layout[1]}"
             raise damaged_description(store.folder, why)
 

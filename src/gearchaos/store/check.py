@@ -49,7 +49,7 @@ def check(store: Store) -> Damage:
     with ThreadPoolExecutor(cores()) as pool:
         checked = pool.map(partial(_check_group, store, progress), progress.packed)
         groups = {group: arrays for group, arrays in zip(progress.packed, checked, strict=True) if arrays}
-        entries = progress.unpacked()
+        entries = list(progress.entries.values())
         intact = pool.map(partial(record_is_intact, store.folder), entries)
         records = [entry for entry, whole in zip(entries, intact, strict=True) if not whole]
     files = {store.group_file(name, group) for group, arrays in groups.items() for name in arrays}

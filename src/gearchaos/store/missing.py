@@ -68,7 +68,7 @@ def _missing_parts(store: Store, progress: Progress) -> MissingParts:
     """What is missing of a store, from one listing of its files."""
     absent, damaged = _absent_files(store, progress), progress.damaged_files()
     segments = dict(store.folder.list(SEGMENTS))
-    cut = {e.tile: e.segment for e in progress.unpacked()
+    cut = {t: e.segment for t, e in progress.entries.items()
            if e.segment is None or segments.get(e.segment, -1) < e.offset + e.length}
     tiles = {*np.flatnonzero(np.isnan(progress.at)).tolist(), *cut, *progress.damaged_tiles()}
     tiles |= {tile for group in absent for tile in store.grid.tiles_of(group)}

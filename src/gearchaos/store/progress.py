@@ -142,11 +142,6 @@ class Progress:
         tiles = {(tile, line.at) for line in self._damaged for tile in line.tiles if tile < self.grid.count}
         return {tile for tile, at in tiles if self._packed_at.get(self.grid.group_of(tile), inf) <= at}
 
-    def unpacked(self) -> list[TileEntry]:
-        """The entries of the tiles whose results are in segments alone: a slow worker may have computed a tile again
-        after its group was packed."""
-        return [entry for tile, entry in self.entries.items() if self.grid.group_of(tile) not in self.packed]
-
     def packed_at(self, group: int) -> float:
         """When a packed group was packed, in seconds since the epoch."""
         return self._packed_at[group]

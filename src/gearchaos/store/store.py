@@ -181,7 +181,7 @@ def open_store(location: str | os.PathLike[str]) -> Store:
         why = f"{folder}/{STUDY} cannot be read: {getattr(error, 'strerror', error)}."
         raise InputError("store", "must be a folder that gearchaos run made", str(folder), why) from None
     store = from_description(folder, content)
-    check_layout(store)
+    check_layout(store, store.damaged_files)
     return store
 
 
