@@ -1,5 +1,6 @@
 """The command line: contracts that other tools rely on, and every bad input in words."""
 
+import io
 import json
 import math
 import os
@@ -73,8 +74,8 @@ def test_help_lists_the_commands_in_the_order_in_which_they_are_used():
     listed = re.findall(r"(?m)^│ ([a-z-]+) ", run("--help").stdout.partition("Commands")[2])
     assert listed == [
         "warmup", "paper", "simulate", "regime", "attractors", "bifurcation", "zones", "basins", "branch", "curve",
-        "skeleton", "prove-chaos", "verify", "gear", "map", "explore", "run", "info", "plot", "export",
-        "script", "doctor",
+        "skeleton", "prove-chaos", "verify", "gear", "map", "explore", "run", "finish", "info", "plot",
+        "export", "check", "script", "doctor",
     ]
 
 
@@ -633,8 +634,18 @@ def test_one_line_and_no_file(tmp_path, monkeypatch, error, code, message):
 def test_picture_that_fails_leaves_nothing_half_written(tmp_path, monkeypatch):
     plot = tmp_path / "z.png"
     plot.write_text("kept")
-    write, full = Path.write_bytes, raising(OSError(28, "No space left on device"))
-    monkeypatch.setattr(Path, "write_bytes", lambda path, data: (full if data[:4] == b"\x89PNG" else write)(path, data))
+    opened = Path.open
+
+    class Full(io.FileIO):
+        def write(self, content):
+            if bytes(content[:4]) == b"\x89PNG":
+                raise OSError(28, "No space left on device")
+            return super().write(content)
+
+    def partial(path, mode="r", **options):
+        return Full(path, mode) if path.suffix == ".partial" else opened(path, mode, **options)
+
+    monkeypatch.setattr(Path, "open", partial)
     result = run(*MAP, "--out", tmp_path / "z.nc", "--plot", plot)
     assert result.exit_code == 2 and "No space left on device: '" in result.stderr
     assert plot.read_text() == "kept"

@@ -12,7 +12,7 @@ from gearchaos.errors import InputError
 from gearchaos.execute import machine, pools, tiles
 from gearchaos.execute.pool import Pool
 from gearchaos.execute.progress import NotebookBar, bar
-from gearchaos.store import create
+from gearchaos.store import coordinator, create
 from gearchaos.store import run as module
 from gearchaos.store.folder import LocalFolder
 from gearchaos.store.info import summary
@@ -92,13 +92,13 @@ def test_a_pause_is_twenty_times_the_usual_step(tmp_path, pause, counts):
 
 
 def test_a_tile_that_fails_is_tried_three_times_and_costs_no_time(tmp_path, monkeypatch):
-    tries, true = [], module.compute_tile
+    tries, true = [], coordinator.compute_tile
 
     def compute_tile(url, attempt, threads, tile):
         tries.append((tile, attempt))
         return "ValueError: no" if tile == 1 else true(url, attempt, threads, tile)
 
-    monkeypatch.setattr(module, "compute_tile", compute_tile)
+    monkeypatch.setattr(coordinator, "compute_tile", compute_tile)
     outcome = module.run_into_store(MAP, tmp_path / "map.zarr", tile=16)
     assert (outcome.done, outcome.failed, outcome.count) == (3, {1: "ValueError: no"}, 4)
     assert sorted(tries) == [(0, 1), (1, 1), (1, 2), (1, 3), (2, 1), (3, 1)]
@@ -158,8 +158,9 @@ def test_tiles_are_as_square_as_may_be(shape, block, size, tile):
 
 
 def test_shards_share_the_tiles_out():
-    parts = [list(Shard(n, 3).tiles(10)) for n in (1, 2, 3)]
-    assert parts == [[0, 3, 6, 9], [1, 4, 7], [2, 5, 8]]
+    few, many = Grid((10,), (1,), (1,), (5,)), Grid((48,), (1,), (1,), (2,))
+    assert [list(Shard(n, 3).tiles(few)) for n in (1, 2, 3)] == [[0, 3, 6, 9], [1, 4, 7], [2, 5, 8]]
+    assert list(Shard(2, 3).tiles(many)) == [t for g in range(1, 24, 3) for t in (2 * g, 2 * g + 1)]
     assert Shard().name == "all" and Shard(2, 3).name == "2-of-3" and Shard.parse(" 2/3") == Shard(2, 3)
 
 

@@ -129,7 +129,7 @@ def test_a_large_map_is_reduced_and_a_thin_zone_stays_visible(tmp_path, monkeypa
     monkeypatch.setattr(reducing, "_MOST_CELLS", 64)
     monkeypatch.setattr(reducing, "reduced", partial(reduced, most=32))
     drawn = []
-    monkeypatch.setattr(output, "_write_picture", lambda figure, path, dpi: drawn.append((figure, dpi)))
+    monkeypatch.setattr(output, "_write_picture", lambda figure, path, options: drawn.append((figure, options["dpi"])))
     result = CliRunner().invoke(app, ["plot", str(tmp_path / "map.zarr")])
     assert result.exit_code == 0, result.output
     (figure, dpi), = drawn

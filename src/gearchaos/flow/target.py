@@ -26,6 +26,11 @@ class Processor:
         The width of their registers; 0 if unknown. A pack of lanes takes 512 bits.
     fma : bool
         Whether a product and a sum are one instruction. Without it the kernels compute them by a slow function.
+
+    Examples
+    --------
+    >>> Processor("znver4", "AVX-512", 512, True).vector_bits
+    512
     """
 
     name: str
@@ -35,7 +40,17 @@ class Processor:
 
 
 def processor() -> Processor:
-    """The processor of this machine, or the one that NUMBA_CPU_NAME and NUMBA_CPU_FEATURES say."""
+    """The processor of this machine, or the one that NUMBA_CPU_NAME and NUMBA_CPU_FEATURES say.
+
+    Returns
+    -------
+    Processor
+
+    Examples
+    --------
+    >>> processor() == processor()
+    True
+    """
     found = {name for name, there in llvm.get_host_cpu_features().items() if there}
     if config.CPU_FEATURES is not None:
         found = {f[1:] for f in config.CPU_FEATURES.split(",") if f.startswith("+")}

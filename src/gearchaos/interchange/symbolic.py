@@ -77,6 +77,14 @@ def from_sympy(symbolic: SymbolicModel) -> MeshModel:
     InputError
         If SymPy is not installed, for a symbol without value, a value without a parameter of its name, or equations
         that are not those of the model.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> symbolic = to_sympy(MeshModel.of(kind="single", omega=0.8, eps1=0.1))
+    >>> faster = {symbol: 1.6 if symbol.name == "omega" else value for symbol, value in symbolic.values.items()}
+    >>> from_sympy(replace(symbolic, values=faster)).omega
+    1.6
     """
     if not isinstance(symbolic, SymbolicModel):
         raise InputError("symbolic", "must be a SymbolicModel", f"a {type(symbolic).__name__}",

@@ -32,6 +32,13 @@ class SymbolicModel:
         level1, start1, level2, ….
     initial : mapping of str to float
         Initial values by name of coordinate, as in `MeshModel`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> symbolic = gc.to_sympy(gc.MeshModel.of(kind="torsional", omega=0.8, eps1=0.1))
+    >>> len(symbolic.equations), [str(f) for f in symbolic.coordinates]
+    (2, ['x1(tau)', 'x2(tau)'])
     """
 
     equations: tuple[Eq, ...]

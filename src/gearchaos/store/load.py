@@ -42,6 +42,16 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     -----
     UserWarning
         If a part of a store is not computed or missing; it says which, and what the values there are.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from tempfile import TemporaryDirectory
+    >>> study = gc.Zones(gc.MeshModel.of(q0=0.1), "omega=0.9:1.1:2", "eps1=0.1:0.2:2")
+    >>> with TemporaryDirectory() as folder:
+    ...     finished = gc.run(study, out=f"{folder}/zones.zarr").finished
+    ...     print(finished, gc.load(f"{folder}/zones.zarr").equals(gc.run(study)))
+    True True
     """
     if not is_store(path):
         return load_file(path)

@@ -15,6 +15,9 @@ from gearchaos.store.tiles import Grid
 _GROUPS_PER_SHARD = 8
 """Number of groups for each shard from which shards own whole groups; with fewer some would have much more to do."""
 
+_MOST_SHARDS = 100_000
+"""Each shard reads the journals of all others."""
+
 
 @dataclass(frozen=True)
 class Shard:
@@ -26,6 +29,8 @@ class Shard:
     def __post_init__(self) -> None:
         if not 1 <= self.number <= self.count:
             raise InputError("shard", "must read i/n with i from 1 to n", f"{self.number}/{self.count}", "E.g. 1/3.")
+        if self.count > _MOST_SHARDS:
+            raise InputError("shard", f"must be of at most {_MOST_SHARDS:,} shards", f"{self.number}/{self.count}")
 
     @classmethod
     def parse(cls, text: str) -> Shard:
@@ -42,7 +47,8 @@ class Shard:
             return cls()
         number, _, count = name.partition("-of-")
         known = all(part.isdecimal() and part.isascii() for part in (number, count))
-        return cls(int(number), int(count)) if known and 1 <= int(number) <= int(count) != 1 else None
+        possible = known and 1 <= int(number) <= int(count) <= _MOST_SHARDS and int(count) > 1
+        return cls(int(number), int(count)) if possible else None
 
     def __str__(self) -> str:
         return "a run" if self.count == 1 else f"shard {self.number}/{self.count}"

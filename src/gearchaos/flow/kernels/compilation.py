@@ -41,6 +41,15 @@ def cache_directory() -> Path:
     """The disk cache of compiled kernels: one folder for each state of the kernel sources.
 
     It is in NUMBA_CACHE_DIR if that is set, else in the user's cache directory.
+
+    Returns
+    -------
+    Path
+
+    Examples
+    --------
+    >>> len(cache_directory().name)  # a checksum of the sources
+    16
     """
     digest = hashlib.sha256(numba.__version__.encode())
     for source in sorted(Path(__file__).parent.glob("*.py")):
