@@ -166,3 +166,19 @@ def test_a_lost_journal_costs_time_alone(path):
     assert summary(open_store(path))["tiles_done"] == 0
     run(MAP, path)
     assert files(path) == before
+
+
+def test_damage_is_told_in_ranges_with_the_command_that_repairs_it(path):
+    before = files(path)
+    shutil.rmtree(path / "v_rms/c/0")
+    said = ask("check", path).stderr
+    assert "tiles to be computed again, 8 in all: 0–7\n" in said
+    assert said.endswith(f"To repair it: gearchaos finish {path}\n")
+    assert ask("finish", path).exit_code == 0 and files(path) == before
+
+
+def test_damage_that_is_not_noted_is_said_to_be_so(path):
+    flip(path / FILE)
+    with write_lock(open_store(path).folder, Shard()):
+        said = ask("check", path).stderr
+    assert "all: 2\n" in said and "not noted in the store" in said and "To repair" not in said

@@ -70,7 +70,7 @@ def run(
 
 @app.command()
 def finish(store: StorePath, json_out: Json = False) -> None:
-    """Finish a store of which all tiles are done, or say which are missing."""
+    """Finish a store of which all tiles are done, or say which are missing; damaged tiles are computed again."""
     from gearchaos.store.run import finish_store
 
     _report(store, finish_store(store, say=say, progress=True), json_out)

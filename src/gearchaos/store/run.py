@@ -209,7 +209,8 @@ def finish_store(
 ) -> Outcome:
     """Finish a store of which all tiles are done: pack what is not packed, and complete the Dataset.
 
-    Nothing is computed unless results of tiles turn out to be damaged.
+    Nothing is computed but tiles whose results are damaged or of which a file is missing. If other tiles are not done,
+    nothing is changed, and the outcome says how many.
 
     Raises
     ------
