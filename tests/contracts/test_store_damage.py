@@ -13,6 +13,7 @@ from gearchaos.cli import app
 from gearchaos.dynamics import Classification
 from gearchaos.store.check import check
 from gearchaos.store.info import summary
+from gearchaos.store.journal import Begin, Journal
 from gearchaos.store.run import run
 from gearchaos.store.store import open_store
 from gearchaos.store.writers import Shard, write_lock
@@ -182,3 +183,29 @@ def test_damage_that_is_not_noted_is_said_to_be_so(path):
     with write_lock(open_store(path).folder, Shard()):
         said = ask("check", path).stderr
     assert "all: 2\n" in said and "not noted in the store" in said and "To repair" not in said
+
+
+def test_info_tells_a_finished_run_from_one_that_is_running_or_was_killed(path):
+    assert "finished" in ask("info", path).stdout and "writer" not in ask("info", path).stdout
+    (path / "run/finished").unlink()
+    Journal(open_store(path).folder, "all").append(Begin("here:1", {}))
+    killed = ask("info", path).stdout
+    assert "not running; it stopped" in killed and f"gearchaos finish {path}" in "".join(killed.split("\n"))
+    with write_lock(open_store(path).folder, Shard()):
+        assert summary(open_store(path))["writers"]["all"]["running"] is True
+        assert "running, last entry in its journal 0:00:" in ask("info", path).stdout
+    shutil.rmtree(path / "run/writers")
+    assert summary(open_store(path))["writers"]["all"]["running"] is None
+    assert "its lock does not tell" in ask("info", path).stdout
+
+
+def test_info_tells_lost_results_from_those_never_computed(path):
+    (path / FILE).unlink()
+    assert summary(open_store(path))["tiles_lost"] == 4
+    said = ask("info", path).stdout
+    assert "4 tiles that were done" in said and "by position from 0" in said and "damaged; to continue" in said
+
+
+def test_info_of_a_store_that_does_not_exist_yet_says_why_that_may_be(tmp_path):
+    said = CliRunner().invoke(app, ["info", str(tmp_path / "none.zarr")])
+    assert said.exit_code == 2 and "compiles its kernels first" in said.stderr

@@ -131,10 +131,14 @@ def _study(path: Path | None, sets: list[str] | None, refine: bool) -> Study:
 
 @app.command()
 def info(store: StorePath, json_out: Json = False) -> None:
-    """Show the progress of a run: tiles done, rate, failures."""
+    """Show the progress of a run: whether it is running, tiles done, rate, failures, and how to continue it."""
+    from gearchaos.store.folder import open_folder
     from gearchaos.store.info import summary
     from gearchaos.store.store import open_store
 
+    if not open_folder(store).exists():
+        raise InputError("store", "must exist", store,
+                         "A run that has just begun compiles its kernels first, and then makes its store.")
     found = summary(open_store(store))
     if json_out:
         print_json(found)
