@@ -10,11 +10,12 @@ from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos.cli import app
+from gearchaos.cli.runs import _say_missing
 from gearchaos.dynamics import Classification
 from gearchaos.store.check import check
 from gearchaos.store.info import summary
 from gearchaos.store.journal import Begin, Journal
-from gearchaos.store.run import run
+from gearchaos.store.run import Outcome, run, run_into_store
 from gearchaos.store.store import open_store
 from gearchaos.store.writers import Shard, write_lock
 
@@ -209,3 +210,28 @@ def test_info_tells_lost_results_from_those_never_computed(path):
 def test_info_of_a_store_that_does_not_exist_yet_says_why_that_may_be(tmp_path):
     said = CliRunner().invoke(app, ["info", str(tmp_path / "none.zarr")])
     assert said.exit_code == 2 and "compiles its kernels first" in said.stderr
+
+
+def test_a_run_says_what_it_computes_again_and_where(path):
+    (path / FILE).unlink()
+    said = []
+    run_into_store(MAP, path, say=said.append)
+    assert said[0] == (
+        f"{path}: 12 of 12 tiles are done already, of which 4 are computed again since files are missing or damaged")
+
+
+def test_a_picture_of_a_store_with_missing_results_says_what_is_missing(path):
+    (path / FILE).unlink()
+    assert "is not done: 4 of 12 tiles are missing" in ask("plot", path).stderr
+
+
+def test_missing_tiles_of_a_run_without_shards_are_told_without_shards(capsys):
+    _say_missing("map.zarr", Outcome(3, {}, 5, False, {"1/1": 2}))
+    assert capsys.readouterr().err == "the store is not finished; missing tiles: 2. Run it again to compute them.\n"
+    _say_missing("map.zarr", Outcome(5, {}, 5, False, {}))
+    assert "gearchaos finish map.zarr" in capsys.readouterr().err
+
+
+def test_a_path_meant_as_a_url_is_refused_with_the_url():
+    with pytest.raises(gc.InputError, match=r"For an object store: s3://bucket/y\.zarr"):
+        run(MAP, "s3:bucket/y.zarr")
