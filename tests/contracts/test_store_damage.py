@@ -10,11 +10,12 @@ from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos.cli import app
+from gearchaos.cli.runs import _say_missing
 from gearchaos.dynamics import Classification
 from gearchaos.store.check import check
 from gearchaos.store.info import summary
-from gearchaos.store.journal import Journal, TileEntry
-from gearchaos.store.run import run
+from gearchaos.store.journal import Begin, Journal, TileEntry
+from gearchaos.store.run import Outcome, run, run_into_store
 from gearchaos.store.store import open_store
 from gearchaos.store.writers import Shard, write_lock
 
@@ -217,3 +218,70 @@ def test_a_lost_journal_costs_time_alone(path):
     assert summary(open_store(path))["tiles_done"] == 0
     run(MAP, path)
     assert files(path) == before
+
+
+def test_damage_is_told_in_ranges_with_the_command_that_repairs_it(path):
+    before = files(path)
+    shutil.rmtree(path / "v_rms/c/0")
+    said = ask("check", path).stderr
+    assert "tiles to be computed again, 8 in all: 0–7\n" in said
+    assert said.endswith(f"To repair it: gearchaos finish {path}\n")
+    assert ask("finish", path).exit_code == 0 and files(path) == before
+
+
+def test_damage_that_is_not_noted_is_said_to_be_so(path):
+    flip(path / FILE)
+    with write_lock(open_store(path).folder, Shard()):
+        said = ask("check", path).stderr
+    assert "all: 2\n" in said and "not noted in the store" in said and "To repair" not in said
+
+
+def test_info_tells_a_finished_run_from_one_that_is_running_or_was_killed(path):
+    assert "finished" in ask("info", path).stdout and "writer" not in ask("info", path).stdout
+    (path / "run/finished").unlink()
+    Journal(open_store(path).folder, "all").append(Begin("here:1", {}))
+    killed = ask("info", path).stdout
+    assert "not running; it stopped" in killed and f"gearchaos finish {path}" in "".join(killed.split("\n"))
+    with write_lock(open_store(path).folder, Shard()):
+        assert summary(open_store(path))["writers"]["all"]["running"] is True
+        assert "running, last entry in its journal 0:00:" in ask("info", path).stdout
+    shutil.rmtree(path / "run/writers")
+    assert summary(open_store(path))["writers"]["all"]["running"] is None
+    assert "its lock does not tell" in ask("info", path).stdout
+
+
+def test_info_tells_lost_results_from_those_never_computed(path):
+    (path / FILE).unlink()
+    assert summary(open_store(path))["tiles_lost"] == 4
+    said = ask("info", path).stdout
+    assert "4 tiles that were done" in said and "by position from 0" in said and "damaged; to continue" in said
+
+
+def test_info_of_a_store_that_does_not_exist_yet_says_why_that_may_be(tmp_path):
+    said = CliRunner().invoke(app, ["info", str(tmp_path / "none.zarr")])
+    assert said.exit_code == 2 and "compiles its kernels first" in said.stderr
+
+
+def test_a_run_says_what_it_computes_again_and_where(path):
+    (path / FILE).unlink()
+    said = []
+    run_into_store(MAP, path, say=said.append)
+    assert said[0] == (
+        f"{path}: 12 of 12 tiles are done already, of which 4 are computed again since files are missing or damaged")
+
+
+def test_a_picture_of_a_store_with_missing_results_says_what_is_missing(path):
+    (path / FILE).unlink()
+    assert "is not done: 4 of 12 tiles are missing" in ask("plot", path).stderr
+
+
+def test_missing_tiles_of_a_run_without_shards_are_told_without_shards(capsys):
+    _say_missing("map.zarr", Outcome(3, {}, 5, False, {"1/1": 2}))
+    assert capsys.readouterr().err == "the store is not finished; missing tiles: 2. Run it again to compute them.\n"
+    _say_missing("map.zarr", Outcome(5, {}, 5, False, {}))
+    assert "gearchaos finish map.zarr" in capsys.readouterr().err
+
+
+def test_a_path_meant_as_a_url_is_refused_with_the_url():
+    with pytest.raises(gc.InputError, match=r"For an object store: s3://bucket/y\.zarr"):
+        run(MAP, "s3:bucket/y.zarr")

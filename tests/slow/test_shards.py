@@ -147,7 +147,8 @@ def test_the_command_finish_finishes_or_says_what_is_missing(whole, empty):
     assert json.loads(said.stdout) | {"store": ""} == {
         "store": "", "tiles": 48, "done": 24, "failed": 0, "finished": False, "missing": {"2/2": 24},
     }
-    assert "missing tiles: 24 of shard 2/2" in finish().stderr
+    said = finish().stderr
+    assert "missing tiles: 24 of shard 2/2\n" in said and "Run those that are not running: --shard 2/2\n" in said
     run(STUDY, empty, shard=Shard(2, 2))
     (empty / "run" / "finished").unlink()
     said = finish("--json")

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gearchaos.store.run import Outcome
+    from gearchaos.store.store import Store
     from gearchaos.studies.study import Study
 
 StorePath = Annotated[str, typer.Argument(metavar="DIR.zarr", help="A store that gearchaos run made, or its URL.")]
@@ -70,7 +71,7 @@ def run(
 
 @app.command()
 def finish(store: StorePath, json_out: Json = False) -> None:
-    """Finish a store of which all tiles are done, or say which are missing."""
+    """Finish a store of which all tiles are done, or say which are missing; damaged tiles are computed again."""
     from gearchaos.store.run import finish_store
 
     _report(store, finish_store(store, say=say, progress=True), json_out)
@@ -85,15 +86,28 @@ def _report(store: str, outcome: Outcome, json_out: bool) -> None:
     folder = open_folder(store)
     say(f"{folder}: {outcome.done} of {outcome.count} tiles are done")
     if not outcome.finished:
-        parts = [f"{count} of shard {shard}" for shard, count in outcome.missing.items()]
-        more = f" and of {len(parts) - _NAMED} more shards" if len(parts) > _NAMED else ""
-        say(f"the store is not finished; missing tiles: {', '.join(parts[:_NAMED]) or 'none'}{more}")
+        _say_missing(str(folder), outcome)
     proofs = _proofs(store) if outcome.finished else {}
     if json_out:
         counts = {"tiles": outcome.count, "done": outcome.done, "failed": len(outcome.failed)}
         state = {"finished": outcome.finished, "missing": outcome.missing}
         print_json({"store": str(folder), **counts, **state, **proofs})
     raise typer.Exit(FAILED if outcome.failed else 0 if outcome.finished else UNFINISHED)
+
+
+def _say_missing(store: str, outcome: Outcome) -> None:
+    """Print how many tiles are missing in a store that is not finished, and how to finish it."""
+    shards = list(outcome.missing)
+    if not shards:
+        say(f"the store is not finished; missing tiles: none. To finish it: gearchaos finish {store}")
+    elif shards == ["1/1"]:
+        say(f"the store is not finished; missing tiles: {outcome.missing['1/1']}. Run it again to compute them.")
+    else:
+        more = len(shards) - _NAMED
+        parts = ", ".join(f"{outcome.missing[shard]} of shard {shard}" for shard in shards[:_NAMED])
+        say(f"the store is not finished; missing tiles: {parts}{f' and of {more} more shards' if more > 0 else ''}")
+        options = ", ".join(f"--shard {shard}" for shard in shards[:_NAMED])
+        say(f"The last shard to end finishes it. Run those that are not running: {options}{', …' if more > 0 else ''}")
 
 
 def _proofs(store: str) -> dict[str, Any]:
@@ -131,10 +145,14 @@ def _study(path: Path | None, sets: list[str] | None, refine: bool) -> Study:
 
 @app.command()
 def info(store: StorePath, json_out: Json = False) -> None:
-    """Show the progress of a run: tiles done, rate, failures."""
+    """Show the progress of a run: whether it is running, tiles done, rate, failures, and how to continue it."""
+    from gearchaos.store.folder import open_folder
     from gearchaos.store.info import summary
     from gearchaos.store.store import open_store
 
+    if not open_folder(store).exists():
+        raise InputError("store", "must exist", store,
+                         "A run that has just begun compiles its kernels first, and then makes its store.")
     found = summary(open_store(store))
     if json_out:
         print_json(found)
@@ -211,12 +229,21 @@ def _from_store(path: str, colour: str | None, physical: bool) -> tuple[xr.Datas
     if done == 0:
         raise InputError("store", "must hold at least one tile for a picture", path)
     notes = [] if found.finished else [f"{done} of {found.grid.count} tiles computed"]
+    _say_not_done(path, found)
     dataset = found.dataset()
     if not is_larger(dataset):
         return _in_units(dataset, physical), {"note": "".join(notes)}
     check_colour(dataset, colour)
     small, note = reduced(dataset, found.block, partial(_in_units, physical=physical), colour, progress=True)
     return small, {"note": "\n".join([*notes, note]), "dpi": DPI}
+
+
+def _say_not_done(path: str, store: Store) -> None:
+    """Print what is missing of a store, unless nothing is."""
+    from gearchaos.store.load import missing_in_words
+
+    if missing := missing_in_words(store):
+        say(f"{path} is not done: {missing}")
 
 
 def _default_picture(result: str, colour: str | None) -> Path:
@@ -243,12 +270,10 @@ def export(
 ) -> None:
     """Write the result in a store as NetCDF."""
     check_output("--out", out, DATA_SUFFIXES)
-    from gearchaos.store.load import missing_in_words
     from gearchaos.store.store import open_store
 
     found = open_store(store)
-    if missing := missing_in_words(found):
-        say(f"{store} is not done: {missing}")
+    _say_not_done(store, found)
     if not found.study.gridded:
         save(_in_units(found.dataset(), physical), out)
         return

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 
@@ -124,8 +125,11 @@ def print_run(found: dict[str, Any]) -> None:
     """
     table = Table(show_header=False)
     table.add_row("study", found["study"])
+    table.add_row("state", _state(found))
     share = found["pieces_done"] / found["pieces"]
     table.add_row("tiles done", f"{found['tiles_done']} of {found['tiles']} ({share:.1%} of the work items)")
+    if lost := found["tiles_lost"]:
+        table.add_row("to be computed again", f"{lost} tiles that were done, of which files are missing or damaged")
     if found["pieces_per_second"] is not None and found["seconds_left"]:
         table.add_row("rate", f"{found['pieces_per_second']:,.0f} work items a second")
         table.add_row("left, at that rate", f"{timedelta(seconds=round(found['seconds_left']))}")
@@ -139,11 +143,24 @@ def print_run(found: dict[str, Any]) -> None:
     _print(table)
 
 
+def _state(found: dict[str, Any]) -> str:
+    """Whether a run is finished or running, and otherwise the command that continues it."""
+    store, writers, damaged = found["store"], found["writers"], bool(found["missing"]["files"])
+    if found["finished"] and not damaged:
+        return "finished"
+    if any(writer["running"] for writer in writers.values()):
+        return "running"
+    if found["tiles_done"] + found["tiles_lost"] == found["tiles"]:
+        return f"{'damaged' if damaged else 'not finished'}; to continue: gearchaos finish {store}"
+    shard = " --shard I/N" if writers and "all" not in writers else ""
+    return f"not finished; to continue: gearchaos run STUDY.toml --out {store}{shard}"
+
+
 def _missing_rows(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
     """What is missing of a store: work items, files, and the writers that are not done."""
     missing = found["missing"]
     if found["tiles_done"] and missing["pieces"]:
-        yield "without results", "\n".join(
+        yield "without results,\nby position from 0", "\n".join(
             ", ".join(f"{name} {first}:{stop}" for name, (first, stop) in block.items()) for block in missing["pieces"])
     if missing["files"]:
         more = missing["file_count"] - len(missing["files"])
@@ -151,7 +168,16 @@ def _missing_rows(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
     if not found["finished"]:
         for name, writer in found["writers"].items():
             if not writer["ended"]:
-                yield f"writer {name}", "has begun and not ended"
+                yield f"writer {name}", _activity(writer)
+
+
+def _activity(writer: dict[str, Any]) -> str:
+    """Whether a writer that has not ended is running."""
+    if writer["running"] is None:
+        return "has begun and not ended; its lock does not tell whether it is running"
+    if not writer["running"]:
+        return "not running; it stopped before its end, e.g. since it was killed"
+    return f"running, last entry in its journal {timedelta(seconds=max(0, round(time.time() - writer['at'])))} ago"
 
 
 def print_regime(

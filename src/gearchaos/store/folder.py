@@ -24,6 +24,9 @@ from gearchaos.files import NOT_REGULAR, partial_file, sync_folder, temporary_fo
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://|(s3a?|gs|az|abfss?):/")
 """Beginning of the URL of an object store, e.g. ``s3://``, also after `pathlib.Path` has made it ``s3:/``."""
 
+_ALMOST_URL = re.compile(r"(s3a?|gs|az|abfss?):(.+)")
+"""A path that was meant as the URL of an object store: its scheme, and bucket with prefix."""
+
 _SEGMENT_SIZE = 64 * 2**20
 """Size from which a file to which records are appended is followed by a new one, in bytes."""
 
@@ -164,7 +167,10 @@ class LocalFolder:
 
     def check_creatable(self) -> None:
         if not self.path.absolute().parent.is_dir():
-            raise InputError("out", "must lie in an existing folder", str(self.path), "Create the folder first.")
+            advice = "Create the folder first."
+            if url := _ALMOST_URL.match(str(self.path)):
+                advice = f"For an object store: {url[1]}://{url[2]}"
+            raise InputError("out", "must lie in an existing folder", str(self.path), advice)
 
     def read(self, name: str, start: int = 0, length: int | None = None) -> bytes:
         with _opened(self.path / name, os.O_RDONLY, "rb") as file:

@@ -13,6 +13,7 @@ from gearchaos.store.missing import MissingParts, missing_parts
 from gearchaos.store.progress import Progress
 from gearchaos.store.store import Store
 from gearchaos.store.tiles import Grid
+from gearchaos.store.writers import is_running
 
 _PAUSE = 20.0
 """An interval without a finished tile is a pause of the run if it is this many times as long as the median interval."""
@@ -27,7 +28,8 @@ def summary(store: Store) -> dict[str, Any]:
     ``pieces`` are work items. ``seconds`` is the computing time of the tiles, summed over all workers;
     ``pieces_per_second`` is the rate while the run was active, None before two tiles are done. ``missing`` says which
     tiles have no results, the first of them as blocks of work items [first, last + 1] along each dimension, and which
-    groups have lost files; ``writers`` what each run or shard last said.
+    groups have lost files; ``tiles_lost`` how many of them were done before. ``writers`` is what each run or shard last
+    said, and whether it is running, None if that cannot be told.
     """
     progress, grid = store.progress(), store.grid
     missing = missing_parts(store, progress)
@@ -36,13 +38,20 @@ def summary(store: Store) -> dict[str, Any]:
     rate = _rate(progress, sizes)
     return {
         "store": str(store.folder), "study": store.study.kind, "finished": store.finished,
-        "tiles": grid.count, "tiles_done": grid.count - len(missing.tiles), "pieces": total, "pieces_done": items,
+        "tiles": grid.count, "tiles_done": grid.count - len(missing.tiles),
+        "tiles_lost": sum(map(progress.done, missing.tiles)), "pieces": total, "pieces_done": items,
         "failed": {str(n): error for n, error in sorted(progress.failed.items())},
         "seconds": float(np.nansum(progress.seconds)), "pieces_per_second": rate,
         "seconds_left": (total - items) / rate if rate else None,
         "machines": sorted(progress.hosts), "bytes": sum(size for _, size in store.folder.list()),
-        "missing": _missing(store, missing), "writers": {n: asdict(w) for n, w in sorted(progress.writers.items())},
+        "missing": _missing(store, missing), "writers": _writers(store, progress),
     }
+
+
+def _writers(store: Store, progress: Progress) -> dict[str, dict[str, Any]]:
+    """What each writer last said, and whether it is running."""
+    return {name: {**asdict(state), "running": not state.ended and is_running(store.folder, name)}
+            for name, state in sorted(progress.writers.items())}
 
 
 def _missing(store: Store, missing: MissingParts) -> dict[str, Any]:

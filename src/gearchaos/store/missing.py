@@ -96,7 +96,7 @@ def _boxes(tiles: list[int], grid: Grid) -> Iterator[Box]:
     open_boxes: dict[tuple[int, int], tuple[int, int]] = {}
     for prefix, positions in rows:
         row = prefix[0] if prefix else 0
-        runs = _runs([position[-1] for position in positions])
+        runs = consecutive([position[-1] for position in positions])
         for run in [run for run, (_, last) in open_boxes.items() if run not in runs or last != row - 1]:
             yield _box(run, open_boxes.pop(run), grid)
         for run in runs:
@@ -105,7 +105,7 @@ def _boxes(tiles: list[int], grid: Grid) -> Iterator[Box]:
         yield _box(run, span, grid)
 
 
-def _runs(numbers: list[int]) -> list[tuple[int, int]]:
+def consecutive(numbers: list[int]) -> list[tuple[int, int]]:
     """First and last of each run of consecutive numbers."""
     breaks = [i for i, (a, b) in enumerate(pairwise(numbers), 1) if b != a + 1]
     return [(numbers[i], numbers[j - 1]) for i, j in pairwise([0, *breaks, len(numbers)])]

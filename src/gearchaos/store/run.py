@@ -209,7 +209,8 @@ def finish_store(
 ) -> Outcome:
     """Finish a store of which all tiles are done: pack what is not packed, and complete the Dataset.
 
-    Nothing is computed unless results of tiles turn out to be damaged.
+    Nothing is computed but tiles whose results are damaged or of which a file is missing. If other tiles are not done,
+    nothing is changed, and the outcome says how many.
 
     Raises
     ------
@@ -280,7 +281,9 @@ def _opened(
         raise InputError("store", "must hold the same study", str(folder), "; ".join(differing) + ".")
     found = store.progress()
     study.cost.announce(progress and not found.all_done)
-    say(f"{os.path.basename(folder.url)}: {found.done_count} of {store.grid.count} tiles are done already")
+    lost = sum(map(found.done, missing_parts(store, found).tiles))
+    again = f", of which {lost} are computed again since files are missing or damaged" if lost else ""
+    say(f"{folder}: {found.done_count} of {store.grid.count} tiles are done already{again}")
     for line in differences(store.versions, versions(study)):
         say(f"warning: the store was begun with other versions, {line}; results may differ in the last digits")
     if tile is not None and divide(study, tile).tile != store.grid.tile:

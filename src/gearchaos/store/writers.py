@@ -70,6 +70,19 @@ def held(folder: Folder, shard: Shard, timeout: float = 0.0) -> bool:
     return _timeout(folder, shard, timeout) is not None
 
 
+def is_running(folder: Folder, writer: str) -> bool | None:
+    """Whether a writer of this name holds its lock; None if that cannot be told, e.g. where there are no locks."""
+    if folder.size(_lock(writer)) is None:
+        return None
+    try:
+        with folder.lock(_lock(writer), 0.0):
+            return False
+    except Timeout:
+        return True
+    except (OSError, NotImplementedError):
+        return None
+
+
 def _timeout(folder: Folder, shard: Shard, timeout: float) -> Timeout | None:
     """The error that a writer holds its lock for longer than ``timeout`` seconds; None if it does not."""
     try:
