@@ -1,5 +1,6 @@
 """What happens to a tile and a run when its pool fails: without processes or clusters, which are in test_runs."""
 
+import os
 from concurrent.futures import BrokenExecutor, Future
 from types import SimpleNamespace
 
@@ -148,3 +149,11 @@ def test_threads_share_the_cores_that_few_tiles_leave():
     with pools.thread_pool(6)() as pool:
         assert pool.workers() == 6
         assert [pool.threads_per_item(tiles) for tiles in (1, 2, 3, 4, 6, 50)] == [6, 3, 2, 1, 1, 1]
+
+
+def test_worker_processes_have_the_present_environment(monkeypatch):
+    """Also if the process from which they are forked was started before."""
+    for value in ("before", "now"):
+        monkeypatch.setenv("GEARCHAOS_TEST", value)
+        with pools.process_pool(1)() as pool:
+            assert pool.submit(os.getenv, "GEARCHAOS_TEST").result() == value

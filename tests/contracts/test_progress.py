@@ -67,7 +67,8 @@ def test_a_summary_counts_what_the_journals_say(tmp_path):
     size = sum(f.stat().st_size for f in store.folder.path.rglob("*") if f.is_file())
     assert found == {
         "store": str(store.folder.path), "study": "zones", "finished": False, "tiles": 6, "tiles_done": 4, "pieces": 48,
-        "pieces_done": 32, "tiles_lost": 0, "failed": {"3": "ValueError: no"}, "seconds": 6.0, "pieces_per_second": 24 / 8,
+        "pieces_done": 32, "tiles_lost": 0, "failed": {"3": "ValueError: no"}, "seconds": 6.0,
+        "pieces_per_second": 24 / 8,
         "seconds_left": 16 / 3, "machines": ["box0", "box1", "box2", "box4"], "bytes": size,
         "missing": {"tiles": 2, "groups": [], "files": [], "file_count": 0,
                     "pieces": [{"eps1": [2, 6], "omega": [4, 8]}]},

@@ -51,7 +51,8 @@ def process_pool(count: int, modules: Sequence[str] = ()) -> PoolFactory:
     @contextmanager
     def opened() -> Iterator[Pool]:
         context, started = _recording_context(modules)
-        executor = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker)
+        executor = ProcessPoolExecutor(
+            workers, mp_context=context, initializer=_begin_worker, initargs=(dict(os.environ),))
 
         def stop() -> None:
             executor.shutdown(wait=False, cancel_futures=True)
@@ -81,8 +82,12 @@ def _recording_context(modules: Sequence[str]) -> tuple[Any, list[Any]]:
     return context, started
 
 
-def _begin_worker() -> None:
-    """Ignore interrupts, which the parent process handles, and exit when the parent does."""
+def _begin_worker(environment: dict[str, str]) -> None:
+    """Ignore interrupts, which the parent process handles, and exit when the parent does.
+
+    A forked worker has the environment that the parent had when it began to fork, so the present one is given.
+    """
+    os.environ.update(environment)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_end_with_parent, daemon=True).start()
 
