@@ -4,7 +4,7 @@ Is it really chaos?
 
 A motion is called chaotic if neighbouring motions separate exponentially: if the largest Lyapunov exponent is above
 zero by more than its statistical uncertainty. The band is the 99 % confidence interval. It narrows with the length of
-the run, which is extended until the sign is certain.
+the run, which is doubled a few times if the sign is not certain.
 """
 
 import gearchaos as gc
