@@ -9,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.table import Table
 from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app
+from gearchaos.cli import app, tables
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_pair import _table_stiffness
@@ -83,6 +84,14 @@ def test_every_quantity_of_a_datasheet_is_described(path):
 def test_the_printed_datasheet_shows_the_same_numbers():
     text = run("gear", SPUR).stdout
     assert "1.75467" in text and "ISO 6336-1:2006" in text and "Kasuba and Evans" in text
+
+
+def test_a_unit_in_brackets_is_printed_and_is_no_markup(capsys):
+    table = Table(title="angle [deg]")
+    table.add_row("the column peak [um] is missing")
+    tables._print(table)
+    printed = capsys.readouterr().out
+    assert "angle [deg]" in printed and "peak [um] is missing" in printed
 
 
 def test_the_page_of_a_datasheet_is_written(tmp_path):

@@ -92,7 +92,7 @@ def print_speeds_to_avoid(design: GearDesign, factors: xr.Dataset, factor: float
     if design.transmission_error == "none":
         lines.append("No transmission error was assumed: the gears are taken to be exact.")
     for line in lines:
-        Console(width=_FILE_WIDTH, highlight=False).print(line)
+        Console(width=_FILE_WIDTH, highlight=False, markup=False).print(line)
 
 
 def _print_standards(factors: xr.Dataset) -> None:
@@ -331,7 +331,8 @@ def print_skeleton(document: dict[str, Any]) -> None:
 def _print(table: Table) -> None:
     """Print a table in the width of the terminal."""
     console = Console()
-    Console(width=console.width if console.is_terminal else _FILE_WIDTH).print(table)
+    width = console.width if console.is_terminal else _FILE_WIDTH
+    Console(width=width, markup=False).print(table)  # a unit in brackets, "[um]", is no markup
 
 
 def _exponents(values: dict[str, Any], scales: Scales | None) -> str:
