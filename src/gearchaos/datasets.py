@@ -243,7 +243,7 @@ def with_checksums(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def load(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a Dataset that `save` wrote.
+    """Read a Dataset that `gearchaos.save` wrote.
 
     Parameters
     ----------
