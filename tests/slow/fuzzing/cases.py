@@ -134,7 +134,7 @@ def study_file(rng: random.Random, folder: Path) -> list[str]:
     return rng.choice((own, own, ["run", "s.toml", "--out", "o.zarr"], ["regime", "s.toml"]))
 
 
-_NO_MARKS = ("77777", "-1", "01", "1e3", "9" * 30, "words")
+_NO_WRITERS = ("77777", "-1", "01", "1e3", "9" * 30, "words")
 
 
 def store(rng: random.Random, folder: Path) -> list[str]:
@@ -153,7 +153,7 @@ def store(rng: random.Random, folder: Path) -> list[str]:
 
 def _corrupt_file(rng: random.Random, path: Path) -> None:
     files = sorted(p for p in path.rglob("*") if p.is_file())
-    documents = [p for p in files if p.suffix == ".json"]
+    documents = [p for p in files if p.suffix in (".json", ".jsonl")]
     state = [p for p in documents if "run" in p.parts] or documents
     file = rng.choice(state if rng.random() < 0.6 else documents if rng.random() < 0.6 else files)
     match rng.randrange(10):
@@ -163,7 +163,9 @@ def _corrupt_file(rng: random.Random, path: Path) -> None:
             file.unlink()
             rng.choice((file.mkdir, lambda: file.symlink_to("nowhere"), lambda: None))()
         case 2:
-            (path / "run" / "tiles" / f"{rng.choice(_NO_MARKS)}.json").write_bytes(file.read_bytes())
+            (path / "run" / "journal" / f"{rng.choice(_NO_WRITERS)}.jsonl").write_bytes(file.read_bytes())
+        case _ if file.suffix == ".jsonl":
+            file.write_text(values.corrupted_text(file.read_text(), rng), errors="surrogateescape")
         case 3 if file.suffix == ".json":
             file.write_text(values.corrupted_text(file.read_text(), rng), errors="surrogateescape")
         case _ if file.suffix == ".json":
