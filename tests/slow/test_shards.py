@@ -17,12 +17,14 @@ from gearchaos.cli import app
 from gearchaos.execute import pools
 from gearchaos.store.claims import Claims
 from gearchaos.store.folder import LocalFolder
-from gearchaos.store.journal import TileEntry, decoded_line
+from gearchaos.store.groups import pack
+from gearchaos.store.journal import Journal, Packed, TileEntry, decoded_line
 from gearchaos.store.run import finish_store
 from gearchaos.store.run import run_into_store as run
 from gearchaos.store.shards import Shard, latest_division, missing_by_shard, owners
 from gearchaos.store.store import open_store
 from gearchaos.store.tiles import Grid
+from gearchaos.store.worker import compute_tile
 from tests.slow.one_shard import STUDY
 
 
@@ -211,6 +213,24 @@ def test_shards_that_finish_at_once_write_the_same(whole, empty):
             found = list(pool.map(lambda i: run(STUDY, empty, shard=Shard(i, 4)), range(1, 5)))
         assert any(one.finished for one in found) and files(empty) == files(whole)
         (empty / "run" / "finished").unlink()
+
+
+def test_a_file_deleted_by_the_shard_that_finishes_is_no_error(whole, empty, monkeypatch):
+    run(STUDY, empty, shard=Shard(2, 2))
+    ways = []
+
+    def packed_by_another(store, group, entries):
+        Journal(store.folder, "2-of-2").append(Packed(group, pack(store, group, entries), time.time()))
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(empty / "label/c/0/0"))
+
+    def computed_by_another(url, *options):
+        ways.append("tile")
+        Journal(LocalFolder(empty), "2-of-2").append(compute_tile(url, *options))
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(empty / "run/segments"))
+
+    monkeypatch.setattr("gearchaos.store.worker.pack", packed_by_another)
+    monkeypatch.setattr("gearchaos.store.coordinator.compute_tile", computed_by_another)
+    assert run(STUDY, empty, shard=Shard(1, 2)).finished and files(empty) == files(whole) and ways
 
 
 def test_tiles_belong_to_one_shard_each():

@@ -139,6 +139,14 @@ class Coordinator:
             if self._in_segments[name] == 0 and (folder.size(name) or 0) >= max(1, folder.segment_size):
                 folder.delete(name)
 
+    def done_by_another(self, task: Task) -> bool:
+        """Whether another writer has done a task: it may be finishing the store, and deletes files of this writer."""
+        if self.shard.count == 1:
+            return False
+        self.refresh()
+        done = self.progress.done(task.number) if isinstance(task, Tile) else task.number in self.progress.packed
+        return done or self.store.finished
+
     def superseded(self, group: int) -> bool:
         """Whether another writer has packed a group, which it may have done some time before this one sees it."""
         latest = time.monotonic() + (SETTLING_SECONDS if self.shard.count > 1 else 0.0)
@@ -260,7 +268,7 @@ class _Attempt:
         """Record results, all that have come together in one writing of the journal."""
         lines: list[Line] = []
         for task, future in ended:
-            result = self._result(future)
+            result = self._result(task, future)
             if isinstance(task, Group):
                 lines += self._taken_group(task.number, result)
             else:
@@ -268,14 +276,14 @@ class _Attempt:
         if lines:
             self._owner.record(*lines)
 
-    def _result(self, future: Future[Any]) -> Any:
+    def _result(self, task: Task, future: Future[Any]) -> Any:
         """The result of a task, or its error as text if that does not concern all tasks."""
         try:
             return result_of(future)
         except PoolLostError:
             raise
         except OSError as error:
-            if self._owner.shard.count > 1 and self._owner.store.finished:  # by another shard, which deletes segments
+            if self._owner.done_by_another(task):
                 return str(error)
             raise
 
