@@ -254,3 +254,15 @@ def test_a_sampled_trajectory(name):
     for key, values in expected.items():
         np.testing.assert_allclose(data[key], values, rtol=0, atol=1e-10, err_msg=key)
     np.testing.assert_array_equal(data.contact, np.sign(data.z) * (np.abs(data.z) > 1))
+
+
+def test_an_orbit_of_40_periods_that_nearly_returns_after_10_20_and_30():
+    """The shortest near returns are tried first, and none of the three is the period."""
+    model = MeshModel.of(q0=0.1, eps1=0.1, omega=1.57889447, zeta=0.05272727)
+    z = heyoka_oracle.section(model, 81, transient=20_000)["z"]
+    changes = [np.abs(z[n:] - z[:-n]).max() for n in range(1, 41)]
+    assert [n for n, change in enumerate(changes, 1) if change < 1e-3] == [10, 20, 30, 40]
+    assert [n for n, change in enumerate(changes, 1) if change < 1e-9] == [40]
+    verdict = gc.regime(model)
+    assert verdict.label == "40T" and max(abs(mu) for mu in verdict.multipliers) < 1
+    np.testing.assert_allclose(np.sort(verdict.section["z"]), np.sort(z[-40:]), rtol=0, atol=1e-9)

@@ -19,7 +19,8 @@ class Classification:
         Lengths of consecutive runs in which the transient decays. After each one, motions with a near return are tested
         for a periodic orbit. Each length exceeds ``longest_period``.
     longest_period : int
-        Longest period searched for after transient runs; after exponent runs the limit is four times as long.
+        Longest period searched for after transient runs; after exponent runs the limit is four times as long, and
+        sixteen times, or half of ``longest_transient``, for a motion with negative exponents that is unresolved then.
     exponent_run : int
         Length of the first run for the Lyapunov exponents of a motion without a periodic orbit so far.
     doublings : int

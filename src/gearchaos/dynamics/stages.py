@@ -5,7 +5,7 @@ Arguments named ``motions`` are the indices of some of the motions of a `Classif
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -36,6 +36,10 @@ _CHAOTIC_EXPONENT = 1e-3
 
 _MAX_TRACE_ERROR = 1e-6
 """Largest |sum of the exponents − trace| of a consistent run, per unit of τ."""
+
+_LONG_ORBIT = 16
+"""A motion with negative exponents that is not classified otherwise is searched for orbits of up to this many times the
+longest period."""
 
 _TRACE_CHECK_PERIODS = 32
 """Length in mesh periods of the run that checks the sum of all exponents where only the largest was computed."""
@@ -159,12 +163,27 @@ def _classify_by_exponents(state: ClassificationState, motions: np.ndarray) -> n
     """Classify motions by exponent runs of doubling length, except chaotic ones, whose numbers are returned."""
     length, chaotic = state.settings.exponent_run, motions[:0]
     for _ in range(state.settings.doublings + 1):
-        size = max(1, _MAX_SECTION_VALUES // (length * state.flow.dimension))
-        for part in (motions[i : i + size] for i in range(0, len(motions), size)):
+        for part in _parts(state, motions, length):
             chaotic = np.concatenate([chaotic, part[_exponent_run(state, part, length)]])
         motions = motions[~state.resolved[motions] & ~np.isin(motions, chaotic)]
         length *= 2
+    _classify_long_orbits(state, motions)
     return chaotic
+
+
+def _classify_long_orbits(state: ClassificationState, motions: np.ndarray) -> None:
+    """Classify unresolved motions whose exponents are negative, but whose period is not one of the nearest returns."""
+    settings = state.settings
+    longest = min(_LONG_ORBIT * settings.longest_period, settings.longest_transient // 2)
+    settled = motions[state.verdicts.exponent_high[0, motions] < 0]
+    for part in _parts(state, settled, 2 * longest + 1):
+        state.classify_long_orbits(part, longest)
+
+
+def _parts(state: ClassificationState, motions: np.ndarray, sections: int) -> Iterator[np.ndarray]:
+    """Parts of these motions of which this number of sections can be recorded at once."""
+    size = max(1, _MAX_SECTION_VALUES // (sections * state.flow.dimension))
+    return (motions[i : i + size] for i in range(0, len(motions), size))
 
 
 def _exponent_run(state: ClassificationState, motions: np.ndarray, length: int) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from gearchaos.dynamics import lyapunov, orbits
 from gearchaos.dynamics.labels import Label, Reason
-from gearchaos.dynamics.recurrence import candidates
+from gearchaos.dynamics.recurrence import EXACT, candidates
 from gearchaos.dynamics.settings import Classification
 from gearchaos.dynamics.verdicts import Verdicts
 from gearchaos.flow import DIVERGED, OK, ExactFlow
@@ -140,6 +140,17 @@ class ClassificationState:
         self.record_run(motions, out.w, out.status, periods)
         self.classify_returning(motions, out.sections, longest)
 
+    def classify_long_orbits(self, motions: np.ndarray, longest: int) -> None:
+        """Classify the motions that repeat exactly after at most ``longest`` mesh periods.
+
+        An orbit of many mesh periods may nearly return after several smaller numbers of them, and `classify_returning`
+        tries only the shortest. A motion that is on its orbit returns exactly after multiples of its period alone.
+        """
+        length = 2 * longest + 1
+        out = self.flow.advance(self.verdicts.w[:, motions], length, points=self.points[motions], sections=length)
+        self.record_run(motions, out.w, out.status, length)
+        self._try_periods(motions, out.w, candidates(out.sections, longest, 1, EXACT, EXACT))
+
     def classify_returning(self, motions: np.ndarray, sections: np.ndarray, longest: int) -> None:
         """Classify the motions that are on a periodic orbit.
 
@@ -152,11 +163,15 @@ class ClassificationState:
         longest : int
             Longest period considered, in mesh periods.
         """
-        for period in candidates(sections, longest, _CANDIDATES):
+        self._try_periods(motions, sections[-1], candidates(sections, longest, _CANDIDATES))
+
+    def _try_periods(self, motions: np.ndarray, w: np.ndarray, periods: np.ndarray) -> None:
+        """Classify the motions in the states w (d, motions) that are on an orbit of one of the periods (n, motions)."""
+        for period in periods:
             tried = np.flatnonzero(~self.resolved[motions] & (period > 0))
             if len(tried) == 0:
                 continue
-            last = sections[-1][:, tried]
+            last = w[:, tried]
             guess = orbits.polish(
                 self.flow, last, self.points[motions[tried]], period[tried], reach=_NEWTON_REACH,
                 expansion=_NEWTON_EXPANSION,
