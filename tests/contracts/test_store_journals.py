@@ -238,3 +238,9 @@ def test_writers_say_whether_they_have_ended(folder):
     progress = fresh(folder)
     progress.refresh()
     assert progress.writers == {"1-of-2": WriterState(1.0, True, 3.0), "2-of-2": WriterState(4.0, False, 4.0)}
+    Journal(folder, "1-of-2").append(Damaged([], [3], 5.0))  # by `gearchaos check`, which is not a run
+    Journal(folder, "all").append(Lost([3], [], 5.0))
+    Journal(folder, "2-of-2").append(Lost([3], [], 5.0))     # by the run that repairs
+    progress.refresh()
+    assert {name: state.ended for name, state in progress.writers.items()} == {
+        "1-of-2": True, "2-of-2": False, "all": True}

@@ -206,9 +206,11 @@ class Progress:
                 self._damaged.append(line)
 
     def _add_state(self, line: Line, writer: str) -> None:
-        old = self.writers.get(writer, WriterState(line.at, False, line.at))
+        """Note when a writer has begun and ended. What `gearchaos check` finds is written down while there is no writer."""
+        old = self.writers.get(writer, WriterState(line.at, True, line.at))
         begun = line.at if isinstance(line, Begin) else old.begun
-        self.writers[writer] = WriterState(begun, isinstance(line, Ended), line.at)
+        ended = isinstance(line, Ended) or (isinstance(line, Damaged | Lost) and old.ended)
+        self.writers[writer] = WriterState(begun, ended, line.at)
 
     def _add_entry(self, entry: TileEntry) -> None:
         """Apply the entry of a tile, unless it is lost, not of this store, or older than another one."""
