@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -231,6 +232,23 @@ def test_a_file_deleted_by_the_shard_that_finishes_is_no_error(whole, empty, mon
     monkeypatch.setattr("gearchaos.store.worker.pack", packed_by_another)
     monkeypatch.setattr("gearchaos.store.coordinator.compute_tile", computed_by_another)
     assert run(STUDY, empty, shard=Shard(1, 2)).finished and files(empty) == files(whole) and ways
+
+
+def test_the_bar_counts_the_tiles_of_all_shards_and_those_that_are_lost(empty, monkeypatch):
+    bars = []
+
+    @contextmanager
+    def bar(name, total, done):
+        bars.append([name, total, done])
+        yield bars[-1].append
+
+    monkeypatch.setattr("gearchaos.store.run.bar", bar)
+    run(STUDY, empty, shard=Shard(1, 2), progress=True)
+    run(STUDY, empty, shard=Shard(2, 2), progress=True)
+    (empty / "label/c/0/0").unlink()
+    run(STUDY, empty, progress=True)
+    assert [one[:3] for one in bars] == [["tiles", 48, 0], ["tiles", 48, 24], ["tiles", 48, 48]]
+    assert [sum(one[2:]) for one in bars] == [24, 48, 48] and min(bars[2][3:]) < 0
 
 
 def test_tiles_belong_to_one_shard_each():

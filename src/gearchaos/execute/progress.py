@@ -79,9 +79,9 @@ class NotebookBar:
         """Name, items done, rate and remaining time."""
         parts = [f"{self.name} {self.done:,}/{self.total:,}"]
         seconds = time.monotonic() - self._start
-        if (computed := self.done - self._before) and seconds > 0:
+        if (computed := self.done - self._before) > 0 and seconds > 0:
             rate = computed / seconds
-            parts.append(f"{rate:,.0f}/s" if rate >= 1 else f"{seconds / computed:,.0f} s each")
+            parts.append(rate_text(rate))
             left = f"{(self.total - self.done) / rate:,.0f} s left"
             parts.append(left if self.done < self.total else f"{seconds:,.0f} s")
         return " · ".join(parts)
@@ -109,6 +109,11 @@ def _terminal_bar(name: str, total: int, done: int) -> Iterator[Callable[[int], 
         def advance(n: int) -> None:
             shown.advance(task, n)
             speed = shown.tasks[0].finished_speed or shown.tasks[0].speed
-            shown.update(task, rate=f"{speed:,.0f}/s" if speed else "")
+            shown.update(task, rate=rate_text(speed) if speed else "")
 
         yield advance
+
+
+def rate_text(rate: float) -> str:
+    """A rate, in items per second, as text."""
+    return f"{rate:,.0f}/s" if rate >= 1 else f"{1 / rate:,.0f} s each"

@@ -65,7 +65,8 @@ class Coordinator:
     shard : Shard
     pool : PoolFactory
     advance : callable
-        Called with the number of work items that are done.
+        Called with the number of tiles that are done, by this or another writer, since the last call; it is negative
+        when results are lost.
 
     Attributes
     ----------
@@ -75,12 +76,13 @@ class Coordinator:
 
     def __init__(
         self, store: Store, progress: Progress, journal: Journal, shard: Shard, pool: PoolFactory,
-        advance: Callable[[int], None] = lambda items: None,
+        advance: Callable[[int], None] = lambda tiles: None,
     ) -> None:
         self.store, self.progress, self.shard, self.pool, self.advance = store, progress, shard, pool, advance
         self.packs_all = False
         self._journal = journal
         self._latest_loss = 0.0
+        self._shown = progress.done_count
         self._in_segments = Counter[str]()
         """Number of tiles in each segment of this run that are in no packed group."""
 
@@ -103,6 +105,13 @@ class Coordinator:
     def refresh(self) -> None:
         """Read what other writers have done."""
         self.progress.refresh([other.name for other in self.shard.others])
+        self._show()
+
+    def _show(self) -> None:
+        """Say how many more tiles are done."""
+        done = self.progress.done_count
+        self.advance(done - self._shown)
+        self._shown = done
 
     def record(self, *lines: Line) -> None:
         """Write lines into the journal, and apply them."""
@@ -114,6 +123,7 @@ class Coordinator:
             packed = self._entries_of(line.group) if isinstance(line, Packed) else []
             self.progress.add(line, self.shard.name)
             self._delete_segments(packed)
+        self._show()
 
     def _entries_of(self, group: int) -> list[TileEntry]:
         """The entries of those tiles of a group that are not in a packed group."""
@@ -308,7 +318,6 @@ class _Attempt:
                 self._errors[tile] = result
             return []
         self._durations.append(result.seconds)
-        self._owner.advance(self._owner.store.grid.size(tile))
         return [result]
 
 

@@ -242,9 +242,7 @@ def _write(
     """Compute the tiles of a shard, help the others, and finish the store if all are done; whether it is finished."""
     journal = Journal(store.folder, shard.name)
     own = list(shard.tiles(store.grid))
-    total = sum(map(store.grid.size, own)) if progress else 0
-    done = total - sum(map(store.grid.size, found.missing(own))) if progress else 0
-    with bar("work items" if progress else None, total, done) as advance:
+    with bar("tiles" if progress else None, store.grid.count, found.done_count) as advance:
         coordinator = Coordinator(store, found, journal, shard, pool, advance)
         coordinator.record(Begin(process_name(), versions(store.study)))
         damaged = _repair(coordinator, set(own), locks, say)
