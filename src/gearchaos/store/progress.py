@@ -206,7 +206,7 @@ class Progress:
                 self._damaged.append(line)
 
     def _add_state(self, line: Line, writer: str) -> None:
-        """Note when a writer has begun and ended; losses and damage begin none, since `gearchaos check` writes them, too."""
+        """Note when a writer has begun and ended. Losses and damage begin none: `gearchaos check` writes them too."""
         old = self.writers.get(writer, WriterState(line.at, True, line.at))
         begun = line.at if isinstance(line, Begin) else old.begun
         ended = isinstance(line, Ended) or (isinstance(line, Damaged | Lost) and old.ended)
