@@ -14,7 +14,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq, minimize_scalar
 
 import gearchaos as gc
-from gearchaos.continuation.arclength import Settings
+from gearchaos.continuation.arclength import Settings, between
 from gearchaos.continuation.branch import follow_branch
 from gearchaos.continuation.codimension2 import flip_coefficient
 from gearchaos.continuation.crossing import roots_on_circle
@@ -282,6 +282,15 @@ def test_a_test_function_without_value_between_two_points_gives_no_event():
     equations = CycleEquations(family, 1, 0.2)
     assert locate(equations, first, last, lambda point: values.get(id(point), math.nan)) is None
     assert list(roots_on_circle(lambda v: math.nan if 0.4 < v < 0.6 else v - 0.5, float, np.array([0.0, 1.0]))) == []
+
+
+def test_a_point_between_two_that_are_equal_to_rounding_is_one_of_them():
+    family, cycle = find_cycle(SINGLE, ("omega",), 1, None)
+    equations = CycleEquations(family, 1, 0.2)
+    first, last = follow_branch(family, cycle, (0.9, 1.1), Settings(points=2)).points[:2]
+    middle = between(equations, first, last, 1e-3)
+    again = between(equations, first, last, 1e-3, (middle, middle))
+    np.testing.assert_allclose(again.u, middle.u, rtol=0, atol=1e-13)
 
 
 def test_the_coefficient_of_a_flip_has_no_value_at_a_fold():

@@ -246,10 +246,14 @@ def _predicted(equations: Equations, before: Point, point: Point, size: float) -
 
 
 def _hermite(weights: np.ndarray, origin: Point, pair: tuple[Point, Point], distance: float) -> np.ndarray:
-    """The cubic through two points with their tangents, at a distance from an origin along its tangent."""
+    """The cubic through two points with their tangents, at a distance from an origin along its tangent.
+
+    The tangent of the first one, if both are equal to rounding.
+    """
     first, last = pair
     full = float(np.sum(weights * origin.tangent * (last.u - first.u)))
-    share = (distance - float(np.sum(weights * origin.tangent * (first.u - origin.u)))) / full
+    passed = distance - float(np.sum(weights * origin.tangent * (first.u - origin.u)))
+    share = passed / full if full else 0.0
     slopes = (p.tangent * full / max(float(np.sum(weights * p.tangent * origin.tangent)), 1e-3) for p in pair)
     start, end = slopes
     a, b = share * share * (3 - 2 * share), share * (1 - share)
