@@ -16,8 +16,8 @@ WIDTHS = {"column": 90.0, "double": 190.0}
 _SETTINGS: Any = matplotlib.rcParams
 _DEFAULTS: Any = matplotlib.rcParamsDefault
 _MM_PER_INCH = 25.4
-_TALLEST = 140.0
-"""Largest height of a figure, in mm, if none is given."""
+_LOWEST, _TALLEST = 70.0, 140.0
+"""Least and largest height of a figure, in mm, if none is given: in a lower one a label beside the axis is cut off."""
 
 _LARGEST = 2000.0
 """Largest width and height of a figure, in mm."""
@@ -78,7 +78,7 @@ def style(name: str, width: str | float | None = None, height: float | None = No
         Width of the figure: a column of a journal (90 mm), both columns (190 mm), or a number in mm. By default 90 mm
         in a paper, 162.6 mm (6.4 in) otherwise.
     height : float, optional
-        Height of the figure in mm; by default in proportion to the width, and at most 140 mm.
+        Height of the figure in mm; by default in proportion to the width, from 70 to 140 mm.
 
     Returns
     -------
@@ -103,7 +103,7 @@ def style(name: str, width: str | float | None = None, height: float | None = No
     settings = {key: _DEFAULTS[key] for key in _KEYS} | _EMBEDDED | _STYLES[name]
     default = [_MM_PER_INCH * side for side in settings["figure.figsize"]]
     wide = default[0] if width is None else _width(width)
-    proportional = min(wide * default[1] / default[0], _TALLEST)
+    proportional = min(max(wide * default[1] / default[0], _LOWEST), _TALLEST)
     high = proportional if height is None else check_positive("height", height, _LARGEST)
     settings["figure.figsize"] = (wide / _MM_PER_INCH, high / _MM_PER_INCH)
     return Style(settings)
