@@ -73,6 +73,13 @@ def test_a_script_for_julia_has_balanced_blocks_and_brackets(model):
     assert code.count("out[") == kinks, "contact switches, and the jumps of a stiffness that has some"
 
 
+def test_a_script_for_julia_prints_times_and_not_the_numbers_of_periods():
+    """The time of a StroboscopicMap in DynamicalSystems.jl is the number of its iterations."""
+    text = gc.script(MODEL, "dynamicalsystems.jl")
+    assert "section, number = trajectory(StroboscopicMap(mesh, T), 20)" in text
+    assert 'println(join((number[i] * T, u...), ","))' in text
+
+
 @pytest.mark.parametrize("model", MODELS, ids=lambda m: m.kind)
 def test_scripts_have_lines_of_at_most_120_characters_and_no_gaps(model):
     for tool in TEMPLATES:
