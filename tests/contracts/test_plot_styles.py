@@ -126,6 +126,17 @@ def test_a_pdf_has_the_size_that_was_asked_for_and_embedded_fonts(tmp_path, widt
     assert b"/FontFile2" in content and b"/Type3" not in content
 
 
+def test_a_picture_is_saved_with_its_data_in_the_style_in_which_it_was_drawn(tmp_path):
+    with plot.style("paper", width="column"):
+        figure = drawn("zones")
+    plot.save_with_data(figure, tmp_path / "a.pdf")
+    content = (tmp_path / "a.pdf").read_bytes()
+    assert b"/FontFile2" in content and b"/Type3" not in content
+    plot.save_with_data(figure, tmp_path / "a.png")
+    assert matplotlib.image.imread(tmp_path / "a.png").shape[1] == pytest.approx(90 / 25.4 * 600, abs=1)
+    assert matplotlib.rcParams["pdf.fonttype"] == matplotlib.rcParamsDefault["pdf.fonttype"]
+
+
 def test_letters_of_an_svg_need_no_font(tmp_path):
     with plot.style("paper"):
         drawn("history").savefig(tmp_path / "a.svg")

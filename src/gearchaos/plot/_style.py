@@ -67,8 +67,8 @@ def style(name: str, width: str | float | None = None, height: float | None = No
     """Draw the pictures that follow for a paper, for slides or on a dark background.
 
     The style holds until the next call, or for a block: ``with gc.plot.style("paper"): ...``. In both cases pictures
-    should be drawn and saved under the same style. In all styles files have exactly the size of the figure, fonts are
-    embedded in PDF (as TrueType), and SVG has letters as outlines.
+    should be drawn and saved under the same style; `save_with_data` takes care of that itself. In all styles files have
+    exactly the size of the figure, fonts are embedded in PDF (as TrueType), and SVG has letters as outlines.
 
     Parameters
     ----------
