@@ -178,6 +178,33 @@ def test_values_are_checked(name, value, message):
         gc.from_sympy(changed(values=values))
 
 
+@pytest.mark.parametrize(("fields", "message"), [
+    ({"values": {symbol("omega"): "fast"}}, "values must be real numbers; got 'omega = fast'"),
+    ({"values": {symbol("omega"): sympy.I}}, "values must be real numbers; got 'omega = I'"),
+    ({"values": {symbol("omega"): symbol("q")}}, "values must be real numbers; got 'omega = q'"),
+    ({"values": {"omega": 1.0}}, "values must have symbols of SymPy as keys; got 'omega'"),
+    ({"equations": None}, r"equations must be a sequence of sympy.Eq; got None"),
+    ({"equations": ()}, r"equations must be a sequence of sympy.Eq; got \(\)"),
+    ({"equations": [symbol("omega")]}, r"equations must be a sequence of sympy.Eq; got \[omega\]"),
+])
+def test_parts_of_a_symbolic_model_are_checked(fields, message):
+    with pytest.raises(gc.InputError, match=message):
+        changed(**fields)
+
+
+def test_a_definition_that_contains_itself_is_refused():
+    symbolic = gc.to_sympy(MODEL)
+    z = next(f for f in symbolic.definitions if f.func.__name__ == "z")
+    with pytest.raises(gc.InputError, match=r"definitions must not lead back to themselves; got 'z\(tau\)'"):
+        gc.from_sympy(changed(definitions={**symbolic.definitions, z: z + 1}))
+
+
+def test_the_number_of_a_harmonic_is_checked_before_any_work():
+    values = {**gc.to_sympy(MODEL).values, symbol("eps10000000000"): 0.1}
+    with pytest.raises(gc.InputError, match="values must have numbers of at most 64 in their names; got 'eps1000"):
+        gc.from_sympy(changed(values=values))
+
+
 def test_levels_without_a_gap():
     symbolic = gc.to_sympy(MODELS[3])
     values = {s if s.name != "level2" else sympy.Symbol("level3", real=True): v for s, v in symbolic.values.items()}
