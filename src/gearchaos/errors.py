@@ -75,6 +75,12 @@ def whole_number(field: str, value: object, least: int, most: int = LARGEST_INTE
     return int(value)
 
 
+def missing_package(field: str, package: str, extra: str) -> InputError:
+    """The error for a package of an extra that is not installed, with the command that installs it in any shell."""
+    advice = f'Run: pip install "gearchaos[{extra}]".'
+    return InputError(field, f"needs the package {package}", "no such package", advice)
+
+
 def unknown_name(field: str, name: str, known: Iterable[str]) -> InputError:
     """The error for an unknown name, which lists the known names and suggests the most similar one."""
     known = sorted(known)

@@ -305,7 +305,7 @@ def test_without_its_libraries_the_explorer_says_what_to_install(monkeypatch):
     from gearchaos.explorer.web import server
 
     monkeypatch.setattr(server, "find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r"pip install gearchaos\[app\]"):
+    with pytest.raises(InputError, match=r'explore needs the package bokeh; .* Run: pip install "gearchaos\[app\]"'):
         gc.explore()
 
 

@@ -101,6 +101,29 @@ def test_a_card_says_what_the_value_is(values):
     assert sum(float(share) for share in re.findall(r"([\d.]+) %", shares)) == pytest.approx(100, abs=1)
 
 
+@pytest.mark.parametrize(("name", "part"), [
+    ("zones", lambda ds: ds.isel(omega=0)), ("zones", lambda ds: ds.isel(omega=slice(0, 0))),
+    ("zones", lambda ds: ds[["v_rms"]]), ("basins", lambda ds: ds[["attractor"]]),
+    ("basins", lambda ds: ds.isel(z=1)), ("attractors", lambda ds: ds[["attractor_label"]]),
+    ("bifurcation", lambda ds: ds.isel(eps1=1)), ("simulate", lambda ds: ds[["contact"]]),
+    ("branch", lambda ds: ds[["z_peak_to_peak"]]), ("bifurcation", lambda ds: ds[["section_z"]])])
+def test_the_card_of_a_part_of_a_result_says_so_and_has_no_picture(values, name, part):
+    card = gc.card(part(values[name]))
+    assert dict(card.rows)["shown"] == "a part of the result" and card.picture == ""
+
+
+def test_a_motion_that_diverges_is_called_so():
+    far = gc.simulate(gc.MeshModel.of(eps1=0.1, initial={"x1": 1e9}), 3, samples=8)
+    assert dict(gc.card(far).rows)["status"] == "diverged"
+    assert "status" not in dict(gc.card(gc.simulate(SINGLE, 3)).rows)
+
+
+def test_many_harmonics_are_counted():
+    few, many = (dict(gc.card(gc.MeshModel.of(**{f"eps{j}": -0.1})).rows) for j in (6, 64))
+    assert few["transmission error ε"] == "0, 0, 0, 0, 0, -0.1"
+    assert many["transmission error ε"] == "64 harmonics of at most 0.1"
+
+
 def test_values_that_are_no_result_have_no_card():
     for value in (3, xr.Dataset(), None):
         with pytest.raises(InputError, match="value"):

@@ -49,7 +49,8 @@ def ask(words: list[str], monkeypatch) -> list[str]:
     ("basins --axis z_", "z_dot=-3:3:200"),
     ("branch --axis omeg", "omega=0.2:3"), ("branch --start z_", "z_dot=0"), ("branch --start omega", ""),
     ("curve --event f", "fold flip"), ("paper --quality d", "draft"), ("bifurcation --mode u", "up"),
-    ("plot map.nc --colour dyn", "dynamic_factor"), ("script --for j", "julia"), ("attractors --sweep zet", "zeta="),
+    ("plot map.nc --colour dyn", "dynamic_factor"), ("script --for j", "julia"), ("plot map.nc --style s", "slides"),
+    ("plot map.nc --style paper --width c", "column"), ("attractors --sweep zet", "zeta="),
 ])
 def test_bash_gets_what_follows_its_word_breaks(line, expected, monkeypatch):
     found = ask(line.split(), monkeypatch)

@@ -146,6 +146,16 @@ def test_no_text_is_cut(result, size):
     assert drawn.x0 > -0.01 and drawn.y0 > -0.01 and drawn.x1 < width + 0.01 and drawn.y1 < height + 0.01
 
 
+@pytest.mark.parametrize("style", ["paper", "slides", "dark"])
+def test_in_a_column_of_any_style_the_legend_leaves_room_for_the_curves(result, style):
+    with plot.style(style, width="column"):
+        figure = Figure(layout="constrained")
+        FigureCanvasAgg(figure)
+        ax = plot.dynamic_factor(result, figure.subplots())
+        figure.canvas.draw()
+    assert ax.get_window_extent().height > 0.25 * figure.bbox.height
+
+
 @pytest.mark.parametrize(("arguments", "field"), [
     ({"design": gc.MeshModel()}, "design"), ({"torque": 0.0}, "torque"), ({"torque": "3 mm"}, "torque"),
     ({"speed": "1000"}, "speed"), ({"speed": "torque=1:2:3"}, "speed"), ({"mode": "sideways"}, "mode"),

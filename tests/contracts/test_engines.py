@@ -1,6 +1,7 @@
 """What happens to a tile and a run when its pool fails: without processes or clusters, which are in test_runs."""
 
 import os
+import sys
 from concurrent.futures import BrokenExecutor, Future
 from types import SimpleNamespace
 
@@ -133,6 +134,16 @@ def test_workers_of_a_cluster_are_counted_from_time_to_time():
 def test_threads_of_this_process_cannot_be_stopped():
     with pools.thread_pool(1)() as pool:
         assert pool.stop is None
+
+
+@pytest.mark.parametrize(("module", "package", "options"), [
+    ("distributed", "distributed", {"scheduler": "tcp://nowhere"}),
+    ("distributed", "distributed", {"cluster": "slurm"}), ("dask_jobqueue", "dask-jobqueue", {"cluster": "slurm"})])
+def test_a_package_for_clusters_that_is_missing_is_named_with_what_installs_it(monkeypatch, module, package, options):
+    monkeypatch.setitem(sys.modules, module, None)
+    message = rf'^cluster needs the package {package}; .* Run: pip install "gearchaos\[cluster\]"'
+    with pytest.raises(InputError, match=message):
+        pools.pool_from_options(**options)
 
 
 @pytest.mark.parametrize("error", [OSError("no answer"), ValueError("no address"), TimeoutError("late")])

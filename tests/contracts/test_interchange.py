@@ -73,6 +73,13 @@ def test_a_script_for_julia_has_balanced_blocks_and_brackets(model):
     assert code.count("out[") == kinks, "contact switches, and the jumps of a stiffness that has some"
 
 
+def test_a_script_for_julia_prints_times_and_not_the_numbers_of_periods():
+    """The time of a StroboscopicMap in DynamicalSystems.jl is the number of its iterations."""
+    text = gc.script(MODEL, "dynamicalsystems.jl")
+    assert "section, number = trajectory(StroboscopicMap(mesh, T), 20)" in text
+    assert 'println(join((number[i] * T, u...), ","))' in text
+
+
 @pytest.mark.parametrize("model", MODELS, ids=lambda m: m.kind)
 def test_scripts_have_lines_of_at_most_120_characters_and_no_gaps(model):
     for tool in TEMPLATES:
@@ -168,6 +175,33 @@ def test_values_are_checked(name, value, message):
     if value is not None:
         values[sympy.Symbol(name, real=True)] = value
     with pytest.raises(gc.InputError, match=message):
+        gc.from_sympy(changed(values=values))
+
+
+@pytest.mark.parametrize(("fields", "message"), [
+    ({"values": {symbol("omega"): "fast"}}, "values must be real numbers; got 'omega = fast'"),
+    ({"values": {symbol("omega"): sympy.I}}, "values must be real numbers; got 'omega = I'"),
+    ({"values": {symbol("omega"): symbol("q")}}, "values must be real numbers; got 'omega = q'"),
+    ({"values": {"omega": 1.0}}, "values must have symbols of SymPy as keys; got 'omega'"),
+    ({"equations": None}, r"equations must be a sequence of sympy.Eq; got None"),
+    ({"equations": ()}, r"equations must be a sequence of sympy.Eq; got \(\)"),
+    ({"equations": [symbol("omega")]}, r"equations must be a sequence of sympy.Eq; got \[omega\]"),
+])
+def test_parts_of_a_symbolic_model_are_checked(fields, message):
+    with pytest.raises(gc.InputError, match=message):
+        changed(**fields)
+
+
+def test_a_definition_that_contains_itself_is_refused():
+    symbolic = gc.to_sympy(MODEL)
+    z = next(f for f in symbolic.definitions if f.func.__name__ == "z")
+    with pytest.raises(gc.InputError, match=r"definitions must not lead back to themselves; got 'z\(tau\)'"):
+        gc.from_sympy(changed(definitions={**symbolic.definitions, z: z + 1}))
+
+
+def test_the_number_of_a_harmonic_is_checked_before_any_work():
+    values = {**gc.to_sympy(MODEL).values, symbol("eps10000000000"): 0.1}
+    with pytest.raises(gc.InputError, match="values must have numbers of at most 64 in their names; got 'eps1000"):
         gc.from_sympy(changed(values=values))
 
 

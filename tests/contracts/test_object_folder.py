@@ -498,7 +498,7 @@ def test_an_endpoint_that_is_no_url_is_reported(monkeypatch: pytest.MonkeyPatch)
 
 def test_a_missing_package_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "obstore", None)
-    with pytest.raises(InputError, match=r"pip install 'gearchaos\[object\]'"):
+    with pytest.raises(InputError, match=r'pip install "gearchaos\[object\]"'):
         ObjectFolder("memory://missing").size("a")
 
 

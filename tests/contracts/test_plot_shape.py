@@ -100,6 +100,14 @@ def test_no_text_is_cut_in_a_narrow_figure(results, narrow, name, units):
     assert ax.get_window_extent().width > 0.4 * ax.figure.bbox.width, "what is drawn still has most of the room"
 
 
+@pytest.mark.parametrize("style", ["paper", "slides", "dark"])
+@pytest.mark.parametrize("name", PICTURES)
+def test_no_text_is_cut_in_a_column_of_any_style(results, narrow, name, style):
+    result, draw = PICTURES[name]
+    with plot.style(style, width="column"):
+        assert cut(draw(results[result][0], None).figure) == []
+
+
 @pytest.mark.parametrize("units", [0, 1], ids=["dimensionless", "physical"])
 def test_the_dossier_of_a_narrow_figure_has_smaller_letters(results, units):
     figure = plot.dossier(results["simulate"][units], title="chaotic", figure=fresh(3.4, 3.0))

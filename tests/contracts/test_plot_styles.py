@@ -126,6 +126,17 @@ def test_a_pdf_has_the_size_that_was_asked_for_and_embedded_fonts(tmp_path, widt
     assert b"/FontFile2" in content and b"/Type3" not in content
 
 
+def test_a_picture_is_saved_with_its_data_in_the_style_in_which_it_was_drawn(tmp_path):
+    with plot.style("paper", width="column"):
+        figure = drawn("zones")
+    plot.save_with_data(figure, tmp_path / "a.pdf")
+    content = (tmp_path / "a.pdf").read_bytes()
+    assert b"/FontFile2" in content and b"/Type3" not in content
+    plot.save_with_data(figure, tmp_path / "a.png")
+    assert matplotlib.image.imread(tmp_path / "a.png").shape[1] == pytest.approx(90 / 25.4 * 600, abs=1)
+    assert matplotlib.rcParams["pdf.fonttype"] == matplotlib.rcParamsDefault["pdf.fonttype"]
+
+
 def test_letters_of_an_svg_need_no_font(tmp_path):
     with plot.style("paper"):
         drawn("history").savefig(tmp_path / "a.svg")
@@ -134,8 +145,9 @@ def test_letters_of_an_svg_need_no_font(tmp_path):
 
 
 @pytest.mark.parametrize(("arguments", "field"), [
-    (("papers",), "name"), (("paper", "colum"), "width"), (("paper", -3), "width"), (("paper", None, 0), "height"),
-    (("paper", float("nan")), "width")])
+    (("papers",), "style"), (("paper", "colum"), "width"), (("paper", -3), "width"), (("paper", None, 0), "height"),
+    (("paper", float("nan")), "width"), (("paper", 39.9), "width"), (("paper", None, 39.9), "height"),
+    (("paper", 2001), "width")])
 def test_a_style_that_does_not_exist_is_refused(arguments, field):
     before = dict(matplotlib.rcParams)
     with pytest.raises(InputError) as error:
@@ -238,9 +250,11 @@ def test_the_command_draws_in_a_style(saved, width, millimetres):
     assert matplotlib.rcParams["font.size"] == matplotlib.rcParamsDefault["font.size"]
 
 
-@pytest.mark.parametrize(("options", "field"), [
-    (["--width", "column"], "--width"), (["--style", "poster"], "name"),
-    (["--style", "dark", "--width", "broad"], "width")])
-def test_the_command_refuses_a_style_that_does_not_exist(saved, options, field):
+@pytest.mark.parametrize(("options", "message"), [
+    (["--width", "column"], "--width needs --style"),
+    (["--style", "poster"], "style must be one of dark, paper, slides"),
+    (["--style", "dark", "--width", "broad"], "width must be column, double or a number of mm; got 'broad'"),
+    (["--style", "dark", "--width", "5"], "width must be from 40 to 2000 mm; got 5")])
+def test_the_command_refuses_a_style_that_does_not_exist(saved, options, message):
     code, words = command(saved, *options, "--out", saved.with_suffix(".png"))
-    assert code == 2 and field in words and not saved.with_suffix(".png").exists()
+    assert code == 2 and message in words and not saved.with_suffix(".png").exists()

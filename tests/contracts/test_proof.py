@@ -232,19 +232,19 @@ def test_import_loads_no_flint():
 
 def test_flint_missing_is_named(monkeypatch):
     monkeypatch.setattr("gearchaos.studies.proofs.find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r"pip install 'gearchaos\[proof\]'"):
+    with pytest.raises(InputError, match=r'pip install "gearchaos\[proof\]"'):
         gc.prove(gc.MeshModel.of())
     for command in (("regime", *EIGHT, "--prove"), ("verify", "x.json")):
         result = run(*command)
         assert (result.exit_code, result.stdout) == (2, "")
-        assert "pip install 'gearchaos[proof]'" in result.stderr
+        assert 'pip install "gearchaos[proof]"' in result.stderr
 
 
 def test_flint_missing_is_named_by_the_package():
     code = ("import sys; sys.modules['flint'] = None\n"
             "try:\n    import gearchaos.proof.balls\nexcept ModuleNotFoundError as error:\n    print(error)")
     found = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
-    assert "pip install 'gearchaos[proof]'" in found.stdout
+    assert 'pip install "gearchaos[proof]"' in found.stdout
 
 
 def test_regime_proves_and_writes(tmp_path):

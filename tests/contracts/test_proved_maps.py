@@ -144,7 +144,7 @@ def test_wrong_options_are_named(options, message):
 
 def test_missing_python_flint_is_named(monkeypatch):
     monkeypatch.setattr("gearchaos.studies.proofs.find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r"pip install 'gearchaos\[proof\]'"):
+    with pytest.raises(InputError, match=r'pip install "gearchaos\[proof\]"'):
         gc.Zones(MODEL, X, Y, prove=True)
 
 

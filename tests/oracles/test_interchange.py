@@ -90,6 +90,9 @@ def test_a_model_comes_back_from_sympy(name):
     assert gc.from_sympy(gc.to_sympy(model)) == model
 
 
-def test_a_fourier_stiffness_without_harmonics_comes_back():
-    model = MeshModel(stiffness=HarmonicStiffness((0.0, 0.0), (0.0, 0.3)))
+@pytest.mark.parametrize("model", [
+    MeshModel(stiffness=HarmonicStiffness((0.0, 0.0), (0.0, 0.3))), MeshModel(stiffness=HarmonicStiffness(())),
+    MeshModel(error=TransmissionError(())), MeshModel(kind="single", error=TransmissionError((0.1,)),
+                                                      stiffness=HarmonicStiffness(()))])
+def test_waveforms_without_harmonics_come_back(model):
     assert gc.from_sympy(gc.to_sympy(model)) == model

@@ -487,7 +487,7 @@ def test_a_range_is_proved_at_the_values_computed(tmp_path):
 def test_without_python_flint_the_report_says_so_once(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("gearchaos.studies.proofs.find_spec", lambda name: None)
     assert build(tmp_path, [9], "draft") == 0
-    assert "pip install 'gearchaos[proof]'" in " ".join(capsys.readouterr().err.split())
+    assert 'pip install "gearchaos[proof]"' in " ".join(capsys.readouterr().err.split())
     text = (tmp_path / "index.html").read_text()
     assert text.count("python-flint") == 1 and "theorem" not in text.split("</style>")[1]
     assert not (tmp_path / "certificates").exists()

@@ -32,6 +32,9 @@ _ROW_OF = {"omega": "mesh frequency ω", "zeta": "mesh damping ζ", "q0": "stati
 
 _SAMPLES = 400
 
+_MOST_LISTED = 8
+"""Most harmonics whose amplitudes are listed."""
+
 
 def model_card(model: MeshModel) -> Card:
     """The card of a model: its parameters, and its stiffness and transmission error over two mesh periods."""
@@ -58,6 +61,9 @@ def model_rows(model: MeshModel) -> Iterator[tuple[str, str]]:
 
 
 def _listed(values: tuple[float, ...]) -> str:
+    """The amplitudes of harmonics, or of many of them their number and the largest."""
+    if len(values) > _MOST_LISTED and any(values):
+        return f"{len(values)} harmonics of at most {max(map(abs, values)):.4g}"
     return ", ".join(f"{value:.4g}" for value in values) if any(values) else "none"
 
 

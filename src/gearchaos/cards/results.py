@@ -30,13 +30,36 @@ _POINT_COLOUR = (111, 143, 208)
 """Colour of the points of a diagram, red, green and blue: visible on light and dark pages."""
 
 
+_ATTRACTORS = {"attractor_label": 1, "attractor_period": 1, "attractor_fraction": 1}
+_PARTS: dict[str, dict[str, int]] = {
+    "zones": {"label": 2, "period": 2}, "bifurcation": {"label": 1, "period": 1, "lyapunov": 1},
+    "dynamic_factor": {"label": 1, "period": 1, "dynamic_factor": 1}, "basins": {"attractor": 2, **_ATTRACTORS},
+    "attractors": {**_ATTRACTORS, "attractor_section_z": 2, "attractor_section_z_dot": 2},
+    "branch": {"unstable": 1, "z_peak_to_peak": 1, "event_kind": 1, "event_value": 1, "event_z_peak_to_peak": 1},
+    "skeleton": {"curve": 1, "curve_kind": 1}, "simulate": {"section_z": 1, "section_z_dot": 1},
+}
+"""The variables that the card of a result shows, by kind of study, with their numbers of dimensions."""
+
+_NEVER_EMPTY = ("label", "attractor", "section_z")
+"""Those of them that have values in every result; there may be no attractors, events or curves."""
+
+
 def result_card(ds: xr.Dataset) -> Card:
     """The card of a result: what was varied, what was found, and a small picture."""
     kind = str(ds.attrs.get("study", ""))
     if not kind:
         raise InputError("value", "must be the result of a study", "a Dataset without attrs['study']",
                          "xarray drops attributes in arithmetic, unless xarray.set_options(keep_attrs=True) is set.")
-    return Card(f"Result: {kind.replace('_', ' ')}", [*_axes(ds), *_found(ds, kind)], _picture(ds, kind))
+    title = f"Result: {kind.replace('_', ' ')}"
+    if not _is_whole(ds, kind):
+        return Card(title, [*_axes(ds), ("shown", "a part of the result")])
+    return Card(title, [*_axes(ds), *_found(ds, kind)], _picture(ds, kind))
+
+
+def _is_whole(ds: xr.Dataset, kind: str) -> bool:
+    """Whether a result still has what its card shows, with all dimensions; its user may have taken a part of it."""
+    return all(name in ds and ds[name].ndim == dims and (ds[name].size or name not in _NEVER_EMPTY)
+               for name, dims in _PARTS.get(kind, {}).items())
 
 
 def _axes(ds: xr.Dataset) -> Iterator[tuple[str, str]]:
@@ -51,6 +74,8 @@ def _axes(ds: xr.Dataset) -> Iterator[tuple[str, str]]:
 
 def _found(ds: xr.Dataset, kind: str) -> Iterator[tuple[str, str]]:
     """What was found, in a few rows."""
+    if (status := ds.attrs.get("status", "ok")) != "ok":
+        yield "status", str(status)
     if kind in ("basins", "attractors"):
         shares = zip(attractor_names(ds), ds["attractor_fraction"].values, strict=True)
         yield "attractors", ", ".join(f"{name} {100 * share:.3g} %" for name, share in shares)

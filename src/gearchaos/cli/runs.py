@@ -173,9 +173,15 @@ def plot(
         typer.Option(metavar="NAME", help="What a map or a diagram shows: motion, v_rms, contact, …",
                      autocompletion=completion.colours),
     ] = None,
-    style: Annotated[str | None, typer.Option(metavar="NAME", help="For what it is: paper, slides or dark.")] = None,
+    style: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="For what it is: paper, slides or dark.",
+                     autocompletion=completion.choices("paper", "slides", "dark")),
+    ] = None,
     width: Annotated[
-        str | None, typer.Option(metavar="WIDTH", help="With --style: column (90 mm), double (190 mm) or mm.")
+        str | None,
+        typer.Option(metavar="WIDTH", help="With --style: column (90 mm), double (190 mm) or mm.",
+                     autocompletion=completion.choices("column", "double")),
     ] = None,
     hatch: Annotated[
         bool, typer.Option("--hatch", help="Hatching instead of colours in maps of classes and basins.")

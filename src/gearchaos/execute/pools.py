@@ -14,7 +14,7 @@ from multiprocessing.context import ForkServerContext, SpawnContext
 from threading import Thread
 from typing import Any
 
-from gearchaos.errors import InputError, whole_number
+from gearchaos.errors import InputError, missing_package, whole_number
 from gearchaos.execute.machine import cores
 from gearchaos.execute.pool import CHECK_INTERVAL, RESUME_ADVICE, Pool, PoolLostError
 
@@ -142,8 +142,9 @@ def dask_workers(address: str) -> PoolFactory:
 
 def _client(address: str) -> Any:
     """A client of the Dask scheduler at an address; raises `InputError` if it does not answer."""
+    distributed = _distributed()
     try:
-        return _distributed().Client(address, timeout="10s", set_as_default=False)
+        return distributed.Client(address, timeout="10s", set_as_default=False)
     except (OSError, ValueError) as error:
         raise InputError("scheduler", "must be a Dask scheduler that answers", address, f"{error}.") from None
 
@@ -158,7 +159,7 @@ def slurm_jobs(jobs: int) -> PoolFactory:
     try:
         from dask_jobqueue import SLURMCluster
     except ImportError:
-        raise _missing("dask-jobqueue") from None
+        raise missing_package("cluster", "dask-jobqueue", "cluster") from None
 
     @contextmanager
     def opened() -> Iterator[Pool]:
@@ -182,13 +183,8 @@ def _distributed() -> Any:
     try:
         import distributed
     except ImportError:
-        raise _missing("distributed") from None
+        raise missing_package("cluster", "distributed", "cluster") from None
     return distributed
-
-
-def _missing(package: str) -> InputError:
-    """The error that a package for clusters is not installed."""
-    return InputError("cluster", f"needs {package}", None, "Install it with: pip install 'gearchaos[cluster]'.")
 
 
 def _dask_pool(client: Any) -> Pool:

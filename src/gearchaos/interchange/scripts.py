@@ -56,7 +56,7 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     >>> "omega = 1.0  # mesh frequency" in text
     True
     """
-    if tool not in TEMPLATES:
+    if str(tool) not in TEMPLATES:
         raise unknown_name("tool", str(tool), TEMPLATES)
     found = as_model(model)
     return _environment().get_template(TEMPLATES[tool]).render(_values(found))

@@ -9,7 +9,14 @@ from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.interchange.agreement import check_equal, check_symbols
 from gearchaos.interchange.symbolic_model import SymbolicModel
 from gearchaos.interchange.symbols import TAU, function, named, stiffness_values, symbol, sympy
-from gearchaos.model import SCALARS, HarmonicStiffness, MeshModel, TwoLevelStiffness, has_effect
+from gearchaos.model import (
+    SCALARS,
+    HarmonicStiffness,
+    MeshModel,
+    TransmissionError,
+    TwoLevelStiffness,
+    has_effect,
+)
 
 if TYPE_CHECKING:
     from sympy import Eq
@@ -98,9 +105,17 @@ def from_sympy(symbolic: SymbolicModel) -> MeshModel:
     check_symbols(symbolic)
     values = {s.name: float(v) for s, v in symbolic.values.items()}
     scalars, parts = named(values)
+    parts = {**_without_harmonics(symbolic), **parts}
     model = MeshModel.of(kinds[frozenset(names)], **scalars, **parts, initial=symbolic.initial)
     check_equal(symbolic, to_sympy(model))
     return model
+
+
+def _without_harmonics(symbolic: SymbolicModel) -> dict[str, Any]:
+    """The waveforms that are constant and so have no symbols by which they could be known."""
+    chi, epsilon = (symbolic.definitions.get(function(name)) for name in ("chi", "epsilon"))
+    return {**({"stiffness": HarmonicStiffness(())} if chi == 1 else {}),
+            **({"error": TransmissionError(())} if epsilon == 0 else {})}
 
 
 def _error_values(model: MeshModel) -> dict[str, float]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gearchaos.errors import InputError
 from gearchaos.interchange.symbols import COORDINATES, TAU, sympy
@@ -33,6 +33,11 @@ class SymbolicModel:
     initial : mapping of str to float
         Initial values by name of coordinate, as in `MeshModel`.
 
+    Raises
+    ------
+    InputError
+        If SymPy is not installed, for what is no equation, or for values that are no real numbers.
+
     Examples
     --------
     >>> import gearchaos as gc
@@ -47,6 +52,8 @@ class SymbolicModel:
     initial: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        _check_equations(self.equations)
+        _check_values(self.values)
         object.__setattr__(self, "equations", tuple(self.equations))
         for name in ("definitions", "values", "initial"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
@@ -85,7 +92,28 @@ def _inserted(expression: Basic, definitions: Mapping[AppliedUndef, Expr]) -> Ba
     """An expression with definitions inserted until none of their functions is left, and derivatives carried out."""
     for _ in range(len(definitions) + 1):
         expression = expression.subs(definitions).doit()
+    if circular := expression.atoms(*map(type, definitions)) & set(definitions):
+        raise InputError("definitions", "must not lead back to themselves", ", ".join(sorted(map(str, circular))))
     return expression
+
+
+def _check_equations(equations: Any) -> None:
+    """Raise `InputError` unless these are equations."""
+    if not isinstance(equations, Sequence) or not equations or not all(
+            isinstance(equation, sympy().Eq) for equation in equations):
+        raise InputError("equations", "must be a sequence of sympy.Eq", equations, "E.g. [sympy.Eq(left, right)].")
+
+
+def _check_values(values: Mapping[Any, Any]) -> None:
+    """Raise `InputError` unless these are real numbers by symbol."""
+    for symbol, value in values.items():
+        if not isinstance(symbol, sympy().Symbol):
+            raise InputError("values", "must have symbols of SymPy as keys", symbol,
+                             "Use those of gearchaos.to_sympy(model).")
+        try:
+            float(value)
+        except (TypeError, ValueError):
+            raise InputError("values", "must be real numbers", f"{symbol} = {value}") from None
 
 
 def _position(name: str) -> tuple[int, str]:

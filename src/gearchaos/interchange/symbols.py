@@ -8,6 +8,7 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.model import HarmonicStiffness, SteppedStiffness, Stiffness, TransmissionError
+from gearchaos.validation import MAX_HARMONICS
 
 COORDINATES = ("x1", "x2", "y1", "y2", "z")
 """The functions of τ that may be coordinates; z is none where it has a definition."""
@@ -55,6 +56,8 @@ def named(values: Mapping[str, float]) -> tuple[dict[str, float], dict[str, Any]
     single = {}
     for name, value in values.items():
         if found := _NUMBERED.fullmatch(name):
+            if int(found[2]) > MAX_HARMONICS:  # as many as levels
+                raise InputError("values", f"must have numbers of at most {MAX_HARMONICS} in their names", name)
             series.setdefault(found[1], {})[int(found[2])] = value
         else:
             single[name] = value

@@ -68,7 +68,7 @@ def summary(claims: Sequence[Claim]) -> str:
     if not proofs:
         return ""
     if any(proof.get("reason") == MISSING for proof in proofs):
-        return f"Periodic motions were not proved, since {MISSING} (pip install 'gearchaos[proof]')."
+        return f'Periodic motions were not proved, since {MISSING} (pip install "gearchaos[proof]").'
     count = sum(proof["proved"] for proof in proofs)
     return f"Proved in ball arithmetic: {count} of {len(proofs)} periodic motions behind the statements."
 

@@ -8,10 +8,11 @@ from collections import Counter
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 from weakref import WeakKeyDictionary
 
 import xarray as xr
+from matplotlib import rc_context, rcParams, rcParamsDefault
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -25,18 +26,25 @@ Drawn = TypeVar("Drawn", bound=Axes | Figure)
 SUFFIXES = (".png", ".pdf", ".svg")
 """Suffixes of pictures."""
 
+_SAVING: tuple[Any, ...] = ("savefig.dpi", "pdf.fonttype", "svg.fonttype", "hatch.linewidth")
+"""The settings of matplotlib of a style that matter when a picture is saved."""
+
 _DATASETS: WeakKeyDictionary[Figure, list[xr.Dataset]] = WeakKeyDictionary()
 """The Datasets that each figure shows, in the order in which they were drawn."""
 
+_SETTINGS: WeakKeyDictionary[Figure, Any] = WeakKeyDictionary()
+"""Those of the settings `_SAVING` that were not matplotlib's defaults when each figure was drawn."""
+
 
 def keeps_data(draw: Callable[P, Drawn]) -> Callable[P, Drawn]:
-    """Let a picture, whose first argument is a Dataset, note in its figure what it shows, for `save_with_data`."""
+    """Let a picture, whose first argument is a Dataset, note for `save_with_data` what it shows and in which style."""
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Drawn:
         artist = draw(*args, **kwargs)
         figure, dataset = _figure(artist), args[0] if args else kwargs["ds"]
         known = _DATASETS.setdefault(figure, [])
+        _SETTINGS.setdefault(figure, {n: rcParams[n] for n in _SAVING if rcParams[n] != rcParamsDefault[n]})
         if isinstance(dataset, xr.Dataset) and not any(dataset is other for other in known):
             known.append(dataset)
         return artist
@@ -54,8 +62,9 @@ def _figure(shown: Axes | Figure) -> Figure:
 def save_with_data(shown: Axes | Figure, path: str | os.PathLike[str]) -> list[Path]:
     """Save a picture, and beside it the data that it shows as NetCDF files.
 
-    From the data `gearchaos.load` and `gearchaos.plot.result` make the picture again, and readers of a paper can plot
-    it in another way. Each file contains the model, the settings and the versions of packages.
+    The picture is saved in the style in which it was drawn, also after the block of `style`. From the data
+    `gearchaos.load` and `gearchaos.plot.result` make it again, and readers of a paper can plot it in another way. Each
+    file contains the model, the settings and the versions of packages.
 
     Parameters
     ----------
@@ -96,7 +105,8 @@ def save_with_data(shown: Axes | Figure, path: str | os.PathLike[str]) -> list[P
                          "Pictures of models and designs are made of their parameters; figure.savefig saves them.")
     files = dict(zip(_names(target, datasets), map(netcdf_bytes, datasets), strict=True))
     picture = io.BytesIO()
-    figure.savefig(picture, format=target.suffix[1:].lower())
+    with rc_context(_SETTINGS[figure]):
+        figure.savefig(picture, format=target.suffix[1:].lower())
     files = {target: picture.getbuffer(), **files}
     for file in files:
         check_target("path", file)

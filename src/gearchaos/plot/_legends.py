@@ -87,7 +87,7 @@ def _by_rows(handles: Sequence[Artist], columns: int) -> list[Artist]:
 
 def _layouts(count: int) -> Iterator[tuple[str, int]]:
     """Font sizes and numbers of columns in order of preference: a smaller font is preferred to a single column."""
-    for size in (rcParams["legend.fontsize"], "small"):
+    for size in (rcParams["legend.fontsize"], "small", "x-small"):
         yield from ((size, columns) for columns in range(count, 1, -1))
     yield "small", 1
 

@@ -7,8 +7,9 @@ from typing import Any
 
 import matplotlib
 
-from gearchaos.errors import unknown_name
-from gearchaos.plot._checks import check_positive
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.quantities import Rule
+from gearchaos.validation import check_rule, to_float
 
 WIDTHS = {"column": 90.0, "double": 190.0}
 """Widths of journals' columns in mm: one column, and two with the space between them (Elsevier's artwork sizes)."""
@@ -16,11 +17,11 @@ WIDTHS = {"column": 90.0, "double": 190.0}
 _SETTINGS: Any = matplotlib.rcParams
 _DEFAULTS: Any = matplotlib.rcParamsDefault
 _MM_PER_INCH = 25.4
-_TALLEST = 140.0
-"""Largest height of a figure, in mm, if none is given."""
+_LOWEST, _TALLEST = 70.0, 140.0
+"""Least and largest height of a figure, in mm, if none is given: in a lower one a label beside the axis is cut off."""
 
-_LARGEST = 2000.0
-"""Largest width and height of a figure, in mm."""
+_SIZE = Rule(lambda v: (v >= 40) & (v <= 2000), "must be from 40 to 2000 mm", "Labels need some room.")
+"""The rule of widths and heights of figures."""
 
 _EMBEDDED: dict[str, Any] = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "path", "hatch.linewidth": 0.6}
 """Fonts are embedded whole in PDF, as TrueType; in SVG letters are outlines, which look the same without any font."""
@@ -66,8 +67,8 @@ def style(name: str, width: str | float | None = None, height: float | None = No
     """Draw the pictures that follow for a paper, for slides or on a dark background.
 
     The style holds until the next call, or for a block: ``with gc.plot.style("paper"): ...``. In both cases pictures
-    should be drawn and saved under the same style. In all styles files have exactly the size of the figure, fonts are
-    embedded in PDF (as TrueType), and SVG has letters as outlines.
+    should be drawn and saved under the same style; `save_with_data` takes care of that itself. In all styles files have
+    exactly the size of the figure, fonts are embedded in PDF (as TrueType), and SVG has letters as outlines.
 
     Parameters
     ----------
@@ -78,7 +79,7 @@ def style(name: str, width: str | float | None = None, height: float | None = No
         Width of the figure: a column of a journal (90 mm), both columns (190 mm), or a number in mm. By default 90 mm
         in a paper, 162.6 mm (6.4 in) otherwise.
     height : float, optional
-        Height of the figure in mm; by default in proportion to the width, and at most 140 mm.
+        Height of the figure in mm; by default in proportion to the width, from 70 to 140 mm.
 
     Returns
     -------
@@ -88,7 +89,7 @@ def style(name: str, width: str | float | None = None, height: float | None = No
     Raises
     ------
     InputError
-        For an unknown name, or a size that is not a positive number.
+        For an unknown name, or a size that is not from 40 to 2000 mm.
 
     Examples
     --------
@@ -99,12 +100,12 @@ def style(name: str, width: str | float | None = None, height: float | None = No
     [90, 60]
     """
     if name not in _STYLES:
-        raise unknown_name("name", str(name), _STYLES)
+        raise unknown_name("style", str(name), _STYLES)
     settings = {key: _DEFAULTS[key] for key in _KEYS} | _EMBEDDED | _STYLES[name]
     default = [_MM_PER_INCH * side for side in settings["figure.figsize"]]
     wide = default[0] if width is None else _width(width)
-    proportional = min(wide * default[1] / default[0], _TALLEST)
-    high = proportional if height is None else check_positive("height", height, _LARGEST)
+    proportional = min(max(wide * default[1] / default[0], _LOWEST), _TALLEST)
+    high = proportional if height is None else _checked("height", height)
     settings["figure.figsize"] = (wide / _MM_PER_INCH, high / _MM_PER_INCH)
     return Style(settings)
 
@@ -113,6 +114,13 @@ def _width(width: Any) -> float:
     """A width in mm, from its name or a number."""
     if isinstance(width, str):
         if width not in WIDTHS:
-            raise unknown_name("width", width, WIDTHS)
+            raise InputError("width", f"must be {', '.join(WIDTHS)} or a number of mm", width)
         return WIDTHS[width]
-    return check_positive("width", width, _LARGEST)
+    return _checked("width", width)
+
+
+def _checked(field: str, size: Any) -> float:
+    """A width or height as a float; raises `InputError` unless pictures have room in it."""
+    number = to_float(field, size)
+    check_rule(field, number, _SIZE, size)
+    return number

@@ -19,7 +19,7 @@ except ModuleNotFoundError as error:
     if error.name != "flint":
         raise
     raise ModuleNotFoundError(
-        "proofs need python-flint, which is not installed. Install it with: pip install 'gearchaos[proof]'",
+        'proofs need python-flint, which is not installed. Run: pip install "gearchaos[proof]"',
         name="flint",
     ) from None
 

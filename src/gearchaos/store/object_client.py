@@ -17,7 +17,7 @@ from functools import lru_cache
 from types import ModuleType
 from typing import Any
 
-from gearchaos.errors import InputError
+from gearchaos.errors import InputError, missing_package
 
 _PROVIDERS = {"s3": "AWS", "s3a": "AWS", "gs": "GOOGLE", "az": "AZURE", "abfs": "AZURE", "abfss": "AZURE"}
 """Beginning of the names of the environment variables of a provider, by scheme of the URL."""
@@ -68,8 +68,7 @@ def obstore() -> ModuleType:
     try:
         import obstore
     except ImportError:
-        advice = "Install it: pip install 'gearchaos[object]'."
-        raise InputError("store", "needs the package obstore for object stores", None, advice) from None
+        raise missing_package("store", "obstore", "object") from None
     return obstore
 
 

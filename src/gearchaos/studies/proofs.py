@@ -9,7 +9,7 @@ import numpy as np
 
 from gearchaos.continuation.orbit import Orbit
 from gearchaos.dynamics.orbits import sections
-from gearchaos.errors import InputError, whole_number
+from gearchaos.errors import InputError, missing_package, whole_number
 from gearchaos.gears.operating import AnyModel
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.coordinates import from_physical, transmission_error_at_start
@@ -64,7 +64,7 @@ def prove(subject: AnyModel | Verdict | Orbit, bits: int = 128) -> Certificate |
 def check_installed() -> None:
     """Raise `InputError` unless python-flint is installed."""
     if find_spec("flint") is None:
-        raise InputError("prove", "needs python-flint", None, "Install it with: pip install 'gearchaos[proof]'.")
+        raise missing_package("prove", "python-flint", "proof")
 
 
 def orbit_points(subject: AnyModel | Verdict | Orbit) -> tuple[MeshModel, np.ndarray]:

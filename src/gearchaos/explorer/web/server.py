@@ -8,7 +8,7 @@ from functools import partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from gearchaos.errors import InputError
+from gearchaos.errors import InputError, missing_package
 from gearchaos.explorer.jobs.worker import Job, Worker, Workers
 from gearchaos.explorer.jobs.worker_process import WorkerProcess
 from gearchaos.explorer.web.hosts import LOCAL
@@ -30,7 +30,7 @@ def check_installed() -> None:
     """Raise an `InputError` unless the optional dependencies ``gearchaos[app]`` are installed."""
     for name in ("bokeh", "tomlkit"):
         if find_spec(name) is None:
-            raise InputError("explore", "needs the libraries of the page", name, "pip install gearchaos[app]")
+            raise missing_package("explore", name, "app")
 
 
 def check_port(host: str, port: int) -> int:
