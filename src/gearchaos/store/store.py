@@ -75,7 +75,8 @@ class Store(Layout):
         Raises
         ------
         InputError
-            If a chunk is damaged. What is missing has the fill value; see `gearchaos.store.missing`.
+            If a chunk is damaged, or the whole store is gone. What is missing has the fill value; see
+            `gearchaos.store.missing`.
         """
         region = region or tuple(slice(0, n) for n in self.grid.shape)
         progress, spec = progress or self.progress(), self.arrays[name]
@@ -87,6 +88,8 @@ class Store(Layout):
                 progress.refresh()  # perhaps the group was packed since the journals were read
                 if group in progress.packed:
                     self._read_group(name, group, region, out)
+                else:
+                    self._check_exists()
         return out
 
     def _read_group(self, name: str, group: int, region: tuple[slice, ...], out: np.ndarray) -> None:
@@ -94,11 +97,17 @@ class Store(Layout):
         try:
             read_group(self, name, group, region, out)
         except FileNotFoundError:
-            pass
+            self._check_exists()
         except DamagedChunkError:
             advice = (f"{self.group_file(name, group)} does not have its checksum. Find the damage with gearchaos "
                       f"check {self.folder}; then the same gearchaos run computes it again.")
             raise InputError("store", "must be undamaged", str(self.folder), advice) from None
+
+    def _check_exists(self) -> None:
+        """Raise `InputError` if the store is gone: a file that is not found is then no part that is missing."""
+        if self.folder.size(STUDY) is None:
+            advice = "It was moved or deleted after it was opened: load it again."
+            raise InputError("store", "must still be there when its values are read", str(self.folder), advice)
 
     def _read_tiles(
         self, name: str, group: int, region: tuple[slice, ...], out: np.ndarray, progress: Progress
