@@ -282,7 +282,7 @@ def test_claims_are_read_as_they_are_added(tmp_path):
         thief.add([7, 8], "2-of-2")
     assert owner.refresh() == {7, 8} and owner.refresh() == set()
     with (tmp_path / "run" / "claims" / "1-of-2.jsonl").open("ab") as file:
-        file.write(b'nonsense\n[1]\n{"tiles": 3}\n{"tiles": [9]}\n{"tiles": [10')
+        file.write(b'nonsense\n[1]\n{"tiles": 3}\n{"workers": 1e999}\n{"tiles": [9]}\n{"tiles": [10')
     assert owner.refresh() == {9}
     owner.begin(2)
     assert owner.refresh() == set() and owner.tiles == set()
