@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -232,6 +233,33 @@ def test_a_file_deleted_by_the_shard_that_finishes_is_no_error(whole, empty, mon
     monkeypatch.setattr("gearchaos.store.worker.pack", packed_by_another)
     monkeypatch.setattr("gearchaos.store.coordinator.compute_tile", computed_by_another)
     assert run(STUDY, empty, shard=Shard(1, 2)).finished and files(empty) == files(whole) and ways
+
+
+def test_a_shard_that_ends_while_another_one_finishes_the_store_is_no_error(whole, empty, monkeypatch):
+    true = os.link
+
+    def link(partial, path):
+        monkeypatch.undo()
+        assert run(STUDY, empty, shard=Shard(2, 2)).finished  # it deletes run/ended and what is left of killed writers
+        true(partial, path)
+
+    monkeypatch.setattr(os, "link", link)
+    assert run(STUDY, empty, shard=Shard(1, 2)).finished and files(empty) == files(whole)
+
+
+def test_a_shard_finishes_the_store_though_another_one_ends_at_that_time(whole, empty, monkeypatch):
+    run(STUDY, empty, shard=Shard(1, 2))
+    true = shutil.rmtree
+
+    def rmtree(path):
+        if path == empty / "run/ended":
+            raise OSError(errno.ENOTEMPTY, os.strerror(errno.ENOTEMPTY), str(path))
+        true(path)
+
+    monkeypatch.setattr(shutil, "rmtree", rmtree)
+    assert run(STUDY, empty, shard=Shard(2, 2)).finished and open_store(empty).finished
+    monkeypatch.undo()
+    assert files(empty) == files(whole)
 
 
 def test_the_bar_counts_the_tiles_of_all_shards_and_those_that_are_lost(empty, monkeypatch):
