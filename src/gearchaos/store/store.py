@@ -155,17 +155,18 @@ class Store(Layout):
         """The Dataset as far as it is computed; raises `InputError` if files other than those of results are damaged.
 
         The results of work items of a gridded study are read when they are used; `InputError` is raised then if they
-        are damaged. What is missing has the fill value, see `gearchaos.store.missing`.
+        are damaged. What is missing has the fill value, see `gearchaos.store.missing`. Of another study that is not
+        finished nothing but these results is read.
         """
+        if not self.study.gridded and not self.finished:  # whatever a run that is finishing it has written
+            return self.study.finish(self.results())
         if damaged := self.damaged_files():
             advice = f"Run it again to repair {', '.join(damaged)}."
             raise InputError("store", "must be undamaged", str(self.folder), advice)
-        if self.study.gridded:
-            progress, opened = self.progress(), xr.open_zarr(self.folder.zarr_store(), chunks=None)
-            return with_stored_arrays(opened, {name: self._stored_array(name, progress) for name in self.arrays})
-        if self.finished:
+        if not self.study.gridded:
             return xr.open_zarr(self.folder.zarr_store(), chunks=None).load()
-        return self.study.finish(self.results())
+        progress, opened = self.progress(), xr.open_zarr(self.folder.zarr_store(), chunks=None)
+        return with_stored_arrays(opened, {name: self._stored_array(name, progress) for name in self.arrays})
 
     def _stored_array(self, name: str, progress: Progress) -> StoredArray:
         """An array of results that is read when it is used."""
