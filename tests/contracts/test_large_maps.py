@@ -221,6 +221,42 @@ def test_a_result_that_was_packed_after_loading_is_read(tmp_path, finished):
     np.testing.assert_array_equal(early["v_rms"].values, known)
 
 
+def test_values_are_read_after_a_change_of_the_working_directory(tmp_path, finished, monkeypatch):
+    monkeypatch.chdir(finished.parent)
+    found = gc.load(finished.name)
+    monkeypatch.chdir(tmp_path)
+    xr.testing.assert_identical(found, gc.load(finished))
+
+
+def test_a_store_of_basins_that_is_being_finished_is_not_damaged(tmp_path, monkeypatch):
+    study = gc.Basins(gc.MeshModel.of(kind="single"), "z=-1:1:6", "z_dot=-1:1:6", settings=FAST)
+    true = Store.write_checksums
+
+    def killed(store):
+        if store.progress().all_done:
+            raise KeyboardInterrupt
+        true(store)
+
+    monkeypatch.setattr(Store, "write_checksums", killed)
+    with pytest.raises(KeyboardInterrupt):
+        run(study, tmp_path / "basins.zarr", tile=9)
+    monkeypatch.undo()
+    assert (tmp_path / "basins.zarr" / "attractor").is_dir() and not open_store(tmp_path / "basins.zarr").finished
+    xr.testing.assert_identical(gc.load(tmp_path / "basins.zarr"), study.run())
+    assert run(study, tmp_path / "basins.zarr").finished
+    xr.testing.assert_identical(gc.load(tmp_path / "basins.zarr"), study.run())
+
+
+@pytest.mark.parametrize("state", ["finished", "unfinished"])
+@pytest.mark.filterwarnings("ignore:.*tiles are missing")
+def test_values_of_a_store_that_was_moved_after_loading_are_an_error(tmp_path, state, request):
+    path = shutil.copytree(request.getfixturevalue(state), tmp_path / "map.zarr")
+    found = gc.load(path)
+    path.rename(tmp_path / "moved.zarr")
+    with pytest.raises(InputError, match=r"store must still be there .*map\.zarr'\. .*load it again"):
+        found["v_rms"].load()
+
+
 def test_an_unfinished_store_of_basins_numbers_what_is_missing(tmp_path):
     study = gc.Basins(gc.MeshModel.of(kind="single"), "z=-1:1:6", "z_dot=-1:1:6", settings=FAST)
     run(study, tmp_path / "plane.zarr", tile=4, shard="1/3")

@@ -1,7 +1,9 @@
 """What a store says of its run, from journals made by hand; and how work is divided."""
 
 import inspect
-from concurrent.futures import Future
+import shutil
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -105,6 +107,17 @@ def test_a_tile_that_fails_is_tried_three_times_and_costs_no_time(tmp_path, monk
     assert sorted(tries) == [(0, 1), (1, 1), (1, 2), (1, 3), (2, 1), (3, 1)]
     progress = open_store(tmp_path / "map.zarr").progress()
     assert progress.failed == {1: "ValueError: no"} and progress.seconds[1] == 0.0 and not progress.done(1)
+
+
+def test_workers_that_outlive_a_store_compute_another_study_in_its_place(tmp_path):
+    diagram = gc.Bifurcation(MAP.model, gc.Axis("omega", 0.5, 1.1, 8), settings=SHORT)
+    with ThreadPoolExecutor(1) as workers:  # as those of a Dask scheduler
+        for study in (MAP, diagram, MAP):
+            shutil.rmtree(tmp_path / "study.zarr", ignore_errors=True)
+            made = module.run_into_store(
+                study, tmp_path / "study.zarr", tile=4, pool=lambda: nullcontext(Pool(workers, lambda: 1)))
+            assert made.finished and made.done == made.count > 1
+        assert gc.load(tmp_path / "study.zarr").equals(gc.run(MAP))
 
 
 @pytest.mark.parametrize("good", [0, 4, 8])

@@ -12,10 +12,11 @@ import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.cli.runs import _say_missing
 from gearchaos.dynamics import Classification
-from gearchaos.store.check import check
+from gearchaos.store.check import Damage, check
 from gearchaos.store.info import summary
 from gearchaos.store.journal import Begin, Journal, TileEntry
 from gearchaos.store.run import Outcome, run, run_into_store
+from gearchaos.store.segments import record_is_intact
 from gearchaos.store.store import open_store
 from gearchaos.store.writers import Shard, write_lock
 
@@ -218,6 +219,33 @@ def test_a_lost_journal_costs_time_alone(path):
     assert summary(open_store(path))["tiles_done"] == 0
     run(MAP, path)
     assert files(path) == before
+
+
+def test_a_finished_store_that_lost_its_journal_is_not_said_to_be_finished(path):
+    before = files(path)
+    (path / "run" / "journal" / "all.jsonl").unlink()
+    assert "not finished" in ask("info", path).stdout
+    outcome = run(MAP, path, shard="1/2")
+    assert (outcome.done, outcome.finished, outcome.missing) == (6, False, {"2/2": 6})
+    assert not open_store(path).finished and len(open_store(path).progress().entries) == 6
+    assert check(open_store(path)).files == []
+    assert run(MAP, path, shard="2/2").finished and files(path) == before
+
+
+def test_results_that_a_run_packs_during_a_check_are_not_damaged(tmp_path, monkeypatch):
+    path, true = tmp_path / "map.zarr", record_is_intact
+    run(MAP, path, tile=16, shard="1/2")
+    store = open_store(path)
+
+    def checked(folder, entry):
+        if not store.finished:
+            monkeypatch.undo()
+            assert run(MAP, path).finished
+        return true(folder, entry)
+
+    monkeypatch.setattr("gearchaos.store.check.cores", lambda: 1)
+    monkeypatch.setattr("gearchaos.store.check.record_is_intact", checked)
+    assert check(store) == Damage([], [], [])
 
 
 def test_damage_is_told_in_ranges_with_the_command_that_repairs_it(path):

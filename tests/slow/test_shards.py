@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -234,6 +235,33 @@ def test_a_file_deleted_by_the_shard_that_finishes_is_no_error(whole, empty, mon
     assert run(STUDY, empty, shard=Shard(1, 2)).finished and files(empty) == files(whole) and ways
 
 
+def test_a_shard_that_ends_while_another_one_finishes_the_store_is_no_error(whole, empty, monkeypatch):
+    true = os.link
+
+    def link(partial, path):
+        monkeypatch.undo()
+        assert run(STUDY, empty, shard=Shard(2, 2)).finished  # it deletes run/ended and what is left of killed writers
+        true(partial, path)
+
+    monkeypatch.setattr(os, "link", link)
+    assert run(STUDY, empty, shard=Shard(1, 2)).finished and files(empty) == files(whole)
+
+
+def test_a_shard_finishes_the_store_though_another_one_ends_at_that_time(whole, empty, monkeypatch):
+    run(STUDY, empty, shard=Shard(1, 2))
+    true = shutil.rmtree
+
+    def rmtree(path):
+        if path == empty / "run/ended":
+            raise OSError(errno.ENOTEMPTY, os.strerror(errno.ENOTEMPTY), str(path))
+        true(path)
+
+    monkeypatch.setattr(shutil, "rmtree", rmtree)
+    assert run(STUDY, empty, shard=Shard(2, 2)).finished and open_store(empty).finished
+    monkeypatch.undo()
+    assert files(empty) == files(whole)
+
+
 def test_the_bar_counts_the_tiles_of_all_shards_and_those_that_are_lost(empty, monkeypatch):
     bars = []
 
@@ -282,7 +310,7 @@ def test_claims_are_read_as_they_are_added(tmp_path):
         thief.add([7, 8], "2-of-2")
     assert owner.refresh() == {7, 8} and owner.refresh() == set()
     with (tmp_path / "run" / "claims" / "1-of-2.jsonl").open("ab") as file:
-        file.write(b'nonsense\n[1]\n{"tiles": 3}\n{"tiles": [9]}\n{"tiles": [10')
+        file.write(b'nonsense\n[1]\n{"tiles": 3}\n{"workers": 1e999}\n{"tiles": [9]}\n{"tiles": [10')
     assert owner.refresh() == {9}
     owner.begin(2)
     assert owner.refresh() == set() and owner.tiles == set()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -46,17 +47,30 @@ def check(store: Store) -> Damage:
     again what is lost.
     """
     progress = store.progress()
-    with ThreadPoolExecutor(cores()) as pool:
-        checked = pool.map(partial(_check_group, store, progress), progress.packed)
-        groups = {group: arrays for group, arrays in zip(progress.packed, checked, strict=True) if arrays}
-        entries = list(progress.entries.values())
-        intact = pool.map(partial(record_is_intact, store.folder), entries)
-        records = [entry for entry, whole in zip(entries, intact, strict=True) if not whole]
+    groups, records = _damaged(store, progress, progress.packed, progress.entries)
+    if groups or records:  # perhaps a run has packed or repaired them since the journals were read
+        progress.refresh()
+        groups, records = _damaged(
+            store, progress, groups.keys() & progress.packed.keys(),
+            {entry.tile for entry in records} & progress.entries.keys(),
+        )
     files = {store.group_file(name, group) for group, arrays in groups.items() for name in arrays}
     files |= {entry.segment or "" for entry in records} | progress.unreadable | set(store.damaged_files())
     lost = {tile for arrays in groups.values() for tiles in arrays.values() for tile in tiles}
     tiles = sorted(lost | {entry.tile for entry in records})
     return Damage(sorted(files), sorted(groups), tiles, _note(store, _lines(progress, groups, records)))
+
+
+def _damaged(
+    store: Store, progress: Progress, groups: Iterable[int], tiles: Iterable[int]
+) -> tuple[dict[int, dict[str, set[int]]], list[TileEntry]]:
+    """Those of these packed groups with damaged files, with the tiles by array, and the damaged records of tiles."""
+    numbers, entries = list(groups), [progress.entries[tile] for tile in tiles]
+    with ThreadPoolExecutor(cores()) as pool:
+        checked = pool.map(partial(_check_group, store, progress), numbers)
+        intact = pool.map(partial(record_is_intact, store.folder), entries)
+        found = {group: arrays for group, arrays in zip(numbers, checked, strict=True) if arrays}
+        return found, [entry for entry, whole in zip(entries, intact, strict=True) if not whole]
 
 
 def _check_group(store: Store, progress: Progress, group: int) -> dict[str, set[int]]:

@@ -89,7 +89,7 @@ class Claims:
             content = json.loads(line)
             self.workers = int(content.get("workers", self.workers))
             return [int(tile) for tile in content.get("tiles", ())]
-        except (ValueError, TypeError, AttributeError, RecursionError):
+        except (ValueError, TypeError, AttributeError, OverflowError, RecursionError):
             return []
 
     def add(self, tiles: Iterable[int], writer: str) -> None:

@@ -49,7 +49,7 @@ def finish(coordinator: Coordinator, *, locks: bool, verify: bool, progress: boo
     with finish_lock(store, locks):
         coordinator.refresh()
         if store.finished:
-            _delete_segments(store)  # of workers that computed a tile for the second time
+            _delete_remains(store)  # segments of workers that computed a tile for the second time
             return True
         coordinator.packs_all = True
         coordinator.compute(Listed(()))
@@ -67,15 +67,15 @@ def _complete(store: Store, progress: bool) -> None:
     if not store.study.gridded:
         add_results(store.study.finish(store.results(), progress=progress), store.folder)
     store.write_checksums()
-    _delete_segments(store)
-    store.folder.delete_tree(_ENDED)
+    _delete_remains(store)
     store.folder.write(FINISHED, b"")
 
 
-def _delete_segments(store: Store) -> None:
-    """Delete all segments; those to which another shard still appends a copy are deleted when that shard ends."""
-    with suppress(OSError):
-        store.folder.delete_tree(SEGMENTS)
+def _delete_remains(store: Store) -> None:
+    """Delete all segments, and the files that count shards; what another shard still writes goes when that one ends."""
+    for folder in (SEGMENTS, _ENDED):
+        with suppress(OSError):
+            store.folder.delete_tree(folder)
 
 
 def wait_and_finish(coordinator: Coordinator, *, locks: bool, verify: bool, progress: bool) -> bool:
@@ -99,12 +99,14 @@ def wait_and_finish(coordinator: Coordinator, *, locks: bool, verify: bool, prog
 
 def _is_last(store: Store, shard: Shard) -> bool:
     """Whether all other shards have ended, too. A shard that ends again is not counted again."""
-    folder = store.folder
-    if shard.count == 1 or not folder.create(f"{_ENDED}/{shard.name}", b""):
-        return False
-    division = f"{_ENDED}/of-{shard.count}"
-    known = sum(1 for _ in folder.list(division))
-    rank = next(n for n in count(known + 1) if folder.create(f"{division}/{n}", b""))
+    folder, division = store.folder, f"{_ENDED}/of-{shard.count}"
+    try:
+        if shard.count == 1 or not folder.create(f"{_ENDED}/{shard.name}", b""):
+            return False
+        known = sum(1 for _ in folder.list(division))
+        rank = next(n for n in count(known + 1) if folder.create(f"{division}/{n}", b""))
+    except FileNotFoundError:  # the last one finishes the store, and has deleted these files
+        return True
     return rank >= shard.count
 
 

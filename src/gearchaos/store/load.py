@@ -55,7 +55,7 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     """
     if not is_store(path):
         return load_file(path)
-    store = open_store(path)
+    store = open_store(open_folder(path).url)  # its values are read later, perhaps in another working directory
     if missing := missing_in_words(store):
         warnings.warn(f"{os.fspath(path)}: {missing}", stacklevel=2)
     return store.dataset()

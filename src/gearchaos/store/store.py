@@ -75,7 +75,8 @@ class Store(Layout):
         Raises
         ------
         InputError
-            If a chunk is damaged. What is missing has the fill value; see `gearchaos.store.missing`.
+            If a chunk is damaged, or the whole store is gone. What is missing has the fill value; see
+            `gearchaos.store.missing`.
         """
         region = region or tuple(slice(0, n) for n in self.grid.shape)
         progress, spec = progress or self.progress(), self.arrays[name]
@@ -87,6 +88,8 @@ class Store(Layout):
                 progress.refresh()  # perhaps the group was packed since the journals were read
                 if group in progress.packed:
                     self._read_group(name, group, region, out)
+                else:
+                    self._check_exists()
         return out
 
     def _read_group(self, name: str, group: int, region: tuple[slice, ...], out: np.ndarray) -> None:
@@ -94,11 +97,17 @@ class Store(Layout):
         try:
             read_group(self, name, group, region, out)
         except FileNotFoundError:
-            pass
+            self._check_exists()
         except DamagedChunkError:
             advice = (f"{self.group_file(name, group)} does not have its checksum. Find the damage with gearchaos "
                       f"check {self.folder}; then the same gearchaos run computes it again.")
             raise InputError("store", "must be undamaged", str(self.folder), advice) from None
+
+    def _check_exists(self) -> None:
+        """Raise `InputError` if the store is gone: a file that is not found is then no part that is missing."""
+        if self.folder.size(STUDY) is None:
+            advice = "It was moved or deleted after it was opened: load it again."
+            raise InputError("store", "must still be there when its values are read", str(self.folder), advice)
 
     def _read_tiles(
         self, name: str, group: int, region: tuple[slice, ...], out: np.ndarray, progress: Progress
@@ -146,17 +155,18 @@ class Store(Layout):
         """The Dataset as far as it is computed; raises `InputError` if files other than those of results are damaged.
 
         The results of work items of a gridded study are read when they are used; `InputError` is raised then if they
-        are damaged. What is missing has the fill value, see `gearchaos.store.missing`.
+        are damaged. What is missing has the fill value, see `gearchaos.store.missing`. Of another study that is not
+        finished nothing but these results is read.
         """
+        if not self.study.gridded and not self.finished:  # whatever a run that is finishing it has written
+            return self.study.finish(self.results())
         if damaged := self.damaged_files():
             advice = f"Run it again to repair {', '.join(damaged)}."
             raise InputError("store", "must be undamaged", str(self.folder), advice)
-        if self.study.gridded:
-            progress, opened = self.progress(), xr.open_zarr(self.folder.zarr_store(), chunks=None)
-            return with_stored_arrays(opened, {name: self._stored_array(name, progress) for name in self.arrays})
-        if self.finished:
+        if not self.study.gridded:
             return xr.open_zarr(self.folder.zarr_store(), chunks=None).load()
-        return self.study.finish(self.results())
+        progress, opened = self.progress(), xr.open_zarr(self.folder.zarr_store(), chunks=None)
+        return with_stored_arrays(opened, {name: self._stored_array(name, progress) for name in self.arrays})
 
     def _stored_array(self, name: str, progress: Progress) -> StoredArray:
         """An array of results that is read when it is used."""

@@ -16,7 +16,7 @@ from gearchaos.store.segments import SegmentWriter
 from gearchaos.store.store import STUDY, Store, from_description
 
 _OWN = threading.local()
-"""The segments of each thread, ``writers``: dict of (process number, URL of the store) to `SegmentWriter`."""
+"""The segments of each thread, ``writers``: dict of (process number, URL of a store, its arrays) to `SegmentWriter`."""
 
 
 def compute_tile(url: str, attempt: int, threads: int, tile: int) -> TileEntry | str:
@@ -98,7 +98,7 @@ def cached_store(url: str, description: bytes) -> Store:
 def _segments(store: Store) -> SegmentWriter:
     """The segments of this thread in a store."""
     writers = _OWN.__dict__.setdefault("writers", {})
-    key = os.getpid(), store.folder.url
+    key = os.getpid(), store.folder.url, *store.arrays.items()  # a folder may be deleted, and have another study then
     if key not in writers:
         writers[key] = SegmentWriter(store.folder, store.arrays)
     return writers[key]
