@@ -104,7 +104,7 @@ def test_a_missing_or_shortened_file_is_named_and_never_a_result(path, content):
     if content is not None:
         (path / FILE).write_bytes(content)
     state = summary(open_store(path))
-    assert state["finished"] and state["tiles_done"] == 8 and state["missing"]["files"] == [FILE]
+    assert not state["finished"] and state["tiles_done"] == 8 and state["missing"]["files"] == [FILE]
     assert state["missing"]["pieces"] == [{"eps1": [0, 8], "omega": [8, 16]}]
     found = check(open_store(path))
     assert (found.files, found.tiles) == ([FILE], [2, 3, 6, 7])

@@ -146,7 +146,7 @@ def print_run(found: dict[str, Any]) -> None:
 def _state(found: dict[str, Any]) -> str:
     """Whether a run is finished or running, and otherwise the command that continues it."""
     store, writers, damaged = found["store"], found["writers"], bool(found["missing"]["files"])
-    if found["finished"] and found["tiles_done"] == found["tiles"]:
+    if found["finished"]:
         return "finished"
     if any(writer["running"] for writer in writers.values()):
         return "running"

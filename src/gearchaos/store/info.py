@@ -25,11 +25,12 @@ _LISTED = 20
 def summary(store: Store) -> dict[str, Any]:
     """Tiles and work items done, failures, the rate and the time left, as values for JSON.
 
-    ``pieces`` are work items. ``seconds`` is the computing time of the tiles, summed over all workers;
-    ``pieces_per_second`` is the rate while the run was active, None before two tiles are done. ``missing`` says which
-    tiles have no results, the first of them as blocks of work items [first, last + 1] along each dimension, and which
-    groups have lost files; ``tiles_lost`` how many of them were done before. ``writers`` is what each run or shard last
-    said, and whether it is running, None if that cannot be told.
+    ``finished`` says whether the Dataset is complete; a store that was finished and has lost results is not. ``pieces``
+    are work items. ``seconds`` is the computing time of the tiles, summed over all workers; ``pieces_per_second`` is the
+    rate while the run was active, None before two tiles are done. ``missing`` says which tiles have no results, the
+    first of them as blocks of work items [first, last + 1] along each dimension, and which groups have lost files;
+    ``tiles_lost`` how many of them were done before. ``writers`` is what each run or shard last said, and whether it is
+    running, None if that cannot be told.
     """
     progress, grid = store.progress(), store.grid
     missing = missing_parts(store, progress)
@@ -37,7 +38,7 @@ def summary(store: Store) -> dict[str, Any]:
     items = total - int(sizes[missing.tiles].sum())
     rate = _rate(progress, sizes)
     return {
-        "store": str(store.folder), "study": store.study.kind, "finished": store.finished,
+        "store": str(store.folder), "study": store.study.kind, "finished": store.finished and not missing.tiles,
         "tiles": grid.count, "tiles_done": grid.count - len(missing.tiles),
         "tiles_lost": sum(map(progress.done, missing.tiles)), "pieces": total, "pieces_done": items,
         "failed": {str(n): error for n, error in sorted(progress.failed.items())},
