@@ -84,14 +84,8 @@ def _is_slow() -> bool:
 
 def _delay_writes(seconds: float) -> None:
     """Let each write of a file of the store take so much longer."""
-    try:
-        from gearchaos.store.folder import LocalFolder
-    except ModuleNotFoundError:  # before folders were hidden behind an interface
-        from gearchaos.store import chunks, store
+    from gearchaos.store.folder import LocalFolder
 
-        delayed = _delayed(chunks.write_bytes, seconds)
-        chunks.write_bytes, store.write_bytes = delayed, delayed
-        return
     for name in ("write", "create", "append"):
         setattr(LocalFolder, name, _delayed(getattr(LocalFolder, name), seconds))
 

@@ -26,8 +26,8 @@ def summary(store: Store) -> dict[str, Any]:
     """Tiles and work items done, failures, the rate and the time left, as values for JSON.
 
     ``finished`` says whether the Dataset is complete; a store that was finished and has lost results is not. ``pieces``
-    are work items. ``seconds`` is the computing time of the tiles, summed over all workers; ``pieces_per_second`` is the
-    rate while the run was active, None before two tiles are done. ``missing`` says which tiles have no results, the
+    are work items. ``seconds`` is the computing time of the tiles, summed over all workers; ``pieces_per_second`` is
+    the rate while the run was active, None before two tiles are done. ``missing`` says which tiles have no results, the
     first of them as blocks of work items [first, last + 1] along each dimension, and which groups have lost files;
     ``tiles_lost`` how many of them were done before. ``writers`` is what each run or shard last said, and whether it is
     running, None if that cannot be told.
