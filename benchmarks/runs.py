@@ -22,7 +22,7 @@ import numpy as np
 from gearchaos.dynamics import Classification
 from gearchaos.execute import pools
 from gearchaos.model import MeshModel
-from gearchaos.store.run import run_into_store
+from gearchaos.store.running.run import run_into_store
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.zones import Zones
 

@@ -14,7 +14,7 @@ import numpy as np
 from instant import DTYPES
 
 import gearchaos as gc
-from gearchaos.store.journal import LINES_PER_FILE
+from gearchaos.store.journals.journal import LINES_PER_FILE
 from gearchaos.store.tiles import divide, grouped
 
 _OTHER_FILES = 5

@@ -84,7 +84,7 @@ def _is_slow() -> bool:
 
 def _delay_writes(seconds: float) -> None:
     """Let each write of a file of the store take so much longer."""
-    from gearchaos.store.folder import LocalFolder
+    from gearchaos.store.files.folder import LocalFolder
 
     for name in ("write", "create", "append"):
         setattr(LocalFolder, name, _delayed(getattr(LocalFolder, name), seconds))
@@ -101,7 +101,7 @@ def _delayed(function, seconds):
 def _remember_files(seconds: float) -> None:
     """Let this process see what it once saw of files of others for so many seconds, as a client of a network file
     system may do: their content, their sizes, that there are none, and listings."""
-    from gearchaos.store.folder import LocalFolder
+    from gearchaos.store.files.folder import LocalFolder
 
     seen = dict[tuple[str, str], tuple[float, object]]()
 

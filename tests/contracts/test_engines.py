@@ -10,7 +10,7 @@ import pytest
 from gearchaos.errors import InputError
 from gearchaos.execute import pools
 from gearchaos.execute.pool import Pool, PoolLostError, Submitted
-from gearchaos.store.coordinator import result_of
+from gearchaos.store.running.coordinator import result_of
 
 
 def ended(result=None, error=None):

@@ -14,9 +14,9 @@ from gearchaos.cli import app
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.execute import machine
-from gearchaos.store import export as exporting
-from gearchaos.store.lazy import StoredArray, reading_block, regions, with_stored_arrays
-from gearchaos.store.run import run
+from gearchaos.store.layout.lazy import StoredArray, reading_block, regions, with_stored_arrays
+from gearchaos.store.reading import export as exporting
+from gearchaos.store.running.run import run
 from gearchaos.store.store import Store, open_store
 from gearchaos.studies.refine import SIDE, refined
 from gearchaos.studyfile import load_study

@@ -24,9 +24,9 @@ import zarr
 from filelock import Timeout
 
 from gearchaos.errors import InputError
-from gearchaos.store import lease, object_client
-from gearchaos.store.folder import Folder, open_folder
-from gearchaos.store.object_folder import ObjectFolder
+from gearchaos.store.files import lease, object_client
+from gearchaos.store.files.folder import Folder, open_folder
+from gearchaos.store.files.object_folder import ObjectFolder
 from tests.object_server import BUCKET, environment, s3_server
 
 pytestmark = pytest.mark.slow
@@ -98,7 +98,7 @@ def test_parts_of_a_file_end_where_it_ends(any_folder: Folder) -> None:
 
 
 def test_more_objects_than_one_request_lists_or_deletes(in_s3: ObjectFolder, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gearchaos.store.object_folder._PAGE", 7)
+    monkeypatch.setattr("gearchaos.store.files.object_folder._PAGE", 7)
     names = [f"many/{i:03}" for i in range(30)]
     for name in names:
         in_s3.write(name, b"1")
@@ -428,8 +428,8 @@ def test_of_two_processes_one_creates_a_file_and_one_holds_a_lock(in_s3: ObjectF
 
 HOLDER = """
 import sys, time
-from gearchaos.store.folder import Folder, open_folder
-from gearchaos.store.object_folder import ObjectFolder
+from gearchaos.store.files.folder import Folder, open_folder
+from gearchaos.store.files.object_folder import ObjectFolder
 with ObjectFolder(sys.argv[1]).lock("lock", 0):
     print("held", flush=True)
     time.sleep(60)

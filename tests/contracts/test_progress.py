@@ -14,17 +14,17 @@ from gearchaos.errors import InputError
 from gearchaos.execute import machine, pools, tiles
 from gearchaos.execute.pool import Pool
 from gearchaos.execute.progress import NotebookBar, bar
-from gearchaos.store import coordinator, create
-from gearchaos.store import run as module
-from gearchaos.store.folder import LocalFolder
-from gearchaos.store.info import summary
-from gearchaos.store.journal import Failed, Journal, TileEntry
-from gearchaos.store.missing import missing_parts
+from gearchaos.store.files.folder import LocalFolder
+from gearchaos.store.journals.journal import Failed, Journal, TileEntry
+from gearchaos.store.layout.segments import SegmentWriter
+from gearchaos.store.reading.info import summary
+from gearchaos.store.reading.missing import missing_parts
 from gearchaos.store.record import differences, from_record, to_record
-from gearchaos.store.segments import SegmentWriter
+from gearchaos.store.running import coordinator, create
+from gearchaos.store.running import run as module
 from gearchaos.store.store import open_store
 from gearchaos.store.tiles import Grid, divide
-from gearchaos.store.writers import Shard
+from gearchaos.store.writers.locks import Shard
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studies.study import Study
 

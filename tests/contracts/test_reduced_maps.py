@@ -12,9 +12,9 @@ import gearchaos as gc
 from gearchaos.cli import app, output
 from gearchaos.datasets import motions, variable
 from gearchaos.plot import level, motion_class, response, zones
-from gearchaos.store import reduce as reducing
-from gearchaos.store.reduce import reduced
-from gearchaos.store.run import run
+from gearchaos.store.reading import reduce as reducing
+from gearchaos.store.reading.reduce import reduced
+from gearchaos.store.running.run import run
 
 mpl.use("Agg")
 

@@ -12,13 +12,13 @@ import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.cli.runs import _say_missing
 from gearchaos.dynamics import Classification
-from gearchaos.store.check import Damage, check
-from gearchaos.store.info import summary
-from gearchaos.store.journal import Begin, Journal, TileEntry
-from gearchaos.store.run import Outcome, run, run_into_store
-from gearchaos.store.segments import record_is_intact
+from gearchaos.store.journals.journal import Begin, Journal, TileEntry
+from gearchaos.store.layout.segments import record_is_intact
+from gearchaos.store.reading.check import Damage, check
+from gearchaos.store.reading.info import summary
+from gearchaos.store.running.run import Outcome, run, run_into_store
 from gearchaos.store.store import open_store
-from gearchaos.store.writers import Shard, write_lock
+from gearchaos.store.writers.locks import Shard, write_lock
 
 pytestmark = pytest.mark.slow
 
@@ -90,7 +90,7 @@ def test_a_damaged_chunk_is_named_and_its_tile_computed_again(path, monkeypatch)
         return true(study, items, **options)
 
     monkeypatch.setattr(gc.Zones, "compute", compute)
-    monkeypatch.setattr("gearchaos.store.worker.cached_store", lambda url, description: open_store(url))
+    monkeypatch.setattr("gearchaos.store.running.worker.cached_store", lambda url, description: open_store(url))
     run(MAP, path)
     assert [items.tolist() for items in computed] == [open_store(path).grid.items(2).tolist()]
     assert files(path) == before and check(open_store(path)).files == []
@@ -243,8 +243,8 @@ def test_results_that_a_run_packs_during_a_check_are_not_damaged(tmp_path, monke
             assert run(MAP, path).finished
         return true(folder, entry)
 
-    monkeypatch.setattr("gearchaos.store.check.cores", lambda: 1)
-    monkeypatch.setattr("gearchaos.store.check.record_is_intact", checked)
+    monkeypatch.setattr("gearchaos.store.reading.check.cores", lambda: 1)
+    monkeypatch.setattr("gearchaos.store.reading.check.record_is_intact", checked)
     assert check(store) == Damage([], [], [])
 
 

@@ -13,7 +13,7 @@ import filelock
 import pytest
 
 import gearchaos as gc
-from gearchaos.store.folder import LocalFolder, open_folder
+from gearchaos.store.files.folder import LocalFolder, open_folder
 
 
 @pytest.fixture
@@ -98,7 +98,7 @@ def test_what_is_no_file_is_refused_without_waiting(make, folder, no_waiting):
 
 
 def test_a_lock_excludes_others_and_ends_with_its_process(folder):
-    code = ("import sys, time; from gearchaos.store.folder import open_folder\n"
+    code = ("import sys, time; from gearchaos.store.files.folder import open_folder\n"
             f"with open_folder({folder.url!r}).lock('run/l', 5): print('held', flush=True); time.sleep(60)")
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) as process:
         assert process.stdout.readline() == b"held\n"

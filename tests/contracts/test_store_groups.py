@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 import zarr
 
-from gearchaos.store import groups, segments
-from gearchaos.store.chunks import CODECS, DamagedChunkError, decoded, encoded, group_file, padded
-from gearchaos.store.folder import LocalFolder
-from gearchaos.store.groups import DamagedRecordsError, damaged_chunks, pack, unpack, write_group
-from gearchaos.store.journal import Lost, Packed, TileEntry
-from gearchaos.store.missing import MissingParts, missing_parts
-from gearchaos.store.segments import SegmentWriter, read_parts, record_is_intact
-from gearchaos.store.specs import ArraySpec, not_computed
+from gearchaos.store.files.folder import LocalFolder
+from gearchaos.store.journals.journal import Lost, Packed, TileEntry
+from gearchaos.store.layout import groups, segments
+from gearchaos.store.layout.chunks import CODECS, DamagedChunkError, decoded, encoded, group_file, padded
+from gearchaos.store.layout.groups import DamagedRecordsError, damaged_chunks, pack, unpack, write_group
+from gearchaos.store.layout.segments import SegmentWriter, read_parts, record_is_intact
+from gearchaos.store.layout.specs import ArraySpec, not_computed
+from gearchaos.store.reading.missing import MissingParts, missing_parts
 from gearchaos.store.store import Store
 from gearchaos.store.tiles import Grid, grouped
 

@@ -6,9 +6,9 @@ import random
 import numpy as np
 import pytest
 
-from gearchaos.store import journal as module
-from gearchaos.store.folder import LocalFolder
-from gearchaos.store.journal import (
+from gearchaos.store.files.folder import LocalFolder
+from gearchaos.store.journals import journal as module
+from gearchaos.store.journals.journal import (
     Begin,
     Damaged,
     Ended,
@@ -20,7 +20,7 @@ from gearchaos.store.journal import (
     decoded_line,
     encoded_line,
 )
-from gearchaos.store.progress import Progress, WriterState
+from gearchaos.store.journals.progress import Progress, WriterState
 from gearchaos.store.tiles import Grid
 
 GRID = Grid((8, 8), (2, 2), (4, 4), (4, 8))
@@ -125,7 +125,7 @@ def test_a_line_after_one_that_failed_is_whole(folder, monkeypatch):
 
 def test_long_journals_are_continued_in_new_files(folder, monkeypatch):
     monkeypatch.setattr(module, "LINES_PER_FILE", 5)
-    monkeypatch.setattr("gearchaos.store.progress.LINES_PER_FILE", 5)
+    monkeypatch.setattr("gearchaos.store.journals.progress.LINES_PER_FILE", 5)
     early = fresh(folder)
     for tile in range(16):
         if tile % 7 == 0:

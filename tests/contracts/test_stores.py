@@ -11,11 +11,11 @@ import xarray as xr
 
 import gearchaos as gc
 from gearchaos.dynamics import Classification
-from gearchaos.store.check import check
-from gearchaos.store.info import summary
-from gearchaos.store.missing import missing_parts
+from gearchaos.store.reading.check import check
+from gearchaos.store.reading.info import summary
+from gearchaos.store.reading.missing import missing_parts
 from gearchaos.store.record import from_record, to_record
-from gearchaos.store.run import run
+from gearchaos.store.running.run import run
 from gearchaos.store.store import open_store
 
 pytestmark = pytest.mark.slow

@@ -15,10 +15,10 @@ import xarray as xr
 
 import gearchaos as gc
 from gearchaos.dynamics import Classification
-from gearchaos.store.check import check
-from gearchaos.store.info import summary
-from gearchaos.store.missing import missing_parts
-from gearchaos.store.run import run
+from gearchaos.store.reading.check import check
+from gearchaos.store.reading.info import summary
+from gearchaos.store.reading.missing import missing_parts
+from gearchaos.store.running.run import run
 from gearchaos.store.store import open_store
 
 ARCHIVE = Path(__file__).with_name("stores_of_format_1.tar.xz")

@@ -12,9 +12,9 @@ from dataclasses import asdict
 import gearchaos as gc
 from gearchaos.dynamics import Classification
 from gearchaos.execute import pools
-from gearchaos.store.folder import LocalFolder
-from gearchaos.store.run import run_into_store
-from gearchaos.store.shards import Shard
+from gearchaos.store.files.folder import LocalFolder
+from gearchaos.store.running.run import run_into_store
+from gearchaos.store.writers.shards import Shard
 
 SHORT = Classification(longest_transient=800, doublings=1, averaging_periods=16)
 STUDY = gc.Zones(

@@ -16,9 +16,9 @@ from typer.testing import CliRunner
 import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.dynamics import Classification
-from gearchaos.store.folder import open_folder
-from gearchaos.store.object_folder import ObjectFolder
-from gearchaos.store.run import run_into_store
+from gearchaos.store.files.folder import open_folder
+from gearchaos.store.files.object_folder import ObjectFolder
+from gearchaos.store.running.run import run_into_store
 from gearchaos.store.store import open_store
 from tests.object_server import BUCKET, s3_server
 

@@ -24,17 +24,17 @@ import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.dynamics import Classification
 from gearchaos.execute import pools
-from gearchaos.store.check import check
-from gearchaos.store.folder import LocalFolder
-from gearchaos.store.info import summary
-from gearchaos.store.journal import TileEntry, decoded_line
+from gearchaos.store.files.folder import LocalFolder
+from gearchaos.store.journals.journal import TileEntry, decoded_line
+from gearchaos.store.reading.check import check
+from gearchaos.store.reading.info import summary
 from gearchaos.store.record import differences, to_record
-from gearchaos.store.run import run_into_store as run
-from gearchaos.store.shards import Shard
+from gearchaos.store.running.run import run_into_store as run
+from gearchaos.store.running.worker import cached_store as remembered
 from gearchaos.store.store import open_store
 from gearchaos.store.tiles import Grid, divide
-from gearchaos.store.worker import cached_store as remembered
-from gearchaos.store.writers import write_lock
+from gearchaos.store.writers.locks import write_lock
+from gearchaos.store.writers.shards import Shard
 
 SHORT = Classification(longest_transient=800, doublings=1, averaging_periods=16)
 SINGLE = gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05, q0=0.1)

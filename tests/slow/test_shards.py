@@ -17,16 +17,16 @@ from typer.testing import CliRunner
 import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.execute import pools
-from gearchaos.store.claims import Claims
-from gearchaos.store.folder import LocalFolder
-from gearchaos.store.groups import pack
-from gearchaos.store.journal import Journal, Packed, TileEntry, decoded_line
-from gearchaos.store.run import finish_store
-from gearchaos.store.run import run_into_store as run
-from gearchaos.store.shards import Shard, latest_division, missing_by_shard, owners
+from gearchaos.store.files.folder import LocalFolder
+from gearchaos.store.journals.journal import Journal, Packed, TileEntry, decoded_line
+from gearchaos.store.layout.groups import pack
+from gearchaos.store.running.run import finish_store
+from gearchaos.store.running.run import run_into_store as run
+from gearchaos.store.running.worker import compute_tile
 from gearchaos.store.store import open_store
 from gearchaos.store.tiles import Grid
-from gearchaos.store.worker import compute_tile
+from gearchaos.store.writers.claims import Claims
+from gearchaos.store.writers.shards import Shard, latest_division, missing_by_shard, owners
 from tests.slow.one_shard import STUDY
 
 
@@ -165,7 +165,7 @@ STUCK = """
 import os, sys, time
 import gearchaos as gc
 from gearchaos.execute import pools
-from gearchaos.store.run import WORKER_MODULES, run_into_store
+from gearchaos.store.running.run import WORKER_MODULES, run_into_store
 from tests.slow.one_shard import STUDY
 
 true = gc.Zones.compute
@@ -230,8 +230,8 @@ def test_a_file_deleted_by_the_shard_that_finishes_is_no_error(whole, empty, mon
         Journal(LocalFolder(empty), "2-of-2").append(compute_tile(url, *options))
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(empty / "run/segments"))
 
-    monkeypatch.setattr("gearchaos.store.worker.pack", packed_by_another)
-    monkeypatch.setattr("gearchaos.store.coordinator.compute_tile", computed_by_another)
+    monkeypatch.setattr("gearchaos.store.running.worker.pack", packed_by_another)
+    monkeypatch.setattr("gearchaos.store.running.coordinator.compute_tile", computed_by_another)
     assert run(STUDY, empty, shard=Shard(1, 2)).finished and files(empty) == files(whole) and ways
 
 
@@ -270,7 +270,7 @@ def test_the_bar_counts_the_tiles_of_all_shards_and_those_that_are_lost(empty, m
         bars.append([name, total, done])
         yield bars[-1].append
 
-    monkeypatch.setattr("gearchaos.store.run.bar", bar)
+    monkeypatch.setattr("gearchaos.store.running.run.bar", bar)
     run(STUDY, empty, shard=Shard(1, 2), progress=True)
     run(STUDY, empty, shard=Shard(2, 2), progress=True)
     (empty / "label/c/0/0").unlink()

@@ -21,10 +21,10 @@ from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos.cli import app
-from gearchaos.store import journal as journals
-from gearchaos.store import progress
 from gearchaos.store import tiles as store_tiles
-from gearchaos.store.run import run_into_store
+from gearchaos.store.journals import journal as journals
+from gearchaos.store.journals import progress
+from gearchaos.store.running.run import run_into_store
 from gearchaos.store.store import open_store
 from gearchaos.studies.zones import Zones
 from tests.slow.power_failure import STRACE, Call, Disk, Loss, calls, read_files, survivors, write_files

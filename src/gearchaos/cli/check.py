@@ -25,7 +25,7 @@ def check(store: StorePath, json_out: Json = False) -> None:
     Damaged results are noted in the store, unless a run writes to it or it is read-only: the next run, or gearchaos
     finish, computes them again.
     """
-    from gearchaos.store.check import check as verify
+    from gearchaos.store.reading.check import check as verify
     from gearchaos.store.store import open_store
 
     opened = open_store(store)
@@ -48,7 +48,7 @@ def check(store: StorePath, json_out: Json = False) -> None:
 
 def _ranges(tiles: list[int]) -> str:
     """Numbers of tiles in ascending order, consecutive ones as "3–7", of which the first ranges are named."""
-    from gearchaos.store.missing import consecutive
+    from gearchaos.store.reading.missing import consecutive
 
     ranges = [str(first) if first == last else f"{first}–{last}" for first, last in consecutive(tiles)]
     more = [f"and {len(ranges) - _NAMED} more ranges"] if len(ranges) > _NAMED else []

@@ -20,7 +20,7 @@ from gearchaos.files import DATA_SUFFIXES
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearchaos.store.run import Outcome
+    from gearchaos.store.running.run import Outcome
     from gearchaos.store.store import Store
     from gearchaos.studies.study import Study
 
@@ -60,8 +60,8 @@ def run(
 ) -> None:
     """Compute the study of a file into a store, or continue an earlier run."""
     from gearchaos.execute.pools import pool_from_options
-    from gearchaos.store.run import WORKER_MODULES, run_into_store
-    from gearchaos.store.shards import Shard
+    from gearchaos.store.running.run import WORKER_MODULES, run_into_store
+    from gearchaos.store.writers.shards import Shard
 
     pool = pool_from_options(threads, processes, scheduler, cluster, jobs, WORKER_MODULES)
     chosen = _study(study, sets, refine)
@@ -72,14 +72,14 @@ def run(
 @app.command()
 def finish(store: StorePath, json_out: Json = False) -> None:
     """Finish a store of which all tiles are done, or say which are missing; damaged tiles are computed again."""
-    from gearchaos.store.run import finish_store
+    from gearchaos.store.running.run import finish_store
 
     _report(store, finish_store(store, say=say, progress=True), json_out)
 
 
 def _report(store: str, outcome: Outcome, json_out: bool) -> None:
     """Print what a run has done, and exit with its code."""
-    from gearchaos.store.folder import open_folder
+    from gearchaos.store.files.folder import open_folder
 
     for number, error in outcome.failed.items():
         say(f"tile {number} failed: {error}")
@@ -117,7 +117,7 @@ def _proofs(store: str) -> dict[str, Any]:
     found = open_store(store)
     if "proved" not in found.arrays:
         return {}
-    from gearchaos.store.lazy import parts
+    from gearchaos.store.layout.lazy import parts
     from gearchaos.studies.proved_cells import proof_counts
 
     proofs = found.dataset()[["proved", "proof_reason"]]
@@ -146,8 +146,8 @@ def _study(path: Path | None, sets: list[str] | None, refine: bool) -> Study:
 @app.command()
 def info(store: StorePath, json_out: Json = False) -> None:
     """Show the progress of a run: whether it is running, tiles done, rate, failures, and how to continue it."""
-    from gearchaos.store.folder import open_folder
-    from gearchaos.store.info import summary
+    from gearchaos.store.files.folder import open_folder
+    from gearchaos.store.reading.info import summary
     from gearchaos.store.store import open_store
 
     if not open_folder(store).exists():
@@ -193,7 +193,7 @@ def plot(
     check_output("--out", target, PLOT_SUFFIXES)
     if width is not None and style is None:
         raise InputError("--width", "needs --style", width, "E.g. --style paper --width column.")
-    from gearchaos.store.load import is_store
+    from gearchaos.store.reading.load import is_store
 
     if is_store(result):
         dataset, options = _from_store(result, colour, physical)
@@ -227,7 +227,7 @@ def _from_store(path: str, colour: str | None, physical: bool) -> tuple[xr.Datas
     They are a note of how much of it is computed and how it was reduced, and the resolution of a reduced map.
     """
     from gearchaos.plot._result import check_colour
-    from gearchaos.store.reduce import DPI, is_larger, reduced
+    from gearchaos.store.reading.reduce import DPI, is_larger, reduced
     from gearchaos.store.store import open_store
 
     found = open_store(path)
@@ -246,7 +246,7 @@ def _from_store(path: str, colour: str | None, physical: bool) -> tuple[xr.Datas
 
 def _say_not_done(path: str, store: Store) -> None:
     """Print what is missing of a store, unless nothing is."""
-    from gearchaos.store.load import missing_in_words
+    from gearchaos.store.reading.load import missing_in_words
 
     if missing := missing_in_words(store):
         say(f"{path} is not done: {missing}")
@@ -257,7 +257,7 @@ def _default_picture(result: str, colour: str | None) -> Path:
 
     The picture of a store in an object store is in the working directory.
     """
-    from gearchaos.store.folder import is_url
+    from gearchaos.store.files.folder import is_url
 
     path = Path(result.rstrip("/").rpartition("/")[2] if is_url(result) else result)
     absolute = Path(os.path.normpath(path.absolute()))  # "." and ".." have no name of their own
@@ -283,7 +283,7 @@ def export(
     if not found.study.gridded:
         save(_in_units(found.dataset(), physical), out)
         return
-    from gearchaos.store.export import export_dataset
+    from gearchaos.store.reading.export import export_dataset
 
     export_dataset(found.dataset(), found.arrays, found.block, out, partial(_in_units, physical=physical))
     say(f"wrote {out}")

@@ -121,7 +121,7 @@ def _cells(value: Any) -> str:
 def print_run(found: dict[str, Any]) -> None:
     """Print the progress of a run.
 
-    ``found`` is from `gearchaos.store.info.summary`; its ``pieces`` are work items.
+    ``found`` is from `gearchaos.store.reading.info.summary`; its ``pieces`` are work items.
     """
     table = Table(show_header=False)
     table.add_row("study", found["study"])

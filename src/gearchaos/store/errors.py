@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gearchaos.errors import InputError
-from gearchaos.store.folder import Folder
+from gearchaos.store.files.folder import Folder
 
 
 def damaged_description(folder: Folder, why: str) -> InputError:

@@ -19,21 +19,22 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.errors import ChangedFileError, InputError
-from gearchaos.store.arrays import check_layout
-from gearchaos.store.checked_files import read_as
-from gearchaos.store.checksums import checksums, differing
-from gearchaos.store.chunks import DamagedChunkError
 from gearchaos.store.errors import damaged_description
-from gearchaos.store.folder import Folder, open_folder
-from gearchaos.store.format1 import status_lines
-from gearchaos.store.groups import put, read_group
-from gearchaos.store.layout import Layout
-from gearchaos.store.lazy import StoredArray, reading_block, with_stored_arrays
-from gearchaos.store.progress import Progress
+from gearchaos.store.files.checked_files import read_as
+from gearchaos.store.files.checksums import checksums, differing
+from gearchaos.store.files.folder import Folder, open_folder
+from gearchaos.store.files.parsing import parse_as
+from gearchaos.store.journals.progress import Progress
+from gearchaos.store.layout.arrays import check_layout
+from gearchaos.store.layout.chunks import DamagedChunkError
+from gearchaos.store.layout.format1 import status_lines
+from gearchaos.store.layout.groups import put, read_group
+from gearchaos.store.layout.layout import Layout
+from gearchaos.store.layout.lazy import StoredArray, reading_block, with_stored_arrays
+from gearchaos.store.layout.segments import read_parts
+from gearchaos.store.layout.specs import FORMATS, ArraySpec
 from gearchaos.store.record import from_record
-from gearchaos.store.schema import Checksums, FormatSchema, StudySchema, parse_as
-from gearchaos.store.segments import read_parts
-from gearchaos.store.specs import FORMATS, ArraySpec
+from gearchaos.store.schema import Checksums, FormatSchema, StudySchema
 
 STUDY = "run/study.json"
 """File that describes the store: study, grid, arrays, versions."""
@@ -76,7 +77,7 @@ class Store(Layout):
         ------
         InputError
             If a chunk is damaged, or the whole store is gone. What is missing has the fill value; see
-            `gearchaos.store.missing`.
+            `gearchaos.store.reading.missing`.
         """
         region = region or tuple(slice(0, n) for n in self.grid.shape)
         progress, spec = progress or self.progress(), self.arrays[name]
@@ -155,8 +156,8 @@ class Store(Layout):
         """The Dataset as far as it is computed; raises `InputError` if files other than those of results are damaged.
 
         The results of work items of a gridded study are read when they are used; `InputError` is raised then if they
-        are damaged. What is missing has the fill value, see `gearchaos.store.missing`. Of another study that is not
-        finished nothing but these results is read.
+        are damaged. What is missing has the fill value, see `gearchaos.store.reading.missing`. Of another study that is
+        not finished nothing but these results is read.
         """
         if not self.study.gridded and not self.finished:  # whatever a run that is finishing it has written
             return self.study.finish(self.results())

@@ -1,0 +1,1 @@
+"""Runs into a store: created or continued, computed by workers, finished."""
