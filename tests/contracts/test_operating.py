@@ -14,6 +14,7 @@ import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
+from gearchaos.gears import operating
 from gearchaos.gears.operating import OperatingModel, operating_model
 from gearchaos.gears.units import RPM, SPEED, to_si
 from gearchaos.model import vary
@@ -98,6 +99,15 @@ def test_a_dimensionless_model_has_no_speed():
 def test_axes_of_a_map_that_are_wrong_are_refused(pair, speed, torque, message):
     with pytest.raises(InputError, match=message):
         gc.operating_map(pair, speed, torque)
+
+
+def test_of_a_long_axis_of_torques_few_gears_are_made_before_any_work(pair, monkeypatch):
+    made = []
+    point = operating._point
+    monkeypatch.setattr(operating, "_point", lambda gears, torque: made.append(torque) or point(gears, torque))
+    gc.Zones(pair, "speed=500:8000:4", "torque=20:400:31623")
+    torques = set(made) - {None}
+    assert 100 < len(torques) < 300 and {20.0, 400.0} < torques
 
 
 def test_axes_that_set_the_same_parameter_are_refused(pair):

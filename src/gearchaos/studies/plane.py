@@ -9,15 +9,28 @@ from gearchaos.model import Batch, MeshModel, vary
 from gearchaos.model.switched import coordinates
 from gearchaos.studies.axis import Axis
 
+_MOST_TORQUES = 256
+"""Most torques of an axis that are checked before any work: each needs the gears at this torque, some milliseconds."""
+
 
 def check_plane(model: MeshModel, x: Axis, y: Axis) -> None:
-    """Raise `InputError` unless the axes are different, and valid for the model."""
+    """Raise `InputError` unless the axes are different, and valid for the model.
+
+    Of a long axis of torques some values are checked, with both ends; each of the others when it is computed.
+    """
     shared = set(model.set_by(x.name)) & set(model.set_by(y.name))
     if shared:
         both = x.name if x.name == y.name else f"{x.name} and {y.name}, which both set {', '.join(sorted(shared))}"
         raise InputError("axes", "must be two different parameters", both)
     for axis in (x, y):
-        vary(model, {axis.name: axis.values})
+        vary(model, {axis.name: _checked_values(axis)})
+
+
+def _checked_values(axis: Axis) -> np.ndarray:
+    """The values (N,) of an axis that are checked."""
+    if axis.name != "torque" or axis.count <= _MOST_TORQUES:
+        return axis.values
+    return axis.values[np.linspace(0, axis.count - 1, _MOST_TORQUES).round().astype(int)]
 
 
 def shared_coordinates(model: MeshModel, *axes: Axis) -> tuple[str, ...]:
