@@ -89,6 +89,7 @@ sphinx_gallery_conf = {
     "remove_config_comments": True,
     "show_memory": False,
     "show_signature": False,
+    "min_reported_time": 60,
     "thumbnail_size": (400, 280),
     "within_subsection_order": "FileNameSortKey",
 }
@@ -100,6 +101,7 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_sidebars = {"start/index": [], "index": []}
 html_copy_source = False
+smartquotes_action = "De"  # dashes and ellipses; an apostrophe after a symbol is a derivative, not a quotation mark
 html_show_sourcelink = False
 html_use_index = True
 html_theme_options = {
