@@ -72,7 +72,7 @@ def arrow(ax: Axes, start: tuple[float, float], end: tuple[float, float], words:
 def verdicts() -> None:
     """From a motion to its label."""
     _, ax = plt.subplots(figsize=(8.5, 4.4), layout="constrained")
-    ax.set(xlim=(0.6, 9.4), ylim=(0.6, 5.8))
+    ax.set(xlim=(0.1, 9.4), ylim=(0.6, 5.8))
     ax.axis("off")
     questions = [(5.3, "1  Transient: does the motion\nreturn to its state, twice in a row?"),
                  (3.9, "2  Does Newton's method find an orbit there,\nstable, and does the motion approach it?"),
@@ -86,6 +86,9 @@ def verdicts() -> None:
     ax.plot([1.95, 0.9, 0.9], [5.3, 5.3, 2.5], color=GREY, lw=1)
     arrow(ax, (0.9, 2.5), (1.78, 2.5))
     ax.text(1.0, 4.5, "no", fontsize=8.5, color=GREY)
+    ax.plot([1.8, 0.4, 0.4], [1.1, 1.1, 3.9], color=GREY, lw=1)
+    arrow(ax, (0.4, 3.9), (1.55, 3.9))
+    ax.text(0.5, 1.25, "no, it has settled", fontsize=8.5, color=GREY)
     for y, left, label, colour in ((3.9, 4.9, "1T, 2T, …", "#abcdff"), (1.1, 4.6, "chaotic", "#e8a598")):
         arrow(ax, (left, y), (8.0, y), "yes")
         box(ax, 8.5, y, label, colour)
