@@ -92,6 +92,7 @@ sphinx_gallery_conf = {
     "remove_config_comments": True,
     "show_memory": False,
     "show_signature": False,
+    "min_reported_time": 60,
     "thumbnail_size": (400, 280),
     "within_subsection_order": "FileNameSortKey",
 }
@@ -103,6 +104,7 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_sidebars = {"start/index": [], "index": []}
 html_copy_source = False
+smartquotes = False  # an apostrophe after a symbol is a derivative, and two hyphens begin an option
 html_show_sourcelink = False
 html_use_index = True
 html_theme_options = {

@@ -47,9 +47,14 @@ def escaped(line: str) -> str:
 
 
 def _prepare(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
-    """Replace the docstring of a constant's type by the constant's own description, and escape vertical bars."""
+    """Replace the docstring of a constant's type by the constant's own description, and escape vertical bars.
+
+    Fields of named tuples are described in the class, not by their numbers.
+    """
     if what == "data" and name.startswith("gearchaos."):
         lines[:] = described(*name.rsplit(".", 1))
+    if lines and lines[0].startswith("Alias for field number"):
+        lines.clear()
     lines[:] = map(escaped, lines)
 
 

@@ -13,4 +13,4 @@ import gearchaos as gc
 design = gc.GearDesign(teeth=(16, 24), module="4.5 mm", face_width="14 mm", centre_distance="91.5 mm",
                        profile_shift=(0.1817, 0.1715), bore="30 mm")
 figure, ax = plt.subplots(figsize=(8, 5), layout="constrained")
-gc.plot.gear_pair(design, ax)
+ax = gc.plot.gear_pair(design, ax)

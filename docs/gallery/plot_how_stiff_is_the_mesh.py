@@ -3,7 +3,7 @@ How stiff is the mesh?
 ======================
 
 The stiffness of the tooth contact over one mesh period: high with two pairs of teeth in contact, low with one. Two
-methods are compared; they agree in shape but not in the mean, as published methods usually do.
+methods are compared; they agree in shape but not in the mean (thin lines), as is usual among published methods.
 """
 
 import gearchaos as gc

@@ -3,7 +3,8 @@ What bounds the zone of doubled periods?
 ========================================
 
 A map tells which motion occurs, bifurcation theory why it ends. The curves are followed by continuation, independently
-of the map: on a flip curve the period doubles, on a fold curve a motion appears or vanishes.
+of the map: on a flip curve the period doubles, on a fold curve a motion appears or vanishes. Where the map changes and
+no curve lies, as at the left edge of 2T, both motions are stable, and the initial values decide.
 """
 
 import gearchaos as gc

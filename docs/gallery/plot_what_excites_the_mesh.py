@@ -14,4 +14,4 @@ design = gc.GearDesign(
     teeth=(50, 50), module="3 mm", face_width="20 mm", centre_distance="150 mm", bore="30 mm",
     quality={"standard": "ISO 1328-1:1995", "grade": 7}, transmission_error="from quality")
 figure, ax = plt.subplots(figsize=(8, 3.6), layout="constrained")
-gc.plot.transmission_error(design, ax)
+ax = gc.plot.transmission_error(design, ax)

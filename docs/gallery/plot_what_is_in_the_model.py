@@ -14,4 +14,4 @@ figure, axes = plt.subplot_mosaic([["model", "stiffness"], ["model", "backlash"]
                                   layout="constrained")
 gc.plot.schematic(axes["model"])
 gc.plot.stiffness(ax=axes["stiffness"])
-gc.plot.backlash(axes["backlash"])
+ax = gc.plot.backlash(axes["backlash"])

@@ -4,7 +4,7 @@ When does it rattle?
 
 Over speed and torque: in which states of contact the teeth run. "One-sided" is a loss of contact with impacts on the
 driving flanks, "two-sided" also hits the back flanks: rattle. The line is a first estimate without any simulation,
-where permanent contact ends if the mesh stiffness were constant.
+where permanent contact would end if the mesh stiffness were constant.
 """
 
 import gearchaos as gc
@@ -15,4 +15,4 @@ design = gc.GearDesign(
     backlash={"value": "0.12 mm", "of": "line of action"}, damping_ratio=0.05)
 found = gc.operating_map(design, "500:8000:90", "5:300:60")
 ax = gc.plot.level(found, "contact")
-gc.plot.separation_line(design, ax)
+ax = gc.plot.separation_line(design, ax)

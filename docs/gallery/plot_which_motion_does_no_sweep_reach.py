@@ -2,8 +2,9 @@
 Which motion does no sweep reach?
 =================================
 
-Over the diagram of a slow sweep lie the orbits of period 3. They form a closed curve, an isola, that is not connected
-with the motion of the sweep: only a sudden change of the state leads there. Solid lines are stable.
+Over the diagram of a slow sweep lie the orbits of period 3, solid where they are stable, dashed where they are not.
+They form a closed curve, an isola, whose other end lies to the left of the picture, at ω = 1.14. It is not connected
+with the motion of the sweep: only a sudden change of the state leads there.
 """
 
 import gearchaos as gc
@@ -13,4 +14,4 @@ sweep = gc.bifurcation(model, "omega=1.8:2.9:250", mode="up")
 isola = gc.branch(model, "omega=1:3.2", period=3)
 ax = gc.plot.bifurcation(sweep)
 ax.set_ylim(0.2, 1.5)
-gc.plot.branch(isola, ax=ax)
+ax = gc.plot.branch(isola, ax=ax)

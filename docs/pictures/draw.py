@@ -72,7 +72,7 @@ def arrow(ax: Axes, start: tuple[float, float], end: tuple[float, float], words:
 def verdicts() -> None:
     """From a motion to its label."""
     _, ax = plt.subplots(figsize=(8.5, 4.4), layout="constrained")
-    ax.set(xlim=(0.6, 9.4), ylim=(0.6, 5.8))
+    ax.set(xlim=(0.1, 9.4), ylim=(0.6, 5.8))
     ax.axis("off")
     questions = [(5.3, "1  Transient: does the motion\nreturn to its state, twice in a row?"),
                  (3.9, "2  Does Newton's method find an orbit there,\nstable, and does the motion approach it?"),
@@ -86,6 +86,9 @@ def verdicts() -> None:
     ax.plot([1.95, 0.9, 0.9], [5.3, 5.3, 2.5], color=GREY, lw=1)
     arrow(ax, (0.9, 2.5), (1.78, 2.5))
     ax.text(1.0, 4.5, "no", fontsize=8.5, color=GREY)
+    ax.plot([1.8, 0.4, 0.4], [1.1, 1.1, 3.9], color=GREY, lw=1)
+    arrow(ax, (0.4, 3.9), (1.55, 3.9))
+    ax.text(0.5, 1.25, "no, it has settled", fontsize=8.5, color=GREY)
     for y, left, label, colour in ((3.9, 4.9, "1T, 2T, …", "#abcdff"), (1.1, 4.6, "chaotic", "#e8a598")):
         arrow(ax, (left, y), (8.0, y), "yes")
         box(ax, 8.5, y, label, colour)
@@ -117,7 +120,72 @@ def basins() -> None:
     save("basins")
 
 
+def gears() -> None:
+    """The dynamic factor of a pair along the speed, beside those of the standards."""
+    design = gc.GearDesign(
+        teeth=(50, 50), module="3 mm", face_width="20 mm", centre_distance="150 mm", bore="30 mm",
+        quality={"standard": "ISO 1328-1:1995", "grade": 6}, transmission_error="from quality",
+        backlash={"value": "0.12 mm", "of": "line of action, total"}, damping_ratio=0.05)
+    _, ax = plt.subplots(figsize=(8, 4.2), layout="constrained")
+    gc.plot.dynamic_factor(gc.dynamic_factor(design, "500:8000:200", torque="300 N*m"), ax)
+    save("gears")
+
+
+def covering() -> None:
+    """A set that covers another, and three sets that cover each other along a loop."""
+    _, (pair, loop) = plt.subplots(1, 2, figsize=(8.5, 3), layout="constrained")
+    for ax in (pair, loop):
+        ax.axis("off")
+    for x, name in ((-4.2, "N"), (0.0, "M")):
+        pair.add_patch(mpl.patches.Rectangle((x - 1, -1), 2, 2, fc="#f4f1e8", ec=GREY))
+        pair.text(x - 0.75, 0.75, name, va="center", ha="center")
+    for side, words in ((-1, "a = −1"), (1, "a = 1")):
+        pair.plot([side - 4.2, side - 4.2], [-1, 1], color=RED, lw=2.5)
+        pair.text(side - 4.2, -1.25, words, ha="center", va="top", fontsize=9)
+    a = np.linspace(-1.8, 1.8, 80)
+    middle = 0.15 * np.sin(1.6 * a)
+    pair.fill_between(a, middle - 0.3, middle + 0.3, color=BLUE, alpha=0.35, lw=0)
+    for end in (0, -1):
+        pair.plot([a[end], a[end]], [middle[end] - 0.3, middle[end] + 0.3], color=RED, lw=2.5)
+    pair.text(1.95, middle[-1], "P(N)", va="center", color=BLUE)
+    pair.annotate("", (-2.0, 0), (-3.0, 0), arrowprops={"arrowstyle": "-|>", "color": GREY})
+    pair.text(-2.5, 0.15, "P", ha="center", color=GREY)
+    pair.set(xlim=(-5.6, 3.0), ylim=(-1.9, 1.4), aspect="equal")
+    pair.set_title("N covers M", fontsize=10)
+    places = {"N₀": (0.0, 0.0), "N₁": (2.2, 0.9), "N₂": (2.2, -0.9)}
+    for name, (x, y) in places.items():
+        box(loop, x, y, name, "#f4f1e8")
+    for start, end in (("N₀", "N₁"), ("N₁", "N₂"), ("N₂", "N₀")):
+        loop.annotate("", places[end], places[start],
+                      arrowprops={"arrowstyle": "-|>", "color": GREY, "shrinkA": 18, "shrinkB": 18})
+    loop.annotate("", (-0.32, -0.12), (-0.32, 0.12), arrowprops={
+        "arrowstyle": "-|>", "color": GREY, "connectionstyle": "arc3,rad=2.6", "shrinkA": 2, "shrinkB": 2})
+    loop.set(xlim=(-1.4, 3.2), ylim=(-1.6, 1.5))
+    loop.set_title("a graph of sets: N₀ covers itself and N₁", fontsize=10)
+    save("covering")
+
+
+def store() -> None:
+    """Tiles of a map that is half computed, and where their results are."""
+    _, ax = plt.subplots(figsize=(8, 3.2), layout="constrained")
+    ax.set(xlim=(0, 16), ylim=(-0.9, 4.6), aspect="equal")
+    ax.axis("off")
+    for group, count in enumerate((8, 8, 3, 0)):
+        left, below = 4 * (group % 2), 2 * (group // 2)
+        for tile in range(8):
+            colour = "white" if tile >= count else "#abcdff" if count < 8 else BLUE
+            ax.add_patch(mpl.patches.Rectangle((left + tile % 4, below + tile // 4), 1, 1, fc=colour, ec=GREY, lw=0.6))
+        ax.add_patch(mpl.patches.Rectangle((left, below), 4, 2, fill=False, ec="black", lw=1.6))
+    ax.text(4, -0.5, "map: tiles (thin) in groups (thick)", ha="center", fontsize=9)
+    for y, colour, words in ((3.4, BLUE, "group is complete: packed into the files of the arrays"),
+                             (2.0, "#abcdff", "tile is done: in a segment, with a line in the journal"),
+                             (0.6, "white", "tile is not computed: the next run computes it")):
+        ax.add_patch(mpl.patches.Rectangle((9, y - 0.3), 0.6, 0.6, fc=colour, ec=GREY, lw=0.6))
+        ax.text(9.9, y, words, va="center", fontsize=9)
+    save("store")
+
+
 if __name__ == "__main__":
     mpl.use("Agg")
-    for draw in (model, method, verdicts, continuation, basins):
+    for draw in (model, method, verdicts, continuation, basins, gears, covering, store):
         draw()

@@ -39,6 +39,9 @@ _MODULES = {
 
 _SUBPACKAGES = ("dynamics", "flow", "plot", "studies")
 
+__version__: str
+"""Version of the package."""
+
 __all__ = [*_MODULES, *_SUBPACKAGES, "__version__"]
 
 

@@ -184,7 +184,7 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     dataset : Dataset
         The result of any study.
     path : path
-        Its suffix must be one of `DATA_SUFFIXES`, or empty.
+        Its suffix must be .nc, .nc4, .netcdf, .h5 or .hdf5, or empty.
 
     Raises
     ------
