@@ -12,7 +12,7 @@ import gearchaos as gc
 design = gc.GearDesign(
     teeth=(50, 50), module="3 mm", face_width="20 mm", centre_distance="150 mm", bore="30 mm",
     quality={"standard": "ISO 1328-1:1995", "grade": 7}, transmission_error="from quality",
-    backlash={"value": "0.12 mm", "of": "line of action"}, damping_ratio=0.05)
+    backlash={"value": "0.12 mm", "of": "line of action, total"}, damping_ratio=0.05)
 running = design.at(speed="3000 rpm", torque=200)
 falling = gc.physical(gc.bifurcation(running, "torque=1:200:300", points=0, mode="down"))
 ax = gc.plot.response(falling, "v_rms")

@@ -10,5 +10,5 @@ import gearchaos as gc
 
 design = gc.GearDesign(
     teeth=(50, 50), module="3 mm", face_width="20 mm", centre_distance="150 mm", bore="30 mm",
-    backlash={"value": "0.12 mm", "of": "line of action"}, damping_ratio=0.05)
+    backlash={"value": "0.12 mm", "of": "line of action, total"}, damping_ratio=0.05)
 ax = gc.plot.mesh_stiffness(design.at(speed="3000 rpm", torque=300))

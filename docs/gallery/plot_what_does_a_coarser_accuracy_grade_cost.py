@@ -13,7 +13,7 @@ import gearchaos as gc
 design = gc.GearDesign(
     teeth=(50, 50), module="3 mm", face_width="20 mm", centre_distance="150 mm", bore="30 mm",
     quality={"standard": "ISO 1328-1:1995", "grade": 5}, transmission_error="from quality",
-    backlash={"value": "0.12 mm", "of": "line of action"}, damping_ratio=0.05)
+    backlash={"value": "0.12 mm", "of": "line of action, total"}, damping_ratio=0.05)
 ax = None
 for grade, colour in ((5, "#1b7a4b"), (7, "#2f6db5"), (9, "#c03a1e")):
     made = replace(design, quality={"standard": "ISO 1328-1:1995", "grade": grade})

@@ -189,3 +189,19 @@ def test_the_version_is_stated_once():
     assert not [f for f in sources if re.search(rf"[\"']{re.escape(version)}[\"']", f.read_text(encoding="utf-8"))]
     assert json.loads(CliRunner().invoke(app, ["--version", "--json"]).stdout) == {"gearchaos": metadata.version(
         "gearchaos")}
+
+
+def test_the_examples_of_the_manual_are_written_and_what_is_there_is_kept(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    expected = {file.name: file.read_bytes() for file in (ROOT / "examples").iterdir()}
+    folder, run = Path("examples"), CliRunner().invoke
+    for _ in range(2):
+        assert run(app, ["examples"]).exit_code == 0
+        assert {file.name: file.read_bytes() for file in folder.iterdir()} == expected
+    (folder / "fig02.toml").write_text("[model]\n")
+    (folder / "fig03.toml").unlink()
+    said = run(app, ["examples"])
+    assert said.exit_code == 2
+    assert "--out must not have other files of the same names; got 'examples/fig02.toml'" in said.stderr
+    assert (folder / "fig02.toml").read_text() == "[model]\n" and not (folder / "fig03.toml").exists()
+    assert run(app, ["examples", "--out", "examples/fig04.toml"]).exit_code == 2

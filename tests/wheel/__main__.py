@@ -58,6 +58,7 @@ CHAINS = (
         "attractors --set omega=0.8 --set eps1=0.1 --starts 8 --out a.nc",
         "branch --set omega=0.8 --set eps1=0.1 --axis eps1=0.09:0.11 --out branch.nc --plot branch.png --json",
         "curve --set omega=0.8 --set eps1=0.1 --event fold --axis eps1=0.02:0.14 --axis omega=0.79:0.81 --json",
+        "examples", "gear examples/spur_50_50.toml --json",
         "gear design.toml --out sheet.html --json", "gear design.toml --speed 1000:6000:6 --plot factor.png",
     ),
     (
