@@ -65,7 +65,7 @@ def test_one_value_stands_for_both_wheels_and_defaults_are_the_documented_ones()
     assert plain.pressure_angle == pytest.approx(np.pi / 9, rel=1e-15) and plain.helix_angle == 0.0
     assert plain.rack == Rack(addendum=1.0, dedendum=1.25, root_radius=0.38)
     assert plain.material == (STEEL, STEEL) and (STEEL.E, STEEL.poisson, STEEL.density) == (206e9, 0.3, 7830.0)
-    assert (plain.stiffness, plain.transmission_error, plain.application_factor) == ("ISO 6336-1", "none", 1.0)
+    assert (plain.stiffness, plain.transmission_error, plain.application_factor) == ("ISO 6336-1", None, 1.0)
     assert plain.eccentricity == plain.tip_alteration == (0.0, 0.0)
     for name in ("centre_distance", "profile_shift", "bore", "inertia", "mass", "quality", "backlash", "damping_ratio",
                  "supports", "speed", "torque", "tip_relief", "tip_diameter"):

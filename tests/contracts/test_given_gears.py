@@ -15,8 +15,8 @@ from gearchaos.store.store import open_store
 
 
 def spur(**changes):
-    """A spur gear pair of 17 and 26 teeth whose stiffness by ISO 6336-1 depends on the torque below 100 N/mm."""
-    values = {"teeth": (17, 26), "module": "3 mm", "face_width": "20 mm", "bore": "15 mm", "damping_ratio": 0.05,
+    """A spur gear pair of 18 and 26 teeth whose stiffness by ISO 6336-1 depends on the torque below 100 N/mm."""
+    values = {"teeth": (18, 26), "module": "3 mm", "face_width": "20 mm", "bore": "15 mm", "damping_ratio": 0.05,
               "backlash": {"value": "0.1 mm", "of": "line of action, total"}, "speed": "2000 rpm", "torque": "30 N*m"}
     return gc.GearDesign(**{**values, **changes})
 

@@ -89,7 +89,7 @@ def print_speeds_to_avoid(design: GearDesign, factors: xr.Dataset, factor: float
              f"{_shown(computed.speed_of_largest)} rpm.",
              "Other motions may exist at a speed, with other forces: gearchaos attractors DESIGN --set speed=… "
              f"--set torque={torque:g} finds them."]
-    if design.transmission_error == "none":
+    if design.exact:
         lines.append("No transmission error was assumed: the gears are taken to be exact.")
     for line in lines:
         Console(width=_FILE_WIDTH, highlight=False, markup=False).print(line)

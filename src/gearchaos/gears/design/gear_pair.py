@@ -104,7 +104,7 @@ def error_of(design: Any) -> ErrorHarmonics:
     if isinstance(method, (OrdersFile, TableFile)):
         path = method.orders if isinstance(method, OrdersFile) else method.table
         return _file_error(path, method.sha256, isinstance(method, OrdersFile), design.teeth[0], design.module / 2)
-    if method == "none":
+    if design.exact:
         return NO_ERROR
     quality = design.given("quality")
     found: list[ErrorHarmonics] = [from_quality(design.geometry, quality, tolerances(quality, design.geometry))]
@@ -133,6 +133,7 @@ def _sum(parts: list[ErrorHarmonics]) -> ErrorHarmonics:
         residual_rms=math.hypot(*(part.residual_rms for part in parts)),
         residual_peak=sum(part.residual_peak for part in parts),
         warnings=tuple(warning for part in parts for warning in part.warnings),
+        assumptions=tuple(text for part in parts for text in part.assumptions),
     )
 
 
