@@ -103,7 +103,7 @@ def error_of(design: Any) -> ErrorHarmonics:
     method = design.transmission_error
     if isinstance(method, (OrdersFile, TableFile)):
         path = method.orders if isinstance(method, OrdersFile) else method.table
-        return _file_error(path, method.sha256, isinstance(method, OrdersFile), design.teeth[0], design.module / 2)
+        return _file_error(path, method.sha256, isinstance(method, OrdersFile), design.teeth, design.module / 2)
     if design.exact:
         return NO_ERROR
     quality = design.given("quality")
@@ -114,10 +114,10 @@ def error_of(design: Any) -> ErrorHarmonics:
 
 
 @lru_cache(maxsize=64)
-def _file_error(path: str, sha256: str, orders: bool, teeth: int, most: float) -> ErrorHarmonics:
+def _file_error(path: str, sha256: str, orders: bool, teeth: tuple[int, int], most: float) -> ErrorHarmonics:
     """The error in a file with this content, read once; ``most`` is the largest plausible amplitude, m."""
     _check_unchanged(f"transmission_error.{'orders' if orders else 'table'}", path, sha256)
-    return from_orders(path, most=most) if orders else error_from_table(path, teeth, most=most)
+    return from_orders(path, teeth, most=most) if orders else error_from_table(path, teeth[0], most=most)
 
 
 def _sum(parts: list[ErrorHarmonics]) -> ErrorHarmonics:
