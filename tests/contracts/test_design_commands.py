@@ -425,7 +425,7 @@ def test_a_plain_number_for_the_speed_that_may_be_in_rpm_is_a_warning_of_a_study
 
 def test_the_reason_why_there_is_no_model(tmp_path):
     found = sheet(written(tmp_path))
-    assert found["model"] is None and found["model_reason"].startswith("torque must be given")
+    assert found["model"] is None and found["model_reason"].startswith("speed and torque must be given")
 
 
 def test_the_mesh_force_acts_while_the_teeth_are_apart():

@@ -263,6 +263,26 @@ def test_inputs_that_a_result_needs_are_asked_for():
     assert design(damping_ratio=0.04).given("damping_ratio") == 0.04
 
 
+def test_all_inputs_that_a_model_lacks_are_asked_for_at_once():
+    with pytest.raises(InputError, match=r"^bore, backlash, damping_ratio, speed and torque must be given") as refusal:
+        design().to_model()
+    for advice in ("0 for a disc without one", "backlash = {", "0.03 to 0.1", "'360 rpm'", "'9000 N*m'"):
+        assert advice in refusal.value.advice
+    given = {"backlash": {"value": "0.1 mm", "of": "line of action"}, "damping_ratio": 0.05, "speed": 100, "torque": 50}
+    supports = {"stiffness": "200 N/um", "damping_ratio": 0.02}
+    for more, missing in (
+        ({"transmission_error": "from quality"}, "quality and bore"), ({"inertia": [1e-3, 1e-2]}, ""),
+        ({"mass": [1, 2]}, ""), ({"inertia": [1e-3, 1e-2], "supports": supports}, "bore"),
+        ({"mass": [1, 2], "stiffness": "potential energy"}, "bore"),
+    ):
+        each = design(**given, **more)
+        if missing:
+            with pytest.raises(InputError, match=f"^{missing} must be given"):
+                each.to_model()
+        else:
+            assert each.to_model().omega > 0
+
+
 def test_relief_on_the_path_of_contact():
     assert design().path_relief is None
     with pytest.raises(InputError, match=r"^tip_relief\.start_diameter must be given"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
@@ -215,9 +215,17 @@ class GearDesign(HasCard):
 
     def given(self, name: str) -> Any:
         """The value of an input that a result needs; raises `InputError` with advice if it was left out."""
-        if (value := getattr(self, name)) is None:
-            raise InputError(name, "must be given", None, _REASONS.get(name, ""))
-        return value
+        self.require([name])
+        return getattr(self, name)
+
+    def require(self, names: Iterable[str]) -> None:
+        """Raise one `InputError`, with advice on each, if some of these inputs were left out."""
+        missing = [name for name in names if getattr(self, name) is None]
+        if missing:
+            *others, last = missing
+            field = f"{', '.join(others)} and {last}" if others else last
+            advice = " ".join(_REASONS[name] for name in missing if name in _REASONS)
+            raise InputError(field, "must be given", None, advice)
 
     @property
     def backlash_line_of_action(self) -> float:

@@ -6,6 +6,7 @@ The functions take a `GearDesign` as Any, since its module imports this one.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from contextlib import suppress
 from functools import lru_cache
 from typing import Any
@@ -148,6 +149,7 @@ def gear_pair(design: Any) -> GearPair:
     InputError
         If an input that the pair needs is missing: speed, torque, backlash, damping ratio, and inertia or bore.
     """
+    design.require(_needed(design))
     stiffness, error, geometry = stiffness_of(design), error_of(design), design.geometry
     reference, mass = stiffness.reference, design.equivalent_mass
     return GearPair(
@@ -157,6 +159,16 @@ def gear_pair(design: Any) -> GearPair:
         M10=design.given("torque"), speed=design.given("speed"), error_amplitudes=error.amplitudes,
         error_phases=error.phases, **_waveform_fields(stiffness), **_support_fields(design),
     )
+
+
+def _needed(design: Any) -> Iterator[str]:
+    """The names of the inputs without which there is no gear pair."""
+    if design.transmission_error == "from quality":
+        yield "quality"
+    weighed = design.mass is not None or (design.inertia is not None and design.supports is None)
+    if not weighed or design.stiffness == POTENTIAL_ENERGY:
+        yield "bore"
+    yield from ("backlash", "damping_ratio", "speed", "torque")
 
 
 def _waveform_fields(stiffness: MeshStiffness) -> dict[str, Any]:
