@@ -198,6 +198,15 @@ def test_the_card_of_a_design_says_what_excites_it_and_its_backlash(tmp_path):
     assert "quality must be given" in dict(gc.card(without).rows)["transmission error"]
 
 
+def test_the_card_of_a_verdict_of_gears_has_their_speed_and_torque():
+    verdict = gc.regime(DESIGN.at(speed="3000 rpm", torque=100))
+    rows = dict(gc.card(verdict).rows)
+    assert rows["operating point"] == f"torsional, ω = {verdict.model.omega:.6g}, 3000 rpm, 100 N m"
+    moved = gc.regime(verdict.model.with_values({"speed": 2500, "torque": 120}))
+    assert dict(gc.card(moved).rows)["operating point"].endswith(", 2500 rpm, 120 N m")
+    assert dict(gc.card(gc.regime(SINGLE)).rows)["operating point"] == "single, ω = 0.8"
+
+
 def test_a_design_with_many_teeth_is_drawn_as_discs():
     many = replace(DESIGN, teeth=(250, 251), centre_distance=None)
     assert len(gc.card(many).html) < 20_000
