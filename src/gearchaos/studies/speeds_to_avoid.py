@@ -120,8 +120,8 @@ def speeds_to_avoid(
     >>> ranges = gc.speeds_to_avoid(found)
     >>> ranges[0].words
     '1462 to 8000 rpm'
-    >>> [each.words for each in gc.speeds_to_avoid(found, factor=3, separation=False)]
-    []
+    >>> [each.words for each in gc.speeds_to_avoid(found, factor=4, separation=False)]
+    ['1654 to 3962 rpm', 'near 4346 rpm', '5115 to 7615 rpm']
     """
     separated, factors = _over_speed(dataset)["contact"].values > 0, dataset["dynamic_factor"].values
     criteria = np.where(separated & separation, CRITERION, "")
