@@ -47,6 +47,10 @@ class InputError(ValueError):
         return type(self), (self.field, self.rule, self.value, self.advice)
 
 
+class DesignWarning(UserWarning):
+    """An unusual value of a gear design, or something that its transmission error leaves out."""
+
+
 class ChangedFileError(InputError):
     """A file from which gears were made that is missing or has other content now; its value is the path."""
 

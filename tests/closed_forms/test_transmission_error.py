@@ -40,7 +40,7 @@ def test_error_from_the_accuracy_grade_by_hand():
     assert found.peak_to_peak * 1e6 == pytest.approx(total, rel=1e-9)
     series = [4 * total / math.pi**2 / j**2 for j in (1, 2, 3)]
     assert np.array(found.amplitudes) * 1e6 == pytest.approx(series, rel=1e-9)
-    assert found.warnings and "assumption" in found.source
+    assert found.assumptions and "assumption" in found.source
 
 
 def test_the_two_forms_of_annex_a_agree():

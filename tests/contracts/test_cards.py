@@ -22,7 +22,8 @@ from tests.contracts.test_plot import diagram, starts, zones_map
 SINGLE = gc.MeshModel.of(kind="single", zeta=0.025, omega=0.8, q0=0.1, eps1=0.1)
 DESIGN = gc.GearDesign(
     teeth=(50, 50), module="3 mm", face_width="20 mm", centre_distance="150 mm", bore="30 mm", damping_ratio=0.05,
-    backlash={"value": "0.12 mm", "of": "line of action"}, quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    backlash={"value": "0.12 mm", "of": "line of action"}, quality={"standard": "ISO 1328-1:1995", "grade": 6},
+    transmission_error="none")
 
 
 @pytest.fixture(scope="module")
@@ -182,6 +183,28 @@ def test_a_long_line_has_few_points():
     (([0.0, 10.0],), -0.3, 10.3), (([2.0],), 1.0, 3.0), (([np.nan],), 0, 1), (([],), 0, 1)])
 def test_the_range_of_a_drawing_contains_all_values(values, low, high):
     assert around(*values) == pytest.approx((low, high))
+
+
+def test_the_card_of_a_design_says_what_excites_it_and_its_backlash(tmp_path):
+    table = tmp_path / "te.csv"
+    table.write_text("order,peak [um],phase [deg]\n1,1.5,0\n2,4.25,0\n")
+    errors = ("none", "from quality", {"orders": str(table)})
+    shown = [dict(gc.card(replace(DESIGN, transmission_error=error)).rows) for error in errors]
+    assert [row["transmission error"] for row in shown] == [
+        "none: the gears are taken to be exact", "from quality, largest harmonic 10.56 µm",
+        "orders of te.csv, peak, largest harmonic 4.25 µm"]
+    assert {row["backlash, line of action, total"] for row in shown} == {"0.12 mm"}
+    without = replace(DESIGN, transmission_error="from quality", quality=None)
+    assert "quality must be given" in dict(gc.card(without).rows)["transmission error"]
+
+
+def test_the_card_of_a_verdict_of_gears_has_their_speed_and_torque():
+    verdict = gc.regime(DESIGN.at(speed="3000 rpm", torque=100))
+    rows = dict(gc.card(verdict).rows)
+    assert rows["operating point"] == f"torsional, ω = {verdict.model.omega:.6g}, 3000 rpm, 100 N m"
+    moved = gc.regime(verdict.model.with_values({"speed": 2500, "torque": 120}))
+    assert dict(gc.card(moved).rows)["operating point"].endswith(", 2500 rpm, 120 N m")
+    assert dict(gc.card(gc.regime(SINGLE)).rows)["operating point"] == "single, ω = 0.8"
 
 
 def test_a_design_with_many_teeth_is_drawn_as_discs():

@@ -129,7 +129,8 @@ def test_a_picture_that_cannot_be_drawn_has_its_reason():
 
 def test_the_dynamic_factor_is_drawn_if_it_is_given():
     design = gc.GearDesign(**{**BARE, **{n: FULL[n] for n in ("quality", "damping_ratio", "torque", "speed")}},
-                           bore="10 mm", backlash={"value": "0.05 mm", "of": "line of action, total"})
+                           bore="10 mm", backlash={"value": "0.05 mm", "of": "line of action, total"},
+                           transmission_error="none")
     factors = gc.dynamic_factor(design, "1000:2000:2", "50 N*m")
     html = sheet_html(datasheet(design), design, factors)
     assert html.count("<svg ") == 4 and "Dynamic factor along the speed" in html
@@ -161,7 +162,7 @@ def test_long_lists_are_cut_short_and_counted():
 def test_what_is_expected_to_lack_a_value_is_no_alert():
     design = gc.GearDesign(**{**BARE, "bore": "10 mm", "torque": "50 N*m", "damping_ratio": 0.05,
                               "backlash": {"value": "0.05 mm", "of": "line of action"},
-                              "quality": {"standard": "ISO 1328-1:2013", "grade": 6}})
+                              "quality": {"standard": "ISO 1328-1:2013", "grade": 6}, "transmission_error": "none"})
     alone = sheet_html(datasheet(design), design)
     assert '<tr id="q-support_frequency">' in alone and '<tr id="q-Kv_AGMA" class="missing">' in alone
     along = sheet_html(datasheet(design), design, gc.dynamic_factor(design, "1000:2000:2"))

@@ -67,7 +67,16 @@ def test_without_a_transmission_error_the_rows_say_what_to_write():
     for name in ("transmission_error_amplitudes", "transmission_error_phases"):
         assert found[name].value == () and found[name].formula.startswith("none given")
         assert 'transmission_error = "from quality"' in found[name].formula
-    assert DESIGN.warnings == () and replace(DESIGN, quality=None, transmission_error="from quality").warnings == ()
+    assert replace(DESIGN, quality=None, transmission_error="from quality").warnings == ()
+
+
+def test_exact_teeth_beside_a_quality_are_a_warning_unless_they_are_said_to_be_meant():
+    (warning,) = DESIGN.warnings
+    assert warning.startswith("The teeth are taken to be exact although a quality is given") and "'none'" in warning
+    assert "transmission_error = 'from quality'" in warning
+    meant = replace(DESIGN, transmission_error="none")
+    assert meant.warnings == replace(DESIGN, quality=None).warnings == ()
+    assert datasheet(meant)["transmission_error_amplitudes"] == datasheet(DESIGN)["transmission_error_amplitudes"]
 
 
 def test_phases_and_rounding_errors_are_shown_as_a_reader_expects():

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 import gearchaos as gc
 from gearchaos.cli import app, tables
 from gearchaos.dynamics import Classification
-from gearchaos.errors import InputError
+from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.design.gear_pair import _table_stiffness
 from gearchaos.gears.operating import gears_from_json, gears_json, operating_model
 from gearchaos.gears.sheet import datasheet
@@ -405,9 +405,27 @@ def test_the_assumption_of_the_transmission_error_is_in_text_and_json():
     assert "none given" in run("gear", SPUR, *without).stdout
 
 
+def test_commands_and_studies_warn_once_of_exact_teeth_beside_a_quality(tmp_path):
+    path = tmp_path / "design.toml"
+    path.write_text(SPUR.read_text().replace('transmission_error = "from quality"', ""))
+    at = ("--set", "speed=3000", "--set", "torque=100")
+    for command in (("script", path, *at), ("regime", path, *at), ("gear", path, "--speed", "3000:3100:2", *at[2:])):
+        assert run(*command).stderr.count("warning: The teeth are taken to be exact although a quality") == 1, command
+    assert "warning" not in run("script", SPUR, *at).stderr, "the assumption was asked for"
+    with pytest.warns(DesignWarning, match="exact although a quality is given") as caught:
+        gc.Regime(load_design(path, {"speed": 3000, "torque": 100}))
+    assert len(caught) == 1
+
+
+def test_a_plain_number_for_the_speed_that_may_be_in_rpm_is_a_warning_of_a_study():
+    slip = load_design(SPUR, {"design.module": "1 mm", "design.centre_distance": "50 mm", "design.bore": "10 mm"})
+    with pytest.warns(DesignWarning, match="3000 rad/s are 28647.9 rpm: did you mean '3000 rpm'"):
+        gc.Regime(slip.at(speed=3000, torque=10))
+
+
 def test_the_reason_why_there_is_no_model(tmp_path):
     found = sheet(written(tmp_path))
-    assert found["model"] is None and found["model_reason"].startswith("torque must be given")
+    assert found["model"] is None and found["model_reason"].startswith("speed and torque must be given")
 
 
 def test_the_mesh_force_acts_while_the_teeth_are_apart():

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearchaos.errors import InputError
+from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.operating import as_model
 from gearchaos.gears.transmission_error.tables import fit_harmonics, from_orders, from_table
 
 
@@ -45,6 +46,39 @@ def test_wrong_orders_are_refused_with_their_line(tmp_path: Path, rows: str, lin
     with pytest.raises(InputError, match=rule) as error:
         from_orders(written(tmp_path, f"order,peak [um],phase [deg]\n{rows}\n"))
     assert f"line {line}," in error.value.field
+
+
+@pytest.mark.parametrize(("orders", "teeth", "wheel"), [
+    ((40,), (40, 40), 1), ((20, 40), (20, 30), 1), ((30, 60), (20, 30), 2), ((1, 20, 40), (20, 30), 0),
+    ((2, 3), (20, 30), 0),
+])
+def test_orders_of_a_shaft_have_a_warning(tmp_path: Path, orders, teeth, wheel):
+    rows = "\n".join(f"{order},3,17" for order in orders)
+    path = written(tmp_path, f"order,peak [um],phase [deg]\n{rows}\n")
+    design = GearDesign(teeth=teeth, module="3 mm", face_width="20 mm", transmission_error={"orders": str(path)})
+    found = [text for text in design.warnings if text.startswith("All orders of te.csv")]
+    assert len(found) == bool(wheel)
+    for text in found:
+        assert f"multiples of z{wheel} = {teeth[wheel - 1]}: are they" in text and "Order 1 is the mesh freq" in text
+
+
+def test_a_study_warns_of_runout_in_a_curve_over_a_whole_turn(tmp_path: Path):
+    angle = np.linspace(0, 360, 1441)
+    error = np.cos(np.radians(40 * angle)) + 6 * np.cos(np.radians(angle))
+    rows = "\n".join(f"{a},{e}" for a, e in zip(angle, error, strict=True))
+    path = written(tmp_path, f"roll angle [deg],error [um]\n{rows}\n")
+    design = GearDesign(
+        teeth=(40, 40), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, speed="3000 rpm",
+        torque=100, backlash={"value": "0.1 mm", "of": "line of action"}, transmission_error={"table": str(path)})
+    with pytest.warns(DesignWarning, match="8 harmonics leave 99% of the error's rms value out"):
+        model = as_model(design)
+    assert design.error_harmonics.amplitudes == pytest.approx((1e-6, *[0] * 7), abs=1e-15)
+    assert model.error == design.to_model().error
+
+
+def test_too_high_an_order_may_be_one_of_a_shaft(tmp_path: Path):
+    with pytest.raises(InputError, match=r"at most 64; got 80.* divide the orders of a shaft by the number of teeth"):
+        from_orders(written(tmp_path, "order,peak [um],phase [deg]\n40,3,0\n80,1,0\n"))
 
 
 @pytest.mark.parametrize("header", [

@@ -65,7 +65,7 @@ def test_one_value_stands_for_both_wheels_and_defaults_are_the_documented_ones()
     assert plain.pressure_angle == pytest.approx(np.pi / 9, rel=1e-15) and plain.helix_angle == 0.0
     assert plain.rack == Rack(addendum=1.0, dedendum=1.25, root_radius=0.38)
     assert plain.material == (STEEL, STEEL) and (STEEL.E, STEEL.poisson, STEEL.density) == (206e9, 0.3, 7830.0)
-    assert (plain.stiffness, plain.transmission_error, plain.application_factor) == ("ISO 6336-1", "none", 1.0)
+    assert (plain.stiffness, plain.transmission_error, plain.application_factor) == ("ISO 6336-1", None, 1.0)
     assert plain.eccentricity == plain.tip_alteration == (0.0, 0.0)
     for name in ("centre_distance", "profile_shift", "bore", "inertia", "mass", "quality", "backlash", "damping_ratio",
                  "supports", "speed", "torque", "tip_relief", "tip_diameter"):
@@ -261,6 +261,26 @@ def test_inputs_that_a_result_needs_are_asked_for():
     with pytest.raises(InputError, match=r"^torque must be given"):
         replace(plain, speed=100.0).load  # noqa: B018 (the property raises)
     assert design(damping_ratio=0.04).given("damping_ratio") == 0.04
+
+
+def test_all_inputs_that_a_model_lacks_are_asked_for_at_once():
+    with pytest.raises(InputError, match=r"^bore, backlash, damping_ratio, speed and torque must be given") as refusal:
+        design().to_model()
+    for advice in ("0 for a disc without one", "backlash = {", "0.03 to 0.1", "'360 rpm'", "'9000 N*m'"):
+        assert advice in refusal.value.advice
+    given = {"backlash": {"value": "0.1 mm", "of": "line of action"}, "damping_ratio": 0.05, "speed": 100, "torque": 50}
+    supports = {"stiffness": "200 N/um", "damping_ratio": 0.02}
+    for more, missing in (
+        ({"transmission_error": "from quality"}, "quality and bore"), ({"inertia": [1e-3, 1e-2]}, ""),
+        ({"mass": [1, 2]}, ""), ({"inertia": [1e-3, 1e-2], "supports": supports}, "bore"),
+        ({"mass": [1, 2], "stiffness": "potential energy"}, "bore"),
+    ):
+        each = design(**given, **more)
+        if missing:
+            with pytest.raises(InputError, match=f"^{missing} must be given"):
+                each.to_model()
+        else:
+            assert each.to_model().omega > 0
 
 
 def test_relief_on_the_path_of_contact():

@@ -55,7 +55,7 @@ def test_a_design_without_operating_point_gets_the_first_values_of_the_axes(draw
 
 
 def test_axes_beside_a_file_come_before_those_of_the_file(drawing):
-    with pytest.raises(InputError, match=r"^torque must be given"):
+    with pytest.raises(InputError, match=r"^speed and torque must be given"):
         load_study(drawing)
     with drawing.open("a") as file:
         file.write(f'[study]\nkind = "zones"\nx = "{AXES[0]}"\ny = "{AXES[1]}"\n')

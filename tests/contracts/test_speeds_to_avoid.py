@@ -71,6 +71,28 @@ def test_high_forces_in_contact_are_ranges_of_their_own():
         gc.speeds_to_avoid(data, factor=0)
 
 
+def test_without_separation_the_dynamic_factor_alone_narrows_the_ranges():
+    data = made_up([0, 0, 1, 1, 0, 3], [2.0, 1.0, 3.0, 1.2, 1.5, np.nan])
+    found = gc.speeds_to_avoid(data, factor=1.5, separation=False)
+    assert [(r.start, r.stop) for r in found] == [(100.0, 100.0), (300.0, 300.0), (600.0, 600.0)]
+    assert {r.criterion for r in found} == {FORCE_CRITERION}
+    (pair,) = gc.speeds_to_avoid(made_up([0, 1, 0, 0], [1.0, 3.0, 2.0, 1.0]), factor=1.5, separation=False)
+    assert (pair.words, found[0].words) == ("200 to 300 rpm", "near 100 rpm")
+    with pytest.raises(InputError, match=r"^factor must be given with separation=False"):
+        gc.speeds_to_avoid(data, separation=False)
+
+
+def test_the_command_narrows_the_ranges_to_those_by_the_factor_alone(factors):
+    options = ("--speed", "1000:3000:9", "--torque", "300", "--factor", "3", "--factor-alone")
+    found = json.loads(run("gear", SPUR, *options, "--json").stdout)["speeds_to_avoid"]
+    ranges = gc.speeds_to_avoid(factors, 3, separation=False)
+    assert found["criterion"] == "the dynamic factor exceeds 3" and len(ranges) > 0
+    assert found["ranges"] == json.loads(json.dumps([asdict(each) for each in ranges]))
+    text = " ".join(run("gear", SPUR, *options).stdout.split())
+    assert "Speeds to avoid at 300 N m: the dynamic factor exceeds 3" in text
+    assert ("near" in text) == any(each.start == each.stop for each in ranges)
+
+
 @pytest.mark.parametrize("dataset", [3, xr.Dataset(), made_up([0], [1.0]).expand_dims("torque"),
                                      made_up([0], [1.0]).drop_vars("contact")])
 def test_what_is_not_over_the_speed_alone_is_refused(dataset):
@@ -126,6 +148,7 @@ def test_the_torque_of_the_command_is_that_of_the_datasheet():
 @pytest.mark.parametrize(("arguments", "message"), [
     (("--plot", "x.png"), "--plot needs --speed"), (("--plot", "x.html", "--speed", "1:2:2"), "--plot must end in"),
     (("--factor", "2"), "--factor needs --speed"), (("--speed", "1:2:2", "--factor", "0"), "--factor must be greater"),
+    (("--speed", "1:2:2", "--factor-alone"), "--factor-alone needs --factor"),
     (("--speed", "500:8000"), "--speed must read start:stop:count; got '500:8000'. E.g. 500:8000:200."),
     (("--speed", "0:9:3"), "speed must be greater than 0"), (("--speed", "9:8:3"), "axis speed must run from"),
     (("--speed", "1:2:2", "--torque", "0"), "torque must be greater than 0"),

@@ -9,6 +9,7 @@ import numpy as np
 from gearchaos.cards.card import Card
 from gearchaos.cards.drawing import Drawing, around
 from gearchaos.cards.parameters import excitation
+from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.transverse_section import transverse_section
 from gearchaos.gears.pair import GearPair
@@ -36,12 +37,25 @@ def _design_rows(design: GearDesign) -> Iterator[tuple[str, str]]:
     if design.quality is not None:
         grades = " and ".join(map(str, dict.fromkeys(np.atleast_1d(design.quality.grade).tolist())))
         yield "accuracy", f"{design.quality.standard}, grade {grades}"
+    yield "transmission error", _transmission_error(design)
+    if design.backlash is not None:
+        yield "backlash, line of action, total", f"{1e3 * design.backlash_line_of_action:.6g} mm"
     if design.damping_ratio is not None:
         yield "damping ratio ζ", f"{design.damping_ratio:.4g}"
     if design.speed is not None:
         yield "speed", f"{design.speed / RPM:.6g} rpm"
     if design.torque is not None:
         yield "torque", f"{design.torque:.6g} N m"
+
+
+def _transmission_error(design: GearDesign) -> str:
+    """What the transmission error is from, with its largest harmonic; or why it is not known."""
+    try:
+        error = design.error_harmonics
+    except InputError as missing:
+        return str(missing)
+    source = "from quality" if design.transmission_error == "from quality" else error.source
+    return source if design.exact else f"{source}, largest harmonic {1e6 * max(error.amplitudes):.4g} µm"
 
 
 def _wheels(design: GearDesign) -> Drawing:

@@ -8,6 +8,7 @@ from gearchaos.cards.card import Card
 from gearchaos.cards.drawing import EMPHASIS, Drawing, around
 from gearchaos.continuation.edge import EdgeState
 from gearchaos.continuation.orbit import Orbit
+from gearchaos.gears.operating import OperatingModel
 from gearchaos.model import MeshModel
 from gearchaos.plot import MOTION_CLASSES
 from gearchaos.studies.simulate import simulate
@@ -37,9 +38,17 @@ def verdict_card(verdict: Verdict) -> Card:
         ("rms velocity", verdict.v_rms), ("dynamic factor", verdict.dynamic_factor)) if value is not None]
     if verdict.contact is not None:
         rows.append(("contact", verdict.contact))
-    rows.append(("operating point", f"{verdict.model.kind}, ω = {verdict.model.omega:.6g}"))
+    rows.append(("operating point", _operating_point(verdict.model)))
     return Card(f"Verdict: {verdict.label}", rows, _motion(verdict),
                 colours.get(verdict.label, colours["other sub-harmonic"]))
+
+
+def _operating_point(model: MeshModel) -> str:
+    """The kind of a model and its ω, and of given gears their speed and torque."""
+    point = f"{model.kind}, ω = {model.omega:.6g}"
+    if isinstance(model, OperatingModel):
+        point += f", {model.value('speed'):.6g} rpm, {model.value('torque'):.6g} N m"
+    return point
 
 
 def _motion(verdict: Verdict) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import itertools
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -12,7 +13,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from gearchaos.errors import InputError
+from gearchaos.errors import DesignWarning, InputError
 
 BAD_INPUT, INTERRUPTED = 2, 130
 """Exit codes."""
@@ -27,7 +28,8 @@ class Commands(TyperGroup):
             return super().make_context(*arguments, **options)
 
     def invoke(self, ctx: Any) -> Any:
-        with _reported():
+        with _reported(), warnings.catch_warnings():
+            warnings.simplefilter("ignore", DesignWarning)  # commands print them in their own words
             return super().invoke(ctx)
 
 

@@ -43,6 +43,9 @@ Factor = Annotated[
     float | None,
     typer.Option(metavar="F", help="With --speed: also speeds with a dynamic factor above F, although in contact."),
 ]
+FactorAlone = Annotated[
+    bool, typer.Option("--factor-alone", help="With --factor: its speeds alone, whether the teeth separate or not.")
+]
 FactorPlot = Annotated[
     Path | None,
     typer.Option("--plot", metavar="FILE", help="Picture of the dynamic factor along --speed: .png, .pdf or .svg.",
@@ -53,14 +56,14 @@ FactorPlot = Annotated[
 @app.command()
 def gear(
     design: DesignPath, sets: Sets = None, out: Page = None, speed: Speeds = None, torque: Torque = None,
-    plot: FactorPlot = None, factor: Factor = None, json_out: Json = False,
+    plot: FactorPlot = None, factor: Factor = None, factor_alone: FactorAlone = False, json_out: Json = False,
 ) -> None:
     """Show every quantity that follows from the drawing of a gear pair, and which speeds to avoid."""
     check_output("--out", out, (".html",))
     check_output("--plot", plot, PLOT_SUFFIXES)
     if plot is not None and speed is None:
         raise InputError("--plot", "needs --speed", str(plot), "It shows the dynamic factor along the speed.")
-    _check_factor(factor, speed)
+    _check_factor(factor, speed, factor_alone)
     from gearchaos.gears.sheet import datasheet, with_scanned_speeds
 
     found = _design(design, sets, torque)
@@ -71,7 +74,7 @@ def gear(
     if factors is not None:
         draw(factors, plot)
     if json_out:
-        speeds = None if factors is None else _speeds_document(found, factors, factor)
+        speeds = None if factors is None else _speeds_document(found, factors, factor, not factor_alone)
         print_json({"quantities": {n: _entry(e) for n, e in entries.items()}, **_model(found),
                     "warnings": list(found.warnings), "speeds_to_avoid": speeds})
         return
@@ -79,15 +82,17 @@ def gear(
 
     print_datasheet(entries, found.warnings)
     if factors is not None:
-        print_speeds_to_avoid(found, factors, factor)
+        print_speeds_to_avoid(found, factors, factor, not factor_alone)
 
 
-def _check_factor(factor: float | None, speed: str | None) -> None:
+def _check_factor(factor: float | None, speed: str | None, alone: bool) -> None:
     """Raise `InputError` for a limit of the dynamic factor without speeds, or one that is not greater than 0."""
     if factor is not None and speed is None:
         raise InputError("--factor", "needs --speed", factor, "It is a limit of the dynamic factor along the speed.")
     if factor is not None and not factor > 0:
         raise InputError("--factor", "must be greater than 0", factor)
+    if alone and factor is None:
+        raise InputError("--factor-alone", "needs --factor", True, "It lists the speeds with a higher dynamic factor.")
 
 
 def _design(path: Path, sets: list[str] | None, torque: str | None) -> GearDesign:
@@ -120,17 +125,18 @@ def _write_page(entries: Mapping[str, Entry], design: GearDesign, factors: xr.Da
     say(f"wrote {path}")
 
 
-def _speeds_document(design: GearDesign, factors: xr.Dataset, factor: float | None) -> dict[str, Any]:
+def _speeds_document(
+    design: GearDesign, factors: xr.Dataset, factor: float | None, separation: bool
+) -> dict[str, Any]:
     """The speeds to avoid as JSON."""
     from gearchaos.studies.dynamic_factor import STANDARDS
-    from gearchaos.studies.speeds_to_avoid import CRITERION, all_speeds, speeds_to_avoid
+    from gearchaos.studies.speeds_to_avoid import all_speeds, criterion_in_words, speeds_to_avoid
 
-    beyond = "" if factor is None else f", or the dynamic factor exceeds {factor:g}"
     return {
-        "criterion": f"{CRITERION}{beyond}", "units": {"speed": "rpm", "torque": "N*m"},
+        "criterion": criterion_in_words(factor, separation), "units": {"speed": "rpm", "torque": "N*m"},
         "torque": float(factors["torque"]), "transmission_error": design.error_harmonics.source,
         "computed": {**asdict(all_speeds(factors)), "count": factors.sizes["speed"]},
-        "ranges": [asdict(each) for each in speeds_to_avoid(factors, factor)],
+        "ranges": [asdict(each) for each in speeds_to_avoid(factors, factor, separation=separation)],
         "along_speed": {n: factors[n].values.tolist() for n in ("speed", "dynamic_factor", *STANDARDS)},
     }
 

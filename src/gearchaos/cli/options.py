@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gearchaos.cli import completion, startup
-from gearchaos.cli.errors import Commands, announce_compilation
+from gearchaos.cli.errors import Commands, announce_compilation, say
 from gearchaos.errors import InputError
 
 if TYPE_CHECKING:
@@ -110,10 +110,13 @@ def load(
 
 
 def read_study(study: Path | None, sets: list[str] | None, axes: Iterable[Axis] = ()) -> LoadedStudy:
-    """The content of a study file with the values of ``--set``."""
+    """The content of a study file with the values of ``--set``; prints the cautions of its design."""
     from gearchaos.studyfile import load_study, parse_set
 
-    return load_study(study, parse_set(sets or []), axes=axes)
+    loaded = load_study(study, parse_set(sets or []), axes=axes)
+    for text in loaded.cautions:
+        say(f"warning: {text}")
+    return loaded
 
 
 def parse_axes(texts: list[str] | None) -> list[Axis]:

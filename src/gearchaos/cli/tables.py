@@ -64,19 +64,22 @@ def print_datasheet(entries: Mapping[str, Entry], warnings: Sequence[str]) -> No
         say(f"warning: {warning}")
 
 
-def print_speeds_to_avoid(design: GearDesign, factors: xr.Dataset, factor: float | None) -> None:
+def print_speeds_to_avoid(
+    design: GearDesign, factors: xr.Dataset, factor: float | None, separation: bool
+) -> None:
     """Print the ranges of speed to avoid with their dynamic factors, and those of the standards at a few speeds."""
-    from gearchaos.studies.speeds_to_avoid import CRITERION, MOST_PEAKS, all_speeds, speeds_to_avoid
+    from gearchaos.studies.speeds_to_avoid import MOST_PEAKS, all_speeds, criterion_in_words, speeds_to_avoid
 
-    found, computed, torque = speeds_to_avoid(factors, factor), all_speeds(factors), float(factors["torque"])
-    beyond = "" if factor is None else f", or the dynamic factor exceeds {factor:g}"
-    table = Table(title=f"Speeds to avoid at {torque:g} N m: {CRITERION}{beyond}", title_justify="left")
+    found = speeds_to_avoid(factors, factor, separation=separation)
+    computed, torque, why = all_speeds(factors), float(factors["torque"]), criterion_in_words(factor, separation)
+    table = Table(title=f"Speeds to avoid at {torque:g} N m: {why}", title_justify="left")
     for column in ("from rpm", "to rpm", "largest dynamic factor", "at rpm"):
         table.add_column(column, justify="right")
     for column in ("reason", f"local peaks, rpm: factor (at most the {MOST_PEAKS} largest)"):
         table.add_column(column, overflow="fold")
     for each in found:
-        start = f"{_shown(each.start)}{', the start of the scan' * each.from_scan_start}"
+        near = "near " * (each.start == each.stop)  # nothing is known of its neighbours
+        start = f"{near}{_shown(each.start)}{', the start of the scan' * each.from_scan_start}"
         stop = f"{_shown(each.stop)}{', the end of the scan' * each.to_scan_end}"
         peaks = "; ".join(f"{peak.speed:.0f}: {peak.dynamic_factor:.3g}" for peak in each.peaks)
         table.add_row(start, stop, _shown(each.dynamic_factor), _shown(each.speed_of_largest), each.criterion, peaks)
@@ -89,7 +92,7 @@ def print_speeds_to_avoid(design: GearDesign, factors: xr.Dataset, factor: float
              f"{_shown(computed.speed_of_largest)} rpm.",
              "Other motions may exist at a speed, with other forces: gearchaos attractors DESIGN --set speed=… "
              f"--set torque={torque:g} finds them."]
-    if design.transmission_error == "none":
+    if design.exact:
         lines.append("No transmission error was assumed: the gears are taken to be exact.")
     for line in lines:
         Console(width=_FILE_WIDTH, highlight=False, markup=False).print(line)

@@ -124,7 +124,7 @@ def _inputs(design: GearDesign) -> Iterator[tuple[str, str]]:
     if design.damping_ratio is not None:
         yield "damping ratio of the mesh", f"{design.damping_ratio:g}"
     for name in ("stiffness", "transmission_error"):
-        yield f"{name.replace('_', ' ')} by", _method(getattr(design, name))
+        yield f"{name.replace('_', ' ')} by", _method(getattr(design, name) or "none")
     if design.speed is not None:
         yield "speed of wheel 1", f"{design.speed * 30 / math.pi:.6g} rpm"
     if design.torque is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self, TypeAlias, Ty
 
 import numpy as np
 
-from gearchaos.errors import InputError
+from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.units import RPM, SPEED, TORQUE, to_si
 from gearchaos.model import PARAMETER_PAIRS, MeshModel, has_effect
@@ -252,7 +253,11 @@ def _design(**values: Any) -> GearDesign:
 
 def as_model(model: Any) -> MeshModel:
     """A `MeshModel` itself, or the model of gears; raises `InputError` for anything else."""
-    if isinstance(model, GearPair) or is_design(model):
+    if is_design(model):
+        for text in model.cautions:
+            warnings.warn(text, DesignWarning, stacklevel=1)  # one place for all studies: Python shows each text once
+        return operating_model(model)
+    if isinstance(model, GearPair):
         return operating_model(model)
     if not isinstance(model, MeshModel):
         raise InputError("model", "must be a MeshModel, a GearPair or a GearDesign", f"a {type(model).__name__}",

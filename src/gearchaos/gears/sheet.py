@@ -100,7 +100,7 @@ _ROUNDING = 1e-9
 def _error_entries(design: GearDesign, entries: Mapping[str, Entry]) -> dict[str, Entry]:
     """The rows of the transmission error with the formula and source of its method, or with what to write for one."""
     rows = {name: entries[name] for name in ("transmission_error_amplitudes", "transmission_error_phases")}
-    if design.transmission_error == "none":
+    if design.exact:
         return {name: replace(row, formula=NO_ERROR_ADVICE) for name, row in rows.items()}
     try:
         error = design.error_harmonics

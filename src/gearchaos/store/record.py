@@ -11,7 +11,7 @@ from gearchaos.datasets import model_from_json, model_json
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import FORMER_NAMES
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears.operating import OperatingModel, gears_from_json, gears_json, with_gears
+from gearchaos.gears.operating import Gears, OperatingModel, gears_from_json, gears_json, with_gears
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.registry import study_class
 from gearchaos.studies.study import Study
@@ -36,7 +36,7 @@ def to_record(study: Study) -> dict[str, Any]:
     }
     if isinstance(study.model, OperatingModel):
         key = CARRIED if study.gears is None else "gears"
-        record[key] = json.loads(gears_json(study.model.gears))
+        record[key] = _gears_record(study.model.gears)
     return json.loads(json.dumps(record, default=lambda value: value.item()))
 
 
@@ -57,6 +57,14 @@ def from_record(record: Mapping[str, Any]) -> Study:
     if gears := record.get("gears") or record.get(CARRIED):
         model = with_gears(model, gears_from_json(json.dumps(gears)))
     return study_type.of(model, values)
+
+
+def _gears_record(gears: Gears) -> dict[str, Any]:
+    """Gears as values for JSON; a design that leaves the transmission error out has none, as earlier versions wrote."""
+    record = json.loads(gears_json(gears))
+    if "design" in record and record["design"]["transmission_error"] is None:
+        record["design"]["transmission_error"] = "none"
+    return record
 
 
 def _settings_record(settings: Classification) -> dict[str, Any]:

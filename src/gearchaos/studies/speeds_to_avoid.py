@@ -52,6 +52,13 @@ class SpeedRange:
     dynamic_factor: float
     speed_of_largest: float
 
+    @property
+    def words(self) -> str:
+        """The range as a reader wants it: "1453 to 8000 rpm", or "near 575 rpm" if it is a single computed speed."""
+        if self.start == self.stop:
+            return f"near {self.start:.0f} rpm"
+        return f"{self.start:.0f} to {self.stop:.0f} rpm"
+
 
 @dataclass(frozen=True)
 class RangeToAvoid(SpeedRange):
@@ -74,8 +81,10 @@ class RangeToAvoid(SpeedRange):
     peaks: tuple[Peak, ...] = ()
 
 
-def speeds_to_avoid(dataset: xr.Dataset, factor: float | None = None) -> tuple[RangeToAvoid, ...]:
-    """The ranges of speed in which the teeth separate, in rising order.
+def speeds_to_avoid(
+    dataset: xr.Dataset, factor: float | None = None, *, separation: bool = True,
+) -> tuple[RangeToAvoid, ...]:
+    """The ranges of speed in which the teeth separate, or the dynamic factor is too high, in rising order.
 
     Parameters
     ----------
@@ -84,6 +93,9 @@ def speeds_to_avoid(dataset: xr.Dataset, factor: float | None = None) -> tuple[R
         `gearchaos.bifurcation` over the speed, or one torque of `gearchaos.operating_map`.
     factor : float, optional
         Also the ranges in which the dynamic factor exceeds this although the teeth stay in contact.
+    separation : bool, optional
+        False for the ranges in which the dynamic factor exceeds ``factor`` alone, whether the teeth separate or not; a
+        motion that diverges exceeds every factor.
 
     Returns
     -------
@@ -94,7 +106,8 @@ def speeds_to_avoid(dataset: xr.Dataset, factor: float | None = None) -> tuple[R
     Raises
     ------
     InputError
-        If the Dataset has not both variables over the speed alone, or the factor is not greater than 0.
+        If the Dataset has not both variables over the speed alone, the factor is not greater than 0, or there is none
+        without separation.
 
     Examples
     --------
@@ -105,18 +118,29 @@ def speeds_to_avoid(dataset: xr.Dataset, factor: float | None = None) -> tuple[R
     ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
     >>> found = gc.dynamic_factor(design, "500:8000:40", "100 N*m")
     >>> ranges = gc.speeds_to_avoid(found)
-    >>> round(ranges[0].start), round(ranges[0].stop)
-    (1462, 8000)
+    >>> ranges[0].words
+    '1462 to 8000 rpm'
+    >>> [each.words for each in gc.speeds_to_avoid(found, factor=4, separation=False)]
+    ['1654 to 3962 rpm', 'near 4346 rpm', '5115 to 7615 rpm']
     """
     separated, factors = _over_speed(dataset)["contact"].values > 0, dataset["dynamic_factor"].values
-    criteria = np.where(separated, CRITERION, "")
+    criteria = np.where(separated & separation, CRITERION, "")
     if factor is not None:
         limit = to_float("factor", factor)
         check_rule("factor", limit, POSITIVE)
-        criteria = np.where(~separated & (factors > limit), FORCE_CRITERION, criteria)
+        high = (factors > limit) | (separated & np.isnan(factors))  # a motion that diverges has no factor
+        criteria = np.where((criteria == "") & high, FORCE_CRITERION, criteria)
+    elif not separation:
+        raise InputError("factor", "must be given with separation=False", None, "E.g. factor=1.5.")
     runs = [(criterion, [i for i, _ in run]) for criterion, run in groupby(
         enumerate(criteria.tolist()), key=lambda pair: pair[1])]
     return tuple(_to_avoid(dataset, criterion, run[0], run[-1]) for criterion, run in runs if criterion)
+
+
+def criterion_in_words(factor: float | None, separation: bool) -> str:
+    """What makes a speed one to avoid, with these options of `speeds_to_avoid`."""
+    own = [CRITERION] if separation else []
+    return ", or ".join(own + ([] if factor is None else [f"the dynamic factor exceeds {factor:g}"]))
 
 
 def _to_avoid(dataset: xr.Dataset, criterion: str, first: int, last: int) -> RangeToAvoid:

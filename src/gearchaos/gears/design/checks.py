@@ -132,7 +132,7 @@ def _speed_question(speed: float) -> str:
 def design_warnings(design: Any) -> tuple[str, ...]:
     """Sentences about values that are possible but unusual."""
     return (*geometry_warnings(design.geometry), *_damping_warnings(design), *_operating_warnings(design),
-            *_inertia_warnings(design), *_stiffness_warnings(design))
+            *_inertia_warnings(design), *_stiffness_warnings(design), *_exactness_warnings(design))
 
 
 def _damping_warnings(design: Any) -> list[str]:
@@ -188,3 +188,11 @@ def _stiffness_warnings(design: Any) -> list[str]:
             return [f"The mean mesh stiffness of the table is {own.reference / 1e6:.4g} N/µm, {ratio:.3g} times the "
                     f"{other.reference / 1e6:.4g} N/µm by ISO 6336-1: is the unit in its header right?"]
     return []
+
+
+def _exactness_warnings(design: Any) -> list[str]:
+    """A warning about exact teeth of a design with an accuracy grade, unless it says that there is no error."""
+    if design.quality is None or design.transmission_error is not None:
+        return []
+    return ["The teeth are taken to be exact although a quality is given: write transmission_error = 'from quality', "
+            "{ orders = 'te.csv' } or { table = 'te.csv' }, or 'none' if exact teeth are meant."]

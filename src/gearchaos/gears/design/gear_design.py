@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
@@ -106,7 +106,8 @@ class GearDesign(HasCard):
     stiffness : str or table, optional
         Method: ``"ISO 6336-1"`` (the default), ``"potential energy"``, or ``{"table": path}`` for a curve in a file.
     transmission_error : str or table, optional
-        ``"none"`` (the default), ``"from quality"``, ``{"orders": path}`` or ``{"table": path}``.
+        ``"none"``, ``"from quality"``, ``{"orders": path}`` or ``{"table": path}``. Left out it is none as well, with
+        a warning beside a quality.
     eccentricity : length, one or two, optional
         Distance of the axis of the toothing from the axis of rotation; by default 0.
     supports : Supports or table, optional
@@ -152,7 +153,7 @@ class GearDesign(HasCard):
     backlash: AnyBacklash | Any = None
     damping_ratio: float | None = None
     stiffness: str | TableFile | Any = "ISO 6336-1"
-    transmission_error: str | OrdersFile | TableFile | Any = "none"
+    transmission_error: str | OrdersFile | TableFile | Any = None
     eccentricity: Any = (0.0, 0.0)
     supports: Supports | Any = None
     application_factor: float = 1.0
@@ -214,9 +215,17 @@ class GearDesign(HasCard):
 
     def given(self, name: str) -> Any:
         """The value of an input that a result needs; raises `InputError` with advice if it was left out."""
-        if (value := getattr(self, name)) is None:
-            raise InputError(name, "must be given", None, _REASONS.get(name, ""))
-        return value
+        self.require([name])
+        return getattr(self, name)
+
+    def require(self, names: Iterable[str]) -> None:
+        """Raise one `InputError`, with advice on each, if some of these inputs were left out."""
+        missing = [name for name in names if getattr(self, name) is None]
+        if missing:
+            *others, last = missing
+            field = f"{', '.join(others)} and {last}" if others else last
+            advice = " ".join(_REASONS[name] for name in missing if name in _REASONS)
+            raise InputError(field, "must be given", None, advice)
 
     @property
     def backlash_line_of_action(self) -> float:
@@ -290,6 +299,11 @@ class GearDesign(HasCard):
         return stiffness_of(self)
 
     @property
+    def exact(self) -> bool:
+        """Whether the teeth are taken to be exact: the transmission error is left out, or said to be none."""
+        return self.transmission_error in (None, "none")
+
+    @property
     def error_harmonics(self) -> ErrorHarmonics:
         """Harmonics of the transmission error of the unloaded gears by the method of the design."""
         return error_of(self)
@@ -319,14 +333,17 @@ class GearDesign(HasCard):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences about values that are possible but unusual, and about what the transmission error assumes."""
-        return (*design_warnings(self), *self._error_warnings)
+        return (*self.cautions, *self._error_sentences("assumptions"))
 
     @property
-    def _error_warnings(self) -> tuple[str, ...]:
-        """The warnings of the transmission error as sentences; none where it cannot be computed."""
+    def cautions(self) -> tuple[str, ...]:
+        """The warnings without the assumptions of the method that the design names: those of which a study warns."""
+        return (*design_warnings(self), *self._error_sentences("warnings"))
+
+    def _error_sentences(self, kind: str) -> tuple[str, ...]:
+        """The warnings or assumptions of the transmission error as sentences; none where it cannot be computed."""
         try:
-            found = self.error_harmonics.warnings
+            found = getattr(self.error_harmonics, kind)
         except InputError:  # reported by what needs the transmission error
             return ()
         return tuple(f"{text[0].upper()}{text[1:].rstrip('.')}." for text in found)
-

@@ -6,6 +6,7 @@ The functions take a `GearDesign` as Any, since its module imports this one.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from contextlib import suppress
 from functools import lru_cache
 from typing import Any
@@ -103,8 +104,8 @@ def error_of(design: Any) -> ErrorHarmonics:
     method = design.transmission_error
     if isinstance(method, (OrdersFile, TableFile)):
         path = method.orders if isinstance(method, OrdersFile) else method.table
-        return _file_error(path, method.sha256, isinstance(method, OrdersFile), design.teeth[0], design.module / 2)
-    if method == "none":
+        return _file_error(path, method.sha256, isinstance(method, OrdersFile), design.teeth, design.module / 2)
+    if design.exact:
         return NO_ERROR
     quality = design.given("quality")
     found: list[ErrorHarmonics] = [from_quality(design.geometry, quality, tolerances(quality, design.geometry))]
@@ -114,10 +115,10 @@ def error_of(design: Any) -> ErrorHarmonics:
 
 
 @lru_cache(maxsize=64)
-def _file_error(path: str, sha256: str, orders: bool, teeth: int, most: float) -> ErrorHarmonics:
+def _file_error(path: str, sha256: str, orders: bool, teeth: tuple[int, int], most: float) -> ErrorHarmonics:
     """The error in a file with this content, read once; ``most`` is the largest plausible amplitude, m."""
     _check_unchanged(f"transmission_error.{'orders' if orders else 'table'}", path, sha256)
-    return from_orders(path, most=most) if orders else error_from_table(path, teeth, most=most)
+    return from_orders(path, teeth, most=most) if orders else error_from_table(path, teeth[0], most=most)
 
 
 def _sum(parts: list[ErrorHarmonics]) -> ErrorHarmonics:
@@ -133,6 +134,7 @@ def _sum(parts: list[ErrorHarmonics]) -> ErrorHarmonics:
         residual_rms=math.hypot(*(part.residual_rms for part in parts)),
         residual_peak=sum(part.residual_peak for part in parts),
         warnings=tuple(warning for part in parts for warning in part.warnings),
+        assumptions=tuple(text for part in parts for text in part.assumptions),
     )
 
 
@@ -147,6 +149,7 @@ def gear_pair(design: Any) -> GearPair:
     InputError
         If an input that the pair needs is missing: speed, torque, backlash, damping ratio, and inertia or bore.
     """
+    design.require(_needed(design))
     stiffness, error, geometry = stiffness_of(design), error_of(design), design.geometry
     reference, mass = stiffness.reference, design.equivalent_mass
     return GearPair(
@@ -156,6 +159,16 @@ def gear_pair(design: Any) -> GearPair:
         M10=design.given("torque"), speed=design.given("speed"), error_amplitudes=error.amplitudes,
         error_phases=error.phases, **_waveform_fields(stiffness), **_support_fields(design),
     )
+
+
+def _needed(design: Any) -> Iterator[str]:
+    """The names of the inputs without which there is no gear pair."""
+    if design.transmission_error == "from quality":
+        yield "quality"
+    weighed = design.mass is not None or (design.inertia is not None and design.supports is None)
+    if not weighed or design.stiffness == POTENTIAL_ENERGY:
+        yield "bore"
+    yield from ("backlash", "damping_ratio", "speed", "torque")
 
 
 def _waveform_fields(stiffness: MeshStiffness) -> dict[str, Any]:

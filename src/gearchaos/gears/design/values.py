@@ -272,8 +272,6 @@ def _choice(names: tuple[str, ...], **files: type) -> Callable[[str, Any], Any]:
     def convert(field: str, value: Any) -> Any:
         if isinstance(value, tuple(files.values())):
             return value
-        if value is None and "none" in names:
-            return "none"
         if isinstance(value, Mapping):
             key, *others = [key for key in files if key in value] or [""]
             if not key or others:

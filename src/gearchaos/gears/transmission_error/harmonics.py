@@ -51,7 +51,9 @@ class ErrorHarmonics:
         Root mean square and largest magnitude of what a table or curve has beside these harmonics and its mean, m; 0
         where harmonics were given.
     warnings : tuple of str
-        What the harmonics leave out.
+        What the harmonics leave out, and what was probably not meant.
+    assumptions : tuple of str
+        What they assume.
     """
 
     amplitudes: tuple[float, ...]
@@ -60,6 +62,7 @@ class ErrorHarmonics:
     residual_rms: float = 0.0
     residual_peak: float = 0.0
     warnings: tuple[str, ...] = ()
+    assumptions: tuple[str, ...] = ()
 
     def at(self, tau: Any) -> np.ndarray:
         """The error, m, at times ``tau`` in mesh periods; an array of the shape of ``tau``."""
@@ -147,7 +150,7 @@ def from_quality(
         phases=tuple(math.pi * j * (geometry.contact_ratio - 1) for j in numbers),
         source=_quality_source(quality),
         tooth_to_tooth=(deviation[0], deviation[1]), peak_to_peak=total,
-        warnings=(_quality_warning(quality),),
+        assumptions=(_quality_assumption(quality),),
     )
 
 
@@ -160,8 +163,8 @@ def _quality_source(quality: Quality) -> str:
             f"formula of {ISO_1995}, annex A, with the grade and the deviations f_pT and F_αT of {quality.standard}")
 
 
-def _quality_warning(quality: Quality) -> str:
-    """The warning that a transmission error from the accuracy grade is an assumption."""
+def _quality_assumption(quality: Quality) -> str:
+    """The sentence that a transmission error from the accuracy grade is an assumption."""
     text = "The accuracy grade gives no transmission error; this one is an assumption about typical wheels"
     if quality.standard == ISO_1995:
         return f"{text}."

@@ -48,7 +48,11 @@ _CLOSING_SLOPE = 3.0
 _UNIT_ADVICE = "Check the unit in the header: errors of gears are some µm. At most half a module is accepted."
 
 
-def from_orders(path: str | Path, *, most: float = math.inf) -> ErrorHarmonics:
+_SHAFT_ADVICE = ("Order 1 is the mesh frequency: divide the orders of a shaft by the number of teeth of its wheel, and "
+                 "leave out those that are then no whole number.")
+
+
+def from_orders(path: str | Path, teeth: tuple[int, ...] = (), *, most: float = math.inf) -> ErrorHarmonics:
     """Harmonics from a file of measured orders of the mesh frequency.
 
     Parameters
@@ -57,6 +61,8 @@ def from_orders(path: str | Path, *, most: float = math.inf) -> ErrorHarmonics:
         A table, see `gearchaos.gears.inputs.csvtable.read_table`, with the columns ``order``, ``phase`` (with a unit)
         and either ``peak`` or ``peak to peak`` (with a unit): the amplitude e_j or twice it. The error of order j is
         e_j cos(j θ − phase), where θ = 0 is the instant at which a tooth pair enters contact.
+    teeth : tuple of int, optional
+        z1, z2. Orders that are all multiples of one of them are probably those of its shaft: they have a warning.
     most : float, optional
         Largest plausible amplitude, m.
 
@@ -90,8 +96,17 @@ def from_orders(path: str | Path, *, most: float = math.inf) -> ErrorHarmonics:
         amplitudes[order - 1], phases[order - 1] = value, phase
     return ErrorHarmonics(
         amplitudes=tuple(amplitudes.tolist()), phases=tuple(phases.tolist()),
-        source=f"orders of {Path(table.path).name}, {kinds[0]}",
+        source=f"orders of {Path(table.path).name}, {kinds[0]}", warnings=_shaft_warnings(table, orders, teeth),
     )
+
+
+def _shaft_warnings(table: Table, orders: list[int], teeth: tuple[int, ...]) -> tuple[str, ...]:
+    """A warning if all orders of a table are multiples of the same number of teeth, as orders of a shaft are."""
+    for wheel, count in enumerate(teeth, 1):
+        if all(order % count == 0 for order in orders):
+            return (f"All orders of {Path(table.path).name} are multiples of z{wheel} = {count}: are they those of the "
+                    f"shaft? {_SHAFT_ADVICE}",)
+    return ()
 
 
 def _orders(table: Table) -> list[int]:
@@ -105,7 +120,7 @@ def _orders(table: Table) -> list[int]:
                 "whose period is the mesh period cannot have. The mean, order 0, does not matter.",
             )
         if order > MAX_HARMONICS:
-            raise table.error(row, f"must have an order of at most {MAX_HARMONICS}", order)
+            raise table.error(row, f"must have an order of at most {MAX_HARMONICS}", order, _SHAFT_ADVICE)
         if int(order) in found:
             raise table.error(row, f"must not repeat the order of line {table.lines[found.index(int(order))]}", order)
         found.append(int(order))
