@@ -82,7 +82,8 @@ def test_a_damaged_chunk_is_named_and_its_tile_computed_again(path, monkeypatch)
         "store": str(path), "damaged": True, "files": [FILE], "groups": [1], "tiles": [2], "noted": True}
     state = summary(open_store(path))
     assert state["tiles_done"] == 11 and state["missing"] == {
-        "tiles": 1, "groups": [1], "files": [FILE], "file_count": 1, "pieces": [{"eps1": [0, 4], "omega": [8, 12]}]}
+        "tiles": 1, "groups": [1], "files": [FILE], "file_count": 1, "arrays": ["v_rms"],
+        "pieces": [{"eps1": [0, 4], "omega": [8, 12]}]}
     assert FILE in ask("info", path).stdout and "omega 8:12" in ask("info", path).stdout
 
     def compute(study, items, **options):
@@ -282,6 +283,7 @@ def test_info_tells_lost_results_from_those_never_computed(path):
     (path / FILE).unlink()
     assert summary(open_store(path))["tiles_lost"] == 4
     said = ask("info", path).stdout
+    assert "12 of 12; 8 are whole (66.7%" in said and "files of v_rms are missing" in said
     assert "4 tiles that were done" in said and "by position from 0" in said and "damaged; to continue" in said
 
 
@@ -300,7 +302,18 @@ def test_a_run_says_what_it_computes_again_and_where(path):
 
 def test_a_picture_of_a_store_with_missing_results_says_what_is_missing(path):
     (path / FILE).unlink()
-    assert "is not done: 4 of 12 tiles are missing" in ask("plot", path).stderr
+    assert f"{path}: files of v_rms are missing or damaged for 4 of 12 tiles" in ask("plot", path).stderr
+
+
+def test_tiles_that_are_lost_are_told_apart_from_those_never_computed(tmp_path):
+    run(MAP, path := tmp_path / "map.zarr", tile=16, shard="1/2")
+    with pytest.warns(UserWarning, match="map.zarr: 6 of 12 tiles are not computed, [^.]*$"):
+        gc.load(path)
+    for segment in (path / "run/segments").iterdir():
+        segment.unlink()
+    lost = r"\. files of .*, .*, .* and \d+ more are missing or damaged for 6 of 12 tiles, "
+    with pytest.warns(UserWarning, match=rf"are not computed, .*{lost}.*: gearchaos run STUDY.toml --out {path}$"):
+        gc.load(path)
 
 
 def test_missing_tiles_of_a_run_without_shards_are_told_without_shards(capsys):

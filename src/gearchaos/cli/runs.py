@@ -249,7 +249,7 @@ def _say_not_done(path: str, store: Store) -> None:
     from gearchaos.store.reading.load import missing_in_words
 
     if missing := missing_in_words(store):
-        say(f"{path} is not done: {missing}")
+        say(f"{path}: {missing}")
 
 
 def _default_picture(result: str, colour: str | None) -> Path:

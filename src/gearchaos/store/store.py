@@ -101,7 +101,7 @@ class Store(Layout):
             self._check_exists()
         except DamagedChunkError:
             advice = (f"{self.group_file(name, group)} does not have its checksum. Find the damage with gearchaos "
-                      f"check {self.folder}; then the same gearchaos run computes it again.")
+                      f"check {self.folder}, which says how to repair it.")
             raise InputError("store", "must be undamaged", str(self.folder), advice) from None
 
     def _check_exists(self) -> None:
@@ -145,6 +145,10 @@ class Store(Layout):
         written = {n for n in self.checksummed_files() if n.endswith("zarr.json") or "c" in n.split("/")}  # by Zarr
         return [_SUMS] if expected is None or written - expected.keys() else differing(self.folder, expected)
 
+    def repair_command(self, progress: Progress) -> str:
+        """The command that writes again what is missing or damaged; without the study file if all tiles were done."""
+        return f"gearchaos {'finish' if progress.all_done else 'run STUDY.toml --out'} {self.folder}"
+
     @property
     def block(self) -> dict[str, int]:
         """Sizes by dimension of the parts of the grid that are read at once where the whole may not fit into memory."""
@@ -162,7 +166,7 @@ class Store(Layout):
         if not self.study.gridded and not self.finished:  # whatever a run that is finishing it has written
             return self.study.finish(self.results())
         if damaged := self.damaged_files():
-            advice = f"Run it again to repair {', '.join(damaged)}."
+            advice = f"To repair {', '.join(damaged)}: {self.repair_command(self.progress())}"
             raise InputError("store", "must be undamaged", str(self.folder), advice)
         if not self.study.gridded:
             return xr.open_zarr(self.folder.zarr_store(), chunks=None).load()
