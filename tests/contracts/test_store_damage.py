@@ -305,6 +305,16 @@ def test_a_picture_of_a_store_with_missing_results_says_what_is_missing(path):
     assert f"{path}: files of v_rms are missing or damaged for 4 of 12 tiles" in ask("plot", path).stderr
 
 
+@pytest.mark.parametrize("command", [("info",), ("finish",), ("plot",)])
+def test_a_store_without_its_description_is_told_from_what_is_no_store(path, command):
+    (path / "run/study.json").unlink()
+    said = ask(*command, path)
+    assert said.exit_code == 2 and "store must hold run/study.json; got" in said.stderr
+    assert "Copy run/study.json from a new store of the same study" in said.stderr
+    shutil.rmtree(path / "run")
+    assert "store must be a folder that gearchaos run made" in ask(*command, path).stderr
+
+
 def test_tiles_that_are_lost_are_told_apart_from_those_never_computed(tmp_path):
     run(MAP, path := tmp_path / "map.zarr", tile=16, shard="1/2")
     with pytest.warns(UserWarning, match="map.zarr: 6 of 12 tiles are not computed, [^.]*$"):

@@ -19,11 +19,12 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.errors import ChangedFileError, InputError
-from gearchaos.store.errors import damaged_description
+from gearchaos.store.errors import damaged_description, missing_description
 from gearchaos.store.files.checked_files import read_as
 from gearchaos.store.files.checksums import checksums, differing
 from gearchaos.store.files.folder import Folder, open_folder
 from gearchaos.store.files.parsing import parse_as
+from gearchaos.store.journals.journal import JOURNALS
 from gearchaos.store.journals.progress import Progress
 from gearchaos.store.layout.arrays import check_layout
 from gearchaos.store.layout.chunks import DamagedChunkError
@@ -193,11 +194,18 @@ def open_store(location: str | os.PathLike[str]) -> Store:
     except InputError:
         raise
     except (OSError, ValueError) as error:  # ValueError for a name with a null character
+        if isinstance(error, FileNotFoundError) and _has_parts(folder):
+            raise missing_description(folder) from None
         why = f"{folder}/{STUDY} cannot be read: {getattr(error, 'strerror', error)}."
         raise InputError("store", "must be a folder that gearchaos run made", str(folder), why) from None
     store = from_description(folder, content)
     check_layout(store, store.damaged_files)
     return store
+
+
+def _has_parts(folder: Folder) -> bool:
+    """Whether a folder has files that only stores have; a draft that is not published completely is no store yet."""
+    return (folder.size(_SUMS) is not None or next(folder.list(JOURNALS), None) is not None) and folder.exists()
 
 
 def from_description(folder: Folder, content: bytes) -> Store:
