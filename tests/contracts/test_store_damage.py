@@ -1,6 +1,8 @@
 """Damage of stores: it is named, never looks like a result, and is repaired by the next run with the same bytes."""
 
+import errno
 import json
+import os
 import shutil
 
 import numpy as np
@@ -313,6 +315,21 @@ def test_a_store_without_its_description_is_told_from_what_is_no_store(path, com
     assert "Copy run/study.json from a new store of the same study" in said.stderr
     shutil.rmtree(path / "run")
     assert "store must be a folder that gearchaos run made" in ask(*command, path).stderr
+
+
+@pytest.mark.parametrize("number", [errno.EACCES, errno.EROFS])
+@pytest.mark.parametrize(("place", "words"), [
+    ("gearchaos.store.files.folder.FileLock", "store must be writable; got"),
+    ("gearchaos.files.tempfile.mkdtemp", "store must lie in a folder you may write in; got")])
+def test_a_store_that_must_not_be_written_to_is_named_with_what_is_needed(path, monkeypatch, place, words, number):
+    def refuse(*_, **__):
+        raise OSError(number, os.strerror(number), "/somewhere/.hidden")
+
+    (path / "run/sums.json").unlink()
+    monkeypatch.setattr(place, refuse)
+    said = ask("finish", path)
+    assert said.exit_code == 2 and f"error: {words} '{path}'. " in said.stderr and "you may write in" in said.stderr
+    assert os.strerror(number) in said.stderr
 
 
 def test_tiles_that_are_lost_are_told_apart_from_those_never_computed(tmp_path):
