@@ -117,6 +117,13 @@ def test_a_number_of_workers_that_is_no_positive_whole_number_is_refused(option,
             study.compute(np.arange(study.count), threads=value)
 
 
+@pytest.mark.parametrize(("name", "why"), [("a\0b", "null"), ("a" * 300, "too long"), ("a" * 300 + "/b", "too long")])
+def test_a_store_with_an_impossible_name_is_refused(name, why, tmp_path):
+    study = gc.Zones(MODEL, "omega=1:2:2", "eps1=0:0.1:2")
+    with pytest.raises(InputError, match=f"^out must be a possible path of a folder; .*{why}"):
+        gc.run(study, out=f"{tmp_path}/{name}")
+
+
 @pytest.mark.parametrize("sweep", [3, ("omega", 0, 1, 2), "omega=1"], ids=str)
 def test_what_is_no_sweep_is_refused_in_words(sweep):
     with pytest.raises(InputError, match=r"^sweep must (be an Axis or a text|read name=start:stop:count)"):

@@ -4,15 +4,19 @@ import os
 import shutil
 import subprocess
 import sys
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from typer.testing import CliRunner
 
+import gearchaos as gc
 from gearchaos.cli import app, completion
 from gearchaos.model import KINDS, MeshModel
 from gearchaos.proof.event import KINDS as EVENTS
 from gearchaos.studies.axis import as_range, parse_axis
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 PROGRAM = f'#!/bin/sh\nexec {sys.executable} -c "from gearchaos.cli import main; main()" "$@"\n'
 
 
@@ -60,6 +64,23 @@ def test_bash_gets_what_follows_its_word_breaks(line, expected, monkeypatch):
         assert found == expected.split()
 
 
+def test_values_of_gears_are_those_of_the_study_file(monkeypatch):
+    line = f"regime {EXAMPLES / 'spur_50_50.toml'} --set"
+    assert ask([*line.split(), "design.q"], monkeypatch) == ["design.quality.standard=", "design.quality.grade="]
+    assert ask([*line.split(), "design.quality.g"], monkeypatch) == ["design.quality.grade=6"]
+    assert ask([*line.split(), "design.modu"], monkeypatch) == ["design.module="]
+    assert ask(["regime", "none.toml", "--set", "design.q"], monkeypatch) == []
+
+
+def test_colours_are_variables_of_the_result(monkeypatch, tmp_path):
+    found = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.9:1.1:2", "eps1=0.1:0.2:2")
+    gc.save(found[["label", "period", "v_rms"]], tmp_path / "map.nc")
+    assert ask(["plot", f"{tmp_path}/map.nc", "--colour", ""], monkeypatch) == ["motion", "v_rms", "label", "period"]
+    gc.run(gc.Zones(gc.MeshModel.of(q0=0.1), "omega=0.9:1.1:2", "eps1=0.1:0.2:2"), out=tmp_path / "map.zarr")
+    names = ask(["plot", f"{tmp_path}/map.zarr", "--colour", ""], monkeypatch)
+    assert set(names[1:]) <= set(found.data_vars) and "attractors" not in names and "contact" in names
+
+
 def test_choices_are_those_that_commands_take():
     assert completion._KINDS == KINDS
     found = completion.choices("fold", "flip", "neimark-sacker", "graze")
@@ -67,9 +88,9 @@ def test_choices_are_those_that_commands_take():
 
 
 def test_what_is_completed_is_accepted():
-    names = [row.rstrip("=") for row in completion.values(None, "")]
+    names = [row.rstrip("=") for row in completion.values(SimpleNamespace(params={}, args=[]), "")]
     for name in names:
-        for assignment in completion.values(None, f"{name}="):
+        for assignment in completion.values(SimpleNamespace(params={}, args=[]), f"{name}="):
             given, _, value = assignment.partition("=")
             if given not in ("kind", "speed", "torque"):
                 MeshModel.of(kind="single" if given in ("z", "z_dot") else "full", **{given: float(value)})

@@ -146,6 +146,15 @@ def test_a_package_for_clusters_that_is_missing_is_named_with_what_installs_it(m
         pools.pool_from_options(**options)
 
 
+def test_slurm_is_refused_where_no_job_can_be_submitted(monkeypatch, tmp_path):
+    pytest.importorskip("dask_jobqueue")
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(InputError, match=r"^cluster needs the command sbatch; .* leave out --cluster and --jobs\.$"):
+        pools.pool_from_options(cluster="slurm", jobs=64)
+    (tmp_path / "sbatch").touch(mode=0o755)
+    pools.pool_from_options(cluster="slurm", jobs=64)
+
+
 @pytest.mark.parametrize("error", [OSError("no answer"), ValueError("no address"), TimeoutError("late")])
 def test_a_scheduler_that_does_not_answer_is_refused(monkeypatch, error):
     def client(address, **_):

@@ -50,6 +50,10 @@ def test_a_good_installation_is_called_good():
     assert "bit for bit" in outcome("orbit").detail or re.search(r"values to \de-1[3-6]$", outcome("orbit").detail)
 
 
+def test_only_extras_that_serve_a_user_are_checked():
+    assert set(packages.extras()) == packages.EXTRAS.keys() and "docs" not in packages.EXTRAS
+
+
 def test_what_cannot_be_imported_is_named_with_what_to_do():
     hook = ("import sys\nclass Hook:\n    def find_spec(self, name, *_):\n"
             "        if name.split('.')[0] in ('h5netcdf', 'flint'): raise ImportError('not found by the hook')\n"

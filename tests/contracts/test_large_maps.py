@@ -189,7 +189,7 @@ def test_a_finished_store_loads_like_a_file(finished, tmp_path):
 
 
 def test_an_unfinished_store_loads_with_a_warning_of_what_is_missing(unfinished, finished):
-    with pytest.warns(UserWarning, match=r"5 of 8 tiles are missing, by position from 0: eps1=0:8, omega=4:12; "
+    with pytest.warns(UserWarning, match=r"5 of 8 tiles are not computed, by position from 0: eps1=0:8, omega=4:12; "
                                          r"eps1=8:12, omega=0:8; .*; values there are NaN, -1 in integers"):
         found = gc.load(unfinished)
     whole, known = gc.load(finished), found["label"].values > 0
@@ -205,7 +205,8 @@ def test_a_lost_file_is_a_missing_part_and_never_zeros(finished, tmp_path):
     for chunk in (path / "v_rms" / "c").rglob("*"):
         if chunk.is_file():
             chunk.unlink()
-    with pytest.warns(UserWarning, match="8 of 8 tiles are missing, .*: eps1=0:12, omega=0:16; values"):
+    lost = "files of v_rms are missing or damaged for 8 of 8 tiles, .*: eps1=0:12, omega=0:16; values"
+    with pytest.warns(UserWarning, match=f"{lost} .*, other variables are intact. .*: gearchaos finish {path}$"):
         found = gc.load(path)
     assert np.isnan(found["v_rms"].values).all()
     xr.testing.assert_identical(found["label"], gc.load(finished)["label"])
@@ -248,7 +249,7 @@ def test_a_store_of_basins_that_is_being_finished_is_not_damaged(tmp_path, monke
 
 
 @pytest.mark.parametrize("state", ["finished", "unfinished"])
-@pytest.mark.filterwarnings("ignore:.*tiles are missing")
+@pytest.mark.filterwarnings("ignore:.*tiles are not computed")
 def test_values_of_a_store_that_was_moved_after_loading_are_an_error(tmp_path, state, request):
     path = shutil.copytree(request.getfixturevalue(state), tmp_path / "map.zarr")
     found = gc.load(path)
@@ -260,7 +261,7 @@ def test_values_of_a_store_that_was_moved_after_loading_are_an_error(tmp_path, s
 def test_an_unfinished_store_of_basins_numbers_what_is_missing(tmp_path):
     study = gc.Basins(gc.MeshModel.of(kind="single"), "z=-1:1:6", "z_dot=-1:1:6", settings=FAST)
     run(study, tmp_path / "plane.zarr", tile=4, shard="1/3")
-    with pytest.warns(UserWarning, match=r"tiles are missing.*the attractor there is -2"):
+    with pytest.warns(UserWarning, match=r"tiles are not computed.*the attractor there is -2"):
         found = gc.load(tmp_path / "plane.zarr")
     store = open_store(tmp_path / "plane.zarr")
     done = sum(store.grid.size(n) for n in range(store.grid.count) if store.progress().done(n))
@@ -276,7 +277,7 @@ def exported(path, target, *options):
     return gc.load(target)
 
 
-@pytest.mark.filterwarnings("ignore:.*tiles are missing")
+@pytest.mark.filterwarnings("ignore:.*tiles are not computed")
 @pytest.mark.parametrize("state", ["finished", "unfinished"])
 def test_an_exported_file_is_that_of_save(state, tmp_path, request, monkeypatch):
     path = request.getfixturevalue(state)
@@ -343,5 +344,5 @@ def test_a_full_disk_ends_an_export_without_a_file(fails_at, finished, tmp_path,
 
 def test_an_export_of_an_unfinished_store_says_what_is_missing(unfinished, tmp_path):
     result = CliRunner().invoke(app, ["export", str(unfinished), "--out", str(tmp_path / "map.nc")])
-    assert result.exit_code == 0 and "is not done: 5 of 8 tiles are missing" in result.stderr
+    assert result.exit_code == 0 and "map.zarr: 5 of 8 tiles are not computed, " in result.stderr
     assert json.loads(gc.load(tmp_path / "map.nc").attrs["settings"])["starts"] == 1

@@ -166,8 +166,10 @@ def test_long_work_says_how_long(seconds, words, monkeypatch, capsys):
     monkeypatch.setattr(costs.Cost, "seconds", lambda *_: seconds)
     estimate(system(), 12345, 1000).announce()
     said = capsys.readouterr().err
-    assert said == ((words and f"this may take up to about {words}. 12,345 motions are followed for at most 1,000 mesh "
-                    "periods of 16 steps.\n") or "")
+    assert said == ((words and f"this may take up to about {words}, if all motions are chaotic; most settle far "
+                    "sooner. 12,345 motions are followed for at most 1,000 mesh periods of 16 steps.\n") or "")
+    estimate(system(), 1, 1000).announce()
+    assert "chaotic" not in capsys.readouterr().err  # the only motion of `simulate` is followed to its end
 
 
 COMMANDS = [

@@ -160,10 +160,14 @@ def test_plot_and_export_take_the_units_of_the_gears(pair, tmp_path):
     store = tmp_path / "s.zarr"
     gc.run(gc.Zones(pair, "speed=3000:23000:4", "torque=20:250:3", settings=SHORT), out=store)
     for command in (("export", store, "--out", tmp_path / "s.nc"), ("plot", store, "--out", tmp_path / "s.png")):
+        plain = CliRunner().invoke(app, [*map(str, command)])
+        assert plain.exit_code == 0 and plain.stderr.count("dimensionless; --physical gives them in µm, mm/s, N") == 1
         result = CliRunner().invoke(app, [*map(str, command), "--physical"])
-        assert result.exit_code == 0, result.stderr
+        assert result.exit_code == 0 and "dimensionless" not in result.stderr, result.stderr
     assert gc.load(tmp_path / "s.nc")["v_rms"].attrs["units"] == "mm/s"
+    assert "dimensionless" not in CliRunner().invoke(app, ["plot", str(tmp_path / "s.nc")]).stderr
     gc.save(gc.zones(gc.MeshModel(), "omega=1:2:2", "q0=0:0.1:2", settings=SHORT), tmp_path / "z.nc")
+    assert "dimensionless" not in CliRunner().invoke(app, ["plot", str(tmp_path / "z.nc")]).stderr
     result = CliRunner().invoke(app, ["plot", str(tmp_path / "z.nc"), "--physical"])
     assert result.exit_code == 2 and "--physical needs the result of a study of gears" in result.stderr
 

@@ -72,7 +72,7 @@ def test_a_summary_counts_what_the_journals_say(tmp_path):
         "pieces_done": 32, "tiles_lost": 0, "failed": {"3": "ValueError: no"}, "seconds": 6.0,
         "pieces_per_second": 24 / 8,
         "seconds_left": 16 / 3, "machines": ["box0", "box1", "box2", "box4"], "bytes": size,
-        "missing": {"tiles": 2, "groups": [], "files": [], "file_count": 0,
+        "missing": {"tiles": 2, "groups": [], "files": [], "file_count": 0, "arrays": [],
                     "pieces": [{"eps1": [2, 6], "omega": [4, 8]}]},
         "writers": {"all": {"begun": 100.0, "ended": False, "at": 103.0, "running": None}},
     }

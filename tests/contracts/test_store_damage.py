@@ -1,6 +1,8 @@
 """Damage of stores: it is named, never looks like a result, and is repaired by the next run with the same bytes."""
 
+import errno
 import json
+import os
 import shutil
 
 import numpy as np
@@ -82,7 +84,8 @@ def test_a_damaged_chunk_is_named_and_its_tile_computed_again(path, monkeypatch)
         "store": str(path), "damaged": True, "files": [FILE], "groups": [1], "tiles": [2], "noted": True}
     state = summary(open_store(path))
     assert state["tiles_done"] == 11 and state["missing"] == {
-        "tiles": 1, "groups": [1], "files": [FILE], "file_count": 1, "pieces": [{"eps1": [0, 4], "omega": [8, 12]}]}
+        "tiles": 1, "groups": [1], "files": [FILE], "file_count": 1, "arrays": ["v_rms"],
+        "pieces": [{"eps1": [0, 4], "omega": [8, 12]}]}
     assert FILE in ask("info", path).stdout and "omega 8:12" in ask("info", path).stdout
 
     def compute(study, items, **options):
@@ -282,6 +285,7 @@ def test_info_tells_lost_results_from_those_never_computed(path):
     (path / FILE).unlink()
     assert summary(open_store(path))["tiles_lost"] == 4
     said = ask("info", path).stdout
+    assert "12 of 12; 8 are whole (66.7%" in said and "files of v_rms are missing" in said
     assert "4 tiles that were done" in said and "by position from 0" in said and "damaged; to continue" in said
 
 
@@ -300,7 +304,43 @@ def test_a_run_says_what_it_computes_again_and_where(path):
 
 def test_a_picture_of_a_store_with_missing_results_says_what_is_missing(path):
     (path / FILE).unlink()
-    assert "is not done: 4 of 12 tiles are missing" in ask("plot", path).stderr
+    assert f"{path}: files of v_rms are missing or damaged for 4 of 12 tiles" in ask("plot", path).stderr
+
+
+@pytest.mark.parametrize("command", [("info",), ("finish",), ("plot",)])
+def test_a_store_without_its_description_is_told_from_what_is_no_store(path, command):
+    (path / "run/study.json").unlink()
+    said = ask(*command, path)
+    assert said.exit_code == 2 and "store must hold run/study.json; got" in said.stderr
+    assert "Copy run/study.json from a new store of the same study" in said.stderr
+    shutil.rmtree(path / "run")
+    assert "store must be a folder that gearchaos run made" in ask(*command, path).stderr
+
+
+@pytest.mark.parametrize("number", [errno.EACCES, errno.EROFS])
+@pytest.mark.parametrize(("place", "words"), [
+    ("gearchaos.store.files.folder.FileLock", "store must be writable; got"),
+    ("gearchaos.files.tempfile.mkdtemp", "store must lie in a folder you may write in; got")])
+def test_a_store_that_must_not_be_written_to_is_named_with_what_is_needed(path, monkeypatch, place, words, number):
+    def refuse(*_, **__):
+        raise OSError(number, os.strerror(number), "/somewhere/.hidden")
+
+    (path / "run/sums.json").unlink()
+    monkeypatch.setattr(place, refuse)
+    said = ask("finish", path)
+    assert said.exit_code == 2 and f"error: {words} '{path}'. " in said.stderr and "you may write in" in said.stderr
+    assert os.strerror(number) in said.stderr
+
+
+def test_tiles_that_are_lost_are_told_apart_from_those_never_computed(tmp_path):
+    run(MAP, path := tmp_path / "map.zarr", tile=16, shard="1/2")
+    with pytest.warns(UserWarning, match="map.zarr: 6 of 12 tiles are not computed, [^.]*$"):
+        gc.load(path)
+    for segment in (path / "run/segments").iterdir():
+        segment.unlink()
+    lost = r"\. files of .*, .*, .* and \d+ more are missing or damaged for 6 of 12 tiles, "
+    with pytest.warns(UserWarning, match=rf"are not computed, .*{lost}.*: gearchaos run STUDY.toml --out {path}$"):
+        gc.load(path)
 
 
 def test_missing_tiles_of_a_run_without_shards_are_told_without_shards(capsys):

@@ -352,7 +352,7 @@ def test_what_is_missing_is_named_in_blocks(store):
 
 
 def test_missing_tiles_of_a_row_are_named():
-    assert MissingParts([0, 1, 4], [], [], []).boxes(Grid((300,), (64,))) == [((0, 128),), ((256, 300),)]
+    assert MissingParts([0, 1, 4], [], [], [], []).boxes(Grid((300,), (64,))) == [((0, 128),), ((256, 300),)]
 
 
 def test_a_slow_write_delays_no_other(store, monkeypatch):

@@ -153,7 +153,7 @@ def test_an_option_that_the_study_does_not_have_is_refused(option):
 def test_sums_of_wrong_content_are_written_anew(sums, whole, tmp_path):
     path = copy(whole, tmp_path)
     (path / "run" / "sums.json").write_text(sums)
-    with pytest.raises(gc.InputError, match=r"Run it again to repair run/sums\.json"):
+    with pytest.raises(gc.InputError, match=r"To repair run/sums\.json: gearchaos finish"):
         open_store(path).dataset()
     run(small_map(), path)
     xr.testing.assert_identical(open_store(path).dataset(), open_store(whole).dataset())

@@ -316,7 +316,7 @@ BAD_ARGUMENTS = (
 @pytest.mark.parametrize("arguments", BAD_ARGUMENTS)
 def test_bad_arguments_of_the_command_are_one_line(no_waiting, arguments):
     done = CliRunner().invoke(app, ["explore", "--no-open", *arguments], catch_exceptions=False)
-    assert done.exit_code == 2, done.stderr
+    assert done.exit_code == 2 and done.stderr.startswith("starting the explorer …\n"), done.stderr
     assert done.stderr.splitlines()[-1].startswith("error: ") and "Traceback" not in done.stderr
 
 

@@ -5,6 +5,7 @@ import json
 import os
 import random
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -449,7 +450,7 @@ def test_info_plot_and_export_of_a_run_half_done(tmp_path):
     assert "tiles done" in ask("info", str(path)).stdout
     assert ask("plot", str(path)).returncode == 0 and (tmp_path / "s.png").stat().st_size > 10_000
     exported = ask("export", str(path), "--out", str(tmp_path / "s.nc"))
-    assert exported.returncode == 0 and "is not done" in exported.stderr
+    assert exported.returncode == 0 and "tiles are not computed" in exported.stderr
     half = gc.load(tmp_path / "s.nc")
     assert 0.4 < float((half["label"] > 0).mean()) < 0.6
     assert np.all(np.isnan(half["v_rms"].values[half["label"].values == -1]))
@@ -463,6 +464,8 @@ def test_info_plot_and_export_of_a_run_half_done(tmp_path):
     (("--jobs", "3"), "jobs must be left out without cluster"),
     (("--cluster", "pbs"), "cluster must be slurm; got 'pbs'"),
     (("--scheduler", "tcp://127.0.0.1:9"), "scheduler must be a Dask scheduler that answers"),
+    pytest.param(("--cluster", "slurm", "--jobs", "64"), "cluster needs the command sbatch; got 'no such command'",
+                 marks=pytest.mark.skipif(shutil.which("sbatch") is not None, reason="this machine has Slurm")),
 ])
 def test_bad_options_are_refused_before_anything_is_made(tmp_path, arguments, words):
     assert words in refused(write_study(tmp_path), tmp_path / "s.zarr", *arguments)

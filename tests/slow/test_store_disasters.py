@@ -284,7 +284,7 @@ def without_zeros(dataset):
 @pytest.mark.parametrize("name", ["lyapunov", "label"])
 def test_a_lost_file_of_a_finished_store_never_reads_as_zeros(finished, tmp_path, whole, name, damage):
     lost = damage(group_files(finished, name)[1])
-    with pytest.warns(UserWarning, match="8 of 40 tiles are missing"):
+    with pytest.warns(UserWarning, match=f"files of {name} are missing or damaged for 8 of 40 tiles"):
         loaded = gc.load(finished)
     if damage is lose:
         values = loaded.load()

@@ -37,8 +37,7 @@ def check(store: StorePath, json_out: Json = False) -> None:
     if found.tiles and not found.noted:
         say("This is not noted in the store, since a run writes to it or it is read-only.")
     elif found.files:
-        command = "finish" if opened.progress().all_done else "run STUDY.toml --out"
-        say(f"To repair it: gearchaos {command} {store}")
+        say(f"To repair it: {opened.repair_command(opened.progress())}")
     if json_out:
         print_json({"store": str(store), "damaged": bool(found.files), **asdict(found)})
     elif not found.files:

@@ -6,8 +6,12 @@ after the equals sign.
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Callable, Iterable
+import tomllib
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
 
 import typer
 
@@ -26,6 +30,9 @@ Completer = Callable[[typer.Context, str], list[str]]
 
 _COMPLETE = "_GEARCHAOS_COMPLETE"
 """The environment variable by which a shell asks for completions."""
+
+_GEARS = ("design", "operation", "gearpair")
+"""Tables of study files with gears."""
 
 _KINDS = ("single", "torsional", "full")
 _VALUES = (*PARAMETERS, *STIFFNESS_LEVELS, *(q for q in HARMONICS.values()))
@@ -66,15 +73,54 @@ def choices(*values: str) -> Completer:
 
 
 def colours(context: typer.Context, incomplete: str) -> list[str]:
-    """Names of the variables that `gearchaos plot` can show."""
-    names = ("motion", *(q.name for q in (*RESPONSES, *VERDICTS)), "attractors", "hysteresis", "contact_worst")
-    return [n for n in names if n.startswith(incomplete)]
+    """Names of the variables that `gearchaos plot` can show, of the result on the command line where it can be read."""
+    names = (*(q.name for q in (*RESPONSES, *VERDICTS)), "attractors", "hysteresis", "contact_worst")
+    own = _variables(Path(_argument(context)))
+    return [n for n in ("motion", *(n for n in names if own is None or n in own)) if n.startswith(incomplete)]
+
+
+def _variables(path: Path) -> Collection[str] | None:
+    """Names of the variables of a saved result or a store; None if it cannot be read."""
+    try:
+        if path.is_dir():
+            return json.loads((path / "run/study.json").read_bytes())["arrays"]
+        import h5py  # a tenth of a second, where xarray takes one
+
+        with h5py.File(path) as file:
+            return list(file)
+    except (OSError, ValueError, LookupError, TypeError):
+        return None
+
+
+def _argument(context: typer.Context) -> str:
+    """The file on the command line; an option without its value, which is to be completed, leaves it unassigned."""
+    given = [text for text in (*context.params.values(), *context.args) if isinstance(text, (str, Path))]
+    return str(next((text for text in given if os.path.exists(text)), ""))
 
 
 def values(context: typer.Context, incomplete: str) -> list[str]:
-    """NAME=VALUE for ``--set``: kinds of models, parameters, initial values, the operating point of gears."""
-    given: dict[str, tuple[str, ...]] = {"kind": _KINDS}
+    """NAME=VALUE for ``--set``: kinds of models, parameters, initial values, the operating point of gears, and the
+    values of the gears of the study file on the command line."""
+    given: dict[str, tuple[str, ...]] = {"kind": _KINDS, **_of_gears(_argument(context))}
     return _assignments(incomplete, [*given, *map(_first, (*_VALUES, *COORDINATES, *OPERATION))], _default, given)
+
+
+def _of_gears(path: str) -> dict[str, tuple[str, ...]]:
+    """The values in the tables of gears of a study file, e.g. of design.quality.grade; empty if it cannot be read."""
+    try:
+        tables = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return dict(_assigned({name: tables[name] for name in _GEARS if name in tables}))
+
+
+def _assigned(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Names and values of a table and those in it; no values that are no numbers, which shells would split."""
+    for key, value in table.items():
+        if isinstance(value, dict):
+            yield from _assigned(value, f"{above}{key}.")
+        else:
+            yield f"{above}{key}", (f"{value}" if isinstance(value, (int, float)) else "",)
 
 
 def starts(context: typer.Context, incomplete: str) -> list[str]:

@@ -30,6 +30,7 @@ def explore(
     no_open: Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")] = False,
 ) -> None:
     """Open a page in the browser with a map of motions, and the motion at the point that is clicked."""
+    say("starting the explorer …")  # loading its packages takes seconds
     from gearchaos.explorer.web.hosts import LOCAL
     from gearchaos.explorer.web.server import address, check_installed, check_port, server
 

@@ -199,6 +199,7 @@ def plot(
         dataset, options = _from_store(result, colour, physical)
     else:
         dataset, options = _in_units(_from_file(result), physical), {}
+    _say_dimensionless(dataset)
     draw(dataset, target, colour=colour, style=style, width=width, hatch=hatch, **options)
 
 
@@ -212,6 +213,14 @@ def _in_units(dataset: xr.Dataset, physical: bool) -> xr.Dataset:
         raise InputError("--physical", "needs the result of a study of gears, which carries them",
                          str(dataset.attrs.get("study")), "gearchaos.physical(dataset, pair) scales any other.")
     return scaled(dataset)
+
+
+def _say_dimensionless(dataset: xr.Dataset) -> None:
+    """Tell how to get the units of the gears that a result carries, unless it is in them."""
+    from gearchaos.gears.results import is_physical
+
+    if "gears" in dataset.attrs and not is_physical(dataset):
+        say("results of these gears are dimensionless; --physical gives them in µm, mm/s, N and Hz")
 
 
 def _from_file(path: str) -> xr.Dataset:
@@ -249,7 +258,7 @@ def _say_not_done(path: str, store: Store) -> None:
     from gearchaos.store.reading.load import missing_in_words
 
     if missing := missing_in_words(store):
-        say(f"{path} is not done: {missing}")
+        say(f"{path}: {missing}")
 
 
 def _default_picture(result: str, colour: str | None) -> Path:
@@ -280,10 +289,13 @@ def export(
 
     found = open_store(store)
     _say_not_done(store, found)
+    dataset = found.dataset()
+    if not physical:
+        _say_dimensionless(dataset)
     if not found.study.gridded:
-        save(_in_units(found.dataset(), physical), out)
+        save(_in_units(dataset, physical), out)
         return
     from gearchaos.store.reading.export import export_dataset
 
-    export_dataset(found.dataset(), found.arrays, found.block, out, partial(_in_units, physical=physical))
+    export_dataset(dataset, found.arrays, found.block, out, partial(_in_units, physical=physical))
     say(f"wrote {out}")

@@ -129,10 +129,8 @@ def print_run(found: dict[str, Any]) -> None:
     table = Table(show_header=False)
     table.add_row("study", found["study"])
     table.add_row("state", _state(found))
-    share = found["pieces_done"] / found["pieces"]
-    table.add_row("tiles done", f"{found['tiles_done']} of {found['tiles']} ({share:.1%} of the work items)")
-    if lost := found["tiles_lost"]:
-        table.add_row("to be computed again", f"{lost} tiles that were done, of which files are missing or damaged")
+    for row in _tiles_rows(found):
+        table.add_row(*row)
     if found["pieces_per_second"] is not None and found["seconds_left"]:
         table.add_row("rate", f"{found['pieces_per_second']:,.0f} work items a second")
         table.add_row("left, at that rate", f"{timedelta(seconds=round(found['seconds_left']))}")
@@ -144,6 +142,19 @@ def print_run(found: dict[str, Any]) -> None:
     for row in _missing_rows(found):
         table.add_row(*row)
     _print(table)
+
+
+def _tiles_rows(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """How many tiles are done, and how many of them have lost results."""
+    lost, share = found["tiles_lost"], found["pieces_done"] / found["pieces"]
+    whole = f"; {found['tiles_done']} are whole" if lost else ""
+    done = f"{found['tiles_done'] + lost} of {found['tiles']}"
+    yield "tiles done", f"{done}{whole} ({share:.1%} of the work items)"
+    if lost:
+        from gearchaos.store.reading.load import listed
+
+        arrays = listed(found["missing"]["arrays"])
+        yield "to be computed again", f"{lost} tiles that were done: files of {arrays} are missing or damaged"
 
 
 def _state(found: dict[str, Any]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -149,17 +150,23 @@ def _client(address: str) -> Any:
         raise InputError("scheduler", "must be a Dask scheduler that answers", address, f"{error}.") from None
 
 
+_SUBMIT = "sbatch"
+"""The command that submits a job of Slurm."""
+
 _MEMORY = "2GB"
 """Memory of a Slurm job where dask-jobqueue's configuration sets none."""
 
 
 def slurm_jobs(jobs: int) -> PoolFactory:
-    """Jobs of a Slurm cluster, with one worker each."""
+    """Jobs of a Slurm cluster, with one worker each; raises `InputError` where no job can be submitted."""
     _distributed()
     try:
         from dask_jobqueue import SLURMCluster
     except ImportError:
         raise missing_package("cluster", "dask-jobqueue", "cluster") from None
+    if shutil.which(_SUBMIT) is None:  # otherwise the store is made before the first job cannot be submitted
+        raise InputError("cluster", f"needs the command {_SUBMIT}", "no such command",
+                         "Run it on a machine that submits jobs of Slurm, or leave out --cluster and --jobs.")
 
     @contextmanager
     def opened() -> Iterator[Pool]:

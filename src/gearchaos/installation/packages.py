@@ -9,7 +9,7 @@ from importlib import import_module, metadata
 
 from packaging.requirements import Requirement
 
-DEVELOPERS_EXTRAS = ("test", "bench", "mutation")
+DEVELOPERS_EXTRAS = ("test", "bench", "mutation", "docs")
 """Extras that no command needs."""
 
 EXTRAS = {
@@ -18,7 +18,6 @@ EXTRAS = {
     "proof": "proofs (gearchaos regime --prove, prove-chaos)",
     "sympy": "equations in SymPy (gearchaos.to_sympy)",
     "object": "stores in object storage",
-    "docs": "building the documentation",
 }
 """What the extras are for."""
 

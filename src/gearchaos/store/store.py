@@ -19,11 +19,12 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.errors import ChangedFileError, InputError
-from gearchaos.store.errors import damaged_description
+from gearchaos.store.errors import damaged_description, missing_description
 from gearchaos.store.files.checked_files import read_as
 from gearchaos.store.files.checksums import checksums, differing
 from gearchaos.store.files.folder import Folder, open_folder
 from gearchaos.store.files.parsing import parse_as
+from gearchaos.store.journals.journal import JOURNALS
 from gearchaos.store.journals.progress import Progress
 from gearchaos.store.layout.arrays import check_layout
 from gearchaos.store.layout.chunks import DamagedChunkError
@@ -101,7 +102,7 @@ class Store(Layout):
             self._check_exists()
         except DamagedChunkError:
             advice = (f"{self.group_file(name, group)} does not have its checksum. Find the damage with gearchaos "
-                      f"check {self.folder}; then the same gearchaos run computes it again.")
+                      f"check {self.folder}, which says how to repair it.")
             raise InputError("store", "must be undamaged", str(self.folder), advice) from None
 
     def _check_exists(self) -> None:
@@ -145,6 +146,10 @@ class Store(Layout):
         written = {n for n in self.checksummed_files() if n.endswith("zarr.json") or "c" in n.split("/")}  # by Zarr
         return [_SUMS] if expected is None or written - expected.keys() else differing(self.folder, expected)
 
+    def repair_command(self, progress: Progress) -> str:
+        """The command that writes again what is missing or damaged; without the study file if all tiles were done."""
+        return f"gearchaos {'finish' if progress.all_done else 'run STUDY.toml --out'} {self.folder}"
+
     @property
     def block(self) -> dict[str, int]:
         """Sizes by dimension of the parts of the grid that are read at once where the whole may not fit into memory."""
@@ -162,7 +167,7 @@ class Store(Layout):
         if not self.study.gridded and not self.finished:  # whatever a run that is finishing it has written
             return self.study.finish(self.results())
         if damaged := self.damaged_files():
-            advice = f"Run it again to repair {', '.join(damaged)}."
+            advice = f"To repair {', '.join(damaged)}: {self.repair_command(self.progress())}"
             raise InputError("store", "must be undamaged", str(self.folder), advice)
         if not self.study.gridded:
             return xr.open_zarr(self.folder.zarr_store(), chunks=None).load()
@@ -189,11 +194,18 @@ def open_store(location: str | os.PathLike[str]) -> Store:
     except InputError:
         raise
     except (OSError, ValueError) as error:  # ValueError for a name with a null character
+        if isinstance(error, FileNotFoundError) and _has_parts(folder):
+            raise missing_description(folder) from None
         why = f"{folder}/{STUDY} cannot be read: {getattr(error, 'strerror', error)}."
         raise InputError("store", "must be a folder that gearchaos run made", str(folder), why) from None
     store = from_description(folder, content)
     check_layout(store, store.damaged_files)
     return store
+
+
+def _has_parts(folder: Folder) -> bool:
+    """Whether a folder has files that only stores have; a draft that is not published completely is no store yet."""
+    return (folder.size(_SUMS) is not None or next(folder.list(JOURNALS), None) is not None) and folder.exists()
 
 
 def from_description(folder: Folder, content: bytes) -> Store:

@@ -81,7 +81,8 @@ class Cost:
         seconds = self.seconds(threads)
         if seconds <= ANNOUNCED_SECONDS:
             return None
-        return f"this may take up to about {_duration(seconds)}. {self.summary}"
+        usual = ", if all motions are chaotic; most settle far sooner" if self.motions > 1 else ""
+        return f"this may take up to about {_duration(seconds)}{usual}. {self.summary}"
 
     @property
     def summary(self) -> str:

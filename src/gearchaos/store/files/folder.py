@@ -12,7 +12,7 @@ import re
 import shutil
 import stat
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO, ClassVar, Protocol
@@ -38,6 +38,11 @@ contain them. Another process may have made them and may have been killed before
 
 UNREACHABLE = (ConnectionError, TimeoutError, PermissionError)
 """Errors that say that a folder cannot be reached; any other OSError at reading a file means that it is damaged."""
+
+
+def is_refused(error: Exception) -> bool:
+    """Whether an error says that this process may not write to a place."""
+    return getattr(error, "errno", None) in (errno.EACCES, errno.EPERM, errno.EROFS)
 
 
 class Folder(Protocol):
@@ -161,10 +166,17 @@ class LocalFolder:
         return str(self.path.absolute())
 
     def exists(self) -> bool:
-        if self.path.is_symlink() and not self.path.exists():
+        try:
+            os.lstat(self.path)
+        except (FileNotFoundError, NotADirectoryError):
+            return False
+        except (OSError, ValueError) as error:  # ValueError for a name with a null character
+            why = f"{getattr(error, 'strerror', error)}."
+            raise InputError("out", "must be a possible path of a folder", str(self.path), why) from None
+        if not self.path.exists():
             advice = "Remove it, or make what it points to."
             raise InputError("out", "must not be a link to nothing", str(self.path), advice)
-        return self.path.exists()
+        return True
 
     def check_creatable(self) -> None:
         if not self.path.absolute().parent.is_dir():
@@ -246,7 +258,15 @@ class LocalFolder:
 
     @contextmanager
     def draft(self) -> Iterator[Path]:
-        with temporary_folder(self.path.absolute().parent) as folder:
+        parent = self.path.absolute().parent
+        with ExitStack() as stack:
+            try:
+                folder = stack.enter_context(temporary_folder(parent))
+            except OSError as error:
+                if not is_refused(error):
+                    raise
+                advice = f"{parent}: {error.strerror}. Stores are made and repaired by way of a folder beside them."
+                raise InputError("store", "must lie in a folder you may write in", str(self.path), advice) from None
             yield folder / "draft"
 
     def publish(self, draft: Path) -> bool:

@@ -100,7 +100,7 @@ def _note(store: Store, lines: list[Line]) -> bool:
     try:
         with write_lock(store.folder, Shard()):
             Journal(store.folder, WHOLE).append(*lines)
-    except (InputError, PermissionError):  # a run writes to the store
+    except (InputError, PermissionError):  # a run writes to the store, or it is read-only
         return False
     except OSError as error:
         if error.errno != errno.EROFS:

@@ -28,9 +28,9 @@ def summary(store: Store) -> dict[str, Any]:
     ``finished`` says whether the Dataset is complete; a store that was finished and has lost results is not. ``pieces``
     are work items. ``seconds`` is the computing time of the tiles, summed over all workers; ``pieces_per_second`` is
     the rate while the run was active, None before two tiles are done. ``missing`` says which tiles have no results, the
-    first of them as blocks of work items [first, last + 1] along each dimension, and which groups have lost files;
-    ``tiles_lost`` how many of them were done before. ``writers`` is what each run or shard last said, and whether it is
-    running, None if that cannot be told.
+    first of them as blocks of work items [first, last + 1] along each dimension, and which groups and arrays have lost
+    files; ``tiles_lost`` how many of them were done before. ``writers`` is what each run or shard last said, and
+    whether it is running, None if that cannot be told.
     """
     progress, grid = store.progress(), store.grid
     missing = missing_parts(store, progress)
@@ -60,7 +60,7 @@ def _missing(store: Store, missing: MissingParts) -> dict[str, Any]:
     dims, boxes = tuple(store.study.grid), missing.boxes(store.grid)
     return {
         "tiles": len(missing.tiles), "groups": missing.groups[:_LISTED], "files": missing.files[:_LISTED],
-        "file_count": len(missing.files),
+        "file_count": len(missing.files), "arrays": missing.arrays,
         "pieces": [dict(zip(dims, map(list, box), strict=True)) for box in boxes[:_LISTED]],
     }
 

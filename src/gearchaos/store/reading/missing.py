@@ -33,12 +33,15 @@ class MissingParts:
         The packed groups of which a file is missing, has another size or is damaged.
     files : list of str
         The names of these files, and of the segments of the records.
+    arrays : list of str
+        The names of the arrays to which these files belong: all of them if a record was lost.
     """
 
     tiles: list[int]
     records: list[int]
     groups: list[int]
     files: list[str]
+    arrays: list[str]
 
     def boxes(self, grid: Grid) -> list[Box]:
         """The work items of these tiles, as blocks as large as their order allows."""
@@ -66,27 +69,29 @@ def recovery(store: Store, progress: Progress, missing: MissingParts) -> Iterato
 
 def _missing_parts(store: Store, progress: Progress) -> MissingParts:
     """What is missing of a store, from one listing of its files."""
-    absent, damaged = _absent_files(store, progress), progress.damaged_files()
+    absent, noted = _absent_files(store, progress), progress.damaged_files()
+    damaged = {group: names & store.arrays.keys() for group, names in noted.items()}
     segments = dict(store.folder.list(SEGMENTS))
     cut = {t: e.segment for t, e in progress.entries.items()
            if e.segment is None or segments.get(e.segment, -1) < e.offset + e.length}
     tiles = {*np.flatnonzero(np.isnan(progress.at)).tolist(), *cut, *progress.damaged_tiles()}
     tiles |= {tile for group in absent for tile in store.grid.tiles_of(group)}
-    files = {name for names in absent.values() for name in names} | {name for name in cut.values() if name is not None}
-    files |= {store.group_file(name, group) for group, names in damaged.items() for name in names & store.arrays.keys()}
-    return MissingParts(sorted(tiles), sorted(cut), sorted(absent.keys() | damaged.keys()), sorted(files))
+    lost = {(group, name) for found in (absent, damaged) for group, names in found.items() for name in names}
+    files = {store.group_file(name, group) for group, name in lost} | {name for name in cut.values() if name}
+    arrays = set(store.arrays) if cut else {name for _, name in lost}
+    groups = sorted(absent.keys() | damaged.keys())
+    return MissingParts(sorted(tiles), sorted(cut), groups, sorted(files), sorted(arrays))
 
 
 def _absent_files(store: Store, progress: Progress) -> dict[int, list[str]]:
-    """The files of each packed group that are missing or have another size than when they were written."""
+    """The arrays of which the file is missing or has another size than when it was written, by packed group."""
     sizes = dict(file for name in store.arrays for file in store.folder.list(f"{store.array_folder(name)}/c"))
     out: dict[int, list[str]] = {}
     for group, written in progress.packed.items():
         for name in store.arrays:
-            file = store.group_file(name, group)
-            found, expected = sizes.get(file), written.get(name)
+            found, expected = sizes.get(store.group_file(name, group)), written.get(name)
             if found is None or (expected is not None and found != expected[0]):
-                out.setdefault(group, []).append(file)
+                out.setdefault(group, []).append(name)
     return out
 
 

@@ -10,7 +10,7 @@ from contextlib import ExitStack, contextmanager
 from filelock import Timeout
 
 from gearchaos.errors import InputError
-from gearchaos.store.files.folder import Folder
+from gearchaos.store.files.folder import Folder, is_refused
 from gearchaos.store.writers.shards import Shard
 
 _WRITERS = "run/writers"
@@ -25,7 +25,8 @@ NO_LOCKS = "warning: this file system has no locks. Make sure that no other run,
 
 @contextmanager
 def write_lock(folder: Folder, shard: Shard) -> Iterator[bool]:
-    """Hold the lock of a shard; raises `InputError` if another writer holds one that excludes it.
+    """Hold the lock of a shard; raises `InputError` if another writer holds one that excludes it, or the store is
+    read-only.
 
     Shards i/n with the same n do not exclude each other. Every writer first takes its own lock and then checks those
     of others: of two that start at the same time at least one finds the other. Yields False, without holding a lock,
@@ -38,6 +39,8 @@ def write_lock(folder: Folder, shard: Shard) -> Iterator[bool]:
         except Timeout as error:
             raise _refusal(folder, shard, error) from None
         except (OSError, NotImplementedError) as failure:
+            if is_refused(failure):
+                raise _unwritable(folder, failure) from None
             if not _without_locks(failure):
                 raise
             locked = False
@@ -46,6 +49,12 @@ def write_lock(folder: Folder, shard: Shard) -> Iterator[bool]:
             if excluded and (busy := _timeout(folder, other, _CHECK_SECONDS)) is not None:
                 raise _refusal(folder, other, busy)
         yield locked
+
+
+def _unwritable(folder: Folder, error: Exception) -> InputError:
+    """The error for a store that this process may not write to."""
+    advice = f"{error}. Make all its files and folders writable, or copy it to a place you may write in."
+    return InputError("store", "must be writable", str(folder), advice)
 
 
 def _without_locks(error: Exception) -> bool:
