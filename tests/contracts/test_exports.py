@@ -105,7 +105,7 @@ def test_a_wheel_holds_types_templates_and_data():
         if f.is_file() and "__pycache__" not in f.parts
     }
     assert {"gearchaos/py.typed", "gearchaos/__init__.pyi", "gearchaos/paper/settings.toml"} <= packed
-    assert packed == sources
+    assert packed == sources | {f"gearchaos/examples/{file.name}" for file in (ROOT / "examples").iterdir()}
     assert {Path(name).suffix for name in packed} <= {".py", ".pyi", ".typed", ".toml", ".j2", ".css", ".js"}
 
 
