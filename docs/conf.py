@@ -7,8 +7,6 @@ import sys
 from importlib.metadata import version as installed_version
 from pathlib import Path
 
-from jupyter_client.connect import ConnectionFileMixin
-
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS / "_ext"))
 os.environ.pop("MPLBACKEND", None)  # notebooks choose theirs, which shows pictures in the page
@@ -61,7 +59,6 @@ nb_execution_mode = "cache"
 nb_execution_cache_path = str(DOCS.parent / "build" / "docs-notebooks")
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
-ConnectionFileMixin.transport.default_value = "ipc"  # kernels warn of connections that are not encrypted otherwise
 nb_execution_show_tb = True
 nb_merge_streams = True
 nb_ipywidgets_js: dict[str, dict[str, str]] = {}  # the default loads scripts from other hosts
