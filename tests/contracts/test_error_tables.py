@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import gearchaos as gc
 from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import as_model
@@ -189,3 +190,12 @@ def test_amplitudes_in_a_wrong_unit_are_refused_with_their_line(tmp_path: Path):
         assert f"line {line}," in error.value.field and error.value.rule.endswith("at most 1.5 mm")
         assert f"got {shown}" in str(error.value)
         assert from_orders(path) if key == "orders" else from_table(path, 20)
+
+
+def test_gear_warns_of_a_file_that_it_cannot_use(tmp_path):
+    """Its datasheet has all that does not need the transmission error."""
+    file = tmp_path / "te.csv"
+    file.write_text("Ordnung;Amplitude [um]\n1;3\n")
+    design = gc.GearDesign(teeth=(50, 50), module="3 mm", face_width="20 mm", transmission_error={"orders": str(file)})
+    (warning,) = [text for text in design.warnings if "cannot be used" in text]
+    assert f"{file}, line 1, must" in warning and not any("cannot" in text for text in design.cautions)

@@ -345,7 +345,8 @@ def test_tiles_that_are_lost_are_told_apart_from_those_never_computed(tmp_path):
 
 def test_missing_tiles_of_a_run_without_shards_are_told_without_shards(capsys):
     _say_missing("map.zarr", Outcome(3, {}, 5, False, {"1/1": 2}))
-    assert capsys.readouterr().err == "the store is not finished; missing tiles: 2. Run it again to compute them.\n"
+    assert capsys.readouterr().err == (
+        "the store is not finished; missing tiles: 2. To compute them: gearchaos run STUDY.toml --out map.zarr\n")
     _say_missing("map.zarr", Outcome(5, {}, 5, False, {}))
     assert "gearchaos finish map.zarr" in capsys.readouterr().err
 
@@ -353,3 +354,11 @@ def test_missing_tiles_of_a_run_without_shards_are_told_without_shards(capsys):
 def test_a_path_meant_as_a_url_is_refused_with_the_url():
     with pytest.raises(gc.InputError, match=r"For an object store: s3://bucket/y\.zarr"):
         run(MAP, "s3:bucket/y.zarr")
+
+
+@pytest.mark.parametrize("name", ["label/zarr.json", "omega/c/0", "zarr.json"])
+def test_info_sees_lost_files_that_are_no_results(path, name):
+    (path / name).unlink()
+    state = summary(open_store(path))
+    assert not state["finished"] and name in state["missing"]["files"] and state["missing"]["file_count"] >= 1
+    assert "gearchaos finish" in ask("info", path).stdout

@@ -101,7 +101,8 @@ def _say_missing(store: str, outcome: Outcome) -> None:
     if not shards:
         say(f"the store is not finished; missing tiles: none. To finish it: gearchaos finish {store}")
     elif shards == ["1/1"]:
-        say(f"the store is not finished; missing tiles: {outcome.missing['1/1']}. Run it again to compute them.")
+        say(f"the store is not finished; missing tiles: {outcome.missing['1/1']}. To compute them: "
+            f"gearchaos run STUDY.toml --out {store}")
     else:
         more = len(shards) - _NAMED
         parts = ", ".join(f"{outcome.missing[shard]} of shard {shard}" for shard in shards[:_NAMED])

@@ -333,12 +333,23 @@ class GearDesign(HasCard):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences about values that are possible but unusual, and about what the transmission error assumes."""
-        return (*self.cautions, *self._error_sentences("assumptions"))
+        return (*self.cautions, *self._error_sentences("assumptions"), *self._unreadable_error)
 
     @property
     def cautions(self) -> tuple[str, ...]:
         """The warnings without the assumptions of the method that the design names: those of which a study warns."""
         return (*design_warnings(self), *self._error_sentences("warnings"))
+
+    @property
+    def _unreadable_error(self) -> tuple[str, ...]:
+        """What is wrong with the file of the transmission error: all that needs the error is refused."""
+        if self.exact or isinstance(self.transmission_error, str):
+            return ()
+        try:
+            _ = self.error_harmonics
+        except InputError as error:
+            return (f"The transmission error cannot be used: {error}",)
+        return ()
 
     def _error_sentences(self, kind: str) -> tuple[str, ...]:
         """The warnings or assumptions of the transmission error as sentences; none where it cannot be computed."""

@@ -33,19 +33,20 @@ def summary(store: Store) -> dict[str, Any]:
     whether it is running, None if that cannot be told.
     """
     progress, grid = store.progress(), store.grid
-    missing = missing_parts(store, progress)
+    missing, damaged = missing_parts(store, progress), store.damaged_files() if store.finished else []
     sizes, total = _sizes(grid), prod(grid.shape)
     items = total - int(sizes[missing.tiles].sum())
     rate = _rate(progress, sizes)
     return {
-        "store": str(store.folder), "study": store.study.kind, "finished": store.finished and not missing.tiles,
+        "store": str(store.folder), "study": store.study.kind,
+        "finished": store.finished and not missing.tiles and not damaged,
         "tiles": grid.count, "tiles_done": grid.count - len(missing.tiles),
         "tiles_lost": sum(map(progress.done, missing.tiles)), "pieces": total, "pieces_done": items,
         "failed": {str(n): error for n, error in sorted(progress.failed.items())},
         "seconds": float(np.nansum(progress.seconds)), "pieces_per_second": rate,
         "seconds_left": (total - items) / rate if rate else None,
         "machines": sorted(progress.hosts), "bytes": sum(size for _, size in store.folder.list()),
-        "missing": _missing(store, missing), "writers": _writers(store, progress),
+        "missing": _missing(store, missing, damaged), "writers": _writers(store, progress),
     }
 
 
@@ -55,12 +56,13 @@ def _writers(store: Store, progress: Progress) -> dict[str, dict[str, Any]]:
             for name, state in sorted(progress.writers.items())}
 
 
-def _missing(store: Store, missing: MissingParts) -> dict[str, Any]:
-    """What is missing: counts, and the names of the first files and work items."""
-    dims, boxes = tuple(store.study.grid), missing.boxes(store.grid)
+def _missing(store: Store, missing: MissingParts, damaged: list[str]) -> dict[str, Any]:
+    """What is missing: counts, and the names of the first files and work items; with files other than those of results
+    that are missing or damaged."""
+    dims, boxes, files = tuple(store.study.grid), missing.boxes(store.grid), [*missing.files, *damaged]
     return {
-        "tiles": len(missing.tiles), "groups": missing.groups[:_LISTED], "files": missing.files[:_LISTED],
-        "file_count": len(missing.files), "arrays": missing.arrays,
+        "tiles": len(missing.tiles), "groups": missing.groups[:_LISTED], "files": files[:_LISTED],
+        "file_count": len(files), "arrays": missing.arrays,
         "pieces": [dict(zip(dims, map(list, box), strict=True)) for box in boxes[:_LISTED]],
     }
 
