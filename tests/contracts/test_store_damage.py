@@ -224,7 +224,8 @@ def test_a_lost_journal_costs_time_alone(path):
     assert files(path) == before
 
 
-def test_a_finished_store_that_lost_its_journal_is_not_said_to_be_finished(path):
+def test_a_finished_store_that_lost_its_journal_is_not_said_to_be_finished(path, monkeypatch):
+    monkeypatch.setattr("gearchaos.store.running.coordinator.SETTLING_SECONDS", 0.5)
     before = files(path)
     (path / "run" / "journal" / "all.jsonl").unlink()
     assert "not finished" in ask("info", path).stdout

@@ -212,7 +212,7 @@ def test_damaged_and_missing_objects_are_repaired(url, tmp_path):
     before = results(url)
     folder.delete("label/c/0/0")
     folder.write("zarr.json", b"{}")
-    assert document("info", url)["missing"]["files"] == ["label/c/0/0"]
+    assert document("info", url)["missing"]["files"] == ["label/c/0/0", "zarr.json"]
     gc.run(SMALL, url, tile=5)
     assert results(url) == before
 

@@ -157,15 +157,24 @@ class Coordinator:
         done = self.progress.done(task.number) if isinstance(task, Tile) else task.number in self.progress.packed
         return done or self.store.finished
 
+    def lost_by_a_journal(self) -> bool:
+        """Whether tiles of a finished store are missing since no journal names them, also after the time in which the
+        journals of other shards, which may have finished it just now, are seen."""
+        return self._stays(lambda: self.store.finished and not self.progress.all_done)
+
     def superseded(self, group: int) -> bool:
         """Whether another writer has packed a group, which it may have done some time before this one sees it."""
+        return not self._stays(lambda: group not in self.progress.packed and not self.store.finished)
+
+    def _stays(self, condition: Callable[[], bool]) -> bool:
+        """Whether a condition holds, also after what other shards have written is seen."""
         latest = time.monotonic() + (SETTLING_SECONDS if self.shard.count > 1 else 0.0)
         while True:
             self.refresh()
-            if group in self.progress.packed or self.store.finished:
-                return True
-            if time.monotonic() >= latest:
+            if not condition():
                 return False
+            if time.monotonic() >= latest:
+                return True
             time.sleep(CHECK_SECONDS)
 
 
