@@ -16,6 +16,7 @@ from gearchaos.execute.pools import PoolFactory
 from gearchaos.store.journals.journal import Damaged, Failed, Journal, Line, Lost, Packed, TileEntry
 from gearchaos.store.journals.progress import Progress
 from gearchaos.store.machine import process_name
+from gearchaos.store.reading.missing import missing_parts
 from gearchaos.store.running.sources import CHECK_SECONDS, SLOW, Listed, Source
 from gearchaos.store.running.worker import compute_tile, pack_group
 from gearchaos.store.store import Store
@@ -157,10 +158,10 @@ class Coordinator:
         done = self.progress.done(task.number) if isinstance(task, Tile) else task.number in self.progress.packed
         return done or self.store.finished
 
-    def lost_by_a_journal(self) -> bool:
-        """Whether tiles of a finished store are missing since no journal names them, also after the time in which the
-        journals of other shards, which may have finished it just now, are seen."""
-        return self._stays(lambda: self.store.finished and not self.progress.all_done)
+    def finished_with_losses(self) -> bool:
+        """Whether results of a finished store are missing, also after the time in which it is seen what other shards,
+        which may have finished it just now, have written and deleted."""
+        return self._stays(lambda: self.store.finished and bool(missing_parts(self.store, self.progress).tiles))
 
     def superseded(self, group: int) -> bool:
         """Whether another writer has packed a group, which it may have done some time before this one sees it."""

@@ -111,6 +111,9 @@ def _is_last(store: Store, shard: Shard) -> bool:
 
 
 def _may_be_done(coordinator: Coordinator) -> bool:
-    """Whether there are tiles that are neither done nor known to have failed."""
+    """Whether no tile has failed, or there are others that are not done.
+
+    A store of which all tiles are done may still be seen with files missing that another shard has just written.
+    """
     progress = coordinator.progress
-    return coordinator.store.grid.count - progress.done_count > len(progress.failed)
+    return not progress.failed or coordinator.store.grid.count - progress.done_count > len(progress.failed)

@@ -300,11 +300,11 @@ def _repair(coordinator: Coordinator, own: set[int], locks: bool, say: Callable[
         if damaged_files:
             say(f"damaged files of the store are written anew: {', '.join(damaged_files)}")
             repair(store)
-        journal_lost = coordinator.lost_by_a_journal()
+        damaged = coordinator.finished_with_losses()
         missing = missing_parts(store, found)
         if missing.files:
             say(f"files with results are missing or cut short: {', '.join(missing.files[:10])}")
-        if missing.files or journal_lost:
+        if damaged:
             store.folder.delete(FINISHED)
     mine = replace(
         missing, records=[tile for tile in missing.records if tile in own],
