@@ -19,11 +19,12 @@ from gearchaos.cli import app
 from gearchaos.execute import pools
 from gearchaos.store.files.folder import LocalFolder
 from gearchaos.store.journals.journal import Journal, Packed, TileEntry, decoded_line
+from gearchaos.store.journals.progress import Progress
 from gearchaos.store.layout.groups import pack
 from gearchaos.store.running.run import finish_store
 from gearchaos.store.running.run import run_into_store as run
 from gearchaos.store.running.worker import compute_tile
-from gearchaos.store.store import open_store
+from gearchaos.store.store import FINISHED, open_store
 from gearchaos.store.tiles import Grid
 from gearchaos.store.writers.claims import Claims
 from gearchaos.store.writers.shards import Shard, latest_division, missing_by_shard, owners
@@ -277,6 +278,30 @@ def test_the_bar_counts_the_tiles_of_all_shards_and_those_that_are_lost(empty, m
     run(STUDY, empty, progress=True)
     assert [one[:3] for one in bars] == [["tiles", 48, 0], ["tiles", 48, 24], ["tiles", 48, 48]]
     assert [sum(one[2:]) for one in bars] == [24, 48, 48] and min(bars[2][3:]) < 0
+
+
+def test_the_last_shard_waits_until_it_sees_all_files_of_tiles_that_are_done(empty, monkeypatch):
+    seen = iter([False, False, True])
+    monkeypatch.setattr("gearchaos.store.running.finish.finish", lambda coordinator, **options: next(seen))
+    assert not run(STUDY, empty, shard=Shard(1, 2)).finished
+    assert run(STUDY, empty, shard=Shard(2, 2)).finished and next(seen, None) is None
+
+
+def test_a_shard_that_begins_late_leaves_a_store_finished_that_others_have_just_finished(empty, monkeypatch):
+    """It sees their journals some time after it sees that the store is finished."""
+    for number in (1, 2):
+        run(STUDY, empty, shard=Shard(number, 2))
+    deleted, looks = [], []
+    delete, refresh = LocalFolder.delete, Progress.refresh
+
+    def late(self, writers=None):
+        looks.append(writers)
+        refresh(self, writers if len(looks) > 4 else ["2-of-2"])
+
+    monkeypatch.setattr(LocalFolder, "delete", lambda self, name: (deleted.append(name), delete(self, name)))
+    monkeypatch.setattr(Progress, "refresh", late)
+    assert run(STUDY, empty, shard=Shard(2, 2)).finished
+    assert FINISHED not in deleted and len(looks) > 4
 
 
 def test_tiles_belong_to_one_shard_each():
