@@ -256,7 +256,7 @@ def _from_store(path: str, colour: str | None, physical: bool) -> tuple[xr.Datas
 
 def _say_not_done(path: str, store: Store) -> None:
     """Print what is missing of a store, unless nothing is."""
-    from gearchaos.store.reading.load import missing_in_words
+    from gearchaos.store.reading.missing_words import missing_in_words
 
     if missing := missing_in_words(store):
         say(f"{path}: {missing}")

@@ -151,7 +151,7 @@ def _tiles_rows(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
     done = f"{found['tiles_done'] + lost} of {found['tiles']}"
     yield "tiles done", f"{done}{whole} ({share:.1%} of the work items)"
     if lost:
-        from gearchaos.store.reading.load import listed
+        from gearchaos.store.reading.missing_words import listed
 
         arrays = listed(found["missing"]["arrays"])
         yield "to be computed again", f"{lost} tiles that were done: files of {arrays} are missing or damaged"

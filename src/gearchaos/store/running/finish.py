@@ -90,7 +90,7 @@ def wait_and_finish(coordinator: Coordinator, *, locks: bool, verify: bool, prog
     if not _is_last(coordinator.store, coordinator.shard):
         return False
     latest = time.monotonic() + SETTLING_SECONDS
-    while time.monotonic() < latest and _may_be_done(coordinator):
+    while time.monotonic() < latest and _may_finish(coordinator):
         time.sleep(CHECK_SECONDS)
         if finish(coordinator, **options):
             return True
@@ -110,7 +110,7 @@ def _is_last(store: Store, shard: Shard) -> bool:
     return rank >= shard.count
 
 
-def _may_be_done(coordinator: Coordinator) -> bool:
+def _may_finish(coordinator: Coordinator) -> bool:
     """Whether no tile has failed, or there are others that are not done.
 
     A store of which all tiles are done may still be seen with files missing that another shard has just written.
