@@ -46,12 +46,12 @@ def test_the_transmission_error_says_which_formula_it_has_with_which_values():
     for design in (older, newer):
         row = datasheet(design)["transmission_error_amplitudes"]
         assert "f_i′ = K (4.3 2^((Q−5)/2) + f_pt + F_α)" in row.formula and "6 and 7: assumption" in row.source
-        (warning,) = design.warnings
+        (warning,) = design.assumptions
         assert warning.startswith("The accuracy grade gives no transmission error; this one is an assumption")
     source = datasheet(newer)["transmission_error_amplitudes"].source
     assert "by the formula of ISO 1328-1:1995, annex A, with the grade and the deviations f_pT and F_αT of " in source
-    assert "with the deviations of ISO 1328-1:2013, which has no such formula" in newer.warnings[0]
-    assert "formula of" not in older.warnings[0]
+    assert "with the deviations of ISO 1328-1:2013, which has no such formula" in newer.assumptions[0]
+    assert "formula of" not in older.assumptions[0]
 
 
 def test_the_amplitudes_from_the_grade_are_those_of_the_formula_shown():

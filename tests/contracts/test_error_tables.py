@@ -7,8 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import gearchaos as gc
+from gearchaos.cli import app
 from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import as_model
@@ -197,5 +199,8 @@ def test_gear_warns_of_a_file_that_it_cannot_use(tmp_path):
     file = tmp_path / "te.csv"
     file.write_text("Ordnung;Amplitude [um]\n1;3\n")
     design = gc.GearDesign(teeth=(50, 50), module="3 mm", face_width="20 mm", transmission_error={"orders": str(file)})
+    study = tmp_path / "design.toml"
+    study.write_text('[design]\nteeth = [50, 50]\nmodule = "3 mm"\nface_width = "20 mm"\n'
+                     f'transmission_error = {{ orders = "{file}" }}\n')
     (warning,) = [text for text in design.warnings if "cannot be used" in text]
-    assert f"{file}, line 1, must" in warning and not any("cannot" in text for text in design.cautions)
+    assert f"{file}, line 1, must" in warning and str(file) in CliRunner().invoke(app, ["gear", str(study)]).stderr

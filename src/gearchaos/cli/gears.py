@@ -68,6 +68,7 @@ def gear(
 
     found = _design(design, sets, torque)
     factors = None if speed is None else _dynamic_factor(found, speed)
+    notes = (*found.warnings, *found.assumptions)
     entries = datasheet(found) if factors is None else with_scanned_speeds(datasheet(found))
     if out is not None:
         _write_page(entries, found, factors, out)
@@ -76,11 +77,11 @@ def gear(
     if json_out:
         speeds = None if factors is None else _speeds_document(found, factors, factor, not factor_alone)
         print_json({"quantities": {n: _entry(e) for n, e in entries.items()}, **_model(found),
-                    "warnings": list(found.warnings), "speeds_to_avoid": speeds})
+                    "warnings": list(notes), "speeds_to_avoid": speeds})
         return
     from gearchaos.cli.tables import print_datasheet, print_speeds_to_avoid
 
-    print_datasheet(entries, found.warnings)
+    print_datasheet(entries, notes)
     if factors is not None:
         print_speeds_to_avoid(found, factors, factor, not factor_alone)
 

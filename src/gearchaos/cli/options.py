@@ -110,11 +110,11 @@ def load(
 
 
 def read_study(study: Path | None, sets: list[str] | None, axes: Iterable[Axis] = ()) -> LoadedStudy:
-    """The content of a study file with the values of ``--set``; prints the cautions of its design."""
+    """The content of a study file with the values of ``--set``; prints the warnings of its design."""
     from gearchaos.studyfile import load_study, parse_set
 
     loaded = load_study(study, parse_set(sets or []), axes=axes)
-    for text in loaded.cautions:
+    for text in loaded.warnings:
         say(f"warning: {text}")
     return loaded
 

@@ -16,7 +16,7 @@ from markupsafe import Markup, escape
 
 from gearchaos.datasheet.pictures import pictures
 from gearchaos.errors import InputError
-from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.design.gear_design import GearDesign, sentences
 from gearchaos.gears.sheet import Entry, shown_value, with_scanned_speeds
 
 if TYPE_CHECKING:
@@ -138,9 +138,9 @@ def _method(given: Any) -> str:
 
 def _notes(design: GearDesign) -> Iterator[str]:
     """What the designer should know: unusual values, limits of the transmission error and of the stiffness."""
-    yield from design.warnings
+    yield from (*design.warnings, *design.assumptions)
     with suppress(InputError):  # the quantities say what is missing
-        yield from (f"{text[0].upper()}{text[1:].rstrip('.')}." for text in design.mesh_stiffness.notes)
+        yield from sentences(design.mesh_stiffness.notes)
 
 
 def _groups(entries: Mapping[str, Entry]) -> list[tuple[str, list[dict[str, Any]]]]:

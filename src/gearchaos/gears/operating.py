@@ -253,12 +253,11 @@ def _design(**values: Any) -> GearDesign:
 
 def as_model(model: Any) -> MeshModel:
     """A `MeshModel` itself, or the model of gears; raises `InputError` for anything else."""
-    if is_design(model):
-        for text in model.cautions:
+    if is_design(model) or isinstance(model, GearPair):
+        found = operating_model(model)
+        for text in model.warnings if is_design(model) else ():
             warnings.warn(text, DesignWarning, stacklevel=1)  # one place for all studies: Python shows each text once
-        return operating_model(model)
-    if isinstance(model, GearPair):
-        return operating_model(model)
+        return found
     if not isinstance(model, MeshModel):
         raise InputError("model", "must be a MeshModel, a GearPair or a GearDesign", f"a {type(model).__name__}",
                          "E.g. gearchaos.MeshModel.of(omega=1, eps1=0.1).")

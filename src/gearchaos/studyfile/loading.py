@@ -87,9 +87,9 @@ class LoadedStudy:
         return self.model.gears if isinstance(self.model, OperatingModel) else None
 
     @property
-    def cautions(self) -> tuple[str, ...]:
-        """The cautions of the design; none if the file describes none."""
-        return self.gears.cautions if self.gears is not None and is_design(self.gears) else ()
+    def warnings(self) -> tuple[str, ...]:
+        """The warnings of the design; none if the file describes none."""
+        return self.gears.warnings if self.gears is not None and is_design(self.gears) else ()
 
     def options_for(self, kind: str) -> dict[str, Any]:
         """The options if the file describes a study of this kind, else none."""

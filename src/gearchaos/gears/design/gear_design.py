@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
@@ -332,29 +333,26 @@ class GearDesign(HasCard):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences about values that are possible but unusual, and about what the transmission error assumes."""
-        return (*self.cautions, *self._error_sentences("assumptions"), *self._unreadable_error)
+        """Sentences about unusual values, and about the transmission error; studies warn of them, too."""
+        return (*design_warnings(self), *sentences(self._error_warnings))
 
     @property
-    def cautions(self) -> tuple[str, ...]:
-        """The warnings without the assumptions of the method that the design names: those of which a study warns."""
-        return (*design_warnings(self), *self._error_sentences("warnings"))
-
-    @property
-    def _unreadable_error(self) -> tuple[str, ...]:
-        """What is wrong with the file of the transmission error: all that needs the error is refused."""
-        if self.exact or isinstance(self.transmission_error, str):
-            return ()
-        try:
-            _ = self.error_harmonics
-        except InputError as error:
-            return (f"The transmission error cannot be used: {error}",)
+    def assumptions(self) -> tuple[str, ...]:
+        """Sentences about what the method of the transmission error assumes."""
+        with suppress(InputError):  # reported by what needs the transmission error
+            return sentences(self.error_harmonics.assumptions)
         return ()
 
-    def _error_sentences(self, kind: str) -> tuple[str, ...]:
-        """The warnings or assumptions of the transmission error as sentences; none where it cannot be computed."""
+    @property
+    def _error_warnings(self) -> tuple[str, ...]:
+        """What the transmission error leaves out, or why its file cannot be used."""
         try:
-            found = getattr(self.error_harmonics, kind)
-        except InputError:  # reported by what needs the transmission error
-            return ()
-        return tuple(f"{text[0].upper()}{text[1:].rstrip('.')}." for text in found)
+            return self.error_harmonics.warnings
+        except InputError as error:
+            from_file = not isinstance(self.transmission_error, str)  # otherwise an input is missing, which is named
+            return (f"the transmission error cannot be used: {error}",) if from_file else ()
+
+
+def sentences(texts: Iterable[str]) -> tuple[str, ...]:
+    """Texts with a capital letter and a full stop."""
+    return tuple(f"{text[0].upper()}{text[1:].rstrip('.')}." for text in texts)
