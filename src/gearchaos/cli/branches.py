@@ -63,7 +63,7 @@ def branch(
     if json_out:
         print_json(document)
     else:
-        from gearchaos.cli.tables import print_branch
+        from gearchaos.cli.tables.branches import print_branch
 
         print_branch(document, dataset)
 

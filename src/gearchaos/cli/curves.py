@@ -68,7 +68,7 @@ def curve(
     if json_out:
         print_json(document)
     else:
-        from gearchaos.cli.tables import print_curve
+        from gearchaos.cli.tables.branches import print_curve
 
         print_curve(document, dataset, x.name, y.name)
 
@@ -111,7 +111,7 @@ def skeleton(
     if json_out:
         print_json({"study": "skeleton", "out": str(out), "plot": None if plot is None else str(plot), **document})
     else:
-        from gearchaos.cli.tables import print_skeleton
+        from gearchaos.cli.tables.branches import print_skeleton
 
         print_skeleton(document)
 

@@ -79,7 +79,7 @@ def gear(
         print_json({"quantities": {n: _entry(e) for n, e in entries.items()}, **_model(found),
                     "warnings": list(notes), "speeds_to_avoid": speeds})
         return
-    from gearchaos.cli.tables import print_datasheet, print_speeds_to_avoid
+    from gearchaos.cli.tables.gears import print_datasheet, print_speeds_to_avoid
 
     print_datasheet(entries, notes)
     if factors is not None:

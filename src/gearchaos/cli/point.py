@@ -57,7 +57,7 @@ def simulate(
     if json_out:
         print_json({**section(dataset), **({"units": section_units(dataset)} if physical else {})})
     else:
-        from gearchaos.cli.tables import print_section
+        from gearchaos.cli.tables.motions import print_section
 
         print_section(dataset)
 
@@ -88,7 +88,7 @@ def regime(
         document = _regime_document(verdict, loaded, physical)
         print_json(document if proof is None else {**document, "proof": proof.to_dict()})
     else:
-        from gearchaos.cli.tables import print_regime
+        from gearchaos.cli.tables.motions import print_regime
 
         print_regime(verdict, loaded, physical, proof)
     if plot:
@@ -150,6 +150,6 @@ def attractors(
     if json_out:
         print_json({**attractor_list(found), **({"units": attractor_units(found)} if physical else {})})
     else:
-        from gearchaos.cli.tables import print_attractors
+        from gearchaos.cli.tables.motions import print_attractors
 
         print_attractors(found)

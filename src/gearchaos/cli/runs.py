@@ -158,7 +158,7 @@ def info(store: StorePath, json_out: Json = False) -> None:
     if json_out:
         print_json(found)
     else:
-        from gearchaos.cli.tables import print_run
+        from gearchaos.cli.tables.stores import print_run
 
         print_run(found)
 

@@ -1,0 +1,110 @@
+"""The tables of branches and curves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rich.table import Table
+
+from gearchaos.cli.tables.text import print_table
+from gearchaos.quantities import OPERATION, quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    import xarray as xr
+
+def print_branch(document: dict[str, Any], dataset: xr.Dataset) -> None:
+    """Print a branch of periodic orbits: where it ends and is stable, jumps, its events in order."""
+    from gearchaos.studies.branch_lines import axis_of
+
+    name, (low, high) = axis_of(dataset), document["range"]
+    unit = _after(dataset, name)
+    table = Table(show_header=False)
+    table.add_row("branch", f"{document['points']} points, {name} from {low:.10g} to {high:.10g}{unit}")
+    if document["closed"]:
+        table.add_row("ends", "none: it is closed, an isola")
+    for end in document["ends"]:
+        table.add_row("end", f"{name} = {end['value']:.10g}{unit}: {end['why']}")
+    table.add_row("stable, in order\nalong the branch", "\n".join(_stable_parts(document, dataset, unit)) or "nowhere")
+    jumps = [f"{jump['direction']} at {jump['value']:.10g}{unit}, from event {jump['event'] + 1} to {_target(jump)}"
+             for jump in document["jumps"]]
+    if jumps:
+        table.add_row("jumps", "\n".join(jumps))
+    others = [("doubled", branch) for branch in document.get("cascade", [])]
+    others += [("asymmetric", branch) for branch in document.get("asymmetric", [])]
+    for word, branch in others:
+        stable = ", ".join(f"{a:.10g} to {b:.10g}" for a, b in branch["stable"])
+        table.add_row(f"{word}, {branch['period']}T", f"stable {stable + unit if stable else 'nowhere'}")
+    if document.get("cascade") == []:
+        table.add_row("doubled", "none: from its start the branch reaches no flip that changes its stability")
+    if document.get("feigenbaum"):
+        table.add_row("ratios of intervals", ", ".join(f"{ratio:.6g}" for ratio in document["feigenbaum"]))
+    print_table(table)
+    _print_events(document["events"], f"{name}{f' ({unit.strip()})' if unit else ''}")
+
+
+def _after(dataset: xr.Dataset, name: str) -> str:
+    """The unit of a parameter with a space before it; empty for a dimensionless one."""
+    unit = dataset[name].attrs["units"]
+    dimensional = unit != quantity(name).unit or name in {q.name for q in OPERATION}
+    return f" {unit.replace('*', ' ')}" if dimensional else ""
+
+
+def _stable_parts(document: dict[str, Any], dataset: xr.Dataset, unit: str) -> list[str]:
+    """The stable parts of a branch in order along it, with the events between which they lie."""
+    from gearchaos.studies.branch_lines import stable_parts
+
+    def place(event: int | None) -> str:
+        return "end" if event is None else f"event {event + 1}, {document['events'][event]['kind']}"
+
+    return [f"{part.first:.10g} to {part.last:.10g}{unit}, from {place(part.first_event)} to {place(part.last_event)}"
+            for part in stable_parts(dataset, document["closed"])]
+
+
+def _target(jump: Mapping[str, Any]) -> str:
+    """The motion to which a jump leads, in words."""
+    return f"{jump['to']}, {'on' if jump['on_branch'] else 'not on'} the branches followed"
+
+
+def _print_events(events: Sequence[Mapping[str, Any]], name: str) -> None:
+    """Print the events of a branch in order, one per row."""
+    if not events:
+        return
+    table = Table(title="Events, in order along the branch")
+    for title in ("", "event", name, "period", "multipliers", "residual"):
+        table.add_column(title, justify="left" if title == "event" else "right")
+    for number, event in enumerate(events, 1):
+        flank = {1: ", front flank", -1: ", back flank"}.get(event["boundary"], "")
+        multipliers = ", ".join(f"{a:.4g}{b:+.4g}i" if b else f"{a:.4g}" for a, b in event["multipliers"])
+        table.add_row(str(number), f"{event['kind']}{flank}", f"{event['value']:.12g}", f"{event['period']}T",
+                      multipliers, f"{event['residual']:.1e}")
+    print_table(table)
+
+
+def print_curve(document: dict[str, Any], dataset: xr.Dataset, x: str, y: str) -> None:
+    """Print a curve of events over two parameters: its range, where it ends, its points of codimension 2 in order."""
+    table, units = Table(show_header=False), {name: _after(dataset, name) for name in (x, y)}
+    ranges = ", ".join(f"{name} from {min(v):.10g} to {max(v):.10g}{units[name]}" for name in (x, y)
+                       for v in [[point[name] for point in document["points"]]])
+    table.add_row("curve", f"{len(document['points'])} points, {ranges}")
+    if not document["ends"]:
+        table.add_row("ends", "none: it is closed")
+    for end in document["ends"]:
+        place = ", ".join(f"{name} = {end[name]:.10g}{units[name]}" for name in (x, y))
+        table.add_row("end", f"{place}: {end['why']}")
+    for special in document["codimension2"]:
+        table.add_row(special["kind"], ", ".join(f"{name} = {special[name]:.10g}{units[name]}" for name in (x, y)))
+    print_table(table)
+
+
+def print_skeleton(document: dict[str, Any]) -> None:
+    """Print the numbers of curves of each kind and period, and of events whose curve could not be followed."""
+    table = Table(title="Curves")
+    for title in ("event", "period", "curves"):
+        table.add_column(title, justify="left" if title == "event" else "right")
+    for row in document["curves"]:
+        table.add_row(row["kind"], f"{row['period']}T", str(row["count"]))
+    print_table(table)
+    for why, count in document["failed"].items():
+        print(f"{count} events without curve: {why}")

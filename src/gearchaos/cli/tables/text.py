@@ -1,0 +1,26 @@
+"""Tables of text, and numbers in them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+FILE_WIDTH = 160
+"""Width of a table in characters where stdout is not a terminal."""
+
+
+def print_table(table: Table) -> None:
+    """Print a table in the width of the terminal."""
+    console = Console()
+    width = console.width if console.is_terminal else FILE_WIDTH
+    Console(width=width, markup=False).print(table)  # a unit in brackets, "[um]", is no markup
+
+
+def shown(value: Any) -> str:
+    """A value as text; "none" for None and NaN."""
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return "none"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
