@@ -13,7 +13,8 @@ from rich.table import Table
 from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app, tables
+from gearchaos.cli import app
+from gearchaos.cli.tables.text import print_table
 from gearchaos.dynamics import Classification
 from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.design.gear_pair import _table_stiffness
@@ -89,7 +90,7 @@ def test_the_printed_datasheet_shows_the_same_numbers():
 def test_a_unit_in_brackets_is_printed_and_is_no_markup(capsys):
     table = Table(title="angle [deg]")
     table.add_row("the column peak [um] is missing")
-    tables._print(table)
+    print_table(table)
     printed = capsys.readouterr().out
     assert "angle [deg]" in printed and "peak [um] is missing" in printed
 
