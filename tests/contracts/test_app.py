@@ -1,12 +1,18 @@
 """The explorer without a browser: its state, its bounds, its maps, and what it listens to."""
 
+import contextlib
+import signal
 import socket
+import time
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tornado.ioloop import IOLoop
 
 import gearchaos as gc
+from gearchaos.cli import explore
 from gearchaos.dynamics import Label
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import map as maps
@@ -322,3 +328,25 @@ def test_a_server_that_cannot_start_is_an_error_and_not_a_wait(monkeypatch):
 
 def test_a_view_names_no_file():
     assert not {"path", "file", "study"} & set(View.__dataclass_fields__)
+
+
+def test_ctrl_c_ends_the_explorer_also_where_python_ignores_exceptions(monkeypatch):
+    """As in a callback of a weak reference, in which KeyboardInterrupt is lost."""
+    loop, stopped = IOLoop(make_current=False), []
+
+    def interrupted():
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+
+    loop.add_callback(interrupted)
+    late = loop.call_later(20, loop.stop)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    begin = time.monotonic()
+    try:
+        explore._serve(SimpleNamespace(io_loop=loop, stop=lambda: stopped.append(True)), None)
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
+        loop.remove_timeout(late)
+        loop.close()
+    assert stopped and time.monotonic() < begin + 10

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import signal
 import webbrowser
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -69,9 +71,26 @@ def _view(loaded: LoadedStudy, given: list[Axis], no_arguments: bool) -> View:
 
 
 def _serve(running: Any, page: str | None) -> None:
-    """Run a Bokeh server until it is interrupted, and open a page of it in the browser, if one is given."""
+    """Run a Bokeh server until Ctrl-C, and open a page of it in the browser, if one is given.
+
+    Ctrl-C stops the loop instead of raising KeyboardInterrupt, which is lost where Python ignores exceptions, e.g. in
+    callbacks of weak references.
+    """
+    loop = running.io_loop
     if page:
-        running.io_loop.add_callback(webbrowser.open, page)
-    with contextlib.suppress(KeyboardInterrupt):
-        running.io_loop.start()
+        loop.add_callback(webbrowser.open, page)
+    with _interrupt_stops(loop):
+        loop.start()
     running.stop()
+
+
+@contextlib.contextmanager
+def _interrupt_stops(loop: Any) -> Iterator[None]:
+    """Let Ctrl-C stop a loop of Tornado, unless it is ignored, as in a background job."""
+    before = signal.getsignal(signal.SIGINT)
+    if before is signal.default_int_handler:
+        signal.signal(signal.SIGINT, lambda *_: loop.asyncio_loop.call_soon_threadsafe(loop.stop))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
