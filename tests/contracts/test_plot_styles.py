@@ -197,6 +197,8 @@ def test_the_picture_of_a_result_can_be_hatched_where_it_is_a_map_of_classes():
     plt.close(figure)
     with pytest.raises(InputError, match="hatch"):
         plot.result(diagram().assign_attrs(study="bifurcation"), hatch=True)
+    with pytest.raises(InputError, match="^hatch must be left out for a variable without classes; got 'v_rms'"):
+        plot.level(zones_map(), "v_rms", hatch=True)
 
 
 def test_a_picture_is_saved_with_the_data_that_it_shows(tmp_path):

@@ -55,7 +55,7 @@ def level(
     colorbar : bool
         Add a colour bar to the right, or the legend of the classes above.
     hatch : bool
-        Tell classes apart by hatching instead of colours, for print in black and white; a continuous variable has none.
+        Tell classes apart by hatching instead of colours, for print in black and white.
 
     Returns
     -------
@@ -64,7 +64,8 @@ def level(
     Raises
     ------
     InputError
-        If the Dataset is not a result of `gearchaos.zones`, or has no variable ``name`` over its plane.
+        If the Dataset is not a result of `gearchaos.zones`, or has no variable ``name`` over its plane; for
+        hatching of a variable without classes.
 
     Examples
     --------
@@ -76,11 +77,12 @@ def level(
     """
     check(ds, "zones", label=2, period=2)
     check_name(ds, "name", name, 2)
-    clip = _checked_clip(cmap, clip)
+    clip, classes = _checked_clip(cmap, clip), named_classes(ds, name)
+    if hatch and not classes:
+        raise InputError("hatch", "must be left out for a variable without classes", name)
     ax = new_axes(ax)
     horizontal, vertical = plane(ds, name)
     extent, title = cell_extent(ds[horizontal].values, ds[vertical].values), axis_label(ds[name], name)
-    classes = named_classes(ds, name)
     if classes:
         draw_classes(classes[0], ax, extent, classes[1], hatch=hatch)
     else:
