@@ -197,7 +197,7 @@ def test_the_picture_of_a_result_can_be_hatched_where_it_is_a_map_of_classes():
     plt.close(figure)
     with pytest.raises(InputError, match="hatch"):
         plot.result(diagram().assign_attrs(study="bifurcation"), hatch=True)
-    with pytest.raises(InputError, match="^hatch must be left out for a variable without classes; got 'v_rms'"):
+    with pytest.raises(InputError, match=r"^hatch must be left out for a variable without classes; got 'v_rms'"):
         plot.level(zones_map(), "v_rms", hatch=True)
 
 
