@@ -104,6 +104,12 @@ def test_a_style_holds_for_a_block_or_until_the_next_call():
     assert matplotlib.rcParams["font.size"] == 8
 
 
+@pytest.mark.parametrize(("name", "width", "height"), [("slides", "column", 70), ("dark", 50, 70), ("paper", 300, 140)])
+def test_the_height_that_is_not_given_leaves_room_for_labels_and_fits_on_a_page(name, width, height):
+    with plot.style(name, width):
+        assert 25.4 * matplotlib.rcParams["figure.figsize"][1] == pytest.approx(height)
+
+
 def test_a_style_ends_when_its_block_raises():
     before = dict(matplotlib.rcParams)
     with pytest.raises(RuntimeError), plot.style("slides"):
