@@ -246,6 +246,13 @@ def test_history_counts_mesh_periods():
     assert np.isclose(ax.lines[0].get_xdata()[32], 1.0)
 
 
+@pytest.mark.parametrize("orders", [6, 46])
+def test_a_spectrum_marks_whole_orders_without_crowding(orders):
+    ticks = plot.spectrum(motion(), "z", axes(), orders=orders).get_xticks()
+    assert 6 <= len(ticks) <= 13
+    assert all(tick == int(tick) for tick in ticks)
+
+
 def test_spectrum_finds_the_amplitudes_of_pure_tones_without_leakage():
     order, size = amplitudes(motion(), "z")
     found = {o: s for o, s in zip(order, size, strict=True) if s > 1e-9}

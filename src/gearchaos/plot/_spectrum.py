@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from gearchaos.dynamics import spectrum as spectra
 from gearchaos.errors import InputError
@@ -65,7 +66,7 @@ def spectrum(ds: xr.Dataset, name: str = "z_dot", ax: Axes | None = None, *, ord
     ax.semilogy(order[shown], np.maximum(amplitude[shown], floor), color=adapt(INK), linewidth=0.7)
     ax.set(xlabel="frequency in mesh orders $f/f_z$", ylabel=f"amplitude of {axis_label(ds[name], name)}")
     ax.set_xlim(0, orders)
-    ax.set_xticks(np.arange(int(orders) + 1))
+    ax.xaxis.set_major_locator(MaxNLocator(nbins=12, integer=True))
     ax.grid(axis="x", color=adapt("0.9"), linewidth=0.6)
     return ax
 
