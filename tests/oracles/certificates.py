@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from contextlib import suppress
 from itertools import pairwise
 from typing import Any
 
@@ -173,7 +174,7 @@ def _written(
         "radius": radius, "bits": bits, "switches": switches,
         "stability": {"inside": inside, "outside": d - inside, "Q": [[strings(row) for row in q] for q in Q]},
         "margins": dict.fromkeys(verifier.CERTIFICATE["margins"], "1e-300") | ({"separation": None} if n == 1 else {}),
-        "versions": {},
+        "versions": dict.fromkeys(["python", "gearchaos", "python-flint", "numpy"], "0"),
     }
     own = verifier.verify(sealed(out)).margins
     if share and own:
@@ -204,8 +205,10 @@ def round_to_int(x: arb, bits: int) -> int:
     return int((x * arb(2) ** bits + arb(0.5)).mid().floor().unique_fmpz())
 
 
-def sealed(certificate: dict[str, Any]) -> dict[str, Any]:
-    """With the checksum of its contents."""
+def sealed(certificate: dict[str, Any], words: bool = True) -> dict[str, Any]:
+    """With the words that belong to its contents, if it has any form, and with its checksum."""
     rest = {k: v for k, v in certificate.items() if k != "sha256"}
+    with suppress(verifier.Refused, LookupError, TypeError, ArithmeticError, ValueError):
+        rest |= {"theorem": verifier.sealed(certificate)["theorem"]} if words else {}
     text = json.dumps(rest, sort_keys=True, separators=(",", ":"))
     return {**rest, "sha256": hashlib.sha256(text.encode()).hexdigest()}

@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
+from gearchaos.cli.errors import say
 from gearchaos.cli.options import Json, Sets, StudyPath, app, load
 from gearchaos.cli.output import check_output, print_json
 from gearchaos.cli.proof_options import write_certificate
 from gearchaos.errors import InputError
-
-UNVERIFIED = {
-    "gearchaos event certificate":
-        "there is no verifier of events; those of the orbits at both ends can be checked: certificates() of the event",
-    "gearchaos box certificate": "there is no verifier of boxes of parameters",
-}
-"""Why files of these formats are refused."""
 
 REFUSED = 1
 """Exit code where a certificate does not prove what it claims."""
@@ -66,31 +60,35 @@ def _tolerances(texts: list[str]) -> dict[str, float]:
 
 @app.command()
 def verify(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Certificates, JSON.", readable=False)],
+    files: Annotated[
+        list[Path] | None, typer.Argument(metavar="FILE...", help="Certificates, JSON.", readable=False)
+    ] = None,
+    script: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the verifier: one file, needs python-flint alone.", readable=False),
+    ] = None,
 ) -> None:
     """Check certificates of periodic orbits and chaotic sets; exit code 0 if all are proved, 1 if any is refused."""
-    from gearchaos.studies.proofs import check_installed
+    from gearchaos.studies.proofs import check_installed, write_verifier
 
-    check_installed()
-    for file in files:
+    check_output("--script", script, (".py",))
+    if not files and script is None:
+        raise InputError("FILE", "must be given", None, "Name certificates, or write the verifier by --script FILE.")
+    if files:
+        check_installed()
+    for file in files or []:
         if not file.is_file():
             raise InputError("FILE", "must be a file", str(file))
-    results = [(file, _verified(file)) for file in files]
+    if script is not None:
+        write_verifier(script)
+        say(f"wrote {script}")
+    if not files:
+        return
+    from gearchaos.proof.verifier import verify_file
+
+    results = [(file, verify_file(file)) for file in files]
     for file, result in results:
         print(f"{file}: {'proved' if result.proved else 'refused'}")
         print("\n".join(f"  {line}" for line in result.lines))
     if not all(result.proved for _, result in results):
         raise typer.Exit(REFUSED)
-
-
-def _verified(file: Path) -> Any:
-    """The result of the check of a file: whether it is ``proved``, and ``lines`` of text."""
-    from gearchaos.proof import chaos_file
-
-    if chaos_file.is_chaotic_set(file):
-        return chaos_file.verify_file(file)
-    if chaos_file.format_of(file) in UNVERIFIED:
-        return chaos_file.Result(False, [UNVERIFIED[chaos_file.format_of(file)]])
-    from gearchaos.proof.verifier import verify_file
-
-    return verify_file(file)

@@ -5,18 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from importlib.resources import files
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 from gearchaos.errors import InputError
-from gearchaos.files import write_bytes
 from gearchaos.paper.claims import CONTRADICTED, MISPRINT, Claim, PeriodicMotion
 from gearchaos.paper.text import symbol
 from gearchaos.proof.certificate import Unproved
 from gearchaos.studies import regime
-from gearchaos.studies.proofs import check_installed, prove
+from gearchaos.studies.proofs import check_installed, prove, write_verifier
 
 FOLDER = "certificates"
 """Folder of the certificates, beside the page."""
@@ -37,8 +35,7 @@ def prove_claims(claims: Iterable[Claim], folder: Path) -> list[Claim]:
     """
     out = [replace(claim, proofs=[_proof(motion, claim.id, folder) for motion in claim.motions]) for claim in claims]
     if any(proof["proved"] for claim in out for proof in claim.proofs):
-        script = files("gearchaos.proof").joinpath("verifier.py").read_bytes()
-        write_bytes(folder / FOLDER / "verifier.py", script)
+        write_verifier(folder / FOLDER / "verifier.py")
     return out
 
 

@@ -143,21 +143,6 @@ class Certificate:
         return f"Certificate({self.period}T, radius={self.document['radius']}, bits={self.bits})"
 
 
-def certificate(
-    model: dict[str, Any], coordinates: tuple[str, ...], phase: str, points: list[list[str]], radius: str, bits: int,
-    switches: list[list[dict[str, Any]]], stability: dict[str, Any], margins: dict[str, str | None],
-) -> Certificate:
-    """A certificate from its parts, with the theorem in words, the versions and the checksum."""
-    document = {
-        "format": FORMAT, "version": VERSION,
-        "theorem": _theorem(model["kind"], coordinates, len(points), phase, radius, switches, stability),
-        "model": model, "coordinates": list(coordinates), "phase": phase, "period": len(points), "points": points,
-        "radius": radius, "bits": bits, "switches": switches, "stability": stability, "margins": margins,
-        "versions": used_versions(),
-    }
-    return Certificate({**document, "sha256": checksum(document)})
-
-
 def checksum(document: dict[str, Any]) -> str:
     """SHA-256 of the canonical JSON of a certificate without its checksum."""
     rest = {name: value for name, value in document.items() if name != "sha256"}
@@ -169,40 +154,3 @@ def used_versions() -> dict[str, str]:
     """The versions of the programs that made a certificate."""
     names = ("gearchaos", "python-flint", "numpy")
     return {"python": platform.python_version(), **{name: version(name) for name in names}}
-
-
-def _theorem(
-    kind: str, names: tuple[str, ...], n: int, phase: str, radius: str, switches: list[list[dict[str, Any]]],
-    stability: dict[str, Any],
-) -> str:
-    """What is proved, in words."""
-    when = "tau = k T" if phase == "0x0p+0" else f"tau = (k + {float.fromhex(phase)!r}) T"
-    times = f"(k = 0 ... {n - 1})" if n > 1 else "(k = 0)"
-    return " ".join((
-        f"For the {kind} model with the parameters below, in the coordinates {', '.join(names)}, there is exactly one",
-        f"orbit of period {_count(n, 'mesh period')} whose {'states' if n > 1 else 'state'} at {when} {times}",
-        f"{'lie' if n > 1 else 'lies'} within {radius} of the",
-        f"{'points' if n > 1 else 'point'} listed, in each coordinate.",
-        *(["It repeats after no smaller number of mesh periods."] if n > 1 else []),
-        _contact_in_words(sum(map(len, switches))), _stability_in_words(stability["inside"], stability["outside"]),
-    ))
-
-
-def _contact_in_words(count: int) -> str:
-    """The number of switches in words."""
-    if count == 0:
-        return "Its teeth never switch contact."
-    return f"Its teeth switch contact {_count(count, 'time')}, in the order and the time windows listed."
-
-
-def _stability_in_words(inside: int, outside: int) -> str:
-    """The numbers of multipliers in words."""
-    if outside == 0:
-        return f"All {inside} of its multipliers lie inside the unit circle: it is stable in these coordinates."
-    return (f"Of its {inside + outside} multipliers {inside} lie{'s' if inside == 1 else ''} inside the unit circle "
-            f"and {outside} outside: it is unstable.")
-
-
-def _count(n: int, noun: str) -> str:
-    """A number with a noun."""
-    return f"{n} {noun}{'' if n == 1 else 's'}"

@@ -21,11 +21,12 @@ import numpy as np
 from gearchaos.files import write_bytes
 from gearchaos.model.parameters import MeshModel
 from gearchaos.proof.balls import ball, from_text, precision, to_fraction, to_text
-from gearchaos.proof.certificate import Unproved, checksum, used_versions
+from gearchaos.proof.certificate import Unproved, used_versions
 from gearchaos.proof.covering import Parallelogram, prove_covering
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.parameters import exact_parameters
+from gearchaos.proof.verifier import growth, sealed
 
 FORMAT, VERSION = "gearchaos chaotic set", 1
 
@@ -34,8 +35,6 @@ SLACK = "0.01"
 
 _DIGITS = 6
 """Decimal digits of the bound of the entropy."""
-
-_LONGEST_WORD = 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,10 +45,13 @@ class ChaoticSet:
     ----------
     document : dict
         The theorem with the sets and transitions, in the form in which it is written, see ``docs/proofs.md``.
+    seconds : float
+        How long the proof took, without the search for the sets.
     """
 
     proved: ClassVar[bool] = True
     document: dict[str, Any]
+    seconds: float
 
     @property
     def theorem(self) -> str:
@@ -75,11 +77,6 @@ class ChaoticSet:
     def bits(self) -> int:
         """The precision of the proof in bits."""
         return self.document["bits"]
-
-    @property
-    def seconds(self) -> float:
-        """How long the proof took, without the search for the sets."""
-        return self.document["seconds"]
 
     def in_words(self) -> str:
         """The theorem, with the precision of its proof."""
@@ -144,8 +141,7 @@ def prove_chaotic_set(
             "transitions": transitions, "slack": SLACK, "bits": bits, **_entropy_bound(transitions),
         }
     seconds = round(time.perf_counter() - start, 3)
-    document |= {"theorem": theorem(document), "seconds": seconds, "versions": used_versions()}
-    return ChaoticSet({**document, "sha256": checksum(document)})
+    return ChaoticSet(sealed({**document, "versions": used_versions()}), seconds)
 
 
 def harmonic(name: str) -> int:
@@ -201,44 +197,6 @@ def _entropy_bound(transitions: list[list[int]]) -> dict[str, Any]:
     scaled = ball(growth(transitions, weights)).log() * 10**_DIGITS
     entropy = Fraction(to_fraction(scaled.lower()).__floor__(), 10**_DIGITS)
     return {"entropy": f"{float(entropy):.{_DIGITS}f}", "weights": [to_text(w) for w in weights]}
-
-
-def growth(transitions: Sequence[Sequence[int]], weights: Sequence[Fraction]) -> Fraction:
-    """The least (A v)_i / v_i, a lower bound of the spectral radius, for positive weights v."""
-    sums = [Fraction(0)] * len(weights)
-    for first, second in transitions:
-        sums[first] += weights[second]
-    return min(total / weight for total, weight in zip(sums, weights, strict=True))
-
-
-def theorem(document: Mapping[str, Any]) -> str:
-    """What is proved, in words."""
-    sets, (length, words) = document["sets"], _shift(document["transitions"], len(document["sets"]))
-    near = "".join(f", for every {name} within {size} of its value" for name, size in document["tolerances"].items())
-    percent = f"{100 * float(document['slack']):g} %"
-    return " ".join((
-        f"Let P be the map of the states (z, z_dot) of the {document['model']['kind']} model with the parameters below",
-        f"over one mesh period from tau = 0 on{near}.",
-        f"Each of the {len(sets)} parallelograms listed covers, with a slack of {percent}, those to which a transition",
-        "leads from it. So every path along the transitions is followed by a motion, and every closed path by a",
-        "periodic one. Parallelograms to which the same one leads are disjoint, so different paths have different",
-        f"motions. The topological entropy of P is at least {document['entropy']} (natural logarithm, a mesh period).",
-        f"There is a chaotic set, on which P^{length} is semiconjugate to the shift on {words} symbols.",
-        "It need not attract: such sets exist inside periodic windows too.",
-    ))
-
-
-def _shift(transitions: Sequence[Sequence[int]], count: int) -> tuple[int, int]:
-    """The least length n of which there are several closed paths from set 0, and their number."""
-    paths = [1] + [0] * (count - 1)
-    for length in range(1, _LONGEST_WORD):
-        following = [0] * count
-        for first, second in transitions:
-            following[second] += paths[first]
-        paths = following
-        if paths[0] > 1:
-            return length, paths[0]
-    raise ValueError("the transitions have no two closed paths of the same length from set 0")
 
 
 def _loops(transitions: Sequence[Sequence[int]]) -> list[list[int]]:

@@ -14,13 +14,14 @@ from gearchaos.errors import InputError, whole_number
 from gearchaos.model.parameters import MeshModel
 from gearchaos.proof.balls import LEAST_BITS, MOST_BITS, precision, to_fraction, to_text
 from gearchaos.proof.candidate import Candidate
-from gearchaos.proof.certificate import Certificate, Unproved, certificate
+from gearchaos.proof.certificate import FORMAT, VERSION, Certificate, Unproved, used_versions
 from gearchaos.proof.coordinates import lifted
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations, equations_at
 from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.stability import Stability, stability
 from gearchaos.proof.tube import Tube, Window, period_tube
+from gearchaos.proof.verifier import sealed
 
 _PRECISIONS = (128, 192, 256, 384, 512, 768)
 """Precisions in bits that are tried after the first one."""
@@ -237,13 +238,16 @@ def _certificate(proof: _Proof) -> Certificate:
         "contact": min(min(t.margins.values()) for t in proof.tubes), "stability": stable.margin,
     }
     matrices = [[[to_text(Fraction(v)) for v in row] for row in q] for q in stable.matrices.tolist()]
-    return certificate(
-        dict(equations.parameters), equations.names, to_text(equations.phase),
-        [[to_text(v) for v in point] for point in candidate.points], f"1e-{proof.exponent}", equations.bits,
-        [[_switch(window) for window in tube.windows] for tube in proof.tubes],
-        {"inside": stable.inside, "outside": stable.outside, "Q": matrices},
-        {name: None if value is None else f"{_CLAIMED_SHARE * value:.3e}" for name, value in margins.items()},
-    )
+    return Certificate(sealed({
+        "format": FORMAT, "version": VERSION, "model": dict(equations.parameters), "coordinates": list(equations.names),
+        "phase": to_text(equations.phase), "period": len(candidate.points),
+        "points": [[to_text(v) for v in point] for point in candidate.points],
+        "radius": f"1e-{proof.exponent}", "bits": equations.bits,
+        "switches": [[_switch(window) for window in tube.windows] for tube in proof.tubes],
+        "stability": {"inside": stable.inside, "outside": stable.outside, "Q": matrices},
+        "margins": {name: None if v is None else f"{_CLAIMED_SHARE * v:.3e}" for name, v in margins.items()},
+        "versions": used_versions(),
+    }))
 
 
 def _switch(window: Window) -> dict[str, Any]:

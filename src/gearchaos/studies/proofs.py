@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from importlib.resources import files
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +12,7 @@ import numpy as np
 from gearchaos.continuation.orbit import Orbit
 from gearchaos.dynamics.orbits import sections
 from gearchaos.errors import InputError, missing_package, whole_number
+from gearchaos.files import write_bytes
 from gearchaos.gears.operating import AnyModel
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.coordinates import from_physical, transmission_error_at_start
@@ -65,6 +68,11 @@ def check_installed() -> None:
     """Raise `InputError` unless python-flint is installed."""
     if find_spec("flint") is None:
         raise missing_package("prove", "python-flint", "proof")
+
+
+def write_verifier(path: Path) -> None:
+    """Write the verifier of certificates, a program in one file that needs Python and python-flint alone."""
+    write_bytes(path, files("gearchaos.proof").joinpath("verifier.py").read_bytes())
 
 
 def orbit_points(subject: AnyModel | Verdict | Orbit) -> tuple[MeshModel, np.ndarray]:

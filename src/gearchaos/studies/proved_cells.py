@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +16,7 @@ from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel
 from gearchaos.proof.batch import OrbitToProve, prove_in_process
 from gearchaos.proof.codes import INFERRED, NO_REASON, REASON_CODES, Proved
+from gearchaos.studies.proofs import write_verifier
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -99,12 +99,10 @@ def certificate_files(folder: str | None, cells: np.ndarray, columns: int) -> li
     """
     if folder is None:
         return [None] * len(cells)
-    from gearchaos import proof
-
     target, places = Path(folder), [divmod(int(cell), columns) for cell in cells]
     for row in {row for row, _ in places}:
         (target / f"row{row:04d}").mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(Path(proof.__path__[0]) / "verifier.py", target / "verifier.py")
+    write_verifier(target / "verifier.py")
     files = [target / f"row{row:04d}" / f"column{column:04d}.json" for row, column in places]
     for file in files:
         file.unlink(missing_ok=True)
