@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from gearchaos.proof.box_tube import BoxTube, box_tube
 from gearchaos.proof.candidate import Candidate, column
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.krawczyk import CyclicSystem
+from gearchaos.proof.krawczyk import CyclicSystem, float_midpoint
 from gearchaos.proof.parameter_box import LEVELS, coefficients
 from gearchaos.proof.stability import Stability, stability
 from gearchaos.proof.trajectory import Trajectory, trajectory
@@ -72,10 +73,12 @@ class BoxSystem:
         The orbit, converged to rounding errors.
     widths : list of dict
         For each u_j the parameters that it changes, with their half-widths.
+    grazing : bool
+        Orbits of the box may graze a contact boundary: their switches are not the same.
     """
 
-    def __init__(self, candidate: Candidate, widths: list[dict[str, Fraction]]) -> None:
-        self.candidate, self.widths = candidate, widths
+    def __init__(self, candidate: Candidate, widths: list[dict[str, Fraction]], grazing: bool = False) -> None:
+        self.candidate, self.widths, self.grazing = candidate, widths, grazing
         self.equations, self.count = candidate.equations, len(widths)
         self._check_coordinates()
         centre = coefficients(self.equations.parameters, self._derivatives(Fraction(1)), at_centre=True)
@@ -85,7 +88,7 @@ class BoxSystem:
         changes = [[a.image - b.image for a, b in zip(m, motions, strict=True)] for m in moved]
         steps = [candidate.system.newton_step(change) for change in changes]
         self.drift: np.ndarray = np.stack(steps, axis=2) / float(_DIFFERENCE)
-        self.shifts = self._shifts(moved)
+        self.delays = self._delays(moved)
 
     def bounds(self, scale: Fraction) -> BoxBounds:
         """The bounds of the coefficients in the box with its half-widths times ``scale``."""
@@ -111,21 +114,25 @@ class BoxSystem:
         equations = MeshEquations(parameters, self.equations.phase, self.equations.bits)
         return [trajectory(equations, column(point)) for point in self.candidate.points]
 
-    def _shifts(self, moved: list[list[Trajectory]]) -> list[np.ndarray]:
-        """About the derivatives (S, m) of the times of the switches of each mesh period by u."""
+    def _delays(self, moved: list[list[Trajectory]]) -> list[np.ndarray]:
+        """About the derivatives (S, m) of the times of the switches of each mesh period by u, from the same states."""
         out = []
         for k, motion in enumerate(self.candidate.trajectories):
             rows = np.zeros((len(motion.switches), self.count))
-            for s, switch in enumerate(motion.switches):
-                rate = float(switch.rate.mid())
-                row = np.array([float(switch.slopes[0, i].mid()) for i in range(self.equations.dimension)])
-                for j in range(self.count):
-                    other = moved[j][k].switches
-                    if len(other) == len(motion.switches):
-                        rows[s, j] = float((other[s].time - switch.time).mid()) / float(_DIFFERENCE)
-                rows[s] -= row @ self.drift[k] / rate
+            for j in range(self.count):
+                others = moved[j][k].switches
+                if len(others) == len(rows):
+                    for s, (other, switch) in enumerate(zip(others, motion.switches, strict=True)):
+                        rows[s, j] = float((other.time - switch.time).mid()) / float(_DIFFERENCE)
             out.append(rows)
         return out
+
+    @cached_property
+    def shifts(self) -> list[np.ndarray]:
+        """About the derivatives (S, m) of the times of the switches of each mesh period by u, from c_k + C_k u."""
+        return [rows - np.array([float_midpoint(switch.slopes)[0] @ drift / float(switch.rate.mid())
+                                 for switch in motion.switches]).reshape(rows.shape)
+                for rows, drift, motion in zip(self.delays, self.drift, self.candidate.trajectories, strict=True)]
 
     def prove(self, scale: Fraction) -> BoxProof:
         """The proof for the box with its half-widths times ``scale``; raises `UndecidedError` if it fails."""
@@ -161,7 +168,7 @@ class BoxSystem:
         """The tubes of all mesh periods."""
         d = self.equations.dimension
         return [box_tube(bounds, motion, arb_mat(d, self.count, (size * self.drift[k]).ravel().tolist()), radius,
-                         size * self.shifts[k])
+                         size * self.shifts[k], self.grazing)
                 for k, motion in enumerate(self.candidate.trajectories)]
 
     def _defects(self, tubes: list[BoxTube], size: float) -> list[arb_mat]:

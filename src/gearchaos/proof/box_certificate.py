@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -49,7 +51,7 @@ class BoxCertificate:
 
     @property
     def widths(self) -> dict[str, float]:
-        """The half-widths of the box that is proved, by parameter."""
+        """The half-widths of the box that is proved, by the names that were given."""
         return {name: float.fromhex(text) for name, text in self.document["box"].items()}
 
     @property
@@ -85,7 +87,7 @@ class BoxCertificate:
 
 
 def prove_parameter_box(
-    model: MeshModel, points: np.ndarray, widths: list[dict[str, Fraction]], bits: int
+    model: MeshModel, points: np.ndarray, widths: Mapping[str, dict[str, Fraction]], bits: int
 ) -> BoxCertificate | Unproved:
     """Prove a periodic orbit for all models in a box of parameters, the largest up to the one asked for.
 
@@ -95,8 +97,8 @@ def prove_parameter_box(
         The centre of the box.
     points : (n, d)
         Approximate states of the orbit at τ = k T.
-    widths : list of dict
-        For each direction of the box the parameters that change together, with their half-widths.
+    widths : mapping of str to dict
+        For each name the parameters that change together, with their half-widths.
     bits : int
     """
     with precision(bits):
@@ -105,22 +107,23 @@ def prove_parameter_box(
         if candidate is None:
             return Unproved("Newton diverged", 0.0, bits)
         try:
-            system = BoxSystem(candidate, widths)
-            return _certificate(system, largest_box(system, Fraction(1)))
+            system = BoxSystem(candidate, list(widths.values()))
+            return _certificate(system, list(widths), largest_box(system, Fraction(1)))
         except UndecidedError as failure:
             return Unproved(failure.reason, failure.margin, bits)
 
 
-def _certificate(system: BoxSystem, proof: BoxProof) -> BoxCertificate:
-    """The certificate of a proof."""
+def _certificate(system: BoxSystem, names: list[str], proof: BoxProof) -> BoxCertificate:
+    """The certificate of a proof for a box with these names of the u_j."""
     equations, found = system.equations, proof.stability
-    box = {name: (float(width) * proof.scale).hex() for together in system.widths for name, width in together.items()}
+    sizes = [_below(next(iter(together.values())) * Fraction(proof.scale)) for together in system.widths]
     document = {
-        "format": FORMAT, "version": VERSION, "theorem": _in_words(system, proof, box),
-        "model": dict(equations.parameters), "box": box, "scale": proof.scale,
+        "format": FORMAT, "version": VERSION, "theorem": _in_words(system, proof, sizes),
+        "model": dict(equations.parameters), "scale": proof.scale,
+        "box": {name: size.hex() for name, size in zip(names, sizes, strict=True)},
         "together": [sorted(names) for names in system.widths], "coordinates": list(equations.names),
         "period": system.candidate.period,
-        "points": [[float(v).hex() for v in point] for point in system.candidate.points],
+        "points": [[to_text(v) for v in point] for point in system.candidate.points],
         "derivatives": [[[float(v).hex() for v in row] for row in point] for point in proof.scale * system.drift],
         "radius": proof.radius, "reach": proof.reach.tolist(), "bits": equations.bits, "switches": proof.switches,
         "stability": {"inside": found.inside, "outside": found.outside,
@@ -131,16 +134,23 @@ def _certificate(system: BoxSystem, proof: BoxProof) -> BoxCertificate:
     return BoxCertificate({**document, "sha256": checksum(document)})
 
 
-def _in_words(system: BoxSystem, proof: BoxProof, box: dict[str, str]) -> str:
+def _below(value: Fraction) -> float:
+    """The largest float that a number is not below."""
+    nearest = float(value)
+    return nearest if nearest <= value else math.nextafter(nearest, -math.inf)
+
+
+def _in_words(system: BoxSystem, proof: BoxProof, sizes: list[float]) -> str:
     """What is proved, in words."""
     n, found, kind = system.candidate.period, proof.stability, system.equations.parameters["kind"]
-    sizes = ", ".join(f"{name} by up to {float.fromhex(text):.3g}" for name, text in box.items())
+    box = ", ".join(f"{' and '.join(together)} by {'up to' if len(together) == 1 else 'the same amount of up to'} {size}"
+                    for together, size in zip(system.widths, sizes, strict=True))
     outside = f"It has {found.outside} multipliers outside the unit circle"
     stable = "It is stable in its coordinates" if found.outside == 0 else outside
     return " ".join((
-        f"For every {kind} model whose parameters differ from those below in {sizes} there is an orbit of",
+        f"For every {kind} model whose parameters differ from those below in {box} there is an orbit of",
         f"period {n} mesh periods, and no fewer, whose states at tau = k T lie in the boxes listed: within",
-        f"'reach' of the points, and within {proof.radius:.3g} of the points displaced by the derivatives. It is the",
+        "'reach' of the points, and within 'radius' of the points displaced by the derivatives. It is the",
         f"only orbit of period {n} there.",
         f"{stable}, and its teeth switch contact {sum(proof.switches)} times.",
     ))

@@ -9,6 +9,10 @@ A and B after piece N are at most
 
 with the products of the precise matrices at the centre. So bounds are not multiplied by bounds from piece to piece, and
 errors do not grow faster than the motions do.
+
+Where motions of the box graze a contact boundary, some touch it twice and others not at all. The windows of the two
+switches are then taken as one, before and after which all motions are in the same contact state. Within it a motion may
+switch any number of times, since κ is anything from 0 to χ.
 """
 
 from __future__ import annotations
@@ -16,6 +20,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from flint import arb, arb_mat, arb_poly
@@ -41,12 +46,21 @@ class BoxTube:
     by_parameters : arb_mat
         B, (d, m).
     switches : int
-        Number of contact switches of every motion.
+        Number of windows: where none is that of a graze, the number of contact switches of every motion.
     """
 
     slopes: arb_mat
     by_parameters: arb_mat
     switches: int
+
+
+class _Window(NamedTuple):
+    """A time window of contact switches on one flank, with the numbers of the first and the last one of the centre."""
+
+    low: arb
+    high: arb
+    first: int
+    last: int
 
 
 class _Path:
@@ -69,7 +83,8 @@ class _Path:
 
 
 def box_tube(
-    bounds: BoxBounds, centre: Trajectory, drift: arb_mat, radius: float, shifts: np.ndarray
+    bounds: BoxBounds, centre: Trajectory, drift: arb_mat, radius: float, shifts: np.ndarray,
+    grazing: bool = False,
 ) -> BoxTube:
     """The motions over one mesh period from the section on.
 
@@ -85,13 +100,15 @@ def box_tube(
     shifts : (S, m)
         About the derivatives by u of the times of the switches, for the starts c + C u: they set the widths of the
         windows.
+    grazing : bool
+        Take overlapping windows of two switches on one flank as one.
 
     Raises
     ------
     UndecidedError
         With the reason and margin of what could not be proved.
     """
-    return _BoxTube(bounds, centre, drift, radius).result(shifts)
+    return _BoxTube(bounds, centre, drift, radius).result(shifts, grazing)
 
 
 class _BoxTube:
@@ -109,15 +126,19 @@ class _BoxTube:
         self.products: list[arb_mat] = []
         self.weights: list[np.ndarray] = []
 
-    def result(self, shifts: np.ndarray) -> BoxTube:
+    def result(self, shifts: np.ndarray, grazing: bool) -> BoxTube:
         """Follow the motions from section to section."""
-        windows = [self._window(switch, shift) for switch, shift in zip(self.centre.switches, shifts, strict=True)]
+        windows = [self._window(number, switch, shift)
+                   for number, (switch, shift) in enumerate(zip(self.centre.switches, shifts, strict=True))]
+        if grazing:
+            windows = self._united(windows)
         self._check_order(windows)
-        ends = [arb(0), *(high for _, high in windows)], [*(low for low, _ in windows), arb(1)]
-        for segment, (low, high) in enumerate(zip(*ends, strict=True)):
-            self._between(segment, low, high)
-            if segment < len(windows):
-                self._through(segment, *windows[segment])
+        segment, time = 0, arb(0)
+        for window in windows:
+            self._between(segment, time, window.low)
+            self._through(window)
+            segment, time = window.last + 1, window.high
+        self._between(segment, time, arb(1))
         return BoxTube(_widened(self.slopes, self.slope_error), _widened(self.drift, self.drift_error), len(windows))
 
     def difference(self) -> arb_mat:
@@ -125,22 +146,36 @@ class _BoxTube:
         return (_widened(self.slopes, self.slope_error) * self.state
                 + _widened(self.drift, self.drift_error) * self.unit)
 
-    def _window(self, switch: Switch, shift: np.ndarray) -> tuple[arb, arb]:
-        """The ends of the window of a switch: the spread of its times to first order, widened."""
+    def _window(self, number: int, switch: Switch, shift: np.ndarray) -> _Window:
+        """The window of a switch: the spread of its times to first order, widened."""
         if not (switch.rate > 0 or switch.rate < 0):
             raise UndecidedError("tangency undecided", least(abs(switch.rate)))
         row = block(switch.slopes, 1, range(self.dimension))
         spread = magnitude((row * self.state)[0, 0]) / magnitude(switch.rate) + float(np.abs(shift).sum())
         half = _WIDENING * spread + 2.0 ** (24 - self.equations.bits)
         digits = 12 - math.floor(math.log2(half))
-        return tuple(ball(rounded(switch.time + side * half, digits)) for side in (-1, 1))  # type: ignore[return-value]
+        low, high = (ball(rounded(switch.time + side * half, digits)) for side in (-1, 1))
+        return _Window(low, high, number, number)
 
-    def _check_order(self, windows: list[tuple[arb, arb]]) -> None:
+    def _united(self, windows: list[_Window]) -> list[_Window]:
+        """The windows, those of two switches on one flank that overlap as one."""
+        flanks, out = [switch.flank for switch in self.centre.switches], list[_Window]()
+        for window in windows:
+            before = out[-1] if out else window
+            if (before.first == before.last == window.first - 1 and flanks[before.first] == flanks[window.first]
+                    and not before.high < window.low):
+                low, high = before.low.min(window.low), before.high.max(window.high)
+                out[-1] = _Window(low, high, before.first, window.last)
+            else:
+                out.append(window)
+        return out
+
+    def _check_order(self, windows: list[_Window]) -> None:
         """Raise `UndecidedError` unless the windows follow each other within the period."""
-        for (_, before), (after, _) in pairwise(windows):
-            if not before < after:
-                raise UndecidedError("windows overlap", least(after - before))
-        if windows and not (windows[0][0] > 0 and windows[-1][1] < 1):
+        for before, after in pairwise(windows):
+            if not before.high < after.low:
+                raise UndecidedError("windows overlap", least(after.low - before.high))
+        if windows and not (windows[0].low > 0 and windows[-1].high < 1):
             raise UndecidedError("section on the contact boundary", 0.0)
 
     def _between(self, segment: int, low: arb, high: arb) -> None:
@@ -191,14 +226,15 @@ class _BoxTube:
         error = sum(magnitudes(p.tolist()) @ w for p, w in zip(self.products, self.weights, strict=True)) * UP
         self.slope_error, self.drift_error = error[:, :self.dimension], error[:, self.dimension:]
 
-    def _through(self, segment: int, low: arb, high: arb) -> None:
+    def _through(self, window: _Window) -> None:
         """Follow the motions through a window, in which κ is anything from 0 to χ."""
-        switch, duration, d = self.centre.switches[segment], high - low, self.dimension
+        low, high, d = window.low, window.high, self.dimension
+        switch, duration = self.centre.switches[window.first], high - low
         matrix, spring, chi = window_balls(self.bounds)
-        entry = self._centre_at(segment, low)
+        entry = self._centre_at(window.first, low)
         states = self._enclosure(switch, entry + self.difference(), low, high)
         speed = (switch.flank if switch.into_contact else -switch.flank) * states[1, 0]
-        if not speed > 0:
+        if window.first == window.last and not speed > 0:
             raise UndecidedError("tangency undecided", least(speed))
         flow = _window_flow(matrix, spring, chi, duration)
         bound = norm(matrix) + norm(spring) * magnitude(chi)

@@ -7,81 +7,83 @@ from fractions import Fraction
 from typing import Any
 
 from gearchaos.proof.balls import from_text, precision, to_text
-from gearchaos.proof.box import BoxSystem
+from gearchaos.proof.box import BoxSystem, shifted
 from gearchaos.proof.certificate import Certificate
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.parameter_box import LEVELS, SCALARS
 from gearchaos.proof.search import converged
 
-_EXPONENTS = (3, 4, 5, 6, 7, 8, 9, 10)
+_EXPONENTS = (3, 4, 5, 6, 7, 8, 9, 10, 11, 12)
 """Radii 10^-k that are tried."""
 
 
-def connection(below: Certificate, above: Certificate, bits: int) -> dict[str, Any] | None:
+def connection(below: Certificate, above: Certificate, bits: int, start: Certificate | None = None) -> dict[str, Any]:
     """The proof for the straight line of parameters between two models.
+
+    Parameters
+    ----------
+    below, above : Certificate
+        Of orbits of one period, at one phase of the section.
+    bits : int
+    start : Certificate, optional
+        That of the two from which the line begins, if orbits along it may graze a contact boundary: the one whose teeth
+        switch contact more often. By default it begins in the middle.
 
     Returns
     -------
-    dict or None
-        ``points``, ``derivative``, ``radius`` and ``margin``: for each u from -1 (``below``) to 1 (``above``) there is
-        exactly one orbit within ``radius`` of the points plus u times the derivative, no multiplier is 1, and those of
-        both certificates are the ones at u = -1 and 1. None if a parameter differs that a box cannot vary.
+    dict
+        ``points``, ``derivative``, ``radius``, ``margin`` and ``ends``: for each u between ``ends`` (that of ``below``
+        and that of ``above``) there is exactly one orbit within ``radius`` of the points plus u times the derivative,
+        no multiplier is 1, no contact switch is at a section, and the orbits of both certificates are those at ``ends``.
 
     Raises
     ------
     UndecidedError
         If that is not proved.
     """
-    line = _line(below.document["model"], above.document["model"])
-    if line is None:
-        return None
-    middle, widths = line
+    share = Fraction(1, 2) if start is None else Fraction(int(start is above))
+    reach = max(share, 1 - share)
+    ends = [-share / reach, (1 - share) / reach]
+    changes = line(below.document["model"], above.document["model"])
+    parameters = along(below.document["model"], changes, share)
     with precision(bits):
-        equations = MeshEquations(middle, bits=bits)
-        candidate = converged(equations, _points(below))
+        equations = MeshEquations(parameters, from_text(below.document["phase"]), bits)
+        candidate = converged(equations, _points(start or below))
         if candidate is None:
             raise UndecidedError("orbit not found", 0.0)
-        system, failure = BoxSystem(candidate, [widths]), UndecidedError("Krawczyk not contracting", 0.0)
+        widths = [{name: reach * change for name, change in changes.items()}]
+        system, failure = BoxSystem(candidate, widths, start is not None), UndecidedError("orbit not found", 0.0)
         for exponent in _EXPONENTS:
             try:
                 margin = system.continued(10.0**-exponent)
-                for sign, end in ((-1, below), (1, above)):
-                    _check_same(system, sign, end, Fraction(10.0**-exponent))
-                return _document(system, exponent, margin)
+                for u, end in zip(ends, (below, above), strict=True):
+                    _check_same(system, u, end, Fraction(10.0**-exponent))
+                return _document(system, exponent, margin, ends)
             except UndecidedError as error:
                 failure = error
     raise failure
 
 
-def _line(first: Mapping[str, Any], last: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Fraction]] | None:
-    """The parameters in the middle of two models, and half their differences; None if a box cannot vary those."""
-    middle, widths = dict(first), dict[str, Fraction]()
-    for name in first:
-        if first[name] == last[name]:
-            continue
-        if name in SCALARS:
-            middle[name], widths[name] = _half_way(first[name], last[name])
-        elif name == "eps" and len(first[name]) == len(last[name]):
-            pairs = [_half_way(a, b) for a, b in zip(first[name], last[name], strict=True)]
-            if any(width and not from_text(value) for value, width in pairs):
-                return None
-            middle[name] = [value for value, _ in pairs]
-            widths |= {f"eps{j}": width for j, (_, width) in enumerate(pairs, start=1) if width}
-        elif name == "stiffness" and {k for k in first[name] if first[name][k] != last[name].get(k)} <= set(LEVELS):
-            changed = {k: _half_way(first[name][k], last[name][k]) for k in LEVELS}
-            middle[name] = {**first[name], **{k: value for k, (value, _) in changed.items()}}
-            widths |= {k: width for k, (_, width) in changed.items() if width}
-        else:
-            return None
-    fourier = middle["stiffness"]["form"] == "fourier"
-    return None if fourier or not widths else (middle, widths)
+def line(first: Mapping[str, Any], last: Mapping[str, Any]) -> dict[str, Fraction]:
+    """The differences of the parameters of two models, of those that a box can vary."""
+    ours, theirs = _numbers(first), _numbers(last)
+    return {name: theirs[name] - ours[name] for name in ours if ours[name] != theirs[name]}
 
 
-def _half_way(first: str, last: str) -> tuple[str, Fraction]:
-    """The middle of two numbers, and half their difference."""
-    a, b = from_text(first), from_text(last)
-    return to_text((a + b) / 2), (b - a) / 2
+def along(first: Mapping[str, Any], changes: Mapping[str, Fraction], share: Fraction) -> Mapping[str, Any]:
+    """The parameters of a model changed by a share of given differences."""
+    for name, change in changes.items():
+        first = shifted(first, name, share * change)
+    return first
+
+
+def _numbers(parameters: Mapping[str, Any]) -> dict[str, Fraction]:
+    """The parameters of a certificate that a box can vary."""
+    texts = {name: text for table, names in ((parameters, SCALARS), (parameters["stiffness"], LEVELS))
+             for name, text in table.items() if name in names}
+    texts |= {f"eps{j}": text for j, text in enumerate(parameters["eps"], start=1)}
+    return {name: from_text(text) for name, text in texts.items()}
 
 
 def _points(found: Certificate) -> list[list[Fraction]]:
@@ -89,7 +91,7 @@ def _points(found: Certificate) -> list[list[Fraction]]:
     return [[from_text(text) for text in point] for point in found.document["points"]]
 
 
-def _check_same(system: BoxSystem, sign: int, end: Certificate, radius: Fraction) -> None:
+def _check_same(system: BoxSystem, u: Fraction, end: Certificate, radius: Fraction) -> None:
     """Raise `UndecidedError` unless the orbit of an end is the one on the line.
 
     Of the two boxes in each of which there is exactly one orbit, one has to lie in the other.
@@ -97,13 +99,14 @@ def _check_same(system: BoxSystem, sign: int, end: Certificate, radius: Fraction
     own = Fraction(end.document["radius"])
     for point, centre, drift in zip(_points(end), system.candidate.points, system.drift[:, :, 0].tolist(), strict=True):
         for x, c, derivative in zip(point, centre, drift, strict=True):
-            gap = abs(radius - own) - abs(x - c - sign * Fraction(derivative))
+            gap = abs(radius - own) - abs(x - c - u * Fraction(derivative))
             if gap <= 0:
                 raise UndecidedError("orbit not found", float(gap))
 
 
-def _document(system: BoxSystem, exponent: int, margin: float) -> dict[str, Any]:
+def _document(system: BoxSystem, exponent: int, margin: float, ends: list[Fraction]) -> dict[str, Any]:
     """The connection as it stands in a certificate."""
-    return {"points": [[float(v).hex() for v in point] for point in system.candidate.points],
+    return {"ends": list(map(int, ends)),
+            "points": [[to_text(v) for v in point] for point in system.candidate.points],
             "derivative": [[float(v).hex() for v in point] for point in system.drift[:, :, 0].tolist()],
             "radius": f"1e-{exponent}", "margin": f"{margin:.3e}"}

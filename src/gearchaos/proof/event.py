@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -14,16 +15,18 @@ import numpy as np
 
 from gearchaos.files import write_bytes
 from gearchaos.model.parameters import MeshModel
-from gearchaos.proof.balls import precision, to_text
+from gearchaos.proof.balls import from_text, precision, to_text
+from gearchaos.proof.candidate import Candidate
 from gearchaos.proof.certificate import Certificate, Unproved, checksum, used_versions
-from gearchaos.proof.connection import connection
+from gearchaos.proof.connection import along, connection, line
 from gearchaos.proof.coordinates import lifted
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.exclusion import EmptyRegion, empty_region
+from gearchaos.proof.exclusion import Region
 from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.prove import prove_orbit
 from gearchaos.proof.search import as_floats, converged, distance, neighbours
+from gearchaos.proof.section import at_phase
 
 FORMAT, VERSION = "gearchaos event certificate", 1
 KINDS = ("flip", "fold", "graze", "neimark-sacker")
@@ -138,54 +141,70 @@ def prove_event_facts(
 
 def _change(kind: str, parameter: str, ends: tuple[End, End], bits: int) -> EventCertificate:
     """The certificate of an event that changes the orbit: a flip, a graze or a Neimark-Sacker bifurcation."""
-    lower, upper = (End(end.model, end.value, _orbit_near(end, bits)) for end in ends)
-    ends = lower, upper
-    proved = [[_proved(end.model, end.points, bits)] for end in ends]
+    orbits = [_orbit_near(end, bits) for end in ends]
+    phase = _free_phase(orbits) if kind == "graze" else 0.0
+    proved = [[_proved(end.model, as_floats(orbit.points), bits, phase)]
+              for end, orbit in zip(ends, orbits, strict=True)]
     (below,), (above,) = proved
-    extra = ""
+    counts = [len(_sequence(found)) for found in (below, above)]
     if kind == "graze":
-        if _sequence(below) == _sequence(above):
-            raise NotProvedError(Unproved("no change", 0.0, bits))
-    elif abs(below.outside - above.outside) != (1 if kind == "flip" else 2):
+        same = _is_rotation(_sequence(below), _sequence(above))
+    else:
+        same = abs(below.outside - above.outside) != (1 if kind == "flip" else 2)
+    if same:
         raise NotProvedError(Unproved("no change", float(above.outside - below.outside), bits))
+    extra = ""
     if kind == "flip":
-        side, doubled = _doubled(ends, bits)
+        side, doubled = _doubled((replace(ends[0], points=as_floats(orbits[0].points)),
+                                  replace(ends[1], points=as_floats(orbits[1].points))), bits)
         proved[side].append(doubled)
         extra = (f"At {('its lower', 'its upper')[side]} end there is an orbit that repeats after {doubled.period} "
                  f"mesh periods beside it, with {doubled.outside} multipliers outside.")
-    link = None if kind == "graze" else _connection(below, above, bits)
-    theorem = _change_in_words(kind, parameter, below, above, link is not None, extra)
+    try:
+        start = (below if counts[0] > counts[1] else above) if kind == "graze" else None
+        link = connection(below, above, bits, start)
+    except UndecidedError as failure:
+        raise NotProvedError(Unproved(failure.reason, failure.margin, bits)) from None
+    theorem = _change_in_words(kind, parameter, below, above, extra)
     return _certificate(kind, theorem, parameter, ends, proved, None, link)
 
 
-def _orbit_near(end: End, bits: int) -> np.ndarray:
-    """The points (n, d) of the orbit at an end of the interval."""
+def _orbit_near(end: End, bits: int) -> Candidate:
+    """The orbit at an end of the interval."""
     with _equations(end.model, bits) as equations:
         found = converged(equations, lifted(end.points, equations))
     if found is None:
         raise NotProvedError(Unproved("orbit not found", 0.0, bits))
-    return as_floats(found.points)
+    return found
 
 
-def _proved(model: MeshModel, points: np.ndarray, bits: int) -> Certificate:
-    """The certificate of an orbit; raises `NotProvedError` if it is not proved."""
-    result = prove_orbit(model, points, bits)
+def _free_phase(orbits: list[Candidate]) -> float:
+    """The phase of the section, in mesh periods, that is farthest from all contact switches of orbits."""
+    times = sorted(float(s.time.mid()) for orbit in orbits for motion in orbit.trajectories for s in motion.switches)
+    gaps = [(after - before, before) for before, after in pairwise([*times, *(time + 1 for time in times[:1])])]
+    gap, before = max(gaps, default=(0.0, 0.0))
+    return (before + gap / 2) % 1
+
+
+def _proved(model: MeshModel, points: np.ndarray, bits: int, phase: float = 0.0) -> Certificate:
+    """The certificate of an orbit at a phase of the section; raises `NotProvedError` if it is not proved."""
+    shifted = at_phase(model, points, phase) if phase else points
+    if shifted is None:
+        raise NotProvedError(Unproved("orbit not found", 0.0, bits))
+    result = prove_orbit(model, shifted, bits, phase)
     if isinstance(result, Unproved):
         raise NotProvedError(result)
     return result
 
 
-def _connection(below: Certificate, above: Certificate, bits: int) -> dict[str, Any] | None:
-    """The proof that the orbits at both ends are connected; raises `NotProvedError` if it fails."""
-    try:
-        return connection(below, above, bits)
-    except UndecidedError as failure:
-        raise NotProvedError(Unproved(failure.reason, failure.margin, bits)) from None
+def _sequence(found: Certificate) -> list[tuple[int, str]]:
+    """The flanks and directions of the contact switches over the period of an orbit."""
+    return [(switch["flank"], switch["into"]) for period in found.document["switches"] for switch in period]
 
 
-def _sequence(found: Certificate) -> list[list[tuple[int, str]]]:
-    """The flanks and directions of the contact switches of each mesh period."""
-    return [[(switch["flank"], switch["into"]) for switch in period] for period in found.document["switches"]]
+def _is_rotation(first: list[Any], second: list[Any]) -> bool:
+    """Whether two sequences are the same up to where they begin."""
+    return len(first) == len(second) and any(first[k:] + first[:k] == second for k in range(max(1, len(first))))
 
 
 def _doubled(ends: tuple[End, End], bits: int) -> tuple[int, Certificate]:
@@ -228,7 +247,7 @@ def _fold(parameter: str, ends: tuple[End, End], bits: int) -> EventCertificate:
         first, second = proved[side]
         if abs(first.outside - second.outside) != 1:
             raise NotProvedError(Unproved("no change", 0.0, bits))
-        empty = _empty(ends[1 - side].model, pair, bits)
+        empty = _empty(ends, side, proved[side], bits)
         theorem = _fold_in_words(parameter, side, first, second, empty)
         return _certificate("fold", theorem, parameter, ends, proved, empty)
     raise NotProvedError(Unproved("orbit not found", 0.0, bits))
@@ -242,21 +261,33 @@ def _nearest_two(end: End, bits: int) -> list[list[list[Fraction]]]:
     return sorted(found, key=lambda points: distance(points, start))[:2]
 
 
-def _empty(model: MeshModel, pair: list[list[list[Fraction]]], bits: int) -> EmptyRegion:
-    """The region about two orbits that is proved to be empty at the other end of the interval."""
-    centre = [[(a + b) / 2 for a, b in zip(p, q, strict=True)] for p, q in zip(*pair, strict=True)]
-    radius = Fraction(_REGION * distance(*pair))
-    with _equations(model, bits) as equations:
-        try:
-            return empty_region(equations, centre, radius)
-        except UndecidedError as failure:
-            reason = "region not proved empty"
-            raise NotProvedError(Unproved(reason, failure.margin, bits)) from None
+def _empty(ends: tuple[End, End], side: int, pair: list[Certificate], bits: int) -> dict[str, Any]:
+    """The region about the two orbits of an end that is proved to be empty at the other end, and closed between."""
+    first, second = ([[from_text(text) for text in point] for point in found.document["points"]] for found in pair)
+    centre = [[(a + b) / 2 for a, b in zip(p, q, strict=True)] for p, q in zip(first, second, strict=True)]
+    radius = Fraction(_REGION * distance(first, second))
+    low, high = (exact_parameters(end.model) for end in ends)
+    changes = line(low, high)
+    halves = {name: change / 2 for name, change in changes.items()}
+    there, middle = along(low, changes, Fraction(1 - side)), along(low, halves, Fraction(1))
+    try:
+        for points, found in zip((first, second), pair, strict=True):
+            room = radius - Fraction(distance(points, centre)) - Fraction(found.document["radius"])
+            if not room > 0:
+                raise UndecidedError("region not proved empty", float(room))
+        with precision(bits):
+            region = Region(MeshEquations(middle, bits=bits), centre, radius, halves)
+            inside, border = region.not_empty(region.whole, border=True)
+            _, slices = region.at(MeshEquations(there, bits=bits)).not_empty(inside, border=False)
+    except UndecidedError as failure:
+        raise NotProvedError(Unproved(failure.reason, failure.margin, bits)) from None
+    return {"end": ("below", "above")[1 - side], "model": there,
+            "centre": [[to_text(v) for v in point] for point in centre], "radius": to_text(radius), "border": border, "slices": slices}
 
 
 def _certificate(
     kind: str, theorem: str, parameter: str, ends: tuple[End, End], proved: list[list[Certificate]],
-    empty: EmptyRegion | None, link: dict[str, Any] | None = None,
+    empty: dict[str, Any] | None, link: dict[str, Any] | None = None,
 ) -> EventCertificate:
     """The certificate from its parts."""
     period = min(found.period for side in proved for found in side)
@@ -264,45 +295,38 @@ def _certificate(
         "format": FORMAT, "version": VERSION, "kind": kind, "theorem": theorem, "parameter": parameter,
         "interval": [end.value.hex() for end in ends], "period": period,
         "below": [found.document for found in proved[0]], "above": [found.document for found in proved[1]],
-        "empty": None if empty is None else _empty_document(ends, proved, empty),
-        "connection": link, "versions": used_versions(),
+        "empty": empty, "connection": link, "versions": used_versions(),
     }
     return EventCertificate({**document, "sha256": checksum(document)})
 
 
-def _empty_document(ends: tuple[End, End], proved: list[list[Certificate]], empty: EmptyRegion) -> dict[str, Any]:
-    """The empty region as it stands in a certificate."""
-    side = 1 if proved[0] else 0
-    return {"end": ("below", "above")[side], "model": exact_parameters(ends[side].model),
-            "centre": [[to_text(v) for v in point] for point in empty.centre], "radius": to_text(empty.radius),
-            "slices": empty.slices, "margin": f"{empty.margin:.3e}"}
-
-
-def _change_in_words(
-    kind: str, parameter: str, below: Certificate, above: Certificate, connected: bool, extra: str
-) -> str:
+def _change_in_words(kind: str, parameter: str, below: Certificate, above: Certificate, extra: str) -> str:
     """The theorem of an event that changes the orbit."""
     n = below.period
     if kind == "graze":
-        counts = [sum(map(len, c.document["switches"])) for c in (below, above)]
+        counts = [len(_sequence(found)) for found in (below, above)]
         what = (f"the teeth switch contact in different sequences, {counts[0]} times at the lower end and {counts[1]} "
                 "times at the upper end")
+        event = "teeth touch or part without speed"
     else:
         what = (f"{below.outside} multipliers lie outside the unit circle at the lower end and {above.outside} at the "
                 "upper end")
-    between = "" if not connected else (
-        f"The two orbits are connected by exactly one orbit for each value of {parameter} between, and no multiplier "
-        f"is 1: at some value {'a multiplier is -1' if kind == 'flip' else 'a multiplier lies on the unit circle'}.")
+        event = "a multiplier is -1" if kind == "flip" else "a multiplier lies on the unit circle"
+    between = (f"The two orbits are connected by exactly one orbit for each value of {parameter} between, and no "
+               f"multiplier is 1: at some value {event}.")
     return " ".join(filter(None, (
         f"At both ends of the interval of {parameter} there is exactly one orbit of period {n} mesh periods, and no "
         f"fewer, in the cubes listed, and {what}.", between, extra)))
 
 
-def _fold_in_words(parameter: str, side: int, first: Certificate, second: Certificate, empty: EmptyRegion) -> str:
+def _fold_in_words(
+    parameter: str, side: int, first: Certificate, second: Certificate, empty: dict[str, Any]
+) -> str:
     """The theorem of a fold."""
     here, there = ("lower", "upper")[side], ("upper", "lower")[side]
-    outside = sorted((first.outside, second.outside))
-    return (f"At the {here} end of the interval of {parameter} there are two orbits of period {first.period} mesh "
-            f"periods in the region listed, one with {outside[0]} and one with {outside[1]} multipliers outside the "
-            f"unit circle. At the {there} end there is no orbit of period {first.period} in that region, within "
-            f"{float(empty.radius):.3g} of its centre in each coordinate at each tau = k T.")
+    outside, n = sorted((first.outside, second.outside)), first.period
+    return (f"At the {here} end of the interval of {parameter} there are two orbits of period {n} mesh periods in the "
+            f"region listed, about {float(from_text(empty['radius'])):.3g} about its centre in each coordinate at each "
+            f"tau = k T, one with {outside[0]} and one with {outside[1]} multipliers outside the unit circle. At the "
+            f"{there} end there is no orbit of period {n} in that region, and for no value of {parameter} between is "
+            "there one on its border: at some value an orbit in it has the multiplier 1.")

@@ -1,29 +1,48 @@
-"""Proof that a region next to a fold contains no periodic orbit.
+"""Proof that the orbits of a region next to a fold end within it: none is there at one end, none crosses its border.
 
-The unknowns are, as in `krawczyk`, the n states at the sections, in one vector x of length N = n d; F(x) = 0 are the
-equations of an orbit. Next to a fold the derivative J of F is nearly singular, with a right and a left singular vector
-v and l. The bordered matrix
+Let F(x; p) = 0 be the equations of an orbit of period n at a value p of the parameter, x its states at the sections in
+one vector of length N = n d, and D the region |x - c| <= R in each coordinate. Proved are
+
+1. at one end A of the interval there is an orbit in D;
+2. at the other end B there is none;
+3. for no p from A to B is there an orbit on the border of D.
+
+The pairs (x, p) with F(x; p) = 0 and x in D form a compact set. So there is a last p* on the way from A to B at which
+D contains an orbit x*; it is not B, by (2), and x* lies inside D, by (3). F is continuously differentiable at x*, as
+the tube about it proves that z' is not 0 where contact switches. If its derivative by x were regular, orbits would go
+on beyond p* (implicit function theorem). Hence x* has the multiplier 1: the interval contains a fold. Without (3) the
+orbits may just leave D.
+
+(2) and (3) are proved by covering. Next to a fold the derivative J of F is nearly singular, with a right and a left
+singular vector v and l. The bordered matrix
 
     M = | J   l |
         | vᵀ  0 |
 
-is regular. The region D, |x - c| <= R in each coordinate, is covered by slices |vᵀ(x - c_s) - y| <= h. If x in a slice
-is a zero of F, then M (x - c_s, 0) = (-F(c_s), vᵀ(x - c_s)) with slopes J of F between x and c_s. So for any matrix Y
+is regular. D is covered by slices |vᵀ(x - c_s) - y| <= h. For p = p0 + D u, |u| <= 1, the tubes of `box_tube` give
+F(x; p) = F(c_s; p0) + J (x - c_s) + B u. So if x in a slice is a zero of F, M (x - c_s, 0) is the vector
+(-F(c_s; p0) - B u, vᵀ(x - c_s)), and for any matrix Y
 
-    (x - c_s, 0) = Y (-F(c_s), vᵀ(x - c_s)) + (1 - Y M) (x - c_s, 0).
+    (x - c_s, 0) = Y (-F(c_s; p0) - B u, vᵀ(x - c_s)) + (1 - Y M) (x - c_s, 0).
 
-With Y near the inverse of M the first N rows bound x - c_s, which is used again with slopes of the smaller box; if the
-last row cannot vanish there is no zero of F in the slice. Slices for which this fails are halved.
+With Y near the inverse of M the first N rows bound x - c_s, which is used again with tubes of the smaller box. If the
+last row cannot vanish there is no zero of F in the slice, as (2) needs it; for (3) it is enough that the bound keeps
+the zeros of the slice off the border. Slices for which this fails are halved.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from copy import copy
 from fractions import Fraction
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
+from flint import arb_mat
 
 from gearchaos.proof.balls import magnitude
+from gearchaos.proof.box import BoxSystem
+from gearchaos.proof.box_tube import box_tube
 from gearchaos.proof.candidate import Candidate
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
@@ -31,49 +50,29 @@ from gearchaos.proof.krawczyk import cyclic_jacobian, float_midpoint, row_spread
 from gearchaos.proof.search import critical_directions, distance, moved
 from gearchaos.proof.tube import period_tube
 
-_MOST_SLICES = 4000
+_FIRST_SLICES = 16
+_THINNEST = 2.0**-13
+"""The least width of a slice that is divided, in widths of the region."""
+
 _REFINEMENTS = 6
 """Most boxes that are tried for one slice, each smaller than the one before."""
 
 _UNIT = 2.0**-53
 
 
-@dataclass(frozen=True)
-class EmptyRegion:
-    """A region without periodic orbits of period n.
-
-    Attributes
-    ----------
-    centre : list of list of Fraction
-        n points.
-    radius : Fraction
-        R, in each coordinate of each point.
-    slices : int
-        Number of slices.
-    margin : float
-        Least amount, relative to the defect, by which the last row of a slice is off zero.
-    """
-
-    centre: list[list[Fraction]]
-    radius: Fraction
-    slices: int
-    margin: float
-
-
 class _Slice:
-    """A point c_s of a slice with the bordered system there."""
+    """A point c_s of a slice with the bordered system there, for all values of the parameter."""
 
-    def __init__(self, candidate: Candidate, right: np.ndarray, left: np.ndarray) -> None:
-        self.candidate = candidate
-        self.border = right.ravel(), left.ravel()
-        middle = [float_midpoint(t.derivative) for t in candidate.trajectories]
+    def __init__(self, region: Region, points: list[list[Fraction]]) -> None:
+        self.region, self.candidate = region, Candidate.at(region.equations, points)
+        middle = [float_midpoint(t.derivative) for t in self.candidate.trajectories]
         self.inverse = np.linalg.inv(self._bordered(middle))
-        self.defect = np.array([magnitude(v) for d in candidate.defects for v in d.entries()])
-        self.signed = np.array([float(v.mid()) for d in candidate.defects for v in d.entries()])
+        self.defect = np.array([magnitude(v) for d in self.candidate.defects for v in d.entries()])
+        self.signed = np.array([float(v.mid()) for d in self.candidate.defects for v in d.entries()])
 
     def _bordered(self, derivatives: list[np.ndarray]) -> np.ndarray:
         """M, (N + 1, N + 1)."""
-        right, left = self.border
+        right, left = self.region.right.ravel(), self.region.left.ravel()
         return np.block([[cyclic_jacobian(derivatives), left[:, None]], [right[None, :], np.zeros((1, 1))]])
 
     def correction(self) -> np.ndarray:
@@ -81,12 +80,15 @@ class _Slice:
         change = self.inverse @ np.append(-self.signed, 0.0)
         return change[:-1].reshape(len(self.candidate.points), -1)
 
-    def remainder(self, size: float) -> np.ndarray:
-        """Upper bounds (N + 1,) of the row sums of 1 - Y M over all x within ``size`` of c_s in each coordinate."""
-        boxes = [self.candidate.box(k, Fraction(size)) for k in range(self.candidate.period)]
-        equations = self.candidate.equations
-        slopes = [period_tube(equations, box, t).slopes
-                  for box, t in zip(boxes, self.candidate.trajectories, strict=True)]
+    def remainder(self, size: float) -> tuple[np.ndarray, np.ndarray]:
+        """Bounds over all x within ``size`` of c_s in each coordinate and all values of the parameter.
+
+        Returns
+        -------
+        (N + 1,), (N + 1,)
+            Of the row sums of 1 - Y M, and of Y (B u, 0).
+        """
+        slopes, drift = self.region.slopes(self.candidate, size)
         middle = list(map(float_midpoint, slopes))
         matrix, count = self._bordered(middle), len(self.inverse)
         spread = np.concatenate([row_spread(s, m) for s, m in zip(slopes, middle, strict=True)])
@@ -94,63 +96,109 @@ class _Slice:
         weight = np.abs(self.inverse)
         rounding = gamma * (weight @ np.abs(matrix).sum(axis=1) + 1)
         rest = np.abs(np.eye(count) - self.inverse @ matrix).sum(axis=1)
-        return (rest + rounding + weight[:, :-1] @ spread) * (1 + 8 * gamma)
+        return (rest + rounding + weight[:, :-1] @ spread) * (1 + 8 * gamma), weight[:, :-1] @ drift * (1 + 8 * gamma)
 
-    def height(self, centre: list[list[Fraction]]) -> float:
+    def height(self) -> float:
         """About vᵀ(c_s - c)."""
-        difference = [float(a - b) for p, q in zip(self.candidate.points, centre, strict=True)
+        difference = [float(a - b) for p, q in zip(self.candidate.points, self.region.centre, strict=True)
                       for a, b in zip(p, q, strict=True)]
-        return float(self.border[0] @ difference)
+        return float(self.region.right.ravel() @ difference)
 
 
-def empty_region(
-    equations: MeshEquations, centre: list[list[Fraction]], radius: Fraction
-) -> EmptyRegion:
-    """Prove that no orbit of period n has all its points within ``radius`` of the n points of ``centre``.
+class Region:
+    """The region D for the values of a parameter in an interval.
 
-    Raises
-    ------
-    UndecidedError
-        If that is not proved; its reason is "region not proved empty".
+    Parameters
+    ----------
+    equations : MeshEquations
+        In the middle of the interval.
+    centre : list of list of Fraction
+        c, n points.
+    radius : Fraction
+        R, in each coordinate of each point.
+    widths : mapping of str to Fraction
+        The half-widths of the parameters that change with u.
     """
-    start = Candidate.at(equations, centre)
-    right, left, _ = critical_directions([t.derivative for t in start.trajectories])
-    height = float(np.abs(right).sum() * float(radius)) * (1 + 1e-9)
-    waiting, done, margin = [(-height, height)], 0, float("inf")
-    while waiting:
-        low, high = waiting.pop()
-        found = _slice_margin(start, right, left, (low, high), float(radius))
-        if found > 0:
-            done, margin = done + 1, min(margin, found)
-            continue
-        if done + len(waiting) > _MOST_SLICES or high - low < 1e-9 * height:
-            raise UndecidedError("region not proved empty", found)
-        middle = (low + high) / 2
-        waiting += [(low, middle), (middle, high)]
-    return EmptyRegion(centre, radius, done, margin)
+
+    def __init__(
+        self, equations: MeshEquations, centre: list[list[Fraction]], radius: Fraction, widths: dict[str, Fraction]
+    ) -> None:
+        self.equations, self.centre, self.radius = equations, centre, float(radius)
+        start = Candidate.at(equations, centre)
+        self.right, self.left = critical_directions([t.derivative for t in start.trajectories])
+        self.system: BoxSystem | None = BoxSystem(start, [widths])
+        self.bounds = self.system.bounds(Fraction(1))
+
+    def at(self, equations: MeshEquations) -> Region:
+        """The same region with the same slices at one value of the parameter."""
+        there = copy(self)
+        there.equations, there.system = equations, None
+        return there
+
+    @cached_property
+    def whole(self) -> list[tuple[float, float]]:
+        """The values vᵀ(x - c) between which all points of the region lie, in intervals."""
+        height = float(np.abs(self.right).sum() * self.radius) * (1 + 1e-9)
+        return list(pairwise(np.linspace(-height, height, _FIRST_SLICES + 1).tolist()))
+
+    def slopes(self, candidate: Candidate, size: float) -> tuple[list[arb_mat], np.ndarray]:
+        """J within ``size`` of the points of a candidate, and bounds of B u (N,); may raise `UndecidedError`."""
+        motions, d = candidate.trajectories, self.equations.dimension
+        if self.system is None:
+            boxes = [candidate.box(k, Fraction(size)) for k in range(candidate.period)]
+            found = [period_tube(self.equations, box, t).slopes for box, t in zip(boxes, motions, strict=True)]
+            return found, np.zeros(d * candidate.period)
+        if [len(t.switches) for t in motions] != list(map(len, self.system.delays)):
+            raise UndecidedError("region not proved empty", 0.0)
+        tubes = [box_tube(self.bounds, motion, arb_mat(d, 1), size, delays)
+                 for motion, delays in zip(motions, self.system.delays, strict=True)]
+        return [t.slopes for t in tubes], np.array([magnitude(v) for t in tubes for v in t.by_parameters.entries()])
+
+    def not_empty(self, slices: list[tuple[float, float]], *, border: bool) -> tuple[list[tuple[float, float]], int]:
+        """Divide slices until no orbit lies in them, or with ``border`` until none lies on the border of the region.
+
+        Returns
+        -------
+        list of (float, float), int
+            The slices that may have orbits off the border, and the number of all slices.
+
+        Raises
+        ------
+        UndecidedError
+            If it is not proved.
+        """
+        waiting, left, done = list(slices), list[tuple[float, float]](), 0
+        least = _THINNEST * (self.whole[-1][1] - self.whole[0][0])
+        while waiting:
+            low, high = waiting.pop()
+            margin, inside = self._slice(low, high)
+            if margin > 0 or (border and inside):
+                done += 1
+                left += [(low, high)] if margin <= 0 else []
+                continue
+            if high - low < least:
+                raise UndecidedError("region not proved empty", margin)
+            middle = (low + high) / 2
+            waiting += [(low, middle), (middle, high)]
+        return left, done
+
+    def _slice(self, low: float, high: float) -> tuple[float, bool]:
+        """The margin by which a slice has no orbit, and whether the orbits in it are off the border of the region."""
+        points = moved(self.equations, self.centre, (low + high) / 2 * self.right)
+        try:
+            for _ in range(2):
+                points = moved(self.equations, points, _Slice(self, points).correction())
+            piece = _Slice(self, points)
+        except (UndecidedError, np.linalg.LinAlgError):
+            return -1.0, False
+        at, away = piece.height(), distance(points, self.centre) * (1 + 1e-12)
+        half = (max(high - at, at - low) + 1e-10 * self.radius) * (1 + 1e-12)
+        margin, size = _excluded(piece, half, (self.radius + away) * (1 + 1e-12))
+        return margin, size + away < self.radius
 
 
-def _slice_margin(
-    start: Candidate, right: np.ndarray, left: np.ndarray, ends: tuple[float, float], radius: float
-) -> float:
-    """The margin of a slice without zeros; not positive if it is not proved to have none."""
-    equations, centre = start.equations, start.points
-    low, high = ends
-    points = moved(equations, centre, (low + high) / 2 * right)
-    try:
-        for _ in range(2):
-            points = moved(equations, points, _Slice(Candidate.at(equations, points), right, left).correction())
-        piece = _Slice(Candidate.at(equations, points), right, left)
-    except (UndecidedError, np.linalg.LinAlgError):
-        return -1.0
-    at = piece.height(centre)
-    half = (max(high - at, at - low) + 1e-10 * radius) * (1 + 1e-12)
-    size = (radius + distance(points, centre)) * (1 + 1e-12)
-    return _excluded(piece, half, size)
-
-
-def _excluded(piece: _Slice, half: float, size: float) -> float:
-    """The margin by which the last row of a slice cannot vanish; not positive if it may."""
+def _excluded(piece: _Slice, half: float, size: float) -> tuple[float, float]:
+    """The margin by which the last row of a slice cannot vanish, and how far from c_s its zeros lie at most."""
     weight = np.abs(piece.inverse)
     radii = piece.defect - np.abs(piece.signed)
     value = piece.inverse[:, :-1] @ piece.signed
@@ -159,16 +207,13 @@ def _excluded(piece: _Slice, half: float, size: float) -> float:
     margin = -1.0
     for _ in range(_REFINEMENTS):
         try:
-            rest = piece.remainder(size)
+            rest, drift = piece.remainder(size)
         except UndecidedError:
-            return -1.0
-        bounds = (np.abs(value) + error + weight[:, -1] * half + rest * size) * (1 + 1e-12)
-        off = abs(value[-1]) - error[-1] - weight[-1, -1] * half - rest[-1] * size
-        margin = off / abs(value[-1]) if value[-1] else -1.0
-        if margin > 0.05:
-            return float(margin)
-        smaller = float(bounds[:-1].max())
-        if not smaller < 0.8 * size:
+            break
+        other = error + drift + weight[:, -1] * half + rest * size
+        margin = (abs(value[-1]) - other[-1]) / abs(value[-1]) if value[-1] else -1.0
+        smaller = float((np.abs(value) + other)[:-1].max()) * (1 + 1e-12)
+        if margin > 0.05 or not smaller < 0.8 * size:
             break
         size = smaller
-    return float(margin)
+    return float(margin), size

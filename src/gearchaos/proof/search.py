@@ -59,17 +59,17 @@ def converged(equations: MeshEquations, points: list[list[Fraction]]) -> Candida
     return None
 
 
-def critical_directions(derivatives: list[arb_mat]) -> tuple[np.ndarray, np.ndarray, float]:
-    """The right and left singular vectors (n, d) of the least singular value of the cyclic system, and that value."""
-    left, values, right = np.linalg.svd(cyclic_jacobian(list(map(float_midpoint, derivatives))))
+def critical_directions(derivatives: list[arb_mat]) -> tuple[np.ndarray, np.ndarray]:
+    """The right and left singular vectors (n, d) of the least singular value of the cyclic system."""
+    left, _, right = np.linalg.svd(cyclic_jacobian(list(map(float_midpoint, derivatives))))
     shape = len(derivatives), derivatives[0].nrows()
-    return right[-1].reshape(shape), left[:, -1].reshape(shape), float(values[-1])
+    return right[-1].reshape(shape), left[:, -1].reshape(shape)
 
 
 def neighbours(equations: MeshEquations, points: list[list[Fraction]]) -> Iterator[Candidate]:
     """Different orbits near points next to which the cyclic system is nearly singular, each once."""
     try:
-        direction, _, _ = critical_directions([t.derivative for t in Candidate.at(equations, points).trajectories])
+        direction, _ = critical_directions([t.derivative for t in Candidate.at(equations, points).trajectories])
     except UndecidedError:
         return
     found: list[Candidate] = []

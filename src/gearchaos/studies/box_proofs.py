@@ -30,8 +30,9 @@ def prove_box(
     subject : MeshModel, GearPair, GearDesign, Verdict or Orbit
         The centre of the box, with two-level or stepped stiffness; as for `prove`.
     widths : mapping of str to float
-        Half-widths of the box by parameter: scalars (``omega``), pairs that change together (``q0``), amplitudes of the
-        transmission error that are not 0 (``eps1``), ``chi1`` and ``chi2``.
+        Half-widths of the box by parameter: scalars (``omega``), amplitudes of the transmission error that are not 0
+        (``eps1``), ``chi1`` and ``chi2``. A pair (``q0``, ``chi0``) gives its half-width to both members, and each
+        of them is anywhere in its own interval.
     bits : int
         Precision, 53 to 800.
 
@@ -58,26 +59,28 @@ def prove_box(
     from gearchaos.proof.box_certificate import prove_parameter_box
 
     model, points = orbit_points(subject)
-    if isinstance(model.stiffness, HarmonicStiffness):
-        raise InputError("stiffness", "must be two-level or stepped for a box of parameters", "Fourier series")
     if not widths:
         raise InputError("widths", "must name a parameter", dict(widths), 'E.g. {"eps1": 0.001}.')
-    directions = [_direction(model, name, to_float("width", width)) for name, width in widths.items()]
-    names = [name for together in directions for name in together]
-    if len(names) > len(set(names)):
+    directions = {}
+    for name, value in widths.items():
+        width = to_float("width", value)
+        if not width > 0:
+            raise InputError(name, "must have a positive half-width", width)
+        directions[name] = dict.fromkeys(box_parameters(model, name), Fraction(width))
+    varied = [member for together in directions.values() for member in together]
+    if len(varied) > len(set(varied)):
         raise InputError("widths", "must name each parameter once", list(widths))
     return prove_parameter_box(model, points, directions, bits)
 
 
-def _direction(model: MeshModel, name: str, width: float) -> dict[str, Fraction]:
-    """The parameters that a name sets, with their half-width; raises `InputError` for one that cannot vary."""
+def box_parameters(model: MeshModel, name: str) -> tuple[str, ...]:
+    """The parameters that a name sets; raises `InputError` if proofs for all values in an interval cannot vary them."""
     from gearchaos.proof.parameter_box import LEVELS, SCALARS
     from gearchaos.proof.parameters import exact_parameters
 
-    if not width > 0:
-        raise InputError(name, "must have a positive half-width", width)
-    parameters, harmonic = exact_parameters(model), parse_harmonic(name)
-    members = tuple(model.set_by(name))
+    if isinstance(model.stiffness, HarmonicStiffness):
+        raise InputError("stiffness", "must be two-level or stepped for a box of parameters", "Fourier series")
+    parameters, harmonic, members = exact_parameters(model), parse_harmonic(name), tuple(model.set_by(name))
     if harmonic and harmonic.family == "eps":
         if model.value(name) == 0:
             raise InputError(name, "must not be 0 at the centre of the box", 0.0)
@@ -85,4 +88,4 @@ def _direction(model: MeshModel, name: str, width: float) -> dict[str, Fraction]
              (m not in LEVELS and m not in parameters) for m in members):
         raise InputError(name, "must be a parameter that a box can vary", name,
                          "Scalars of the model, amplitudes of the transmission error, chi1 and chi2.")
-    return {member: Fraction(width) for member in members}
+    return members

@@ -15,6 +15,7 @@ from gearchaos.dynamics.orbits import sections
 from gearchaos.errors import InputError, whole_number
 from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.model import MeshModel
+from gearchaos.studies.box_proofs import box_parameters
 from gearchaos.studies.proofs import check_installed
 from gearchaos.validation import to_float
 
@@ -88,10 +89,11 @@ def prove_event(
     width = to_float("width", width)
     if not 0 < width <= _LARGEST_WIDTH:
         raise InputError("width", f"must be positive and at most {_LARGEST_WIDTH:g}", width)
-    points = _points(model.with_values({axis: value}), period, near)
     low, high = _interval(value, width)
-    ends = [(model.with_values({axis: v}), v) for v in (low, high)]
-    return prove_event_facts(kind, axis, ends, points, bits)
+    lower, model, upper = (model.with_values({axis: v}) for v in (low, value, high))
+    for varied in (lower, model, upper):
+        box_parameters(varied, axis)
+    return prove_event_facts(kind, axis, [(lower, low), (upper, high)], _points(model, period, near), bits)
 
 
 def _interval(value: float, width: float) -> tuple[float, float]:
