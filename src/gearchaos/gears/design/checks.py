@@ -10,14 +10,15 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
-from gearchaos.gears.design.gear_pair import comparable_stiffnesses
+from gearchaos.gears.design.gear_pair import comparable_stiffnesses, iso_tooth_stiffness
 from gearchaos.gears.design.values import TableFile
 from gearchaos.gears.geometry import masses
 from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
 from gearchaos.gears.geometry.mating import KEEP_CLEARANCE
 from gearchaos.gears.inputs.plausibility import check_plausible
 from gearchaos.gears.mesh_load import mesh_load
-from gearchaos.gears.stiffness.mesh_stiffness import ISO
+from gearchaos.gears.stiffness.mesh_stiffness import ISO, POTENTIAL_ENERGY
+from gearchaos.gears.transmission_error.tip_relief import unrelieved_length
 
 USUAL_DAMPING = (0.03, 0.1)
 """Usual damping ratios of a mesh, see the parameter ``damping_ratio`` of `GearDesign`."""
@@ -61,6 +62,10 @@ def check_inputs(design: Any) -> None:
         for wheel, length in enumerate(lengths):
             check_plausible(f"{name}[{wheel}]", length, -module, module, units.LENGTH, "It is at most a module.")
     _check_tip_diameter(design, transverse)
+    error = design.transmission_error
+    if isinstance(error, TableFile) and error.speed is not None:
+        raise InputError("transmission_error.speed", "must be left out", error.speed,
+                         "A table of errors is over the roll angle, not over time.")
     check_rack(design.rack, design.pressure_angle)
 
 
@@ -84,11 +89,13 @@ def _shown(tip_alteration: tuple[float, float] | str) -> tuple[units.Length, ...
 
 
 def check_wheels(design: Any) -> None:
-    """Raise `InputError` for bores, tip relief or speed that do not fit the wheels."""
+    """Raise `InputError` for bores, blanks, tip relief or speed that do not fit the wheels."""
     geometry = design.geometry
     for wheel, bore in enumerate(design.bore or ()):
         check_plausible(f"bore[{wheel}]", bore, 0.0, geometry.root_diameter[wheel] - geometry.normal_module,
                         units.LENGTH, "It leaves at least half a module below the root circle.")
+    for wheel in (0, 1):
+        _check_blank(design, wheel)
     _check_relief(design)
     if design.speed is not None and (velocity := _velocity(design)) > FASTEST:
         raise InputError(
@@ -108,6 +115,18 @@ def check_speed_range(design: Any, *speeds: float) -> None:
 def _velocity(design: Any) -> float:
     """Pitch line velocity at the reference circles, m/s."""
     return mesh_load(design.geometry, design.speed, 0.0, 1.0).velocity
+
+
+def _check_blank(design: Any, wheel: int) -> None:
+    """Raise `InputError` for a rim or a web that the wheel has no room for."""
+    if (blank := design.blank[wheel]) is None:
+        return
+    geometry, module, width = design.geometry, design.module, design.face_width[wheel]
+    bore = 0.0 if design.bore is None else design.bore[wheel]
+    check_plausible(f"blank[{wheel}].rim", blank.rim, 0.1 * module, (geometry.root_diameter[wheel] - bore) / 2,
+                    units.LENGTH, "It lies between the root circle and the bore.")
+    check_plausible(f"blank[{wheel}].web", blank.web, 0.01 * width, 2 * width, units.LENGTH,
+                    "It is between a hundredth and twice the face width.")
 
 
 def _check_relief(design: Any) -> None:
@@ -132,7 +151,8 @@ def _speed_question(speed: float) -> str:
 def design_warnings(design: Any) -> tuple[str, ...]:
     """Sentences about values that are possible but unusual."""
     return (*geometry_warnings(design.geometry), *_damping_warnings(design), *_operating_warnings(design),
-            *_inertia_warnings(design), *_stiffness_warnings(design), *_exactness_warnings(design))
+            *_inertia_warnings(design), *_stiffness_warnings(design), *_exactness_warnings(design),
+            *_relief_warnings(design), *_eccentricity_warnings(design), *_blank_warnings(design))
 
 
 def _damping_warnings(design: Any) -> list[str]:
@@ -175,10 +195,12 @@ def _inertia_warnings(design: Any) -> list[str]:
 
 
 def _stiffness_warnings(design: Any) -> list[str]:
-    """A warning about a mesh stiffness from a table far from that by ISO 6336-1, where the standard applies."""
-    if not isinstance(design.stiffness, TableFile):
+    """Warnings about a mesh stiffness by ISO 6336-1 outside its range, or from a table that is far from it."""
+    if design.stiffness == POTENTIAL_ENERGY:
         return []
     try:
+        if design.stiffness == ISO:
+            return [f"{text}." for text in iso_tooth_stiffness(design).warnings]
         own, *others = comparable_stiffnesses(design)
     except InputError:  # reported by what needs the stiffness
         return []
@@ -196,3 +218,52 @@ def _exactness_warnings(design: Any) -> list[str]:
         return []
     return ["The teeth are taken to be exact although a quality is given: write transmission_error = 'from quality', "
             "{ orders = 'te.csv' } or { table = 'te.csv' }, or 'none' if exact teeth are meant."]
+
+
+def _relief_warnings(design: Any) -> list[str]:
+    """A warning about tip relief: the model has no tooth pairs, which relief spares an impact under load."""
+    relief = design.tip_relief
+    if relief is None or not any(relief.amount):
+        return []
+    purpose = "What relief is for, the entry of a tooth pair under load, is left out: the mesh stiffness is that of " \
+              "teeth without relief."
+    if design.exact:
+        return [f"tip_relief has no effect on the motion, since the teeth are taken to be exact: transmission_error is "
+                f"{design.transmission_error or 'left out'}. {purpose}"]
+    if design.transmission_error != "from quality":
+        return ["tip_relief has no effect on the motion, since the transmission error comes from a file, which must "
+                f"contain the relief. {purpose}"]
+    try:
+        free, pitch = unrelieved_length(design.geometry, design.path_relief), design.geometry.base_pitch
+    except InputError:  # reported by what needs the transmission error
+        return []
+    if free >= pitch:
+        return [f"tip_relief has no effect on the motion: it leaves {free * 1e3:.4g} mm of the path of contact untouched, "
+                f"at least the base pitch of {pitch * 1e3:.4g} mm, so that unloaded teeth never touch it. {purpose}"]
+    return ["tip_relief is added to the transmission error as that of rigid teeth without load: it can raise the dynamic "
+            f"factor, and more so the longer it is, where it lowers that of real gears. {purpose}"]
+
+
+def _eccentricity_warnings(design: Any) -> list[str]:
+    """A warning about an eccentricity, which the model cannot contain."""
+    if not any(design.eccentricity):
+        return []
+    largest = max(design.eccentricity)
+    backlash = 2 * math.sin(design.geometry.working_pressure_angle) * largest
+    return [f"eccentricity has no effect on the motion: it repeats once per turn, and the model with the mesh. One of "
+            f"{largest * 1e6:.4g} µm changes the transmission error by ±{largest * 1e6:.4g} µm and the backlash by "
+            f"±{backlash * 1e6:.4g} µm."]
+
+
+def _blank_warnings(design: Any) -> list[str]:
+    """Warnings about what rim and web do not change."""
+    if design.blank == (None, None):
+        return []
+    found = []
+    if design.stiffness != ISO:
+        found.append("blank has no effect on the motion: C_R belongs to the mesh stiffness by ISO 6336-1, which is not "
+                     "the method of the design. It counts in K_v of the standards.")
+    if design.inertia is None:
+        found.append("blank has no effect on masses and moments of inertia, which are those of solid discs: give mass "
+                     "and inertia.")
+    return found

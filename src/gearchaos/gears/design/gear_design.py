@@ -16,6 +16,7 @@ from gearchaos.gears.design.values import (
     CONVERTERS,
     PRESSURE_ANGLE,
     PROFILE_A,
+    SOLID,
     OrdersFile,
     Rack,
     ReliefDimensions,
@@ -92,6 +93,9 @@ class GearDesign(HasCard):
         Bore diameters. The mass of a wheel left out of ``mass``, and the moment of inertia left out of ``inertia``, are
         those of a disc of the wheel's face width with this bore, without hub, whose outer diameter is the mean of tip
         and root diameter, as in ISO 6336-1:2006 (30).
+    blank : table, one or two, optional
+        Rim and web of a wheel for its stiffness by ISO 6336-1: ``{"rim": s_R, "web": b_s}``, the thickness of the rim from
+        the root circle inwards and that of the web; ``"solid"``, the default, for a disc.
     inertia : inertia, one or two, optional
         Moments of inertia about the axes, with all that turns rigidly with the wheels.
     mass : mass, one or two, optional
@@ -148,6 +152,7 @@ class GearDesign(HasCard):
     tip_relief: ReliefDimensions | Any = None
     material: Any = "steel"
     bore: Any = None
+    blank: Any = SOLID
     inertia: Any = None
     mass: Any = None
     quality: Quality | Any = None

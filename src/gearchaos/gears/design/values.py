@@ -18,6 +18,7 @@ from gearchaos.gears.inputs.csvtable import MOST_BYTES
 from gearchaos.gears.inputs.forms import record_values, two_lengths, two_values
 from gearchaos.gears.inputs.plausibility import check_plausible
 from gearchaos.gears.materials import materials
+from gearchaos.gears.stiffness.iso6336 import Blank
 from gearchaos.gears.transmission_error.quality import Quality
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 from gearchaos.validation import check_rule, to_float
@@ -165,6 +166,9 @@ def _required_checksum(field: str, path: str) -> str:
                      "correct the path.")
 
 
+SOLID = "solid"
+"""The blank of a wheel that is a solid disc."""
+
 STIFFNESSES = ("ISO 6336-1", "potential energy")
 ERRORS = ("none", "from quality")
 
@@ -223,6 +227,16 @@ def _tip_alteration(field: str, value: Any) -> tuple[float, float] | str:
 def _bore(field: str, value: Any) -> tuple[float, float]:
     """Bore diameters in m; 0 for a wheel without bore."""
     return two_lengths(field, value, NOT_NEGATIVE)
+
+
+def _blank(field: str, value: Any) -> Blank | None:
+    """Rim and web of one wheel in m; None for a solid disc."""
+    if value is None or value == SOLID or isinstance(value, Blank):
+        return value if isinstance(value, Blank) else None
+    if not isinstance(value, Mapping) or set(value) != {"rim", "web"}:
+        raise InputError(field, f"must be {SOLID!r}, or a table with rim and web", value,
+                         f"Each wheel may have its own: ['{SOLID}', {{ rim = '70 mm', web = '90 mm' }}].")
+    return Blank(*(_length(f"{field}.{name}", value[name]) for name in ("rim", "web")))
 
 
 def _inertia(field: str, value: Any) -> tuple[float, float]:
@@ -326,6 +340,7 @@ CONVERTERS: dict[str, Callable[[str, Any], Any]] = {
     "tip_relief": _tip_relief,
     "material": lambda field, value: materials(value),
     "bore": _bore,
+    "blank": lambda field, value: two_values(field, value, _blank),
     "inertia": _inertia,
     "mass": _mass,
     "quality": _quality,
