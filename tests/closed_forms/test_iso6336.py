@@ -102,7 +102,7 @@ def test_profile_shifts_out_of_range_are_extrapolated_with_a_warning(shifts, tee
 
 
 def extrapolations(geometry) -> list[str]:
-    return [text for text in tooth_stiffness(geometry).warnings if text.startswith("The mesh stiffness is extrapolated")]
+    return [text for text in tooth_stiffness(geometry).warnings if "is extrapolated" in text]
 
 
 def test_profile_shifts_on_the_limits_have_no_warning():
@@ -123,8 +123,8 @@ def test_a_flexibility_that_is_not_positive_is_refused():
 NREL = {"stage 1": ((19, 17), 45, 0, 491, 863, (0.617, 0.8021), (978.808, 905.470), 3.5),
         "stage 2": ((18, 36), 21, 0, 550, 584, (0.389, 0.5039), (432.838, 815.663), 3.5),
         "stage 3": ((24, 95), 14, 10, 360, 861, (0.480, 0.6691), (380.747, 1395.376), 5.0)}
-"""The external pairs of the NREL 5 MW gearbox (A. R. Nejad et al., Wind Energy 19, 2016): teeth, module, helix angle, face
-width, centre distance, profile shifts and tip diameters of KISSsoft's reports, and its assumption for s_R/m_n."""
+"""The external pairs of the NREL 5 MW gearbox (A. R. Nejad et al., Wind Energy 19, 2016): teeth, module, helix angle,
+face width, centre distance, profile shifts and tip diameters of KISSsoft's reports, and its assumption for s_R/m_n."""
 
 
 @pytest.mark.parametrize(("stage", "blank_factor", "single", "mesh"), [
@@ -147,7 +147,8 @@ def test_the_stages_of_the_nrel_gearbox_as_kisssoft_computes_them(stage, blank_f
 def test_a_rim_or_web_beyond_the_limits_counts_as_the_limit_with_a_warning():
     blanks = (Blank(1e-3, 2e-3), Blank(6e-3, 30e-3))
     words = " ".join(tooth_stiffness(SPUR_62, blanks=blanks).warnings)
-    assert "web of wheel 1, b_s/b = 0.1, counts as 0.2" in words and "web of wheel 2, b_s/b = 1.5, counts as 1.2" in words
+    assert "web of wheel 1, b_s/b = 0.1, counts as 0.2" in words
+    assert "web of wheel 2, b_s/b = 1.5, counts as 1.2" in words
     assert "rim of wheel 1, s_R/m_n = 0.5, counts as 1 in" in words and "rim of wheel 2" not in words
 
 

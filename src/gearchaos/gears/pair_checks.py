@@ -53,7 +53,8 @@ def check_ratio(pair: Any) -> None:
     if abs(radii / teeth - 1) > _RATIO_TOLERANCE:
         raise InputError(
             "R1/R2", f"must equal n1/n2 = {teeth:.6g} to 1 %", round(radii, 6),
-            f"With R1 = {units.Length(pair.R1)} and these teeth R2 would be {units.Length(pair.R1 / teeth)}. "
+            f"With R1 = {units.Length(pair.R1, pair.R1)} and these teeth R2 would be "
+            f"{units.Length(pair.R1 / teeth, pair.R1)}. "
             "R1 and R2 are base radii, m n cos(α)/2.",
         )
 

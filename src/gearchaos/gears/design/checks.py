@@ -55,8 +55,9 @@ def check_inputs(design: Any) -> None:
                         "It is between a tenth of the module and 20 reference diameters.")
     if design.centre_distance is not None:
         reference = transverse * sum(design.teeth) / 2
+        nominal = units.Length(reference, design.centre_distance)
         check_plausible("centre_distance", design.centre_distance, 0.8 * reference, 1.3 * reference, units.LENGTH,
-                        f"Without profile shift it is {units.Length(reference)} for these teeth and this module.")
+                        f"Without profile shift it is {nominal} for these teeth and this module.")
     alterations = () if design.tip_alteration == KEEP_CLEARANCE else design.tip_alteration
     for name, lengths in (("tip_alteration", alterations), ("eccentricity", design.eccentricity)):
         for wheel, length in enumerate(lengths):
@@ -80,12 +81,14 @@ def _check_tip_diameter(design: Any, transverse_module: float) -> None:
         nominal = transverse_module * design.teeth[wheel] + 2 * design.module * (design.rack.addendum + shifts[wheel])
         check_plausible(
             f"tip_diameter[{wheel}]", diameter, nominal - 2 * design.module, nominal + 2 * design.module, units.LENGTH,
-            f"The nominal tip diameter is {units.Length(nominal)}.")
+            f"The nominal tip diameter is {units.Length(nominal, diameter)}.")
 
 
 def _shown(tip_alteration: tuple[float, float] | str) -> tuple[units.Length, ...] | str:
     """A tip alteration as error messages show it."""
-    return tip_alteration if isinstance(tip_alteration, str) else tuple(map(units.Length, tip_alteration))
+    if isinstance(tip_alteration, str):
+        return tip_alteration
+    return tuple(units.Length(each, each) for each in tip_alteration)
 
 
 def check_wheels(design: Any) -> None:
@@ -99,8 +102,8 @@ def check_wheels(design: Any) -> None:
     _check_relief(design)
     if design.speed is not None and (velocity := _velocity(design)) > FASTEST:
         raise InputError(
-            "speed", f"must keep the pitch line velocity below {FASTEST:g} m/s", design.speed,
-            f"It gives {velocity:.4g} m/s. {_speed_question(design.speed)}")
+            "speed", f"must keep the pitch line velocity below {FASTEST:g} m/s",
+            units.Shown(design.speed, design.speed), f"It gives {velocity:.4g} m/s.{_speed_question(design.speed)}")
 
 
 def check_speed_range(design: Any, *speeds: float) -> None:
@@ -144,8 +147,10 @@ def _check_relief(design: Any) -> None:
 
 
 def _speed_question(speed: float) -> str:
-    """The question whether a speed in rad/s was meant in revolutions per minute."""
-    return f"{speed:.6g} rad/s are {speed * 30 / math.pi:.6g} rpm: did you mean '{speed:.6g} rpm'?"
+    """The question whether a plain number, in rad/s, was meant in revolutions per minute."""
+    if isinstance(speed, units.Measured):
+        return ""
+    return f" {speed:.6g} rad/s are {speed * 30 / math.pi:.6g} rpm: did you mean '{speed:.6g} rpm'?"
 
 
 def design_warnings(design: Any) -> tuple[str, ...]:
@@ -166,9 +171,10 @@ def _damping_warnings(design: Any) -> list[str]:
 def _operating_warnings(design: Any) -> list[str]:
     """Warnings about a high speed and a high load."""
     found = []
-    if design.speed is not None and (design.speed > FAST_SPEED or _velocity(design) > FAST):
-        velocity = _velocity(design)
-        found.append(f"The pitch line velocity is {velocity:.4g} m/s. {_speed_question(design.speed)}")
+    if design.speed is not None:
+        velocity, question = _velocity(design), _speed_question(design.speed)
+        if velocity > FAST or (question and design.speed > FAST_SPEED):
+            found.append(f"The pitch line velocity is {velocity:.4g} m/s.{question}")
     if design.torque is not None:
         load = mesh_load(design.geometry, 0.0, design.torque, 1.0).line_load / design.module
         if load > HIGH_LOAD:
@@ -238,10 +244,11 @@ def _relief_warnings(design: Any) -> list[str]:
     except InputError:  # reported by what needs the transmission error
         return []
     if free >= pitch:
-        return [f"tip_relief has no effect on the motion: it leaves {free * 1e3:.4g} mm of the path of contact untouched, "
-                f"at least the base pitch of {pitch * 1e3:.4g} mm, so that unloaded teeth never touch it. {purpose}"]
-    return ["tip_relief is added to the transmission error as that of rigid teeth without load: it can raise the dynamic "
-            f"factor, and more so the longer it is, where it lowers that of real gears. {purpose}"]
+        return [f"tip_relief has no effect on the motion: it leaves {free * 1e3:.4g} mm of the path of contact as "
+                f"it is, at least the base pitch of {pitch * 1e3:.4g} mm, so that unloaded teeth never touch there. "
+                f"{purpose}"]
+    return ["tip_relief is added to the transmission error as that of rigid teeth without load: it can raise the "
+            f"dynamic factor, and more so the longer it is, where it lowers that of real gears. {purpose}"]
 
 
 def _eccentricity_warnings(design: Any) -> list[str]:

@@ -50,6 +50,9 @@ class Rack:
 PROFILE_A = Rack()
 """Profile A of ISO 53:1998."""
 
+INCH = 25.4e-3
+"""One inch in m."""
+
 PRESSURE_ANGLE = math.radians(20)
 """Normal pressure angle of ISO 53:1998, rad."""
 
@@ -192,6 +195,12 @@ def _length(field: str, value: Any) -> float:
     return units.to_si(field, value, units.LENGTH, POSITIVE)
 
 
+def module_of(diametral_pitch: Any) -> units.Measured:
+    """The module in m of a diametral pitch, in 1/in if it is a plain number; messages show it in inches."""
+    number = units.to_si("diametral_pitch", diametral_pitch, units.DIAMETRAL_PITCH, POSITIVE)
+    return units.Measured(INCH / number, "in", INCH)
+
+
 def _teeth(field: str, value: Any) -> tuple[int, int]:
     """Numbers of teeth of both wheels; a list of two is required."""
     if isinstance(value, (str, bytes)) or not hasattr(value, "__len__"):
@@ -331,7 +340,7 @@ CONVERTERS: dict[str, Callable[[str, Any], Any]] = {
     "module": _length,
     "face_width": lambda field, value: two_lengths(field, value, POSITIVE),
     "pressure_angle": _angle,
-    "helix_angle": lambda field, value: math.fabs(_angle(field, value)),
+    "helix_angle": lambda field, value: abs(_angle(field, value)),
     "centre_distance": _length,
     "profile_shift": _shift,
     "rack": _record(Rack),

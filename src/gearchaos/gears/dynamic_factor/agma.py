@@ -73,8 +73,8 @@ def dynamic_factor_agma(velocity: float, quality: int) -> DynamicFactorAGMA | Re
     Notes
     -----
     2001-D04 prints K_v = ((A + √v_t)/A)^B and v_t max = (A + Q_v − 3)² with v_t in ft/min; 2101-D04 prints, with v in
-    m/s and A_v = 17 − Q_v from 6 to 12, B = 0.25 (A_v − 5)^(2/3), C = 50 + 56 (1 − B), v_max = (C + 14 − A_v)²/196.85 and
-    K_v = ((C + √(196.85 v))/C)^B. Textbooks round 196.85 to 200, which raises K_v − 1 by less than 1 %.
+    m/s and A_v = 17 − Q_v from 6 to 12, B = 0.25 (A_v − 5)^(2/3), C = 50 + 56 (1 − B), K_v = ((C + √(196.85 v))/C)^B,
+    v_max = (C + 14 − A_v)²/196.85. Textbooks round 196.85 to 200, which raises K_v − 1 by less than 1 %.
     """
     if not 5 <= quality <= 11:
         return Refused(

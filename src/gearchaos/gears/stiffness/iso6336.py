@@ -29,8 +29,8 @@ LOW_LINE_LOAD = 100e3
 """Specific load F_t K_A/b below which the stiffness falls with the load, N/m; ISO 6336-1:2006, (90)."""
 
 DOUBTFUL_LINE_LOAD = 25e3
-"""Specific load F_t K_A/b, N/m, below which there is a warning: the rule for low loads has no lower limit, and makes the
-stiffness vanish with the load."""
+"""Specific load F_t K_A/b, N/m, below which there is a warning: the rule for low loads has no lower limit, and lets
+the stiffness vanish with the load."""
 
 _WEBS, _LEAST_RIM = (0.2, 1.2), 1.0
 """Limits of b_s/b, and least s_R/m_n, beyond which they count as these limits; ISO 6336-1:2006, (84), (85)."""
@@ -252,7 +252,7 @@ def _blank_warnings(geometry: Geometry, blanks: tuple[Blank | None, Blank | None
 def _warnings(
     geometry: Geometry, pinion: int, line_load: float | None, mean: float, load_factor: float,
 ) -> tuple[str, ...]:
-    """In what a pair lies outside the ranges that the standard names, and a stiffness that a low load makes doubtful."""
+    """In what a pair lies outside the ranges of the standard, and a stiffness that a low load makes doubtful."""
     angle = math.degrees(math.asin(math.sin(geometry.working_pressure_angle) * math.cos(geometry.base_helix_angle)))
     helix = math.degrees(geometry.helix_angle)
     ratio = geometry.contact_ratio

@@ -66,8 +66,8 @@ def relief_error(geometry: Geometry, relief: TipRelief, tau: np.ndarray) -> np.n
     Returns
     -------
     array of the shape of ``tau``
-        e ≥ 0, m, positive where the driven wheel lags. It is 0 throughout where `unrelieved_length` is at least one base
-        pitch.
+        e ≥ 0, m, positive where the driven wheel lags. It is 0 throughout where `unrelieved_length` is at least one
+        base pitch.
     """
     pitch, path = geometry.base_pitch, geometry.contact_ratio * geometry.base_pitch
     unrelieved_length(geometry, relief)
