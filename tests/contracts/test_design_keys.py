@@ -5,12 +5,16 @@ from __future__ import annotations
 from dataclasses import fields, replace
 
 import pytest
+from typer.testing import CliRunner
 
+from gearchaos.cli import app
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.gear_pair import comparable_stiffnesses
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.sheet import datasheet
+from gearchaos.studies.axis import parse_axis
+from gearchaos.studyfile import load_study
 
 QUALITY = {"standard": "ISO 1328-1:1995", "grade": 5}
 GIVEN = {
@@ -113,3 +117,37 @@ def test_the_speed_of_a_table_of_errors_is_refused(tmp_path):
     path.write_text("roll angle [deg],error [um]\n0,0\n5,3\n10,0\n15,0\n")
     with pytest.raises(InputError, match=r"transmission_error\.speed must be left out"):
         GearDesign(**{**GIVEN, "transmission_error": {"table": str(path), "speed": "100 rpm"}})
+
+
+DESIGN = """
+[design]
+teeth = [24, 36]
+module = "3 mm"
+face_width = "30 mm"
+bore = "30 mm"
+backlash = { value = "0.12 mm", of = "line of action, total" }
+damping_ratio = 0.05
+eccentricity = "10 um"
+[operation]
+speed = "3000 rpm"
+torque = "100 N*m"
+"""
+
+
+@pytest.mark.parametrize("command", [
+    ["gear"], ["gear", "--json"], ["regime"], ["simulate", "--periods", "3"], ["script"],
+    ["bifurcation", "--axis", "speed=3000:3100:2", "--out", "found.nc"],
+])
+def test_every_command_shows_the_warnings_of_a_design(command, tmp_path, monkeypatch):
+    (tmp_path / "design.toml").write_text(DESIGN)
+    monkeypatch.chdir(tmp_path)
+    name, *options = command
+    found = CliRunner().invoke(app, [name, str(tmp_path / "design.toml"), *options])
+    assert found.stderr.count("warning: eccentricity has no effect on the motion") == 1, found.stderr
+
+
+def test_an_axis_of_torques_is_warned_of_at_its_least_torque(tmp_path):
+    (tmp_path / "design.toml").write_text(DESIGN)
+    for axis, warned in (("torque=0.05:60:3", True), ("torque=60:90:3", False)):
+        found = load_study(tmp_path / "design.toml", axes=[parse_axis(axis, "axis")]).warnings
+        assert any("F_t K_A/b is 0.05" in text or "F_t K_A/b is 0.04" in text for text in found) is warned
