@@ -9,8 +9,10 @@ from typer.testing import CliRunner
 
 from gearchaos.cli import app
 from gearchaos.errors import InputError
+from gearchaos.explorer.view.design import design_values
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.gear_pair import comparable_stiffnesses
+from gearchaos.gears.operating import gears_from_json, gears_json
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.sheet import datasheet
 from gearchaos.studies.axis import parse_axis
@@ -22,6 +24,7 @@ GIVEN = {
     "backlash": {"value": "0.12 mm", "of": "line of action, total"}, "damping_ratio": 0.05,
     "transmission_error": "from quality", "speed": "3000 rpm", "torque": "60 N*m",
 }
+STEEL = {"E": 206e9, "poisson": 0.3, "density": 7830.0}
 RELIEF = {"amount": "10 um", "start_diameter": ["76 mm", "112 mm"]}
 BASES = {
     "as it is": {},
@@ -33,11 +36,12 @@ BASES = {
 }
 CHANGES = {
     "teeth": [24, 37], "module": "3.1 mm", "face_width": "29 mm", "pressure_angle": "21 deg", "helix_angle": "10 deg",
-    "centre_distance": "90.1 mm", "profile_shift": [0.1, 0.1], "rack": {"dedendum": 1.3}, "tip_alteration": "-0.1 mm",
+    "centre_distance": "90.1 mm", "profile_shift": [0.1, 0.1], "rack": {"addendum": 0.95, "dedendum": 1.3, "root_radius": 0.3}, "tip_alteration": "-0.1 mm",
     "tip_diameter": ["77.9 mm", "113.9 mm"],
     "tip_relief": {"amount": "20 um", "start_diameter": ["77 mm", "113 mm"], "shape": "parabolic"},
     "material": {"E": "173 GPa", "poisson": 0.25, "density": "7100 kg/m^3"}, "bore": "25 mm",
-    "blank": {"rim": "9 mm", "web": "12 mm"}, "inertia": ["1e-3 kg*m^2", "4e-3 kg*m^2"], "mass": ["1.1 kg", "2.2 kg"],
+    "blank": ["solid", {"rim": "9 mm", "web": "12 mm"}], "inertia": ["1e-3 kg*m^2", "4e-3 kg*m^2"],
+    "mass": ["1.1 kg", "2.2 kg"],
     "quality": {"standard": "ISO 1328-1:1995", "grade": 7}, "backlash": {"value": "0.2 mm", "of": "radial, half"},
     "damping_ratio": 0.07, "stiffness": "potential energy", "transmission_error": "none", "eccentricity": "10 um",
     "supports": {"stiffness": "300 N/um", "damping_ratio": 0.07}, "application_factor": 1.25, "speed": "2000 rpm",
@@ -59,9 +63,9 @@ def parts(name: str, value: object):
     """The change of a key, and of each of the values in its table alone."""
     yield value
     if isinstance(value, dict):
-        before = {"quality": QUALITY, "backlash": GIVEN["backlash"], "tip_relief": RELIEF}.get(name)
-        for key in value if before else ():
-            yield {**before, key: value[key]}
+        before = {"quality": QUALITY, "backlash": GIVEN["backlash"], "tip_relief": RELIEF, "material": STEEL}
+        for key in value:
+            yield {**before.get(name, {}), key: value[key]}
 
 
 @pytest.mark.parametrize("base", BASES)
@@ -151,3 +155,9 @@ def test_an_axis_of_torques_is_warned_of_at_its_least_torque(tmp_path):
     for axis, warned in (("torque=0.05:60:3", True), ("torque=60:90:3", False)):
         found = load_study(tmp_path / "design.toml", axes=[parse_axis(axis, "axis")]).warnings
         assert any("F_t K_A/b is 0.05" in text or "F_t K_A/b is 0.04" in text for text in found) is warned
+
+
+def test_a_design_with_a_blank_is_made_again_from_json_and_from_a_study_file():
+    design = GearDesign(**{**GIVEN, "blank": CHANGES["blank"]})
+    assert gears_from_json(gears_json(design)) == design
+    assert GearDesign(**design_values(design)) == design

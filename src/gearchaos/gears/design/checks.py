@@ -122,7 +122,7 @@ def _velocity(design: Any) -> float:
 
 def _check_blank(design: Any, wheel: int) -> None:
     """Raise `InputError` for a rim or a web that the wheel has no room for."""
-    if (blank := design.blank[wheel]) is None:
+    if (blank := design.blanks[wheel]) is None:
         return
     geometry, module, width = design.geometry, design.module, design.face_width[wheel]
     bore = 0.0 if design.bore is None else design.bore[wheel]
@@ -264,7 +264,7 @@ def _eccentricity_warnings(design: Any) -> list[str]:
 
 def _blank_warnings(design: Any) -> list[str]:
     """Warnings about what rim and web do not change."""
-    if design.blank == (None, None):
+    if not any(design.blanks):
         return []
     found = []
     if design.stiffness != ISO:

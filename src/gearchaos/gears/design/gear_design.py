@@ -33,7 +33,7 @@ from gearchaos.gears.geometry.mating import mating_geometry
 from gearchaos.gears.materials import Material
 from gearchaos.gears.mesh_load import MeshLoad, mesh_load
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.stiffness.iso6336 import ToothStiffness
+from gearchaos.gears.stiffness.iso6336 import Blank, ToothStiffness
 from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics
 from gearchaos.gears.transmission_error.quality import Quality
@@ -290,6 +290,12 @@ class GearDesign(HasCard):
     def load(self) -> MeshLoad:
         """Tangential force, line load and pitch line velocity; raises `InputError` without speed or torque."""
         return mesh_load(self.geometry, self.given("speed"), self.given("torque"), self.application_factor)
+
+    @property
+    def blanks(self) -> tuple[Blank | None, Blank | None]:
+        """Rim and web of each wheel; None for a solid disc."""
+        first, second = (each if isinstance(each, Blank) else None for each in self.blank)
+        return first, second
 
     @property
     def path_relief(self) -> TipRelief | None:

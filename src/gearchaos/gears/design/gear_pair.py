@@ -38,7 +38,7 @@ def iso_tooth_stiffness(design: Any) -> ToothStiffness:
                          "By the rule for low loads, (90), the stiffness vanishes with the load. Other methods do not "
                          f"depend on the load. {other_methods(design.geometry)}")
     first, second = (material.E for material in design.material)
-    return tooth_stiffness(design.geometry, line_load=load, youngs_modulus=(first, second), blanks=design.blank)
+    return tooth_stiffness(design.geometry, line_load=load, youngs_modulus=(first, second), blanks=design.blanks)
 
 
 def line_load(design: Any) -> float:

@@ -238,10 +238,10 @@ def _bore(field: str, value: Any) -> tuple[float, float]:
     return two_lengths(field, value, NOT_NEGATIVE)
 
 
-def _blank(field: str, value: Any) -> Blank | None:
-    """Rim and web of one wheel in m; None for a solid disc."""
-    if value is None or value == SOLID or isinstance(value, Blank):
-        return value if isinstance(value, Blank) else None
+def _blank(field: str, value: Any) -> Blank | str:
+    """Rim and web of one wheel in m, or `SOLID`."""
+    if value == SOLID or isinstance(value, Blank):
+        return value
     if not isinstance(value, Mapping) or set(value) != {"rim", "web"}:
         raise InputError(field, f"must be {SOLID!r}, or a table with rim and web", value,
                          f"Each wheel may have its own: ['{SOLID}', {{ rim = '70 mm', web = '90 mm' }}].")

@@ -67,7 +67,7 @@ def dynamic_factors(
     grade = design.quality.coarsest
     return DynamicFactors(
         iso_b=_method_b(design, flanks),
-        iso_c=dynamic_factor_c(design.geometry, design.load, grade, solid_wheels=design.blank == (None, None)),
+        iso_c=dynamic_factor_c(design.geometry, design.load, grade, solid_wheels=not any(design.blanks)),
         agma=dynamic_factor_agma(design.load.velocity, quality_number(grade)),
     )
 
