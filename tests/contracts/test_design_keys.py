@@ -36,8 +36,8 @@ BASES = {
 }
 CHANGES = {
     "teeth": [24, 37], "module": "3.1 mm", "face_width": "29 mm", "pressure_angle": "21 deg", "helix_angle": "10 deg",
-    "centre_distance": "90.1 mm", "profile_shift": [0.1, 0.1], "rack": {"addendum": 0.95, "dedendum": 1.3, "root_radius": 0.3}, "tip_alteration": "-0.1 mm",
-    "tip_diameter": ["77.9 mm", "113.9 mm"],
+    "centre_distance": "90.1 mm", "profile_shift": [0.1, 0.1], "tip_alteration": "-0.1 mm",
+    "rack": {"addendum": 0.95, "dedendum": 1.3, "root_radius": 0.3}, "tip_diameter": ["77.9 mm", "113.9 mm"],
     "tip_relief": {"amount": "20 um", "start_diameter": ["77 mm", "113 mm"], "shape": "parabolic"},
     "material": {"E": "173 GPa", "poisson": 0.25, "density": "7100 kg/m^3"}, "bore": "25 mm",
     "blank": ["solid", {"rim": "9 mm", "web": "12 mm"}], "inertia": ["1e-3 kg*m^2", "4e-3 kg*m^2"],
@@ -75,6 +75,8 @@ def test_a_changed_key_of_a_design_shows(name: str, base: str):
     if name == "stiffness" and base == "potential energy":
         return
     for value in parts(name, CHANGES[name]):
+        if base == "given masses" and value == {**STEEL, "density": "7100 kg/m^3"}:
+            continue  # a material has a density, whether a result needs it or not
         try:
             changed = replace(design, **{name: value})
             found = shown(changed)
