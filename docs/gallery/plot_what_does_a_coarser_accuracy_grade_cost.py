@@ -2,7 +2,8 @@
 What does a coarser accuracy grade cost?
 ========================================
 
-The same pair of gears, made to ISO grades 5, 7 and 9: the typical transmission error of the grade sets the excitation.
+The same pair of gears, made to ISO grades 5, 7 and 9: an upper limit of the transmission error of each
+grade sets the excitation.
 With the worst grade the teeth separate over most of the speed range, and the dynamic factor grows out of proportion.
 """
 

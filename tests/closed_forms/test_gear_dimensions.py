@@ -125,13 +125,19 @@ def measured(kind):
         flank = np.array([math.pi * geometry.base_diameter[0], lead])  # develops a tooth on the base cylinder
         normal = np.array([flank[1], -flank[0]]) / np.hypot(*flank)
         return value / abs(normal @ around)
+    if kind.startswith("angle"):
+        return value * geometry.base_diameter[int(kind[-1]) - 1] / 2  # the taut string leaves the turned base circle
     diameters = {"circumferential": geometry.working_diameter, "reference circle": geometry.reference_diameter}[kind]
     angle = 2 * value / diameters[0]  # wheel 2 is held, wheel 1 turns
     assert angle / (2 * value / diameters[1]) == pytest.approx(51 / 23)
     return angle * geometry.base_diameter[0] / 2
 
 
-@pytest.mark.parametrize("kind", ["line of action", "circumferential", "reference circle", "normal", "radial"])
+KINDS = ("line of action", "circumferential", "reference circle", "normal", "radial", "angle of wheel 1",
+         "angle of wheel 2")
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_each_kind_of_backlash_by_moving_the_wheels(kind):
     assert base_tangent_length(HELICAL.geometry, kind) == pytest.approx(measured(kind) / 1e-5, rel=1e-7)
 
@@ -139,14 +145,16 @@ def test_each_kind_of_backlash_by_moving_the_wheels(kind):
 def test_half_a_backlash_is_half_of_it():
     for total, half in zip(OF[::2], OF[1::2], strict=True):
         assert total.replace("total", "half") == half
-        whole = replace(HELICAL, backlash={"value": "0.3 mm", "of": total}).backlash_line_of_action
-        assert replace(HELICAL, backlash={"value": "0.15 mm", "of": half}).backlash_line_of_action == whole
+        whole, part = ("20 arcmin", "10'") if total.startswith("angle") else ("0.3 mm", "0.15 mm")
+        line_of_action = replace(HELICAL, backlash={"value": whole, "of": total}).backlash_line_of_action
+        assert replace(HELICAL, backlash={"value": part, "of": half}).backlash_line_of_action == line_of_action
 
 
-@pytest.mark.parametrize("kind", ["line of action", "circumferential", "reference circle", "normal", "radial"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_direction_alone_means_the_total(kind):
-    assert Backlash(value="0.3 mm", of=kind) == Backlash(value="0.3 mm", of=f"{kind}, total")
-    given = {"value": "0.3 mm", "of": f"{kind}, total"}
+    value = "0.3 deg" if kind.startswith("angle") else "0.3 mm"
+    assert Backlash(value=value, of=kind) == Backlash(value=value, of=f"{kind}, total")
+    given = {"value": value, "of": f"{kind}, total"}
     whole = replace(HELICAL, backlash=given).backlash_line_of_action
     assert replace(HELICAL, backlash={**given, "of": kind}).backlash_line_of_action == whole
 
@@ -156,7 +164,8 @@ def test_a_backlash_of_more_than_half_a_module_along_the_line_of_action_is_refus
     kind, part = of.split(", ")
     most = 2e-3 / base_tangent_length(HELICAL.geometry, kind) / (2 if part == "half" else 1)
     assert replace(HELICAL, backlash={"value": 0.999 * most, "of": of}).backlash_line_of_action < 2e-3
-    with pytest.raises(InputError, match=rf"^backlash\.value must lie between 0 and {1e3 * most:.4g} mm") as refusal:
+    limit = f"{most:.4g} rad" if kind.startswith("angle") else f"{1e3 * most:.4g} mm"
+    with pytest.raises(InputError, match=rf"^backlash\.value must lie between 0 and {limit}") as refusal:
         replace(HELICAL, backlash={"value": 1.001 * most, "of": of})
     assert "Did you mean" in refusal.value.advice and refusal.value.value == 1.001 * most
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from gearchaos.errors import InputError
+from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.formulas import formulas
 from gearchaos.gears.stiffness.iso6336 import Blank, ToothStiffness, rack_factor, tooth_stiffness
 from tests.gear_examples import ISO_TR_EXAMPLE_1, SPUR_62, spur
@@ -72,13 +73,13 @@ def test_factors():
 
 def test_wheel_with_rim_and_web():
     def factor(web: float, rim: float) -> float:
-        return tooth_stiffness(SPUR_62, blanks=(None, Blank(web * 20e-3, rim * 2e-3))).blank_factor
+        return tooth_stiffness(SPUR_62, blanks=(None, Blank(rim * 2e-3, web * 20e-3))).blank_factor
 
     assert factor(0.4, 3) == pytest.approx(1 + math.log(0.4) / (5 * math.exp(0.6)), rel=1e-12)
     assert factor(0.4, 0.5) == factor(0.4, 1)
     assert factor(0.1, 3) == factor(0.2, 3)
     assert factor(1.5, 3) == 1.0  # the other wheel, a solid disc, is the more flexible one
-    both = tooth_stiffness(SPUR_62, blanks=(Blank(30e-3, 6e-3), Blank(24e-3, 6e-3)))
+    both = tooth_stiffness(SPUR_62, blanks=(Blank(6e-3, 30e-3), Blank(6e-3, 24e-3)))
     assert both.blank_factor == pytest.approx(1 + math.log(1.2) / (5 * math.exp(0.6)), rel=1e-12)
 
 
@@ -89,19 +90,76 @@ def test_low_load():
     assert tooth_stiffness(SPUR_62, line_load=100e3 * (1 - 1e-9)).mesh_stiffness == pytest.approx(full, rel=1e-9)
 
 
-@pytest.mark.parametrize(("x1", "x2", "field"), [
-    (1.2, 0.9, "profile_shift"), (-0.2, -0.31, "profile_shift"), (0.0, 0.1, "profile_shift[0]"),
+@pytest.mark.parametrize(("shifts", "teeth", "words"), [
+    ((1.2, 0.9), (40, 62), "sums of the profile shifts from −0.5 to 2; here it is 2.1"),
+    ((-0.2, -0.31), (40, 62), "sums of the profile shifts from −0.5 to 2; here it is -0.51"),
+    ((0.0, 1e-4), (40, 62), "at least the profile shift of its wheel; here they are 0 and 0.0001"),
+    ((1e-4, 0.0), (62, 40), "at least the profile shift of its wheel; here they are 0 and 0.0001"),
 ])
-def test_profile_shifts_out_of_range_are_refused(x1: float, x2: float, field: str):
-    with pytest.raises(InputError) as error:
-        tooth_stiffness(shifted(x1, x2, (40, 62)))
-    assert error.value.field == field
-    assert "potential energy" in error.value.advice
+def test_profile_shifts_out_of_range_are_extrapolated_with_a_warning(shifts, teeth, words: str):
+    (warning,) = extrapolations(shifted(*shifts, teeth))
+    assert warning.endswith(words)
 
 
-def test_profile_shifts_on_the_limits_are_accepted():
+def extrapolations(geometry) -> list[str]:
+    return [text for text in tooth_stiffness(geometry).warnings if "is extrapolated" in text]
+
+
+def test_profile_shifts_on_the_limits_have_no_warning():
     for x1, x2 in ((1.0, 1.0), (-0.25, -0.25), (0.1, 0.1)):
-        tooth_stiffness(shifted(x1, x2, (40, 62)))
+        assert extrapolations(shifted(x1, x2, (40, 62))) == []
+
+
+def test_a_flexibility_that_is_not_positive_is_refused():
+    geometry = spur(teeth=(5, 5), profile_shift=(3.0, 3.0), centre_distance=20.5e-3)
+    with pytest.raises(InputError, match="profile_shift must give a positive flexibility") as error:
+        tooth_stiffness(geometry)
+    assert "potential energy" in error.value.advice and "q′ would be -0.0" in error.value.advice
+    with pytest.raises(InputError, match="positive flexibility") as error:
+        tooth_stiffness(replace(geometry, helix_angle=math.radians(1)))
+    assert "potential energy" not in error.value.advice and "table" in error.value.advice
+
+
+NREL = {"stage 1": ((19, 17), 45, 0, 491, 863, (0.617, 0.8021), (978.808, 905.470), 3.5),
+        "stage 2": ((18, 36), 21, 0, 550, 584, (0.389, 0.5039), (432.838, 815.663), 3.5),
+        "stage 3": ((24, 95), 14, 10, 360, 861, (0.480, 0.6691), (380.747, 1395.376), 5.0)}
+"""The external pairs of the NREL 5 MW gearbox (A. R. Nejad et al., Wind Energy 19, 2016): teeth, module, helix angle,
+face width, centre distance, profile shifts and tip diameters of KISSsoft's reports, and its assumption for s_R/m_n."""
+
+
+@pytest.mark.parametrize(("stage", "blank_factor", "single", "mesh"), [
+    ("stage 1", 0.862, 12.362, 13.426), ("stage 2", 0.862, 12.240, 15.640), ("stage 3", 0.898, 13.832, 18.632)])
+def test_the_stages_of_the_nrel_gearbox_as_kisssoft_computes_them(stage, blank_factor, single, mesh):
+    # c', c_γα and C_R (b_s/b = 0.25) of the reports @NREL_5MW/stage_0N.rtf in github.com/gfsReboucas/Drivetrain
+    teeth, module, helix, width, distance, shifts, tips, rim = NREL[stage]
+    design = GearDesign(
+        teeth=teeth, module=f"{module} mm", helix_angle=f"{helix} deg", face_width=f"{width} mm", profile_shift=shifts,
+        centre_distance=f"{distance} mm", tip_diameter=[f"{tip} mm" for tip in tips],
+        blank={"rim": f"{rim * module} mm", "web": f"{0.25 * width} mm"})
+    found = design.tooth_stiffness
+    assert found.blank_factor == pytest.approx(blank_factor, abs=5e-4)
+    assert found.single_stiffness / UNIT == pytest.approx(single, abs=6e-4)
+    assert found.mesh_stiffness / UNIT == pytest.approx(mesh, abs=6e-4)
+    extrapolated = any("extrapolated" in text for text in design.warnings)
+    assert extrapolated is (stage != "stage 1")
+
+
+def test_a_rim_or_web_beyond_the_limits_counts_as_the_limit_with_a_warning():
+    blanks = (Blank(1e-3, 2e-3), Blank(6e-3, 30e-3))
+    words = " ".join(tooth_stiffness(SPUR_62, blanks=blanks).warnings)
+    assert "web of wheel 1, b_s/b = 0.1, counts as 0.2" in words
+    assert "web of wheel 2, b_s/b = 1.5, counts as 1.2" in words
+    assert "rim of wheel 1, s_R/m_n = 0.5, counts as 1 in" in words and "rim of wheel 2" not in words
+
+
+def test_a_stiffness_that_a_low_load_makes_doubtful_has_a_warning_with_numbers():
+    full = tooth_stiffness(SPUR_62).mesh_stiffness / UNIT
+    found = tooth_stiffness(SPUR_62, line_load=33.0)
+    (warning,) = found.warnings
+    assert f"is {(33 / 100e3) ** 0.25:.3g} of that" in warning and warning.startswith("F_t K_A/b is 0.033 N/mm")
+    assert f"{found.mesh_stiffness / UNIT:.3g} instead of {full:.3g} N/(mm µm)" in warning
+    assert tooth_stiffness(SPUR_62, line_load=25e3 * (1 - 1e-9)).warnings
+    assert tooth_stiffness(SPUR_62, line_load=25e3).warnings == ()
 
 
 def test_no_permanent_tooth_contact_is_refused():
@@ -125,7 +183,8 @@ def test_warnings_outside_the_validated_range():
 
 @pytest.mark.parametrize("options", [
     {"line_load": 0.0}, {"line_load": math.nan}, {"youngs_modulus": (206e9, -1.0)},
-    {"blanks": (Blank(0.0, 1e-3), None)},
+    {"blanks": (Blank(1e-3, 0.0), None)},
+    {"blanks": (None, Blank(0.0, 1e-3))},
 ])
 def test_values_that_must_be_positive(options):
     with pytest.raises(InputError, match="must be a positive finite number"):

@@ -137,7 +137,7 @@ def test_wrong_grades_are_refused(standard: str, grade, rule: str):
 
 
 def test_unknown_standard_is_refused():
-    with pytest.raises(InputError, match=r"quality\.standard must be one of ISO 1328-1:1995, ISO 1328-1:2013"):
+    with pytest.raises(InputError, match=r"quality\.standard must be one of .*ISO 1328-1:1995, ISO 1328-1:2013"):
         Quality("ISO 1328", 5)
 
 
@@ -170,3 +170,32 @@ def test_sizes_on_the_limits_of_the_scope_are_accepted():
         tolerances(Quality(standard, 5), spur(normal_module=module, teeth=(62, teeth)))
         with pytest.raises(InputError, match=r"reference_diameter\[1\]"):
             tolerances(Quality(standard, 5), spur(normal_module=module * 1.0001, teeth=(62, teeth)))
+
+
+@pytest.mark.parametrize(("standard", "grade", "expected"), [
+    ("JIS B 1702-1:1998", "N8", Quality(ISO_1995, 8)), ("JIS B 1702-1:1998", 8, Quality(ISO_1995, 8)),
+    ("JIS B 1702-1:1998", ["N5", "N7"], Quality(ISO_1995, (5, 7))),
+    ("ANSI/AGMA ISO 1328-1-B14", "A6", Quality(ISO_2013, 6)),
+])
+def test_a_national_standard_that_is_the_text_of_an_edition_is_read_as_it(standard, grade, expected):
+    assert Quality(standard, grade) == expected
+
+
+@pytest.mark.parametrize(("standard", "grade", "nearest", "why"), [
+    ("DIN 3962", 6, "'ISO 1328-1:1995', grade = 6 }", "tables of its own"),
+    ("DIN 3961:1978", [6, 7], "'ISO 1328-1:1995', grade = [6, 7] }", "ranges of sizes"),
+    ("AGMA 2000-A88", "Q10", "'ISO 1328-1:1995', grade = 7 }", "17 less the quality number"),
+    ("ANSI/AGMA 2015-1-A01", "A6", "'ISO 1328-1:1995', grade = 6 }", "not identical"),
+    ("JIS B 1702:1976", 4, "'ISO 1328-1:1995', grade = 8 }", "plus 4"),
+    ("JIS B 1702-1:2016", "N5", "'ISO 1328-1:2013', grade = 5 }", "could not be compared"),
+])
+def test_a_grade_of_another_standard_is_refused_with_the_nearest_one(standard, grade, nearest, why):
+    with pytest.raises(InputError, match=r"^quality\.standard must be one of") as error:
+        Quality(standard, grade)
+    assert nearest in error.value.advice and why in error.value.advice and error.value.value == standard
+
+
+@pytest.mark.parametrize(("standard", "grade"), [("JIS B 1702-1:1998", "A8"), (ISO_1995, "N8"), (ISO_1995, "8")])
+def test_a_letter_belongs_to_its_standard(standard, grade):
+    with pytest.raises(InputError, match=r"quality\.grade must be a whole number"):
+        Quality(standard, grade)

@@ -146,7 +146,7 @@ def test_text_from_a_design_is_escaped():
 def test_warnings_of_the_design_are_shown():
     design = gc.GearDesign(**FULL)
     html = sheet_html(datasheet(design), design)
-    assert "is an assumption about typical wheels" in html
+    assert "is an assumption, an upper limit of the grade" in html
     thin = gc.GearDesign(teeth=(12, 40), module="3 mm", face_width="20 mm", profile_shift=(0.75, 0.0))
     assert thin.warnings, "its teeth are thin at the tip"
     page = Page(sheet_html(datasheet(thin), thin))

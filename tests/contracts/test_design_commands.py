@@ -421,7 +421,7 @@ def test_commands_and_studies_warn_once_of_exact_teeth_beside_a_quality(tmp_path
 def test_a_plain_number_for_the_speed_that_may_be_in_rpm_is_a_warning_of_a_study():
     slip = load_design(SPUR, {"design.module": "1 mm", "design.centre_distance": "50 mm", "design.bore": "10 mm"})
     with pytest.warns(DesignWarning, match="3000 rad/s are 28647.9 rpm: did you mean '3000 rpm'"):
-        gc.Regime(slip.at(speed=3000, torque=10))
+        gc.Regime(slip.at(speed=3000, torque=20))
 
 
 def test_the_reason_why_there_is_no_model(tmp_path):

@@ -121,7 +121,7 @@ def test_a_store_of_an_earlier_version_without_transmission_error_is_continued()
     """Earlier versions wrote "none" for exact teeth, whether or not the design said so."""
     design = gc.GearDesign(teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05,
                            backlash={"value": "0.12 mm", "of": "line of action, total"})
-    study = gc.Zones(design, "speed=500:8000:4", "torque=20:400:3")
+    study = gc.Zones(design, "speed=500:8000:4", "torque=40:400:3")
     record = to_record(study)
     assert record["gears"]["design"]["transmission_error"] == "none"
     assert study_differences(from_record(record), study) == []

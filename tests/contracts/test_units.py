@@ -1,13 +1,18 @@
 """Texts with units: usual spellings are read, and what could be read in two ways is refused."""
 
+import json
 import math
 import pickle
+from dataclasses import replace
 
 import pytest
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
 from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.design.gear_pair import stiffness_of
+
+SMALL = {"teeth": (20, 40), "module": 3e-3, "face_width": 0.03}
 
 
 @pytest.mark.parametrize("text", [
@@ -29,6 +34,94 @@ def test_units_without_a_sign_of_multiplication(text, dimension, number):
     assert units.to_si("x", text, dimension) == pytest.approx(number, rel=1e-14)
 
 
+@pytest.mark.parametrize(("text", "dimension", "number"), [
+    *((text, units.TORQUE, 500 * 0.45359237 * 9.80665 * 0.0254) for text in (
+        "500 lb-in", "500 lbf*in", "500 in-lb", "500 lbf in", "500 in·lbf", "500 lb.in", "500lbs in", "500 in-lbf")),
+    *((text, units.TORQUE, 40 * 0.45359237 * 9.80665 * 0.3048) for text in ("40 ft-lb", "40 lbf-ft", "40 lb ft")),
+    ("16 oz-in", units.TORQUE, 0.45359237 * 9.80665 * 0.0254), ("3 kgf·m", units.TORQUE, 3 * 9.80665),
+    ("400 N·m", units.TORQUE, 400), ("400 N-m", units.TORQUE, 400),
+    ("1/8 in", units.LENGTH, 0.0254 / 8), ("3 1/2 in", units.LENGTH, 3.5 * 0.0254),
+    ("3-1/2\"", units.LENGTH, 3.5 * 0.0254), ("0.004\"", units.LENGTH, 0.004 * 0.0254),
+    ("-1/4 in", units.LENGTH, -0.00635), ("2 thou", units.LENGTH, 2e-3 * 0.0254),
+    ("12 ′", units.ANGLE, math.radians(0.2)), ("36\"", units.ANGLE, math.radians(0.01)),
+    ("15°48'", units.ANGLE, math.radians(15.8)), ("-15 deg 47 arcmin 60 arcsec", units.ANGLE, -math.radians(15.8)),
+    ("15° 47′ 60″", units.ANGLE, math.radians(15.8)), ("7.2°", units.ANGLE, math.radians(7.2)),
+    *((text, units.DIAMETRAL_PITCH, 8) for text in ("8 1/in", "8/in", "8 in^-1", 8, "8 DP")),
+])
+def test_units_of_drawings(text, dimension, number):
+    assert units.to_si("x", text, dimension) == pytest.approx(number, rel=1e-14)
+
+
+@pytest.mark.parametrize(("text", "dimension", "words"), [
+    ("500 lb-mm", units.TORQUE, "The unit 'lb-mm' is not known."), ("3 mm)", units.LENGTH, "The unit 'mm)' is not"),
+    ("3 furlongz", units.LENGTH, "The unit 'furlongz' is not known."), ("1/8/2 in", units.LENGTH, "unit '/2 in' is"),
+    ("3 kg", units.LENGTH, "The unit 'kg' is no unit of a length."), ("1/0 in", units.LENGTH, "The unit '/0 in' is"),
+    ("mm", units.LENGTH, "It is not a number followed by a unit."), ("3", units.LENGTH, "It is not a number followed"),
+    ("8 mm", units.DIAMETRAL_PITCH, "The unit 'mm' is no unit of a diametral pitch. Write e.g. '8 1/in'"),
+    ("2 \"'", units.LENGTH, "is not known."), ("25 rpm", units.FREQUENCY, "units of angles that do not belong"),
+])
+def test_what_is_no_unit_is_refused_in_words(text, dimension, words):
+    with pytest.raises(InputError) as refusal:
+        units.to_si("x", text, dimension)
+    assert words in str(refusal.value) and not any(w in str(refusal.value) for w in ("pint", "registry", "[length]"))
+
+
+def test_a_diametral_pitch_takes_the_place_of_the_module():
+    given = {"teeth": (20, 40), "face_width": "1 1/4 in"}
+    design = GearDesign(**given, diametral_pitch=8)
+    assert design.module == pytest.approx(3.175e-3, rel=1e-15) and design.face_width[0] == pytest.approx(31.75e-3)
+    assert design == GearDesign(**given, diametral_pitch="8 1/in")
+    assert design == GearDesign.from_tables({**given, "diametral_pitch": 8})
+    assert replace(design, torque=1.0).module == design.module
+
+
+@pytest.mark.parametrize(("key", "text", "rpm"), [
+    ("shaft_frequency", "25 Hz", 1500), ("shaft_frequency", 25, 1500), ("mesh_frequency", "500 Hz", 1500),
+    ("mesh_frequency", "0.5 kHz", 1500), ("mesh_frequency", "30000 1/min", 1500),
+])
+def test_a_frequency_of_the_shaft_or_of_the_mesh_is_a_speed(key, text, rpm):
+    tables = {"teeth": [20, 40], "module": "3 mm", "face_width": "30 mm"}
+    found = GearDesign.from_tables(tables, {key: text})
+    assert found.speed == pytest.approx(rpm * math.pi / 30, rel=1e-14)
+    with pytest.raises(InputError, match=f"{key} must be left out beside speed"):
+        GearDesign.from_tables(tables, {key: text, "speed": "3 rpm"})
+    with pytest.raises(InputError, match=f"{key} must be greater than 0; got '0 Hz'"):
+        GearDesign.from_tables(tables, {key: "0 Hz"})
+
+
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"helix_angle": "70 deg"}, "helix_angle must lie between 0 and 60 deg; got 70 deg."),
+    ({"helix_angle": "-70°"}, "between 0 and 60 °; got 70 °."),
+    ({"helix_angle": 1.2}, "between 0 and 1.047 rad; got 1.2."),
+    ({"pressure_angle": 20}, "between 0.08727 and 0.7854 rad; got 20. Did you mean '20 deg'? A plain number is"),
+    ({"module": "5 in"}, "module must lie between 0.0003937 and 3.937 in; got 5 in."),
+    ({"bore": "2.3 in"}, "got 2.3 in. It leaves"),
+    ({"speed": "150000 rpm"}, "below 300 m/s; got 150000 rpm. It gives 471.2 m/s."),
+    ({"speed": 15000}, "below 300 m/s; got 15000. It gives 450 m/s. 15000 rad/s are 143239 rpm: did you mean"),
+    ({"material": {"E": "5 TPa", "poisson": 0.3, "density": "8 g/cm^3"}}, "between 1e-05 and 1.2 TPa; got 5 TPa."),
+    ({"supports": {"stiffness": "1e-6 N/um", "damping_ratio": 0.1}}, "between 0.01 and 1e+07 N/um; got 1e-06 N/um."),
+    ({"tip_alteration": "-0.01 in", "tip_diameter": [0.066, 0.126]}, "got (-0.01 in, -0.01 in)."),
+    ({"helix_angle": "15 deg", "stiffness": "potential energy"}, "got 15 deg."),
+])
+def test_limits_and_values_are_in_the_unit_of_the_input(changes, words):
+    with pytest.raises(InputError) as refusal:
+        stiffness_of(GearDesign(**{**SMALL, "bore": "10 mm", **changes}))
+    assert words in str(refusal.value)
+    assert str(pickle.loads(pickle.dumps(refusal.value))) == str(refusal.value)
+
+
+def test_dimensions_of_a_pair_in_inches_are_in_inches():
+    with pytest.raises(InputError, match=r"tip_thickness\[0\] must be greater than 0; got -0.054\d+ in"):
+        GearDesign(teeth=[8, 40], diametral_pitch=8, face_width="1 in", profile_shift=[0.9, 0])
+
+
+def test_a_measured_number_is_a_number():
+    number = units.to_si("x", "8 mm", units.LENGTH)
+    assert repr(number) == "0.008" and json.dumps({"x": number}) == '{"x": 0.008}'
+    again = pickle.loads(pickle.dumps(number))
+    assert again == number and (again.unit, again.size) == ("mm", 1e-3) and type(number * 1) is float
+
+
 @pytest.mark.parametrize("text", ["60 Hz", "60 1/s", "60/s", "60 s^-1"])
 def test_frequencies_without_turns_or_radians_are_refused(text):
     with pytest.raises(InputError, match="turns or radians are meant"):
@@ -45,12 +138,9 @@ def test_decimal_commas_are_refused_with_the_number_to_write(text, advice):
     assert refusal.value.advice == advice and refusal.value.value == text
 
 
-SMALL = {"teeth": (20, 40), "module": 3e-3, "face_width": 0.03}
-
-
 def test_messages_about_lengths_are_in_millimetres():
     for changes, words in [
-        ({"module": "3 um"}, "between 0.01 and 100 mm; got 0.003 mm."),
+        ({"module": 3e-6}, "between 0.01 and 100 mm; got 0.003 mm."),
         ({"module": 3}, "got 3000 mm. Did you mean '3 mm'? A plain number is in m."),
         ({"centre_distance": "84 mm", "profile_shift": [0, 0]},
          "greater than 84.5723359 mm, the sum of the base radii; got 84 mm."),
@@ -63,6 +153,6 @@ def test_messages_about_lengths_are_in_millimetres():
         assert words in str(refusal.value) and " m," not in str(refusal.value), str(refusal.value)
         assert "mm" in str(refusal.value)
     with pytest.raises(InputError) as refusal:
-        GearDesign(**{**SMALL, "module": "3 um"})
+        GearDesign(**{**SMALL, "module": 3e-6})
     assert refusal.value.value == 3e-6
     assert str(pickle.loads(pickle.dumps(refusal.value))) == str(refusal.value)

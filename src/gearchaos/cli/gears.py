@@ -75,6 +75,8 @@ def gear(
     if factors is not None:
         draw(factors, plot)
     if json_out:
+        for text in found.warnings:
+            say(f"warning: {text}")
         speeds = None if factors is None else _speeds_document(found, factors, factor, not factor_alone)
         print_json({"quantities": {n: _entry(e) for n, e in entries.items()}, **_model(found),
                     "warnings": list(notes), "speeds_to_avoid": speeds})

@@ -53,7 +53,8 @@ def check_ratio(pair: Any) -> None:
     if abs(radii / teeth - 1) > _RATIO_TOLERANCE:
         raise InputError(
             "R1/R2", f"must equal n1/n2 = {teeth:.6g} to 1 %", round(radii, 6),
-            f"With R1 = {units.Length(pair.R1)} and these teeth R2 would be {units.Length(pair.R1 / teeth)}. "
+            f"With R1 = {units.Length(pair.R1, pair.R1)} and these teeth R2 would be "
+            f"{units.Length(pair.R1 / teeth, pair.R1)}. "
             "R1 and R2 are base radii, m n cos(α)/2.",
         )
 
@@ -66,10 +67,10 @@ def check_supports(pair: Any) -> None:
             missing[0], "must be given where the supports are elastic", None,
             "Give c1, c2, m1 and m2, or leave c1 and c2 out for rigid supports.",
         )
-    for name in ("k1", "k2"):
+    for name in ("m1", "m2", "k1", "k2"):
         if pair.rigid and (value := getattr(pair, name)):
             rule = "must be left out where the supports are rigid"
-            raise InputError(name, rule, value, "Or give c1, c2, m1 and m2.")
+            raise InputError(name, rule, value, "It has no effect there. Or give c1, c2, m1 and m2.")
 
 
 def check_waveforms(pair: Any) -> None:
@@ -79,6 +80,9 @@ def check_waveforms(pair: Any) -> None:
     for names in others:
         raise InputError(first, f"must be left out beside {names[0]}", getattr(pair, first),
                          "The mesh stiffness has two levels (2.16), or is a series (2.7), or has steps.")
+    if len(pair.stiffness_starts) and not len(pair.stiffness_levels):
+        raise InputError("stiffness_starts", "must be left out without stiffness_levels", pair.stiffness_starts,
+                         "They are where the steps of the mesh stiffness begin.")
     for kind in ("error", "stiffness"):
         amplitudes, phases = getattr(pair, f"{kind}_amplitudes"), getattr(pair, f"{kind}_phases")
         if len(phases) > len(amplitudes):

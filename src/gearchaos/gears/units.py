@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cache
 from numbers import Complex, Real
-from typing import Any
+from typing import Any, Self
 
 from gearchaos.errors import InputError
 from gearchaos.quantities import Rule
@@ -19,6 +19,11 @@ from gearchaos.validation import FINITE, check_rule
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf)"
 _NUMBER_AND_UNIT = re.compile(rf"\s*({_NUMBER})\s*([^\d\s].*|1\s*/.*|)")
+_FRACTION = re.compile(r"\s*([-+]?)(?:(\d+)(?:\s+|\s*-\s*))?(\d+)\s*/\s*([1-9]\d*)(?!\d)\s*(.*)")
+_SEXAGESIMAL = re.compile(
+    r"\s*([-+]?)(\d+)\s*(?:°|deg)\s*(\d+)\s*(?:['′]|arcmin)(?:\s*([\d.]+)\s*(?:[\"″]|arcsec))?\s*")
+"""An angle in degrees, arc minutes and arc seconds."""
+
 _DECIMAL_COMMA = re.compile(r"\s*([-+]?\d*),(\d+)(.*)")
 _ANGLE = re.compile("radian|revolution|turn|degree|grade|arc")
 
@@ -51,28 +56,78 @@ TORQUE = Dimension("a torque", "N*m", "85 N*m")
 BEARING_FRICTION = Dimension("a rotational damping coefficient", "N*m*s/rad", "1e-4 N*m*s/rad")
 SPEED = Dimension("an angular velocity", "rad/s", "2500 rpm")
 ANGLE = Dimension("an angle", "rad", "30 deg")
+FREQUENCY = Dimension("a frequency", "Hz", "25 Hz")
+DIAMETRAL_PITCH = Dimension("a diametral pitch", "1/in", "8 1/in")
 
 _ANGLE_POWERS: dict[Dimension, tuple[int, ...]] = {ANGLE: (1,), SPEED: (1,), BEARING_FRICTION: (0, -1)}
 """Powers of units of angles that a value of a dimension may have; 0 alone for the others."""
 
 
-class Length(float):
-    """A length in m that error messages show in mm, the unit of drawings."""
+class Measured(float):
+    """A number in SI that remembers the unit in which it was written, for messages about it.
+
+    Attributes
+    ----------
+    unit : str
+        The unit as it was written.
+    size : float
+        One such unit in SI.
+    """
+
+    unit: str
+    size: float
+
+    def __new__(cls, number: float, unit: str = "", size: float = 1.0) -> Self:
+        """The number with its unit; numbers without one are what unpickling needs."""
+        new = super().__new__(cls, number)
+        new.unit, new.size = unit, size
+        return new
+
+    def __abs__(self) -> Measured:
+        return Measured(super().__abs__(), self.unit, self.size)
+
+
+class Shown(float):
+    """A number in SI as messages show it: in the unit in which ``like`` was written, or else in that of the class."""
+
+    unit, size = "", 1.0
+
+    def __new__(cls, number: float, like: float | None = None) -> Self:
+        """The number, to be shown like another of its dimension."""
+        new = super().__new__(cls, number)
+        if isinstance(like, Measured):
+            new.unit, new.size = like.unit, like.size
+        return new
 
     def __repr__(self) -> str:
-        return f"{1e3 * self:.9g} mm"
+        return f"{self / self.size:.9g} {self.unit}".rstrip()
 
     __str__ = __repr__
 
 
-_SPELLINGS: dict[Dimension, tuple[re.Pattern[str], str]] = {
-    SPEED: (re.compile(r"1?/min|min(\^|\*\*)?-1|min⁻¹|(rev|r|U)/min"), "rpm"),
-    TORQUE: (re.compile(r"([kM]?N)(m|mm|cm)"), r"\1*\2"),
-    BEARING_FRICTION: (re.compile(r"([kM]?N)m\*?s(/rad)?"), r"\1*m*s"),
-    INERTIA: (re.compile(r"(k?g)(m|mm|cm)(\^2|\*\*2|²)"), r"\1*\2**2"),
+class Length(Shown):
+    """A length in m that error messages show in mm, the unit of drawings, unless it was written in another one."""
+
+    unit, size = "mm", 1e-3
+
+
+_DOT = r"[-.·⋅*]?"
+_SPELLINGS: dict[Dimension, tuple[tuple[re.Pattern[str], str], ...]] = {
+    SPEED: ((re.compile(r"1?/min|min(\^|\*\*)?-1|min⁻¹|(rev|r|U)/min"), "rpm"),),
+    TORQUE: (
+        (re.compile(rf"(kgf|[kM]?N){_DOT}(m|mm|cm)"), r"\1*\2"),
+        (re.compile(rf"(?:lbf?|lbs){_DOT}(in|ft)|(in|ft){_DOT}(?:lbf?|lbs)"), r"lbf*\1\2"),
+        (re.compile(rf"ozf?{_DOT}in|in{_DOT}ozf?"), "ozf*in"),
+    ),
+    BEARING_FRICTION: ((re.compile(r"([kM]?N)m\*?s(/rad)?"), r"\1*m*s"),),
+    INERTIA: ((re.compile(r"(k?g)(m|mm|cm)(\^2|\*\*2|²)"), r"\1*\2**2"),),
+    LENGTH: ((re.compile(r"[\"″]|''|in\."), "in"),),
+    ANGLE: ((re.compile(r"['′]"), "arcmin"), (re.compile(r"[\"″]"), "arcsec")),
+    DIAMETRAL_PITCH: ((re.compile(r"DP|P"), "1/in"),),
 }
-"""Units as they are usually written, without spaces, that pint does not know or takes for others: for each dimension a
-pattern of the whole unit and what it means in the notation of pint. A speed in 1/min is in revolutions per minute."""
+"""Units as they are usually written, without spaces, that pint does not know or takes for others: for each dimension
+patterns of the whole unit and what they mean in the notation of pint. A speed in 1/min is in revolutions per minute, a
+pound of a torque is a pound-force."""
 
 RPM = 0.10471975511965977
 """One revolution per minute in rad/s, rounded as by pint."""
@@ -104,7 +159,8 @@ def to_si(field: str, value: Any, dimension: Dimension, rule: Rule | None = None
         For a wrong dimension, an unknown unit, a text without unit, a value that is not finite or whose magnitude is
         beyond the limits, or one that breaks the rule.
     """
-    number = _float(field, _converted(field, value, dimension) if _has_unit(value) else value, dimension)
+    number: float = value if isinstance(value, Measured) else (
+        _converted(field, value, dimension) if _has_unit(value) else _float(field, value, dimension))
     advice = f"It is {dimension.name}, e.g. '{dimension.example}'."
     own = () if rule is None else (replace(rule, advice=advice),)
     for each in (FINITE, _magnitude_rule(dimension), *own):
@@ -154,23 +210,30 @@ def _registry() -> Any:
     return pint.UnitRegistry()
 
 
-def _converted(field: str, value: Any, dimension: Dimension) -> float:
+def _converted(field: str, value: Any, dimension: Dimension) -> Measured:
     """The number in SI of a text or a pint quantity."""
+    import pint
+
     if isinstance(value, str):
         _check_decimal_point(field, value)
+    unit, own = "", dimension.unit
     try:
-        measured = _parsed(value, dimension) if isinstance(value, str) else value
-        number = float(measured.to(dimension.unit).magnitude)
+        number, unit = _split(value, dimension) if isinstance(value, str) else (value.magnitude, str(value.units))
+        measured = _registry().Quantity(float(number), _unit(unit, dimension)) if isinstance(value, str) else value
+        number, size = float(measured.to(own).magnitude), float((measured.units * 1.0).to(own).magnitude)
     except Exception as error:  # pint does not wrap what its tokenizer and arithmetic raise
-        raise _not_convertible(field, value, dimension, f"{str(error).rstrip('.')}. ") from None
+        found = f"is no unit of {dimension.name}" if isinstance(error, pint.DimensionalityError) else "is not known"
+        reason = f"The unit '{unit}' {found}. " if unit else "It is not a number followed by a unit. "
+        raise _not_convertible(field, value, dimension, reason) from None
     if dimension is ANGLE and not _ANGLE.search(str(measured.units)):  # a number or a percentage
         raise _not_convertible(field, value, dimension, "It has no unit of an angle. ")
     if dimension is SPEED and not _ANGLE.search(str(measured.units)):
         # pint treats the radian as the number 1 and would convert 40 Hz to 40 rad/s
-        raise _not_convertible(field, value, dimension, "Hertz and 1/s leave open whether turns or radians are meant. ")
+        raise _not_convertible(field, value, dimension, "Hertz and 1/s leave open whether turns or radians are meant, "
+                               "of the shaft or of the mesh: [operation] has shaft_frequency and mesh_frequency. ")
     if _angle_power(measured, dimension) not in _ANGLE_POWERS.get(dimension, (0,)):
         raise _not_convertible(field, value, dimension, "It has units of angles that do not belong to it. ")
-    return number
+    return Measured(number, unit, size)
 
 
 def _angle_power(measured: Any, dimension: Dimension) -> float:
@@ -191,20 +254,25 @@ def _check_decimal_point(field: str, text: str) -> None:
                          f"Write '{whole or '0'}.{decimals}{rest}'{thousands}.")
 
 
-def _parsed(text: str, dimension: Dimension) -> Any:
-    """A text such as "3 mm" as a pint quantity; raises ValueError if it is not a number followed by a unit."""
-    match = _NUMBER_AND_UNIT.fullmatch(text)
-    if not match:
-        raise ValueError("It is not a number followed by a unit")
-    return _registry().Quantity(float(match[1]), _unit(match[2], dimension))
+def _split(text: str, dimension: Dimension) -> tuple[float, str]:
+    """The number and the unit of a text such as "3 mm" or "3 1/2 in"; raises ValueError if it is none."""
+    if dimension is ANGLE and (match := _SEXAGESIMAL.fullmatch(text)):
+        sign, degrees, minutes, seconds = match.groups()
+        return float(f"{sign}1") * (int(degrees) + int(minutes) / 60 + float(seconds or 0) / 3600), "deg"
+    if match := _FRACTION.fullmatch(text):
+        sign, whole, above, below, unit = match.groups()
+        return float(f"{sign}1") * (int(whole or 0) + int(above) / int(below)), unit
+    if not (match := _NUMBER_AND_UNIT.fullmatch(text)):
+        raise ValueError(text)
+    return float(match[1]), match[2].rstrip()
 
 
 def _unit(text: str, dimension: Dimension) -> str:
     """A unit in the notation of pint."""
-    pattern, meaning = _SPELLINGS.get(dimension, (None, ""))
     compact = re.sub(r"\s", "", text)
-    if pattern and pattern.fullmatch(compact):
-        return pattern.sub(meaning, compact)
+    for pattern, meaning in _SPELLINGS.get(dimension, ()):
+        if pattern.fullmatch(compact):
+            return pattern.sub(meaning, compact)
     return f"1{text}" if text.startswith("/") else text
 
 

@@ -87,9 +87,11 @@ def gears_of(
     _refuse_beside(tables, "design", "model")
     design = _with_paths(_replaced(tables.design, values["design"], "design"), folder)
     operation = _replaced(tables.operation or {}, values["operation"], "operation")
-    from gearchaos.gears.design.gear_design import GearDesign  # many modules, for files with a design alone
+    from gearchaos.gears.design import gear_design  # many modules, for files with a design alone
 
-    return GearDesign.from_tables(design, {**default, **operation})
+    if any(name in operation for name in gear_design.FREQUENCIES):
+        default = {name: value for name, value in default.items() if name != "speed"}
+    return gear_design.GearDesign.from_tables(design, {**default, **operation})
 
 
 def _pair(table: Any, values: Mapping[str, Any]) -> GearPair:

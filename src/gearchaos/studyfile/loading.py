@@ -69,12 +69,15 @@ class LoadedStudy:
         The fields of the study that the file sets, axes included.
     classification : dict
         The fields of `Classification` that the file sets.
+    least_torque : float, optional
+        Least torque in N m of the axes of torques.
     """
 
     model: MeshModel
     kind: str | None = None
     options: Mapping[str, Any] = field(default_factory=dict)
     classification: Mapping[str, Any] = field(default_factory=dict)
+    least_torque: float | None = None
 
     @property
     def pair(self) -> GearPair | None:
@@ -88,8 +91,11 @@ class LoadedStudy:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The warnings of the design; none if the file describes none."""
-        return self.gears.warnings if self.gears is not None and is_design(self.gears) else ()
+        """The warnings of the design, also at the least torque; none if the file describes none."""
+        if self.gears is None or not is_design(self.gears):
+            return ()
+        points = [self.gears] + ([] if self.least_torque is None else [self.gears.at(torque=self.least_torque)])
+        return tuple(dict.fromkeys(text for point in points for text in point.warnings))
 
     def options_for(self, kind: str) -> dict[str, Any]:
         """The options if the file describes a study of this kind, else none."""
@@ -145,8 +151,10 @@ def load_study(
     given = {n: v for n, v in with_units(model_values).items() if n in OPERATING_UNITS}
     gears = gears_of(tables, of_gears, Path(path or ".").parent, given)
     study_kind, options = _study(tables.study)
+    axes = [*axes, *(each for each in options.values() if isinstance(each, Axis))]
+    least = min((axis.start for axis in axes if axis.name == "torque"), default=None)
     if gears is not None:
-        gears = at_axis_starts(gears, [*axes, *(each for each in options.values() if isinstance(each, Axis))])
+        gears = at_axis_starts(gears, axes)
         model: MeshModel = operating_model(gears, kind or (tables.gearpair and tables.gearpair.kind))
     else:
         model = _model(tables.model or ModelTable(), default_stiffness(model_values))
@@ -156,7 +164,7 @@ def load_study(
     for name in tables.initial:
         check_state_name(model.kind, name)
     model = model.with_values(tables.initial).with_values(model_values)
-    return LoadedStudy(model, study_kind, options, _classification(tables))
+    return LoadedStudy(model, study_kind, options, _classification(tables), least)
 
 
 def load_design(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) -> GearDesign:

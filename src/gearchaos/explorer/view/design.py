@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING, asdict, fields
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +14,11 @@ _FILES = (("stiffness", "table"), ("transmission_error", "orders"), ("transmissi
 
 def design_values(design: GearDesign) -> dict[str, Any]:
     """The inputs of a design that differ from their defaults, as numbers in SI, texts, lists and tables by name."""
-    default = {f.name: f.default for f in fields(design) if f.default is not MISSING}
-    plain = GearDesign(**{n: getattr(design, n) for n in ("teeth", "module", "face_width")})
+    required = ("teeth", "module", "face_width")
+    plain = GearDesign(**{n: getattr(design, n) for n in required})
     values = {
         name: _plain(value) for name, value in asdict(design).items()
-        if value is not None and (name not in default or getattr(design, name) != getattr(plain, name))
+        if value is not None and (name in required or getattr(design, name) != getattr(plain, name))
     }
     for name, key in _FILES:
         if isinstance(table := values.get(name), dict) and key in table:

@@ -10,14 +10,15 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
-from gearchaos.gears.design.gear_pair import comparable_stiffnesses
+from gearchaos.gears.design.gear_pair import comparable_stiffnesses, iso_tooth_stiffness
 from gearchaos.gears.design.values import TableFile
 from gearchaos.gears.geometry import masses
 from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
 from gearchaos.gears.geometry.mating import KEEP_CLEARANCE
 from gearchaos.gears.inputs.plausibility import check_plausible
 from gearchaos.gears.mesh_load import mesh_load
-from gearchaos.gears.stiffness.mesh_stiffness import ISO
+from gearchaos.gears.stiffness.mesh_stiffness import ISO, POTENTIAL_ENERGY
+from gearchaos.gears.transmission_error.tip_relief import unrelieved_length
 
 USUAL_DAMPING = (0.03, 0.1)
 """Usual damping ratios of a mesh, see the parameter ``damping_ratio`` of `GearDesign`."""
@@ -54,13 +55,18 @@ def check_inputs(design: Any) -> None:
                         "It is between a tenth of the module and 20 reference diameters.")
     if design.centre_distance is not None:
         reference = transverse * sum(design.teeth) / 2
+        nominal = units.Length(reference, design.centre_distance)
         check_plausible("centre_distance", design.centre_distance, 0.8 * reference, 1.3 * reference, units.LENGTH,
-                        f"Without profile shift it is {units.Length(reference)} for these teeth and this module.")
+                        f"Without profile shift it is {nominal} for these teeth and this module.")
     alterations = () if design.tip_alteration == KEEP_CLEARANCE else design.tip_alteration
     for name, lengths in (("tip_alteration", alterations), ("eccentricity", design.eccentricity)):
         for wheel, length in enumerate(lengths):
             check_plausible(f"{name}[{wheel}]", length, -module, module, units.LENGTH, "It is at most a module.")
     _check_tip_diameter(design, transverse)
+    error = design.transmission_error
+    if isinstance(error, TableFile) and error.speed is not None:
+        raise InputError("transmission_error.speed", "must be left out", error.speed,
+                         "A table of errors is over the roll angle, not over time.")
     check_rack(design.rack, design.pressure_angle)
 
 
@@ -75,25 +81,29 @@ def _check_tip_diameter(design: Any, transverse_module: float) -> None:
         nominal = transverse_module * design.teeth[wheel] + 2 * design.module * (design.rack.addendum + shifts[wheel])
         check_plausible(
             f"tip_diameter[{wheel}]", diameter, nominal - 2 * design.module, nominal + 2 * design.module, units.LENGTH,
-            f"The nominal tip diameter is {units.Length(nominal)}.")
+            f"The nominal tip diameter is {units.Length(nominal, diameter)}.")
 
 
 def _shown(tip_alteration: tuple[float, float] | str) -> tuple[units.Length, ...] | str:
     """A tip alteration as error messages show it."""
-    return tip_alteration if isinstance(tip_alteration, str) else tuple(map(units.Length, tip_alteration))
+    if isinstance(tip_alteration, str):
+        return tip_alteration
+    return tuple(units.Length(each, each) for each in tip_alteration)
 
 
 def check_wheels(design: Any) -> None:
-    """Raise `InputError` for bores, tip relief or speed that do not fit the wheels."""
+    """Raise `InputError` for bores, blanks, tip relief or speed that do not fit the wheels."""
     geometry = design.geometry
     for wheel, bore in enumerate(design.bore or ()):
         check_plausible(f"bore[{wheel}]", bore, 0.0, geometry.root_diameter[wheel] - geometry.normal_module,
                         units.LENGTH, "It leaves at least half a module below the root circle.")
+    for wheel in (0, 1):
+        _check_blank(design, wheel)
     _check_relief(design)
     if design.speed is not None and (velocity := _velocity(design)) > FASTEST:
         raise InputError(
-            "speed", f"must keep the pitch line velocity below {FASTEST:g} m/s", design.speed,
-            f"It gives {velocity:.4g} m/s. {_speed_question(design.speed)}")
+            "speed", f"must keep the pitch line velocity below {FASTEST:g} m/s",
+            units.Shown(design.speed, design.speed), f"It gives {velocity:.4g} m/s.{_speed_question(design.speed)}")
 
 
 def check_speed_range(design: Any, *speeds: float) -> None:
@@ -108,6 +118,18 @@ def check_speed_range(design: Any, *speeds: float) -> None:
 def _velocity(design: Any) -> float:
     """Pitch line velocity at the reference circles, m/s."""
     return mesh_load(design.geometry, design.speed, 0.0, 1.0).velocity
+
+
+def _check_blank(design: Any, wheel: int) -> None:
+    """Raise `InputError` for a rim or a web that the wheel has no room for."""
+    if (blank := design.blanks[wheel]) is None:
+        return
+    geometry, module, width = design.geometry, design.module, design.face_width[wheel]
+    bore = 0.0 if design.bore is None else design.bore[wheel]
+    check_plausible(f"blank[{wheel}].rim", blank.rim, 0.1 * module, (geometry.root_diameter[wheel] - bore) / 2,
+                    units.LENGTH, "It lies between the root circle and the bore.")
+    check_plausible(f"blank[{wheel}].web", blank.web, 0.01 * width, 2 * width, units.LENGTH,
+                    "It is between a hundredth and twice the face width.")
 
 
 def _check_relief(design: Any) -> None:
@@ -125,14 +147,17 @@ def _check_relief(design: Any) -> None:
 
 
 def _speed_question(speed: float) -> str:
-    """The question whether a speed in rad/s was meant in revolutions per minute."""
-    return f"{speed:.6g} rad/s are {speed * 30 / math.pi:.6g} rpm: did you mean '{speed:.6g} rpm'?"
+    """The question whether a plain number, in rad/s, was meant in revolutions per minute."""
+    if isinstance(speed, units.Measured):
+        return ""
+    return f" {speed:.6g} rad/s are {speed * 30 / math.pi:.6g} rpm: did you mean '{speed:.6g} rpm'?"
 
 
 def design_warnings(design: Any) -> tuple[str, ...]:
     """Sentences about values that are possible but unusual."""
     return (*geometry_warnings(design.geometry), *_damping_warnings(design), *_operating_warnings(design),
-            *_inertia_warnings(design), *_stiffness_warnings(design), *_exactness_warnings(design))
+            *_inertia_warnings(design), *_stiffness_warnings(design), *_exactness_warnings(design),
+            *_relief_warnings(design), *_eccentricity_warnings(design), *_blank_warnings(design))
 
 
 def _damping_warnings(design: Any) -> list[str]:
@@ -146,9 +171,10 @@ def _damping_warnings(design: Any) -> list[str]:
 def _operating_warnings(design: Any) -> list[str]:
     """Warnings about a high speed and a high load."""
     found = []
-    if design.speed is not None and (design.speed > FAST_SPEED or _velocity(design) > FAST):
-        velocity = _velocity(design)
-        found.append(f"The pitch line velocity is {velocity:.4g} m/s. {_speed_question(design.speed)}")
+    if design.speed is not None:
+        velocity, question = _velocity(design), _speed_question(design.speed)
+        if velocity > FAST or (question and design.speed > FAST_SPEED):
+            found.append(f"The pitch line velocity is {velocity:.4g} m/s.{question}")
     if design.torque is not None:
         load = mesh_load(design.geometry, 0.0, design.torque, 1.0).line_load / design.module
         if load > HIGH_LOAD:
@@ -175,10 +201,12 @@ def _inertia_warnings(design: Any) -> list[str]:
 
 
 def _stiffness_warnings(design: Any) -> list[str]:
-    """A warning about a mesh stiffness from a table far from that by ISO 6336-1, where the standard applies."""
-    if not isinstance(design.stiffness, TableFile):
+    """Warnings about a mesh stiffness by ISO 6336-1 outside its range, or from a table that is far from it."""
+    if design.stiffness == POTENTIAL_ENERGY:
         return []
     try:
+        if design.stiffness == ISO:
+            return [f"{text}." for text in iso_tooth_stiffness(design).warnings]
         own, *others = comparable_stiffnesses(design)
     except InputError:  # reported by what needs the stiffness
         return []
@@ -196,3 +224,53 @@ def _exactness_warnings(design: Any) -> list[str]:
         return []
     return ["The teeth are taken to be exact although a quality is given: write transmission_error = 'from quality', "
             "{ orders = 'te.csv' } or { table = 'te.csv' }, or 'none' if exact teeth are meant."]
+
+
+def _relief_warnings(design: Any) -> list[str]:
+    """A warning about tip relief: the model has no tooth pairs, which relief spares an impact under load."""
+    relief = design.tip_relief
+    if relief is None or not any(relief.amount):
+        return []
+    purpose = "What relief is for, the entry of a tooth pair under load, is left out: the mesh stiffness is that of " \
+              "teeth without relief."
+    if design.exact:
+        return [f"tip_relief has no effect on the motion, since the teeth are taken to be exact: transmission_error is "
+                f"{design.transmission_error or 'left out'}. {purpose}"]
+    if design.transmission_error != "from quality":
+        return ["tip_relief has no effect on the motion, since the transmission error comes from a file, which must "
+                f"contain the relief. {purpose}"]
+    try:
+        free, pitch = unrelieved_length(design.geometry, design.path_relief), design.geometry.base_pitch
+    except InputError:  # reported by what needs the transmission error
+        return []
+    if free >= pitch:
+        return [f"tip_relief has no effect on the motion: it leaves {free * 1e3:.4g} mm of the path of contact as "
+                f"it is, at least the base pitch of {pitch * 1e3:.4g} mm, so that unloaded teeth never touch there. "
+                f"{purpose}"]
+    return ["tip_relief is added to the transmission error as that of rigid teeth without load: it can raise the "
+            f"dynamic factor, and more so the longer it is, where it lowers that of real gears. {purpose}"]
+
+
+def _eccentricity_warnings(design: Any) -> list[str]:
+    """A warning about an eccentricity, which the model cannot contain."""
+    if not any(design.eccentricity):
+        return []
+    largest = max(design.eccentricity)
+    backlash = 2 * math.sin(design.geometry.working_pressure_angle) * largest
+    return [f"eccentricity has no effect on the motion: it repeats once per turn, and the model with the mesh. One of "
+            f"{largest * 1e6:.4g} µm changes the transmission error by ±{largest * 1e6:.4g} µm and the backlash by "
+            f"±{backlash * 1e6:.4g} µm."]
+
+
+def _blank_warnings(design: Any) -> list[str]:
+    """Warnings about what rim and web do not change."""
+    if not any(design.blanks):
+        return []
+    found = []
+    if design.stiffness != ISO:
+        found.append("blank has no effect on the motion: C_R belongs to the mesh stiffness by ISO 6336-1, which is not "
+                     "the method of the design. It counts in K_v of the standards.")
+    if design.inertia is None:
+        found.append("blank has no effect on masses and moments of inertia, which are those of solid discs: give mass "
+                     "and inertia.")
+    return found

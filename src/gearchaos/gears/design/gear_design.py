@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, fields, replace
+from dataclasses import InitVar, dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -16,11 +17,13 @@ from gearchaos.gears.design.values import (
     CONVERTERS,
     PRESSURE_ANGLE,
     PROFILE_A,
+    SOLID,
     OrdersFile,
     Rack,
     ReliefDimensions,
     Supports,
     TableFile,
+    module_of,
 )
 from gearchaos.gears.geometry import masses
 from gearchaos.gears.geometry.backlash import AnyBacklash, check_backlash
@@ -30,15 +33,20 @@ from gearchaos.gears.geometry.mating import mating_geometry
 from gearchaos.gears.materials import Material
 from gearchaos.gears.mesh_load import MeshLoad, mesh_load
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.stiffness.iso6336 import ToothStiffness
+from gearchaos.gears.stiffness.iso6336 import Blank, ToothStiffness
 from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics
 from gearchaos.gears.transmission_error.quality import Quality
 from gearchaos.gears.transmission_error.tip_relief import TipRelief
+from gearchaos.gears.units import FREQUENCY, to_si
 from gearchaos.model import MeshModel
+from gearchaos.quantities import POSITIVE
 
 OPERATION = ("speed", "torque", "application_factor")
 """The inputs of a design that the table ``[operation]`` of a study file may hold."""
+
+FREQUENCIES = ("shaft_frequency", "mesh_frequency")
+"""The keys of ``[operation]`` that may take the place of ``speed``: turns of wheel 1, or its teeth, per second."""
 
 _REASONS = {
     "damping_ratio": "Usual mesh damping ratios are 0.03 to 0.1: Kasuba and Evans, J. Mech. Des. 103, 1981; Wang and "
@@ -66,7 +74,9 @@ class GearDesign(HasCard):
     teeth : (int, int)
         z1, z2.
     module : length
-        Normal module m_n.
+        Normal module m_n; or leave it out and give ``diametral_pitch``.
+    diametral_pitch : float or str
+        Normal diametral pitch in 1/in, e.g. ``8`` or ``"8 1/in"``, instead of the module: m_n = 25.4 mm/P_nd.
     face_width : length, one or two
         b1, b2.
     pressure_angle : angle, optional
@@ -92,6 +102,9 @@ class GearDesign(HasCard):
         Bore diameters. The mass of a wheel left out of ``mass``, and the moment of inertia left out of ``inertia``, are
         those of a disc of the wheel's face width with this bore, without hub, whose outer diameter is the mean of tip
         and root diameter, as in ISO 6336-1:2006 (30).
+    blank : table, one or two, optional
+        Rim and web of a wheel for its stiffness by ISO 6336-1: ``{"rim": s_R, "web": b_s}``, the thickness of the rim
+        from the root circle inwards and that of the web; ``"solid"``, the default, for a disc.
     inertia : inertia, one or two, optional
         Moments of inertia about the axes, with all that turns rigidly with the wheels.
     mass : mass, one or two, optional
@@ -136,7 +149,8 @@ class GearDesign(HasCard):
     """
 
     teeth: Any
-    module: Any
+    module: Any = None
+    diametral_pitch: InitVar[Any] = None
     face_width: Any
     pressure_angle: Any = PRESSURE_ANGLE
     helix_angle: Any = 0.0
@@ -148,6 +162,7 @@ class GearDesign(HasCard):
     tip_relief: ReliefDimensions | Any = None
     material: Any = "steel"
     bore: Any = None
+    blank: Any = SOLID
     inertia: Any = None
     mass: Any = None
     quality: Quality | Any = None
@@ -161,7 +176,13 @@ class GearDesign(HasCard):
     speed: Any = None
     torque: Any = None
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, diametral_pitch: Any) -> None:
+        if diametral_pitch is not None:
+            if self.module is not None:
+                raise InputError("diametral_pitch", "must be left out beside module", diametral_pitch)
+            object.__setattr__(self, "module", module_of(diametral_pitch))
+        if self.module is None:
+            raise InputError("module", "must be given", None, "E.g. '3 mm'; or give diametral_pitch, e.g. 8.")
         for f in fields(self):
             value = getattr(self, f.name)
             if value is not None or f.default is not None:
@@ -181,7 +202,8 @@ class GearDesign(HasCard):
         design : mapping
             Inputs by name, without ``speed`` and ``torque``.
         operation : mapping, optional
-            ``speed``, ``torque`` and ``application_factor``, all optional.
+            ``speed``, ``torque`` and ``application_factor``, all optional. Instead of the speed ``shaft_frequency`` or
+            ``mesh_frequency`` may be given, in Hz or with a unit.
 
         Raises
         ------
@@ -189,20 +211,20 @@ class GearDesign(HasCard):
             For an unknown or missing name, one that is given twice, or a value that breaks a rule.
         """
         operation = operation or {}
-        known = [f.name for f in fields(cls) if f.name not in ("speed", "torque")]
-        for table, given, names in (("design", design, known), ("operation", operation, OPERATION)):
+        known = ["diametral_pitch", *(f.name for f in fields(cls) if f.name not in ("speed", "torque"))]
+        for table, given, names in (("design", design, known), ("operation", operation, (*OPERATION, *FREQUENCIES))):
             for name in given:
                 if name not in names:
                     advice = unknown_name(table, str(name), names).advice
                     raise InputError(f"[{table}]", f"must have no key but {', '.join(names)}", str(name), advice)
-        for name in ("teeth", "module", "face_width"):
+        for name in ("teeth", "face_width"):
             if name not in design:
                 raise InputError(name, "must be given in [design]", None)
         for name in operation:
             if name in design:
                 raise InputError(name, "must be given in one table only", operation[name],
                                  "It is in [design] and in [operation].")
-        return cls(**design, **operation)
+        return cls(**design, **_with_speed(operation, design["teeth"]))
 
     @cached_property
     def geometry(self) -> Geometry:
@@ -268,6 +290,12 @@ class GearDesign(HasCard):
     def load(self) -> MeshLoad:
         """Tangential force, line load and pitch line velocity; raises `InputError` without speed or torque."""
         return mesh_load(self.geometry, self.given("speed"), self.given("torque"), self.application_factor)
+
+    @property
+    def blanks(self) -> tuple[Blank | None, Blank | None]:
+        """Rim and web of each wheel; None for a solid disc."""
+        first, second = (each if isinstance(each, Blank) else None for each in self.blank)
+        return first, second
 
     @property
     def path_relief(self) -> TipRelief | None:
@@ -351,6 +379,18 @@ class GearDesign(HasCard):
         except InputError as error:
             from_file = not isinstance(self.transmission_error, str)  # otherwise an input is missing, which is named
             return (f"the transmission error cannot be used: {error}",) if from_file else ()
+
+
+def _with_speed(operation: Mapping[str, Any], teeth: Any) -> dict[str, Any]:
+    """The table ``[operation]`` with the speed in rad/s in place of a frequency of the shaft or of the mesh."""
+    names = [name for name in ("speed", *FREQUENCIES) if name in operation]
+    if len(names) > 1:
+        raise InputError(names[1], f"must be left out beside {names[0]}", operation[names[1]])
+    out = dict(operation)
+    if names and names[0] in FREQUENCIES:
+        turns = to_si(names[0], out.pop(names[0]), FREQUENCY, POSITIVE)
+        out["speed"] = 2 * math.pi * turns / (CONVERTERS["teeth"]("teeth", teeth)[0] if "mesh" in names[0] else 1)
+    return out
 
 
 def sentences(texts: Iterable[str]) -> tuple[str, ...]:

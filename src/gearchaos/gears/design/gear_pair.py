@@ -17,7 +17,7 @@ from gearchaos.errors import ChangedFileError, InputError
 from gearchaos.gears.design.values import OrdersFile, TableFile, checksum
 from gearchaos.gears.mesh_load import mesh_load
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.stiffness.iso6336 import ToothStiffness, tooth_stiffness
+from gearchaos.gears.stiffness.iso6336 import ToothStiffness, other_methods, tooth_stiffness
 from gearchaos.gears.stiffness.mesh_stiffness import ISO, POTENTIAL_ENERGY, MeshStiffness, from_energy, from_iso
 from gearchaos.gears.stiffness.mesh_stiffness import from_table as stiffness_from_table
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, from_quality
@@ -35,10 +35,10 @@ def iso_tooth_stiffness(design: Any) -> ToothStiffness:
     load = None if design.torque is None else line_load(design)
     if load == 0:
         raise InputError("torque", "must be greater than 0 for a mesh stiffness by ISO 6336-1", design.torque,
-                         "By the rule for low loads, (90), the stiffness vanishes with the load. "
-                         "stiffness = 'potential energy' does not depend on the load.")
+                         "By the rule for low loads, (90), the stiffness vanishes with the load. Other methods do not "
+                         f"depend on the load. {other_methods(design.geometry)}")
     first, second = (material.E for material in design.material)
-    return tooth_stiffness(design.geometry, line_load=load, youngs_modulus=(first, second))
+    return tooth_stiffness(design.geometry, line_load=load, youngs_modulus=(first, second), blanks=design.blanks)
 
 
 def line_load(design: Any) -> float:

@@ -18,6 +18,7 @@ from gearchaos.gears.inputs.csvtable import MOST_BYTES
 from gearchaos.gears.inputs.forms import record_values, two_lengths, two_values
 from gearchaos.gears.inputs.plausibility import check_plausible
 from gearchaos.gears.materials import materials
+from gearchaos.gears.stiffness.iso6336 import Blank
 from gearchaos.gears.transmission_error.quality import Quality
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 from gearchaos.validation import check_rule, to_float
@@ -48,6 +49,9 @@ class Rack:
 
 PROFILE_A = Rack()
 """Profile A of ISO 53:1998."""
+
+INCH = 25.4e-3
+"""One inch in m."""
 
 PRESSURE_ANGLE = math.radians(20)
 """Normal pressure angle of ISO 53:1998, rad."""
@@ -165,6 +169,9 @@ def _required_checksum(field: str, path: str) -> str:
                      "correct the path.")
 
 
+SOLID = "solid"
+"""The blank of a wheel that is a solid disc."""
+
 STIFFNESSES = ("ISO 6336-1", "potential energy")
 ERRORS = ("none", "from quality")
 
@@ -186,6 +193,12 @@ def _support_damping(field: str, value: Any) -> float:
 def _length(field: str, value: Any) -> float:
     """A length greater than 0 in m."""
     return units.to_si(field, value, units.LENGTH, POSITIVE)
+
+
+def module_of(diametral_pitch: Any) -> units.Measured:
+    """The module in m of a diametral pitch, in 1/in if it is a plain number; messages show it in inches."""
+    number = units.to_si("diametral_pitch", diametral_pitch, units.DIAMETRAL_PITCH, POSITIVE)
+    return units.Measured(INCH / number, "in", INCH)
 
 
 def _teeth(field: str, value: Any) -> tuple[int, int]:
@@ -223,6 +236,16 @@ def _tip_alteration(field: str, value: Any) -> tuple[float, float] | str:
 def _bore(field: str, value: Any) -> tuple[float, float]:
     """Bore diameters in m; 0 for a wheel without bore."""
     return two_lengths(field, value, NOT_NEGATIVE)
+
+
+def _blank(field: str, value: Any) -> Blank | str:
+    """Rim and web of one wheel in m, or `SOLID`."""
+    if value == SOLID or isinstance(value, Blank):
+        return value
+    if not isinstance(value, Mapping) or set(value) != {"rim", "web"}:
+        raise InputError(field, f"must be {SOLID!r}, or a table with rim and web", value,
+                         f"Each wheel may have its own: ['{SOLID}', {{ rim = '70 mm', web = '90 mm' }}].")
+    return Blank(*(_length(f"{field}.{name}", value[name]) for name in ("rim", "web")))
 
 
 def _inertia(field: str, value: Any) -> tuple[float, float]:
@@ -317,7 +340,7 @@ CONVERTERS: dict[str, Callable[[str, Any], Any]] = {
     "module": _length,
     "face_width": lambda field, value: two_lengths(field, value, POSITIVE),
     "pressure_angle": _angle,
-    "helix_angle": lambda field, value: math.fabs(_angle(field, value)),
+    "helix_angle": lambda field, value: abs(_angle(field, value)),
     "centre_distance": _length,
     "profile_shift": _shift,
     "rack": _record(Rack),
@@ -326,6 +349,7 @@ CONVERTERS: dict[str, Callable[[str, Any], Any]] = {
     "tip_relief": _tip_relief,
     "material": lambda field, value: materials(value),
     "bore": _bore,
+    "blank": lambda field, value: two_values(field, value, _blank),
     "inertia": _inertia,
     "mass": _mass,
     "quality": _quality,

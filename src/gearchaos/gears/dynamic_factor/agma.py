@@ -14,6 +14,9 @@ from gearchaos.gears.formulas import described
 
 AGMA_METHOD = "ANSI/AGMA 2001-D04"
 
+FEET_PER_MINUTE = 196.85
+"""ft/min in one m/s, as 2101-D04 prints it."""
+
 _AGMA = "ANSI/AGMA 2001-D04 and 2101-D04, clause 8"
 
 
@@ -38,8 +41,8 @@ class DynamicFactorAGMA:
 
     exponent: float = described("B", "0.25 (12 − Q_v)^(2/3)", _AGMA)
     velocity_constant: float = described("A", "50 + 56 (1 − B)", _AGMA)
-    largest_velocity: float = described("v_max", "(A + Q_v − 3)²/200", _AGMA, "m/s")
-    value: float = described("K_v", "((A + √(200 v))/A)^B", _AGMA)
+    largest_velocity: float = described("v_max", "(A + Q_v − 3)²/196.85", _AGMA, "m/s")
+    value: float = described("K_v", "((A + √(196.85 v))/A)^B, √v_t with v_t in ft/min", _AGMA)
 
 
 def quality_number(accuracy_grade: int) -> int:
@@ -65,13 +68,13 @@ def dynamic_factor_agma(velocity: float, quality: int) -> DynamicFactorAGMA | Re
     Returns
     -------
     DynamicFactorAGMA or Refused
-        Refused unless 5 ≤ Q_v ≤ 11 and v ≤ (A + Q_v − 3)²/200.
+        Refused unless 5 ≤ Q_v ≤ 11 and v ≤ (A + Q_v − 3)²/196.85.
 
     Notes
     -----
-    In the notation of 2101-D04 with A_v = 17 − Q_v from 6 to 12, B = 0.25 (A_v − 5)^(2/3), C = 50 + 56 (1 − B),
-    v_max = (C + 14 − A_v)²/196.85 and K_v = ((C + √(196.85 v))/C)^B. The two differ in the number of ft/min in one m/s
-    alone, 196.85, which textbooks round to 200; the rounded number is used here, and raises K_v − 1 by less than 1 %.
+    2001-D04 prints K_v = ((A + √v_t)/A)^B and v_t max = (A + Q_v − 3)² with v_t in ft/min; 2101-D04 prints, with v in
+    m/s and A_v = 17 − Q_v from 6 to 12, B = 0.25 (A_v − 5)^(2/3), C = 50 + 56 (1 − B), K_v = ((C + √(196.85 v))/C)^B,
+    v_max = (C + 14 − A_v)²/196.85. Textbooks round 196.85 to 200, which raises K_v − 1 by less than 1 %.
     """
     if not 5 <= quality <= 11:
         return Refused(
@@ -81,12 +84,12 @@ def dynamic_factor_agma(velocity: float, quality: int) -> DynamicFactorAGMA | Re
         )
     exponent = 0.25 * (12 - quality) ** (2 / 3)
     constant = 50 + 56 * (1 - exponent)
-    largest = (constant + quality - 3) ** 2 / 200
+    largest = (constant + quality - 3) ** 2 / FEET_PER_MINUTE
     if velocity > largest:
         return Refused(
             AGMA_METHOD,
             f"The pitch line velocity must be at most {largest:.4g} m/s for Q_v = {quality}; it is {velocity:.4g} m/s.",
         )
-    value = ((constant + math.sqrt(200 * velocity)) / constant) ** exponent
+    value = ((constant + math.sqrt(FEET_PER_MINUTE * velocity)) / constant) ** exponent
     return DynamicFactorAGMA(
         exponent=exponent, velocity_constant=constant, largest_velocity=largest, value=value)

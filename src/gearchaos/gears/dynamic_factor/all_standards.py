@@ -19,7 +19,6 @@ from gearchaos.gears.dynamic_factor.iso_method_b import (
 )
 from gearchaos.gears.dynamic_factor.iso_method_c import METHOD_C, DynamicFactorC, dynamic_factor_c
 from gearchaos.gears.dynamic_factor.refused import Refused
-from gearchaos.gears.stiffness.iso6336 import tooth_stiffness
 from gearchaos.gears.transmission_error.quality import tolerances
 
 if TYPE_CHECKING:
@@ -51,7 +50,7 @@ def dynamic_factors(
     Parameters
     ----------
     design : GearDesign
-        Its wheels count as solid discs, also where their inertias are given.
+        Its wheels count as solid discs unless it has a blank, also where their inertias are given.
     flanks : tuple of FlankMaterial, optional
         For running-in in method B; left out, running-in removes nothing.
 
@@ -68,7 +67,7 @@ def dynamic_factors(
     grade = design.quality.coarsest
     return DynamicFactors(
         iso_b=_method_b(design, flanks),
-        iso_c=dynamic_factor_c(design.geometry, design.load, grade, solid_wheels=True),
+        iso_c=dynamic_factor_c(design.geometry, design.load, grade, solid_wheels=not any(design.blanks)),
         agma=dynamic_factor_agma(design.load.velocity, quality_number(grade)),
     )
 
@@ -81,9 +80,8 @@ def _method_b(
     if load.line_load == 0:
         return Refused(METHOD_B, "Without load there is no ratio of forces.")
     relief = None if design.tip_relief is None else design.tip_relief.amount
-    first, second = design.material
     try:
-        stiffness = tooth_stiffness(geometry, line_load=load.line_load, youngs_modulus=(first.E, second.E))
+        stiffness = design.tooth_stiffness
         mass = design.equivalent_mass / geometry.common_face_width
         limits = tolerances(quality, geometry)
     except InputError as error:

@@ -19,7 +19,8 @@ from gearchaos.gears.inputs.forms import record_values, two_lengths
 from gearchaos.gears.inputs.plausibility import check_plausible
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 
-_KINDS = ("line of action", "circumferential", "reference circle", "normal", "radial")
+_ANGLES = ("angle of wheel 1", "angle of wheel 2")
+_KINDS = ("line of action", "circumferential", "reference circle", "normal", "radial", *_ANGLES)
 
 OF = tuple(f"{kind}, {part}" for kind in _KINDS for part in ("total", "half"))
 """What a backlash can be of: a direction, and whether the value is all of it or half of it.
@@ -28,7 +29,8 @@ OF = tuple(f"{kind}, {part}" for kind in _KINDS for part in ("total", "half"))
 - ``circumferential``: j_wt, the arc on the working pitch circles;
 - ``reference circle``: j_t, the arc on the reference circle of the wheel that is turned while the other is held;
 - ``normal``: j_bn, the shortest distance of the flanks, normal to them;
-- ``radial``: j_r, the decrease of the centre distance that closes the backlash.
+- ``radial``: j_r, the decrease of the centre distance that closes the backlash;
+- ``angle of wheel 1``: j_φ, the angle by which wheel 1 turns while wheel 2 is held; or the other way round.
 
 ISO 21771:2007 and ISO/TR 10064-2:1996 define j_wt, j_bn and j_r. A direction alone means the total.
 """
@@ -45,8 +47,8 @@ class Backlash:
 
     Parameters
     ----------
-    value : length
-        Greater than 0.
+    value : length or angle
+        Greater than 0; an angle for ``"angle of wheel 1"`` and ``"angle of wheel 2"``.
     of : str
         What the value is of, one of `OF`, e.g. ``"line of action, total"``; a direction alone, ``"line of action"``,
         means the total and is kept with it.
@@ -56,11 +58,20 @@ class Backlash:
     of: str
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "value", units.to_si("value", self.value, units.LENGTH, POSITIVE))
         if self.of in _KINDS:
             object.__setattr__(self, "of", f"{self.of}, total")
         if self.of not in OF:
             raise _unknown_direction(self.of)
+        try:
+            object.__setattr__(self, "value", units.to_si("value", self.value, self.dimension, POSITIVE))
+        except InputError as error:
+            which = f"With of = {self.of!r} it is {self.dimension.name}; of = {_ANGLES[0]!r} takes an angle."
+            raise InputError(error.field, error.rule, error.value, f"{error.advice} {which}") from None
+
+    @property
+    def dimension(self) -> units.Dimension:
+        """Whether the value is a length or an angle."""
+        return units.ANGLE if self.of.startswith(_ANGLES) else units.LENGTH
 
     def along_line_of_action(self, geometry: Geometry) -> float:
         """j_bt, total, m; raises `InputError` if the centre distance alone makes more backlash."""
@@ -70,10 +81,14 @@ class Backlash:
         if excess > SHIFT_TOLERANCE * geometry.normal_module:
             raise InputError(
                 "backlash.value", f"must give at least the {geometry.theoretical_backlash * 1e3:.4g} mm along the line "
-                "of action that teeth of nominal thickness have at this centre distance", units.Length(self.value),
+                "of action that teeth of nominal thickness have at this centre distance", self._shown(self.value),
                 f"It gives {total * 1e3:.4g} mm. Check the centre distance, the profile shifts, and whether the "
                 "value is the total or half of it.")
         return total
+
+    def _shown(self, value: float) -> units.Shown:
+        """A value as messages show it."""
+        return (units.Shown if self.dimension is units.ANGLE else units.Length)(value, self.value)
 
 
 def _unknown_direction(of: Any) -> InputError:
@@ -189,16 +204,16 @@ def check_backlash(given: AnyBacklash, geometry: Geometry) -> float:
                          "The allowances leave no backlash at this centre distance.")
     if isinstance(given, Backlash):
         most = geometry.normal_module / 2 * given.value / total
-        check_plausible("backlash.value", given.value, 0.0, most, units.LENGTH, "It is at most half a module.")
+        check_plausible("backlash.value", given.value, 0.0, most, given.dimension, "It is at most half a module.")
     check_plausible("backlash", total, 0.0, geometry.normal_module / 2, units.LENGTH, "It is at most half a module.")
     return total
 
 
 def base_tangent_length(geometry: Geometry, kind: str) -> float:
-    """Backlash j_bt along the line of action over a total backlash of another kind, see `OF`.
+    """Backlash j_bt along the line of action over a total backlash of another kind, see `OF`; m/rad for an angle.
 
-    j_bt = j_wt cos α_wt = j_t cos α_t = j_bn/cos β_b = 2 j_r sin α_wt, ISO 21771:2007; the last one holds for a
-    backlash that is small beside the centre distance.
+    j_bt = j_wt cos α_wt = j_t cos α_t = j_bn/cos β_b = j_φ d_b/2 = 2 j_r sin α_wt, ISO 21771:2007; the last one holds
+    for a backlash that is small beside the centre distance.
     """
     return {
         "line of action": 1.0,
@@ -206,4 +221,6 @@ def base_tangent_length(geometry: Geometry, kind: str) -> float:
         "reference circle": math.cos(geometry.transverse_pressure_angle),
         "normal": 1 / math.cos(geometry.base_helix_angle),
         "radial": 2 * math.sin(geometry.working_pressure_angle),
+        "angle of wheel 1": geometry.base_diameter[0] / 2,
+        "angle of wheel 2": geometry.base_diameter[1] / 2,
     }[kind]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 from gearchaos.errors import InputError
@@ -66,33 +67,35 @@ def check_geometry(geometry: Geometry) -> None:
 
 def _check_tooth(geometry: Geometry, wheel: int) -> None:
     """Raise `InputError` for a tooth without tip, without flank or without room between tip and root."""
+    shown = partial(Length, like=geometry.normal_module)
     root, tip, base = geometry.root_diameter[wheel], geometry.tip_diameter[wheel], geometry.base_diameter[wheel]
     if root <= 0 or tip <= max(base, root):
         raise InputError(
-            f"tip_diameter[{wheel}]", f"must be greater than those of the base circle, {Length(base)}, and of the "
-            f"root, {Length(root)}, and these greater than 0", Length(tip),
+            f"tip_diameter[{wheel}]", f"must be greater than those of the base circle, {shown(base)}, and of the "
+            f"root, {shown(root)}, and these greater than 0", shown(tip),
             "Check the rack, profile_shift and tip_alteration.")
     if (thickness := geometry.tip_thickness[wheel]) <= 0:
         raise InputError(
-            f"tip_thickness[{wheel}]", "must be greater than 0", Length(thickness),
+            f"tip_thickness[{wheel}]", "must be greater than 0", shown(thickness),
             "The flanks of the tooth meet below its tip. Give a smaller profile_shift or addendum, or shorten the "
             "tooth by a negative tip_alteration.")
     if (clearance := geometry.tip_clearance[wheel]) <= 0:
         raise InputError(
-            f"tip_clearance[{wheel}]", "must be greater than 0", Length(clearance),
+            f"tip_clearance[{wheel}]", "must be greater than 0", shown(clearance),
             f"The tip of wheel {wheel + 1} touches the root of wheel {2 - wheel}. Shorten the teeth by a negative "
             "tip_alteration or 'keep clearance', or give a larger centre_distance.")
 
 
 def _check_root(geometry: Geometry, wheel: int) -> None:
     """Raise `InputError` if the mate's tip reaches below the root form circle, where the flank is no involute."""
+    shown = partial(Length, like=geometry.normal_module)
     start, form = geometry.start_of_active_profile[wheel], geometry.root_form_diameter[wheel]
     if not start >= form:  # also if start is not a number
         least = geometry.undercut_shift[wheel]
         undercut = geometry.profile_shift[wheel] < least
         raise InputError(
-            f"start_of_active_profile[{wheel}]", f"must not be below the root form diameter, {Length(form)}",
-            "a contact below the base circle" if math.isnan(start) else Length(start),
+            f"start_of_active_profile[{wheel}]", f"must not be below the root form diameter, {shown(form)}",
+            "a contact below the base circle" if math.isnan(start) else shown(start),
             f"The tip of wheel {2 - wheel} meets the root of wheel {wheel + 1} where its flank is no involute. Give "
             f"wheel {wheel + 1} a larger profile_shift, or shorten the teeth of wheel {2 - wheel} by tip_alteration."
             + (f" Without undercut profile_shift[{wheel}] is at least {least:.4g}." if undercut else ""))
@@ -100,12 +103,13 @@ def _check_root(geometry: Geometry, wheel: int) -> None:
 
 def _check_fillet(geometry: Geometry, wheel: int) -> None:
     """Raise `InputError` if the mate's tip enters the fillet, although the contact begins on the involute."""
+    shown = partial(Length, like=geometry.normal_module)
     if not enters_fillet(geometry, wheel):
         return
     mate, depth = 1 - wheel, interference_depth(geometry, wheel) * 1e6
     largest = largest_tip_diameter(geometry, wheel)
     raise InputError(
-        f"tip_diameter[{mate}]", f"must be at most {Length(largest)}", Length(geometry.tip_diameter[mate]),
+        f"tip_diameter[{mate}]", f"must be at most {shown(largest)}", shown(geometry.tip_diameter[mate]),
         f"After the first contact the tip of wheel {mate + 1} enters the root fillet of wheel {wheel + 1}, by "
         f"{depth:.3g} µm. Shorten the teeth of wheel {mate + 1} by tip_alteration, or give a rack with a smaller "
         "root_radius or a larger dedendum.")

@@ -53,7 +53,8 @@ def mating_geometry(
         raise InputError(
             "profile_shift", f"must be given with this centre distance, with a sum of {needed:.6g}", None,
             "Split this sum between the wheels, e.g. in favour of the pinion: there is no split that fits every pair. "
-            f"Or leave out centre_distance; without profile shift it is {Length(_reference_distance(given))}.",
+            "Or leave out centre_distance; without profile shift it is "
+            f"{Length(_reference_distance(given), centre_distance)}.",
         )
     return replace(given, tip_alteration=_alterations(given, tip_alteration, tip_diameter))
 
@@ -104,10 +105,10 @@ def _least_shift_sum(geometry: Geometry) -> float:
 
 def _check_base_circles(geometry: Geometry) -> None:
     """Raise `InputError` unless the base circles are apart, so that there is a line of action."""
-    least = sum(geometry.base_diameter) / 2
-    if geometry.centre_distance <= least:
+    least, given = sum(geometry.base_diameter) / 2, geometry.centre_distance
+    if given <= least:
         raise InputError(
-            "centre_distance", f"must be greater than {Length(least)}, the sum of the base radii",
-            Length(geometry.centre_distance),
-            f"Without profile shift it is {Length(_reference_distance(geometry))}.",
+            "centre_distance", f"must be greater than {Length(least, given)}, the sum of the base radii",
+            Length(given, given),
+            f"Without profile shift it is {Length(_reference_distance(geometry), given)}.",
         )

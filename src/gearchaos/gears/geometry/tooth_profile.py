@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.units import Length
+from gearchaos.gears.units import Length, Shown
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
@@ -186,7 +186,8 @@ def _centre_offset(geometry: Geometry) -> float:
 def _check_tooth(geometry: Geometry, wheel: int) -> None:
     """Raise `InputError` unless the section of the tooth of this spur wheel exists up to its tip circle."""
     if geometry.helix_angle != 0:
-        raise InputError("helix_angle", "must be 0 for the potential-energy method", geometry.helix_angle,
+        raise InputError("helix_angle", "must be 0 for the potential-energy method",
+                         Shown(geometry.helix_angle, geometry.helix_angle),
                          "It is implemented for spur gears only: use ISO 6336-1 or a table for helical gears.")
     if _centre_offset(geometry) > math.pi / 2 * (1 + 1e-12):
         raise InputError("root_radius", "must leave the basic rack a tip that is not pointed", geometry.root_radius,

@@ -38,9 +38,10 @@ def check_plausible(
     """
     if least <= number <= most:
         return
-    shown, limits = number, f"{least:.4g} and {most:.4g} {dimension.unit}"
-    if dimension is units.LENGTH:
-        shown, limits = units.Length(number), f"{1e3 * least:.4g} and {1e3 * most:.4g} mm"
-    meant = [unit for unit, size in _OTHER_UNITS.get(dimension, ()) if least <= number * size <= most]
+    shown = units.Length(number, number) if dimension is units.LENGTH else units.Shown(number, number)
+    unit = shown.unit or dimension.unit
+    meant = [unit for unit, size in _OTHER_UNITS.get(dimension, ()) if least <= number * size <= most
+             and not isinstance(number, units.Measured)]
     question = f"Did you mean '{number:g} {meant[0]}'? A plain number is in {dimension.unit}. " if meant else ""
-    raise InputError(field, f"must lie between {limits}", shown, f"{question}{reason}".rstrip())
+    raise InputError(field, f"must lie between {least / shown.size:.4g} and {most / shown.size:.4g} {unit}", shown,
+                     f"{question}{reason}".rstrip())

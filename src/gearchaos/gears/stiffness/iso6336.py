@@ -28,6 +28,13 @@ STEEL_MODULUS = 206e9
 LOW_LINE_LOAD = 100e3
 """Specific load F_t K_A/b below which the stiffness falls with the load, N/m; ISO 6336-1:2006, (90)."""
 
+DOUBTFUL_LINE_LOAD = 25e3
+"""Specific load F_t K_A/b, N/m, below which there is a warning: the rule for low loads has no lower limit, and lets
+the stiffness vanish with the load."""
+
+_WEBS, _LEAST_RIM = (0.2, 1.2), 1.0
+"""Limits of b_s/b, and least s_R/m_n, beyond which they count as these limits; ISO 6336-1:2006, (84), (85)."""
+
 _CORRECTION = 0.8
 """C_M, the ratio of measured to theoretical stiffness for solid disc gears; ISO 6336-1:2006, (83)."""
 
@@ -40,14 +47,14 @@ class Blank:
 
     Attributes
     ----------
-    web_thickness : float
-        b_s, m.
-    rim_thickness : float
-        s_R, from the root circle inwards, m.
+    rim : float
+        s_R, thickness of the rim from the root circle inwards, m.
+    web : float
+        b_s, thickness of the web, m.
     """
 
-    web_thickness: float
-    rim_thickness: float
+    rim: float
+    web: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,19 +124,20 @@ def tooth_stiffness(
     Raises
     ------
     InputError
-        If the transverse contact ratio is below 1, or the profile shifts lie outside the range of (82), x1 ≥ x2 and
-        −0.5 ≤ x1 + x2 ≤ 2, where 1 is the pinion; or if a value that must be positive is not.
+        If the transverse contact ratio is below 1, if (82) gives no positive q′, or if a value that must be positive is
+        not. Outside the range of (82), x1 ≥ x2 and −0.5 ≤ x1 + x2 ≤ 2, where 1 is the pinion, there is a warning.
 
     Notes
     -----
-    (80)-(91) are the equations of the edition of 2006. (81)-(86), (88)-(91) were compared with two public codes. The
-    range of (82), its deviations for 100 ≤ F_bt/b ≤ 1600 N/mm, and the use of one C_R for a pair of unlike wheels
-    could be compared with one source only.
+    (80)-(91) are the equations of the edition of 2006. (81)-(86), (88)-(91) were compared with two public codes, and
+    with KISSsoft's reports on the stages of the NREL 5 MW gearbox, also outside the range of (82). This range, its
+    deviations for 100 ≤ F_bt/b ≤ 1600 N/mm, and the use of one C_R for a pair of unlike wheels could be compared with
+    one source only.
     """
     _check_values(line_load, youngs_modulus, blanks)
     pinion = _pinion(geometry)
-    _check_range(geometry, pinion)
     flexibility = _flexibility(geometry, pinion)
+    _check_meaning(geometry, flexibility)
     factors = {
         "correction_factor": _CORRECTION,
         "blank_factor": min(_blank_factor(geometry, i, blanks[i]) for i in (0, 1)),
@@ -139,9 +147,11 @@ def tooth_stiffness(
         "load_factor": 1.0 if line_load is None else min(1.0, (line_load / LOW_LINE_LOAD) ** 0.25),
     }
     single = math.prod(factors.values()) / flexibility
+    mean = single * (0.75 * geometry.contact_ratio + 0.25)
     return ToothStiffness(
         flexibility=flexibility, single_stiffness_theoretical=1 / flexibility, **factors, single_stiffness=single,
-        mesh_stiffness=single * (0.75 * geometry.contact_ratio + 0.25), warnings=_warnings(geometry, line_load),
+        mesh_stiffness=mean, warnings=(
+            *_blank_warnings(geometry, blanks), *_warnings(geometry, pinion, line_load, mean, factors["load_factor"])),
     )
 
 
@@ -179,8 +189,8 @@ def _blank_factor(geometry: Geometry, wheel: int, blank: Blank | None) -> float:
     """C_R of one wheel, (84) or (85) with its limits 0.2 ≤ b_s/b ≤ 1.2 and s_R/m_n ≥ 1."""
     if blank is None:
         return 1.0
-    web = min(max(blank.web_thickness / geometry.face_width[wheel], 0.2), 1.2)
-    rim = max(blank.rim_thickness / geometry.normal_module, 1.0)
+    web = min(max(blank.web / geometry.face_width[wheel], _WEBS[0]), _WEBS[1])
+    rim = max(blank.rim / geometry.normal_module, _LEAST_RIM)
     return 1 + math.log(web) / (5 * math.exp(rim / 5))
 
 
@@ -199,43 +209,62 @@ def _check_values(
         values["line_load"] = line_load
     for i, blank in enumerate(blanks):
         if blank is not None:
-            values[f"web_thickness[{i}]"] = blank.web_thickness
-            values[f"rim_thickness[{i}]"] = blank.rim_thickness
+            values |= {f"blank[{i}].web": blank.web, f"blank[{i}].rim": blank.rim}
     for name, value in values.items():
         if not 0 < value < math.inf:
             raise InputError(name, "must be a positive finite number", value)
 
 
-_OTHER_METHOD = 'Use stiffness = "potential energy", or a table.'
+def other_methods(geometry: Geometry) -> str:
+    """The advice to take another method for the stiffness, of those that the pair can have."""
+    energy = 'stiffness = "potential energy", or ' if geometry.helix_angle == 0 else ""
+    return f'Write {energy}stiffness = {{ table = "tvms.csv" }}.'
 
 
-def _check_range(geometry: Geometry, pinion: int) -> None:
-    """Raise `InputError` where the standard gives no stiffness."""
+def _check_meaning(geometry: Geometry, flexibility: float) -> None:
+    """Raise `InputError` where the formulae give no stiffness that means anything."""
     if geometry.contact_ratio < 1:
         raise InputError(
             "contact_ratio", "must be at least 1 for a stiffness by ISO 6336-1:2006", geometry.contact_ratio,
             "Contact is lost between two tooth pairs: enlarge the addenda or reduce the centre distance.",
         )
-    x1, x2 = geometry.profile_shift[pinion], geometry.profile_shift[1 - pinion]
-    if x1 < x2:
+    if flexibility <= 0:
         raise InputError(
-            f"profile_shift[{pinion}]", f"must be at least profile_shift[{1 - pinion}] = {x2:g} for a stiffness by "
-            "ISO 6336-1:2006, (82), where the wheel with fewer teeth has the larger profile shift", x1, _OTHER_METHOD,
-        )
-    if not -0.5 <= x1 + x2 <= 2:
-        raise InputError(
-            "profile_shift", "must have a sum in [-0.5, 2] for a stiffness by ISO 6336-1:2006, (82)", x1 + x2,
-            _OTHER_METHOD,
-        )
+            "profile_shift", "must give a positive flexibility q′ by ISO 6336-1:2006, (82)", geometry.profile_shift,
+            f"q′ would be {flexibility * N_PER_MM_UM:.4g} mm µm/N. {other_methods(geometry)}")
 
 
-def _warnings(geometry: Geometry, line_load: float | None) -> tuple[str, ...]:
-    """In what a pair lies outside the range for which the standard validated its formulae."""
+def _blank_warnings(geometry: Geometry, blanks: tuple[Blank | None, Blank | None]) -> list[str]:
+    """Which dimensions of rim and web count as others, since they lie outside the range of (84) and (85)."""
+    found, source = [], "in C_R (ISO 6336-1:2006, (84), (85))"
+    for wheel, blank in enumerate(blanks):
+        if blank is None:
+            continue
+        web, rim = blank.web / geometry.face_width[wheel], blank.rim / geometry.normal_module
+        if not _WEBS[0] <= web <= _WEBS[1]:
+            limit = _WEBS[0] if web < _WEBS[0] else _WEBS[1]
+            found.append(f"The web of wheel {wheel + 1}, b_s/b = {web:.3g}, counts as {limit:g} {source}")
+        if rim < _LEAST_RIM:
+            found.append(f"The rim of wheel {wheel + 1}, s_R/m_n = {rim:.3g}, counts as {_LEAST_RIM:g} {source}")
+    return found
+
+
+def _warnings(
+    geometry: Geometry, pinion: int, line_load: float | None, mean: float, load_factor: float,
+) -> tuple[str, ...]:
+    """In what a pair lies outside the ranges of the standard, and a stiffness that a low load makes doubtful."""
     angle = math.degrees(math.asin(math.sin(geometry.working_pressure_angle) * math.cos(geometry.base_helix_angle)))
     helix = math.degrees(geometry.helix_angle)
     ratio = geometry.contact_ratio
+    x1, x2 = geometry.profile_shift[pinion], geometry.profile_shift[1 - pinion]
+    extrapolated = "The mesh stiffness is extrapolated: ISO 6336-1:2006, (82), is given for"
+    load = math.inf if line_load is None else line_load
     base_load = 0.0 if line_load is None else line_load / math.cos(geometry.transverse_pressure_angle)
     found = {
+        f"{extrapolated} a pinion with at least the profile shift of its wheel; here they are {x1:g} and {x2:g}":
+            x1 < x2,
+        f"{extrapolated} sums of the profile shifts from −0.5 to 2; here it is {x1 + x2:.4g}":
+            not -0.5 <= x1 + x2 <= 2,
         f"ISO 6336-1 is validated for normal working pressure angles from 15° to 25°; here it is {angle:.4g}°":
             not 15 <= angle <= 25,
         f"ISO 6336-1 is validated for helix angles up to 30°; here it is {helix:.4g}°": helix > 30,
@@ -244,5 +273,9 @@ def _warnings(geometry: Geometry, line_load: float | None) -> tuple[str, ...]:
             ratio < 1.2,
         f"q′ was fitted for F_bt/b from 100 N/mm to 1600 N/mm; here it is {base_load / 1e3:.4g} N/mm":
             base_load > 1600e3,
+        f"F_t K_A/b is {load / 1e3:.3g} N/mm. By the rule for low loads, ISO 6336-1:2006, (90), the mesh stiffness is "
+        f"{load_factor:.3g} of that at 100 N/mm: {mean / N_PER_MM_UM:.3g} instead of "
+        f"{mean / load_factor / N_PER_MM_UM:.3g} N/(mm µm). Below {DOUBTFUL_LINE_LOAD / 1e3:g} N/mm this is doubtful: "
+        "the rule lets the stiffness vanish with the load": load < DOUBTFUL_LINE_LOAD,
     }
     return tuple(text for text, holds in found.items() if holds)

@@ -269,8 +269,8 @@ def _check_body(profile: ToothProfile, bore: float, wheel: int) -> None:
     least, most = (2 * profile.root_radius / ratio for ratio in reversed(BODY_RATIOS))
     if not least <= bore <= most:
         raise InputError(
-            f"bore[{wheel}]", f"must lie between {Length(least)} and {Length(most)} for the potential-energy method",
-            Length(bore),
+            f"bore[{wheel}]", f"must lie between {Length(least, bore)} and {Length(most, bore)} for the "
+            "potential-energy method", Length(bore, bore),
             "The compliance of the wheel body is known for ratios of the root and bore diameters from "
             f"{BODY_RATIOS[0]:g} to {BODY_RATIOS[1]:g} (Sainsot et al., 2004). Use ISO 6336-1 or a table.")
     if profile.root_half_angle < ROOT_ANGLES[0]:

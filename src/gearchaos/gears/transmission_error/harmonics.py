@@ -104,7 +104,7 @@ class QualityError(ErrorHarmonics):
 def from_quality(
     geometry: Geometry, quality: Quality, tolerances: tuple[Tolerances, Tolerances], orders: int = 3,
 ) -> QualityError:
-    """Mesh harmonics of a pair with a given accuracy grade: an assumption about typical wheels, not a bound.
+    """Mesh harmonics of a pair from the permissible deviations of its accuracy grade: an upper limit of the grade.
 
     The peak-to-peak value over a mesh period is that of a single-flank test, the tooth-to-tooth tangential composite
     deviation f_i′ of ISO 1328-1:1995, annex A, which the standard derives from f_pt, F_α and the total contact ratio.
@@ -128,14 +128,15 @@ def from_quality(
     Returns
     -------
     QualityError
-        Actual wheels can have any amplitude from 0 up to several times this one, and other phases.
+        Wheels of the grade have less from pitch and profile, and other phases.
 
     Notes
     -----
-    Tolerances are limits, and part of f_pt differs from tooth to tooth and does not repeat with the mesh; both make
-    this estimate large. Tip relief and misalignment can make the true one larger. The formula of annex A agrees
-    with its other form K (9 + 0.3 m + 3.2 √m + 0.34 √d) and could be compared with one source only. The edition of
-    2013 has no such formula in terms of f_pt and F_α; with its tolerances the formula of 1995 is used all the same.
+    Tolerances are limits, and part of f_pt differs from tooth to tooth and does not repeat with the mesh: a pair of
+    typical wheels has less. Tip relief and misalignment, which the grade does not limit, come on top. The formula of
+    annex A agrees with its other form K (9 + 0.3 m + 3.2 √m + 0.34 √d) and could be compared with one source only. The
+    edition of 2013 has no such formula in terms of f_pt and F_α; with its tolerances the formula of 1995 is used all
+    the same.
     """
     ratio = geometry.total_contact_ratio
     factor = 0.2 * (ratio + 4) / ratio if ratio < 4 else 0.4
@@ -157,15 +158,17 @@ def from_quality(
 def _quality_source(quality: Quality) -> str:
     """What harmonics of an accuracy grade were computed from, with the edition of the formula and of its values."""
     grades = " and ".join(map(str, dict.fromkeys(quality.grades)))
+    shape = "assumption, upper limit of the grade: the permissible tooth-to-tooth deviation f_i′ as a parabola"
     if quality.standard == ISO_1995:
-        return f"{ISO_1995}, grade {grades}: assumption, tooth-to-tooth deviation f_i′ as a parabola"
-    return (f"{quality.standard}, grade {grades}: assumption, tooth-to-tooth deviation f_i′ as a parabola; f_i′ by the "
-            f"formula of {ISO_1995}, annex A, with the grade and the deviations f_pT and F_αT of {quality.standard}")
+        return f"{ISO_1995}, grade {grades}: {shape}"
+    return (f"{quality.standard}, grade {grades}: {shape}; f_i′ by the formula of {ISO_1995}, annex A, with "
+            f"the grade and the deviations f_pT and F_αT of {quality.standard}")
 
 
 def _quality_assumption(quality: Quality) -> str:
     """The sentence that a transmission error from the accuracy grade is an assumption."""
-    text = "The accuracy grade gives no transmission error; this one is an assumption about typical wheels"
+    text = "The accuracy grade gives no transmission error; this one is an assumption, an upper limit of the " \
+           "grade from its permissible deviations"
     if quality.standard == ISO_1995:
         return f"{text}."
     return (f"{text}, by the formula of {ISO_1995}, annex A, for f_i′ with the deviations of {quality.standard}, which "

@@ -4,12 +4,16 @@ The two editions have different formulae, and the number of a grade does not mea
 (grades 0 to 12) inserts the geometric mean of the range in which a diameter, module or face width lies, so its
 tolerances are steps. The edition of 2013 (flank tolerance classes 1 to 11) inserts the values themselves.
 
+National standards that are the text of one of these editions are read as it. Grades of others are refused, with the
+nearest grade of ISO 1328-1, since their tolerances are not the same.
+
 ISO 6336-1:2006 and the examples of ISO/TR 6336-30:2017 refer to the edition of 1995.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -26,6 +30,21 @@ ISO_1995, ISO_2013 = "ISO 1328-1:1995", "ISO 1328-1:2013"
 GRADES = {ISO_1995: (0, 12), ISO_2013: (1, 11)}
 """Lowest and highest grade of each edition."""
 
+ADOPTIONS = {"JIS B 1702-1:1998": (ISO_1995, "N"), "ANSI/AGMA ISO 1328-1-B14": (ISO_2013, "A")}
+"""National standards that are the text of an edition, and the letter that they write before a grade."""
+
+_OTHERS: tuple[tuple[str, str, Callable[[int], int], str], ...] = (
+    (r"DIN ?396[1-3]", ISO_1995, lambda n: n, "DIN 3962:1978 has tables of its own, with other ranges of sizes"),
+    (r"AGMA (2000|390)", ISO_1995, lambda n: 17 - n, "a grade is about 17 less the quality number (AGMA 2001-D04, "
+     "annex A), whose tolerances are others, of the helix above all (E. Lawson, Gear Technology, March 2004)"),
+    (r"AGMA 2015", ISO_1995, lambda n: n, "its grades have the same numbers and nearly the same tolerances, which are "
+     "based on ISO 1328 (E. Lawson, Gear Technology, March 2004) but not identical"),
+    (r"JIS B ?1702-1:20", ISO_2013, lambda n: n, "it follows this edition, but could not be compared with it"),
+    (r"JIS B ?1702(?!-)", ISO_1995, lambda n: n + 4, "a grade is about the old one plus 4 (Kyouiku Gear, catalogue of "
+     "stock gears, 5.7), which has other ranges of sizes"),
+)
+"""Other standards: a pattern of the name, the edition and the grade that are nearest, and why they are not the same."""
+
 
 @dataclass(frozen=True)
 class Quality:
@@ -34,32 +53,50 @@ class Quality:
     Attributes
     ----------
     standard : str
-        "ISO 1328-1:1995" or "ISO 1328-1:2013".
+        "ISO 1328-1:1995" or "ISO 1328-1:2013"; one of `ADOPTIONS` is kept as its edition.
     grade : int or tuple of int
         Of both wheels, or of each: 0 to 12 in the edition of 1995, 1 to 11 in that of 2013. The deviations grow with
-        the number, by √2 from grade to grade.
+        the number, by √2 from grade to grade. Adoptions may have their letter before it, e.g. "N8".
 
     Raises
     ------
     InputError
-        For an unknown standard, or a grade that is no whole number or outside the range of the edition.
+        For an unknown standard, with the nearest grade of an edition if there is one, or a grade that is no whole
+        number or outside the range of the edition.
     """
 
     standard: str
     grade: int | tuple[int, int]
 
     def __post_init__(self) -> None:
-        if self.standard not in GRADES:
-            raise unknown_name("quality.standard", str(self.standard), GRADES)
         if isinstance(self.grade, list):
             object.__setattr__(self, "grade", tuple(self.grade))
         if isinstance(self.grade, tuple) and len(self.grade) != 2:
             raise InputError("quality.grade", "must be one grade or a list of two", self.grade)
+        if self.standard in ADOPTIONS:
+            edition, letter = ADOPTIONS[self.standard]
+            grades = tuple(_number(grade, letter) for grade in self.grades)
+            object.__setattr__(self, "grade", grades if isinstance(self.grade, tuple) else grades[0])
+            object.__setattr__(self, "standard", edition)
+        if self.standard not in GRADES:
+            raise self._unknown_standard()
         low, high = GRADES[self.standard]
         for grade in self.grades:
             if isinstance(grade, bool) or not isinstance(grade, int) or not low <= grade <= high:
                 rule = f"must be a whole number from {low} to {high} in {self.standard}"
                 raise InputError("quality.grade", rule, self.grade, "The deviations grow with the number.")
+
+    def _unknown_standard(self) -> InputError:
+        """The error for another standard, with the grade of ISO 1328-1 that is nearest if that is known."""
+        error = unknown_name("quality.standard", str(self.standard), (*GRADES, *ADOPTIONS))
+        for pattern, edition, nearest, why in _OTHERS:
+            if re.search(pattern, str(self.standard)):
+                grades = [_number(grade, "[A-Z]?") for grade in self.grades]
+                near = ", ".join(str(nearest(n)) if isinstance(n, int) else "…" for n in dict.fromkeys(grades))
+                shown = f"[{near}]" if "," in near else near
+                return InputError(error.field, error.rule, self.standard,
+                                  f"The nearest is {{ standard = '{edition}', grade = {shown} }}, not the same: {why}.")
+        return error
 
     @property
     def grades(self) -> tuple[int, int]:
@@ -70,6 +107,12 @@ class Quality:
     def coarsest(self) -> int:
         """The grade of the less accurate wheel."""
         return max(self.grades)
+
+
+def _number(grade: Any, letter: str) -> Any:
+    """The number of a grade that is a text such as "N8"; anything else as it is."""
+    match = re.fullmatch(rf"(?:{letter})?(\d+)", grade) if isinstance(grade, str) else None
+    return int(match[1]) if match else grade
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -66,11 +66,11 @@ def relief_error(geometry: Geometry, relief: TipRelief, tau: np.ndarray) -> np.n
     Returns
     -------
     array of the shape of ``tau``
-        e ≥ 0, m, positive where the driven wheel lags. It is 0 throughout where the part of the path of contact without
-        relief, prolonged by the overlap ε_β p_et, is at least one base pitch.
+        e ≥ 0, m, positive where the driven wheel lags. It is 0 throughout where `unrelieved_length` is at least one
+        base pitch.
     """
     pitch, path = geometry.base_pitch, geometry.contact_ratio * geometry.base_pitch
-    _check_lengths(relief, path, geometry.contact_ratio)
+    unrelieved_length(geometry, relief)
     begin, end = relief.length[1], path - relief.length[0]
     overlap = geometry.overlap_ratio
     pairs = np.arange(math.ceil(geometry.contact_ratio + overlap) + 1)
@@ -81,15 +81,23 @@ def relief_error(geometry: Geometry, relief: TipRelief, tau: np.ndarray) -> np.n
     return np.where(low <= high, depth, np.inf).min(axis=-1)
 
 
-def _check_lengths(relief: TipRelief, path: float, contact_ratio: float) -> None:
-    """Raise `InputError` if the relieved lengths overlap, or contact could be lost between two pairs."""
+def unrelieved_length(geometry: Geometry, relief: TipRelief) -> float:
+    """The part of the path of contact without relief, m, prolonged by the overlap ε_β p_et of helical teeth.
+
+    Raises
+    ------
+    InputError
+        If the relieved lengths overlap, or contact could be lost between two pairs.
+    """
+    path = geometry.contact_ratio * geometry.base_pitch
     if sum(relief.length) > path:
         raise InputError(
             "tip_relief.length", f"must have a sum of at most the path of contact, {Length(path)}",
             tuple(map(Length, relief.length)), "The reliefs of both wheels would overlap.",
         )
-    if contact_ratio < 1:
-        raise InputError("contact_ratio", "must be at least 1", contact_ratio)
+    if geometry.contact_ratio < 1:
+        raise InputError("contact_ratio", "must be at least 1", geometry.contact_ratio)
+    return path - sum(relief.length) + geometry.overlap_ratio * geometry.base_pitch
 
 
 def _removed(relief: TipRelief, place: np.ndarray, begin: float, end: float, path: float) -> np.ndarray:

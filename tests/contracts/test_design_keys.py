@@ -1,0 +1,165 @@
+"""No key of a gear design or a gear pair is without effect in silence: a change shows, is refused, or is warned of."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import pytest
+from typer.testing import CliRunner
+
+from gearchaos.cli import app
+from gearchaos.errors import InputError
+from gearchaos.explorer.view.design import design_values
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.design.gear_pair import comparable_stiffnesses
+from gearchaos.gears.operating import gears_from_json, gears_json
+from gearchaos.gears.pair import GearPair
+from gearchaos.gears.sheet import datasheet
+from gearchaos.studies.axis import parse_axis
+from gearchaos.studyfile import load_study
+
+QUALITY = {"standard": "ISO 1328-1:1995", "grade": 5}
+GIVEN = {
+    "teeth": [24, 36], "module": "3 mm", "face_width": "30 mm", "bore": "30 mm", "quality": QUALITY,
+    "backlash": {"value": "0.12 mm", "of": "line of action, total"}, "damping_ratio": 0.05,
+    "transmission_error": "from quality", "speed": "3000 rpm", "torque": "60 N*m",
+}
+STEEL = {"E": 206e9, "poisson": 0.3, "density": 7830.0}
+RELIEF = {"amount": "10 um", "start_diameter": ["76 mm", "112 mm"]}
+BASES = {
+    "as it is": {},
+    "potential energy": {"stiffness": "potential energy"},
+    "exact": {"transmission_error": "none"},
+    "given masses": {"mass": ["1 kg", "2 kg"], "inertia": ["7e-4 kg*m^2", "3e-3 kg*m^2"]},
+    "with relief": {"tip_relief": RELIEF},
+    "on supports": {"supports": {"stiffness": "200 N/um", "damping_ratio": 0.05}},
+}
+CHANGES = {
+    "teeth": [24, 37], "module": "3.1 mm", "face_width": "29 mm", "pressure_angle": "21 deg", "helix_angle": "10 deg",
+    "centre_distance": "90.1 mm", "profile_shift": [0.1, 0.1], "tip_alteration": "-0.1 mm",
+    "rack": {"addendum": 0.95, "dedendum": 1.3, "root_radius": 0.3}, "tip_diameter": ["77.9 mm", "113.9 mm"],
+    "tip_relief": {"amount": "20 um", "start_diameter": ["77 mm", "113 mm"], "shape": "parabolic"},
+    "material": {"E": "173 GPa", "poisson": 0.25, "density": "7100 kg/m^3"}, "bore": "25 mm",
+    "blank": ["solid", {"rim": "9 mm", "web": "12 mm"}], "inertia": ["1e-3 kg*m^2", "4e-3 kg*m^2"],
+    "mass": ["1.1 kg", "2.2 kg"],
+    "quality": {"standard": "ISO 1328-1:1995", "grade": 7}, "backlash": {"value": "0.2 mm", "of": "radial, half"},
+    "damping_ratio": 0.07, "stiffness": "potential energy", "transmission_error": "none", "eccentricity": "10 um",
+    "supports": {"stiffness": "300 N/um", "damping_ratio": 0.07}, "application_factor": 1.25, "speed": "2000 rpm",
+    "torque": "50 N*m",
+}
+
+
+def test_every_key_of_a_design_has_a_change_here():
+    assert set(CHANGES) == {f.name for f in fields(GearDesign)}
+
+
+def shown(design: GearDesign) -> tuple[object, ...]:
+    """All that follows from a design: the values of its datasheet and its page, the model, and the warnings."""
+    values = {name: entry.value for name, entry in datasheet(design).items()}
+    return values, design.to_model(), design.to_pair(), design.warnings, comparable_stiffnesses(design)
+
+
+def parts(name: str, value: object):
+    """The change of a key, and of each of the values in its table alone."""
+    yield value
+    if isinstance(value, dict):
+        before = {"quality": QUALITY, "backlash": GIVEN["backlash"], "tip_relief": RELIEF, "material": STEEL}
+        for key in value:
+            yield {**before.get(name, {}), key: value[key]}
+
+
+@pytest.mark.parametrize("base", BASES)
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_changed_key_of_a_design_shows(name: str, base: str):
+    design = GearDesign(**{**GIVEN, **BASES[base]})
+    if name == "stiffness" and base == "potential energy":
+        return
+    for value in parts(name, CHANGES[name]):
+        if base == "given masses" and value == {**STEEL, "density": "7100 kg/m^3"}:
+            continue  # a material has a density, whether a result needs it or not
+        try:
+            changed = replace(design, **{name: value})
+            found = shown(changed)
+        except InputError as error:
+            assert error.field.startswith(name) or name in str(error)
+            continue
+        warned = any(text.startswith(f"{name} has no effect") for text in changed.warnings)
+        assert changed == design or warned or found != shown(design), (name, value)
+
+
+PAIR = {
+    "n1": 25, "n2": 50, "I1": 5e-4, "I2": 8e-3, "R1": "35 mm", "R2": "70 mm", "c0": "400 N/um", "k": "500 N*s/m",
+    "backlash": "0.12 mm", "M10": "85 N*m", "speed": "14000 rpm",
+}
+PAIR_CHANGES = {
+    "n1": 26, "n2": 51, "I1": 6e-4, "I2": 7e-3, "R1": "35.1 mm", "R2": "70.1 mm", "c0": "300 N/um", "k": "400 N*s/m",
+    "backlash": "0.13 mm", "M10": "80 N*m", "M20": "150 N*m", "speed": "13000 rpm", "b1": 1e-4, "b2": 1e-4,
+    "m1": "1 kg", "m2": "2 kg", "c1": "200 N/um", "c2": "200 N/um", "k1": "100 N*s/m", "k2": "100 N*s/m",
+    "error_amplitudes": ["5 um"], "error_phases": ["30 deg"], "chi1": 0.2, "chi2": 0.2, "contact_ratio": 1.6,
+    "stiffness_amplitudes": ["50 N/um"], "stiffness_phases": ["20 deg"], "stiffness_levels": ["350 N/um", "450 N/um"],
+    "stiffness_starts": [0.0, 0.4],
+}
+SUPPORTS = {"m1": "0.7 kg", "m2": "2.1 kg", "c1": "300 N/um", "c2": "300 N/um", "k1": 0.1, "k2": 0.1}
+
+
+def test_every_key_of_a_pair_has_a_change_here():
+    assert set(PAIR_CHANGES) == {f.name for f in fields(GearPair)}
+
+
+@pytest.mark.parametrize("base", [{}, SUPPORTS, {"error_amplitudes": ["3 um"]}], ids=["rigid", "supports", "error"])
+@pytest.mark.parametrize("name", PAIR_CHANGES)
+def test_a_changed_key_of_a_pair_shows(name: str, base: dict):
+    pair = GearPair(**{**PAIR, **base})
+    try:
+        changed = replace(pair, **{name: PAIR_CHANGES[name]})
+    except InputError as error:
+        assert name in str(error) or error.field == "R1/R2" or name.startswith("stiffness_")
+        return
+    assert (changed.to_model(), changed.scales) != (pair.to_model(), pair.scales)
+
+
+def test_the_speed_of_a_table_of_errors_is_refused(tmp_path):
+    path = tmp_path / "te.csv"
+    path.write_text("roll angle [deg],error [um]\n0,0\n5,3\n10,0\n15,0\n")
+    with pytest.raises(InputError, match=r"transmission_error\.speed must be left out"):
+        GearDesign(**{**GIVEN, "transmission_error": {"table": str(path), "speed": "100 rpm"}})
+
+
+DESIGN = """
+[design]
+teeth = [24, 36]
+module = "3 mm"
+face_width = "30 mm"
+bore = "30 mm"
+backlash = { value = "0.12 mm", of = "line of action, total" }
+damping_ratio = 0.05
+eccentricity = "10 um"
+[operation]
+speed = "3000 rpm"
+torque = "100 N*m"
+"""
+
+
+@pytest.mark.parametrize("command", [
+    ["gear"], ["gear", "--json"], ["regime"], ["simulate", "--periods", "3"], ["script"],
+    ["bifurcation", "--axis", "speed=3000:3100:2", "--out", "found.nc"],
+])
+def test_every_command_shows_the_warnings_of_a_design(command, tmp_path, monkeypatch):
+    (tmp_path / "design.toml").write_text(DESIGN)
+    monkeypatch.chdir(tmp_path)
+    name, *options = command
+    found = CliRunner().invoke(app, [name, str(tmp_path / "design.toml"), *options])
+    assert found.stderr.count("warning: eccentricity has no effect on the motion") == 1, found.stderr
+
+
+def test_an_axis_of_torques_is_warned_of_at_its_least_torque(tmp_path):
+    (tmp_path / "design.toml").write_text(DESIGN)
+    for axis, warned in (("torque=0.05:60:3", True), ("torque=60:90:3", False)):
+        found = load_study(tmp_path / "design.toml", axes=[parse_axis(axis, "axis")]).warnings
+        assert any("F_t K_A/b is 0.05" in text or "F_t K_A/b is 0.04" in text for text in found) is warned
+
+
+def test_a_design_with_a_blank_is_made_again_from_json_and_from_a_study_file():
+    design = GearDesign(**{**GIVEN, "blank": CHANGES["blank"]})
+    assert gears_from_json(gears_json(design)) == design
+    assert GearDesign(**design_values(design)) == design
