@@ -157,7 +157,7 @@ STEPS = {
 
 @pytest.mark.parametrize("form", STEPS)
 def test_steps_of_a_table_are_taken_over_exactly(table, form):
-    stiffness = table(STEPS[form], speed=20.0)
+    stiffness = table(STEPS[form], **({"speed": 20.0} if "time" in form else {}))
     assert stiffness.reference == pytest.approx(325e6, rel=1e-4 if "rounded" in form else 1e-15)
     assert stiffness.waveform.levels == pytest.approx((400 / 325, 250 / 325), rel=1e-4 if "rounded" in form else 1e-14)
     assert stiffness.waveform.starts == pytest.approx((0, 0.5), abs=1e-4 if "rounded" in form else 1e-15)
@@ -190,9 +190,9 @@ def test_the_curve_by_energy_written_to_a_table_comes_back(table):
 
 
 BAD_TABLES = {
-    "not closed": ("fraction,N/um\n0,400\n1,390\n", 3, "stiffness of line 2, 400000000 N/m"),
-    "less than a period": ("fraction,N/um\n0,400\n0.99,400\n", 3, "end of the mesh period, 1 in SI"),
-    "more than a period": ("deg,N/um\n0,400\n18.1,400\n", 3, "end of the mesh period, 0.314159265 in SI"),
+    "not closed": ("fraction,N/um\n0,400\n1,390\n", 3, "stiffness of line 2, 400 N/um"),
+    "less than a period": ("fraction,N/um\n0,400\n0.99,400\n", 3, "end of the mesh period, 1; got"),
+    "more than a period": ("deg,N/um\n0,400\n18.1,400\n", 3, "the end of 2 mesh periods, 36 deg"),
     "not from 0": ("fraction,N/um\n0.1,400\n1.1,400\n", 2, "the fraction 0"),
     "negative": ("fraction,N/um\n0,400\n0.5,-1\n1,400\n", 3, "between 1000 and 1e+14 N/m"),
     "zero": ("fraction,N/um\n0,400\n0.5,0\n1,400\n", 3, "between 1000 and 1e+14 N/m"),
@@ -217,9 +217,83 @@ def test_a_table_over_time_needs_the_speed(table):
     for speed in (None, 0.0, -3.0):
         with pytest.raises(InputError, match="speed must be given"):
             table(STEPS["levels over time"], speed=speed)
+    with pytest.raises(InputError, match="speed must be left out for a stiffness over the roll angle; got 20"):
+        table(STEPS["levels over angle"], speed=20.0)
 
 
 def test_stiffness_and_level_exclude_each_other(table):
-    for text in ("fraction\n0\n1\n", "fraction,stiffness [N/um],level [N/um]\n0,1,1\n1,1,1\n"):
-        with pytest.raises(InputError, match=r"stiffness\.table must have either"):
-            table(text)
+    with pytest.raises(InputError, match=r"line 1, must have the column stiffness \[N/um\] or level \[N/um\]"):
+        table("fraction,force [N]\n0,1\n1,1\n")
+    text = "fraction,stiffness [N/um],level [N/um]\n0,1,3\n0.5,2,4\n1,1,3\n"
+    with pytest.raises(InputError, match=r"exactly one column for stiffness or level; .*columns = \{ stiffness = "):
+        table(text)
+    assert table(text, columns={"value": "stiffness"}).reference == pytest.approx(1.5e6, rel=1e-15)
+
+
+ANGLE = "roll angle [deg],stiffness [N/um]\n"
+
+
+def wave(x):
+    """A smooth stiffness over the mesh period, N/µm."""
+    return 400 + 60 * np.cos(2 * np.pi * x - 0.7) + 20 * np.cos(6 * np.pi * x + 2)
+
+
+def rows(x, values):
+    """Rows of a table."""
+    return "".join(f"{float(a)!r},{float(b)!r}\n" for a, b in zip(x, values, strict=True))
+
+
+@pytest.mark.parametrize(("cycles", "steps"), [(20, 400), (20, 397), (3, 60), (20, 390)])
+@pytest.mark.parametrize("closed", [True, False])
+def test_a_table_over_several_mesh_periods_becomes_their_mean(table, cycles, steps, closed):
+    """Of the linear curves through its rows, also where its steps do not divide the mesh period."""
+    x = np.arange(steps + closed) * cycles / steps
+    found = table(ANGLE + rows(18 * x, wave(x)))
+    fine, at = np.arange(steps + 1) * cycles / steps, np.arange(2000) / 2000
+    mean = np.mean([np.interp(at + i, fine, wave(fine)) for i in range(cycles)], axis=0)
+    assert found.reference == pytest.approx(400e6, rel=1e-9)
+    assert np.sqrt(np.mean((found(at) / 1e6 - mean) ** 2)) <= 2.1e-3 * 400
+    assert f"covers {cycles} mesh periods" in found.notes[-1]
+    assert any("no row that closes" in note for note in found.notes) is not closed
+
+
+@pytest.mark.parametrize("digits", [12, 4])
+def test_steps_over_a_whole_turn_become_those_of_one_period(table, digits):
+    """Also where the angles are rounded."""
+    share = (9 + 1 / 3) / 18
+    x = np.round(np.add.outer(18 * np.arange(20), (0, 18 * share)).ravel(), digits)
+    levels = table("roll angle [deg],level [N/um]\n" + rows(x, np.tile((400, 250), 20)))
+    jumps = table(ANGLE + rows(np.repeat(np.append(x, 360), 2)[1:],
+                               np.append(np.repeat(np.tile((400, 250), 20), 2), 400)))
+    for found in (levels, jumps):
+        assert found.reference == pytest.approx(1e6 * (250 + 150 * share), rel=1e-12 if digits == 12 else 1e-5)
+        assert found.waveform.starts == pytest.approx((0, share), abs=10.0**-digits)
+
+
+TURN = np.arange(401)
+
+
+@pytest.mark.parametrize(("text", "line", "words"), [
+    (rows(TURN * 0.9, wave(TURN / 400 * 19.5)), 402, "must have the stiffness of line 2"),
+    (rows(TURN * 0.9, wave(TURN / 400 * 19)), 402, "repeat itself in each of its 20 mesh periods"),
+    (rows(TURN * 0.9, wave(TURN / 400 * 40)), 402, "one period in each of its 20 mesh periods; got '2 periods'"),
+    (rows(np.arange(52) / 51 * 360 / 20.4, wave(np.arange(52) / 51)), 53, "the end of the mesh period, 18 deg"),
+    ("0,400\n9,400\n9,300\n18,300\n18,400\n28,400\n28,300\n36,300\n36,400\n", 10, "the same jumps in each of its 2"),
+    ("0,400\n6,300\n12,350\n", 4, "the end of the mesh period, 18 deg; got '12 deg'"),
+    ("0,400\n9,400\n9,300\n17,350\n", 5, "the end of the mesh period, 18 deg; got '17 deg'"),
+])
+def test_tables_that_do_not_fit_the_teeth_are_refused(table, text, line, words):
+    """A table of 51 rows of 20.4 teeth would be one of 20 teeth without its last row, but returns to its first one."""
+    with pytest.raises(InputError) as error:
+        table(ANGLE + text)
+    assert f"line {line}," in str(error.value) and words in str(error.value)
+
+
+@pytest.mark.parametrize("unit", [
+    "N/(mm*um)", "N/(mm·µm)", "N/mm/µm", "N/mm·µm", "N/(mm µm)", "N/mm µm", "N/(mmµm)", "GPa",
+])
+def test_a_stiffness_over_the_face_width_is_multiplied_by_it(table, unit):
+    text = f"fraction,level [{unit}]\n0,20\n0.5,10\n"
+    assert table(text, face_width=0.03).reference == pytest.approx(15e9 * 0.03, rel=1e-14)
+    with pytest.raises(InputError, match="line 1, must have the unit of a stiffness for level"):
+        table(text)

@@ -9,7 +9,15 @@ import pytest
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.design.values import CONVERTERS, OrdersFile, Rack, ReliefDimensions, Supports, TableFile
+from gearchaos.gears.design.values import (
+    CONVERTERS,
+    ErrorTable,
+    OrdersFile,
+    Rack,
+    ReliefDimensions,
+    Supports,
+    TableFile,
+)
 from gearchaos.gears.geometry.backlash import OF, Backlash, ThicknessAllowances
 from gearchaos.gears.geometry.dimensions import Geometry
 from gearchaos.gears.geometry.formulas import DESIGN_FORMULAS, GEOMETRY_FORMULAS
@@ -82,7 +90,7 @@ def test_one_value_stands_for_both_wheels_and_defaults_are_the_documented_ones()
     ("material", ["steel", STEEL, [STEEL, "steel"], {"E": "206 GPa", "poisson": 0.3, "density": 7830}]),
     ("rack", [{}, {"addendum": 1}, Rack(), {"root_radius": 0.38, "dedendum": 1.25}]),
     ("stiffness", ["ISO 6336-1"]),
-    ("transmission_error", [{"table": "e.csv", "sha256": SHA256}, TableFile(table="e.csv", sha256=SHA256)]),
+    ("transmission_error", [{"table": "e.csv", "sha256": SHA256}, ErrorTable(table="e.csv", sha256=SHA256)]),
     ("backlash", [{"value": "100 um", "of": "normal, total"}, Backlash(value="100 um", of="normal, total")]),
     ("inertia", [1e-3, "1e-3 kg*m^2", "10 kg*cm^2"]),
     ("supports", [{"stiffness": "100 N/um", "damping_ratio": 0.02}, Supports(stiffness=1e8, damping_ratio=0.02)]),

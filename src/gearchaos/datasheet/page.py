@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from functools import cache
 from importlib import metadata
 from importlib.resources import files
@@ -15,8 +14,7 @@ import jinja2
 from markupsafe import Markup, escape
 
 from gearchaos.datasheet.pictures import pictures
-from gearchaos.errors import InputError
-from gearchaos.gears.design.gear_design import GearDesign, sentences
+from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.sheet import Entry, shown_value, with_scanned_speeds
 
 if TYPE_CHECKING:
@@ -139,8 +137,6 @@ def _method(given: Any) -> str:
 def _notes(design: GearDesign) -> Iterator[str]:
     """What the designer should know: unusual values, limits of the transmission error and of the stiffness."""
     yield from (*design.warnings, *design.assumptions)
-    with suppress(InputError):  # the quantities say what is missing
-        yield from sentences(design.mesh_stiffness.notes)
 
 
 def _groups(entries: Mapping[str, Entry]) -> list[tuple[str, list[dict[str, Any]]]]:

@@ -18,6 +18,7 @@ EXTRAS = {
     "proof": "proofs (gearchaos regime --prove, prove-chaos)",
     "sympy": "equations in SymPy (gearchaos.to_sympy)",
     "object": "stores in object storage",
+    "tables": "tables of designs in workbooks (.xlsx, .xls, .ods)",
 }
 """What the extras are for."""
 

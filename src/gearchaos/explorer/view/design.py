@@ -22,7 +22,8 @@ def design_values(design: GearDesign) -> dict[str, Any]:
     }
     for name, key in _FILES:
         if isinstance(table := values.get(name), dict) and key in table:
-            values[name] = {key: str(Path(table[key]).absolute())}
+            kept = {n: v for n, v in table.items() if v and n != "sha256"}
+            values[name] = {**kept, key: str(Path(table[key]).absolute())}
     return values
 
 

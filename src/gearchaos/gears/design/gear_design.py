@@ -18,6 +18,7 @@ from gearchaos.gears.design.values import (
     PRESSURE_ANGLE,
     PROFILE_A,
     SOLID,
+    ErrorTable,
     OrdersFile,
     Rack,
     ReliefDimensions,
@@ -118,10 +119,12 @@ class GearDesign(HasCard):
         ζ of the mesh. A model needs it; there is no default. Usual are 0.03 to 0.1 (Kasuba and Evans, J. Mech. Des.
         103, 1981; Wang and Cheng, J. Mech. Des. 103, 1981).
     stiffness : str or table, optional
-        Method: ``"ISO 6336-1"`` (the default), ``"potential energy"``, or ``{"table": path}`` for a curve in a file.
+        Method: ``"ISO 6336-1"`` (the default), ``"potential energy"``, or ``{"table": path}`` for a curve in a file,
+        with ``columns`` (headers by the names of columns) and ``speed`` (of the times) where it needs them.
     transmission_error : str or table, optional
-        ``"none"``, ``"from quality"``, ``{"orders": path}`` or ``{"table": path}``. Left out it is none as well, with
-        a warning beside a quality.
+        ``"none"``, ``"from quality"``, ``{"orders": path}`` or ``{"table": path}``, with ``columns`` as above and
+        ``wheel`` for an error that is the angle of a wheel. Left out it is none as well, with a warning beside a
+        quality.
     eccentricity : length, one or two, optional
         Distance of the axis of the toothing from the axis of rotation; by default 0.
     supports : Supports or table, optional
@@ -169,7 +172,7 @@ class GearDesign(HasCard):
     backlash: AnyBacklash | Any = None
     damping_ratio: float | None = None
     stiffness: str | TableFile | Any = "ISO 6336-1"
-    transmission_error: str | OrdersFile | TableFile | Any = None
+    transmission_error: str | OrdersFile | ErrorTable | Any = None
     eccentricity: Any = (0.0, 0.0)
     supports: Supports | Any = None
     application_factor: float = 1.0
@@ -366,10 +369,15 @@ class GearDesign(HasCard):
 
     @property
     def assumptions(self) -> tuple[str, ...]:
-        """Sentences about what the method of the transmission error assumes."""
+        """Sentences about what the methods of the transmission error and of the stiffness assume, and how files were
+        read.
+        """
+        found: list[str] = []
         with suppress(InputError):  # reported by what needs the transmission error
-            return sentences(self.error_harmonics.assumptions)
-        return ()
+            found.extend(self.error_harmonics.assumptions)
+        with suppress(InputError):  # reported by what needs the stiffness
+            found.extend(self.mesh_stiffness.notes)
+        return sentences(found)
 
     @property
     def _error_warnings(self) -> tuple[str, ...]:

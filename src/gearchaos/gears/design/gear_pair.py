@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import ChangedFileError, InputError
-from gearchaos.gears.design.values import OrdersFile, TableFile, checksum
+from gearchaos.gears.design.values import ErrorFile, ErrorTable, OrdersFile, TableFile, checksum
 from gearchaos.gears.mesh_load import mesh_load
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness, other_methods, tooth_stiffness
@@ -52,8 +52,7 @@ def stiffness_of(design: Any) -> MeshStiffness:
     That by ISO 6336-1 depends on the torque by the rule for low loads; the others do not.
     """
     if isinstance(design.stiffness, TableFile):
-        file = design.stiffness
-        return _table_stiffness(file.table, file.sha256, design.teeth[0], file.speed)
+        return _table_stiffness(design.stiffness, design.teeth[0], design.geometry.common_face_width)
     if design.stiffness == ISO:
         return from_iso(design.geometry, iso_tooth_stiffness(design).mesh_stiffness)
     return _energy_stiffness(design.geometry, design.material, design.given("bore"))
@@ -77,10 +76,11 @@ def comparable_stiffnesses(design: Any) -> tuple[MeshStiffness, ...]:
 
 
 @lru_cache(maxsize=64)
-def _table_stiffness(path: str, sha256: str, teeth: int, speed: float | None) -> MeshStiffness:
+def _table_stiffness(file: TableFile, teeth: int, face_width: float) -> MeshStiffness:
     """The stiffness of a table with this content, read once."""
-    _check_unchanged("stiffness.table", path, sha256)
-    return stiffness_from_table(path, teeth=teeth, speed=speed)
+    _check_unchanged("stiffness.table", file.table, file.sha256)
+    return stiffness_from_table(file.table, teeth=teeth, speed=file.speed, face_width=face_width,
+                                columns=dict(file.columns))
 
 
 @lru_cache(maxsize=64)
@@ -102,9 +102,9 @@ def error_of(design: Any) -> ErrorHarmonics:
     Measured errors contain all deviations. Those from the accuracy grade and from the tip relief are added up.
     """
     method = design.transmission_error
-    if isinstance(method, (OrdersFile, TableFile)):
-        path = method.orders if isinstance(method, OrdersFile) else method.table
-        return _file_error(path, method.sha256, isinstance(method, OrdersFile), design.teeth, design.module / 2)
+    if isinstance(method, ErrorFile):
+        radius = method.wheel and design.geometry.base_diameter[method.wheel - 1] / 2
+        return _file_error(method, design.teeth, design.module / 2, radius)
     if design.exact:
         return NO_ERROR
     quality = design.given("quality")
@@ -115,10 +115,18 @@ def error_of(design: Any) -> ErrorHarmonics:
 
 
 @lru_cache(maxsize=64)
-def _file_error(path: str, sha256: str, orders: bool, teeth: tuple[int, int], most: float) -> ErrorHarmonics:
-    """The error in a file with this content, read once; ``most`` is the largest plausible amplitude, m."""
-    _check_unchanged(f"transmission_error.{'orders' if orders else 'table'}", path, sha256)
-    return from_orders(path, teeth, most=most) if orders else error_from_table(path, teeth[0], most=most)
+def _file_error(file: ErrorFile, teeth: tuple[int, int], most: float, radius: float | None) -> ErrorHarmonics:
+    """The error in a file with this content, read once.
+
+    ``most`` is the largest plausible amplitude, m; ``radius`` the base radius of the wheel whose angle the error is.
+    """
+    options: dict[str, Any] = {"most": most, "radius": radius, "columns": dict(file.columns)}
+    if isinstance(file, OrdersFile):
+        _check_unchanged("transmission_error.orders", file.orders, file.sha256)
+        return from_orders(file.orders, teeth, **options)
+    assert isinstance(file, ErrorTable)
+    _check_unchanged("transmission_error.table", file.table, file.sha256)
+    return error_from_table(file.table, teeth[0], **options)
 
 
 def _sum(parts: list[ErrorHarmonics]) -> ErrorHarmonics:

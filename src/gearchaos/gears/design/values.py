@@ -14,7 +14,7 @@ from gearchaos.files import read_bytes
 from gearchaos.gears import units
 from gearchaos.gears.geometry.backlash import backlash_of
 from gearchaos.gears.geometry.mating import KEEP_CLEARANCE
-from gearchaos.gears.inputs.csvtable import MOST_BYTES
+from gearchaos.gears.inputs.cells import MOST_BYTES
 from gearchaos.gears.inputs.forms import record_values, two_lengths, two_values
 from gearchaos.gears.inputs.plausibility import check_plausible
 from gearchaos.gears.materials import materials
@@ -110,46 +110,96 @@ class Supports:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TableFile:
-    """A file with a curve over one mesh period.
+class DataFile:
+    """What all files of a design have.
+
+    Parameters
+    ----------
+    sha256 : str, optional
+        Checksum of its content; by default that of the file now. A file whose content has changed since is refused.
+    columns : mapping of str to str, optional
+        Headers in the file by the names of columns; kept as a tuple of pairs.
+    """
+
+    sha256: str = ""
+    columns: Any = ()
+
+    def __post_init__(self) -> None:
+        key = "orders" if isinstance(self, OrdersFile) else "table"
+        object.__setattr__(self, "sha256", self.sha256 or _required_checksum(key, getattr(self, key)))
+        try:
+            chosen = dict(self.columns)
+        except (TypeError, ValueError):
+            chosen = {"": None}
+        if not all(isinstance(text, str) and text for pair in chosen.items() for text in pair):
+            raise InputError("columns", "must be a table of headers in the file", self.columns,
+                             "E.g. { angle = 'Angle of rotation', value = 'Stiffness curve' }.")
+        object.__setattr__(self, "columns", tuple(chosen.items()))
+
+
+@dataclass(frozen=True, kw_only=True)
+class TableFile(DataFile):
+    """A file with the stiffness over one or more mesh periods.
 
     Parameters
     ----------
     table : str
         Path of the file.
-    sha256 : str, optional
-        Checksum of its content; by default that of the file now. A file whose content has changed since is refused.
     speed : angular velocity, optional
         Speed of wheel 1 at which the times of a table over time hold.
     """
 
     table: str
-    sha256: str = ""
     speed: Any = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "sha256", self.sha256 or _required_checksum("table", self.table))
+        super().__post_init__()
         if self.speed is not None:
             object.__setattr__(self, "speed", _speed("speed", self.speed))
 
 
 @dataclass(frozen=True, kw_only=True)
-class OrdersFile:
+class ErrorFile(DataFile):
+    """A file with a transmission error.
+
+    Parameters
+    ----------
+    wheel : {1, 2}, optional
+        The wheel whose angle the error is. None, the default, for a length along the line of action.
+    """
+
+    wheel: Any = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.wheel is not None and (isinstance(self.wheel, bool) or self.wheel not in (1, 2)):
+            raise InputError("wheel", "must be 1 or 2", self.wheel, "It is the wheel whose angle the error is.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class OrdersFile(ErrorFile):
     """A file with amplitudes and phases of harmonics.
 
     Parameters
     ----------
     orders : str
         Path of the file.
-    sha256 : str, optional
-        As for `TableFile`.
     """
 
     orders: str
-    sha256: str = ""
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "sha256", self.sha256 or _required_checksum("orders", self.orders))
+
+@dataclass(frozen=True, kw_only=True)
+class ErrorTable(ErrorFile):
+    """A file with an error over one or more mesh periods.
+
+    Parameters
+    ----------
+    table : str
+        Path of the file.
+    """
+
+    table: str
 
 
 def checksum(path: str) -> str:
@@ -356,7 +406,7 @@ CONVERTERS: dict[str, Callable[[str, Any], Any]] = {
     "backlash": lambda field, value: backlash_of(value),
     "damping_ratio": _damping_ratio,
     "stiffness": _choice(STIFFNESSES, table=TableFile),
-    "transmission_error": _choice(ERRORS, orders=OrdersFile, table=TableFile),
+    "transmission_error": _choice(ERRORS, orders=OrdersFile, table=ErrorTable),
     "eccentricity": lambda field, value: two_lengths(field, value, NOT_NEGATIVE),
     "supports": _record(Supports),
     "application_factor": _factor,

@@ -1,40 +1,40 @@
-"""Tables in text files: a header with units, numbers below, separated by commas, semicolons, tabs or spaces.
+"""Tables from files: the columns that are asked for, in SI, from a header with names and units.
 
-What could be read in two ways is refused with the number of its line, never guessed.
+What could be read in two ways is refused with the number of its line. What was taken by its meaning is said in a note.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.files import read_bytes
 from gearchaos.gears import units
+from gearchaos.gears.inputs.cells import DECIMAL_COMMA, NUMBER, Cells, line_error, read_cells
 
-MOST_BYTES = 4_000_000
-"""Largest size of a file."""
-
-_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
-_DECIMAL_COMMA = re.compile(r"[-+]?(?:\d+,\d*|,\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}", re.ASCII)
 """A number that may have a decimal comma or a comma between thousands, such as "1,250"."""
 
-_NAME_AND_UNIT = re.compile(r"(.*?)\s*/?\s*(?:\[([^]]*)\]|\(([^)]*)\))")
-_WORD = re.compile(r"[^\s\[(]+(?:\s*(?:\[[^]]*\]|\([^)]*\)))?")
-_ANGLE_UNITS = frozenset((
-    "rad", "mrad", "radian", "radians", "deg", "degree", "degrees", "°", "grad", "gon", "turn", "turns", "revolution",
-    "revolutions", "arcmin", "arcsec",
-))
-"""The units of angles. Pint would also take pure numbers such as "%" for angles, in radians."""
+_NAME_AND_UNIT = re.compile(r"(.*?)\s*/?\s*(?:\[([^]]*)\]|\(((?:[^()]|\([^()]*\))*)\))|(.*?)\s+(?:/|in)\s+(.+)")
 
-_SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", "": "spaces"}
+_ANGLES = {
+    **{name: name for name in ("rad", "radian", "radians", "mrad", "urad", "µrad", "μrad", "deg", "degree", "degrees",
+                               "°", "gon", "turn", "turns", "revolution", "revolutions", "arcmin", "arcsec")},
+    "º": "deg", "rev": "turn", "'": "arcmin", "′": "arcmin", '"': "arcsec", "″": "arcsec", "''": "arcsec",
+}
+"""The units of angles in the notation of pint, which would take "Grad" for a gigaradian and "grad" for a gon: both are
+refused, since German programs mean degrees."""
+
+_PER_WIDTH = re.compile(r"(k?N)\s*/\s*\(?\s*mm\s*[*·.⋅/]?\s*([uµμ]m)\s*\)?")
+"""Stiffness over face width as it is usually written, which pint reads otherwise or not at all."""
+
+_MOST_NAMED = 5
+"""Most columns that a note names as not used."""
 
 
 @dataclass(frozen=True)
@@ -45,26 +45,40 @@ class Column:
     ----------
     name : str
         Its name in the header, where upper and lower case are equal, and so are spaces, underscores and hyphens.
-    dimension : Dimension or None
-        Physical dimension of its unit in the header; None for pure numbers, which have no unit.
+    scales : mapping of Dimension to float
+        Physical dimensions that its unit in the header may have, and by what its values in SI are then multiplied;
+        empty for pure numbers, which have no unit.
     aliases : tuple of str
         Other names in the header.
-    required : bool
-        Whether the table must have it.
-    by_unit : bool
-        Whether a unit alone, which fits the dimension, may be its header.
+    words : str
+        Regular expression, in lower case, found in other names by which it may be taken if their unit fits, too. Then
+        a unit alone may be its header as well; empty for a column that must have its name.
+    advice : str
+        What to do if its unit does not fit.
     """
 
     name: str
-    dimension: units.Dimension | None = None
+    scales: Mapping[units.Dimension, float] = field(default_factory=dict)
     aliases: tuple[str, ...] = ()
-    required: bool = True
-    by_unit: bool = True
+    words: str = ""
+    advice: str = ""
 
     @property
     def example(self) -> str:
         """An example of its header."""
-        return self.name if self.dimension is None else f"{self.name} [{self.dimension.example.split(maxsplit=1)[1]}]"
+        return f"{self.name} [{next(iter(self.scales)).example.split(maxsplit=1)[1]}]" if self.scales else self.name
+
+    @property
+    def names(self) -> set[str]:
+        """The names in the header, in the form in which they are compared."""
+        return {_plain(name) for name in (self.name, *self.aliases)}
+
+    def factor(self, unit: str) -> float | None:
+        """What a number in a unit is multiplied by; None for a unit that does not fit."""
+        if not self.scales:
+            return 1.0 if unit in ("", "1", "-") else None
+        found = ((_in_si(dimension, unit), scale) for dimension, scale in self.scales.items())
+        return next((si * scale for si, scale in found if si is not None), None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,46 +90,57 @@ class Table:
     path : str
         The file.
     columns : dict of str to array (rows,)
-        The numbers of each column in SI, by the names of the `Column` objects.
+        The numbers in SI of the column of each group, by their names, in the order of the groups.
     lines : tuple of int
         Number of the line in the file of each row, from 1 on.
+    units : dict of str to (str, float)
+        The unit of each column in the header, and what it multiplies the numbers by.
+    notes : tuple of str
+        What was taken by its meaning or left out, in sentences.
     """
 
     path: str
     columns: dict[str, np.ndarray]
     lines: tuple[int, ...]
+    units: dict[str, tuple[str, float]]
+    notes: tuple[str, ...]
 
     def error(self, row: int, rule: str, value: object, advice: str = "") -> InputError:
         """The error for a row that breaks a rule, with the number of its line."""
-        return _error(self.path, self.lines[row], rule, value, advice)
+        return line_error(self.path, self.lines[row], rule, value, advice)
+
+    def shown(self, name: str, value: float) -> str:
+        """A number in SI as the file would have it, with the unit of its column."""
+        unit, factor = self.units[name]
+        return f"{value / factor:.9g} {unit}".rstrip()
 
 
 def read_table(
-    path: str | Path, columns: Sequence[Column], *, field: str = "table", abscissa: Sequence[str] = (),
-    jumps: bool = False, least_rows: int = 1,
+    path: str | Path, groups: Sequence[Sequence[Column]], *, field: str = "table",
+    chosen: Mapping[str, str] | None = None, increasing: bool = False, jumps: bool = False,
 ) -> Table:
-    """Read a table from a text file.
+    """Read a table from a file; see `gearchaos.gears.inputs.cells.read_cells` for the forms of files.
 
-    The first line that is neither empty nor a comment, from ``#`` on, is the header. A header is a name, followed by
-    its unit in brackets for a column with a dimension: ``roll angle [deg]``, ``stiffness (N/um)``, ``order``. A unit
-    alone, such as ``um``, is the header of the one column that it can belong to. The header decides what separates the
-    cells: semicolons, else tabs, else commas, else spaces. Decimal commas are read where semicolons or tabs separate,
-    unless all of them could be commas between thousands ("1,250"). The text is UTF-8, or UTF-16 with a byte order mark.
+    A header is a name, followed by its unit: ``roll angle [deg]``, ``stiffness (N/um)``, ``φ / °``, ``order``. Of each
+    group the column is taken that ``chosen`` names, else the one with a known name, else the one by whose words and
+    unit, or unit alone, it can be meant: that is said in a note. Other columns are left out. Decimal commas are read
+    unless all of them could be commas between thousands ("1,250").
 
     Parameters
     ----------
     path : str or Path
         A regular file of at most `MOST_BYTES`.
-    columns : sequence of Column
-        The columns that the table may have, in any order; all others are refused.
+    groups : sequence of sequences of Column
+        The table must have exactly one column of each group.
     field : str
         Name of the path in error messages.
-    abscissa : sequence of str
-        Names of columns exactly one of which the table must have. Its numbers must increase.
+    chosen : mapping of str to str, optional
+        Headers in the file by the names of columns. A header may be without its unit, or with another one, which then
+        holds.
+    increasing : bool
+        Whether the numbers of the first group must increase.
     jumps : bool
-        Whether two rows, but not more, may have the same abscissa: the values before and after a jump.
-    least_rows : int
-        Least number of rows.
+        Whether two of its rows, but not more, may then be equal: the values before and after a jump.
 
     Raises
     ------
@@ -123,59 +148,34 @@ def read_table(
         For a file that cannot be read, and with the number of the line for anything that is missing, ambiguous or not
         a finite number.
     """
-    name, text = _text(path, field)
-    lines = [(n, line.split("#")[0].strip(" ")) for n, line in enumerate(re.split(r"\r\n|\r|\n", text), 1)]
-    lines = [(n, line) for n, line in lines if line.strip()]
-    if not lines:
-        raise InputError(field, "must have a header and rows of numbers", name, "The file is empty.")
-    header_line, header = lines[0]
-    separator = next((s for s in (";", "\t", ",") if s in header), "")
-    found = _header(name, header_line, _cells(header, separator, _WORD), columns)
-    _check_columns(name, header_line, [column for column, _ in found], columns, abscissa)
-    numbers = _numbers(name, lines[1:], separator, len(found))
-    if len(numbers) < least_rows:
-        rule = f"must have at least {least_rows} row{'s' * (least_rows > 1)} of numbers below the header"
-        raise _error(name, lines[-1][0], rule, len(numbers))
-    scaled = np.array(numbers) * [factor for _, factor in found]
-    table = Table(name, {column.name: scaled[:, i] for i, (column, _) in enumerate(found)}, tuple(
-        n for n, _ in lines[1:]))
-    for column in abscissa:
-        if column in table.columns:
-            _check_increasing(table, column, jumps)
+    columns = [column for group in groups for column in group]
+    cells = read_cells(path, field, lambda text: any(_fits(column, text) for column in columns))
+    header = [_name_and_unit(cell, columns) for cell in cells.header]
+    if any(NUMBER.fullmatch(cell) or DECIMAL_COMMA.fullmatch(cell) for cell in cells.header):
+        raise line_error(cells.path, cells.line, "must be a header with names and units", cells.header,
+                         f"Write a first line with names such as {', '.join(c.example for c in columns)}.")
+    choices = _choices(cells, header, columns, chosen or {})
+    found = [choice if (choice := _picked(cells, group, choices)) else _found(cells, header, group) for group in groups]
+    for _, i, _ in found:
+        if sum(i == other for _, other, _ in found) > 1:
+            names = " or ".join(column.name for column, other, _ in found if i == other)
+            raise line_error(cells.path, cells.line, f"must say whether this is {names}", cells.header[i],
+                             _choose(found[0][0], cells.header[i]))
+    if not cells.rows:
+        raise line_error(cells.path, cells.line, "must have rows of numbers below the header", cells.header)
+    numbers = _numbers(cells, [i for _, i, _ in found])
+    factors = [_checked_factor(cells, column, unit) for column, _, unit in found]
+    table = Table(
+        cells.path, {column.name: numbers[:, k] * factors[k] for k, (column, _, _) in enumerate(found)},
+        tuple(n for n, _ in cells.rows), {c.name: (u, f) for (c, _, u), f in zip(found, factors, strict=True)},
+        _notes(cells, header, found))
+    if increasing:
+        _check_increasing(table, found[0][0].name, jumps)
     return table
 
 
-def _error(path: str, line: int, rule: str, value: object, advice: str = "") -> InputError:
-    """The error for a line of a file."""
-    return InputError(f"{path}, line {line},", rule, value, advice)
-
-
-def _text(path: Any, field: str) -> tuple[str, str]:
-    """The path as a text, and the content of the file."""
-    if not isinstance(path, (str, Path)):
-        raise InputError(field, "must be the path of a file", path)
-    try:
-        content = read_bytes(Path(path), MOST_BYTES)
-    except (OSError, ValueError) as error:  # ValueError for a path with a null character
-        why = f"{getattr(error, 'strerror', None) or error}.".replace("..", ".")
-        raise InputError(field, "must be a file that can be read", str(path), why) from None
-    encoding = "utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
-    try:
-        text = content.decode(encoding)
-    except UnicodeDecodeError as error:
-        line = len(re.findall(rb"\r\n|\r|\n", content[: error.start])) + 1
-        raise _error(str(path), line, "must be text in UTF-8", content[error.start: error.end],
-                     "Save the file as UTF-8, or write um instead of µm.") from None
-    if "\0" in text:
-        raise InputError(field, "must be a text file", str(path), "It has null characters.")
-    return str(path), text
-
-
-def _cells(line: str, separator: str, word: re.Pattern[str]) -> list[str]:
-    """The cells of a line, without surrounding spaces and quotation marks."""
-    parts = line.split(separator) if separator else word.findall(line)
-    cells = (part.strip() for part in parts)
-    return [c[1:-1].strip() if len(c) > 1 and c[0] == c[-1] == '"' else c for c in cells]
+_Found = tuple[Column, int, str]
+"""A column, where it is in the header, and its unit."""
 
 
 def _plain(name: str) -> str:
@@ -183,131 +183,153 @@ def _plain(name: str) -> str:
     return " ".join(re.split(r"[\s_-]+", name.strip().casefold()))
 
 
-def _header(path: str, line: int, cells: list[str], columns: Sequence[Column]) -> list[tuple[Column, float]]:
-    """Each column of the header, with its unit in SI."""
-    names = {_plain(name): column for column in columns for name in (column.name, *column.aliases)}
-    found = []
-    for cell in cells:
-        match = _NAME_AND_UNIT.fullmatch(cell)
-        text, unit = (match[1], (match[2] or match[3] or "").strip()) if match else (cell, "")
-        if _NUMBER.fullmatch(cell.replace(",", ".")):
-            raise _error(path, line, "must be a header with names and units", cell, "The first line has names such as "
-                         f"{', '.join(c.example for c in columns)}, and no #, which begins a comment.")
-        column = names.get(_plain(text))
-        if column is None:
-            found.append(_by_unit(path, line, cell, columns))
-        else:
-            found.append((column, _factor(path, line, column, unit)))
-    return found
+def _name_and_unit(cell: str, columns: Iterable[Column] = ()) -> tuple[str, str]:
+    """Name and unit of a header; a unit of a column alone has no name."""
+    if match := _NAME_AND_UNIT.fullmatch(cell):
+        name, *in_brackets, other, said = match.groups()
+        return (name if name is not None else other).strip(), next(t for t in (*in_brackets, said) if t is not None)
+    named = any(_plain(cell) in column.names for column in columns)
+    return ("", cell) if not named and any(_fits(column, cell) for column in columns) else (cell, "")
 
 
-def _by_unit(path: str, line: int, cell: str, columns: Sequence[Column]) -> tuple[Column, float]:
-    """The one column that a header which is a unit alone can belong to, with its unit in SI."""
-    factors = ((column, _in_si(column.dimension, cell)) for column in columns if column.dimension and column.by_unit)
-    fitting = [(column, factor) for column, factor in factors if factor is not None]
-    if len(fitting) > 1:
-        names = " or ".join(column.name for column, _ in fitting)
-        advice = f"Write e.g. {fitting[0][0].name} [{cell}]."
-        raise _error(path, line, f"must say whether this is {names}", cell, advice)
-    if not fitting:
-        unknown = unknown_name("column", cell, (column.name for column in columns))
-        raise _error(path, line, f"must have columns among {', '.join(column.example for column in columns)}", cell,
-                     f"{unknown.advice} Remove other columns; put each unit in brackets.".strip())
-    return fitting[0]
-
-
-def _factor(path: str, line: int, column: Column, unit: str) -> float:
-    """One unit of a column in SI."""
-    advice = f"Write {column.example}."
-    if column.dimension is None:
-        if unit not in ("", "1", "-"):
-            raise _error(path, line, f"must have no unit for {column.name}, a pure number", unit, advice)
-        return 1.0
-    if not unit:
-        raise _error(path, line, f"must say the unit of {column.name}", "", advice)
-    factor = _in_si(column.dimension, unit)
-    if factor is None:
-        raise _error(path, line, f"must have the unit of {column.dimension.name} for {column.name}", unit, advice)
-    return factor
+def _fits(column: Column, unit: str) -> bool:
+    """Whether a unit is one of a column that is no pure number."""
+    return bool(column.scales) and column.factor(unit) is not None
 
 
 def _in_si(dimension: units.Dimension, unit: str) -> float | None:
     """One unit in SI; None if it is no unit of this dimension."""
-    if not unit or (dimension is units.ANGLE and unit not in _ANGLE_UNITS):
+    if dimension is units.ANGLE:
+        unit = _ANGLES.get(unit.strip(), "")
+    if not unit or unit in ('"', "'"):
         return None
     try:
-        return units.to_si("unit", f"1 {unit}", dimension)
+        return units.to_si("unit", "1 " + _PER_WIDTH.sub(r"\1/mm/\2", unit), dimension)
     except InputError:
         return None
 
 
-def _check_columns(
-    path: str, line: int, found: list[Column], columns: Sequence[Column], abscissa: Sequence[str],
-) -> None:
-    """Raise `InputError` for a column that is missing or there twice, and unless there is exactly one abscissa."""
-    names = [column.name for column in found]
-    for name in names:
-        if names.count(name) > 1:
-            raise _error(path, line, f"must have {name} once", names.count(name))
-    for column in columns:
-        if column.required and column.name not in names:
-            raise _error(path, line, f"must have the column {column.example}", names)
-    if abscissa and sum(name in names for name in abscissa) != 1:
-        raise _error(path, line, f"must have exactly one of the columns {', '.join(abscissa)}", names)
+def _choose(column: Column, header: str) -> str:
+    """The advice to choose a column."""
+    return f"To choose, write columns = {{ {_plain(column.name).replace(' ', '_')} = {header!r} }} beside the file."
 
 
-def _numbers(path: str, lines: list[tuple[int, str]], separator: str, count: int) -> list[list[float]]:
-    """The numbers of the rows."""
-    rows = [(n, _cells(line, separator, re.compile(r"\S+"))) for n, line in lines]
-    for n, cells in rows:
-        if len(cells) != count:
-            advice = f"The header says that {_SEPARATORS[separator]} separate the cells."
-            if separator == ",":
-                advice += " For decimal commas separate the cells, also those of the header, by semicolons."
-            raise _error(path, n, f"must have {count} cells, as the header has", cells, advice)
-    if _decimal_commas(path, rows, separator):
-        rows = [(n, [cell.replace(",", ".") for cell in cells]) for n, cells in rows]
-    return [[_number(path, n, cell) for cell in cells] for n, cells in rows]
+def _choices(cells: Cells, header: list[tuple[str, str]], columns: list[Column], chosen: Mapping[str, str]
+             ) -> list[_Found]:
+    """The columns that the user has chosen."""
+    out = []
+    for key, text in chosen.items():
+        column = next((c for c in columns if _plain(key) in c.names), None)
+        if column is None:
+            raise unknown_name("columns", key, (c.name.replace(" ", "_") for c in columns))
+        name, unit = _name_and_unit(text)
+        same = [i for i, cell in enumerate(cells.header) if _plain(cell) == _plain(text)]
+        same = same or [i for i, (own, _) in enumerate(header) if _plain(own) == _plain(name)]
+        if len(same) != 1:
+            raise line_error(cells.path, cells.line, f"must have the column that is chosen as {key} once", text,
+                             f"It has {', '.join(map(repr, cells.header))}.")
+        out.append((column, same[0], unit or header[same[0]][1]))
+    return out
 
 
-def _decimal_commas(path: str, rows: Iterable[tuple[int, list[str]]], separator: str) -> bool:
+def _picked(cells: Cells, group: Sequence[Column], choices: list[_Found]) -> _Found | None:
+    """The choice for a group, if there is one."""
+    picked = [choice for choice in choices if choice[0] in group]
+    if len(picked) > 1:
+        raise line_error(cells.path, cells.line, "must have one column among "
+                         f"{', '.join(column.name for column in group)}", [column.name for column, _, _ in picked])
+    return picked[0] if picked else None
+
+
+def _found(cells: Cells, header: list[tuple[str, str]], group: Sequence[Column]) -> _Found:
+    """The one column of a group by its name, else by its words and unit."""
+    named = [(c, i, unit) for c in group for i, (name, unit) in enumerate(header) if name and _plain(name) in c.names]
+    fitting = [each for each in named if each[0].factor(each[2]) is not None]
+    meant = [(c, i, unit) for c in group for i, (name, unit) in enumerate(header)
+             if c.words and _fits(c, unit) and (not name or re.search(c.words, _plain(name)))]
+    options = fitting or named or meant
+    if len(options) == 1:
+        return options[0]
+    wanted = " or ".join(column.example for column in group)
+    if options:
+        names = [cells.header[i] for _, i, _ in options]
+        several = " or ".join(dict.fromkeys(column.name for column, _, _ in options))
+        raise line_error(cells.path, cells.line, f"must have exactly one column for {several}", names,
+                         _choose(options[0][0], names[0]))
+    near = next(((c, cells.header[i]) for c in group for i, (_, unit) in enumerate(header) if _fits(c, unit)), None)
+    advice = _choose(*near) if near else " ".join(
+        ["Write its name with its unit in brackets.", *dict.fromkeys(c.advice for c in group if c.advice)])
+    raise line_error(cells.path, cells.line, f"must have the column {wanted}", cells.header, advice)
+
+
+def _checked_factor(cells: Cells, column: Column, unit: str) -> float:
+    """What the numbers of a column are multiplied by; raises `InputError` for a unit that does not fit."""
+    factor = column.factor(unit)
+    if factor is not None:
+        return factor
+    if not column.scales:
+        rule = f"must have no unit for {column.name}, a pure number"
+    elif not unit:
+        rule = f"must say the unit of {column.name}"
+    else:
+        rule = f"must have the unit of {' or '.join(d.name for d in column.scales)} for {column.name}"
+    grad = "Write deg or gon: the unit may be either. " if unit.casefold() == "grad" else ""
+    raise line_error(cells.path, cells.line, rule, unit, f"{grad}Write {column.example}. {column.advice}".rstrip())
+
+
+def _notes(cells: Cells, header: list[tuple[str, str]], found: list[_Found]) -> tuple[str, ...]:
+    """What was taken, unless all columns have their names and no other is there."""
+    taken = [i for _, i, _ in found]
+    rest = [repr(cell) for i, cell in enumerate(cells.header) if i not in taken and cell]
+    plain = all(_plain(header[i][0]) in {*column.names, ""} and unit == header[i][1] for column, i, unit in found)
+    if plain and not rest:
+        return ()
+    unused = f"; not used: {', '.join(rest[:_MOST_NAMED])}{', …' * (len(rest) > _MOST_NAMED)}" if rest else ""
+    read = ", ".join(f"{column.name} is {cells.header[i]!r}{f' in {unit}' * (unit != header[i][1])}"
+                     for column, i, unit in found)
+    return (f"{Path(cells.path).name}: {read}{unused}",)
+
+
+def _numbers(cells: Cells, taken: list[int]) -> np.ndarray:
+    """The numbers of the columns that are taken, (rows, columns)."""
+    comma = _decimal_commas(cells)
+    out = np.empty((len(cells.rows), len(taken)))
+    for row, (n, texts) in enumerate(cells.rows):
+        for k, i in enumerate(taken):
+            text = texts[i].replace(",", ".") if comma else texts[i]
+            out[row, k] = float(text) if NUMBER.fullmatch(text) else math.nan
+            if not math.isfinite(out[row, k]):
+                advice = "Write e.g. 1234.5: no unit, nothing between thousands." if text else "The cell is empty."
+                raise line_error(cells.path, n, "must have finite numbers", texts[i], advice)
+    return out
+
+
+def _decimal_commas(cells: Cells) -> bool:
     """Whether commas are decimal commas; raises `InputError` where that is ambiguous."""
-    cells = [(n, cell) for n, row in rows for cell in row]
-    commas = [(n, cell) for n, cell in cells if _DECIMAL_COMMA.fullmatch(cell)]
+    texts = [(n, cell) for n, row in cells.rows for cell in row]
+    commas = [(n, cell) for n, cell in texts if DECIMAL_COMMA.fullmatch(cell)]
     if not commas:
         return False
     line, first = commas[0]
-    if not separator:
-        raise _error(path, line, "must have no commas where spaces separate the cells", first,
-                     f"Write {first.replace(',', '.')}, or separate all cells, also of the header, by semicolons.")
-    if any(_NUMBER.fullmatch(cell) and "." in cell for _, cell in cells):
-        raise _error(path, line, "must have a decimal point, as other numbers of this file have", first,
-                     f"Write {first.replace(',', '.')}, or {first.replace(',', '')} if the comma separates thousands.")
+    cure = f"Write {first.replace(',', '.')}, or {first.replace(',', '')} if the comma separates thousands."
+    if any(NUMBER.fullmatch(cell) and "." in cell for _, cell in texts):
+        raise line_error(cells.path, line, "must have a decimal point, as other numbers of this file have", first, cure)
     if all(_THOUSANDS.fullmatch(cell) for _, cell in commas):
-        raise _error(path, line, "must not have a comma that may be a decimal comma or separate thousands", first,
-                     f"Write {first.replace(',', '.')} or {first.replace(',', '')}.")
+        raise line_error(cells.path, line, "must not have a comma that may be a decimal comma or separate thousands",
+                         first, cure)
     return True
 
 
-def _number(path: str, line: int, cell: str) -> float:
-    """The number in a cell."""
-    number = float(cell) if _NUMBER.fullmatch(cell) else math.nan
-    if not math.isfinite(number):
-        advice = "Write e.g. 1234.5: no unit, no separators between thousands." if cell else "The cell is empty."
-        raise _error(path, line, "must have finite numbers", cell, advice)
-    return number
-
-
 def _check_increasing(table: Table, column: str, jumps: bool) -> None:
-    """Raise `InputError` unless the numbers of the abscissa increase, up to two equal ones where there are jumps."""
+    """Raise `InputError` unless the numbers of a column increase, up to two equal ones where there are jumps."""
     values = table.columns[column].tolist()
     rows = list(zip(*(numbers.tolist() for numbers in table.columns.values()), strict=True))
     for i in range(1, len(values)):
-        line = table.lines[i - 1]
+        line, shown = table.lines[i - 1], table.shown(column, values[i])
         if values[i] < values[i - 1]:
-            rule = f"must have a greater {column} (in SI) than line {line}, which has {values[i - 1]:.9g}"
-            raise table.error(i, rule, values[i], f"Sort the rows by {column}.")
+            rule = f"must have a greater {column} than line {line}, which has {table.shown(column, values[i - 1])}"
+            raise table.error(i, rule, shown, f"Sort the rows by {column}.")
         third = i > 1 and values[i - 2] == values[i]
         if values[i] == values[i - 1] and (not jumps or third or rows[i] == rows[i - 1]):
             advice = "Two rows with the same one are a jump: the values before and after it." if jumps else ""
-            raise table.error(i, f"must not repeat the {column} of line {line}", values[i], advice)
+            raise table.error(i, f"must not repeat the {column} of line {line}", shown, advice)

@@ -7,7 +7,7 @@ the transverse plane along the line of action.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -148,19 +148,23 @@ def from_energy(
 
 
 def from_table(
-    path: str | Path, *, teeth: int, speed: float | None = None, tolerance: float = TOLERANCE,
-    field: str = "stiffness.table",
+    path: str | Path, *, teeth: int, speed: float | None = None, face_width: float | None = None,
+    columns: Mapping[str, str] | None = None, tolerance: float = TOLERANCE, field: str = "stiffness.table",
 ) -> MeshStiffness:
-    """Mesh stiffness from a table over exactly one mesh period, for example computed by finite elements.
+    """Mesh stiffness from a table over whole mesh periods, for example computed by finite elements.
 
     The abscissa is the ``fraction`` of the mesh period, from 0 to 1, the ``roll angle`` of wheel 1, from 0 to 2π/z1, or
     the ``time``, from 0 to the mesh period at the given speed. At 0 a tooth pair enters contact. The other column is
 
     - either ``stiffness``: points of a curve that is linear between them. Two rows with the same abscissa are a jump.
       The last row is the end of the period; its value must equal the first one. If the curve jumps there, as that of
-      spur gears does, the last two rows have the same abscissa, with the values before and after the jump.
+      spur gears does, the last two rows have the same abscissa, with the values before and after the jump. Rows in
+      equal steps may lack the one that closes the period.
     - or ``level``: steps, each of which begins at its abscissa. The first begins at 0, the last one ends with the
       period.
+
+    A table over several mesh periods, such as a turn of wheel 1, becomes the mean of them. The notes of the result say
+    so, and which columns were taken, unless they have the names above.
 
     Parameters
     ----------
@@ -169,7 +173,11 @@ def from_table(
     teeth : int
         z1.
     speed : float, optional
-        Angular velocity of wheel 1, rad/s, at which the times hold; needed for a table over time only.
+        Angular velocity of wheel 1, rad/s, at which the times hold; for a table over time, and only for one.
+    face_width : float, optional
+        Common face width, m, by which a stiffness in N/(mm µm) is multiplied.
+    columns : mapping of str to str, optional
+        Headers in the file of ``fraction``, ``angle`` or ``time`` and of ``stiffness`` (or ``value``) or ``level``.
     tolerance : float
         Bound of ``truncation``, unless the largest number of levels or harmonics is too small. Up to 64 steps are taken
         over exactly.
@@ -180,11 +188,11 @@ def from_table(
     ------
     InputError
         With the number of the line, for a table that is not as described or has a value that is not positive. The last
-        abscissa may differ from the period by 0.1 %, the last value from the first one by 0.01 %, for rounding in the
-        file.
+        abscissa may differ from whole periods by 0.1 % of one, the last value from the first one by 0.01 %, for
+        rounding in the file. What does not repeat with the mesh may be a tenth of the variation of the stiffness.
     """
-    curve = read_curve(path, field=field, teeth=teeth, speed=speed)
-    return from_curve(curve, f"table {Path(path).name}", tolerance=tolerance)
+    curve, notes = read_curve(path, field=field, teeth=teeth, speed=speed, face_width=face_width, columns=columns)
+    return from_curve(curve, f"table {Path(path).name}", notes, tolerance=tolerance)
 
 
 def from_curve(

@@ -114,6 +114,40 @@ def periodic_curve(positions: np.ndarray, values: np.ndarray) -> PeriodicCurve:
     return PeriodicCurve(np.append(positions[rising], 1.0), values[rising], values[rising + 1])
 
 
+def folded(curve: PeriodicCurve, cycles: int, tolerance: float) -> tuple[PeriodicCurve, float] | None:
+    """The mean over a number of equal parts of a curve, as a curve of period 1, and how far the parts differ from it.
+
+    Parameters
+    ----------
+    curve : PeriodicCurve
+        Over all parts, the cycles.
+    cycles : int
+        Number of parts.
+    tolerance : float
+        Largest difference of knots, in cycles, that the rounding of positions explains.
+
+    Returns
+    -------
+    (PeriodicCurve, float) or None
+        The mean, and the root mean square of the differences from it at the knots. None for a curve with jumps whose
+        pieces are not the same in all cycles.
+    """
+    edges, count = curve.knots * cycles, np.arange(cycles)[:, None]
+    shape = (cycles, -1) if len(curve.first) % cycles == 0 else (1, -1)
+    starts = edges[:-1].reshape(shape) - count[: shape[0]]
+    if len(starts) == cycles and np.ptp(starts, axis=0).max() <= tolerance:
+        knots = np.append(starts.mean(axis=0), 1.0)
+        first, last = curve.first.reshape(shape), curve.last.reshape(shape)
+    elif len(curve.jumps) == 0:
+        knots = np.unique(np.append(np.round(np.mod(edges, 1.0), 12), (0.0, 1.0)))
+        values = np.interp(knots + count, edges, np.append(curve.first, curve.last[-1]))
+        first, last = values[:, :-1], values[:, 1:]
+    else:
+        return None
+    mean = PeriodicCurve(knots, first.mean(axis=0), last.mean(axis=0))
+    return mean, float(np.sqrt(np.mean((first - mean.first) ** 2 + (last - mean.last) ** 2) / 2))
+
+
 def approximate(curve: PeriodicCurve, tolerance: float) -> tuple[SteppedStiffness | HarmonicStiffness, float]:
     """The waveform of a model that approximates a curve over its mean, and the error of the approximation.
 

@@ -1,8 +1,9 @@
-"""Mesh stiffness from a table in a text file, for example computed by finite elements."""
+"""Mesh stiffness from a table in a file, for example computed by finite elements."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -10,33 +11,54 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.gears import units
 from gearchaos.gears.inputs.csvtable import Column, Table, read_table
-from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, periodic_curve
+from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, folded, periodic_curve
 
 TIME = units.Dimension("a time", "s", "2 ms")
+STIFFNESS_PER_WIDTH = units.Dimension("a stiffness over face width", "N/m^2", "14 N/(mm*um)")
 
-ABSCISSAE = ("fraction", "roll angle", "time")
-
-_COLUMNS = (
-    Column("fraction", aliases=("fraction of mesh period", "mesh period", "tau/T", "t/T"), required=False),
-    Column("roll angle", units.ANGLE, ("angle", "rotation", "pinion rotation"), required=False),
-    Column("time", TIME, ("t",), required=False),
-    Column("stiffness", units.STIFFNESS, ("mesh stiffness", "k", "c"), required=False),
-    Column("level", units.STIFFNESS, ("stiffness level",), required=False, by_unit=False),
+_OTHER_WHEEL = r"(wheel|gear|rad) ?2|\b(wheel|gear|rad)\b(?! ?1)|driven|output|abtrieb|getrieben"
+ROLL_ANGLE = Column(
+    "roll angle", {units.ANGLE: 1.0},
+    ("angle", "rotation", "pinion rotation", "drehwinkel"),
+    words=rf"^(?!.*(press|eingriff|contact|helix|schräg|phase|error|fehler|abweich|devia|pitch|teilung|{_OTHER_WHEEL}))"
+          r".*(angle|winkel|rotation|roll|dreh|\bphi|φ)",
+    advice="The roll angle is that of wheel 1.",
 )
+"""The roll angle of wheel 1."""
+
+_ABSCISSAE = (
+    Column("fraction", aliases=("fraction of mesh period", "mesh period", "tau/T", "t/T")), ROLL_ANGLE,
+    Column("time", {TIME: 1.0}, ("t", "zeit"), words="time|zeit"),
+)
+
+_WORDS = (r"^(?!.*(single|einzel|pair|paar|bear|lager|shaft|well|tors|dreh|axial|body|bend|bieg|hertz|mean|mittel|"
+          r"average)).*(stiff|steif)")
 
 _PLAUSIBLE = (1e3, 1e14)
 """Least and greatest stiffness that a mesh of gears may have, N/m: steel gears of a face width of 1 mm and of 5 m have
 about 1e7 and 1e11, plastic ones a hundredth."""
 
 _PERIOD_TOLERANCE = 1e-3
-"""Largest relative difference between the last abscissa of a table and the mesh period, for rounding in the file."""
+"""Largest difference between the last abscissa of a table and a whole number of mesh periods, in mesh periods, for
+rounding in the file."""
 
 _CLOSING_TOLERANCE = 1e-4
 """Largest relative difference between the values at the beginning and the end of the period, likewise."""
 
+_STEP_TOLERANCE, _LARGEST_STEP = 0.1, 0.2
+"""Largest relative difference of equal steps, and largest such step in mesh periods, of a table without the row that
+closes the period."""
 
-def read_curve(path: str | Path, *, field: str, teeth: int, speed: float | None = None) -> PeriodicCurve:
-    """The curve of a table in N/m; see `gearchaos.gears.stiffness.mesh_stiffness.from_table`.
+_REST_TOLERANCE = 0.1
+"""Largest root mean square of what does not repeat with the mesh, over that of the variation of the stiffness."""
+
+
+def read_curve(
+    path: str | Path, *, field: str, teeth: int, speed: float | None = None, face_width: float | None = None,
+    columns: Mapping[str, str] | None = None,
+) -> tuple[PeriodicCurve, tuple[str, ...]]:
+    """The curve of a table in N/m, and notes on how it was read; see
+    `gearchaos.gears.stiffness.mesh_stiffness.from_table`.
 
     Parameters
     ----------
@@ -47,72 +69,118 @@ def read_curve(path: str | Path, *, field: str, teeth: int, speed: float | None 
     teeth : int
         z1.
     speed : float, optional
-        Angular velocity of wheel 1, rad/s; needed for a table over time only.
+        Angular velocity of wheel 1, rad/s; for a table over time, and only for one.
+    face_width : float, optional
+        Common face width, m; needed for a stiffness over face width only.
+    columns : mapping of str to str, optional
+        Headers of the columns, see `read_table`.
 
     Raises
     ------
     InputError
         With the number of the line, for a table that is not as `from_table` says.
     """
-    table = read_table(path, _COLUMNS, field=field, abscissa=ABSCISSAE, jumps=True)
-    abscissa = next(name for name in ABSCISSAE if name in table.columns)
-    kind = _kind(table, field)
-    period = _period(abscissa, teeth, speed)
-    values = table.columns[kind]
+    scales = {units.STIFFNESS: 1.0, **({} if face_width is None else {STIFFNESS_PER_WIDTH: face_width})}
+    values = (
+        Column("stiffness", scales, ("mesh stiffness", "k", "c", "value", "eingriffssteifigkeit"), words=_WORDS),
+        Column("level", scales, ("stiffness level",)),
+    )
+    table = read_table(path, (_ABSCISSAE, values), field=field, chosen=columns, increasing=True, jumps=True)
+    (abscissa, x), (kind, k) = table.columns.items()
     least, most = _PLAUSIBLE
-    plausible = (values >= least) & (values <= most)
-    if not plausible.all():
-        row = int(np.argmin(plausible))
-        raise table.error(row, f"must have a {kind} between {least:g} and {most:g} N/m", float(values[row]),
+    if not ((k >= least) & (k <= most)).all():
+        row = int(np.argmin((k >= least) & (k <= most)))
+        raise table.error(row, f"must have a {kind} between {least:g} and {most:g} N/m", table.shown(kind, k[row]),
                           "No mesh of gears has another one: check the unit in the header.")
-    if table.columns[abscissa][0] != 0:
+    if x[0] != 0:
         raise table.error(0, f"must have the {abscissa} 0, at which a tooth pair enters contact",
-                          float(table.columns[abscissa][0]), "Subtract it from all rows if a tooth pair enters there.")
-    return (_steps if kind == "level" else _points)(table, abscissa, period, values)
-
-
-def _kind(table: Table, field: str) -> str:
-    """The column with the stiffness."""
-    kinds = [name for name in ("stiffness", "level") if name in table.columns]
-    if len(kinds) != 1:
-        raise InputError(field, "must have either the column stiffness or the column level", kinds)
-    return kinds[0]
+                          table.shown(abscissa, x[0]), "Subtract it from all rows if a tooth pair enters there.")
+    period = _period(abscissa, teeth, speed)
+    curve, cycles, notes = (_steps if kind == "level" else _points)(table, x, k, period)
+    curve, of_cycles = _one_period(table, curve, cycles)
+    return curve, (*table.notes, *notes, *of_cycles)
 
 
 def _period(abscissa: str, teeth: int, speed: float | None) -> float:
     """The mesh period as a fraction, in radians of wheel 1 or in seconds."""
-    if abscissa == "fraction":
-        return 1.0
-    if abscissa == "roll angle":
-        return 2 * math.pi / teeth
+    if abscissa != "time":
+        if speed is not None:
+            raise InputError("stiffness.speed", f"must be left out for a stiffness over the {abscissa}", speed)
+        return 1.0 if abscissa == "fraction" else 2 * math.pi / teeth
     if speed is None or not speed > 0:
         raise InputError("stiffness.speed", "must be given, greater than 0, for a stiffness over time", speed,
                          "Or give the stiffness over the fraction of the mesh period.")
     return 2 * math.pi / (teeth * speed)
 
 
-def _steps(table: Table, abscissa: str, period: float, values: np.ndarray) -> PeriodicCurve:
+_Whole = tuple[PeriodicCurve, int, tuple[str, ...]]
+"""The curve over the whole table, how many mesh periods that are, and notes."""
+
+
+def _steps(table: Table, x: np.ndarray, values: np.ndarray, period: float) -> _Whole:
     """The curve of a table of levels."""
-    positions = table.columns[abscissa] / period
-    equal = np.flatnonzero(np.diff(positions) == 0)
+    abscissa, positions = next(iter(table.columns)), x / period
+    equal = np.flatnonzero(np.diff(x) == 0)
     if len(equal):
         raise table.error(int(equal[0]) + 1, f"must not repeat the {abscissa} of line {table.lines[equal[0]]}",
-                          float(table.columns[abscissa][equal[0]]), "Each level begins at its own one.")
-    if positions[-1] >= 1 - _PERIOD_TOLERANCE:
-        raise table.error(len(values) - 1, f"must have a {abscissa} less than the mesh period, {period:.9g} in SI",
-                          float(table.columns[abscissa][-1]), "Each level begins at its row, the last one ends with "
-                          "the period. Remove this line if it is the end of the period.")
-    return PeriodicCurve(np.append(positions, 1.0), values, values)
+                          table.shown(abscissa, x[equal[0]]), "Each level begins at its own one.")
+    cycles = max(math.ceil(positions[-1] - _PERIOD_TOLERANCE), 1)
+    if positions[-1] >= cycles - _PERIOD_TOLERANCE:
+        raise table.error(len(x) - 1, f"must have a {abscissa} less than {_periods(table, cycles, period)}",
+                          table.shown(abscissa, x[-1]), "Each level begins at its row, the last one ends with the "
+                          "period. Remove this line if it is the end of the period.")
+    return PeriodicCurve(np.append(positions / cycles, 1.0), values, values), cycles, ()
 
 
-def _points(table: Table, abscissa: str, period: float, values: np.ndarray) -> PeriodicCurve:
-    """The curve of a table of points."""
-    end, last = float(table.columns[abscissa][-1]), len(values) - 1
-    if abs(end / period - 1) > _PERIOD_TOLERANCE:
-        raise table.error(last, f"must have the {abscissa} of the end of the mesh period, {period:.9g} in SI", end,
-                          "A table covers exactly one period, including its end.")
-    if abs(values[-1] / values[0] - 1) > _CLOSING_TOLERANCE:
-        raise table.error(last, f"must have the stiffness of line {table.lines[0]}, {values[0]:.9g} N/m, with which "
-                          "the next period begins", float(values[-1]), "If the curve jumps there, add a line with "
-                          f"the same {abscissa} and the value after the jump.")
-    return periodic_curve(table.columns[abscissa] / end, np.append(values[:-1], values[0]))
+def _points(table: Table, x: np.ndarray, values: np.ndarray, period: float) -> _Whole:
+    """The curve of a table of points, closed by its first value if the row that closes it is missing."""
+    notes: tuple[str, ...] = ()
+    (abscissa, kind), last, end = table.columns, len(x) - 1, float(x[-1] / period)
+    cycles, closing = max(round(end), 1), abs(values[-1] / values[0] - 1)
+    if abs(end - cycles) > _PERIOD_TOLERANCE:
+        cycles, steps = max(math.ceil(end), 1), np.diff(x) / period
+        if not last or closing <= _CLOSING_TOLERANCE or not _next_row_closes(cycles - end, steps):
+            raise table.error(last, f"must have the {abscissa} of the end of {_periods(table, cycles, period)}",
+                              table.shown(abscissa, x[-1]), f"It is {end:.5g} mesh periods. A table covers whole ones, "
+                              "including the end of the last one: check the numbers of teeth.")
+        x, values = np.append(x, cycles * period), np.append(values, values[0])
+        notes = ("the table has no row that closes the mesh period: its first value is taken",)
+    elif closing > _CLOSING_TOLERANCE:
+        raise table.error(last, f"must have the stiffness of line {table.lines[0]}, {table.shown(kind, values[0])}, "
+                          "with which the next period begins", table.shown(kind, values[-1]), "If the curve jumps "
+                          f"there, add a line with the same {abscissa} and the value after the jump.")
+    return periodic_curve(x / x[-1], np.append(values[:-1], values[0])), cycles, notes
+
+
+def _next_row_closes(missing: float, steps: np.ndarray) -> bool:
+    """Whether a table ends one of its steps, which are equal, before the end of the period; all in mesh periods."""
+    step = float(np.median(steps))
+    return bool(np.abs(steps - step).max() < _STEP_TOLERANCE * step > abs(missing - step) and step < _LARGEST_STEP)
+
+
+def _periods(table: Table, cycles: int, period: float) -> str:
+    """A number of mesh periods in words, with their length in the unit of the file."""
+    what = "the mesh period" if cycles == 1 else f"{cycles} mesh periods"
+    return f"{what}, {table.shown(next(iter(table.columns)), cycles * period)}"
+
+
+def _one_period(table: Table, curve: PeriodicCurve, cycles: int) -> tuple[PeriodicCurve, tuple[str, ...]]:
+    """The mean of the mesh periods of a curve, and a note on it."""
+    if cycles == 1:
+        return curve, ()
+    found, last = folded(curve, cycles, _PERIOD_TOLERANCE), len(table.lines) - 1
+    advice = "Check the numbers of teeth, and that the angle is that of wheel 1; or give one mesh period."
+    if found is None:
+        raise table.error(last, f"must have the same jumps in each of its {cycles} mesh periods",
+                          f"{len(curve.jumps)} jumps", advice)
+    curve, rest = found
+    mean, amplitudes = curve.mean, curve.fourier(8)[0]
+    variation = PeriodicCurve(curve.knots, curve.first - mean, curve.last - mean).mean_square()
+    if rest > max(_REST_TOLERANCE * math.hypot(math.sqrt(variation), rest), _PERIOD_TOLERANCE * mean):
+        raise table.error(last, f"must repeat itself in each of its {cycles} mesh periods",
+                          f"{rest / mean:.1%} of the mean that does not", advice)
+    if amplitudes[0] < _PERIOD_TOLERANCE * amplitudes.max():
+        raise table.error(last, f"must have one period in each of its {cycles} mesh periods",
+                          f"{int(np.argmax(amplitudes)) + 1} periods", advice)
+    return curve, (f"the table covers {cycles} mesh periods: their mean is taken, from which they differ by "
+                   f"{rest / mean:.1%} of the mean stiffness (root mean square)",)

@@ -7,6 +7,8 @@ Both describe gears without load, or with a load so small that teeth do not defl
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +16,7 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.gears import units
 from gearchaos.gears.inputs.csvtable import Column, Table, read_table
+from gearchaos.gears.stiffness.table import ROLL_ANGLE
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, check_orders, evaluate
 from gearchaos.validation import MAX_HARMONICS
 
@@ -21,18 +24,12 @@ _FIELD = "transmission_error"
 
 _PEAK, _PEAK_TO_PEAK = "peak", "peak to peak"
 
-_ORDER_COLUMNS = (
-    Column("order"),
-    Column(_PEAK, units.LENGTH, required=False),
-    Column(_PEAK_TO_PEAK, units.LENGTH, required=False),
-    Column("phase", units.ANGLE),
-)
+_AMPLITUDE_ADVICE = "The amplitude e_j of a harmonic is its peak value, half of its peak-to-peak value. "
 
-_CURVE_COLUMNS = (
-    Column("roll angle", units.ANGLE, aliases=("angle",)),
-    Column("error", units.LENGTH, aliases=("transmission error",)),
-)
+_ERROR_WORDS = (r"^(?!.*((?<!un)loaded|under load|(?<!un)belastet|unter last|pitch|teil|prof|lead|helix|flank|run ?out|"
+                r"rundlauf|single|einzel|peak|rms)).*(\bte\b|error|fehler|abweich|devia)")
 
+_WHEEL_ADVICE = "For an angle write wheel = 1 or wheel = 2 beside the file: the wheel whose angle it is."
 
 _PERIOD_TOLERANCE = 1e-3
 """Difference from a mesh period, in mesh periods, that the rounding of roll angles in a file explains."""
@@ -52,7 +49,22 @@ _SHAFT_ADVICE = ("Order 1 is the mesh frequency: divide the orders of a shaft by
                  "leave out those that are then no whole number.")
 
 
-def from_orders(path: str | Path, teeth: tuple[int, ...] = (), *, most: float = math.inf) -> ErrorHarmonics:
+def _error_scales(radius: float | None) -> dict[units.Dimension, float]:
+    """The unit of an error: a length along the line of action, or the angle of a wheel of a base radius, m."""
+    return {units.LENGTH: 1.0} if radius is None else {units.ANGLE: radius}
+
+
+def _notes(table: Table, radius: float | None) -> tuple[str, ...]:
+    """How a table was read."""
+    if radius is None:
+        return table.notes
+    return (*table.notes, f"the errors are angles of a wheel, multiplied by its base radius, {radius * 1e3:.6g} mm")
+
+
+def from_orders(
+    path: str | Path, teeth: tuple[int, ...] = (), *, most: float = math.inf, radius: float | None = None,
+    columns: Mapping[str, str] | None = None,
+) -> ErrorHarmonics:
     """Harmonics from a file of measured orders of the mesh frequency.
 
     Parameters
@@ -65,6 +77,10 @@ def from_orders(path: str | Path, teeth: tuple[int, ...] = (), *, most: float = 
         z1, z2. Orders that are all multiples of one of them are probably those of its shaft: they have a warning.
     most : float, optional
         Largest plausible amplitude, m.
+    radius : float, optional
+        Base radius of a wheel, m, if the amplitudes are angles of this wheel.
+    columns : mapping of str to str, optional
+        Headers in the file of ``order``, ``peak`` or ``peak_to_peak``, and ``phase``.
 
     Returns
     -------
@@ -75,28 +91,28 @@ def from_orders(path: str | Path, teeth: tuple[int, ...] = (), *, most: float = 
     ------
     InputError
         With the number of the line, for an order that is no whole number from 1 to 64 or is repeated, and for a
-        negative or implausible amplitude; also for a file that `read_table` refuses, and unless it has exactly one
-        column of amplitudes.
+        negative or implausible amplitude; also for a file that `read_table` refuses.
     """
-    table = read_table(path, _ORDER_COLUMNS, field=_FIELD)
-    kinds = [name for name in (_PEAK, _PEAK_TO_PEAK) if name in table.columns]
-    if len(kinds) != 1:
-        raise InputError(
-            f"{table.path}", f"must have either the column {_PEAK} or the column {_PEAK_TO_PEAK}", kinds,
-            "The amplitude e_j of a harmonic is its peak value, half of its peak-to-peak value.",
-        )
+    scales = _error_scales(radius)
+    kinds = tuple(Column(name, scales, advice=_AMPLITUDE_ADVICE + _WHEEL_ADVICE) for name in (_PEAK, _PEAK_TO_PEAK))
+    phase = Column("phase", {units.ANGLE: 1.0}, ("phase angle", "phasenwinkel"), words="phase")
+    table = read_table(path, ((Column("order", aliases=("ordnung",)),), kinds, (phase,)), field=_FIELD,
+                       chosen=columns)
+    kind = next(name for name in (_PEAK, _PEAK_TO_PEAK) if name in table.columns)
     orders = _orders(table)
-    values = table.columns[kinds[0]] * (1.0 if kinds[0] == _PEAK else 0.5)
+    values = table.columns[kind] * (1.0 if kind == _PEAK else 0.5)
     if (values < 0).any():
         row = int(np.argmax(values < 0))
-        raise table.error(row, "must not have a negative amplitude", float(values[row]), "Add 180 deg to the phase.")
+        raise table.error(row, "must not have a negative amplitude", table.shown(kind, table.columns[kind][row]),
+                          "Add 180 deg to the phase.")
     _check_amplitudes(table, values, most)
     amplitudes, phases = np.zeros(max(orders)), np.zeros(max(orders))
     for order, value, phase in zip(orders, values, table.columns["phase"], strict=True):
         amplitudes[order - 1], phases[order - 1] = value, phase
     return ErrorHarmonics(
         amplitudes=tuple(amplitudes.tolist()), phases=tuple(phases.tolist()),
-        source=f"orders of {Path(table.path).name}, {kinds[0]}", warnings=_shaft_warnings(table, orders, teeth),
+        source=f"orders of {Path(table.path).name}, {kind}", warnings=_shaft_warnings(table, orders, teeth),
+        assumptions=_notes(table, radius),
     )
 
 
@@ -135,7 +151,10 @@ def _check_amplitudes(table: Table, amplitudes: np.ndarray, most: float) -> None
                           units.Length(amplitudes[row]), _UNIT_ADVICE)
 
 
-def from_table(path: str | Path, teeth1: int, orders: int = 8, *, most: float = math.inf) -> ErrorHarmonics:
+def from_table(
+    path: str | Path, teeth1: int, orders: int = 8, *, most: float = math.inf, radius: float | None = None,
+    columns: Mapping[str, str] | None = None,
+) -> ErrorHarmonics:
     """Harmonics from a file with the error over the roll angle of wheel 1.
 
     Parameters
@@ -151,6 +170,10 @@ def from_table(path: str | Path, teeth1: int, orders: int = 8, *, most: float = 
         Number of harmonics, 1 to 64; by default 8.
     most : float, optional
         Largest plausible difference of an error from the mean of the table, m.
+    radius : float, optional
+        Base radius of a wheel, m, if the errors are angles of this wheel.
+    columns : mapping of str to str, optional
+        Headers in the file of ``angle``, the roll angle, and of ``error``.
 
     Returns
     -------
@@ -163,11 +186,14 @@ def from_table(path: str | Path, teeth1: int, orders: int = 8, *, most: float = 
         With the number of the line, for an error that does not return to its first value, or is implausible; also for
         a file that `read_table` or samples that `fit_harmonics` refuses.
     """
-    table = read_table(path, _CURVE_COLUMNS, field=_FIELD, abscissa=("roll angle",))
+    error = Column("error", _error_scales(radius), ("transmission error", "value", "te", "drehfehler", "drehwegfehler"),
+                   _ERROR_WORDS, _WHEEL_ADVICE)
+    table = read_table(path, ((ROLL_ANGLE,), (error,)), field=_FIELD, chosen=columns, increasing=True)
     periods = table.columns["roll angle"] * teeth1 / (2 * math.pi)
     _check_amplitudes(table, np.abs(table.columns["error"] - np.mean(table.columns["error"])), most)
     _check_closed(table, periods)
-    return fit_harmonics(periods, table.columns["error"], orders, source=f"curve of {Path(table.path).name}")
+    found = fit_harmonics(periods, table.columns["error"], orders, source=f"curve of {Path(table.path).name}")
+    return replace(found, assumptions=_notes(table, radius))
 
 
 def _check_closed(table: Table, periods: np.ndarray) -> None:
