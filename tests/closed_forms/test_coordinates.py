@@ -80,6 +80,16 @@ def test_an_orbit_turns_with_the_mean_velocity_that_friction_allows(friction):
     assert np.abs(out.w - found.w).max() < 1e-13
 
 
+@pytest.mark.parametrize("kind", ["torsional", "full"])
+def test_the_rms_velocity_without_friction_leaves_the_mean_rotation_out_beside_points_with_friction(kind):
+    model = gc.MeshModel.of(kind=kind, q0=0.3, eps1=0.05, omega=1.4, beta=0.0, x1_dot=0.4)
+    batch = vary(model, {"beta1": [0.0, 0.01]})
+    system = switched_system(batch)
+    together = classify(ExactFlow(system), initial_state(batch, system).T.copy())
+    assert "x2_dot" in system.names
+    assert together.response.v_rms[0] == pytest.approx(gc.regime(model).v_rms, rel=1e-9)
+
+
 @pytest.mark.parametrize("friction", [{"beta": 0.0}, {"beta": 1e-9}, {"beta1": 1e-14, "beta2": 0.0}])
 @pytest.mark.parametrize("up", [True, False])
 def test_a_sweep_carries_z_whatever_the_mean_rotation_does(up, friction):

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from gearchaos.flow import DIVERGED, OK, ExactFlow, Measure
+from gearchaos.flow import DIVERGED, OK, ExactFlow, Measure, combine_measures
 from gearchaos.model import HarmonicStiffness, MeshModel, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import coordinates, switched_system
@@ -96,7 +96,7 @@ def test_permanent_contact_with_constant_stiffness():
     measures, period = out.measures[:, 0], model.period
     assert measures[Measure.FRONT_TIME] == pytest.approx(period, rel=1e-14)
     assert measures[Measure.SWITCHES] == 0
-    assert measures[Measure.Z] / period == pytest.approx(1 + q0, rel=1e-13)
+    assert measures[Measure.Z_REFERENCE] + measures[Measure.Z] / period == pytest.approx(1 + q0, rel=1e-13)
     assert measures[Measure.Z_DOT_SQUARE] / period == pytest.approx((omega * abs(answer)) ** 2 / 2, rel=1e-12)
     assert measures[Measure.Z_MAX] == pytest.approx(1 + q0 + abs(answer), rel=1e-13)
     assert measures[Measure.Z_MIN] == pytest.approx(1 + q0 - abs(answer), rel=1e-13)
@@ -214,9 +214,25 @@ def test_measures_are_those_of_a_densely_sampled_motion(values):
         assert np.all(above < missed) and np.all(below < missed)
     seconds = system.period * periods
     for integral, i, power in ((Measure.Z, 0, 1), (Measure.Z_SQUARE, 0, 2), (Measure.Z_DOT_SQUARE, 1, 2)):
-        series = np.vstack([out[:, :, i].reshape(-1, 20), sampled.w[i]]) ** power
+        series = (np.vstack([out[:, :, i].reshape(-1, 20), sampled.w[i]]) - (w[0] if i == 0 else 0)) ** power
         mean = (series[1:] + series[:-1]).mean(axis=0) / 2
         assert found[integral] / seconds == pytest.approx(mean, rel=1e-4, abs=1e-6)
+
+
+def test_measures_of_parts_are_combined_to_those_of_the_motion():
+    """Ten motions in parts of 3, 1 and 5 periods: sums, extremes, and integrals of z about one reference."""
+    flow, w = flow_of(MeshModel.of(q0=0.05, eps1=0.2), {"omega": np.linspace(0.5, 2.5, 10)})
+    whole, parts, at = flow.advance(w, 9, measured=True).measures, [], w
+    for periods in (3, 1, 5):
+        part = flow.advance(at, periods, measured=True)
+        parts.append(part.measures)
+        at = part.w
+    each = np.stack(parts, axis=2).reshape(len(Measure), 30)
+    duration = (flow.system.period[:, None] * [3, 1, 5]).ravel()
+    found = combine_measures(each, duration, np.arange(0, 30, 3))
+    assert np.ptp(each[Measure.Z_REFERENCE].reshape(10, 3), axis=1).min() > 1e-3
+    np.testing.assert_array_equal(found[Measure.Z_REFERENCE], w[0])
+    np.testing.assert_allclose(found, whole, rtol=1e-12, atol=1e-12)
 
 
 def test_runaway_is_a_status():

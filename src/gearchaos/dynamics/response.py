@@ -57,7 +57,7 @@ def compute_response(
         Mesh force of the static load.
     """
     m = measures
-    mean = m[Measure.Z] / duration
+    offset = m[Measure.Z] / duration  # of the mean of z from the reference
     fraction = np.clip((m[Measure.FRONT_TIME] + m[Measure.BACK_TIME]) / duration, 0.0, 1.0)
     peak = np.maximum(np.abs(m[Measure.FORCE_MAX]), np.abs(m[Measure.FORCE_MIN]))
     static = np.where(static_force == 0, np.nan, np.abs(static_force))
@@ -66,7 +66,7 @@ def compute_response(
         contact_fraction=fraction,
         contact=_contact(m, fraction),
         dynamic_factor=peak / static,
-        z_rms=np.sqrt(np.maximum(m[Measure.Z_SQUARE] / duration - mean**2, 0.0)),
+        z_rms=np.sqrt(np.maximum(m[Measure.Z_SQUARE] / duration - offset**2, 0.0)),
         z_peak_to_peak=m[Measure.Z_MAX] - m[Measure.Z_MIN],
         z_dot_rms=np.sqrt(m[Measure.Z_DOT_SQUARE] / duration),
         z_dot_peak_to_peak=m[Measure.Z_DOT_MAX] - m[Measure.Z_DOT_MIN],

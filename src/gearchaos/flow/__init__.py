@@ -9,6 +9,7 @@ from gearchaos.flow.exact import ExactFlow, FlowResult
 from gearchaos.flow.kernels.cancellation import StoppedError, cancel_event
 from gearchaos.flow.kernels.compilation import cache_directory, cache_is_empty, on_compile
 from gearchaos.flow.kernels.constants import CHATTER, DIVERGED, DIVERGED_AT, OK, WIDTH, Measure
+from gearchaos.flow.measures import combine_measures
 from gearchaos.flow.newton import RESIDUAL, NewtonSearch, newton_iteration, start_newton_search
 from gearchaos.flow.rates import fastest_rate, min_steps_per_period
 from gearchaos.flow.returns import near_returns
@@ -20,6 +21,7 @@ from gearchaos.flow.target import Processor, processor
 __all__ = [
     "CHATTER", "DIVERGED", "DIVERGED_AT", "OK", "RESIDUAL", "WIDTH", "ExactFlow", "FlowResult",
     "Measure", "NewtonSearch", "PeriodResult", "Processor", "SensitivityFlow", "StoppedError", "SwitchedSystem",
-    "cache_directory", "cache_is_empty", "cancel_event", "differentiate", "fastest_rate", "min_steps_per_period",
-    "near_returns", "newton_iteration", "on_compile", "processor", "start_newton_search", "steps_share_matrices",
+    "cache_directory", "cache_is_empty", "cancel_event", "combine_measures", "differentiate", "fastest_rate",
+    "min_steps_per_period", "near_returns", "newton_iteration", "on_compile", "processor", "start_newton_search",
+    "steps_share_matrices",
 ]

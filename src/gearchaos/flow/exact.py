@@ -12,7 +12,8 @@ from gearchaos.flow.grids import prepare_points
 from gearchaos.flow.kernels.advance import advance_packs
 from gearchaos.flow.kernels.arrays import Call, new_lanes, new_slots, new_workspace
 from gearchaos.flow.kernels.cancellation import raise_if_cancelled
-from gearchaos.flow.kernels.constants import SLOTS, WIDTH, Measure
+from gearchaos.flow.kernels.constants import SLOTS, WIDTH
+from gearchaos.flow.measures import empty_measures
 from gearchaos.flow.system import SwitchedSystem
 
 _CACHE = 2 << 20
@@ -71,14 +72,6 @@ class FlowResult:
     measures: np.ndarray
     samples: np.ndarray
     status: np.ndarray
-
-
-def _empty_measures(count: int) -> np.ndarray:
-    """Initial values (len(Measure), ``count``) of the measures: zero integrals and infinite extremes."""
-    out = np.zeros((len(Measure), count))
-    out[[Measure.Z_MAX, Measure.Z_DOT_MAX, Measure.FORCE_MAX]] = -np.inf
-    out[[Measure.Z_MIN, Measure.Z_DOT_MIN, Measure.FORCE_MIN]] = np.inf
-    return out
 
 
 class ExactFlow(Generic[System]):
@@ -184,7 +177,7 @@ class ExactFlow(Generic[System]):
             w=np.array(w, order="C", dtype=float), tangent=np.array(tangent, order="C", dtype=float),
             growth=np.zeros((longest if growth else 0, k, count)),
             sections=recorded,
-            measures=_empty_measures(count) if measured else np.empty((0, count)),
+            measures=empty_measures(w) if measured else np.empty((0, count)),
             samples=np.zeros((longest if sample else 0, self._samples, d + 1, count)),
             status=np.zeros(count, dtype=np.int64),
         )

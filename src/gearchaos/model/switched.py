@@ -322,17 +322,17 @@ def _velocity(rows: _Rows) -> dict[str, np.ndarray]:
     J1, J2, friction = rows["J1"], rows["J2"], rows["beta1"] + rows["beta2"]
     excess = rows["q1"] - rows["q2"]
     mean = np.divide(excess, 2 * friction, out=np.zeros(n), where=friction > 0)
-    share = np.ones(n) if rows.has("x2_dot") else J2 / (J1 + J2)
+    steady = rows.has("x2_dot") & (friction > 0)  # x2' is in the state and has a steady mean
+    share = np.where(steady, 1.0, J2 / (J1 + J2))
     row[:, 1] = share
     for name, sign in _lateral(rows):
         row[:, rows.at(name) + 1] = -sign * share
     if rows.has("x2_dot"):
-        row[:, rows.at("x2_dot")] = 1.0
-    in_state = rows.has("x2_dot")
+        row[:, rows.at("x2_dot")] = steady
     c, s = rows.error_harmonics(1)
-    return {"velocity": row, "velocity0": zero if in_state else mean, "velocity_cos": share[:, None] * c,
+    return {"velocity": row, "velocity0": np.where(steady, 0.0, mean), "velocity_cos": share[:, None] * c,
             "velocity_sin": share[:, None] * s, "mean_velocity": mean,
-            "rotation_decay": rotation_decay(rows.batch) if in_state else zero}
+            "rotation_decay": np.where(steady, rotation_decay(rows.batch), 0.0)}
 
 
 def _static_force(rows: _Rows) -> np.ndarray:

@@ -19,7 +19,7 @@ from gearchaos.continuation.shooting import Cycle
 from gearchaos.continuation.states import as_initial_values
 from gearchaos.datasets import describe, new_dataset, variable
 from gearchaos.dynamics.response import compute_response
-from gearchaos.flow import Measure
+from gearchaos.flow import Measure, combine_measures
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.branch_jumps import jump_variables
 
@@ -28,12 +28,6 @@ if TYPE_CHECKING:
 
 _BATCH = 512
 """Number of orbits whose response measures are computed together."""
-
-_COMBINED = {
-    Measure.Z_MAX: np.maximum, Measure.Z_DOT_MAX: np.maximum, Measure.FORCE_MAX: np.maximum,
-    Measure.Z_MIN: np.minimum, Measure.Z_DOT_MIN: np.minimum, Measure.FORCE_MIN: np.minimum,
-}
-"""How the extremes of mesh periods are combined to those of an orbit; the other measures are added."""
 
 _CONTACT_STATES = {1: "front", 0: "free", -1: "back"}
 
@@ -117,10 +111,9 @@ def _measures(family: ParameterFamily, cycles: Sequence[Cycle]) -> dict[str, np.
     periods = np.array([cycle.period for cycle in cycles])
     flow = family.exact_flow(np.array([cycle.values for cycle in cycles]))
     states = np.concatenate([cycle.points for cycle in cycles]).T.copy()
-    single = flow.advance(states, 1, points=np.repeat(np.arange(len(cycles)), periods), measured=True).measures
-    first = np.cumsum(periods) - periods
-    measures = np.stack([_COMBINED.get(Measure(i), np.add).reduceat(row, first) for i, row in enumerate(single)])
-    system = flow.system
+    system, points = flow.system, np.repeat(np.arange(len(cycles)), periods)
+    single = flow.advance(states, 1, points=points, measured=True).measures
+    measures = combine_measures(single, system.period[points], np.cumsum(periods) - periods)
     response = compute_response(measures, periods * system.period, periods, system.static_force)
     return {
         **response.variables(double=True), "mesh_force_peak": response.mesh_force_peak,

@@ -137,9 +137,9 @@ def _add(measures, row, value):
 
 @subroutine
 def _add_integrals(dims, ws, duration, end, measures, first):
-    """Add the integrals of z, z², z'², x1' and x1'² over the segment, by the Gauss–Legendre rule."""
+    """Add the integrals of z and z² about the reference, z'², x1' and x1'² over the segment, by Gauss–Legendre."""
     d = len(dims)
-    at = rows(dims)
+    at, reference = rows(dims), load(measures, first + Measure.Z_REFERENCE)
     z = zz = ss = v = vv = broadcast(0.0)
     for g in range(0, _GAUSS, 3):
         nodes = (end * broadcast(_NODES[g]), end * broadcast(_NODES[g + 1]), end * broadcast(_NODES[g + 2]))
@@ -148,7 +148,8 @@ def _add_integrals(dims, ws, duration, end, measures, first):
         c = horner3(ws, at.velocity, 1, nodes[0], nodes[1], nodes[2])
         for i in range(3):
             weight = duration * broadcast(_WEIGHTS[g + i])
-            z, zz, ss = vfma(weight, a[i], z), vfma(weight, a[i] * a[i], zz), vfma(weight, b[i] * b[i], ss)
+            x = a[i] - reference
+            z, zz, ss = vfma(weight, x, z), vfma(weight, x * x, zz), vfma(weight, b[i] * b[i], ss)
             v, vv = vfma(weight, c[i], v), vfma(weight, c[i] * c[i], vv)
     _add(measures, first + Measure.Z, z)
     _add(measures, first + Measure.Z_SQUARE, zz)
