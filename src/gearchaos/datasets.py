@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearchaos.csv_tables import save_csv
 from gearchaos.dynamics import REASONS, Label, Reason, motion_name
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
-from gearchaos.files import DATA_SUFFIXES, NOT_REGULAR, check_target, write_bytes
+from gearchaos.files import CSV_SUFFIX, DATA_SUFFIXES, NOT_REGULAR, check_target, write_bytes
 from gearchaos.gears.operating import OperatingModel, gears_json
 from gearchaos.model import STIFFNESS_KINDS, MeshModel, TransmissionError, stiffness_kind
 from gearchaos.proof.codes import REASON_CODES, Proved
@@ -174,17 +175,25 @@ def _versions() -> dict[str, str]:
     return {f"{p}_version": metadata.version(p) for p in ("gearchaos", "numba", "numpy", "xarray")}
 
 
-def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
-    """Write a Dataset as a NetCDF file (HDF5) with checksums.
+def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> list[Path]:
+    """Write a Dataset as a NetCDF file (HDF5) with checksums, or as tables of text.
 
-    The file appears, or replaces an older one, only when it is complete.
+    A file appears, or replaces an older one, only when it is complete.
 
     Parameters
     ----------
     dataset : Dataset
         The result of any study.
     path : path
-        Its suffix must be .nc, .nc4, .netcdf, .h5 or .hdf5, or empty.
+        Its suffix must be .nc, .nc4, .netcdf, .h5, .hdf5 or .csv, or empty. CSV has a row for each cell, column, point
+        or event. The titles of its columns have units; a value whose unit is none of SI has a second column in SI.
+        Codes are in words. What is over other dimensions than the first variable is in files of its own,
+        ``x_number.csv`` beside ``x.csv``. It lacks the attributes, such as the model: only NetCDF can be loaded.
+
+    Returns
+    -------
+    list of Path
+        The files written, ``path`` first.
 
     Raises
     ------
@@ -197,18 +206,25 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     >>> from tempfile import TemporaryDirectory
     >>> motion = gc.simulate(gc.MeshModel.of(q0=0.1), periods=4)
     >>> with TemporaryDirectory() as folder:
-    ...     gc.save(motion, f"{folder}/motion.nc")
+    ...     written = gc.save(motion, f"{folder}/motion.nc")
     ...     gc.load(f"{folder}/motion.nc").equals(motion)
     True
+    >>> with TemporaryDirectory() as folder:
+    ...     (table,) = gc.save(motion[["section_z"]], f"{folder}/motion.csv")
+    ...     table.read_text().splitlines()[0]
+    'period [T],section_z [delta]'
     """
     target = Path(path)
     _check_savable(dataset, target)
     check_target("path", target)
+    if target.suffix.lower() == CSV_SUFFIX:
+        return save_csv(dataset, target)
     write_bytes(target, netcdf_bytes(dataset))
+    return [target]
 
 
 def _check_savable(dataset: Any, target: Path) -> None:
-    """Raise `InputError` unless this is a Dataset and the path has a suffix of NetCDF, or none."""
+    """Raise `InputError` unless this is a Dataset and the path has a suffix of a file of results, or none."""
     import xarray as xr
 
     if not isinstance(dataset, xr.Dataset):
@@ -216,7 +232,7 @@ def _check_savable(dataset: Any, target: Path) -> None:
                          "E.g. save(gc.regime(model).to_dataset(), path) for a verdict.")
     if target.suffix and target.suffix.lower() not in DATA_SUFFIXES:
         raise InputError("path", f"must end in {', '.join(DATA_SUFFIXES)}, or have no ending", str(target),
-                         "It is NetCDF that is written; dataset.to_dataframe().to_csv(path) writes a table.")
+                         "It is NetCDF that is written, or with .csv a table.")
 
 
 def netcdf_bytes(dataset: xr.Dataset) -> memoryview:
@@ -271,7 +287,7 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     """
     import xarray as xr
 
-    if not Path(path).is_file():
+    if not Path(path).is_file() or Path(path).suffix.lower() == CSV_SUFFIX:
         raise InputError("path", "must be a NetCDF file", str(path), _path_advice(Path(path)))
     try:
         with xr.open_dataset(path, engine="h5netcdf") as dataset:
@@ -282,7 +298,9 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
 
 
 def _path_advice(path: Path) -> str:
-    """Advice for a path at which there is no regular file."""
+    """Advice for a path at which there is no regular file, or a table of text."""
+    if path.is_file():
+        return "A table of text lacks the model and the settings: save the result as NetCDF too."
     if path.is_dir():
         return "gearchaos.load reads the folder of a run."
     return f"It is {NOT_REGULAR}." if path.exists() else "There is no such file."

@@ -9,15 +9,17 @@ import shutil
 import stat
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from uuid import uuid4
 
 from gearchaos.errors import InputError
 
-DATA_SUFFIXES = (".nc", ".nc4", ".netcdf", ".h5", ".hdf5")
-"""Suffixes of files of results: NetCDF-4, which is HDF5."""
+CSV_SUFFIX = ".csv"
+
+DATA_SUFFIXES = (".nc", ".nc4", ".netcdf", ".h5", ".hdf5", CSV_SUFFIX)
+"""Suffixes of files of results: NetCDF-4, which is HDF5, and tables of text."""
 
 NOT_REGULAR = "not a regular file but a device, a pipe or a socket"
 """What an error message says of a path that is neither a regular file nor a folder."""
@@ -60,9 +62,10 @@ def read_bytes(path: Path, most: int = -1) -> bytes:
     return content
 
 
-def write_bytes(path: Path, content: bytes | memoryview, durable: bool = False) -> None:
+def write_bytes(path: Path, content: bytes | memoryview | Iterable[bytes], durable: bool = False) -> None:
     """Write a file atomically: it appears, or replaces an older one, only when all of its content is written.
 
+    The content may come in parts.
     Several processes and machines may write the same file at the same time. A process that is killed while it writes
     leaves a hidden file that ends in ``.partial``. With ``durable`` the file is on the disk at return, and survives a
     power failure. Raises OSError, with the path, if the file cannot be written.
@@ -74,7 +77,7 @@ def write_bytes(path: Path, content: bytes | memoryview, durable: bool = False) 
 
 
 @contextmanager
-def partial_file(path: Path, content: bytes | memoryview, durable: bool) -> Iterator[Path]:
+def partial_file(path: Path, content: bytes | memoryview | Iterable[bytes], durable: bool) -> Iterator[Path]:
     """A hidden file with this content in the folder of ``path``, which is deleted at the end unless it was renamed.
 
     An OSError, also one raised by the caller, is raised again with ``path``: the error of a full disk has none.
@@ -82,7 +85,7 @@ def partial_file(path: Path, content: bytes | memoryview, durable: bool) -> Iter
     partial = path.with_name(f".{uuid4().hex}.partial")  # the file's own name could make this too long
     try:
         with partial.open("wb") as file:
-            file.write(content)
+            file.writelines([content] if isinstance(content, (bytes, memoryview)) else content)
             if durable:
                 file.flush()
                 os.fsync(file.fileno())

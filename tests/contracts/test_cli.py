@@ -531,7 +531,7 @@ def outputs(tmp_path):
         (tmp_path / "missing" / "z.nc", "must lie in an existing folder"),
         (tmp_path / "file" / "z.nc", "must lie in an existing folder"),
         (tmp_path / "folder.nc", "must be a file"),
-        (tmp_path / "z.csv", "must end in .nc"),
+        (tmp_path / "z.xlsx", "must end in .nc"),
     ]
 
 

@@ -30,8 +30,8 @@ main()
 """
 COMMAND = (sys.executable, "-c", _MAIN, "explore", "--no-open", "--port", "0")
 SIZES = {"laptop": (1366, 768), "desk": (1920, 1080), "phone": (390, 844)}
-MAP = "x=omega:0.2:3.0&y=eps1:0.0:0.3"
-CALM = "x=omega:0.9:1.1&y=eps1:0.0:0.02"
+MAP = "x=omega=0.2:3.0&y=eps1=0.0:0.3"
+CALM = "x=omega=0.9:1.1&y=eps1=0.0:0.02"
 """A plane of one periodic motion, whose map is soon complete, for tests that look at other parts of the page."""
 
 START = presets()["2"].view

@@ -17,12 +17,12 @@ from tests.slow.browser import NEEDED, Visit, served
 
 sync_api = pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
-QUERY = "?q0=0.1&x=omega:2.0:2.4&y=eps1:0.0:0.1&at=2.2,0.02"
+QUERY = "?q0=0.1&x=omega=2.0:2.4&y=eps1=0.0:0.1&at=2.2,0.02"
 """A 1T orbit that loses stability in a flip at ω = 2.145, where motions of 2T begin; soon computed."""
 
-CHAOTIC = "?q0=0.1&x=omega:0.9:1.1&y=eps1:0.2:0.25&at=1.0,0.23"
+CHAOTIC = "?q0=0.1&x=omega=0.9:1.1&y=eps1=0.2:0.25&at=1.0,0.23"
 DESIGN = str(Path(__file__).parents[2] / "examples" / "spur_50_50.toml")
-GEARS = "?x=speed:2800.0:3200.0&y=torque:90.0:110.0&speed=3000&torque=100"
+GEARS = "?x=speed=2800.0:3200.0&y=torque=90.0:110.0&speed=3000&torque=100"
 PLACE = """([name, x, y]) => {
   const view = [...Bokeh.index.roots].find((root) => root.model.name === name)
   const {left, top} = view.el.getBoundingClientRect()

@@ -52,7 +52,7 @@ OUTSIDE = """() => {
 }"""
 """Labels longer than their axis: Bokeh clears only the height of an axis before it draws a vertical label again."""
 
-CALM = "?x=speed:400.0:500.0&y=torque:200.0:250.0&speed=450&torque=220"
+CALM = "?x=speed=400.0:500.0&y=torque=200.0:250.0&speed=450&torque=220"
 """A plane of one periodic motion, whose map is soon complete."""
 
 

@@ -14,7 +14,7 @@ from tests.slow.browser import NEEDED
 
 pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
-PLANE = "?x=omega:1.9:2.3&y=eps1:0.0:0.1&at=2.2,0.06"
+PLANE = "?x=omega=1.9:2.3&y=eps1=0.0:0.1&at=2.2,0.06"
 """Two kinds of motion, with and without loss of contact, and no chaos."""
 
 GREY = "#bfbfbf"

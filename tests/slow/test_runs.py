@@ -476,7 +476,7 @@ def test_bad_options_are_refused_before_anything_is_made(tmp_path, arguments, wo
     (STUDY.replace("patience", "patiense"), "key of [budget] must be one of"),
     (STUDY.replace('kind = "zones"', 'kind = "picture"').replace("x =", "#").replace("y =", "#"), "study.kind must be"),
     (STUDY.split("[study]")[0], "study.kind must be given"),
-    (STUDY.replace("x =", "# x ="), "study must give x and y"),
+    (STUDY.replace("x =", "# x ="), "--axis must be given twice"),
     ('[study]\nkind = "simulate"\n', "study.periods must be given"),
     (STUDY.replace("patience = 800", "patience = -1"), "budget.patience must be a whole number of at least 0; got -1"),
 ])

@@ -166,10 +166,10 @@ def _model(design: GearDesign) -> dict[str, Any]:
 def operating_map(
     gears: GearsPath,
     speed: Annotated[
-        str, typer.Option(metavar="START:STOP:COUNT", help="Speeds of wheel 1 in rpm, e.g. 500:4500:200.")
+        str, typer.Option(metavar="START:STOP:COUNT", help="Speeds of wheel 1 in rpm, or with units: 500:4500:200.")
     ],
     torque: Annotated[
-        str, typer.Option(metavar="START:STOP:COUNT", help="Torques at wheel 1 in N m, e.g. 20:400:150.")
+        str, typer.Option(metavar="START:STOP:COUNT", help="Torques at wheel 1 in N m, or with units: 20:400:150.")
     ],
     out: Out,
     sets: Sets = None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -23,13 +23,9 @@ from gearchaos.cli.options import (
     in_units,
     load,
     parse_axes,
+    study_axes,
 )
 from gearchaos.cli.output import MapOutput
-from gearchaos.errors import InputError
-
-if TYPE_CHECKING:
-    from gearchaos.studies.axis import Axis
-    from gearchaos.studyfile import LoadedStudy
 
 
 @app.command()
@@ -102,30 +98,6 @@ def _run(
     from gearchaos.studies.registry import study_class
 
     loaded = load(study, sets, physical, given_axes)
-    axes = _axes(kind, loaded, given_axes)
+    axes = study_axes(kind, loaded, given_axes)
     dataset = loaded.study(study_class(kind), **axes, **given(**options)).run(progress=True)
     output.write(kind, in_units(dataset, loaded, physical), axes.values())
-
-
-def _axes(kind: str, loaded: LoadedStudy, given_axes: list[Axis]) -> dict[str, Axis]:
-    """The axes by field of the study. Axes of the command line replace those of the study file with the same name."""
-    from gearchaos.studies.axis import axis_example
-    from gearchaos.studies.registry import study_class
-
-    names = study_class(kind).axis_fields
-    from_file = [axis for name, axis in loaded.options_for(kind).items() if name in names]
-    by_name = {a.name: a for a in given_axes}
-    if len(given_axes) < len(names) and by_name.keys() <= {a.name for a in from_file}:
-        given_axes = [by_name.get(a.name, a) for a in from_file]
-    if len(given_axes) != len(names):
-        times = "once" if len(names) == 1 else "twice"
-        examples = " ".join(f"--axis {axis_example(name)}" for name in _examples(kind, loaded)[: len(names)])
-        raise InputError("--axis", f"must be given {times}", sorted(by_name), f"E.g. {examples}.")
-    return dict(zip(names, given_axes, strict=True))
-
-
-def _examples(kind: str, loaded: LoadedStudy) -> tuple[str, str]:
-    """Names of axes that suit a study of this kind, for an error message."""
-    if kind == "basins":
-        return "z", "z_dot"
-    return ("omega", "eps1") if loaded.gears is None else ("speed", "torque")

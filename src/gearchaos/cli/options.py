@@ -52,10 +52,9 @@ Refine = Annotated[
     int | None,
     typer.Option("--refine", metavar="N", help="Every N-th row and column; more cells only where neighbours differ."),
 ]
-Out = Annotated[Path, typer.Option("--out", metavar="FILE", help="NetCDF file to write.", readable=False)]
-OutIfWanted = Annotated[
-    Path | None, typer.Option("--out", metavar="FILE", help="NetCDF file to write.", readable=False)
-]
+_OUT = typer.Option("--out", metavar="FILE", help="File to write: NetCDF, or .csv for tables.", readable=False)
+Out = Annotated[Path, _OUT]
+OutIfWanted = Annotated[Path | None, _OUT]
 Plot = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Picture as well: .png, .pdf or .svg.", readable=False)
 ]
@@ -126,6 +125,30 @@ def parse_axes(texts: list[str] | None) -> list[Axis]:
     return [parse_axis(text, "--axis") for text in texts or []]
 
 
+def study_axes(kind: str, loaded: LoadedStudy, given_axes: list[Axis]) -> dict[str, Axis]:
+    """The axes by field of the study. Axes of the command line replace those of the study file with the same name.
+
+    Raises `InputError` unless there are as many as the study has: one along a parameter, two over a plane, or none.
+    """
+    from gearchaos.studies.axis import axis_example
+    from gearchaos.studies.registry import study_class
+
+    names = study_class(kind).axis_fields
+    from_file = [axis for name, axis in loaded.options_for(kind).items() if name in names]
+    by_name = {a.name: a for a in given_axes}
+    if len(given_axes) < len(names) and by_name.keys() <= {a.name for a in from_file}:
+        given_axes = [by_name.get(a.name, a) for a in from_file]
+    if not names and given_axes:
+        raise InputError("--axis", f"must be left out for kind {kind!r}", sorted(by_name))
+    if len(given_axes) != len(names):
+        parameters = ("omega", "eps1") if loaded.gears is None else ("speed", "torque")
+        suitable = ("z", "z_dot") if kind == "basins" else parameters
+        examples = " ".join(f"--axis {axis_example(name)}" for name in suitable[: len(names)])
+        raise InputError("--axis", f"must be given {'once' if len(names) == 1 else 'twice'}", sorted(by_name),
+                         f"E.g. {examples}, or {' and '.join(names)} in [study].")
+    return dict(zip(names, given_axes, strict=True))
+
+
 def load_over(
     texts: list[str] | None, examples: Iterable[str], study: Path | None, sets: list[str] | None, physical: bool
 ) -> tuple[list[Axis], LoadedStudy]:
@@ -140,6 +163,9 @@ def load_over(
         times = {1: "once", 2: "twice"}[len(examples)]
         raise InputError("--axis", f"must be given {times}", texts, f"E.g. --axis {' --axis '.join(examples)}.")
     axes = [as_range(text, "--axis") for text in texts]
+    for text, example in zip(texts, examples, strict=True):
+        if text.count(":") > example.count(":"):
+            say(f"warning: the number of values in {text} has no effect: points are as close as the curve needs them")
     return axes, load(study, sets, physical, axes)
 
 

@@ -50,11 +50,16 @@ def _writable(path: Path) -> bool:
 
 
 def save(dataset: xr.Dataset, path: Path | None) -> None:
-    """Write a Dataset as a complete file, if there is a path."""
+    """Write a Dataset as a complete file, or as tables of text, if there is a path."""
     if path is not None:
         from gearchaos.studies import save as write
 
-        write(dataset, path)
+        say_written(write(dataset, path))
+
+
+def say_written(paths: Iterable[Path]) -> None:
+    """Print on stderr which files were written."""
+    for path in paths:
         say(f"wrote {path}")
 
 

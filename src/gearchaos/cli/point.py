@@ -127,7 +127,7 @@ def attractors(
     seed: Annotated[int | None, typer.Option(help="Seed of the initial states.")] = None,
     sweep: Annotated[
         str | None,
-        typer.Option(metavar="NAME=LOW:HIGH:COUNT", help="Also sweep this parameter from both ends to its value.",
+        typer.Option(metavar="NAME=START:STOP:COUNT", help="Also sweep this parameter from both ends to its value.",
                      autocompletion=completion.axes),
     ] = None,
     kicks: Annotated[

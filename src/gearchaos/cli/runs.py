@@ -12,10 +12,10 @@ import typer
 
 from gearchaos.cli import completion
 from gearchaos.cli.errors import say
-from gearchaos.cli.options import Json, Physical, Sets, StudyPath, app, load
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, say_proofs
+from gearchaos.cli.options import AxisTexts, Json, Out, Physical, Sets, StudyPath, app, load, parse_axes, study_axes
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, say_proofs, say_written
 from gearchaos.errors import InputError
-from gearchaos.files import DATA_SUFFIXES
+from gearchaos.files import CSV_SUFFIX, DATA_SUFFIXES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,6 +42,7 @@ def run(
     study: StudyPath,
     out: Annotated[str, typer.Option("--out", metavar="DIR.zarr", help="Store, new or of an earlier run, or s3://….")],
     sets: Sets = None,
+    axis: AxisTexts = None,
     tile: Annotated[
         int | None, typer.Option(min=1, help="Largest number of cells, columns or starts in a tile.")
     ] = None,
@@ -64,7 +65,7 @@ def run(
     from gearchaos.store.writers.shards import Shard
 
     pool = pool_from_options(threads, processes, scheduler, cluster, jobs, WORKER_MODULES)
-    chosen = _study(study, sets, refine)
+    chosen = _study(study, sets, axis, refine)
     part = None if shard is None else Shard.parse(shard)
     _report(out, run_into_store(chosen, out, tile=tile, pool=pool, shard=part, say=say, progress=True), json_out)
 
@@ -127,21 +128,19 @@ def _proofs(store: str) -> dict[str, Any]:
     return summary
 
 
-def _study(path: Path | None, sets: list[str] | None, refine: bool) -> Study:
-    """The study that a file describes; raises `InputError` unless it is complete."""
-    loaded = load(path, sets)
+def _study(path: Path | None, sets: list[str] | None, texts: list[str] | None, refine: bool) -> Study:
+    """The study that a file describes, over the axes of ``--axis``; raises `InputError` unless it is complete."""
+    given_axes = parse_axes(texts)
+    loaded = load(path, sets, axes=given_axes)
     if loaded.kind is None:
         raise InputError("study.kind", "must be given", None, "Write [study] with a kind in the study file.")
     from gearchaos.studies.registry import study_class
 
-    study_type = study_class(loaded.kind)
-    if not all(key in loaded.options for key in study_type.axis_fields):
-        keys = ' and '.join(study_type.axis_fields)
-        raise InputError("study", f"must give {keys}", loaded.kind, 'E.g. x = "omega=0.2:3:400".')
+    axes = study_axes(loaded.kind, loaded, given_axes)
     if refine and loaded.kind != "zones":
         raise InputError("--refine", "must be left out for a study that is no map of zones", loaded.kind)
     coarse = {"refine": COARSE} if refine and loaded.options.get("refine", 1) == 1 else {}
-    return loaded.study(study_type, **coarse)
+    return loaded.study(study_class(loaded.kind), **axes, **coarse)
 
 
 @app.command()
@@ -281,11 +280,12 @@ def _default_picture(result: str, colour: str | None) -> Path:
 @app.command()
 def export(
     store: StorePath,
-    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="NetCDF file to write.", readable=False)],
+    out: Out,
     physical: Physical = False,
 ) -> None:
-    """Write the result in a store as NetCDF."""
+    """Write the result in a store as NetCDF, or as tables of text."""
     check_output("--out", out, DATA_SUFFIXES)
+    from gearchaos.csv_tables import save_csv
     from gearchaos.store.store import open_store
 
     found = open_store(store)
@@ -293,10 +293,13 @@ def export(
     dataset = found.dataset()
     if not physical:
         _say_dimensionless(dataset)
+    in_units = partial(_in_units, physical=physical)
     if not found.study.gridded:
-        save(_in_units(dataset, physical), out)
-        return
-    from gearchaos.store.reading.export import export_dataset
+        save(in_units(dataset), out)
+    elif out.suffix.lower() == CSV_SUFFIX:
+        say_written(save_csv(dataset, out, in_units, next(iter(found.block.values()))))
+    else:
+        from gearchaos.store.reading.export import export_dataset
 
-    export_dataset(dataset, found.arrays, found.block, out, partial(_in_units, physical=physical))
-    say(f"wrote {out}")
+        export_dataset(dataset, found.arrays, found.block, out, in_units)
+        say_written([out])

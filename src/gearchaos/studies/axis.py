@@ -10,14 +10,18 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
+from gearchaos.gears.operating import operating_value
 from gearchaos.model import HarmonicStiffness, MeshModel, check, known_names
-from gearchaos.quantities import OPERATION, find
+from gearchaos.quantities import OPERATION, find, quantity
 
 MAX_COUNT = 1_000_000
 """Largest number of values of an axis."""
 
 _EXAMPLES = {"speed": "500:8000:200", "torque": "20:400:150"}
 """Examples of axes whose values depend on the gears; those of the others are the ranges of their quantities."""
+
+_WITH_UNITS = tuple(q.name for q in OPERATION)
+"""Names of axes whose ends may have units."""
 
 
 @dataclass(frozen=True)
@@ -93,15 +97,36 @@ def as_range(axis: Any, field: str = "axis") -> Axis:
 
 
 def parse_axis(text: str, field: str = "axis") -> Axis:
-    """An axis from ``name=start:stop:count``, e.g. ``eps1=0:0.3:400``."""
+    """An axis from ``name=start:stop:count``, e.g. ``eps1=0:0.3:400``.
+
+    The ends of a speed or torque may have units: ``speed=600 rpm:9000 rpm:20``.
+    """
     match = re.fullmatch(r"\s*(\w+)\s*=([^:]*):([^:]*):([^:]*)", text)
     if not match:
         raise _unreadable(field, text)
+    name, *ends, number = match.groups()
     try:
-        start, stop, count = float(match[2]), float(match[3]), int(match[4])
+        start, stop = (_end(name, end) for end in ends)
+        count = int(number)
+    except InputError as error:
+        raise InputError(field, error.rule, error.value, f"It is an end of {text!r}; a plain number is in "
+                         f"{quantity(name).unit}. E.g. {axis_example(name)}.") from None
     except ValueError:
         raise _unreadable(field, text) from None
-    return Axis(match[1], start, stop, count)
+    return Axis(name, start, stop, count)
+
+
+def _end(name: str, text: str) -> float:
+    """One end of an axis; that of a speed or torque, in rpm or N m, may have a unit. Raises ValueError for no number.
+
+    Rounding to 15 digits undoes that of the conversion: 11 rpm would be 10.999999999999998.
+    """
+    try:
+        return float(text)
+    except ValueError:
+        if name not in _WITH_UNITS or not any(map(str.isdigit, text)):
+            raise
+        return float(f"{operating_value(name, text.strip()):.15g}")
 
 
 def _unreadable(field: str, text: str) -> InputError:
@@ -121,7 +146,7 @@ def axis_example(name: str) -> str:
 
 def _single_names(name: str) -> tuple[str, ...]:
     """Names of the single parameters that an axis of this name sets, in the first kind of model that has them."""
-    if name in (q.name for q in OPERATION):  # parameters of a model of given gears
+    if name in _WITH_UNITS:  # parameters of a model of given gears
         return (name,)
     models = [MeshModel(kind=kind, stiffness=HarmonicStiffness()) for kind in ("full", "single")]
     models.append(MeshModel())
@@ -130,7 +155,7 @@ def _single_names(name: str) -> tuple[str, ...]:
             return model.set_by(name)
         except InputError:
             continue
-    known = {n for model in models for n in known_names(model)} | {q.name for q in OPERATION}
+    known = {n for model in models for n in known_names(model)} | {*_WITH_UNITS}
     raise unknown_name("axis", name, known)
 
 

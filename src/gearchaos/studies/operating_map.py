@@ -35,9 +35,10 @@ def operating_map(
     gears : GearDesign or GearPair, or the model of one
         A design needs no speed and torque of its own.
     speed : Axis or str
-        Speeds of wheel 1 in rpm: "500:4500:200" (start, stop, count), or an `Axis` with the name "speed".
+        Speeds of wheel 1: "500:4500:200" (start, stop, count) in rpm, "500 rpm:4500 rpm:200", or an `Axis` with the
+        name "speed".
     torque : Axis or str
-        Torques at wheel 1 in N m, likewise.
+        Torques at wheel 1, plain numbers in N m, likewise.
     starts, refine, settings, progress, threads
         As in `zones`.
 

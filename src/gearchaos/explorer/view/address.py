@@ -51,13 +51,13 @@ def to_query(view: View) -> str:
     point = view.operating_point
     out = _query_of_gears(point) if isinstance(point, OperatingModel) else _query_of_model(view.model)
     out |= {n: repr(v) for n, v in view.model.initial.items()}
-    out |= {n: f"{a.name}:{a.start!r}:{a.stop!r}" for n, a in (("x", view.x), ("y", view.y))}
+    out |= {n: f"{a.name}={a.start!r}:{a.stop!r}" for n, a in (("x", view.x), ("y", view.y))}
     out |= {"at": ",".join(map(repr, view.at)), "colour": view.colour, "line": view.line}
     if view.initial:
-        out["start"] = ",".join(f"{n}:{v!r}" for n, v in view.initial)
+        out["start"] = ",".join(f"{n}={v!r}" for n, v in view.initial)
     if view.physical or isinstance(point, OperatingModel):
         out["units"] = _UNITS[view.physical]
-    return urlencode(out, safe=":,")
+    return urlencode(out, safe=":,=")
 
 
 def _query_of_model(model: MeshModel) -> dict[str, str]:
@@ -122,7 +122,7 @@ def from_query(text: str, default: View) -> View:
 
 def _names_gears(given: Mapping[str, str]) -> bool:
     """Whether a query names a value that only gears have, or an axis of one."""
-    axes = {given.get(n, "").partition(":")[0] for n in "xy"}
+    axes = {given.get(n, "").partition("=")[0] for n in "xy"}
     return bool(_OF_GEARS & (given.keys() | axes))
 
 
@@ -172,11 +172,12 @@ def _with_values(model: AnyModel, values: Mapping[str, str]) -> AnyModel:
 
 
 def _axis(field: str, text: str, count: int) -> Axis:
-    """An axis from ``name:start:stop``."""
-    parts = text.split(":")
-    if len(parts) != 3:
-        raise InputError(field, "must read name:start:stop", text[:60], "E.g. eps1:0:0.3.")
-    return Axis(parts[0], bounded(parts[0], parts[1]), bounded(parts[0], parts[2]), count)
+    """An axis from ``name=start:stop``."""
+    name, _, ends = text.partition("=")
+    parts = ends.split(":")
+    if len(parts) != 2:
+        raise InputError(field, "must read name=start:stop", text[:60], "E.g. eps1=0:0.3.")
+    return Axis(name, bounded(name, parts[0]), bounded(name, parts[1]), count)
 
 
 def _two_numbers(field: str, text: str) -> tuple[float, float]:
@@ -195,8 +196,8 @@ def _parsed(field: str, text: str) -> float:
 
 
 def _initial(text: str) -> tuple[tuple[str, float], ...]:
-    """Initial values from ``x1:1.0,x1_dot:0.0``."""
-    parts = [part.partition(":") for part in text.split(",") if part]
+    """Initial values from ``x1=1.0,x1_dot=0.0``."""
+    parts = [part.partition("=") for part in text.split(",") if part]
     for name, _, _ in parts:
         check_known("start", name, {n for names in COORDINATES.values() for n in names})
     return tuple((name, bounded(name, value)) for name, _, value in parts)
