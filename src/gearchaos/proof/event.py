@@ -326,4 +326,4 @@ def _fold_in_words(parameter: str, side: int, first: Certificate, second: Certif
             f"region listed (its radius, about {float(from_text(empty['radius'])):.3g}, from its centre in each "
             f"coordinate at each tau = k T), one with {outside[0]} and one with {outside[1]} multipliers outside the "
             f"unit circle. At the {there} end there is no orbit of period {n} in that region, and for no value of "
-            f"{parameter} in the interval is there one on its border: at some value an orbit in it has the multiplier 1.")
+            f"{parameter} between is there one on its border: at some value an orbit in it has the multiplier 1.")
