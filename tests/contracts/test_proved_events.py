@@ -11,19 +11,20 @@ pytest.importorskip("flint")
 
 import gearchaos as gc
 from gearchaos.cli import app
-from gearchaos.model import MeshModel
-from gearchaos.proof.balls import precision
+from gearchaos.model import HarmonicStiffness, MeshModel
+from gearchaos.proof.balls import from_text, precision, to_text
 from gearchaos.proof.connection import connection
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.exclusion import empty_region
+from gearchaos.proof.exclusion import Region
 from gearchaos.proof.parameters import exact_parameters
-from gearchaos.proof.search import converged, distance, neighbours
+from gearchaos.proof.search import distance, neighbours
 from gearchaos.proof.verifier import verify
 
 TORSIONAL = MeshModel.of(kind="torsional", q0=0.1, omega=1.0, eps1=0.05)
 SINGLE = MeshModel.of(kind="single", zeta=0.025, q0=0.1, eps1=0.05, omega=0.6)
 FULL = MeshModel.of(kind="full", kappa=0.5, omega=1.05, eps1=0.02)
+FOURIER = MeshModel.of(kind="single", stiffness=HarmonicStiffness(amplitudes=(0.2,), phases=(0.0,)))
 
 
 @pytest.fixture(scope="module")
@@ -62,10 +63,11 @@ def check_facts(kind, period, document):
     outside = [[c["stability"]["outside"] for c in end] for end in (below, above)]
     if kind == "fold":
         pair, = (end for end in outside if end)
-        assert sorted(pair)[1] - sorted(pair)[0] == 1 and [] in outside and document["empty"]["slices"] > 0
+        assert sorted(pair)[1] - sorted(pair)[0] == 1 and [] in outside
+        assert document["empty"]["slices"] > 0 and document["empty"]["border"] > 0
         return
     assert below[0]["period"] == above[0]["period"] == period and document["empty"] is None
-    assert (document["connection"] is None) == (kind == "graze")
+    assert float(document["connection"]["margin"]) > 0
     if kind == "graze":
         counts = [sum(map(len, c[0]["switches"])) for c in (below, above)]
         assert abs(counts[0] - counts[1]) == 2
@@ -110,25 +112,102 @@ def fold_pair(branches):
 def test_a_region_with_orbits_is_not_proved_empty_and_the_same_region_beyond_the_fold_is(branches):
     with precision(128):
         (before, beyond), (first, second) = fold_pair(branches)
-        assert converged(before, first) is not None
         centre = [[(a + b) / 2 for a, b in zip(first[0], second[0], strict=True)]]
-        radius = Fraction(2 * distance(first, second))
-        found = empty_region(beyond, centre, radius)
-        assert found.slices >= 1 and found.margin > 0
-        with pytest.raises(UndecidedError, match="region not proved empty"):
-            empty_region(before, centre, radius)
+        region = region_between(before, beyond, centre, Fraction(2 * distance(first, second)))
+        inside, border = region.not_empty(region.whole, border=True)
+        assert border > len(inside) > 0
+        assert region.at(beyond).not_empty(inside, border=False)[1] >= len(inside)
+        for slices in (inside, region.whole):
+            with pytest.raises(UndecidedError, match="region not proved empty"):
+                region.at(before).not_empty(slices, border=False)
+
+
+def test_a_border_that_orbits_cross_on_their_way_to_the_fold_is_not_proved_closed(branches):
+    with precision(128):
+        (before, beyond), (first, second) = fold_pair(branches)
         for orbit, other in ((first, second), (second, first)):  # a region with one of the orbits, away from its middle
             for share in (Fraction(-1, 4), Fraction(1, 4)):
                 beside = [[a + share * (b - a) for a, b in zip(orbit[0], other[0], strict=True)]]
+                region = region_between(before, beyond, beside, Fraction(distance(first, second) / 2))
                 with pytest.raises(UndecidedError, match="region not proved empty"):
-                    empty_region(before, beside, Fraction(distance(first, second) / 2))
+                    region.not_empty(region.whole, border=True)
+                with pytest.raises(UndecidedError, match="region not proved empty"):
+                    region.at(before).not_empty(region.whole, border=False)
+
+
+def region_between(before, beyond, centre, radius):
+    """A region for all values of omega between those of two equations."""
+    low, high = (Fraction(from_text(e.parameters["omega"])) for e in (before, beyond))
+    middle = MeshEquations({**before.parameters, "omega": to_text((low + high) / 2)}, bits=128)
+    return Region(middle, centre, radius, {"omega": (high - low) / 2})
+
+
+TRIPLE = MeshModel.of(kind="single", omega=0.8, q0=0.1, eps1=0.1, zeta=0.03)
+FOLD_OF_3 = 0.7282350394381634, {"z": 0.5759551029471504, "z_dot": 0.16489197803055108}
+
+
+@pytest.mark.slow
+def test_a_fold_is_not_proved_where_its_two_orbits_merely_leave_the_region():
+    """At both ends of this interval, 1e-7 above the fold, there are two orbits: those of the lower end move away."""
+    value, near = FOLD_OF_3
+    assert gc.prove_event(TRIPLE, "fold", "omega", value, period=3, near=near).proved
+    found = gc.prove_event(TRIPLE, "fold", "omega", value + 1e-7 + 5e-6, period=3, near=near, width=1e-5)
+    assert not found.proved and found.reason == "region not proved empty"
+
+
+def beside(rng, event_value, side):
+    """The middle and the width of a random interval beside an event."""
+    width = 10 ** rng.uniform(-8, -4)
+    return event_value + side * (width * 10 ** rng.uniform(-2, 0.5) + 1e-11 + width / 2), width
+
+
+@pytest.mark.slow
+def test_no_fold_is_proved_in_random_intervals_beside_it(branches):
+    rng, located = np.random.default_rng(3), event(branches, "single", "fold")
+    near = {n: float(located[f"event_section_{n}"]) for n in ("z", "z_dot")}
+    of_1, of_3 = (SINGLE, float(located["event_value"]), near, 1), (TRIPLE, *FOLD_OF_3, 3)
+    for (model, fold, start, period), side, count in ((of_3, 1, 10), (of_3, -1, 1), (of_1, -1, 35), (of_1, 1, 4)):
+        for _ in range(count):
+            value, width = beside(rng, fold, side)
+            found = gc.prove_event(model, "fold", "omega", value, period=period, near=start, width=width)
+            assert not found.proved and found.reason in ("region not proved empty", "orbit not found")
+
+
+def test_no_graze_is_proved_in_random_intervals_beside_one(branches):
+    rng = np.random.default_rng(4)
+    for number in (0, 1):
+        located = event(branches, "single", "graze", number)
+        near = {n: float(located[f"event_section_{n}"]) for n in ("z", "z_dot")}
+        for k in range(12):
+            value, width = beside(rng, float(located["event_value"]), (-1) ** k)
+            found = gc.prove_event(SINGLE, "graze", "omega", value, period=1, near=near, width=width)
+            assert not found.proved and found.reason == "no change"
+
+
+def test_no_graze_is_proved_where_a_switch_merely_passes_the_section():
+    """With constant stiffness the phase of the transmission error shifts time: any switch can be put at tau = 0."""
+    rng, model, done = np.random.default_rng(5), MeshModel.of(kind="single", zeta=0.08, q0=0.1, eps1=0.1, chi0=0), 0
+    for _ in range(60):
+        varied = model.with_values({"omega": rng.uniform(0.6, 0.9)})
+        times = [switch.time for switch in gc.orbit(varied, period=1).switches]
+        varied = varied.with_values({"theta1": -2 * np.pi * rng.choice(times or [0.0])})
+        near, width = gc.orbit(varied, period=1).state, 10 ** rng.uniform(-8, -5)
+        if abs(abs(near["z"]) - 1) > 1e-9:  # another orbit of period 1, or permanent contact
+            continue
+        value = varied.value("omega") + 0.3 * rng.uniform(-1, 1) * width
+        found = gc.prove_event(varied, "graze", "omega", value, period=1, near=near, width=width)
+        assert not found.proved and found.reason in ("no change", "orbit not found")
+        done += found.reason == "no change"
+    assert done >= 26
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [((TORSIONAL,), "kind must be one of flip, fold, graze, neimark-sacker"),
      ((TORSIONAL, "pitchfork"), "kind must be one of"), ((TORSIONAL, "flip"), "axis and value must be given"),
-     ((TORSIONAL, "flip", "eps1"), "axis and value must be given")])
+     ((TORSIONAL, "flip", "eps1"), "axis and value must be given"),
+     ((TORSIONAL, "flip", "theta1", 0.1), "theta1 must be a parameter that a box can vary"),
+     ((FOURIER, "graze", "omega", 0.9), "stiffness must be two-level or stepped")])
 def test_wrong_arguments_are_named(arguments, message):
     with pytest.raises(gc.InputError, match=message):
         gc.prove_event(*arguments)

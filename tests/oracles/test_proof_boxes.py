@@ -1,6 +1,7 @@
 """Boxes of parameters against orbits and motions computed in floats at random points of the box."""
 
 from fractions import Fraction
+from itertools import product
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.search import converged
+from gearchaos.proof.trajectory import trajectory
 from gearchaos.studies.proofs import orbit_points
 
 BITS = 128
@@ -70,6 +72,80 @@ def test_orbits_at_random_points_of_a_proved_box_are_where_it_says(name):
         assert np.abs(difference - derivatives @ u).max() <= document["radius"] + 1e-9
         assert found.unstable == document["stability"]["outside"]
         assert len(found.switches) == sum(document["switches"])
+
+
+CONTACT = MeshModel.of(kind="single", omega=6.0, q0=1.0, eps1=0.01, zeta=0.1)
+
+
+@pytest.mark.parametrize(
+    ("widths", "members", "words"),
+    [({"chi1": 0.02, "chi2": 0.02}, (("chi1",), ("chi2",)), "in chi1 by up to 0.02, chi2 by up to 0.02 there"),
+     ({"chi0": 0.02}, (("chi1", "chi2"),), "in chi1 and chi2 by the same amount of up to 0.02 there"),
+     ({"chi0": 0.02, "omega": 0.01, "eps1": 0.001}, (("chi1", "chi2"), ("omega",), ("eps1",)),
+      "in chi1 and chi2 by the same amount of up to 0.02, omega by up to 0.01, eps1 by up to 0.001 there")])
+def test_orbits_at_all_corners_and_200_points_of_a_box_lie_in_the_boxes_of_its_theorem(widths, members, words):
+    proved = gc.prove_box(CONTACT, widths)
+    assert proved.proved and proved.scale == 1 and proved.widths == widths and words in proved.theorem
+    assert proved.document["together"] == list(map(list, members))
+    derivatives = np.array([[[float.fromhex(v) for v in row] for row in p] for p in proved.document["derivatives"]])
+    corners = list(product((-1.0, 1.0), repeat=len(widths)))
+    largest = 0.0
+    for u in np.array([*corners, *np.random.default_rng(7).uniform(-1, 1, (200, len(widths)))]):
+        values = {name: CONTACT.value(name) + share * width
+                  for names, width, share in zip(members, widths.values(), u, strict=True) for name in names}
+        difference = orbit_points(gc.orbit(CONTACT.with_values(values), period=1))[1] - proved.points
+        assert np.all(np.abs(difference) <= proved.reach + 1e-12)
+        assert np.abs(difference - derivatives @ u).max() <= proved.document["radius"] + 1e-12
+        largest = max(largest, float((np.abs(difference) / proved.reach).max()))
+    assert largest > 0.8
+
+
+def test_the_theorem_of_a_pair_is_no_theorem_of_independent_members():
+    """With chi1 and chi2 apart the orbit leaves the boxes of the pair, and is in those of both by name."""
+    pair, both = (gc.prove_box(CONTACT, dict.fromkeys(names, 0.02)) for names in (("chi0",), ("chi1", "chi2")))
+    apart = CONTACT.with_values({"chi1": CONTACT.value("chi1") + 0.0198, "chi2": CONTACT.value("chi2") - 0.0198})
+    difference = np.abs(orbit_points(gc.orbit(apart, period=1))[1] - pair.points)
+    assert np.any(difference > 10 * pair.reach) and np.all(difference <= both.reach)
+
+
+def test_words_say_no_more_than_the_exact_widths():
+    """The half-widths of a smaller box are rounded down."""
+    found = gc.prove_box(CASES["torsional 1T"][0], {"eps1": 0.05, "omega": 0.03})
+    for name, width in {"eps1": 0.05, "omega": 0.03}.items():
+        assert Fraction(found.widths[name]) <= Fraction(width) * Fraction(found.scale)
+        assert f"{name} by up to {found.widths[name]}" in found.theorem
+
+
+GRAZING = MeshModel.of(kind="single", zeta=0.025, q0=0.1, eps1=0.05, omega=0.5333684044733393)
+"""The teeth just part from each other in its motion of period 1."""
+
+
+def test_the_tube_of_a_grazing_motion_contains_motions_that_part_and_motions_that_do_not():
+    width, radius, rng, counts = 1e-6, 1e-7, np.random.default_rng(8), set()
+    parting = GRAZING.with_values({"omega": GRAZING.value("omega") - width})
+    with precision(BITS):
+        equations = MeshEquations(exact_parameters(parting), bits=BITS)
+        candidate = converged(equations, lifted(orbit_points(gc.orbit(parting, period=1))[1], equations))
+        system = BoxSystem(candidate, [{"omega": 2 * Fraction(width)}], grazing=True)
+        centre, drift = candidate.trajectories[0], system.drift[0][:, 0]
+        arguments = system.bounds(Fraction(1)), centre, column(drift), radius, system.shifts[0]
+        tube = box_tube(*arguments, grazing=True)
+        assert (len(centre.switches), tube.switches) == (2, 1)
+        with pytest.raises(UndecidedError, match="windows overlap"):
+            box_tube(*arguments)
+        point, image = (np.array([float(v) for v in values]) for values in (
+            candidate.points[0], [v.mid() for v in centre.image.entries()]))
+        for u in [-1.0, 1.0, *rng.uniform(-1, 1, 40)]:
+            family = ParameterFamily(parting.with_values({"omega": parting.value("omega") + 2 * width * u}), ())
+            offsets = radius * rng.choice([-1.0, 1.0], (2, 2))
+            flow, starts = family.exact_flow(family.start[None]), point[:, None] + drift[:, None] * u + offsets
+            after = flow.advance(starts, np.ones(2, int), points=np.zeros(2, int)).w
+            for k in range(2):
+                contained(tube.slopes * column(offsets[:, k]) + tube.by_parameters * arb(u), after[:, k] - image)
+            contained(tube.slopes * column(offsets[:, 0] - offsets[:, 1]), after[:, 0] - after[:, 1])
+            member = MeshEquations(shifted(exact_parameters(parting), "omega", 2 * Fraction(width) * Fraction(u)))
+            counts.add(len(trajectory(member, arb_mat(2, 1, starts[:, 0].tolist())).switches))
+    assert counts == {0, 2}
 
 
 def system_of(name, scale):

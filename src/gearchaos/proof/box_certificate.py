@@ -143,7 +143,7 @@ def _below(value: Fraction) -> float:
 def _in_words(system: BoxSystem, proof: BoxProof, sizes: list[float]) -> str:
     """What is proved, in words."""
     n, found, kind = system.candidate.period, proof.stability, system.equations.parameters["kind"]
-    box = ", ".join(f"{' and '.join(together)} by {'up to' if len(together) == 1 else 'the same amount of up to'} {size}"
+    box = ", ".join(f"{' and '.join(together)} by {'the same amount of ' if len(together) > 1 else ''}up to {size}"
                     for together, size in zip(system.widths, sizes, strict=True))
     outside = f"It has {found.outside} multipliers outside the unit circle"
     stable = "It is stable in its coordinates" if found.outside == 0 else outside

@@ -33,9 +33,9 @@ def connection(below: Certificate, above: Certificate, bits: int, start: Certifi
     Returns
     -------
     dict
-        ``points``, ``derivative``, ``radius``, ``margin`` and ``ends``: for each u between ``ends`` (that of ``below``
-        and that of ``above``) there is exactly one orbit within ``radius`` of the points plus u times the derivative,
-        no multiplier is 1, no contact switch is at a section, and the orbits of both certificates are those at ``ends``.
+        ``points``, ``derivative``, ``radius``, ``margin`` and ``ends``, the values of u at ``below`` and ``above``: for
+        each u between them there is exactly one orbit within ``radius`` of the points plus u times the derivative, no
+        multiplier is 1, no contact switch is at a section, and those at the ends are the orbits of the certificates.
 
     Raises
     ------

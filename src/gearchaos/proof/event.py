@@ -142,9 +142,9 @@ def prove_event_facts(
 def _change(kind: str, parameter: str, ends: tuple[End, End], bits: int) -> EventCertificate:
     """The certificate of an event that changes the orbit: a flip, a graze or a Neimark-Sacker bifurcation."""
     orbits = [_orbit_near(end, bits) for end in ends]
-    phase = _free_phase(orbits) if kind == "graze" else 0.0
-    proved = [[_proved(end.model, as_floats(orbit.points), bits, phase)]
-              for end, orbit in zip(ends, orbits, strict=True)]
+    lower, upper = (replace(end, points=as_floats(o.points)) for end, o in zip(ends, orbits, strict=True))
+    ends, phase = (lower, upper), _free_phase(orbits) if kind == "graze" else 0.0
+    proved = [[_proved(end.model, end.points, bits, phase)] for end in ends]
     (below,), (above,) = proved
     counts = [len(_sequence(found)) for found in (below, above)]
     if kind == "graze":
@@ -155,8 +155,7 @@ def _change(kind: str, parameter: str, ends: tuple[End, End], bits: int) -> Even
         raise NotProvedError(Unproved("no change", float(above.outside - below.outside), bits))
     extra = ""
     if kind == "flip":
-        side, doubled = _doubled((replace(ends[0], points=as_floats(orbits[0].points)),
-                                  replace(ends[1], points=as_floats(orbits[1].points))), bits)
+        side, doubled = _doubled(ends, bits)
         proved[side].append(doubled)
         extra = (f"At {('its lower', 'its upper')[side]} end there is an orbit that repeats after {doubled.period} "
                  f"mesh periods beside it, with {doubled.outside} multipliers outside.")
@@ -281,8 +280,8 @@ def _empty(ends: tuple[End, End], side: int, pair: list[Certificate], bits: int)
             _, slices = region.at(MeshEquations(there, bits=bits)).not_empty(inside, border=False)
     except UndecidedError as failure:
         raise NotProvedError(Unproved(failure.reason, failure.margin, bits)) from None
-    return {"end": ("below", "above")[1 - side], "model": there,
-            "centre": [[to_text(v) for v in point] for point in centre], "radius": to_text(radius), "border": border, "slices": slices}
+    return {"end": ("below", "above")[1 - side], "model": there, "radius": to_text(radius),
+            "centre": [[to_text(v) for v in point] for point in centre], "border": border, "slices": slices}
 
 
 def _certificate(
@@ -319,14 +318,12 @@ def _change_in_words(kind: str, parameter: str, below: Certificate, above: Certi
         f"fewer, in the cubes listed, and {what}.", between, extra)))
 
 
-def _fold_in_words(
-    parameter: str, side: int, first: Certificate, second: Certificate, empty: dict[str, Any]
-) -> str:
+def _fold_in_words(parameter: str, side: int, first: Certificate, second: Certificate, empty: dict[str, Any]) -> str:
     """The theorem of a fold."""
     here, there = ("lower", "upper")[side], ("upper", "lower")[side]
     outside, n = sorted((first.outside, second.outside)), first.period
     return (f"At the {here} end of the interval of {parameter} there are two orbits of period {n} mesh periods in the "
-            f"region listed, about {float(from_text(empty['radius'])):.3g} about its centre in each coordinate at each "
-            f"tau = k T, one with {outside[0]} and one with {outside[1]} multipliers outside the unit circle. At the "
-            f"{there} end there is no orbit of period {n} in that region, and for no value of {parameter} between is "
-            "there one on its border: at some value an orbit in it has the multiplier 1.")
+            f"region listed (its radius, about {float(from_text(empty['radius'])):.3g}, from its centre in each "
+            f"coordinate at each tau = k T), one with {outside[0]} and one with {outside[1]} multipliers outside the "
+            f"unit circle. At the {there} end there is no orbit of period {n} in that region, and for no value of "
+            f"{parameter} between is there one on its border: at some value an orbit in it has the multiplier 1.")

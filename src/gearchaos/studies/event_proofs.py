@@ -38,7 +38,8 @@ def prove_event(
     outside the unit circle at one end than at the other, and at one of them there is an orbit of period 2 n beside it.
     For a Neimark-Sacker bifurcation: two more. For a graze: the contact switches of the orbit have different sequences.
     For a fold: at one end there are two orbits, one with one multiplier more outside, and at the other none in a region
-    about both.
+    about both. Between the ends, the orbit of the first three exists for every value of the parameter; no orbit crosses
+    the border of the region of a fold.
 
     Parameters
     ----------
@@ -47,7 +48,7 @@ def prove_event(
         else.
     kind : {"flip", "fold", "graze", "neimark-sacker"}
     axis : str
-        Name of the parameter.
+        Name of the parameter, one of those of `prove_box`.
     value : float
         Where the event was located.
     period : int
