@@ -334,6 +334,22 @@ def test_images_of_random_segments_contain_the_exact_flow(stiffness, tolerance):
     assert np.median(sizes) < 30 + 1e3 * tolerance
 
 
+@pytest.mark.parametrize("start", [(1.5, 0.4), (0.2, -0.3), (-2.0, 0.0)])
+@pytest.mark.parametrize("share", [8, 64, 2**12])
+def test_a_step_in_any_contact_state_contains_that_in_the_right_one(start, share):
+    with ctx.workprec(64):
+        mesh = verifier.Mesh(model_fields(MeshModel.of(omega=1.6, q0=0.1, eps1=0.12, chi1=0.0, chi2=0.0)), [1])
+        rows = [[0.01, 0, start[0]], [-0.02, 0, start[1]], [0, 1, 0], [0, 0, 1]]
+        tube = verifier.Tube(mesh, arb_mat(rows), arb_mat([[arb(0, 1)], [arb(0, 1e-3)], [1]]), fmpq(0), 0)
+        tube.sigma, h = tube.contact(), mesh.rho / share
+        after, change = tube.unknown(fmpq(1, 3), h)
+        before = tube.G
+        tube.frozen(fmpq(1, 3), h)
+        for i in range(4):
+            assert all(after[i, j].overlaps(tube.G[i, j]) for j in range(3))
+            assert (before * tube.E + arb_mat([[change]] * 2 + [[0]] * 2))[i, 0].overlaps((tube.G * tube.E)[i, 0])
+
+
 def parallelogram(*vectors: tuple[float, float]) -> verifier.Parallelogram:
     return verifier.Parallelogram(*([fmpq(*float(v).as_integer_ratio()) for v in vector] for vector in vectors))
 
@@ -346,11 +362,12 @@ def test_a_set_covers_another_only_if_the_map_stretches_it_enough():
     wide = parallelogram((0, 0), (0, 0.5), (0.1, 0))  # its image has |b| > 1
     aside = parallelogram((1, 0), (0.45 * T, 0.45), (0.02, 0))
     far = parallelogram((2 * T, 2), (0.45 * T, 0.45), (0.02, 0))  # both edges have a < −1
+    tight = parallelogram((0, 0), (0.45 * T, 0.45), (0.01005, 0))  # |b| up to 0.995 in its image
     longer = parallelogram((0, 0), (0.499 * T, 0.499), (0.02, 0))  # stretched by 0.2 % only
     with ctx.workprec(64):
         mesh = verifier.Mesh(model_fields(MeshModel.of(kind="single", omega=6.0, zeta=0.0, q0=0.0, eps1=0.0)))
         assert verifier.covered(mesh, tall, sheared, []) > 0
-        for first, second in ((sheared, tall), (wide, sheared), (tall, aside), (tall, far), (tall, longer)):
+        for first, second in ((sheared, tall), (wide, sheared), *((tall, M) for M in (aside, far, tight, longer))):
             with pytest.raises(verifier.Refused, match="does not cover"):
                 verifier.covered(mesh, first, second, [])
 
@@ -423,7 +440,7 @@ def test_the_tube_contains_heyokas_motions():
             found = Flow(mesh, fmpq(0)).period([arb(x) for x in points])[1]
             form = [{"time": [verifier.NUMBER], "flank": int, "into": str}]
             claimed = verifier.read(windows(mesh, found, radius, 100), form, "windows")
-            tube = verifier.Tube(mesh, points, arb(radius), fmpq(0), 0)
+            tube = verifier.cube(mesh, points, arb(radius), fmpq(0), 0)
             try:
                 tube.period(claimed)
             except verifier.Refused:

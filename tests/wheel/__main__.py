@@ -53,7 +53,8 @@ FIRST = ("--version", "--version --verbose --json", "doctor")
 
 CHAINS = (
     (
-        "regime --set omega=0.8 --set q0=0.1 --set eps1=0.1 --prove --certificate c.json --plot r.svg", "verify c.json",
+        "regime --set omega=0.8 --set q0=0.1 --set eps1=0.1 --prove --certificate c.json --plot r.svg",
+        "verify c.json --script v.py",
         "simulate --set omega=0.8 --periods 5 --samples 20 --out s.nc", "plot s.nc --out s.png",
         "attractors --set omega=0.8 --set eps1=0.1 --starts 8 --out a.nc",
         "branch --set omega=0.8 --set eps1=0.1 --axis eps1=0.09:0.11 --out branch.nc --plot branch.png --json",

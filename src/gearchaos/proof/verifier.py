@@ -231,7 +231,7 @@ class Tube:
     `G` = [[D, y], [0, 1]] encloses the motion y(s) from c itself and a matrix D(s) of slopes: the difference of any two
     motions from X is δ(s) = Δ δ(0) with a matrix Δ in D. For their forces differ by χ (f(z) − f(z*)) = κ (z − z*) with
     κ(s) between 0 and χ, so δ solves the linear equation δ' = (M − κ b e0^T) δ; nothing need be differentiable.
-    All motions at s lie in the box G E, E = ([−r, r], ..., [−r, r], 1)."""
+    All motions at s lie in the box G E, E = ([−r, r], ..., [−r, r], 1). For `segment_image` D has other columns."""
     def __init__(self, mesh: Mesh, G: arb_mat, E: arb_mat, phase: fmpq, k: int) -> None:
         self.mesh, self.G, self.E, self.phase, self.k, self.least = mesh, G, E, phase, k, arb(10) ** 9
         self.sigma = self.start = 0
@@ -344,6 +344,14 @@ class Tube:
             alone.follow(s, h)
             after = arb_mat([[*row[:-1], *y] for row, y in zip(after.tolist(), alone.G.tolist(), strict=True)])
         self.G = after
+
+def cube(mesh: Mesh, centre: list[fmpq], r: arb, phase: fmpq, k: int) -> Tube:
+    """The motions from a cube, at its section."""
+    d, last = mesh.d, [*map(arb, centre), arb(1)]
+    G = arb_mat([[*(arb(i == j) for j in range(d)), x] for i, x in enumerate(last)])
+    tube = Tube(mesh, G, arb_mat([[ball(r)]] * d + [[1]]), phase, k)
+    tube.sigma = tube.start = tube.contact()
+    return tube
 
 def existence(S: list[arb_mat], F: list[arb_mat], r: arb) -> arb:
     """The least of 1 − |K − C|/r over all coordinates, for Krawczyk's operator K of F(x)_k = P(x_k) − x_(k+1) = 0.
@@ -498,9 +506,9 @@ def chaos_in_words(c: dict[str, Any]) -> str:
         f"Each of the {len(c['sets'])} parallelograms listed covers, with a slack of {plain(100 * SLACK)} %, those to",
         "which a transition leads from it. So every path along the transitions is followed by a motion, and every",
         "closed path by a periodic one. Parallelograms to which the same one leads are disjoint, so different paths",
-        f"have different motions. The topological entropy of P is at least {plain(c['entropy'])} (natural logarithm,",
-        f"a mesh period). There is a chaotic set, on which P^{length} is semiconjugate to the shift on {words}",
-        "symbols. It need not attract: such sets exist inside periodic windows too."))
+        f"from the same one have different motions. The topological entropy of P is at least {plain(c['entropy'])}",
+        f"(natural logarithm, a mesh period). There is a chaotic set, on which P^{length} is semiconjugate to the",
+        f"shift on {words} symbols. It need not attract: such sets exist inside periodic windows too."))
 
 def tolerances(c: dict[str, Any]) -> dict[int, fmpq]:
     """The unknown amplitudes of ε by harmonic."""
@@ -563,11 +571,7 @@ def prove_orbit(c: dict[str, Any]) -> Result:
     require(Q[0].det() != 0 and positive == inside == d - c["stability"]["outside"], "stability: Q_0 has other inertia")
     gaps = [max(abs(points[0][i] - points[k][i]) for i in range(d)) / radius - 2 for k in range(1, n) if n % k == 0]
     require(all(gap > 0 for gap in gaps), "period: X_0 and X_k are not disjoint for a divisor k < n of n")  # x_0 ≠ x_k
-    one, E = [[int(i == j) for j in range(d)] for i in range(d + 1)], arb_mat([[ball(r)]] * d + [[1]])
-    tubes = [Tube(mesh, arb_mat([[*row, x] for row, x in zip(one, [*points[k], 1], strict=True)]), E, phase, k)
-             for k in range(n)]
-    for tube in tubes:
-        tube.sigma = tube.start = tube.contact()
+    tubes = [cube(mesh, points[k], r, phase, k) for k in range(n)]
     for k, tube in enumerate(tubes):
         tube.period(lists[k])
         require(tube.sigma == tubes[(k + 1) % n].start, f"switches: end of mesh period {k} contradicts the next start")
