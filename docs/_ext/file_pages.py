@@ -57,6 +57,8 @@ A pair as its drawing describes it; see {{class}}`gearchaos.GearDesign` and [the
 {design}
 ## `[operation]`
 
+`shaft_frequency` or `mesh_frequency`, in Hz or with a unit, may take the place of `speed`.
+
 {operation}
 ## `[study]`
 
@@ -150,7 +152,8 @@ def keys(model: Any, names: Iterable[str] | None = None) -> str:
 
 def described(value: type, without: Iterable[str] = ()) -> str:
     """The keys of a table that a class checks, by the parameters in its docstring: dimension, words, default."""
-    defaults = {f.name: f.default for f in fields(value) if f.name not in without}  # type: ignore[arg-type]
+    every = value.__dataclass_fields__.values()  # those given on creation alone included
+    defaults = {f.name: f.default for f in every if f.name not in without}
     rows = []
     for entry in entries(sections(inspect.getdoc(value) or "")["Parameters"]):
         shared = [name for name in entry.names if name in defaults]
@@ -180,7 +183,7 @@ def study_file_page() -> str:
     return STUDY_FILE.format(
         model=keys(schema.ModelTable, {"kind"}), error=keys(schema.Series), stiffness=keys(schema.StiffnessTable),
         gearpair=described(GearPair), design=described(GearDesign, OPERATION),
-        operation=described(GearDesign, {f.name for f in fields(GearDesign)} - set(OPERATION)),
+        operation=described(GearDesign, set(GearDesign.__dataclass_fields__) - set(OPERATION)),
         studies="\n".join(study(kind) for kind in STUDIES), classification=table(["key", "type", "default"], rows))
 
 

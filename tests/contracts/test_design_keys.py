@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields, replace
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -163,3 +164,41 @@ def test_a_design_with_a_blank_is_made_again_from_json_and_from_a_study_file():
     design = GearDesign(**{**GIVEN, "blank": CHANGES["blank"]})
     assert gears_from_json(gears_json(design)) == design
     assert GearDesign(**design_values(design)) == design
+
+
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"transmission_error": None}, "teeth are taken to be exact: transmission_error is left out"),
+    ({"transmission_error": "none"}, "teeth are taken to be exact: transmission_error is none"),
+    ({}, "of the path of contact as it is, at least the base pitch of 8.856 mm"),
+    ({"tip_relief": {"amount": "10 um", "start_diameter": ["73.5 mm", "109.5 mm"]}}, "can raise the dynamic factor"),
+])
+def test_each_way_in_which_tip_relief_does_not_act_as_expected_is_named(changes, words):
+    design = GearDesign(**{**GIVEN, "tip_relief": RELIEF, **changes})
+    (warning,) = [text for text in design.warnings if text.startswith("tip_relief ")]
+    assert words in warning and "the entry of a tooth pair under load, is left out" in warning
+    tau = np.linspace(0, 1, 50)
+    without = replace(design, tip_relief=None).error_harmonics.at(tau)
+    assert np.allclose(design.error_harmonics.at(tau), without, rtol=0, atol=1e-12) is ("has no effect" in warning)
+    assert not any(t.startswith("tip_relief") for t in replace(design, tip_relief=0.0).warnings)
+
+
+def test_tip_relief_beside_a_file_of_errors_is_warned_of(tmp_path):
+    path = tmp_path / "te.csv"
+    path.write_text("order,peak [um],phase [deg]\n1,3,0\n")
+    design = GearDesign(**{**GIVEN, "tip_relief": RELIEF, "transmission_error": {"orders": str(path)}})
+    assert any("the transmission error comes from a file" in text for text in design.warnings)
+
+
+def test_what_a_blank_does_not_change_is_warned_of():
+    blank = {"rim": "9 mm", "web": "12 mm"}
+    found = " ".join(GearDesign(**{**GIVEN, "blank": blank, "stiffness": "potential energy"}).warnings)
+    assert "blank has no effect on the motion" in found and "blank has no effect on masses" in found
+    found = " ".join(GearDesign(**{**GIVEN, **BASES["given masses"], "blank": blank}).warnings)
+    assert "blank" not in found
+
+
+def test_a_speed_given_beside_a_file_takes_the_place_of_its_frequency(tmp_path):
+    path = tmp_path / "design.toml"
+    path.write_text(DESIGN.replace('speed = "3000 rpm"', 'mesh_frequency = "1200 Hz"'))
+    assert load_study(path).model.value("speed") == pytest.approx(3000, rel=1e-12)
+    assert load_study(path, {"speed": 1500}).model.value("speed") == pytest.approx(1500, rel=1e-12)

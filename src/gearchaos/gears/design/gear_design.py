@@ -96,7 +96,8 @@ class GearDesign(HasCard):
     tip_diameter : length, one or two, optional
         Tip diameters of the drawing, instead of a tip alteration.
     tip_relief : length, one or two, ReliefDimensions or table, optional
-        C_a, or a table with the amount and the diameter where the relief begins; none by default.
+        C_a, or a table with the amount and the diameter where the relief begins; none by default. A warning says what
+        the model leaves out of it.
     material : str, Material or table, one or two, optional
         By default ``"steel"``: E = 206 GPa, ν = 0.3 (ISO 6336-2:2006), 7830 kg/m³ (ISO 6336-1:2006).
     bore : length, one or two, optional
@@ -122,11 +123,12 @@ class GearDesign(HasCard):
         Method: ``"ISO 6336-1"`` (the default), ``"potential energy"``, or ``{"table": path}`` for a curve in a file,
         with ``columns`` (headers by the names of columns) and ``speed`` (of the times) where it needs them.
     transmission_error : str or table, optional
-        ``"none"``, ``"from quality"``, ``{"orders": path}`` or ``{"table": path}``, with ``columns`` as above and
-        ``wheel`` for an error that is the angle of a wheel. Left out it is none as well, with a warning beside a
-        quality.
+        ``"none"``, ``"from quality"``, an upper limit of the grade, ``{"orders": path}`` or ``{"table": path}``, with
+        ``columns`` as above and ``wheel`` for an error that is the angle of a wheel. Left out it is none as well, with
+        a warning beside a quality.
     eccentricity : length, one or two, optional
-        Distance of the axis of the toothing from the axis of rotation; by default 0.
+        Distance of the axis of the toothing from the axis of rotation; by default 0. It is on the datasheet alone, with
+        a warning: a model that is periodic with the mesh cannot contain it.
     supports : Supports or table, optional
         Elastic supports along the line of action; rigid by default.
     application_factor : float, optional
