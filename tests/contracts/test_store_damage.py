@@ -216,6 +216,20 @@ def test_other_damaged_files_are_named(path, name):
     assert files(path) == before and check(open_store(path)).files == []
 
 
+@pytest.mark.parametrize("command", ["run", "finish"])
+def test_damaged_metadata_of_a_result_of_all_starts_are_written_again(tmp_path, command):
+    """Its ``node_type`` is neither "array" nor "group", which the Zarr library refuses to read or to overwrite."""
+    path, study = tmp_path / "basins.zarr", tmp_path / "basins.toml"
+    study.write_text('[model]\nkind = "single"\n[study]\nkind = "basins"\nx = "z=-1:1:3"\ny = "z_dot=-1:1:2"\n')
+    ask("run", study, "--out", path)
+    before = files(path)
+    metadata = path / "attractor_residual/zarr.json"
+    metadata.write_bytes(metadata.read_bytes().replace(b'"array"', b'"brray"'))
+    assert "gearchaos finish" in ask("check", path).output
+    assert ask("run", study, "--out", path).exit_code == 0 if command == "run" else ask("finish", path).exit_code == 0
+    assert files(path) == before and check(open_store(path)).files == []
+
+
 def test_a_lost_journal_costs_time_alone(path):
     before = files(path)
     (path / "run" / "journal" / "all.jsonl").unlink()

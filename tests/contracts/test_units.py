@@ -20,7 +20,7 @@ SMALL = {"teeth": (20, 40), "module": 3e-3, "face_width": 0.03}
     "360 rev/min", "360 r/min", "360 U/min", "6 turn/s",
 ])
 def test_spellings_of_a_speed(text):
-    assert units.to_si("speed", text, units.SPEED) == pytest.approx(12 * math.pi, rel=1e-14)
+    assert units.to_si("speed", text, units.SPEED) == pytest.approx(360, rel=1e-14)
 
 
 @pytest.mark.parametrize(("text", "dimension", "number"), [

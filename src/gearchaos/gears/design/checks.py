@@ -26,9 +26,6 @@ USUAL_DAMPING = (0.03, 0.1)
 FASTEST, FAST = 300.0, 60.0
 """Pitch line velocities in m/s above which a speed is refused, and above which there is a warning."""
 
-FAST_SPEED = 2500.0
-"""Speed in rad/s above which there is a warning, 23 900 rpm: a number of revolutions per minute may be meant."""
-
 LEAST_INERTIA, MOST_INERTIA, MOST_MASS = 0.02, 1000.0, 20.0
 """Limits of a moment of inertia over that of a solid disc of the wheel's size, beyond which there is a warning. What is
 given may include all that turns with the wheel; what follows from the mass of a wheel is that of a disc of its size."""
@@ -100,24 +97,21 @@ def check_wheels(design: Any) -> None:
     for wheel in (0, 1):
         _check_blank(design, wheel)
     _check_relief(design)
-    if design.speed is not None and (velocity := _velocity(design)) > FASTEST:
-        raise InputError(
-            "speed", f"must keep the pitch line velocity below {FASTEST:g} m/s",
-            units.Shown(design.speed, design.speed), f"It gives {velocity:.4g} m/s.{_speed_question(design.speed)}")
+    if design.speed is not None:
+        check_speed_range(design, design.speed)
 
 
 def check_speed_range(design: Any, *speeds: float) -> None:
     """Raise `InputError` for speeds of wheel 1, in rpm, above the limit of the pitch line velocity."""
     for speed in speeds:
-        velocity = mesh_load(design.geometry, speed * units.RPM, 0.0, 1.0).velocity
-        if velocity > FASTEST:
+        if (velocity := _velocity(design, speed)) > FASTEST:
             raise InputError("speed", f"must keep the pitch line velocity below {FASTEST:g} m/s", speed,
-                             f"{speed:g} rpm give {velocity:.4g} m/s: an axis of speeds is in rpm.")
+                             f"{speed:g} rpm give {velocity:.4g} m/s: a speed without a unit is in rpm.")
 
 
-def _velocity(design: Any) -> float:
-    """Pitch line velocity at the reference circles, m/s."""
-    return mesh_load(design.geometry, design.speed, 0.0, 1.0).velocity
+def _velocity(design: Any, speed: float) -> float:
+    """Pitch line velocity at the reference circles, m/s, at a speed of wheel 1 in rpm."""
+    return mesh_load(design.geometry, speed * units.RPM, 0.0, 1.0).velocity
 
 
 def _check_blank(design: Any, wheel: int) -> None:
@@ -146,13 +140,6 @@ def _check_relief(design: Any) -> None:
             geometry.tip_diameter[wheel], units.LENGTH, "It lies between the start of active profile and the tip.")
 
 
-def _speed_question(speed: float) -> str:
-    """The question whether a plain number, in rad/s, was meant in revolutions per minute."""
-    if isinstance(speed, units.Measured):
-        return ""
-    return f" {speed:.6g} rad/s are {speed * 30 / math.pi:.6g} rpm: did you mean '{speed:.6g} rpm'?"
-
-
 def design_warnings(design: Any) -> tuple[str, ...]:
     """Sentences about values that are possible but unusual."""
     return (*geometry_warnings(design.geometry), *_damping_warnings(design), *_operating_warnings(design),
@@ -171,10 +158,8 @@ def _damping_warnings(design: Any) -> list[str]:
 def _operating_warnings(design: Any) -> list[str]:
     """Warnings about a high speed and a high load."""
     found = []
-    if design.speed is not None:
-        velocity, question = _velocity(design), _speed_question(design.speed)
-        if velocity > FAST or (question and design.speed > FAST_SPEED):
-            found.append(f"The pitch line velocity is {velocity:.4g} m/s.{question}")
+    if design.speed is not None and (velocity := _velocity(design, design.speed)) > FAST:
+        found.append(f"The pitch line velocity is {velocity:.4g} m/s at {design.speed:.6g} rpm, unusually high.")
     if design.torque is not None:
         load = mesh_load(design.geometry, 0.0, design.torque, 1.0).line_load / design.module
         if load > HIGH_LOAD:

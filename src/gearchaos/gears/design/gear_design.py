@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import InitVar, dataclass, fields, replace
@@ -39,7 +38,7 @@ from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics
 from gearchaos.gears.transmission_error.quality import Quality
 from gearchaos.gears.transmission_error.tip_relief import TipRelief
-from gearchaos.gears.units import FREQUENCY, to_si
+from gearchaos.gears.units import FREQUENCY, RPM, to_si
 from gearchaos.model import MeshModel
 from gearchaos.quantities import POSITIVE
 
@@ -66,8 +65,8 @@ class GearDesign(HasCard):
     """An external spur or helical gear pair as its drawing describes it; wheel 1 drives.
 
     A value with a unit is a number in SI, a text such as ``"8 mm"`` or a pint quantity. It is kept as a number in SI,
-    what belongs to each wheel as a tuple of two. Where one value may stand for two, it holds for both wheels. Designs
-    are values: they are equal if their fields are, and can be hashed, pickled, and made again from
+    what belongs to each wheel as a tuple of two; speeds are in rpm. Where one value may stand for two, it holds for
+    both wheels. Designs are values: they are equal if their fields are, and can be hashed, pickled, and made again from
     `dataclasses.asdict`.
 
     Parameters
@@ -134,7 +133,7 @@ class GearDesign(HasCard):
     application_factor : float, optional
         K_A of ISO 6336-1; by default 1, a load that the torque describes fully.
     speed : angular velocity, optional
-        Of wheel 1.
+        Of wheel 1; a plain number is in rpm.
     torque : torque, optional
         At wheel 1, not negative.
 
@@ -294,7 +293,7 @@ class GearDesign(HasCard):
     @property
     def load(self) -> MeshLoad:
         """Tangential force, line load and pitch line velocity; raises `InputError` without speed or torque."""
-        return mesh_load(self.geometry, self.given("speed"), self.given("torque"), self.application_factor)
+        return mesh_load(self.geometry, self.given("speed") * RPM, self.given("torque"), self.application_factor)
 
     @property
     def blanks(self) -> tuple[Blank | None, Blank | None]:
@@ -348,9 +347,9 @@ class GearDesign(HasCard):
         Parameters
         ----------
         speed : float or str, optional
-            In **rad/s**, not rpm, or a text with a unit: ``at(speed="3000 rpm")``.
+            In rpm, or a text with another unit.
         torque : float or str, optional
-            In N m, or a text with a unit.
+            In N m, or a text with another unit.
         """
         given: dict[str, Any] = {
             name: value for name, value in (("speed", speed), ("torque", torque)) if value is not None}
@@ -392,14 +391,14 @@ class GearDesign(HasCard):
 
 
 def _with_speed(operation: Mapping[str, Any], teeth: Any) -> dict[str, Any]:
-    """The table ``[operation]`` with the speed in rad/s in place of a frequency of the shaft or of the mesh."""
+    """ of a frequency of the shaft or of the mesh."""
     names = [name for name in ("speed", *FREQUENCIES) if name in operation]
     if len(names) > 1:
         raise InputError(names[1], f"must be left out beside {names[0]}", operation[names[1]])
     out = dict(operation)
     if names and names[0] in FREQUENCIES:
         turns = to_si(names[0], out.pop(names[0]), FREQUENCY, POSITIVE)
-        out["speed"] = 2 * math.pi * turns / (CONVERTERS["teeth"]("teeth", teeth)[0] if "mesh" in names[0] else 1)
+        out["speed"] = 60 * turns / (CONVERTERS["teeth"]("teeth", teeth)[0] if "mesh" in names[0] else 1)
     return out
 
 

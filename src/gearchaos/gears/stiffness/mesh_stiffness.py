@@ -173,7 +173,7 @@ def from_table(
     teeth : int
         z1.
     speed : float, optional
-        Angular velocity of wheel 1, rad/s, at which the times hold; for a table over time, and only for one.
+        Of wheel 1, rpm, at which the times hold; for a table over time, and only for one.
     face_width : float, optional
         Common face width, m, by which a stiffness in N/(mm µm) is multiplied.
     columns : mapping of str to str, optional

@@ -69,7 +69,7 @@ def read_curve(
     teeth : int
         z1.
     speed : float, optional
-        Angular velocity of wheel 1, rad/s; for a table over time, and only for one.
+        Of wheel 1, rpm; for a table over time, and only for one.
     face_width : float, optional
         Common face width, m; needed for a stiffness over face width only.
     columns : mapping of str to str, optional
@@ -110,7 +110,7 @@ def _period(abscissa: str, teeth: int, speed: float | None) -> float:
     if speed is None or not speed > 0:
         raise InputError("stiffness.speed", "must be given, greater than 0, for a stiffness over time", speed,
                          "Or give the stiffness over the fraction of the mesh period.")
-    return 2 * math.pi / (teeth * speed)
+    return 2 * math.pi / (teeth * (speed * units.RPM))
 
 
 _Whole = tuple[PeriodicCurve, int, tuple[str, ...]]

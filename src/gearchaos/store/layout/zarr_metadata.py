@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import BaseModel
 
@@ -10,7 +10,7 @@ from pydantic import BaseModel
 class NodeSchema(BaseModel):
     """What a ``zarr.json`` describes: an array or a group."""
 
-    node_type: str
+    node_type: Literal["array", "group"]
 
 
 class _ChunkShape(BaseModel):
