@@ -141,6 +141,29 @@ def test_orbit_and_orbits():
     assert gc.orbit(model).period == 1
 
 
+@pytest.mark.parametrize(("values", "axis", "period", "events"), [
+    ({"kind": "full", "kappa": 0.5, "omega": 0.9, "q0": 0.2, "eps1": 0.1}, "q0=0.15:0.21", 1,
+     {"neimark-sacker": 0.16945026}),
+    ({"omega": 1.0, "q0": 0.1, "eps1": 0.206}, "eps1=0.2:0.21", 8, {"fold": 0.20499237, "flip": 0.20698884}),
+])
+def test_the_period_of_the_motion_from_the_initial_values_chooses_that_motion(values, axis, period, events):
+    """Newton's method alone finds another orbit of the period from there, without these events."""
+    model = gc.MeshModel.of(**values)
+    ds = gc.branch(model, axis, period=period)
+    found = dict(zip(ds.event_kind.values.tolist(), ds.event_value.values, strict=True))
+    assert {kind: pytest.approx(found.get(kind), abs=1e-8) for kind in events} == events
+    same = np.sort_complex(gc.orbit(model, period=period).multipliers)
+    np.testing.assert_allclose(same, np.sort_complex(gc.regime(model).multipliers), rtol=0, atol=1e-6)
+
+
+def test_initial_values_on_an_unstable_orbit_choose_it():
+    """Although the motion from there, after rounding has grown, ends on a stable orbit of the same period."""
+    model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    orbit = gc.orbit(model, period=1, near={"z": 1.28, "z_dot": -0.1})
+    assert orbit.unstable == 1 and gc.regime(orbit.model).period == 1
+    assert gc.orbit(orbit.model, period=1).state == pytest.approx(orbit.state, abs=1e-9)
+
+
 def test_without_a_start_the_nearest_orbit_of_the_period_is_followed():
     model = gc.MeshModel.of(kind="single", omega=2.3, q0=0.1, eps1=0.1)
     ds = gc.branch(model, "omega=2.29:2.31", period=3)
@@ -254,7 +277,7 @@ def test_bad_input_of_the_command(arguments, words):
     ("zeta", 0.0, 0.1), ("contact_ratio", 1.0, 2.0), ("zeta", 0.025, 0.1), ("contact_ratio", 1.5, 1.6)])
 def test_a_branch_reaches_the_limits_of_the_models_rules(name, low, high):
     model = gc.MeshModel.of(kind="single", omega=0.7, zeta=0.025, q0=0.1, eps1=0.05)
-    ds = gc.branch(model, f"{name}={low}:{high}", period=1)
+    ds = gc.branch(model, f"{name}={low}:{high}", period=1, start={"z": 1.17, "z_dot": -0.01})
     assert {(e["value"], e["why"]) for e in json.loads(ds.attrs["ends"])} == {
         (low, "end of the axis"), (high, "end of the axis")}
     assert {float(ds[name].min()), float(ds[name].max())} == {low, high}
@@ -262,7 +285,7 @@ def test_a_branch_reaches_the_limits_of_the_models_rules(name, low, high):
 
 def test_large_phases_are_followed():
     """A phase is an argument of sines: whole turns change nothing."""
-    base = gc.MeshModel.of(kind="single", omega=0.7, zeta=0.025, q0=0.1, eps1=0.05)
+    base = gc.MeshModel.of(kind="single", omega=0.7, zeta=0.1, q0=0.1, eps1=0.05)
     turns = 2 * math.pi * 79
     far = gc.branch(base.with_values({"theta1": 500.0}), "theta1=480:520", period=1)
     near = gc.branch(base.with_values({"theta1": 500.0 - turns}), f"theta1={480 - turns}:{520 - turns}", period=1)

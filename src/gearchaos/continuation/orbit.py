@@ -12,7 +12,7 @@ from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
 from gearchaos.continuation.states import as_initial_values
 from gearchaos.display import HasCard
-from gearchaos.dynamics import Classification, Label, classify
+from gearchaos.dynamics import Classification, Label, classify, motion_name
 from gearchaos.dynamics import orbits as polishing
 from gearchaos.dynamics.initial_conditions import default_box, spread
 from gearchaos.dynamics.settings import SINGLE_MOTION
@@ -124,7 +124,7 @@ def orbit(
     model: AnyModel, *, period: int | None = None, near: Mapping[str, float] | None = None,
     settings: Classification | None = None,
 ) -> Orbit:
-    """The periodic orbit nearest to a state, stable or not.
+    """A periodic orbit, stable or not: the nearest to a state, or that of the motion from the initial values.
 
     Parameters
     ----------
@@ -133,10 +133,11 @@ def orbit(
     period : int, optional
         Period n in mesh periods, at most 1024; by default that of the motion that the state leads to.
     near : mapping of str to float, optional
-        A state at phase 0, by names of initial values; by default the model's own initial values. If Newton's method
-        finds no orbit of the period from those, the nearest one is taken that it finds from many initial states.
+        A state at phase 0, by names of initial values; by default the model's own initial values. If those lead to a
+        motion of the given period, or lie on an orbit of that period, it is taken; otherwise the orbit that Newton's
+        method finds from them, or the nearest of those that it finds from many initial states.
     settings : Classification, optional
-        Where no period is given: how the motion is classified that the state leads to; by default as `regime` does.
+        How the motion is classified that the state leads to, where it is; by default as `regime` does.
 
     Returns
     -------
@@ -203,24 +204,33 @@ def find_cycle(
     model: MeshModel, axes: tuple[str, ...], period: int | None, near: Mapping[str, float] | None,
     settings: Classification | None = None, names: tuple[str, ...] | None = None,
 ) -> tuple[ParameterFamily, Cycle]:
-    """The orbit nearest to a state as a cycle of a model along axes, at the model's own values; see `orbit`."""
+    """The first orbit of a study, as a cycle of a model along axes, at the model's own values; see `orbit`."""
     model = model.with_values(checked_state(model, near)) if near else model
     family = ParameterFamily(model, axes, names)
     values = family.start
-    if period is None:
-        guess = _attractor(family, values, settings)
-        cycle = minimal(family, converge(family, guess, values))
+    converged, name, steady = False, "", np.zeros((0, family.dimension))
+    if period is not None:
+        check_period(period)
+        guess = _iterates(family, values, family.initial_states(values[None])[0], period)
+        cycle = converge(family, guess, values)
+        converged = cycle.residual <= ACCEPTED and minimal(family, cycle).period == period
+        if converged and (near or np.abs(cycle.points[0] - guess[0]).max() < _SAME_POINT):
+            return family, cycle
+    if period is None or not near:
+        name, steady = _steady_motion(family, values, settings)
+    if period is None and len(steady) == 0:
+        raise InputError("start", "must lead to a periodic motion where no period is given", f"a {name} motion",
+                         "Give a period, or another start.")
+    if period in (None, len(steady)):
+        cycle = minimal(family, converge(family, steady, values))
         if cycle.residual > ACCEPTED:
-            raise _no_orbit(family, values, guess, [])
+            raise _no_orbit(family, values, steady, [])
         return family, cycle
-    check_period(period)
-    guess = _iterates(family, values, family.initial_states(values[None])[0], period)
-    cycle = converge(family, guess, values)
-    if cycle.residual <= ACCEPTED and minimal(family, cycle).period == period:
+    if converged:
         return family, cycle
     found = search(family, values, period)
     if near or not found:
-        raise _no_orbit(family, values, guess, found)
+        raise _no_orbit(family, values, guess, found, name)
     return family, _nearest(found, guess[0])
 
 
@@ -274,16 +284,16 @@ def same_cycle(first: Cycle, second: Cycle) -> bool:
         np.abs(np.roll(first.points, -k, axis=0) - second.points).max() < _SAME_POINT for k in range(first.period))
 
 
-def _attractor(family: ParameterFamily, values: np.ndarray, settings: Classification | None) -> np.ndarray:
-    """The points (n, d) of the periodic motion that the model's initial values lead to."""
+def _steady_motion(
+    family: ParameterFamily, values: np.ndarray, settings: Classification | None
+) -> tuple[str, np.ndarray]:
+    """The name of the motion that the model's initial values lead to, and its points (n, d), none if not periodic."""
     flow, w = family.exact_flow(values[None]), family.initial_states(values[None]).T.copy()
     found = classify(flow, w, settings=settings or SINGLE_MOTION, response=False)
+    name = motion_name(Label(int(found.label[0])), int(found.period[0]))
     if found.label[0] != Label.PERIODIC:
-        kind = Label(int(found.label[0])).name.lower().replace("_", "-")
-        raise InputError(
-            "start", "must lead to a periodic motion where no period is given", f"a {kind} motion",
-            "Give a period, or another start.")
-    return polishing.sections(flow, found.w, np.zeros(1, int), found.period)[0]
+        return name, np.zeros((0, family.dimension))
+    return name, polishing.sections(flow, found.w, np.zeros(1, int), found.period)[0]
 
 
 def _iterates(family: ParameterFamily, values: np.ndarray, state: np.ndarray, period: int) -> np.ndarray:
@@ -292,12 +302,18 @@ def _iterates(family: ParameterFamily, values: np.ndarray, state: np.ndarray, pe
     return polishing.sections(flow, state[:, None].copy(), np.zeros(1, int), np.array([period]))[0]
 
 
-def _no_orbit(family: ParameterFamily, values: np.ndarray, guess: np.ndarray, found: list[Cycle]) -> InputError:
-    """The error for a start (n, d) from which Newton's method reaches no orbit of period n; it names the nearest."""
+def _no_orbit(
+    family: ParameterFamily, values: np.ndarray, guess: np.ndarray, found: list[Cycle], name: str = ""
+) -> InputError:
+    """The error for a start (n, d) from which Newton's method reaches no orbit of period n; it names the nearest.
+
+    ``name`` is that of the motion that the start leads to, if known.
+    """
     rule, start = f"must be near an orbit of minimal period {len(guess)}", guess[0]
     if not found:
         return InputError("start", rule, _text(family, values, start),
-                          f"None was found from {_STARTS} other states either; try another period.")
+                          f"None was found from {_STARTS} other states either"
+                          + (f", and the motion from there is {name}" if name else "") + "; try another period.")
     points = _nearest(found, start).points
     distance = np.linalg.norm(points - start, axis=1)
     nearest = points[np.argmin(distance)]

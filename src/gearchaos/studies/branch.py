@@ -45,8 +45,8 @@ def branch(
     axis : Axis or str
         The parameter and its range, "eps1=0:0.3"; a number of values is accepted and has no effect.
     start : mapping of str to float, optional
-        Initial values near an orbit of the branch; by default those of the model, or with a period the orbit nearest to
-        them that is found from many initial states.
+        Initial values near an orbit of the branch; by default the branch begins with the motion that the model's own
+        lead to, or with another period than that of this motion as `orbit` does.
     period : int, optional
         Minimal period in mesh periods, at most 1024; by default that of the motion that the start leads to.
     cascade : int

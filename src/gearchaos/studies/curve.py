@@ -59,7 +59,8 @@ def curve(
     x, y : Axis or str
         The parameters and their ranges, "omega=0.2:2.5"; a number of values is accepted and has no effect.
     start : mapping of str to float, optional
-        Initial values near an orbit of the branch; by default those of the model.
+        Initial values near an orbit of the branch; by default the branch begins with the motion that the model's own
+        lead to, or with another period than that of this motion as `orbit` does.
     period : int, optional
         Minimal period in mesh periods, at most 1024; by default that of the motion that the start leads to.
     longest_step : float
