@@ -16,4 +16,4 @@ ax = gc.plot.attractors(found)
 # The loudest of them vibrates much more than the quietest:
 
 for name, velocity in zip(gc.plot.attractor_names(found), found.attractor_v_rms.values, strict=True):
-    print(f"{name}: rms velocity {velocity:.3f}")
+    print(f"{name}: V_RMS {velocity:.3f}")

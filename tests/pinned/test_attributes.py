@@ -22,7 +22,7 @@ attractor_kick_point | kick_point | 1
 attractor_lyapunov_lo | lower end of its 99 % interval | omega0 | 1/s
 attractor_section_z_dot | stroboscopic velocity of the dynamic transmission error | delta*omega0 | mm/s
 attractor_up | attractor | 1
-attractor_v_rms | rms velocity | delta*omega0 | mm/s
+attractor_v_rms | rms of x1' (single: z') | delta*omega0 | mm/s
 attractors | number of attractors found | 1
 basin_entropy | basin entropy | nat
 beta1 | beta1 | 1
@@ -64,11 +64,11 @@ theta1 | theta1 | 1
 trace_error | distance of the exponents' sum from the trace | omega0 | 1/s
 transient_chaos | whether chaos came before the motion settled | 1
 uncertainty_exponent | uncertainty exponent of the boundary | 1
-v_rms | rms velocity | delta*omega0 | mm/s
-v_rms_down | rms velocity after a sweep down | delta*omega0 | mm/s
-v_rms_least | least rms velocity of the attractors | delta*omega0 | mm/s
-v_rms_most | largest rms velocity of the attractors | delta*omega0 | mm/s
-v_rms_up | rms velocity after a sweep up | delta*omega0 | mm/s
+v_rms | rms of x1' (single: z') | delta*omega0 | mm/s
+v_rms_down | V_RMS after a sweep down | delta*omega0 | mm/s
+v_rms_least | least V_RMS of the attractors | delta*omega0 | mm/s
+v_rms_most | largest V_RMS of the attractors | delta*omega0 | mm/s
+v_rms_up | V_RMS after a sweep up | delta*omega0 | mm/s
 x1 | x1 | delta | µm
 x1_dot | x1_dot | delta*omega0 | mm/s
 x2 | x2 | delta | µm

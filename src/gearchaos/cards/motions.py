@@ -35,7 +35,7 @@ def verdict_card(verdict: Verdict) -> Card:
         interval = f", {low:.4g} to {high:.4g} at 99 %" if high > low else ""
         rows.append(("largest exponent", f"{verdict.lyapunov[0]:.4g}{interval}"))
     rows += [(name, f"{value:.4g}") for name, value in (
-        ("rms velocity", verdict.v_rms), ("dynamic factor", verdict.dynamic_factor)) if value is not None]
+        ("V_RMS", verdict.v_rms), ("dynamic factor", verdict.dynamic_factor)) if value is not None]
     if verdict.contact is not None:
         rows.append(("contact", verdict.contact))
     rows.append(("operating point", _operating_point(verdict.model)))

@@ -201,7 +201,8 @@ COORDINATES: tuple[Quantity, ...] = (
 rotations of the wheels as arc lengths x on the base circles, and the displacements y of their centres."""
 
 RESPONSES: tuple[Quantity, ...] = (
-    _velocity("v_rms", "rms velocity", symbol="V_RMS", tex=r"V_\mathrm{RMS}", title="rms velocity V_RMS"),
+    _velocity("v_rms", "rms of x1' (single: z')", symbol="V_RMS", tex=r"V_\mathrm{RMS}",
+              title="V_RMS, rms of x1' (single: z')"),
     _length("z_rms", "rms of z about its mean", title="rms of z"),
     _length("z_peak_to_peak", "peak to peak of z", title="peak to peak of z"),
     _velocity("z_dot_rms", "rms of z'"),
@@ -262,10 +263,10 @@ RESULTS: tuple[Quantity, ...] = (
     Quantity("up", long_name="attractor"),
     Quantity("down", long_name="attractor"),
     Quantity("attractors", long_name="number of attractors found"),
-    _velocity("v_rms_least", "least rms velocity of the attractors"),
-    _velocity("v_rms_most", "largest rms velocity of the attractors"),
-    _velocity("v_rms_up", "rms velocity after a sweep up"),
-    _velocity("v_rms_down", "rms velocity after a sweep down"),
+    _velocity("v_rms_least", "least V_RMS of the attractors"),
+    _velocity("v_rms_most", "largest V_RMS of the attractors"),
+    _velocity("v_rms_up", "V_RMS after a sweep up"),
+    _velocity("v_rms_down", "V_RMS after a sweep down"),
     Quantity("hysteresis", long_name="whether the sweeps end in different motions"),
     Quantity("contact_worst", long_name="worst contact state of the attractors"),
     Quantity("fraction", long_name="share of the starts"),

@@ -67,7 +67,7 @@ def coexisting(
     Returns
     -------
     dict of str to (N,)
-        Number of ``attractors`` found, smallest and largest rms velocity ``v_rms_least`` and ``v_rms_most`` among them,
+        Number of ``attractors`` found, smallest and largest V_RMS, ``v_rms_least`` and ``v_rms_most`` among them,
         worst contact state ``contact_worst`` (the last one in `CONTACTS` other than "none"), rms velocities
         ``v_rms_up`` and ``v_rms_down`` after slow sweeps along x, and ``hysteresis``: 1 where the two sweeps end in
         different motions.
