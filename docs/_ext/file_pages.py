@@ -47,7 +47,8 @@ Initial values by the names of the [coordinates](quantities.md#coordinates).
 
 ## `[gearpair]`
 
-A pair in SI instead of `[model]`; see {{class}}`gearchaos.GearPair`. A value is a number in SI or a text with a unit.
+A pair in SI instead of `[model]`; see {{class}}`gearchaos.GearPair`. A value is a number in SI, of
+the speed in rpm, or a text with a unit.
 
 {gearpair}
 ## `[design]`

@@ -227,7 +227,7 @@ def test_the_equivalent_mass_is_that_of_the_pair_and_of_iso_6336():
     disc = GearDesign(teeth=(20, 40), module=3e-3, face_width=0.03, bore=("10 mm", "20 mm"))
     (inertia1, inertia2), (radius1, radius2) = disc.inertias, [d / 2 for d in disc.geometry.base_diameter]
     pair = GearPair(n1=20, n2=40, I1=inertia1, I2=inertia2, R1=radius1, R2=radius2, c0=4e8, k=500.0, backlash=1e-4,
-                    M10=100.0, speed=300.0)
+                    M10=100.0, speed=3000.0)
     assert disc.equivalent_mass == pytest.approx(pair.mass, rel=1e-15)
     assert disc.equivalent_mass == pytest.approx(1 / (radius1**2 / inertia1 + radius2**2 / inertia2), rel=1e-14)
     mean = [(a + f) / 2 for a, f in zip(disc.geometry.tip_diameter, disc.geometry.root_diameter, strict=True)]

@@ -123,7 +123,7 @@ def test_a_missing_input_is_named_where_a_quantity_needs_it(tmp_path):
 def test_the_pair_of_a_design_has_its_values():
     design = load_design(SPUR)
     pair, geometry = design.to_pair(), design.geometry
-    assert (pair.n1, pair.R1, pair.M10, pair.speed) == (50, geometry.base_diameter[0] / 2, 100.0, 3000 * RPM)
+    assert (pair.n1, pair.R1, pair.M10, pair.speed) == (50, geometry.base_diameter[0] / 2, 100.0, 3000.0)
     assert pair.c0 == design.tooth_stiffness.mesh_stiffness * 0.02 and pair.backlash == pytest.approx(1.2e-4, rel=1e-15)
     model = design.to_model()
     assert model.zeta == pytest.approx(0.05, rel=1e-14) and model.kind == "torsional"
@@ -259,7 +259,7 @@ def test_a_table_is_found_beside_the_study_file(tmp_path, monkeypatch):
 
 def test_values_set_over_a_design():
     design = load_design(SPUR, {"design.quality.grade": 8, "speed": "100 rpm", "design.backlash.value": "0.2 mm"})
-    assert design.quality.grade == 8 and design.speed == pytest.approx(100 * RPM, rel=1e-15)
+    assert design.quality.grade == 8 and design.speed == 100.0
     assert design.backlash_line_of_action == pytest.approx(2e-4, rel=1e-14)
     with pytest.raises(InputError, match=r"^omega must be a value of \[design\]"):
         load_design(SPUR, {"omega": 1.0})
@@ -382,9 +382,25 @@ def test_results_in_physical_units_are_returned_unchanged(found):
         gc.physical(alone, pair.at(speed=1.0))
 
 
-def test_a_design_at_a_speed_by_text_is_in_rpm():
-    design = load_design(SPUR)
-    assert design.at(speed="1200 rpm", torque="50 N*m") == design.at(speed=1200 * RPM, torque=50.0)
+def test_a_speed_without_a_unit_is_in_rpm_wherever_it_is_given(tmp_path):
+    """The mesh frequency of 50 teeth at 1200 rpm is 1000 Hz."""
+    path = tmp_path / "operation.toml"
+    path.write_text(SPUR.read_text().replace('"3000 rpm"', "1200").replace('"100 N*m"', "50"))
+    pair = load_design(SPUR).at(speed="125.66370614359172 rad/s", torque=50).to_pair()
+    found = {
+        "at": load_design(SPUR).at(speed=1200, torque=50).to_pair(),
+        "replace": replace(load_design(SPUR), speed=1200, torque=50).to_pair(),
+        "file": load_design(path).to_pair(), "set": load_design(SPUR, {"speed": 1200, "torque": "50 N*m"}).to_pair(),
+        "table": load_design(SPUR, {"operation.speed": 1200, "torque": 50}).to_pair(),
+        "pair": pair.at(speed=1200), "field": replace(pair, speed=1200), "text": replace(pair, speed="20 turn/s"),
+        "parameter": gc.Regime(pair).model.with_values({"speed": 1200}).operating_gears.to_pair(),
+        "json": gears_from_json(gears_json(pair.at(speed=1200))),
+    }
+    for name, each in found.items():
+        assert each.mesh_frequency == pytest.approx(2000 * math.pi, rel=1e-14), name
+        assert each.speed == pytest.approx(1200, rel=1e-14) and each.M10 == 50, name
+    with pytest.raises(InputError, match="or a plain number in rpm"):
+        pair.at(speed="1200 turns")
 
 
 def test_the_complete_file_of_the_documents_makes_a_model(tmp_path):
@@ -418,10 +434,10 @@ def test_commands_and_studies_warn_once_of_exact_teeth_beside_a_quality(tmp_path
     assert len(caught) == 1
 
 
-def test_a_plain_number_for_the_speed_that_may_be_in_rpm_is_a_warning_of_a_study():
+def test_a_high_pitch_line_velocity_is_a_warning_of_a_study():
     slip = load_design(SPUR, {"design.module": "1 mm", "design.centre_distance": "50 mm", "design.bore": "10 mm"})
-    with pytest.warns(DesignWarning, match="3000 rad/s are 28647.9 rpm: did you mean '3000 rpm'"):
-        gc.Regime(slip.at(speed=3000, torque=10))
+    with pytest.warns(DesignWarning, match="velocity is 75 m/s at 28647.9 rpm, unusually high"):
+        gc.Regime(slip.at(speed="3000 rad/s", torque=10))
 
 
 def test_the_reason_why_there_is_no_model(tmp_path):

@@ -15,7 +15,7 @@ from gearchaos.model import HarmonicStiffness, backlash, mesh_stiffness, transmi
 
 SI = {
     "n1": 25, "n2": 40, "I1": 4.88e-4, "I2": 3.2e-3, "R1": 0.03524, "R2": 0.05638, "c0": 4e8, "k": 530.0,
-    "backlash": 1.2e-4, "M10": 85.0, "speed": 14000 * 2 * math.pi / 60, "error_amplitudes": [6e-6, 2e-6],
+    "backlash": 1.2e-4, "M10": 85.0, "speed": 14000.0, "error_amplitudes": [6e-6, 2e-6],
     "error_phases": [0.3, math.pi / 2],
 }
 SUPPORTS = {"m1": 0.694, "m2": 1.776, "c1": 2e8, "c2": 3e8, "k1": 520.0, "k2": 1340.0}
@@ -32,7 +32,7 @@ def pair(**changes):
 
 def mesh(p, t, phi, phi_dot, u, u_dot):
     """The mesh force S of (2.5) in N, with (2.3), (2.4), (2.6) and the two-level c(t), all in SI."""
-    w = p.n1 * p.speed
+    w = p.n1 * p.speed * math.pi / 30
     orders = list(zip(range(1, 9), p.error_amplitudes, p.error_phases, strict=False))
     e = sum(a * math.cos(j * w * t - th) for j, a, th in orders)
     e_dot = -sum(a * j * w * math.sin(j * w * t - th) for j, a, th in orders)

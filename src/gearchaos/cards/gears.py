@@ -13,7 +13,6 @@ from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.transverse_section import transverse_section
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.units import RPM
 
 _MOST_TEETH = 200
 """Number of teeth above which a wheel is drawn as a disc."""
@@ -43,7 +42,7 @@ def _design_rows(design: GearDesign) -> Iterator[tuple[str, str]]:
     if design.damping_ratio is not None:
         yield "damping ratio ζ", f"{design.damping_ratio:.4g}"
     if design.speed is not None:
-        yield "speed", f"{design.speed / RPM:.6g} rpm"
+        yield "speed", f"{design.speed:.6g} rpm"
     if design.torque is not None:
         yield "torque", f"{design.torque:.6g} N m"
 

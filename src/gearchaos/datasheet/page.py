@@ -126,7 +126,7 @@ def _inputs(design: GearDesign) -> Iterator[tuple[str, str]]:
     for name in ("stiffness", "transmission_error"):
         yield f"{name.replace('_', ' ')} by", _method(getattr(design, name) or "none")
     if design.speed is not None:
-        yield "speed of wheel 1", f"{design.speed * 30 / math.pi:.6g} rpm"
+        yield "speed of wheel 1", f"{design.speed:.6g} rpm"
     if design.torque is not None:
         yield "torque at wheel 1", f"{design.torque:.6g} N m"
 

@@ -22,9 +22,8 @@ from gearchaos.validation import check, to_float
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
 
-_NAMES = tuple(q.name for q in OPERATION)
-_SI = {"speed": RPM, "torque": 1.0}
-"""Their units in SI."""
+OPERATING_NAMES = tuple(q.name for q in OPERATION)
+"""The parameters of given gears beside those of the model: the speed in rpm and the torque in N m of wheel 1."""
 
 _SET_BY = {"speed": ("omega",), "torque": ("q1", "q2")}
 """The parameters that the speed and the torque set if the reference stiffness is constant. Where it depends on the
@@ -42,7 +41,7 @@ class Gears(Protocol):
         """Gears are values."""
 
     def at(self, *, speed: float | None = None, torque: float | None = None) -> Self:
-        """The same gears at another speed, rad/s, or torque, N m, of wheel 1."""
+        """The same gears at another speed, rpm, or torque, N m, of wheel 1."""
 
     def to_pair(self) -> GearPair:
         """The gear pair with the parameters of (2.1) at this operating point."""
@@ -70,17 +69,17 @@ class OperatingModel(MeshModel):
         return f"Operating{super().__repr__().removeprefix('Mesh')[:-1]}, gears={self.gears!r})"
 
     def set_by(self, name: str) -> tuple[str, ...]:
-        return _SET_BY[name] if name in _NAMES else super().set_by(name)
+        return _SET_BY[name] if name in OPERATING_NAMES else super().set_by(name)
 
     def value(self, name: str) -> float | None:
-        return getattr(self, f"_{name}") if name in _NAMES else super().value(name)
+        return getattr(self, f"_{name}") if name in OPERATING_NAMES else super().value(name)
 
     @property
     def _speed(self) -> float:
         """Speed of wheel 1 in rpm that ω stands for."""
         own = _point(self.gears, None)
         if self.omega == own.parameters["omega"]:
-            return own.pair.speed / RPM
+            return own.pair.speed
         return self.omega * own.pair.omega0 / own.pair.n1 / RPM
 
     @property
@@ -98,8 +97,8 @@ class OperatingModel(MeshModel):
         either way.
         """
         gears, own = self.gears, _point(self.gears, None).pair
-        if self._speed != own.speed / RPM:
-            gears = gears.at(speed=self._speed * RPM)
+        if self._speed != own.speed:
+            gears = gears.at(speed=self._speed)
         if self._torque == own.M10:
             return gears
         try:
@@ -122,8 +121,7 @@ class OperatingModel(MeshModel):
         """The model at another speed or torque, before its kind is set: supports depend on the torque."""
         given = {n: operating_value(n, v) for n, v in operation.items()}
         changed = {n: v.item() for n, v in self._operating_values(**given).items()}
-        at = {n: v * _SI[n] for n, v in given.items()}
-        return replace(super().with_values(changed), gears=self.gears.at(**at))
+        return replace(super().with_values(changed), gears=self.gears.at(**given))
 
     def _with_supports(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
         """The values, with those of the supports of the gears where they make a full model of another kind.
@@ -173,13 +171,14 @@ class OperatingModel(MeshModel):
 def operating_value(name: str, value: Any) -> float:
     """A speed in rpm or a torque in N m, from a number in these units or a text with another unit."""
     if isinstance(value, str):
-        return to_si(name, value, SPEED if name == "speed" else TORQUE) / _SI[name]
+        return to_si(name, value, SPEED if name == "speed" else TORQUE)
     return to_float(name, value)
 
 
 def _separated(values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """The values of `OPERATION`, and the others, each by name."""
-    return {n: v for n, v in values.items() if n in _NAMES}, {n: v for n, v in values.items() if n not in _NAMES}
+    own = {n: v for n, v in values.items() if n in OPERATING_NAMES}
+    return own, {n: v for n, v in values.items() if n not in own}
 
 
 class _Point(NamedTuple):

@@ -34,16 +34,17 @@ from gearchaos.model import (
 from gearchaos.validation import to_floats
 
 PhysicalValue = Any
-"""A float in SI, a text with a unit such as "3 mm", or a pint quantity; the fields of a `GearPair` are floats."""
+"""A float in SI, of a speed in rpm, a text with a unit such as "3 mm", or a pint quantity; the fields of a `GearPair`
+are floats."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class GearPair(HasCard):
     """A pair of spur gears with the parameters of (2.1); wheel 1 is the driving one.
 
-    A value is a number in SI, or a text with a unit such as ``"3 mm"``. The angles of (2.1) are deviations from uniform
-    rotation. Therefore ``M10`` and ``M20`` are the torques that the mesh transmits: the torques at the shafts less the
-    drag of the bearings at the mean speed.
+    A value is a number in SI, for the speed in rpm, or a text with a unit such as ``"3 mm"``. The angles of (2.1) are
+    deviations from uniform rotation. Therefore ``M10`` and ``M20`` are the torques that the mesh transmits: the torques
+    at the shafts less the drag of the bearings at the mean speed.
 
     Parameters
     ----------
@@ -66,7 +67,7 @@ class GearPair(HasCard):
     M20 : torque, optional
         Resisting torque; M10 R2/R1 if left out, which balances ``M10``.
     speed : angular velocity
-        Of the driving wheel, e.g. ``"2500 rpm"``.
+        Of the driving wheel; a plain number is in rpm.
     b1, b2 : torque time
         Bearing friction, (2.2).
     m1, m2, c1, c2, k1, k2 : mass, force/length, force time/length, optional
@@ -167,7 +168,7 @@ class GearPair(HasCard):
     @property
     def mesh_frequency(self) -> float:
         """ω_z = n1 ω1, rad/s."""
-        return self.n1 * self.speed
+        return self.n1 * (self.speed * units.RPM)
 
     @property
     def scales(self) -> Scales[float]:
@@ -179,7 +180,7 @@ class GearPair(HasCard):
         )
 
     def at(self, *, speed: float | None = None, torque: float | None = None) -> GearPair:
-        """The same pair at another speed, rad/s, or driving torque, N m.
+        """The same pair at another speed, rpm, or driving torque, N m.
 
         The resisting torque changes in the ratio of the driving ones.
         """

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearchaos.gears.units import RPM
+
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
 
@@ -37,7 +39,7 @@ def separation_torque(
     Parameters
     ----------
     speed : float or array_like
-        Angular velocity of wheel 1, rad/s, any shape.
+        Of wheel 1, rpm, any shape.
     teeth1 : int
         Number of teeth of wheel 1; ω_z = z1 times the speed.
     base_radius1 : float
@@ -59,7 +61,7 @@ def separation_torque(
     Above the line a motion in permanent contact exists and is stable; a motion with impacts may exist beside it. Below
     the line there is no motion in permanent contact. With varying stiffness the line is only a first estimate.
     """
-    frequency = np.asarray(speed, dtype=float) * teeth1 * np.sqrt(mass / stiffness)
+    frequency = np.asarray(speed, dtype=float) * RPM * teeth1 * np.sqrt(mass / stiffness)
     e, theta = np.asarray(amplitudes, dtype=float), np.zeros(len(amplitudes))
     theta[: len(phases)] = phases
     s = frequency[..., None] * np.arange(1, len(e) + 1)
@@ -73,7 +75,7 @@ def separation_torque(
 
 
 def separation_margin(design: GearDesign, speeds: np.ndarray, torques: np.ndarray) -> np.ndarray:
-    """Torque less the separation torque, N m, over torques (Q,) in N m and speeds (P,) in rad/s of wheel 1: (Q, P).
+    """Torque less the separation torque, N m, over torques (Q,) in N m and speeds (P,) in rpm of wheel 1: (Q, P).
 
     Where it is positive, a motion in permanent contact exists. The stiffness is the time mean of the design's mesh
     stiffness at each torque, on which it depends by the rule of ISO 6336-1 for low loads.

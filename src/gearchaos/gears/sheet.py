@@ -25,6 +25,7 @@ from gearchaos.gears.mesh_load import MeshLoad
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
 from gearchaos.gears.transmission_error.harmonics import QualityError, from_quality
 from gearchaos.gears.transmission_error.quality import ISO_1995, Tolerances, tolerances
+from gearchaos.gears.units import RPM
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +121,7 @@ _QUALITY_FORMULA = ("from the grade e_j = 4 √(f_i1′² + f_i2′²)/(π j)²,
 
 
 _ANY_SPEED = 1.0
-"""A speed, rad/s, for values that do not depend on it."""
+"""A speed, rpm, for values that do not depend on it."""
 
 
 class _Results:
@@ -320,7 +321,7 @@ _GROUPS: dict[str, dict[str, _Row]] = {
         "resonance_ratio": (
             Formula("N", "", 1.0, "n1/n_E1 at the mean stiffness by the method of the design",
                     "ISO 6336-1:2006, 6.4.2, (9)"),
-            lambda results: results.resonance.ratio(results.design.given("speed"))),
+            lambda results: results.resonance.ratio(results.design.given("speed") * RPM)),
     },
     "Dynamic factor": {
         "Kv_ISO_B": (_FACTOR_B["value"], lambda results: results.granted("iso_b").value),

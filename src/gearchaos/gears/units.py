@@ -1,4 +1,4 @@
-"""Conversion of values with units, such as "3 mm", to floats in SI.
+"""Conversion of values with units, such as "3 mm", to floats in SI, and of speeds to rpm.
 
 Only this module uses pint; all other code computes with floats.
 """
@@ -32,7 +32,7 @@ class Dimension:
     name : str
         Name with article, e.g. "a length".
     unit : str
-        SI unit, in the notation of pint.
+        Unit of a plain number, in the notation of pint: that of the SI, except for speeds, which are in rpm.
     example : str
         An example of a value with a unit, for error messages.
     """
@@ -49,7 +49,7 @@ STIFFNESS = Dimension("a stiffness", "N/m", "400 N/um")
 DAMPING = Dimension("a damping coefficient", "N*s/m", "530 N*s/m")
 TORQUE = Dimension("a torque", "N*m", "85 N*m")
 BEARING_FRICTION = Dimension("a rotational damping coefficient", "N*m*s/rad", "1e-4 N*m*s/rad")
-SPEED = Dimension("an angular velocity", "rad/s", "2500 rpm")
+SPEED = Dimension("an angular velocity", "rpm", "2500 rpm")
 ANGLE = Dimension("an angle", "rad", "30 deg")
 
 _ANGLE_POWERS: dict[Dimension, tuple[int, ...]] = {ANGLE: (1,), SPEED: (1,), BEARING_FRICTION: (0, -1)}
@@ -85,14 +85,14 @@ LEAST_TEETH, MOST_TEETH = 3, 1_000_000
 
 
 def to_si(field: str, value: Any, dimension: Dimension, rule: Rule | None = None) -> float:
-    """The value of a field in SI.
+    """The value of a field in SI, a speed in rpm.
 
     Parameters
     ----------
     field : str
         Name of the value in error messages.
     value : float, str or pint quantity
-        A plain number is in SI already; a text has a unit, e.g. "35.2 mm".
+        A plain number is in the unit of the dimension already; a text has a unit, e.g. "35.2 mm".
     dimension : Dimension
         What the value must be.
     rule : Rule, optional

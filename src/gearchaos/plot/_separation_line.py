@@ -9,7 +9,6 @@ from matplotlib.patheffects import withStroke
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.separation import separation_margin
-from gearchaos.gears.units import RPM
 from gearchaos.plot._axes import new_axes, wrapped
 from gearchaos.plot._checks import check_design
 from gearchaos.plot._theme import BACKGROUND, INK, adapt
@@ -74,7 +73,7 @@ def separation_line(
     ends = {name: _range(name, value, ax) for name, value in given.items()}
     speeds = np.linspace(*ends["speed"], _SPEEDS)
     torques = np.linspace(max(ends["torque"][0], _LEAST_TORQUE * ends["torque"][1]), ends["torque"][1], _TORQUES)
-    margin = separation_margin(design, speeds * RPM, torques)
+    margin = separation_margin(design, speeds, torques)
     drawn = ax is not None and ax.has_data()
     ax = new_axes(ax)
     colours = (INK, BACKGROUND) if ax.images else (adapt(INK), adapt(BACKGROUND))

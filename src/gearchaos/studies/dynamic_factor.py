@@ -81,7 +81,7 @@ def dynamic_factor(
     ('speed',)
     """
     axis = operating_axis("speed", speed)
-    at_start = _loaded(design, torque).at(speed=axis.start * RPM)
+    at_start = _loaded(design, torque).at(speed=axis.start)
     study = Bifurcation(as_model(at_start), axis, points=0, mode=mode, settings=settings)
     standards = _standards(at_start, axis.values)
     dataset = physical(study.run(progress=progress, threads=threads))
@@ -106,7 +106,7 @@ def _loaded(design: Any, torque: Any) -> GearDesign:
 
 def _standards(design: GearDesign, speeds: np.ndarray) -> dict[str, Any]:
     """The variables by the standards over speeds (P,) in rpm."""
-    found = [dynamic_factors(design.at(speed=speed * RPM)) for speed in speeds.tolist()]
+    found = [dynamic_factors(design.at(speed=speed)) for speed in speeds.tolist()]
     out = {}
     for name, field in STANDARDS.items():
         factors = [getattr(factor, field) for factor in found]

@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from typing import Any
 
 from gearchaos.gears.operating import OperatingModel, is_design
-from gearchaos.gears.units import RPM
 from gearchaos.studies.axis import Axis
 
 
@@ -29,7 +28,7 @@ def at_axis_starts(model: Any, axes: Iterable[Axis]) -> Any:
         return model
     starts: dict[str, float] = {}
     for axis in axes:
-        starts.setdefault(axis.name, axis.start * (RPM if axis.name == "speed" else 1.0))
+        starts.setdefault(axis.name, axis.start)
     return model.at(**{n: starts[n] for n in ("speed", "torque") if n in starts and getattr(model, n) is None})
 
 

@@ -20,18 +20,6 @@ _FILES = (("stiffness", "table"), ("transmission_error", "orders"), ("transmissi
 """The keys of ``[design]`` that name a file, whose path is relative to the study file."""
 
 
-OPERATING_UNITS = {"speed": "rpm", "torque": "N*m"}
-"""The units of numbers for an operating point that are given by name, as on the axes of studies."""
-
-
-def with_units(values: Mapping[str, Any]) -> dict[str, Any]:
-    """The values with numbers of `OPERATING_UNITS` as texts with their units."""
-    return {
-        name: f"{value!r} {OPERATING_UNITS[name]}" if name in OPERATING_UNITS and isinstance(value, (int, float)) else
-        value for name, value in values.items()
-    }
-
-
 def separated(values: Mapping[str, Any]) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
     """Values for the tables of gears, by table and key, and the other values by name."""
     of_gears: dict[str, dict[str, Any]] = {table: {} for table in TABLES}

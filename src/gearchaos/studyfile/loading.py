@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from gearchaos.dynamics.settings import FORMER_NAMES, Classification
 from gearchaos.errors import InputError
 from gearchaos.files import read_bytes
-from gearchaos.gears.operating import Gears, OperatingModel, is_design, operating_model
+from gearchaos.gears.operating import OPERATING_NAMES, Gears, OperatingModel, is_design, operating_model
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import (
     PARAMETER_PAIRS,
@@ -30,7 +30,7 @@ from gearchaos.studies.axis import Axis, parse_axis
 from gearchaos.studies.operating_point import at_axis_starts
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studies.study import ClassifyingStudy, Study
-from gearchaos.studyfile.gears import OPERATING_UNITS, gears_of, refuse_without_table, separated, with_units
+from gearchaos.studyfile.gears import gears_of, refuse_without_table, separated
 from gearchaos.studyfile.tables import (
     MODEL_NAMES,
     ModelTable,
@@ -142,7 +142,7 @@ def load_study(
     tables = _read(Path(path)) if path is not None else StudyFile()
     of_gears, model_values = separated(values or {})
     kind = model_values.pop("kind", None)
-    given = {n: v for n, v in with_units(model_values).items() if n in OPERATING_UNITS}
+    given = {n: v for n, v in model_values.items() if n in OPERATING_NAMES}
     gears = gears_of(tables, of_gears, Path(path or ".").parent, given)
     study_kind, options = _study(tables.study)
     if gears is not None:
@@ -152,7 +152,7 @@ def load_study(
         model = _model(tables.model or ModelTable(), default_stiffness(model_values))
         model = model if kind is None else model.with_values({"kind": kind})
     if gears is not None:
-        refuse_without_table(gears, model_values, {*known_names(model), *OPERATING_UNITS})
+        refuse_without_table(gears, model_values, {*known_names(model), *OPERATING_NAMES})
     for name in tables.initial:
         check_state_name(model.kind, name)
     model = model.with_values(tables.initial).with_values(model_values)
@@ -165,7 +165,7 @@ def load_design(path: str | os.PathLike[str], values: Mapping[str, Any] | None =
     Values as in `load_study`; ``speed`` and ``torque`` may also be given without the name of their table.
     """
     tables = _read(Path(path))
-    given = {f"operation.{n}" if n in OPERATING_UNITS else n: v for n, v in with_units(values or {}).items()}
+    given = {f"operation.{n}" if n in OPERATING_NAMES else n: v for n, v in (values or {}).items()}
     of_gears, others = separated(given)
     gears = gears_of(tables, of_gears, Path(path).parent, {})
     if not is_design(gears):

@@ -67,9 +67,9 @@ def gear_values(model: OperatingModel) -> dict[str, float]:
     Speed and torque are those of the model, which may have been set as ``omega`` and ``q1``.
     """
     gears, pair, own = model.gears, pair_of(model.gears), own_model(model.gears, model.kind)
-    speed = pair.speed if model.omega == own.omega else model.omega * pair.omega0 / pair.n1
+    speed = pair.speed if model.omega == own.omega else model.omega * pair.omega0 / pair.n1 / RPM
     torque = pair.M10 if model.q1 == own.q1 else model.q1 * pair.scales.torque1
-    values = {"speed": _digits(speed / RPM), "torque": _digits(torque), "backlash": _digits(pair.backlash / _UM)}
+    values = {"speed": _digits(speed), "torque": _digits(torque), "backlash": _digits(pair.backlash / _UM)}
     if (quality := _quality(gears)) is not None:
         values["grade"] = float(quality.coarsest)
     return {**values, "zeta": _damping(gears) if model.zeta == own.zeta else model.zeta}
@@ -106,8 +106,7 @@ def with_gear_value(gears: Gears, name: str, value: float) -> Gears:
         raise InputError(name, "must be a value of the gears loaded", value, f"They have {', '.join(own)}.")
     if value == own[name]:
         return gears
-    return gears.at(**{name: value * (RPM if name == "speed" else 1.0)}) if name in _DIMENSIONLESS else _replaced(
-        gears, name, value)
+    return gears.at(**{name: value}) if name in _DIMENSIONLESS else _replaced(gears, name, value)
 
 
 def _replaced(gears: Any, name: str, value: float) -> Gears:
@@ -189,7 +188,7 @@ def at_on_axis(model: OperatingModel, axis: str, name: str, value: float) -> flo
 def operating_axes(gears: Gears) -> tuple[Axis, Axis]:
     """The axes of speed and torque that a page shows first."""
     pair = pair_of(gears)
-    resonance, speed, torque = _resonance_speed(pair), pair.speed / RPM, pair.M10
+    resonance, speed, torque = _resonance_speed(pair), pair.speed, pair.M10
     low, high = sorted(share * torque for share in _TORQUES) if torque else (0.0, 0.3 * pair.scales.torque1)
     least = 1.01 * value_range("omega").least * pair_of(gears, high).omega0 / pair.n1 / RPM  # accepted at all torques
     first, last = min(_SPEEDS[0] * resonance, 0.5 * speed), max(_SPEEDS[1] * resonance, 1.2 * speed)

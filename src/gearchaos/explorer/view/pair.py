@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from gearchaos.gears.pair import GearPair
+from gearchaos.gears.units import RPM
 from gearchaos.model import PARAMETER_PAIRS, HarmonicStiffness, MeshModel, SteppedStiffness
 
 _LATERAL = ("mu", "kappa", "zeta_support")
@@ -15,7 +16,7 @@ _TOLERANCE = 1e-12
 """Relative rounding error allowed for the conversion of a value to SI units and back."""
 
 _Values = dict[str, tuple[tuple[str, ...], float]]
-"""By field of a `GearPair`: the dimensionless parameters that determine it, and its value in SI units."""
+"""By field of a `GearPair`: the dimensionless parameters that determine it, and its value."""
 
 
 def pair_at(pair: GearPair, model: MeshModel) -> GearPair | None:
@@ -45,7 +46,7 @@ def pair_at(pair: GearPair, model: MeshModel) -> GearPair | None:
 def _mesh(pair: GearPair, model: MeshModel) -> _Values:
     """Speed and mesh damping by (2.11)."""
     return {
-        "speed": (("omega",), model.omega * pair.omega0 / pair.n1),
+        "speed": (("omega",), model.omega * pair.omega0 / pair.n1 / RPM),
         "k": (("zeta",), model.zeta * 2 * pair.mass * pair.omega0),
     }
 

@@ -88,7 +88,7 @@ def _tables(model: MeshModel) -> list[tuple[str, dict[str, Any]]]:
     """The tables of a study file that describe a model, after a comment."""
     if not isinstance(model, OperatingModel):
         return [("", {"model": _model(model)})]
-    gears, comment = model.gears, "The gears at the point chosen; numbers without a unit are in SI."
+    gears, comment = model.gears, "The gears at the point chosen; numbers without a unit are in SI, speeds in rpm."
     usual = model.kind == own_kind(gears)
     if isinstance(gears, GearDesign) and usual and not changes(model):
         values = design_values(gears)

@@ -25,9 +25,6 @@ USUAL_DAMPING = (0.03, 0.1)
 FASTEST, FAST = 300.0, 60.0
 """Pitch line velocities in m/s above which a speed is refused, and above which there is a warning."""
 
-FAST_SPEED = 2500.0
-"""Speed in rad/s above which there is a warning, 23 900 rpm: a number of revolutions per minute may be meant."""
-
 LEAST_INERTIA, MOST_INERTIA, MOST_MASS = 0.02, 1000.0, 20.0
 """Limits of a moment of inertia over that of a solid disc of the wheel's size, beyond which there is a warning. What is
 given may include all that turns with the wheel; what follows from the mass of a wheel is that of a disc of its size."""
@@ -90,24 +87,21 @@ def check_wheels(design: Any) -> None:
         check_plausible(f"bore[{wheel}]", bore, 0.0, geometry.root_diameter[wheel] - geometry.normal_module,
                         units.LENGTH, "It leaves at least half a module below the root circle.")
     _check_relief(design)
-    if design.speed is not None and (velocity := _velocity(design)) > FASTEST:
-        raise InputError(
-            "speed", f"must keep the pitch line velocity below {FASTEST:g} m/s", design.speed,
-            f"It gives {velocity:.4g} m/s. {_speed_question(design.speed)}")
+    if design.speed is not None:
+        check_speed_range(design, design.speed)
 
 
 def check_speed_range(design: Any, *speeds: float) -> None:
     """Raise `InputError` for speeds of wheel 1, in rpm, above the limit of the pitch line velocity."""
     for speed in speeds:
-        velocity = mesh_load(design.geometry, speed * units.RPM, 0.0, 1.0).velocity
-        if velocity > FASTEST:
+        if (velocity := _velocity(design, speed)) > FASTEST:
             raise InputError("speed", f"must keep the pitch line velocity below {FASTEST:g} m/s", speed,
-                             f"{speed:g} rpm give {velocity:.4g} m/s: an axis of speeds is in rpm.")
+                             f"{speed:g} rpm give {velocity:.4g} m/s: a speed without a unit is in rpm.")
 
 
-def _velocity(design: Any) -> float:
-    """Pitch line velocity at the reference circles, m/s."""
-    return mesh_load(design.geometry, design.speed, 0.0, 1.0).velocity
+def _velocity(design: Any, speed: float) -> float:
+    """Pitch line velocity at the reference circles, m/s, at a speed of wheel 1 in rpm."""
+    return mesh_load(design.geometry, speed * units.RPM, 0.0, 1.0).velocity
 
 
 def _check_relief(design: Any) -> None:
@@ -122,11 +116,6 @@ def _check_relief(design: Any) -> None:
         check_plausible(
             f"tip_relief.start_diameter[{wheel}]", start, geometry.start_of_active_profile[wheel],
             geometry.tip_diameter[wheel], units.LENGTH, "It lies between the start of active profile and the tip.")
-
-
-def _speed_question(speed: float) -> str:
-    """The question whether a speed in rad/s was meant in revolutions per minute."""
-    return f"{speed:.6g} rad/s are {speed * 30 / math.pi:.6g} rpm: did you mean '{speed:.6g} rpm'?"
 
 
 def design_warnings(design: Any) -> tuple[str, ...]:
@@ -146,9 +135,8 @@ def _damping_warnings(design: Any) -> list[str]:
 def _operating_warnings(design: Any) -> list[str]:
     """Warnings about a high speed and a high load."""
     found = []
-    if design.speed is not None and (design.speed > FAST_SPEED or _velocity(design) > FAST):
-        velocity = _velocity(design)
-        found.append(f"The pitch line velocity is {velocity:.4g} m/s. {_speed_question(design.speed)}")
+    if design.speed is not None and (velocity := _velocity(design, design.speed)) > FAST:
+        found.append(f"The pitch line velocity is {velocity:.4g} m/s at {design.speed:.6g} rpm, unusually high.")
     if design.torque is not None:
         load = mesh_load(design.geometry, 0.0, design.torque, 1.0).line_load / design.module
         if load > HIGH_LOAD:

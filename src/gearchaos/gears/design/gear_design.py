@@ -35,6 +35,7 @@ from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics
 from gearchaos.gears.transmission_error.quality import Quality
 from gearchaos.gears.transmission_error.tip_relief import TipRelief
+from gearchaos.gears.units import RPM
 from gearchaos.model import MeshModel
 
 OPERATION = ("speed", "torque", "application_factor")
@@ -57,8 +58,8 @@ class GearDesign(HasCard):
     """An external spur or helical gear pair as its drawing describes it; wheel 1 drives.
 
     A value with a unit is a number in SI, a text such as ``"8 mm"`` or a pint quantity. It is kept as a number in SI,
-    what belongs to each wheel as a tuple of two. Where one value may stand for two, it holds for both wheels. Designs
-    are values: they are equal if their fields are, and can be hashed, pickled, and made again from
+    what belongs to each wheel as a tuple of two; speeds are in rpm. Where one value may stand for two, it holds for
+    both wheels. Designs are values: they are equal if their fields are, and can be hashed, pickled, and made again from
     `dataclasses.asdict`.
 
     Parameters
@@ -116,7 +117,7 @@ class GearDesign(HasCard):
     application_factor : float, optional
         K_A of ISO 6336-1; by default 1, a load that the torque describes fully.
     speed : angular velocity, optional
-        Of wheel 1.
+        Of wheel 1; a plain number is in rpm.
     torque : torque, optional
         At wheel 1, not negative.
 
@@ -267,7 +268,7 @@ class GearDesign(HasCard):
     @property
     def load(self) -> MeshLoad:
         """Tangential force, line load and pitch line velocity; raises `InputError` without speed or torque."""
-        return mesh_load(self.geometry, self.given("speed"), self.given("torque"), self.application_factor)
+        return mesh_load(self.geometry, self.given("speed") * RPM, self.given("torque"), self.application_factor)
 
     @property
     def path_relief(self) -> TipRelief | None:
@@ -315,9 +316,9 @@ class GearDesign(HasCard):
         Parameters
         ----------
         speed : float or str, optional
-            In **rad/s**, not rpm, or a text with a unit: ``at(speed="3000 rpm")``.
+            In rpm, or a text with another unit.
         torque : float or str, optional
-            In N m, or a text with a unit.
+            In N m, or a text with another unit.
         """
         given: dict[str, Any] = {
             name: value for name, value in (("speed", speed), ("torque", torque)) if value is not None}

@@ -116,7 +116,7 @@ class TableFile:
     sha256 : str, optional
         Checksum of its content; by default that of the file now. A file whose content has changed since is refused.
     speed : angular velocity, optional
-        Speed of wheel 1 at which the times of a table over time hold.
+        Of wheel 1, in rpm without a unit, at which the times of a table over time hold.
     """
 
     table: str
@@ -303,7 +303,7 @@ def _factor(field: str, value: Any) -> float:
 
 
 def _speed(field: str, value: Any) -> float:
-    """Angular velocity in rad/s."""
+    """Speed of wheel 1 in rpm."""
     return units.to_si(field, value, units.SPEED, POSITIVE)
 
 

@@ -21,6 +21,7 @@ from gearchaos.gears.dynamic_factor.iso_method_c import METHOD_C, DynamicFactorC
 from gearchaos.gears.dynamic_factor.refused import Refused
 from gearchaos.gears.stiffness.iso6336 import tooth_stiffness
 from gearchaos.gears.transmission_error.quality import tolerances
+from gearchaos.gears.units import RPM
 
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
@@ -90,4 +91,4 @@ def _method_b(
         return Refused(METHOD_B, str(error))
     given = deviations(
         geometry, limits, quality.coarsest, velocity=load.velocity, tip_relief=relief, flanks=flanks)
-    return dynamic_factor_b(geometry, load, design.speed, stiffness, mass, given)
+    return dynamic_factor_b(geometry, load, design.speed * RPM, stiffness, mass, given)

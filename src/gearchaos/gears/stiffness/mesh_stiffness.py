@@ -169,7 +169,7 @@ def from_table(
     teeth : int
         z1.
     speed : float, optional
-        Angular velocity of wheel 1, rad/s, at which the times hold; needed for a table over time only.
+        Of wheel 1, rpm, at which the times hold; needed for a table over time only.
     tolerance : float
         Bound of ``truncation``, unless the largest number of levels or harmonics is too small. Up to 64 steps are taken
         over exactly.

@@ -47,7 +47,7 @@ def read_curve(path: str | Path, *, field: str, teeth: int, speed: float | None 
     teeth : int
         z1.
     speed : float, optional
-        Angular velocity of wheel 1, rad/s; needed for a table over time only.
+        Of wheel 1, rpm; needed for a table over time only.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def _period(abscissa: str, teeth: int, speed: float | None) -> float:
     if speed is None or not speed > 0:
         raise InputError("stiffness.speed", "must be given, greater than 0, for a stiffness over time", speed,
                          "Or give the stiffness over the fraction of the mesh period.")
-    return 2 * math.pi / (teeth * speed)
+    return 2 * math.pi / (teeth * (speed * units.RPM))
 
 
 def _steps(table: Table, abscissa: str, period: float, values: np.ndarray) -> PeriodicCurve:
