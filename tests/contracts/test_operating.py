@@ -262,7 +262,7 @@ def test_a_verdict_carries_its_gears(pair):
     scaled, scales = gc.physical(verdict.to_dataset()), pair.scales
     assert float(scaled["v_rms"]) == pytest.approx(verdict.v_rms * scales.velocity * 1e3, rel=1e-14)
     recorded = json.loads(scaled.attrs["gears"])["pair"]["speed"]
-    assert recorded * pair.n1 / pair.omega0 == pytest.approx(1.5, rel=1e-14)
+    assert recorded * RPM * pair.n1 / pair.omega0 == pytest.approx(1.5, rel=1e-14)
     assert gc.Regime(changed, settings=SHORT).run().identical(verdict.to_dataset())
     with pytest.raises(InputError, match="pair must be a GearPair or a GearDesign"):
         gc.physical(gc.regime(gc.MeshModel(), settings=SHORT).to_dataset())
