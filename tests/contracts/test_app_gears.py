@@ -267,3 +267,32 @@ def test_an_axis_of_omega_moves_the_speed():
     assert view.with_value("speed", 14000.0).at[0] == pytest.approx(PAIR.point.omega)
     with pytest.raises(InputError, match="axis speed"):
         PAIR.with_value("omega", 1.0)
+
+
+@pytest.mark.parametrize("view", [DESIGN, PAIR])
+def test_a_page_of_gears_begins_with_contact_around_the_operating_point(view):
+    speed, torque = (view.model.value(name) for name in ("speed", "torque"))
+    assert view.colour == "contact" and FIRST.colour == "motion"
+    assert view.x.start < speed < view.x.stop and view.y.start < torque < view.y.stop
+    assert from_query("speed=3000", view).colour == "contact" == from_query(to_query(view), view).colour
+    assert from_query("speed=3000&colour=motion", view).colour == "motion"
+
+
+def test_the_map_of_contact_has_the_classes_of_the_states():
+    from gearchaos.explorer.panels.map import MapFigure
+    from gearchaos.plot import CONTACT_CLASSES
+
+    sent = []
+    figure = MapFigure(lambda model, **values: sent.append((model, values)))
+    study = Zones(DESIGN.model, replace(DESIGN.x, count=8), replace(DESIGN.y, count=6))
+    grid, cells = MapGrid(8, 6), np.arange(24)
+    grid.put(study.compute(cells), cells)
+    grid.show(cells, 1)
+    figure.show(grid.map(study, 1), "contact", Units(None, True))
+    image = next(v["data"]["image"][0] for m, v in sent if m is figure.image)
+    known = grid.found["contact"][:24]
+    np.testing.assert_array_equal(image.ravel()[:24], known)
+    assert set(known) > {0} and (image.ravel()[24:] == 255).all()  # the rest is not computed
+    palette = next(v["palette"] for m, v in sent if m is figure.mapper)
+    assert palette[:4] == [c.colour for c in CONTACT_CLASSES]
+    assert [name for _, name in figure.legend.entries] == [CONTACT_CLASSES[i].name for i in sorted(set(known))]
