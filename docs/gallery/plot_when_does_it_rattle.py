@@ -2,8 +2,8 @@
 When does it rattle?
 ====================
 
-Over speed and torque: in which states of contact the teeth run. "One-sided" is a loss of contact with impacts on the
-driving flanks, "two-sided" also hits the back flanks: rattle. The line is a first estimate without any simulation,
+Over speed and torque: in which states of contact the teeth run. "Separation" is a loss of contact with impacts on the
+driving flanks, "both flanks" also hits the back flanks: rattle. The line is a first estimate without any simulation,
 where permanent contact would end if the mesh stiffness were constant.
 """
 

@@ -350,3 +350,21 @@ def test_ctrl_c_ends_the_explorer_also_where_python_ignores_exceptions(monkeypat
         loop.remove_timeout(late)
         loop.close()
     assert stopped and time.monotonic() < begin + 10
+
+
+def test_everything_on_the_page_is_explained_in_words():
+    from gearchaos.explorer.panels.labels import hint, motion_hint, title
+    from gearchaos.explorer.panels.verdict import HINTS
+    from gearchaos.explorer.web.form import parameter_form
+    from gearchaos.plot import CONTACT_CLASSES, MOTION_CLASSES
+
+    for kind in ("full", "torsional", "single"):
+        for stiffness in ("two-level", "harmonics"):
+            view = view_of(gc.MeshModel(kind=kind)).with_stiffness(stiffness)
+            form = parameter_form(view, ("q0", "J"), view)
+            for field in (f for group in form.groups for f in group.fields):
+                assert len(field.hint.split()) >= 4 and field.hint not in (title(field.name), field.name), field
+    assert hint("x2_dot") == f"Velocity of: {hint('x1')}" and hint("eps3") == hint("eps") and hint("J2") == hint("J")
+    assert motion_hint("1T") == "Repeats with every mesh period T" and "7 mesh periods" in motion_hint("7T")
+    assert all(motion_hint(c.name) for c in (*MOTION_CLASSES, *CONTACT_CLASSES))
+    assert "root mean square of the velocity" in HINTS[gc.quantities.quantity("v_rms").title] and len(HINTS) >= 8

@@ -61,8 +61,8 @@ def first(request):
 
 def test_the_first_map_is_over_speed_and_torque_in_physical_units(first):
     assert (first.x.name, first.y.name, first.physical) == ("speed", "torque", True)
-    resonance = first.model.value("speed") / first.model.omega
-    assert (first.x.start, first.x.stop) == pytest.approx((0.1 * resonance, 1.6 * resonance), rel=1e-3)
+    speed = first.model.value("speed")
+    assert (first.x.start, first.x.stop) == pytest.approx((0.1 * speed, 2.5 * speed), rel=1e-3)
     assert (first.y.start, first.y.stop) == (0.1 * first.at[1], 2.5 * first.at[1])
     assert axis_names(first.model)[:2] == ["speed", "torque"] and {"omega", "q0"} < set(axis_names(first.model))
     assert preset_of(first) == ""
@@ -267,3 +267,40 @@ def test_an_axis_of_omega_moves_the_speed():
     assert view.with_value("speed", 14000.0).at[0] == pytest.approx(PAIR.point.omega)
     with pytest.raises(InputError, match="axis speed"):
         PAIR.with_value("omega", 1.0)
+
+
+@pytest.mark.parametrize("view", [DESIGN, PAIR])
+def test_a_page_of_gears_begins_with_contact_around_the_operating_point(view):
+    speed, torque = (view.model.value(name) for name in ("speed", "torque"))
+    assert view.colour == "contact" and FIRST.colour == "motion"
+    assert (view.x.start, view.x.stop) == pytest.approx((0.1 * speed, 2.5 * speed), rel=1e-2)
+    assert (view.y.start, view.y.stop) == pytest.approx((0.1 * torque, 2.5 * torque), rel=1e-2)
+    assert from_query("speed=3000", view).colour == "contact" == from_query(to_query(view), view).colour
+    assert from_query("speed=3000&colour=motion", view).colour == "motion"
+
+
+def test_the_map_of_contact_has_the_classes_of_the_states():
+    from gearchaos.explorer.panels.map import MapFigure
+    from gearchaos.plot import CONTACT_CLASSES
+
+    sent = []
+    figure = MapFigure(lambda model, **values: sent.append((model, values)))
+    study = Zones(DESIGN.model, replace(DESIGN.x, count=8), replace(DESIGN.y, count=6))
+    grid, cells = MapGrid(8, 6), np.arange(24)
+    grid.put(study.compute(cells), cells)
+    grid.show(cells, 1)
+    figure.show(grid.map(study, 1), "contact", Units(None, True))
+    image = next(v["data"]["image"][0] for m, v in sent if m is figure.image)
+    known = grid.found["contact"][:24]
+    np.testing.assert_array_equal(image.ravel()[:24], known)
+    assert set(known) > {0} and (image.ravel()[24:] == 255).all()  # the rest is not computed
+    palette = next(v["palette"] for m, v in sent if m is figure.mapper)
+    assert palette[:4] == [c.colour for c in CONTACT_CLASSES]
+    assert [name for _, name in figure.legend.entries] == [CONTACT_CLASSES[i].name for i in sorted(set(known))]
+
+
+def test_the_first_map_of_slow_and_of_fast_gears_is_one_that_the_page_accepts():
+    resonance = DESIGN.model.value("speed") / DESIGN.model.omega
+    for share in (0.055, 0.2, 6.0, 9.0):
+        view = view_of(operating_model(DESIGN.gears.at(speed=share * resonance * np.pi / 30)))
+        assert view.x.start < share * resonance < view.x.stop

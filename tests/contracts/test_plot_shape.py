@@ -210,7 +210,7 @@ def test_contact_is_drawn_as_named_classes():
         {"x": [1.0, 2.0, 3.0], "y": [0.0, 1.0]},
     )
     ax = plot.level(ds, "contact", fresh().subplots())
-    assert legend_words(ax) == ["permanent", "one-sided", "two-sided", "no contact", "diverged", "not computed"]
+    assert legend_words(ax) == ["in contact", "separation", "both flanks", "no contact", "diverged", "not computed"]
     assert ax.get_legend().get_title().get_text() == "contact state"
     image = ax.images[0]
     colours = [matplotlib.colors.to_hex(c) for c in image.cmap(image.norm(image.get_array().compressed()))]

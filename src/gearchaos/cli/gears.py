@@ -178,7 +178,7 @@ def operating_map(
     plot: Plot = None,
     json_out: Json = False,
 ) -> None:
-    """Map the kinds of motion of given gears over speed and torque, in rpm, N m, µm and mm/s."""
+    """Map where the teeth of given gears separate, and their motions, over speed and torque in rpm and N m."""
     output = MapOutput(out, plot, json_out)
     output.check()
     from gearchaos.studies.operating_map import checked_operating_model, in_operating_units, operating_axis

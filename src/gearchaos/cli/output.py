@@ -205,7 +205,7 @@ def _section_names(dataset: xr.Dataset) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class MapOutput:
-    """What a command makes of a map: the file of its data, its picture if there is a path, and a summary in JSON."""
+    """What a command makes of a map: the file of its data, its picture if there is a path, and what was found."""
 
     out: Path
     plot: Path | None
@@ -217,26 +217,49 @@ class MapOutput:
         check_output("--plot", self.plot, PLOT_SUFFIXES)
 
     def write(self, kind: str, dataset: xr.Dataset, axes: Iterable[Axis]) -> None:
-        """Write the files of a map, and print its summary if it is wanted."""
+        """Write the files of a map, and print what was found, in two lines or as JSON."""
         save(dataset, self.out)
         draw(dataset, self.plot)
         say_proofs(proof_summary(dataset))
-        if self.json_out:
+        found = _summary(kind, dataset)
+        if not self.json_out:
+            from gearchaos.cli.tables.maps import print_map
+
+            print_map(found, dataset)
+        else:
             files = {"out": str(self.out), "plot": None if self.plot is None else str(self.plot)}
             described = [{**asdict(axis), "units": quantity(axis.name).unit} for axis in axes]
-            print_json({"study": kind, **files, "axes": described, **_summary(kind, dataset)})
+            print_json({"study": kind, **files, "axes": described, **found})
 
 
 def _summary(kind: str, dataset: xr.Dataset) -> dict[str, Any]:
-    """The JSON summary of a map: the number of cells of each motion; for basins, the attractors and their shares."""
+    """The JSON summary of a map: the numbers of cells with each motion and each contact state, and the largest dynamic
+    factor; for basins, the attractors and their shares, and how finely the basins are mixed."""
+    from gearchaos.dynamics.response import CONTACTS
     from gearchaos.studies import motions
 
     if kind == "basins":
         shares = dataset["attractor_fraction"].values.tolist()
         names = motions(dataset["attractor_label"], dataset["attractor_period"])
-        return {"attractors": [{"label": n, "fraction": s} for n, s in zip(names, shares, strict=True)]}
+        measures = {name: dataset[name].item() for name in ("basin_entropy", "uncertainty_exponent")}
+        return {"attractors": [{"label": n, "fraction": s} for n, s in zip(names, shares, strict=True)], **measures}
     names = motions(dataset["label"], dataset["period"])
-    return {"cells": {name: names.count(name) for name in sorted(set(names))}, **proof_summary(dataset)}
+    codes = dataset["contact_worst" if "contact_worst" in dataset else "contact"].values.ravel().tolist()
+    return {
+        "cells": {name: names.count(name) for name in sorted(set(names))},
+        "contact": {CONTACTS[code]: codes.count(code) for code in sorted({code for code in codes if code >= 0})},
+        "largest": _largest(dataset), **proof_summary(dataset),
+    }
+
+
+def _largest(dataset: xr.Dataset) -> dict[str, Any] | None:
+    """The largest dynamic factor, or without static load rms velocity, of a map, and where; None if all diverge."""
+    for name in ("dynamic_factor", "v_rms"):
+        known = dataset[name].where(abs(dataset[name]) < math.inf)
+        if known.notnull().any():
+            at, names = dataset[name].isel(known.argmax(...)), reversed(dataset[name].dims)
+            return {"quantity": name, "value": at.item(), "at": {str(n): at[n].item() for n in names}}
+    return None
 
 
 def proof_summary(dataset: xr.Dataset) -> dict[str, Any]:

@@ -235,7 +235,7 @@ def _from_store(path: str, colour: str | None, physical: bool) -> tuple[xr.Datas
 
     They are a note of how much of it is computed and how it was reduced, and the resolution of a reduced map.
     """
-    from gearchaos.plot._result import check_colour
+    from gearchaos.plot._result import check_colour, default_colour
     from gearchaos.store.reading.reduce import DPI, is_larger, reduced
     from gearchaos.store.store import open_store
 
@@ -249,7 +249,8 @@ def _from_store(path: str, colour: str | None, physical: bool) -> tuple[xr.Datas
     if not is_larger(dataset):
         return _in_units(dataset, physical), {"note": "".join(notes)}
     check_colour(dataset, colour)
-    small, note = reduced(dataset, found.block, partial(_in_units, physical=physical), colour, progress=True)
+    shown = default_colour(dataset) if colour is None else colour
+    small, note = reduced(dataset, found.block, partial(_in_units, physical=physical), shown, progress=True)
     return small, {"note": "\n".join([*notes, note]), "dpi": DPI}
 
 

@@ -47,9 +47,9 @@ MOTION_CLASSES: tuple[MotionClass, ...] = (
 """Kinds of motion. Colours differ by at least 25 CIELAB units, also under protanopia, deuteranopia and tritanopia."""
 
 CONTACT_CLASSES: tuple[MotionClass, ...] = (
-    MotionClass("permanent", "#abcdff"),
-    MotionClass("one-sided", "#f5c518"),
-    MotionClass("two-sided", "#c03a1e"),
+    MotionClass("in contact", "#abcdff"),
+    MotionClass("separation", "#f5c518"),
+    MotionClass("both flanks", "#c03a1e"),
     MotionClass("no contact", "#4d4d4d"),
 )
 """Contact states; the index is the code of ``contact``."""

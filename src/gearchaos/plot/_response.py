@@ -79,5 +79,5 @@ def _draw_classes(ax: Axes, x: np.ndarray, index: np.ndarray, classes: Sequence[
     known = index != NO_CLASS
     ax.plot(x[known], index[known], color=adapt(INK), linestyle="none", marker="o", markersize=2.5, markeredgewidth=0)
     low, high = (int(index[known].min()), int(index[known].max())) if known.any() else (0, 0)
-    ax.set_yticks(range(low, high + 1), [kind.name for kind in classes[low : high + 1]])
+    ax.set_yticks(range(low, high + 1), [kind.name for kind in classes[low : high + 1]], fontsize="small")
     ax.set_ylim(low - 0.5, high + 0.5)

@@ -29,6 +29,13 @@ MOTION = "motion"
 """The colouring of a map by kind of motion; the other colourings are names of variables."""
 
 
+def default_colour(ds: xr.Dataset) -> str:
+    """What a picture shows if nothing is chosen: of a map of given gears the contact of the teeth, the worst of the
+    motions found in each cell; of any other result the motion."""
+    of_gears = ("contact_worst", "contact") if ds.attrs.get("study") == "zones" and "gears" in ds.attrs else ()
+    return next((name for name in of_gears if name in ds), MOTION)
+
+
 def result(ds: xr.Dataset, colour: str | None = None, *, hatch: bool = False) -> Figure:
     """Draw the result of any study.
 
@@ -42,8 +49,9 @@ def result(ds: xr.Dataset, colour: str | None = None, *, hatch: bool = False) ->
     ds : Dataset
         From any study, or from `gearchaos.load`.
     colour : str, optional
-        What the colours of a map of zones show, or the values of a diagram along one parameter: "motion", the default,
-        or a variable such as "v_rms" or "contact".
+        What the colours of a map of zones show, or the values of a diagram along one parameter: "motion", or a variable
+        such as "v_rms" or "contact". If left out, "motion"; for a map of given gears the contact of the teeth, with
+        several starts the worst one of each cell.
     hatch : bool
         Tell the classes of a map or the basins apart by hatching instead of colours.
 
@@ -73,8 +81,8 @@ def result(ds: xr.Dataset, colour: str | None = None, *, hatch: bool = False) ->
     if hatch and kind not in _HATCHED:
         raise InputError("hatch", f"must be left out for a result that is not of {', '.join(_HATCHED)}", kind)
     options = {"hatch": True} if hatch else {}
-    plain = colour is None or colour == MOTION
-    artist = _PICTURES[kind](ds, **options) if plain else _COLOURED[kind][1](ds, colour, **options)
+    colour = default_colour(ds) if colour is None else colour
+    artist = _PICTURES[kind](ds, **options) if colour == MOTION else _COLOURED[kind][1](ds, colour, **options)
     figure = artist.get_figure(root=True)
     assert figure is not None
     return figure

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
-from gearchaos.cli.tables.text import print_table
-from gearchaos.quantities import OPERATION, quantity
+from gearchaos.cli.tables.text import print_table, unit_after
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -19,7 +18,7 @@ def print_branch(document: dict[str, Any], dataset: xr.Dataset) -> None:
     from gearchaos.studies.branch_lines import axis_of
 
     name, (low, high) = axis_of(dataset), document["range"]
-    unit = _after(dataset, name)
+    unit = unit_after(dataset, name)
     table = Table(show_header=False)
     table.add_row("branch", f"{document['points']} points, {name} from {low:.10g} to {high:.10g}{unit}")
     if document["closed"]:
@@ -42,13 +41,6 @@ def print_branch(document: dict[str, Any], dataset: xr.Dataset) -> None:
         table.add_row("ratios of intervals", ", ".join(f"{ratio:.6g}" for ratio in document["feigenbaum"]))
     print_table(table)
     _print_events(document["events"], f"{name}{f' ({unit.strip()})' if unit else ''}")
-
-
-def _after(dataset: xr.Dataset, name: str) -> str:
-    """The unit of a parameter with a space before it; empty for a dimensionless one."""
-    unit = dataset[name].attrs["units"]
-    dimensional = unit != quantity(name).unit or name in {q.name for q in OPERATION}
-    return f" {unit.replace('*', ' ')}" if dimensional else ""
 
 
 def _stable_parts(document: dict[str, Any], dataset: xr.Dataset, unit: str) -> list[str]:
@@ -84,7 +76,7 @@ def _print_events(events: Sequence[Mapping[str, Any]], name: str) -> None:
 
 def print_curve(document: dict[str, Any], dataset: xr.Dataset, x: str, y: str) -> None:
     """Print a curve of events over two parameters: its range, where it ends, its points of codimension 2 in order."""
-    table, units = Table(show_header=False), {name: _after(dataset, name) for name in (x, y)}
+    table, units = Table(show_header=False), {name: unit_after(dataset, name) for name in (x, y)}
     ranges = ", ".join(f"{name} from {min(v):.10g} to {max(v):.10g}{units[name]}" for name in (x, y)
                        for v in [[point[name] for point in document["points"]]])
     table.add_row("curve", f"{len(document['points'])} points, {ranges}")

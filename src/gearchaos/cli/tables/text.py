@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.table import Table
+
+from gearchaos.quantities import OPERATION, quantity
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FILE_WIDTH = 160
 """Width of a table in characters where stdout is not a terminal."""
@@ -24,3 +29,10 @@ def shown(value: Any) -> str:
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return "none"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def unit_after(dataset: xr.Dataset, name: str) -> str:
+    """The unit of a parameter with a space before it; empty for a dimensionless one."""
+    unit = dataset[name].attrs["units"]
+    dimensional = unit != quantity(name).unit or name in {q.name for q in OPERATION}
+    return f" {unit.replace('*', ' ')}" if dimensional else ""

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from bokeh.models import ColumnDataSource, Line, LinearAxis, Range1d, Span
 
-from gearchaos.explorer.panels.style import BOUNDARY, INK, SetAttributes, empty_figure, style_axis
+from gearchaos.explorer.panels.style import BOUNDARY, FIRST_DATA, INK, SetAttributes, empty_figure, style_axis
 from gearchaos.explorer.panels.units import Units
 from gearchaos.gears.operating import Gears, pair_of
 from gearchaos.plot._axes import mesh_period
@@ -25,7 +25,7 @@ class HistoryFigure:
     def __init__(self, set_attributes: SetAttributes) -> None:
         self._set = set_attributes
         self.figure = empty_figure("Time history", x_axis_label=_PERIODS)
-        self.source = ColumnDataSource({"x": [], "y": []})
+        self.source = ColumnDataSource(FIRST_DATA)
         self.figure.add_glyph(self.source, Line(x="x", y="y", line_color=INK, line_width=1.2))
 
     def show(self, motion: xr.Dataset, tau: np.ndarray, period: float, units: Units) -> None:
@@ -58,7 +58,7 @@ class ForceFigure:
         self._set = set_attributes
         self.figure = empty_figure("Mesh force (dashed: static)", ticks=6, x_axis_label=_PERIODS,
                                    x_range=Range1d(0, 1), extra_x_ranges={"roll": Range1d(0, 1)})
-        self.source = ColumnDataSource({"x": [], "y": []})
+        self.source = ColumnDataSource(FIRST_DATA)
         self.figure.add_glyph(self.source, Line(x="x", y="y", line_color=INK, line_width=1.2))
         self.static = Span(dimension="width", location=0.0, line_color=BOUNDARY, line_dash="dashed")
         self.figure.add_layout(self.static)

@@ -25,6 +25,68 @@ _SCALES = {"delta": "Δ", "omega0": "ω₀", "1/omega0": "1/ω₀", "c0": "c₀"
 """Symbols of the units that make a quantity dimensionless."""
 
 
+_HINTS = {
+    "omega": "Mesh frequency over the natural frequency √(c₀/m) on the mean mesh stiffness: 1 is resonance",
+    "q0": "Torque on both wheels, as a compression of the mean mesh stiffness in half backlashes",
+    "q1": "Driving torque on wheel 1, as a compression of the mean mesh stiffness in half backlashes",
+    "q2": "Resisting torque on wheel 2, as a compression of the mean mesh stiffness in half backlashes",
+    "eps": "Amplitude of a harmonic of the transmission error, in half backlashes: how inexact the teeth are",
+    "theta": "Phase of a harmonic of the transmission error, in rad",
+    "zeta": "Damping of the mesh over critical damping: gears have 0.02 to 0.1",
+    "chi0": "Step of the mesh stiffness about its mean, as the number of tooth pairs in contact changes",
+    "chi1": "Height of the upper level of the mesh stiffness above its mean",
+    "chi2": "Depth of the lower level of the mesh stiffness below its mean",
+    "contact_ratio": "Mean number of tooth pairs in contact: 1.5 means two pairs for half of the time",
+    "c": "Amplitude of a harmonic of the mesh stiffness, as a share of its mean",
+    "alpha": "Phase of a harmonic of the mesh stiffness, in rad",
+    "J": "Inertia of each wheel, over the mass m of the relative motion",
+    "beta": "Friction in the bearings of each wheel",
+    "mu": "Mass of each wheel, over the mass m of the relative motion",
+    "kappa": "Stiffness of the support of each wheel, over the mean mesh stiffness",
+    "zeta_support": "Damping of the support of each wheel",
+    "speed": "Speed of wheel 1", "torque": "Torque at wheel 1",
+    "backlash": "Total play of the teeth along the line of action",
+    "grade": "Accuracy grade from which the transmission error follows: 1 is the finest",
+    "z": "Dynamic transmission error at the start: from −1 to 1, in half backlashes, the teeth are apart",
+    "x": "Rotation of a wheel at the start, as an arc on its base circle, in half backlashes",
+    "y": "Displacement of the centre of a wheel at the start, in half backlashes",
+    "v_rms": "How strong the vibration is, as the root mean square of the velocity",
+    "z_rms": "Root mean square of the dynamic transmission error about its mean",
+    "z_peak_to_peak": "Largest minus smallest dynamic transmission error",
+    "dynamic_factor": "Peak of the mesh force over the static force that carries the torque",
+    "contact_fraction": "Share of the time in which the teeth touch",
+    "contact": "Whether the teeth stay in contact, separate, or also hit the back flanks",
+    "multiplier": "Growth of a small disturbance over one period of the motion: below 1 the motion is stable",
+    "lyapunov": "Mean rate at which neighbouring motions part: positive means chaos",
+    "mesh_force_peak": "Largest force between the teeth",
+}
+"""What a parameter or measure means, by name; that of both wheels or of a family of harmonics holds for all of them."""
+
+_MOTIONS = {
+    "quasi-periodic": "Two frequencies without a common period: the motion never repeats",
+    "chaotic": "Never repeats, and neighbouring motions part exponentially",
+    "undecided": "The computation was not long enough to tell", "diverged": "Grows without bound",
+    "other sub-harmonic": "Repeats after 5 or more mesh periods",
+    "in contact": "The teeth never separate", "separation": "The teeth separate and meet on the driving flanks",
+    "both flanks": "The teeth separate and also hit their back flanks", "no contact": "The teeth never touch",
+}
+"""What the kinds of motion that have no period, and the contact states, mean."""
+
+
+def hint(name: str) -> str:
+    """What a parameter or measure means, in words."""
+    base = name.removesuffix("_dot").rstrip("0123456789") if name not in _HINTS else name
+    return f"Velocity of: {_HINTS[base]}" if name.endswith("_dot") else _HINTS.get(base, title(name))
+
+
+def motion_hint(name: str) -> str:
+    """What a kind of motion, such as "2T", or a contact state means, in words."""
+    count = name.removesuffix("T")
+    if not count.isdecimal():
+        return _MOTIONS.get(name, "")
+    return "Repeats with every mesh period T" if count == "1" else f"Repeats after {count} mesh periods"
+
+
 def title(name: str) -> str:
     """A parameter in words; empty for an initial value."""
     found = find(name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -25,12 +26,12 @@ from bokeh.palettes import Viridis256
 from gearchaos.explorer.jobs.map_grid import Map
 from gearchaos.explorer.panels.labels import label, symbol, unit
 from gearchaos.explorer.panels.skeleton import SkeletonCurves
-from gearchaos.explorer.panels.style import PALETTE, Legend, SetAttributes, empty_figure
+from gearchaos.explorer.panels.style import Legend, SetAttributes, empty_figure
 from gearchaos.explorer.panels.units import NONE, Units
 from gearchaos.explorer.view.gears import limits
 from gearchaos.explorer.view.state import View
 from gearchaos.plot._axes import cell_extent
-from gearchaos.plot._classes import MOTION_CLASSES, NO_CLASS, motion_class
+from gearchaos.plot._classes import MOTION_CLASSES, NO_CLASS, MotionClass, motion_class, named_classes
 from gearchaos.plot._level import colour_limits
 
 _SATURATED = 1.0
@@ -39,14 +40,15 @@ _SATURATED = 1.0
 _NO_VALUE = "#bfbfbf"
 """Colour of cells whose motion does not have the response measure, or that are not computed yet."""
 
-_CLASSES: dict[str, Any] = {
-    "palette": PALETTE, "low": -0.5, "high": len(PALETTE) - 0.5, "high_color": "#ffffff00",
-    "tags": [[c.name for c in MOTION_CLASSES], ""],
-}
-"""Attributes of the colour mapper for kinds of motion. Its tags are read by `_HOVER`: names of classes, unit of values.
 
-The figure changes the attributes of one mapper, since Bokeh ignores the palette of a mapper that replaces another.
-"""
+def _scale_of(classes: Sequence[MotionClass]) -> dict[str, Any]:
+    """Attributes of the colour mapper for classes. Its tags are read by `_HOVER`: names of classes, unit of values.
+
+    The figure changes the attributes of one mapper, since Bokeh ignores the palette of a mapper that replaces another.
+    """
+    return {"palette": [c.colour for c in classes], "low": -0.5, "high": len(classes) - 0.5, "high_color": "#ffffff00",
+            "tags": [[c.name for c in classes], ""]}
+
 
 _FORMATS = {"speed": "0.0", "torque": "0.00"}
 """Formats of the numbers beside the pointer; those of other parameters have four digits after the point."""
@@ -80,7 +82,7 @@ class MapFigure:
         self.figure.grid.visible = False
         self.figure.background_fill_color = "#fafafa"
         self.image = ColumnDataSource({n: [] for n in ("image", "x", "y", "dw", "dh")})
-        self.mapper = LinearColorMapper(nan_color=_NO_VALUE, **_CLASSES)
+        self.mapper = LinearColorMapper(nan_color=_NO_VALUE, **_scale_of(MOTION_CLASSES))
         self.bar = ColorBar(
             color_mapper=self.mapper, visible=False, width=10, ticker=BasicTicker(desired_num_ticks=6))
         self.figure.add_layout(self.bar, "right")
@@ -122,17 +124,24 @@ class MapFigure:
     def show(self, found: Map, colour: str, units: Units) -> None:
         """Draw a map coloured by a variable in these units."""
         if colour == "motion":
-            self._show_classes(found, units)
+            classes = motion_class(found.labels(), found.dataset["period"])
+            self._show_classes(found, found.shown(classes, NO_CLASS), MOTION_CLASSES, "motion", units)
+        elif colour == "contact":
+            index, kinds = named_classes(found.dataset, colour) or (np.zeros(0), ())
+            classes = np.where(found.measure_source >= 0, index.ravel()[found.measure_source], NO_CLASS)
+            self._show_classes(found, classes, kinds, "contact", units)
         else:
             self._show_measure(found, found.measure(colour, units.gears is not None), colour, units)
 
-    def _show_classes(self, found: Map, units: Units) -> None:
-        classes = found.shown(motion_class(found.labels(), found.dataset["period"]), NO_CLASS)
-        present = [MOTION_CLASSES[i] for i in np.unique(classes) if i != NO_CLASS]
+    def _show_classes(
+        self, found: Map, index: np.ndarray, classes: Sequence[MotionClass], words: str, units: Units
+    ) -> None:
+        """Draw the class of each cell, ``index`` (rows, columns) into ``classes``."""
+        present = [classes[i] for i in np.unique(index) if i != NO_CLASS]
         self.legend = Legend(entries=tuple((c.colour, c.name) for c in present))
-        self._set(self.mapper, **_CLASSES)
+        self._set(self.mapper, **_scale_of(classes))
         self._set(self.bar, visible=False)
-        self._draw(found, classes.astype(np.uint8), "motion", units)
+        self._draw(found, index.astype(np.uint8), words, units)
 
     def _show_measure(self, found: Map, measure: xr.Variable, name: str, units: Units) -> None:
         values, whole = measure.values.astype(np.float32), found.dataset[name].dtype.kind in "iu"

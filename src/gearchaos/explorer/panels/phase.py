@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from bokeh.models import ColumnDataSource, DataRange1d, Line, Scatter, Span
 
-from gearchaos.explorer.panels.style import BOUNDARY, INK, STROBE, SetAttributes, empty_figure
+from gearchaos.explorer.panels.style import BOUNDARY, FIRST_DATA, INK, STROBE, SetAttributes, empty_figure
 from gearchaos.explorer.panels.units import Units
 
 _SAMPLES = 3072
@@ -23,7 +23,7 @@ class PhaseFigure:
         self._set = set_attributes
         ranges = {"x_range": DataRange1d(), "y_range": DataRange1d()}
         self.figure = empty_figure("Phase (dashed: backlash)", **ranges)
-        self.line = ColumnDataSource({"x": [], "y": []})
+        self.line = ColumnDataSource(FIRST_DATA)
         self.points = ColumnDataSource({"x": [], "y": []})
         self.ends = [Span(dimension="height", location=z, line_color=BOUNDARY, line_dash="dashed") for z in (-1, 1)]
         drawn = self.figure.add_glyph(self.line, Line(x="x", y="y", line_color=INK, line_width=1))

@@ -8,7 +8,7 @@ from bokeh.models import ColumnDataSource, DataRange1d, Scatter
 
 from gearchaos.datasets import variable
 from gearchaos.explorer.jobs.point_motion import PointMotion
-from gearchaos.explorer.panels.style import INK, SetAttributes, empty_figure
+from gearchaos.explorer.panels.style import FIRST_DATA, INK, SetAttributes, empty_figure
 from gearchaos.explorer.panels.units import Units
 
 _FEW = 64
@@ -25,8 +25,8 @@ class PortraitFigure:
         self._set = set_attributes
         ranges = {"x_range": DataRange1d(range_padding=_PADDING), "y_range": DataRange1d(range_padding=_PADDING)}
         self.figure = empty_figure("Stroboscopic portrait", **ranges)
-        self.source = ColumnDataSource({"x": [], "y": []})
-        self.glyph = Scatter(x="x", y="y", size=6, fill_color=INK, line_color=None)
+        self.source = ColumnDataSource(FIRST_DATA)
+        self.glyph = Scatter(x="x", y="y", size=0, fill_color=INK, line_color=None)
         self.figure.add_glyph(self.source, self.glyph)
 
     def show(self, found: PointMotion, units: Units) -> None:

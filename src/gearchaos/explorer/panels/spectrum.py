@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from bokeh.models import ColumnDataSource, FixedTicker, Line, Range1d
 
-from gearchaos.explorer.panels.style import INK, SetAttributes, empty_figure
+from gearchaos.explorer.panels.style import FIRST_DATA, INK, SetAttributes, empty_figure
 from gearchaos.explorer.panels.units import NONE, Units
 from gearchaos.gears.operating import pair_of
 from gearchaos.plot._spectrum import FLOOR, amplitudes
@@ -34,7 +34,7 @@ class SpectrumFigure:
         self.figure = empty_figure("Spectrum of the velocity z′", y_axis_type="log", x_range=Range1d(0, _ORDERS),
                            x_axis_label=_ORDER, y_axis_label=_AMPLITUDE)
         self.figure.xaxis.ticker = FixedTicker(ticks=list(range(_ORDERS + 1)))
-        self.source = ColumnDataSource({"x": [], "y": []})
+        self.source = ColumnDataSource(FIRST_DATA)
         self.figure.add_glyph(self.source, Line(x="x", y="y", line_color=INK, line_width=1))
 
     def show(self, motion: xr.Dataset, velocity: xr.DataArray, units: Units) -> None:

@@ -20,8 +20,13 @@ The model in this process is not changed; see `gearchaos.explorer.web.messages.M
 PALETTE = [c.colour for c in MOTION_CLASSES]
 BOUNDARY = "#737373"
 
-__all__ = ["BOUNDARY", "INK", "PALETTE", "STROBE", "Legend", "SetAttributes", "empty_figure", "motion_colour",
-           "style_axis"]
+__all__ = ["BOUNDARY", "FIRST_DATA", "INK", "PALETTE", "STROBE", "Legend", "SetAttributes", "empty_figure",
+           "motion_colour", "style_axis"]
+
+
+FIRST_DATA = {"x": [0.0], "y": [1.0]}
+"""Data of a figure before the first motion: a single point, which a line does not show. Without any, Bokeh finds no
+ranges for its axes, and says so in the browser's console."""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 from gearchaos.datasets import variable
 from gearchaos.explorer.jobs.branch import obstacle
 from gearchaos.explorer.jobs.point_motion import PointMotion
-from gearchaos.explorer.panels.labels import symbol, unit
+from gearchaos.explorer.panels.labels import hint, symbol, unit
 from gearchaos.explorer.panels.style import motion_colour
 from gearchaos.explorer.panels.units import Units
 from gearchaos.explorer.view.gears import gear_values
@@ -34,6 +34,12 @@ _CONTACT = {
     "permanent": "the teeth never part", "one-sided": "the teeth part, the back flank is not reached",
     "two-sided": "the teeth hit both flanks", "none": "no contact at all",
 }
+
+_MULTIPLIER = f"largest Floquet multiplier |{_JOINED}μ{_JOINED}|"
+HINTS = {words: hint(name) for name, words in {
+    **_MEASURES, **_FORCES, "contact": quantity("contact").title, "multiplier": _MULTIPLIER,
+    "lyapunov": quantity("lyapunov").long_name}.items()}
+"""What the rows of a verdict mean, by their names."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +116,7 @@ def _rows(v: Verdict, units: Units) -> list[tuple[str, str]]:
     rows += _measures(v, units)
     if v.multipliers:
         largest = max(map(abs, v.multipliers))
-        rows.append((f"largest Floquet multiplier |{_JOINED}μ{_JOINED}|", units.number(f"{largest:.6f}", "")))
+        rows.append((_MULTIPLIER, units.number(f"{largest:.6f}", "")))
         rows.append((quantity("residual").title, units.number(f"{v.residual:.2g}", "")))
     elif v.lyapunov:
         value, low, high = (units.one("lyapunov") * x for x in (v.lyapunov[0], *v.lyapunov_ci[0]))

@@ -115,7 +115,7 @@ def from_query(text: str, default: View) -> View:
     units = given.get("units", _UNITS[usual.physical])
     check_known("units", units, _UNITS)
     return View(
-        model, x, y, at, given.get("colour", "motion"), given.get("line", "x"), _initial(given.get("start", "")),
+        model, x, y, at, given.get("colour", usual.colour), given.get("line", "x"), _initial(given.get("start", "")),
         units == "physical",
     )
 

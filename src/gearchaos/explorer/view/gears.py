@@ -32,11 +32,8 @@ _UM = 1e-6
 _DIMENSIONLESS = {"speed": ("omega",), "torque": ("q0", "q1")}
 """Parameters of which one stands for a speed or torque on an axis."""
 
-_SPEEDS = (0.1, 1.6)
-"""Ends of the axis of the speed, relative to the resonance speed at which ω = 1."""
-
-_TORQUES = (0.1, 2.5)
-"""Ends of the axis of the torque, relative to the torque of the gears."""
+_SHARES = (0.1, 2.5)
+"""Ends of the axes that a page shows first, relative to the speed and the torque at which the gears operate."""
 
 _TOLERANCE = 1e-12
 """Relative rounding error allowed for the conversion of a value to SI units and back."""
@@ -188,11 +185,13 @@ def at_on_axis(model: OperatingModel, axis: str, name: str, value: float) -> flo
 def operating_axes(gears: Gears) -> tuple[Axis, Axis]:
     """The axes of speed and torque that a page shows first."""
     pair = pair_of(gears)
-    resonance, speed, torque = _resonance_speed(pair), pair.speed, pair.M10
-    low, high = sorted(share * torque for share in _TORQUES) if torque else (0.0, 0.3 * pair.scales.torque1)
-    least = 1.01 * value_range("omega").least * pair_of(gears, high).omega0 / pair.n1 / RPM  # accepted at all torques
-    first, last = min(_SPEEDS[0] * resonance, 0.5 * speed), max(_SPEEDS[1] * resonance, 1.2 * speed)
-    return (_rounded_axis("speed", max(first, least), last, MAP_CELLS[0]),
+    speed, torque = pair.speed, pair.M10
+    low, high = sorted(share * torque for share in _SHARES) if torque else (0.0, 0.3 * pair.scales.torque1)
+    omega = value_range("omega")  # at all torques; the resonance rises with the torque
+    least = 1.01 * omega.least * _resonance_speed(pair_of(gears, high))
+    most = 0.99 * omega.most * _resonance_speed(pair_of(gears, low or high))
+    first, last = max(_SHARES[0] * speed, least), min(_SHARES[1] * speed, max(most, speed))
+    return (_rounded_axis("speed", min(first, 0.9 * last), last, MAP_CELLS[0]),
             _rounded_axis("torque", low, high, MAP_CELLS[1]))
 
 

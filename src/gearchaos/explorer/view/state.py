@@ -37,7 +37,7 @@ from gearchaos.studies.plane import check_plane
 
 COLOURS = {
     "motion": "kind of motion",
-    **{name: quantity(name).long_name for name in ("v_rms", "contact_fraction", "dynamic_factor")},
+    **{name: quantity(name).long_name for name in ("contact", "v_rms", "contact_fraction", "dynamic_factor")},
     "attractors": "number of attractors",
 }
 """Variables by which the map can be coloured, each with its description."""
@@ -259,8 +259,8 @@ class View:
 def view_of(model: MeshModel, x: Axis | None = None, y: Axis | None = None) -> View:
     """The view of a model over these axes, whose counts are ignored.
 
-    By default the axes are those of the paper's figure 2; for the model of gears their speed and torque, and results
-    are in their units.
+    By default the axes are those of the paper's figure 2; for the model of gears their speed and torque, the map shows
+    the contact of the teeth, and results are in their units.
     """
     gears = given_gears.gears_of(model)
     defaults = figure_plane(2) if gears is None else given_gears.operating_axes(gears)
@@ -268,7 +268,8 @@ def view_of(model: MeshModel, x: Axis | None = None, y: Axis | None = None) -> V
         Axis(a.name, a.start, a.stop, n) if a else default
         for a, default, n in zip((x, y), defaults, MAP_CELLS, strict=True)
     )
-    return View(model, x, y, _values_on(model, x, y), physical=gears is not None)
+    return View(model, x, y, _values_on(model, x, y), "motion" if gears is None else "contact",
+                physical=gears is not None)
 
 
 def stiffness_name(model: MeshModel) -> str:

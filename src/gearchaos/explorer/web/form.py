@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from gearchaos.explorer.panels.labels import symbol, title
+from gearchaos.explorer.panels.labels import hint, symbol, title
 from gearchaos.explorer.panels.units import Units
 from gearchaos.explorer.view.gears import gear_values, slider_range
 from gearchaos.explorer.view.planes import axis_names, initial_values
@@ -40,7 +40,8 @@ _KINDS = {
 
 @dataclass(frozen=True)
 class Field:
-    """A value, set by a slider from ``low`` to ``high`` or by a number; ``unit`` is empty on a page without gears."""
+    """A value, set by a slider from ``low`` to ``high`` or by a number; ``unit`` is empty on a page without gears, and
+    ``hint`` says what the value means."""
 
     name: str
     title: str
@@ -48,6 +49,7 @@ class Field:
     low: float
     high: float
     step: str
+    hint: str
     unit: str = ""
 
 
@@ -156,7 +158,7 @@ def _field(name: str, gears: Gears | None, units: Units) -> Field:
     slider = slider_range(gears, name)
     step = "1" if name == "grade" else f"{slider.step:.6g}"
     unit = units.of_parameter(name) if units.marked else ""
-    return Field(name, title(name) or "initial value", symbol(name), slider.low, slider.high, step, unit)
+    return Field(name, title(name) or "initial value", symbol(name), slider.low, slider.high, step, hint(name), unit)
 
 
 def _names(entry: str, values: Iterable[str], merged: Iterable[str]) -> list[str]:

@@ -8,6 +8,8 @@ from typing import Any
 
 from jinja2 import Environment, FunctionLoader
 
+from gearchaos.explorer.panels.labels import motion_hint
+
 
 def render(name: str, **values: Any) -> str:
     """The template ``name`` filled with values."""
@@ -30,4 +32,6 @@ def _text(folder: str, name: str) -> str:
 
 @cache
 def _environment() -> Environment:
-    return Environment(loader=FunctionLoader(template_text), autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    made = Environment(loader=FunctionLoader(template_text), autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    made.filters["motion_hint"] = motion_hint
+    return made

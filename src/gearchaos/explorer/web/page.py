@@ -21,7 +21,7 @@ from gearchaos.explorer.panels.portrait import PortraitFigure
 from gearchaos.explorer.panels.skeleton import skeleton_text
 from gearchaos.explorer.panels.spectrum import SpectrumFigure
 from gearchaos.explorer.panels.units import Units
-from gearchaos.explorer.panels.verdict import verdict_text
+from gearchaos.explorer.panels.verdict import HINTS, verdict_text
 from gearchaos.explorer.view.address import to_query
 from gearchaos.explorer.view.state import View
 from gearchaos.explorer.view.study_text import as_python, as_toml
@@ -110,7 +110,7 @@ class Page:
                 if figure is not None:
                     figure.clear()
             self._trajectory_key = self._portrait_key = None
-        self.messages.write("verdict", render("verdict.html.j2", v=verdict_text(found, view, units)))
+        self.messages.write("verdict", render("verdict.html.j2", v=verdict_text(found, view, units), hints=HINTS))
 
     def _show_portrait(self, found: PointMotion, units: Units) -> None:
         """Draw the stroboscopic points, unless they are drawn already."""
