@@ -103,7 +103,7 @@ def test_a_workbook_is_read_as_a_text_is(read, kind):
     assert table.columns["amplitude"] == pytest.approx([12.5e-6, 0.5e-6], rel=1e-15) and table.lines == (3, 4)
     with pytest.raises(InputError, match=r"table\.csv, line 4, must have finite numbers; got 'two'"):
         read(workbook(kind, [*rows[:3], [2, "two", 0]]))
-    with pytest.raises(InputError, match="must be a workbook with one sheet that is not empty; got .*Save the sheet"):
+    with pytest.raises(InputError, match=r"must be a workbook with one sheet that is not empty; got .*Save the sheet"):
         read(workbook(kind, rows, rows))
 
 
@@ -246,7 +246,7 @@ def test_a_jump_is_two_rows_with_the_same_abscissa_but_not_the_same_value(read):
     table = read(header + "1,300\n1,200\n2,100\n", CURVE, increasing=True, jumps=True)
     assert table.columns["stiffness"] == pytest.approx([4e8, 3e8, 2e8, 1e8], rel=1e-15)
     for rows in ("1,300\n1,300\n", "1,300\n1,200\n1,100\n"):
-        with pytest.raises(InputError, match="must not repeat the roll angle of line .; got '1 deg'"):
+        with pytest.raises(InputError, match=r"must not repeat the roll angle of line .; got '1 deg'"):
             read(header + rows, CURVE, increasing=True, jumps=True)
 
 
