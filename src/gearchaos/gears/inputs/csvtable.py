@@ -276,7 +276,8 @@ def _checked_factor(cells: Cells, column: Column, unit: str) -> float:
     else:
         rule = f"must have the unit of {' or '.join(d.name for d in column.scales)} for {column.name}"
     grad = "Write deg or gon: the unit may be either. " if unit.casefold() == "grad" else ""
-    raise line_error(cells.path, cells.line, rule, unit, f"{grad}Write {column.example}. {column.advice}".rstrip())
+    raise line_error(cells.path, cells.line, rule, unit,
+                     f"{grad}{column.advice} Such a column is e.g. {column.example}.".lstrip())
 
 
 def _notes(cells: Cells, header: list[tuple[str, str]], found: list[_Found]) -> tuple[str, ...]:
@@ -289,7 +290,7 @@ def _notes(cells: Cells, header: list[tuple[str, str]], found: list[_Found]) -> 
     unused = f"; not used: {', '.join(rest[:_MOST_NAMED])}{', …' * (len(rest) > _MOST_NAMED)}" if rest else ""
     read = ", ".join(f"{column.name} is {cells.header[i]!r}{f' in {unit}' * (unit != header[i][1])}"
                      for column, i, unit in found)
-    return (f"{Path(cells.path).name}: {read}{unused}",)
+    return (f"columns of {Path(cells.path).name}: {read}{unused}",)
 
 
 def _numbers(cells: Cells, taken: list[int]) -> np.ndarray:
