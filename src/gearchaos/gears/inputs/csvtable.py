@@ -157,7 +157,7 @@ def read_table(
         raise line_error(cells.path, cells.line, "must be a header with names and units", cells.header,
                          f"Write a first line with names such as {', '.join(c.example for c in columns)}.")
     choices = _choices(cells, header, columns, chosen or {})
-    found = [choice if (choice := _picked(cells, group, choices)) else _found(cells, header, group) for group in groups]
+    found = [_picked(cells, group, choices) or _found(cells, header, group) for group in groups]
     for _, i, _ in found:
         if sum(i == other for _, other, _ in found) > 1:
             names = " or ".join(column.name for column, other, _ in found if i == other)
