@@ -204,3 +204,22 @@ def test_gear_warns_of_a_file_that_it_cannot_use(tmp_path):
                      f'transmission_error = {{ orders = "{file}" }}\n')
     (warning,) = [text for text in design.warnings if "cannot be used" in text]
     assert f"{file}, line 1, must" in warning and str(file) in CliRunner().invoke(app, ["gear", str(study)]).stderr
+
+
+TURN = np.arange(17 * 40 + 1) / 40
+"""A turn of 17 teeth in mesh periods."""
+
+
+@pytest.mark.parametrize(("tau", "error", "words"), [
+    (np.arange(41) * 0.98 / 40, np.cos(2 * np.pi * np.arange(41) / 40), "between two ends of mesh periods; got '0.98"),
+    (np.arange(50) * 0.026, np.cos(np.arange(50) * np.pi / 25), "got '1.274 mesh periods, in which the error does"),
+    (TURN, np.cos(2 * np.pi * TURN * 23 / 17) + 5 * np.cos(2 * np.pi * TURN / 17), "repeats itself 23 times, not 17"),
+    (TURN, np.cos(4 * np.pi * TURN) + 5 * np.cos(2 * np.pi * TURN / 17), "repeats itself 34 times, not 17"),
+    (np.arange(41) / 80, np.cos(2 * np.pi * np.arange(41) / 80), "got '0.5 mesh periods'. orders must be at most 0"),
+], ids=["closed elsewhere", "no whole periods", "another wheel", "half the teeth", "half a period"])
+def test_an_error_that_contradicts_the_number_of_teeth_is_refused(tmp_path: Path, tau, error, words):
+    error = np.append(error[:-1], error[0]) if "0.98" in words else error
+    rows = "".join(f"{t * 360 / 17!r},{e!r}\n" for t, e in zip(tau.tolist(), error.tolist(), strict=True))
+    with pytest.raises(InputError) as found:
+        from_table(written(tmp_path, f"roll angle [deg],error [um]\n{rows}"), 17)
+    assert words in str(found.value) and f"line {len(tau) + 1}," in found.value.field

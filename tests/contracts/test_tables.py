@@ -217,7 +217,7 @@ def test_columns_that_are_chosen_are_taken_and_said(read, chosen, angle, stiffne
     table = read(BOTH, CURVE, chosen=chosen)
     assert np.degrees(table.columns["roll angle"][1]) == pytest.approx(angle, rel=1e-15)
     assert table.columns["stiffness"][1] == pytest.approx(stiffness, rel=1e-15)
-    assert note in table.notes[0] and table.notes[0].startswith("table.csv: ")
+    assert note in table.notes[0] and table.notes[0].startswith("columns of table.csv: ")
 
 
 @pytest.mark.parametrize(("chosen", "words"), [
@@ -235,7 +235,8 @@ def test_choices_that_are_wrong_are_refused(read, chosen, words):
 def test_what_was_taken_by_its_meaning_is_said(read):
     assert read(SAME["commas"]).notes == read(SAME["units alone"]).notes == ()
     assert read(SAME["words"]).notes == (
-        "table.csv: order is 'order', amplitude is 'amplitude of error [um]', phase is 'phase at entry [deg]'",)
+        "columns of table.csv: order is 'order', amplitude is 'amplitude of error [um]', phase is 'phase at entry "
+        "[deg]'",)
     many = "".join(f",x{i}" for i in range(9))
     (note,) = read(f"order,amplitude [um]{many}\n1,2{',0' * 9}\n", TWO).notes
     assert note.endswith("not used: 'x0', 'x1', 'x2', 'x3', 'x4', …")

@@ -20,7 +20,9 @@ from gearchaos.gears.inputs.cells import DECIMAL_COMMA, NUMBER, Cells, line_erro
 _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}", re.ASCII)
 """A number that may have a decimal comma or a comma between thousands, such as "1,250"."""
 
-_NAME_AND_UNIT = re.compile(r"(.*?)\s*/?\s*(?:\[([^]]*)\]|\(((?:[^()]|\([^()]*\))*)\))|(.*?)\s+(?:/|in)\s+(.+)")
+_FORMS = tuple(map(re.compile, (
+    r"(.*?)\s*/?\s*\[([^]]*)\]", r"(.*?)\s+(?:/|in)\s+\(?(.*?)\)?", r"(.*?)\s*/?\s*\(((?:[^()]|\([^()]*\))*)\)")))
+"""Forms of a name with a unit: name [unit], name / unit, name in unit, name (unit)."""
 
 _ANGLES = {
     **{name: name for name in ("rad", "radian", "radians", "mrad", "urad", "µrad", "μrad", "deg", "degree", "degrees",
@@ -155,7 +157,7 @@ def read_table(
         raise line_error(cells.path, cells.line, "must be a header with names and units", cells.header,
                          f"Write a first line with names such as {', '.join(c.example for c in columns)}.")
     choices = _choices(cells, header, columns, chosen or {})
-    found = [choice if (choice := _picked(cells, group, choices)) else _found(cells, header, group) for group in groups]
+    found = [_picked(cells, group, choices) or _found(cells, header, group) for group in groups]
     for _, i, _ in found:
         if sum(i == other for _, other, _ in found) > 1:
             names = " or ".join(column.name for column, other, _ in found if i == other)
@@ -183,11 +185,11 @@ def _plain(name: str) -> str:
     return " ".join(re.split(r"[\s_-]+", name.strip().casefold()))
 
 
-def _name_and_unit(cell: str, columns: Iterable[Column] = ()) -> tuple[str, str]:
+def _name_and_unit(cell: str, columns: Iterable[Column]) -> tuple[str, str]:
     """Name and unit of a header; a unit of a column alone has no name."""
-    if match := _NAME_AND_UNIT.fullmatch(cell):
-        name, *in_brackets, other, said = match.groups()
-        return (name if name is not None else other).strip(), next(t for t in (*in_brackets, said) if t is not None)
+    found = [(match[1].strip(), match[2].strip()) for form in _FORMS if (match := form.fullmatch(cell))]
+    if found:
+        return next((each for each in found if any(_fits(column, each[1]) for column in columns)), found[0])
     named = any(_plain(cell) in column.names for column in columns)
     return ("", cell) if not named and any(_fits(column, cell) for column in columns) else (cell, "")
 
@@ -222,7 +224,7 @@ def _choices(cells: Cells, header: list[tuple[str, str]], columns: list[Column],
         column = next((c for c in columns if _plain(key) in c.names), None)
         if column is None:
             raise unknown_name("columns", key, (c.name.replace(" ", "_") for c in columns))
-        name, unit = _name_and_unit(text)
+        name, unit = _name_and_unit(text, columns)
         same = [i for i, cell in enumerate(cells.header) if _plain(cell) == _plain(text)]
         same = same or [i for i, (own, _) in enumerate(header) if _plain(own) == _plain(name)]
         if len(same) != 1:
@@ -274,7 +276,8 @@ def _checked_factor(cells: Cells, column: Column, unit: str) -> float:
     else:
         rule = f"must have the unit of {' or '.join(d.name for d in column.scales)} for {column.name}"
     grad = "Write deg or gon: the unit may be either. " if unit.casefold() == "grad" else ""
-    raise line_error(cells.path, cells.line, rule, unit, f"{grad}Write {column.example}. {column.advice}".rstrip())
+    raise line_error(cells.path, cells.line, rule, unit,
+                     f"{grad}{column.advice} Such a column is e.g. {column.example}.".lstrip())
 
 
 def _notes(cells: Cells, header: list[tuple[str, str]], found: list[_Found]) -> tuple[str, ...]:
@@ -287,7 +290,7 @@ def _notes(cells: Cells, header: list[tuple[str, str]], found: list[_Found]) -> 
     unused = f"; not used: {', '.join(rest[:_MOST_NAMED])}{', …' * (len(rest) > _MOST_NAMED)}" if rest else ""
     read = ", ".join(f"{column.name} is {cells.header[i]!r}{f' in {unit}' * (unit != header[i][1])}"
                      for column, i, unit in found)
-    return (f"{Path(cells.path).name}: {read}{unused}",)
+    return (f"columns of {Path(cells.path).name}: {read}{unused}",)
 
 
 def _numbers(cells: Cells, taken: list[int]) -> np.ndarray:
@@ -331,5 +334,6 @@ def _check_increasing(table: Table, column: str, jumps: bool) -> None:
             raise table.error(i, rule, shown, f"Sort the rows by {column}.")
         third = i > 1 and values[i - 2] == values[i]
         if values[i] == values[i - 1] and (not jumps or third or rows[i] == rows[i - 1]):
-            advice = "Two rows with the same one are a jump: the values before and after it." if jumps else ""
+            advice = "Two rows with the same one are a jump: the values before and after it." if jumps else (
+                "Remove the row.")
             raise table.error(i, f"must not repeat the {column} of line {line}", shown, advice)

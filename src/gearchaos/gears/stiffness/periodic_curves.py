@@ -137,6 +137,7 @@ def folded(curve: PeriodicCurve, cycles: int, tolerance: float) -> tuple[Periodi
     starts = edges[:-1].reshape(shape) - count[: shape[0]]
     if len(starts) == cycles and np.ptp(starts, axis=0).max() <= tolerance:
         knots = np.append(starts.mean(axis=0), 1.0)
+        knots[0] = 0.0
         first, last = curve.first.reshape(shape), curve.last.reshape(shape)
     elif len(curve.jumps) == 0:
         knots = np.unique(np.append(np.round(np.mod(edges, 1.0), 12), (0.0, 1.0)))

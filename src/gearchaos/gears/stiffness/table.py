@@ -45,9 +45,9 @@ rounding in the file."""
 _CLOSING_TOLERANCE = 1e-4
 """Largest relative difference between the values at the beginning and the end of the period, likewise."""
 
-_STEP_TOLERANCE, _LARGEST_STEP = 0.1, 0.2
-"""Largest relative difference of equal steps, and largest such step in mesh periods, of a table without the row that
-closes the period."""
+_STEP_TOLERANCE, _LARGEST_STEP, _MANY_STEPS = 0.1, 0.2, 8
+"""Largest relative difference of equal steps, largest such step in mesh periods of a table without the row that closes
+the period, and how many equal steps are no chance."""
 
 _REST_TOLERANCE = 0.1
 """Largest root mean square of what does not repeat with the mesh, over that of the variation of the stiffness."""
@@ -129,6 +129,10 @@ def _steps(table: Table, x: np.ndarray, values: np.ndarray, period: float) -> _W
         raise table.error(len(x) - 1, f"must have a {abscissa} less than {_periods(table, cycles, period)}",
                           table.shown(abscissa, x[-1]), "Each level begins at its row, the last one ends with the "
                           "period. Remove this line if it is the end of the period.")
+    steps, rest = np.diff(positions), cycles - float(positions[-1])
+    if len(steps) >= _MANY_STEPS and np.ptp(steps) < 0.01 * rest and not 0.5 < rest / steps[0] < 1.5:
+        raise table.error(len(x) - 1, "must begin the last of equal steps", f"one of {rest:.4g} mesh periods after "
+                          f"those of {steps[0]:.4g}", "Check the numbers of teeth.")
     return PeriodicCurve(np.append(positions / cycles, 1.0), values, values), cycles, ()
 
 
@@ -166,8 +170,6 @@ def _periods(table: Table, cycles: int, period: float) -> str:
 
 def _one_period(table: Table, curve: PeriodicCurve, cycles: int) -> tuple[PeriodicCurve, tuple[str, ...]]:
     """The mean of the mesh periods of a curve, and a note on it."""
-    if cycles == 1:
-        return curve, ()
     found, last = folded(curve, cycles, _PERIOD_TOLERANCE), len(table.lines) - 1
     advice = "Check the numbers of teeth, and that the angle is that of wheel 1; or give one mesh period."
     if found is None:
@@ -179,8 +181,9 @@ def _one_period(table: Table, curve: PeriodicCurve, cycles: int) -> tuple[Period
     if rest > max(_REST_TOLERANCE * math.hypot(math.sqrt(variation), rest), _PERIOD_TOLERANCE * mean):
         raise table.error(last, f"must repeat itself in each of its {cycles} mesh periods",
                           f"{rest / mean:.1%} of the mean that does not", advice)
-    if amplitudes[0] < _PERIOD_TOLERANCE * amplitudes.max():
-        raise table.error(last, f"must have one period in each of its {cycles} mesh periods",
-                          f"{int(np.argmax(amplitudes)) + 1} periods", advice)
-    return curve, (f"the table covers {cycles} mesh periods: their mean is taken, from which they differ by "
-                   f"{rest / mean:.1%} of the mean stiffness (root mean square)",)
+    if amplitudes[0] < _PERIOD_TOLERANCE * amplitudes.max() > _CLOSING_TOLERANCE * _PERIOD_TOLERANCE * mean:
+        raise table.error(last, "must have one period in a mesh period", f"{int(np.argmax(amplitudes)) + 1} periods",
+                          advice)
+    return curve, () if cycles == 1 else (
+        f"the table covers {cycles} mesh periods: their mean is taken, from which they differ by "
+        f"{rest / mean:.1%} of the mean stiffness (root mean square)",)

@@ -138,7 +138,8 @@ def _orders(table: Table) -> list[int]:
         if order > MAX_HARMONICS:
             raise table.error(row, f"must have an order of at most {MAX_HARMONICS}", order, _SHAFT_ADVICE)
         if int(order) in found:
-            raise table.error(row, f"must not repeat the order of line {table.lines[found.index(int(order))]}", order)
+            raise table.error(row, f"must not repeat the order of line {table.lines[found.index(int(order))]}", order,
+                              "Remove one of the two rows.")
         found.append(int(order))
     return found
 
@@ -192,8 +193,48 @@ def from_table(
     periods = table.columns["roll angle"] * teeth1 / (2 * math.pi)
     _check_amplitudes(table, np.abs(table.columns["error"] - np.mean(table.columns["error"])), most)
     _check_closed(table, periods)
-    found = fit_harmonics(periods, table.columns["error"], orders, source=f"curve of {Path(table.path).name}")
+    try:
+        found = fit_harmonics(periods, table.columns["error"], orders, source=f"curve of {Path(table.path).name}")
+    except InputError as error:
+        raise table.error(len(periods) - 1, f"must be the last of rows that give {orders} harmonics",
+                          f"{periods[-1] - periods[0]:.4g} mesh periods", f"{error}") from None
+    _check_teeth(table, periods, found, teeth1)
     return replace(found, assumptions=_notes(table, radius))
+
+
+def _check_teeth(table: Table, periods: np.ndarray, found: ErrorHarmonics, teeth: int) -> None:
+    """Raise `InputError` if an error over several mesh periods contradicts the number of teeth.
+
+    A record that does not end a mesh period, but for one row, must repeat itself. In one of whole turns the strongest
+    order, runout apart, must be one of the mesh.
+
+    Parameters
+    ----------
+    table : Table
+        With the column ``error``.
+    periods : array (rows,)
+        Roll angles in mesh periods.
+    found : ErrorHarmonics
+        The orders of the mesh.
+    teeth : int
+        z1.
+    """
+    span, longest, value = float(periods[-1] - periods[0]), float(np.diff(periods).max()), ""
+    count, strongest = round(span), max(found.amplitudes)
+    if math.ceil(span - _PERIOD_TOLERANCE) - span > (1 + _PERIOD_TOLERANCE) * longest and found.warnings:
+        value = f"{span:.5g} mesh periods, in which the error does not repeat itself"
+    elif count and count % teeth == 0:
+        grid = np.arange(2 * MAX_HARMONICS * count) / (2 * MAX_HARMONICS)
+        error = np.interp(grid, periods - periods[0], table.columns["error"], period=count)
+        lines = 2 * np.abs(np.fft.rfft(error - found.at(grid + periods[0]), norm="forward"))
+        lines[len(found.phases) * count:] = 0.0
+        lines[: count // 2] = 0.0  # runout and what else is slow
+        if lines.max() > strongest or found.amplitudes[0] < _PERIOD_TOLERANCE * strongest:
+            order = int(np.argmax(lines)) if lines.max() > strongest else count * int(np.argmax(found.amplitudes) + 1)
+            value = f"turns in which the error repeats itself {order * teeth / count:.6g} times, not {teeth} times"
+    if value:
+        raise table.error(len(periods) - 1, "must end whole mesh periods, best a turn of wheel 1", value,
+                          "Check the number of teeth, and that the angle is that of wheel 1.")
 
 
 def _check_closed(table: Table, periods: np.ndarray) -> None:
@@ -209,6 +250,10 @@ def _check_closed(table: Table, periods: np.ndarray) -> None:
         Roll angles in mesh periods.
     """
     error, missing = table.columns["error"], 1 - float(periods[-1] - periods[0])
+    if len(error) > 8 and error[-1] == error[0] and abs(missing - round(missing)) > _PERIOD_TOLERANCE:
+        raise table.error(
+            len(error) - 1, "must not return exactly to the first error between two ends of mesh periods",
+            f"{1 - missing:.5g} mesh periods", "Check the number of teeth, and that the angle is that of wheel 1.")
     if len(error) < 2 or missing < -_PERIOD_TOLERANCE:
         return
     steepest = float(np.max(np.abs(np.diff(error)) / np.diff(periods)))
