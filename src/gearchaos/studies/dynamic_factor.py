@@ -81,18 +81,18 @@ def dynamic_factor(
     ('speed',)
     """
     axis = operating_axis("speed", speed)
-    at_start = _loaded(design, torque).at(speed=axis.start * RPM)
+    at_start = loaded(design, torque).at(speed=axis.start * RPM)
     study = Bifurcation(as_model(at_start), axis, points=0, mode=mode, settings=settings)
-    standards = _standards(at_start, axis.values)
+    beside = standards(at_start, axis.values)
     dataset = physical(study.run(progress=progress, threads=threads))
     frequency = at_start.teeth[0] * axis.values / 60
-    return dataset.assign(standards).assign_coords(
+    return dataset.assign(beside).assign_coords(
         mesh_frequency=variable("mesh_frequency", ("speed",), frequency),
         torque=variable("torque", (), np.array(at_start.torque)),
     ).assign_attrs(study="dynamic_factor")
 
 
-def _loaded(design: Any, torque: Any) -> GearDesign:
+def loaded(design: Any, torque: Any) -> GearDesign:
     """The design at a torque, its own for None; raises `InputError` for anything but a loaded design."""
     if not isinstance(design, GearDesign):
         raise InputError("design", "must be a GearDesign", f"a {type(design).__name__}",
@@ -104,7 +104,7 @@ def _loaded(design: Any, torque: Any) -> GearDesign:
     return loaded
 
 
-def _standards(design: GearDesign, speeds: np.ndarray) -> dict[str, Any]:
+def standards(design: GearDesign, speeds: np.ndarray) -> dict[str, Any]:
     """The variables by the standards over speeds (P,) in rpm."""
     found = [dynamic_factors(design.at(speed=speed * RPM)) for speed in speeds.tolist()]
     out = {}

@@ -1,0 +1,160 @@
+"""The motions that are found along the speed, and to which of them each leads when the speed changes slowly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearchaos.dynamics import Classification, Label, Verdicts
+from gearchaos.dynamics.initial_conditions import default_box, spread
+from gearchaos.flow import ExactFlow
+from gearchaos.model import MeshModel
+from gearchaos.model.switched import coordinates
+from gearchaos.studies.batch_classification import classify_batch
+from gearchaos.studies.coexistence import SAME_CENTRE, signature
+from gearchaos.studies.initial_value_problems import initial_value_problems
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+
+@dataclass
+class Motion:
+    """One of the motions of a speed.
+
+    Attributes
+    ----------
+    label, period : int
+        Its kind, a `Label`, and its period in mesh periods, 0 where there is none.
+    contact : int
+        Index into `CONTACTS`.
+    dynamic_factor : float
+        Peak of the mesh force over the static one; NaN if the motion diverges.
+    centre : (float, float)
+        Mean of z and z' over the stroboscopic points of an orbit; 0 for other motions.
+    w : (d,)
+        A state on it at phase 0.
+    leads_to : dict of float to Motion
+        By speed: the motion that it becomes when the speed changes to that one.
+    """
+
+    label: int
+    period: int
+    contact: int
+    dynamic_factor: float
+    centre: tuple[float, float]
+    w: np.ndarray
+    leads_to: dict[float, Motion] = field(default_factory=dict)
+
+    @property
+    def diverged(self) -> bool:
+        """Whether it leaves every bound."""
+        return self.label == Label.DIVERGED
+
+    def same(self, other: Motion) -> bool:
+        """Whether two motions of one speed are the same: orbits by their centre, others by their contact state."""
+        alike = (self.label, self.period, self.contact) == (other.label, other.period, other.contact)
+        return alike and all(abs(a - b) < SAME_CENTRE for a, b in zip(self.centre, other.centre, strict=True))
+
+
+class FollowedMotions:
+    """The motions found at speeds that are added one after another.
+
+    Parameters
+    ----------
+    model : MeshModel
+        With a parameter ``speed``.
+    settings : Classification
+    progress : bool
+    threads : int, optional
+
+    Attributes
+    ----------
+    speeds : list of float
+        In rising order, rpm.
+    at : dict of float to list of Motion
+        The motions of each speed, the one from rest first.
+    """
+
+    def __init__(
+        self, model: MeshModel, settings: Classification, *, progress: bool = False, threads: int | None = None
+    ) -> None:
+        self.model, self._settings, self._progress, self._threads = model, settings, progress, threads
+        self._names = coordinates(initial_value_problems(model).batch)
+        self.speeds: list[float] = []
+        self.at: dict[float, list[Motion]] = {}
+
+    def add_from_rest(self, speeds: Iterable[float]) -> None:
+        """Add speeds, each with its motion from the initial values of the model."""
+        new = np.array(sorted(set(speeds) - set(self.speeds)))
+        if len(new):
+            w = initial_value_problems(self.model, {"speed": new}, self._names).w
+            self._add(new, self._classified(new, w, "from rest"))
+            self.speeds = sorted(self.at)
+
+    def add_from_random_states(self, starts: int, seed: int) -> None:
+        """Add the motions from ``starts`` random initial states at each speed."""
+        if not starts:
+            return
+        speeds = np.repeat(self.speeds, starts)
+        base = replace(self.model, initial={}) if self.model.kind == "single" else self.model
+        values = {"speed": speeds, **spread(default_box(self.model), len(speeds), seed)}
+        self._add(speeds, self._classified(speeds, initial_value_problems(base, values, self._names).w, "random"))
+
+    def follow(self) -> None:
+        """Follow every motion to both neighbouring speeds, and those found there further, until no new one is found."""
+        while pending := [(motion, speed) for motion, speed in self._steps() if speed not in motion.leads_to]:
+            speeds = np.array([speed for _, speed in pending])
+            w = np.stack([motion.w for motion, _ in pending], axis=1)
+            found = self._add(speeds, self._classified(speeds, w, "followed"))
+            for (motion, speed), reached in zip(pending, found, strict=True):
+                motion.leads_to[speed] = self.at[speed][0] if motion.diverged else reached
+
+    def _steps(self) -> list[tuple[Motion, float]]:
+        """All pairs of a motion and a neighbouring speed."""
+        pairs = [*zip(self.speeds, self.speeds[1:], strict=False), *zip(self.speeds[1:], self.speeds, strict=False)]
+        return [(motion, there) for here, there in pairs for motion in self.at[here]]
+
+    def swept(self, up: bool) -> list[Motion]:
+        """The motions that a slow sweep of the speed passes, which begins from rest, one at each of the `speeds`."""
+        speeds = self.speeds if up else self.speeds[::-1]
+        out = [self.at[speeds[0]][0]]
+        for speed in speeds[1:]:
+            out.append(out[-1].leads_to[speed])
+        return out if up else out[::-1]
+
+    def _add(self, speeds: np.ndarray, motions: list[Motion]) -> list[Motion]:
+        """Add motions to those of their speeds; returns them, or the same ones that are known already."""
+        out = []
+        for speed, motion in zip(speeds.tolist(), motions, strict=True):
+            known = self.at.setdefault(speed, [])
+            same = next((each for each in known if each.same(motion)), None)
+            if same is None:
+                known.append(motion)
+            elif motion.dynamic_factor > same.dynamic_factor:  # a longer run of a motion that never repeats
+                same.dynamic_factor = motion.dynamic_factor
+            out.append(same or motion)
+        return out
+
+    def _classified(self, speeds: np.ndarray, w: np.ndarray, name: str) -> list[Motion]:
+        """The motions from states w (d, L) at speeds (L,)."""
+
+        def initial_states(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
+            values, points = np.unique(speeds[number], return_inverse=True)
+            flow = initial_value_problems(self.model, {"speed": values}, self._names).flow
+            return flow, w[:, number].copy(), points
+
+        def collect(_: np.ndarray, flow: ExactFlow, points: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+            factor = found.variables()["dynamic_factor"]
+            return {**signature(flow, points, found), "dynamic_factor": factor, "w": found.w.T}
+
+        found: dict[str, Any] = classify_batch(
+            initial_states, collect, np.argsort(speeds, kind="stable"), settings=self._settings,
+            progress=f"motions {name}" if self._progress else None, threads=self._threads,
+        )
+        centres = zip(found["centre_z"].tolist(), found["centre_z_dot"].tolist(), strict=True)
+        names = ("label", "period", "contact", "dynamic_factor")
+        return [Motion(*values, centre, state) for *values, centre, state in zip(
+            *(found[n].tolist() for n in names), centres, found["w"], strict=True)]
