@@ -9,7 +9,7 @@ import numpy as np
 
 from gearchaos.dynamics import Classification, Label, Verdicts
 from gearchaos.dynamics.initial_conditions import default_box, spread
-from gearchaos.flow import ExactFlow
+from gearchaos.flow import ExactFlow, Measure
 from gearchaos.model import MeshModel
 from gearchaos.model.switched import coordinates
 from gearchaos.studies.batch_classification import classify_batch
@@ -18,6 +18,11 @@ from gearchaos.studies.initial_value_problems import initial_value_problems
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+
+
+_BRIEF = 1000
+"""Longest transient, mesh periods, of the motions from random states. Chaotic ones are then followed as long as others,
+but only one of those that look the same."""
 
 
 @dataclass
@@ -32,6 +37,8 @@ class Motion:
         Index into `CONTACTS`.
     dynamic_factor : float
         Peak of the mesh force over the static one; NaN if the motion diverges.
+    compression : float
+        Least deflection of the teeth, in half backlashes, 0 or less where they separate; NaN if the motion diverges.
     centre : (float, float)
         Mean of z and z' over the stroboscopic points of an orbit; 0 for other motions.
     w : (d,)
@@ -44,6 +51,7 @@ class Motion:
     period: int
     contact: int
     dynamic_factor: float
+    compression: float
     centre: tuple[float, float]
     w: np.ndarray
     leads_to: dict[float, Motion] = field(default_factory=dict)
@@ -91,7 +99,7 @@ class FollowedMotions:
         new = np.array(sorted(set(speeds) - set(self.speeds)))
         if len(new):
             w = initial_value_problems(self.model, {"speed": new}, self._names).w
-            self._add(new, self._classified(new, w, "from rest"))
+            self._add(new, self._classified(new, w, "from rest", self._settings))
             self.speeds = sorted(self.at)
 
     def add_from_random_states(self, starts: int, seed: int) -> None:
@@ -101,16 +109,28 @@ class FollowedMotions:
         speeds = np.repeat(self.speeds, starts)
         base = replace(self.model, initial={}) if self.model.kind == "single" else self.model
         values = {"speed": speeds, **spread(default_box(self.model), len(speeds), seed)}
-        self._add(speeds, self._classified(speeds, initial_value_problems(base, values, self._names).w, "random"))
+        w = initial_value_problems(base, values, self._names).w
+        brief = replace(self._settings, longest_transient=min(_BRIEF, self._settings.longest_transient))
+        found = self._classified(speeds, w, "from random states", brief)
+        settled = [motion.label != Label.CHAOTIC for motion in found]
+        self._add(speeds[settled], [motion for motion in found if motion.label != Label.CHAOTIC])
+        chaotic = {(speed, motion.contact): motion for speed, motion in zip(speeds.tolist(), found, strict=True)
+                   if motion.label == Label.CHAOTIC}
+        self._continue([(motion, speed) for (speed, _), motion in chaotic.items()])
 
     def follow(self) -> None:
         """Follow every motion to both neighbouring speeds, and those found there further, until no new one is found."""
         while pending := [(motion, speed) for motion, speed in self._steps() if speed not in motion.leads_to]:
-            speeds = np.array([speed for _, speed in pending])
-            w = np.stack([motion.w for motion, _ in pending], axis=1)
-            found = self._add(speeds, self._classified(speeds, w, "followed"))
-            for (motion, speed), reached in zip(pending, found, strict=True):
+            for (motion, speed), reached in zip(pending, self._continue(pending), strict=True):
                 motion.leads_to[speed] = self.at[speed][0] if motion.diverged else reached
+
+    def _continue(self, steps: list[tuple[Motion, float]]) -> list[Motion]:
+        """Add the motions from the states of given motions, each at the speed beside it."""
+        if not steps:
+            return []
+        speeds = np.array([speed for _, speed in steps])
+        w = np.stack([motion.w for motion, _ in steps], axis=1)
+        return self._add(speeds, self._classified(speeds, w, "followed", self._settings))
 
     def _steps(self) -> list[tuple[Motion, float]]:
         """All pairs of a motion and a neighbouring speed."""
@@ -133,12 +153,12 @@ class FollowedMotions:
             same = next((each for each in known if each.same(motion)), None)
             if same is None:
                 known.append(motion)
-            elif motion.dynamic_factor > same.dynamic_factor:  # a longer run of a motion that never repeats
+            elif motion.dynamic_factor > same.dynamic_factor:  # another part of a motion that never repeats
                 same.dynamic_factor = motion.dynamic_factor
             out.append(same or motion)
         return out
 
-    def _classified(self, speeds: np.ndarray, w: np.ndarray, name: str) -> list[Motion]:
+    def _classified(self, speeds: np.ndarray, w: np.ndarray, name: str, settings: Classification) -> list[Motion]:
         """The motions from states w (d, L) at speeds (L,)."""
 
         def initial_states(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
@@ -147,14 +167,18 @@ class FollowedMotions:
             return flow, w[:, number].copy(), points
 
         def collect(_: np.ndarray, flow: ExactFlow, points: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
-            factor = found.variables()["dynamic_factor"]
-            return {**signature(flow, points, found), "dynamic_factor": factor, "w": found.w.T}
+            periods = np.where(found.period > 0, found.period, settings.averaging_periods)
+            measures = flow.advance(found.w, periods, points=points, measured=True).measures
+            return {
+                **signature(flow, points, found), "dynamic_factor": found.variables()["dynamic_factor"],
+                "compression": measures[Measure.Z_MIN] - 1, "w": found.w.T,
+            }
 
         found: dict[str, Any] = classify_batch(
-            initial_states, collect, np.argsort(speeds, kind="stable"), settings=self._settings,
+            initial_states, collect, np.argsort(speeds, kind="stable"), settings=settings,
             progress=f"motions {name}" if self._progress else None, threads=self._threads,
         )
         centres = zip(found["centre_z"].tolist(), found["centre_z_dot"].tolist(), strict=True)
-        names = ("label", "period", "contact", "dynamic_factor")
+        names = ("label", "period", "contact", "dynamic_factor", "compression")
         return [Motion(*values, centre, state) for *values, centre, state in zip(
             *(found[n].tolist() for n in names), centres, found["w"], strict=True)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from itertools import groupby, pairwise
@@ -16,6 +17,7 @@ from gearchaos.errors import InputError, whole_number
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import as_model
 from gearchaos.gears.units import RPM
+from gearchaos.model import MeshModel
 from gearchaos.quantities import POSITIVE
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.dynamic_factor import STANDARDS, loaded, standards
@@ -38,6 +40,18 @@ MOTIONS = {"rest": "from rest", "rising": "speed rising", "falling": "speed fall
 
 CONTACT_WORDS = ("permanent contact", "loss of contact", "both flanks", "no bounded motion")
 """The contact states of `CONTACTS`, as a reader wants them named."""
+
+RESOLUTION = 0.005
+"""Share of the speed to which edges and peaks are located."""
+
+_STEPS_PER_BANDWIDTH = 4
+"""Least number of the first speeds in the half-power bandwidth of a resonance, 2ζ of its speed for each order."""
+
+_MARGIN = 2.0
+"""How many times as far as from its neighbour's a peak of the compression or force may rise between two speeds."""
+
+_MOST_SPEEDS = 4000
+"""Most speeds that are computed."""
 
 MOST_PEAKS = 5
 """Most local peaks of the dynamic factor that are listed for a range."""
@@ -242,10 +256,13 @@ def speeds_to_avoid(
         return FORCE_CRITERION if high else ""
 
     motions = FollowedMotions(model, options, progress=progress, threads=threads)
-    motions.add_from_rest(axis.values.tolist())
+    motions.add_from_rest(_dense(axis.values, model))
     motions.add_from_random_states(starts, seed)
     tried_at = len(motions.speeds)
     motions.follow()
+    while new := _between(motions, why, None if factor is None else factor * ratio):
+        motions.add_from_rest(new[: _MOST_SPEEDS - len(motions.speeds)])
+        motions.follow()
     tried = f"from rest and by sweeps of rising and falling speed at {len(motions.speeds)} speeds"
     if starts:
         tried += f", {starts} random initial states at each of {tried_at} speeds"
@@ -255,7 +272,82 @@ def speeds_to_avoid(
         provenance("speeds_to_avoid", model, starts=starts, seed=seed, classification=asdict(options)))
     return SpeedsToAvoid(
         float(at_start.torque), _windows(motions, dataset, why), _criterion_in_words(factor, separation), ratio,
-        dataset, tried, 0.005, "", at_start.error_harmonics.source)
+        dataset, tried, RESOLUTION, "", at_start.error_harmonics.source)
+
+
+def _dense(speeds: np.ndarray, model: MeshModel) -> list[float]:
+    """The speeds, and as many equidistant ones between two as resonances of the damping of the model ask for.
+
+    They have the same relative width at 1/n of the natural frequency for every n. Where ω < ζ a vibration is over
+    within a mesh period, so that none of them stands out.
+    """
+    zeta, omega = model.value("zeta") or 0.0, model.value("omega") or 1.0
+    step = max(2 * zeta / _STEPS_PER_BANDWIDTH, 2 * RESOLUTION)
+    least = zeta * model.value("speed") / omega
+    out = [float(speeds[0])]
+    for low, high in pairwise(speeds.tolist()):
+        out += np.linspace(low, high, 1 + max(1, math.ceil((high - low) / (step * max(low, least)))))[1:].tolist()
+    return out
+
+
+def _between(motions: FollowedMotions, why: Callable[[Motion], str], limit: float | None) -> list[float]:
+    """Speeds in the middle between two that are further apart than the resolution, where one of these holds:
+
+    - one is to be avoided, the other not, or for another reason;
+    - both are to be avoided, but no such motion of one leads to such a motion of the other;
+    - a motion of one is lost on the way to the other, and might come to separate if followed in smaller steps;
+    - the teeth might separate at a peak between them, or the force exceed the limit;
+    - the largest force of a range to be avoided is at one of them.
+    """
+    speeds = motions.speeds
+    reasons = [_worst(why, motions.at[s]) for s in speeds]
+    chosen = set()
+    for i, (low, high) in enumerate(pairwise(speeds)):
+        if reasons[i] != reasons[i + 1] or (
+            _leads_away(motions, why, low, high) if reasons[i] else _loses(motions, low, high)):
+            chosen.add(i)
+    least = np.array([min((m.compression for m in motions.at[s] if not m.diverged), default=np.nan) for s in speeds])
+    most = np.array([max((m.dynamic_factor for m in motions.at[s] if not m.diverged), default=np.nan) for s in speeds])
+    free = np.array([not reason for reason in reasons])
+    tips = _near_tips(-least, 0.0, free)
+    if limit is not None:
+        tips |= _near_tips(most, limit, free)
+    for run in _runs(reasons):
+        if reasons[run[0]] and np.isfinite(most[run]).any():
+            tips.add(run[int(np.nanargmax(most[run]))])
+    chosen |= {j for i in tips for j in (i - 1, i) if 0 <= j < len(speeds) - 1}
+    return [(speeds[i] + speeds[i + 1]) / 2 for i in sorted(chosen)
+            if speeds[i + 1] - speeds[i] > RESOLUTION * speeds[i]]
+
+
+def _near_tips(values: np.ndarray, limit: float, free: np.ndarray) -> set[int]:
+    """Local peaks of values (N,) at ``free`` speeds, between whose neighbours the values might exceed a limit."""
+    padded = np.concatenate([values[:1], values, values[-1:]])
+    rise = values - np.fmin(padded[:-2], padded[2:])
+    peak = (values >= padded[:-2]) & (values >= padded[2:]) & free
+    return set(np.flatnonzero(peak & (values + _MARGIN * rise > limit)).tolist())
+
+
+def _leads_away(motions: FollowedMotions, why: Callable[[Motion], str], low: float, high: float) -> bool:
+    """Whether no motion to be avoided at one of two speeds leads to one to be avoided at the other."""
+    pairs = [(m, m.leads_to[there]) for here, there in ((low, high), (high, low)) for m in motions.at[here]]
+    return not any(why(motion) and why(reached) for motion, reached in pairs)
+
+
+def _loses(motions: FollowedMotions, low: float, high: float) -> bool:
+    """Whether a motion of one of two speeds is lost on the way to the other: what it leads to does not lead back."""
+    return any(m.leads_to[there].leads_to[here] is not m
+               for here, there in ((low, high), (high, low)) for m in motions.at[here])
+
+
+def _worst(why: Callable[[Motion], str], motions: list[Motion]) -> str:
+    """Why a speed with these motions is to be avoided; empty if it is not."""
+    return max((why(m) for m in motions), key=("", FORCE_CRITERION, CRITERION).index)
+
+
+def _runs(values: Sequence[str]) -> list[list[int]]:
+    """The indices of equal consecutive values."""
+    return [[i for i, _ in run] for _, run in groupby(enumerate(values), key=lambda pair: pair[1])]
 
 
 def _criterion_in_words(factor: float | None, separation: bool) -> str:
@@ -296,12 +388,10 @@ def _dataset(motions: FollowedMotions) -> xr.Dataset:
 
 def _windows(motions: FollowedMotions, dataset: xr.Dataset, why: Callable[[Motion], str]) -> tuple[Window, ...]:
     """The ranges of speed with the same reason to avoid them."""
-    reasons = [max((why(m) for m in motions.at[s]), key=("", FORCE_CRITERION, CRITERION).index)
-               for s in motions.speeds]
-    runs = [(reason, [i for i, _ in run]) for reason, run in groupby(enumerate(reasons), key=lambda pair: pair[1])]
+    reasons = [_worst(why, motions.at[s]) for s in motions.speeds]
     named = {words: [m is not None and why(m) for m in row] for words, row in zip(
         MOTIONS.values(), _named(motions).values(), strict=True)}
-    return tuple(_window(dataset, named, reason, run[0], run[-1]) for reason, run in runs if reason)
+    return tuple(_window(dataset, named, reasons[run[0]], run[0], run[-1]) for run in _runs(reasons) if reasons[run[0]])
 
 
 def _window(
