@@ -156,7 +156,7 @@ class _Results:
 
     @property
     def line_load(self) -> float:
-        """Line load for the limit of the main resonance, N/m: that from which on it no longer matters without a torque."""
+        """Line load for the limit of the main resonance, N/m; without a torque as high as not to matter."""
         return 100e3 if self.design.torque is None else self.load.line_load
 
     @cached_property

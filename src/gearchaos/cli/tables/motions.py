@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.cli.output import attractor_list, attractor_units, section, section_units
-from gearchaos.cli.tables.text import measured, plain_table, print_table, shown
+from gearchaos.cli.tables.text import plain_table, print_table, shown
 from gearchaos.gears.scales import Scales, unit_of
+from gearchaos.gears.units import measured
 from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, quantity
 
 if TYPE_CHECKING:
@@ -83,7 +84,8 @@ def print_attractors(dataset: xr.Dataset) -> None:
         table.add_column(title, justify="left" if title in ("motion", "contact") else "right")
     for a in found["attractors"]:
         share = f"{100 * a['fraction']:.1f} ({100 * a['fraction_lo']:.1f} to {100 * a['fraction_hi']:.1f})"
-        table.add_row(a["label"], share, measured(a["v_rms"]), a["contact"], *(measured(a[n]) for n in numbers.values()))
+        measures = (measured(a[name]) for name in numbers.values())
+        table.add_row(a["label"], share, measured(a["v_rms"]), a["contact"], *measures)
     if found["undecided_fraction"]:
         table.add_row("diverged or undecided", f"{100 * found['undecided_fraction']:.1f}")
     for way in ("up", "down"):

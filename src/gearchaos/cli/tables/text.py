@@ -24,12 +24,6 @@ def plain_table(title: str = "") -> Table:
     return Table(title=title or None, title_justify="left", box=None, padding=(0, 2, 0, 0))
 
 
-def measured(value: float) -> str:
-    """A physical value to four digits, more than drawings and tolerances support; "none" for NaN."""
-    rounded = float(f"{value:.4g}")
-    return f"{rounded:.0f}" if 1e4 <= abs(rounded) < 1e7 else shown(rounded)
-
-
 def shown(value: Any) -> str:
     """A value as text; "none" for None and NaN."""
     if value is None or (isinstance(value, float) and math.isnan(value)):
