@@ -111,7 +111,7 @@ def test_the_pictures_are_svg_of_this_design(sheet):
 
 
 def test_the_same_design_makes_the_same_page(sheet):
-    design, entries, html = sheet
+    design, _, html = sheet
     assert page_of(design) == html
 
 
@@ -187,8 +187,8 @@ def test_symbols_in_reasons_have_subscripts_and_names_do_not():
 
 
 def test_the_page_begins_with_the_answer_at_each_torque():
-    design = gc.GearDesign(**BARE, damping_ratio=0.05, quality={"standard": "ISO 1328-1:1995", "grade": 9}, bore="10 mm",
-                           backlash={"value": "0.05 mm", "of": "line of action, total"},
+    design = gc.GearDesign(**BARE, damping_ratio=0.05, quality={"standard": "ISO 1328-1:1995", "grade": 9},
+                           backlash={"value": "0.05 mm", "of": "line of action, total"}, bore="10 mm",
                            transmission_error="from quality")
     answers = [Answer.of(at, speeds_to_avoid(at, "4000:16000:4", starts=0))
                for at in (design.at(torque=20.0), design.at(torque=60.0))]

@@ -152,4 +152,4 @@ def attractors(
     else:
         from gearchaos.cli.tables.motions import print_attractors
 
-        print_attractors(in_units(found, loaded, physical=True))
+        print_attractors(in_units(found, loaded, physical=True), loaded.model)

@@ -83,7 +83,7 @@ class Answer:
         known = self.entries["resonance_speed"].value is not None
         yield "main resonance", (f"{self._value('resonance_speed')}; by ISO 6336-1 its range is {start} to {stop} rpm"
                                  if known else "not known")
-        error = "no transmission error" if d.exact else f"transmission error {_method(d.transmission_error)}"
+        error = "no transmission error" if d.exact else f"error {_method(d.transmission_error)}"
         damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g}"
         yield "assumed", f"stiffness {_method(d.stiffness)}, {error}{damping}"
 
@@ -115,8 +115,7 @@ class Answer:
             return
         yield f"Tried: {self.speeds.tried}.{f' {self.speeds.coarse}' if self.speeds.coarse else ''}"
         if (ratio := self.speeds.quasi_static_ratio) > 1:
-            yield (f"The jump of the stiffness alone gives a factor of {measured(ratio, 3)} at any speed "
-                   "(quasi-static): compare the factor over it with K_v.")
+            yield f"Against K_v of a standard: the factor over {measured(ratio, 3)} (quasi-static, at speed 0)."
 
     @property
     def notes(self) -> tuple[str, ...]:

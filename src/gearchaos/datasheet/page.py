@@ -54,7 +54,8 @@ def sheet_html(answers: Sequence[Answer]) -> str:
         for answer in others]
     return _environment().get_template("sheet.html.j2").render(
         css=Markup(_template("sheet.css")), title=first.title, answers=[_answer(each) for each in answers],
-        inputs=list(_inputs(first.design)), problem=str(first.problem), pictures=list(pictures(first.design)), groups=_groups(first.entries),
+        problem=str(first.problem), inputs=list(_inputs(first.design)), pictures=list(pictures(first.design)),
+        groups=_groups(first.entries),
         differing=differing, missing=[(reason, [_words(name) for name in names]) for reason, names in first.absent],
         count=len(first.entries), version=metadata.version("gearchaos"),
     )

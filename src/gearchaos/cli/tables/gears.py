@@ -24,8 +24,8 @@ _WIDTH = 80
 _MOST_LINES, _FEWEST_WINDOWS, _MOST_WARNINGS = 20, 2, 3
 """Lines of an answer; ranges and warnings that are shown in it."""
 
-_TABLE_LINES = 3
-"""Lines of the table of ranges beside these: its heading, and how many ranges are not shown."""
+_HEADING = 2
+"""Lines of the heading of the table of ranges."""
 
 _SHOWN_SPEEDS = 8
 """Number of speeds for which the dynamic factors of the standards are printed."""
@@ -58,7 +58,7 @@ def _print_answer(answer: Answer, lines: int | None) -> None:
     basis = [line for text in answer.basis for line in _wrapped(text)]
     print("\n".join(head))
     if answer.speeds and windows:
-        room = len(windows) if lines is None else lines - len(head) - len(basis) - _TABLE_LINES
+        room = len(windows) if lines is None else lines - len(head) - len(basis) - _HEADING
         _print_windows(answer.speeds, max(room, _FEWEST_WINDOWS))
     print(*basis, sep="\n", end="\n" * bool(basis), flush=True)
 
@@ -69,22 +69,24 @@ def _wrapped(text: str, indent: int = 0) -> list[str]:
 
 
 def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
-    """Print ranges to avoid, the ``most`` with the largest factors, and how many others there are."""
-    from gearchaos.studies.speeds_to_avoid import MOTIONS
+    """Print ranges to avoid in so many rows: those with the largest factors, and how many others there are."""
+    from gearchaos.studies.speeds_to_avoid import CRITERION, MOTIONS
 
+    most -= len(speeds.windows) > most
     table = plain_table()
     forces = len({each.criterion for each in speeds.windows}) > 1
     for title in ("from\nrpm", "to\nrpm", "dynamic\nfactor", "quasi-\nstatic", "at\nrpm"):
         table.add_column(title, justify="right")
     for title in MOTIONS.values():
-        table.add_column(title.replace(" ", "\n", 1), justify="center")
+        table.add_column("\n".join(title.split()[::len(title.split()) - 1]), justify="center")
     if forces:
         table.add_column("teeth")
     shown_ones = sorted(sorted(speeds.windows, key=_severity)[:most], key=lambda each: each.start)
     for each in shown_ones:
         reached = ["x" if words in each.reached else "-" for words in MOTIONS.values()]
         numbers = (measured(v, 3) for v in (each.dynamic_factor, speeds.quasi_static_ratio, each.speed_of_largest))
-        table.add_row(*edges(each), *numbers, *reached, *([each.contact] * forces))
+        teeth = "separate" if each.criterion == CRITERION else "touch"
+        table.add_row(*edges(each), *numbers, *reached, *([teeth] * forces))
     print_table(table)
     if hidden := len(speeds.windows) - len(shown_ones):
         print(f"and {hidden} more with smaller factors: --all shows them")

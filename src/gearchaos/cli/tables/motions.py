@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.cli.output import attractor_list, attractor_units, section, section_units
 from gearchaos.cli.tables.text import plain_table, print_table, shown
+from gearchaos.gears.results import is_physical
 from gearchaos.gears.scales import Scales, unit_of
 from gearchaos.gears.units import measured
 from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, quantity
@@ -13,6 +15,7 @@ from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, quantity
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gearchaos.model import MeshModel
     from gearchaos.proof.certificate import Certificate, Unproved
     from gearchaos.studies import Verdict
     from gearchaos.studyfile import LoadedStudy
@@ -25,11 +28,14 @@ def print_section(dataset: xr.Dataset) -> None:
     """Print the last rows of a stroboscopic section."""
     columns, units = section(dataset), section_units(dataset)
     rows = list(zip(*columns.values(), strict=True))
-    table = plain_table(f"Stroboscopic section, last {min(_SHOWN_ROWS, len(rows))} of {len(rows)} periods")
+    text = measured if is_physical(dataset) else shown
+    print(f"Stroboscopic section, last {min(_SHOWN_ROWS, len(rows))} of {len(rows)} periods")
+    table = plain_table(gap=1)
     for name in columns:
-        table.add_column(f"{name}\n({units[name]})", justify="right", overflow="fold")
+        unit = units[name].replace("*", "\n*")
+        table.add_column(f"{name}\n({unit})", justify="right", overflow="fold")
     for row in rows[-_SHOWN_ROWS:]:
-        table.add_row(*map(shown, row))
+        table.add_row(*map(text, row))
     print_table(table)
 
 
@@ -53,7 +59,18 @@ def print_regime(verdict: Verdict, loaded: LoadedStudy, proof: Certificate | Unp
     for q in (*RESPONSES, *VERDICTS):
         if q.title:
             table.add_row(q.title, _measured(q.name, values[q.name], scales))
+        if q.name == "dynamic_factor" and (ratio := _quasi_static(loaded.model, values[q.name])):
+            table.add_row("", ratio)
     print_table(table)
+
+
+def _quasi_static(model: MeshModel, *factors: float | None) -> str:
+    """The quasi-static ratio to be read beside dynamic factors; empty without any, or if no stiffness jumps."""
+    from gearchaos.studies.quasi_static import quasi_static_ratio
+
+    known = any(factor is not None and math.isfinite(factor) for factor in factors)
+    ratio = quasi_static_ratio(model) if known else 1.0
+    return f"{measured(ratio, 3)} as the speed goes to 0" if ratio > 1 else ""
 
 
 def _measured(name: str, value: Any, scales: Scales | None) -> str:
@@ -71,10 +88,11 @@ def _exponents(values: dict[str, Any], scales: Scales | None) -> str:
     return "\n".join(f"{v}  ({low} to {high}){unit}" for v, low, high in numbers)
 
 
-def print_attractors(dataset: xr.Dataset) -> None:
-    """Print the attractors of an operating point, one per row."""
+def print_attractors(dataset: xr.Dataset, model: MeshModel) -> None:
+    """Print the attractors of an operating point of a model, one per row."""
     found = attractor_list(dataset)
-    table = plain_table(f"Attractors found from {found['starts']} starts: {len(found['attractors'])}")
+    print(f"Attractors found from {found['starts']} starts: {len(found['attractors'])}")
+    table = plain_table()
     units = {name: f"\n({unit})" for name, unit in attractor_units(dataset).items()}
     exponent = f"λ1{units.get('lyapunov', '')}"
     numbers = {"dynamic\nfactor": "dynamic_factor", exponent: "lyapunov", "max |μ|": "multiplier"}
@@ -94,3 +112,5 @@ def print_attractors(dataset: xr.Dataset) -> None:
             label = "none" if end is None else f"{found['attractors'][end]['label']}, row {end + 1}"
             table.add_row(f"swept {way}", label)
     print_table(table)
+    if ratio := _quasi_static(model, *(a["dynamic_factor"] for a in found["attractors"])):
+        print(f"dynamic factor: {ratio}")
