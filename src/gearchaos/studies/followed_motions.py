@@ -17,12 +17,12 @@ from gearchaos.studies.coexistence import SAME_CENTRE, signature
 from gearchaos.studies.initial_value_problems import initial_value_problems
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
 
 _BRIEF = 1000
-"""Longest transient, mesh periods, of the motions from random states. Chaotic ones are then followed as long as others,
-but only one of those that look the same."""
+"""Longest transient, mesh periods, after which a chaotic motion counts as one that is known with its contact state at
+its speed; where none is known it is followed as long as the settings say."""
 
 
 @dataclass
@@ -99,38 +99,25 @@ class FollowedMotions:
         new = np.array(sorted(set(speeds) - set(self.speeds)))
         if len(new):
             w = initial_value_problems(self.model, {"speed": new}, self._names).w
-            self._add(new, self._classified(new, w, "from rest", self._settings))
+            self._add(new, w, "from rest")
             self.speeds = sorted(self.at)
 
-    def add_from_random_states(self, starts: int, seed: int) -> None:
-        """Add the motions from ``starts`` random initial states at each speed."""
-        if not starts:
+    def add_from_random_states(self, speeds: Sequence[float], starts: int, seed: int) -> None:
+        """Add the motions from ``starts`` random initial states at each of some of the speeds."""
+        if not starts or not speeds:
             return
-        speeds = np.repeat(self.speeds, starts)
+        each = np.repeat(speeds, starts)
         base = replace(self.model, initial={}) if self.model.kind == "single" else self.model
-        values = {"speed": speeds, **spread(default_box(self.model), len(speeds), seed)}
-        w = initial_value_problems(base, values, self._names).w
-        brief = replace(self._settings, longest_transient=min(_BRIEF, self._settings.longest_transient))
-        found = self._classified(speeds, w, "from random states", brief)
-        settled = [motion.label != Label.CHAOTIC for motion in found]
-        self._add(speeds[settled], [motion for motion in found if motion.label != Label.CHAOTIC])
-        chaotic = {(speed, motion.contact): motion for speed, motion in zip(speeds.tolist(), found, strict=True)
-                   if motion.label == Label.CHAOTIC}
-        self._continue([(motion, speed) for (speed, _), motion in chaotic.items()])
+        values = {"speed": each, **spread(default_box(self.model), len(each), seed)}
+        self._add(each, initial_value_problems(base, values, self._names).w, "from random states")
 
     def follow(self) -> None:
         """Follow every motion to both neighbouring speeds, and those found there further, until no new one is found."""
         while pending := [(motion, speed) for motion, speed in self._steps() if speed not in motion.leads_to]:
-            for (motion, speed), reached in zip(pending, self._continue(pending), strict=True):
+            speeds = np.array([speed for _, speed in pending])
+            found = self._add(speeds, np.stack([motion.w for motion, _ in pending], axis=1), "followed")
+            for (motion, speed), reached in zip(pending, found, strict=True):
                 motion.leads_to[speed] = self.at[speed][0] if motion.diverged else reached
-
-    def _continue(self, steps: list[tuple[Motion, float]]) -> list[Motion]:
-        """Add the motions from the states of given motions, each at the speed beside it."""
-        if not steps:
-            return []
-        speeds = np.array([speed for _, speed in steps])
-        w = np.stack([motion.w for motion, _ in steps], axis=1)
-        return self._add(speeds, self._classified(speeds, w, "followed", self._settings))
 
     def _steps(self) -> list[tuple[Motion, float]]:
         """All pairs of a motion and a neighbouring speed."""
@@ -145,18 +132,32 @@ class FollowedMotions:
             out.append(out[-1].leads_to[speed])
         return out if up else out[::-1]
 
-    def _add(self, speeds: np.ndarray, motions: list[Motion]) -> list[Motion]:
-        """Add motions to those of their speeds; returns them, or the same ones that are known already."""
-        out = []
-        for speed, motion in zip(speeds.tolist(), motions, strict=True):
-            known = self.at.setdefault(speed, [])
-            same = next((each for each in known if each.same(motion)), None)
-            if same is None:
-                known.append(motion)
-            elif motion.dynamic_factor > same.dynamic_factor:  # another part of a motion that never repeats
-                same.dynamic_factor = motion.dynamic_factor
-            out.append(same or motion)
-        return out
+    def _add(self, speeds: np.ndarray, w: np.ndarray, name: str) -> list[Motion]:
+        """Add the motions from states w (d, L) at speeds (L,); returns them, or the same ones that are known."""
+        brief = replace(self._settings, longest_transient=min(_BRIEF, self._settings.longest_transient))
+        found, at = self._classified(speeds, w, name, brief), speeds.tolist()
+        first: dict[tuple[float, int], int] = {}  # of the chaotic motions that look the same, and like none that is known
+        for i, (speed, motion) in enumerate(zip(at, found, strict=True)):
+            if motion.label == Label.CHAOTIC and not any(motion.same(known) for known in self.at.get(speed, ())):
+                first.setdefault((speed, motion.contact), i)
+        if first:
+            longer = list(first.values())
+            w = np.stack([found[i].w for i in longer], axis=1)
+            settled = dict(zip(first, self._classified(speeds[longer], w, name, self._settings), strict=True))
+            found = [settled.get((speed, motion.contact), motion) if motion.label == Label.CHAOTIC else motion
+                     for speed, motion in zip(at, found, strict=True)]
+        return [self._known(speed, motion) for speed, motion in zip(at, found, strict=True)]
+
+    def _known(self, speed: float, motion: Motion) -> Motion:
+        """The motion of a speed that is the same as the given one, which is added if there is none."""
+        known = self.at.setdefault(speed, [])
+        same = next((each for each in known if each.same(motion)), None)
+        if same is None:
+            known.append(motion)
+            return motion
+        if motion.dynamic_factor > same.dynamic_factor:  # another part of a motion that never repeats
+            same.dynamic_factor = motion.dynamic_factor
+        return same
 
     def _classified(self, speeds: np.ndarray, w: np.ndarray, name: str, settings: Classification) -> list[Motion]:
         """The motions from states w (d, L) at speeds (L,)."""

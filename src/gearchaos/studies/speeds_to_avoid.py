@@ -256,10 +256,15 @@ def speeds_to_avoid(
         return FORCE_CRITERION if high else ""
 
     motions = FollowedMotions(model, options, progress=progress, threads=threads)
-    motions.add_from_rest(_dense(axis.values, model))
-    motions.add_from_random_states(starts, seed)
-    tried_at = len(motions.speeds)
+    first = axis.values.tolist()
+    motions.add_from_rest(first)
+    motions.add_from_random_states(first, starts, seed)
     motions.follow()
+    more = _dense(motions, why, model)
+    motions.add_from_rest(more)
+    motions.add_from_random_states(more, starts, seed + 1)
+    motions.follow()
+    tried_at = len(motions.speeds)
     while new := _between(motions, why, None if factor is None else factor * ratio):
         motions.add_from_rest(new[: _MOST_SPEEDS - len(motions.speeds)])
         motions.follow()
@@ -275,18 +280,21 @@ def speeds_to_avoid(
         dataset, tried, RESOLUTION, "", at_start.error_harmonics.source)
 
 
-def _dense(speeds: np.ndarray, model: MeshModel) -> list[float]:
-    """The speeds, and as many equidistant ones between two as resonances of the damping of the model ask for.
+def _dense(motions: FollowedMotions, why: Callable[[Motion], str], model: MeshModel) -> list[float]:
+    """As many equidistant speeds between two as resonances of the damping ask for, but none amid motions to be avoided
+    that do not repeat.
 
     They have the same relative width at 1/n of the natural frequency for every n. Where ω < ζ a vibration is over
     within a mesh period, so that none of them stands out.
     """
     zeta, omega = model.value("zeta") or 0.0, model.value("omega") or 1.0
     step = max(2 * zeta / _STEPS_PER_BANDWIDTH, 2 * RESOLUTION)
-    least = zeta * model.value("speed") / omega
-    out = [float(speeds[0])]
-    for low, high in pairwise(speeds.tolist()):
-        out += np.linspace(low, high, 1 + max(1, math.ceil((high - low) / (step * max(low, least)))))[1:].tolist()
+    least = zeta * (model.value("speed") or 0.0) / omega
+    out = []
+    for low, high in pairwise(motions.speeds):
+        if not all(any(why(m) and not m.period for m in motions.at[end]) for end in (low, high)):
+            parts = math.ceil((high - low) / (step * max(low, least)))
+            out += np.linspace(low, high, parts + 1)[1:-1].tolist()
     return out
 
 
