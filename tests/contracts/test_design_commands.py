@@ -403,7 +403,8 @@ def test_the_assumption_of_the_transmission_error_is_in_text_and_json():
     assert warning in " ".join(run("gear", SPUR, "--speed", "9000:9500:2").stderr.split())
     without = ("--set", "design.transmission_error=none")
     assert sheet(SPUR, *without)["warnings"] == []
-    assert "none given" in run("gear", SPUR, *without).stdout
+    text = run("gear", SPUR, *without, "--all", "--speed", "9000:9500:2").stdout
+    assert "none given" in text and "stiffness by ISO 6336-1, no transmission error" in text
 
 
 def test_commands_and_studies_warn_once_of_exact_teeth_beside_a_quality(tmp_path):

@@ -45,7 +45,8 @@ def test_the_answer_comes_first_in_at_most_20_lines_of_80_columns():
     assert len(lines) <= 20 and max(map(len, lines)) <= WIDTH
     assert lines[0] == "Spur gear pair 50/50, module 3 mm, b 20 mm, a 150 mm, grade 6"
     for text in ("60 N m at wheel 1, F_t/b 40 N/mm", "main resonance  4080 rpm",
-                 "1 range of 1000 to 2000 rpm: the teeth separate", "Tried: from rest", "the factor over 1.75", "warning: The accuracy grade"):
+                 "1 range of 1000 to 2000 rpm: the teeth separate", "Tried: from rest",
+                 "the factor over 1.75", "warning: The accuracy grade"):
         assert any(text in line for line in lines), text
     assert "gear_ratio" not in result.stdout
 
