@@ -124,7 +124,7 @@ class FollowedMotions:
         pairs = [*zip(self.speeds, self.speeds[1:], strict=False), *zip(self.speeds[1:], self.speeds, strict=False)]
         return [(motion, there) for here, there in pairs for motion in self.at[here]]
 
-    def swept(self, up: bool) -> list[Motion]:
+    def _swept(self, up: bool) -> list[Motion]:
         """The motions that a slow sweep of the speed passes, which begins from rest, one at each of the `speeds`."""
         speeds = self.speeds if up else self.speeds[::-1]
         out = [self.at[speeds[0]][0]]
@@ -132,11 +132,21 @@ class FollowedMotions:
             out.append(out[-1].leads_to[speed])
         return out if up else out[::-1]
 
+    def named(self) -> dict[str, list[Motion | None]]:
+        """The motions at each speed: from rest, passed by the two sweeps, and the worst of the others, None if none."""
+        rows: dict[str, list[Motion | None]] = {
+            "rest": [self.at[s][0] for s in self.speeds],
+            "rising": [*self._swept(True)], "falling": [*self._swept(False)],
+        }
+        others = [[m for m in self.at[s] if all(m is not row[i] for row in rows.values())]
+                  for i, s in enumerate(self.speeds)]
+        return {**rows, "other": [max(each, key=_badness, default=None) for each in others]}
+
     def _add(self, speeds: np.ndarray, w: np.ndarray, name: str) -> list[Motion]:
         """Add the motions from states w (d, L) at speeds (L,); returns them, or the same ones that are known."""
         brief = replace(self._settings, longest_transient=min(_BRIEF, self._settings.longest_transient))
         found, at = self._classified(speeds, w, name, brief), speeds.tolist()
-        first: dict[tuple[float, int], int] = {}  # of the chaotic motions that look the same, and like none that is known
+        first: dict[tuple[float, int], int] = {}  # of the chaotic motions that look the same, and like none known
         for i, (speed, motion) in enumerate(zip(at, found, strict=True)):
             if motion.label == Label.CHAOTIC and not any(motion.same(known) for known in self.at.get(speed, ())):
                 first.setdefault((speed, motion.contact), i)
@@ -155,7 +165,7 @@ class FollowedMotions:
         if same is None:
             known.append(motion)
             return motion
-        if motion.dynamic_factor > same.dynamic_factor:  # another part of a motion that never repeats
+        if not motion.period and motion.dynamic_factor > same.dynamic_factor:  # another part of a motion
             same.dynamic_factor = motion.dynamic_factor
         return same
 
@@ -179,7 +189,12 @@ class FollowedMotions:
             initial_states, collect, np.argsort(speeds, kind="stable"), settings=settings,
             progress=f"motions {name}" if self._progress else None, threads=self._threads,
         )
-        centres = zip(found["centre_z"].tolist(), found["centre_z_dot"].tolist(), strict=True)
         names = ("label", "period", "contact", "dynamic_factor", "compression")
-        return [Motion(*values, centre, state) for *values, centre, state in zip(
-            *(found[n].tolist() for n in names), centres, found["w"], strict=True)]
+        values = zip(*(found[n].tolist() for n in names), strict=True)
+        centres = zip(found["centre_z"].tolist(), found["centre_z_dot"].tolist(), strict=True)
+        return [Motion(*each, centre=centre, w=w) for each, centre, w in zip(values, centres, found["w"], strict=True)]
+
+
+def _badness(motion: Motion) -> tuple[int, float]:
+    """By which the worst of some motions is the largest."""
+    return motion.contact, np.inf if motion.diverged else motion.dynamic_factor

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
-from itertools import groupby, pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +21,16 @@ from gearchaos.studies.dynamic_factor import STANDARDS, loaded, standards
 from gearchaos.studies.followed_motions import FollowedMotions, Motion
 from gearchaos.studies.operating_map import operating_axis
 from gearchaos.studies.quasi_static import quasi_static_ratio
+from gearchaos.studies.speed_refinement import (
+    MOST_SPEEDS,
+    RESOLUTION,
+    Severity,
+    dense_speeds,
+    first_step,
+    runs,
+    speeds_between,
+    worst,
+)
 from gearchaos.validation import check_rule, to_float
 
 if TYPE_CHECKING:
@@ -35,23 +42,14 @@ CRITERION = "the teeth separate"
 FORCE_CRITERION = "the dynamic factor is too high"
 """What makes a speed one to avoid where the teeth stay in contact, with a limit of the dynamic factor."""
 
+_CRITERIA = ("", FORCE_CRITERION, CRITERION)
+"""In rising order of severity."""
+
 MOTIONS = {"rest": "from rest", "rising": "speed rising", "falling": "speed falling", "other": "other initial states"}
 """The motions of a result, and how a reader wants them named."""
 
 CONTACT_WORDS = ("permanent contact", "loss of contact", "both flanks", "no bounded motion")
 """The contact states of `CONTACTS`, as a reader wants them named."""
-
-RESOLUTION = 0.005
-"""Share of the speed to which edges and peaks are located."""
-
-_STEPS_PER_BANDWIDTH = 4
-"""Least number of the first speeds in the half-power bandwidth of a resonance, 2ζ of its speed for each order."""
-
-_MARGIN = 2.0
-"""How many times as far as from its neighbour's a peak of the compression or force may rise between two speeds."""
-
-_MOST_SPEEDS = 4000
-"""Most speeds that are computed."""
 
 MOST_PEAKS = 5
 """Most local peaks of the dynamic factor that are listed for a range."""
@@ -190,7 +188,7 @@ class SpeedsToAvoid:
 
 def speeds_to_avoid(
     design: GearDesign, speed: Axis | str, torque: Any = None, *, factor: float | None = None, separation: bool = True,
-    starts: int = 16, seed: int = 0, settings: Classification | None = None, progress: bool = False,
+    starts: int = 32, seed: int = 0, settings: Classification | None = None, progress: bool = False,
     threads: int | None = None,
 ) -> SpeedsToAvoid:
     """The ranges of speed in which the teeth separate, or the dynamic factor is too high, in any motion found.
@@ -248,25 +246,27 @@ def speeds_to_avoid(
     model = as_model(at_start)
     ratio, options = quasi_static_ratio(model), as_settings(settings) or Classification()
 
-    def why(motion: Motion) -> str:
-        """Why the speed of a motion is to be avoided; empty if it is not."""
+    limit = np.inf if factor is None else factor * ratio
+
+    def severity(motion: Motion) -> int:
+        """The index into `_CRITERIA`; a motion that diverges exceeds every limit."""
         if separation and motion.contact > 0:
-            return CRITERION
-        high = factor is not None and (motion.diverged or motion.dynamic_factor > factor * ratio)
-        return FORCE_CRITERION if high else ""
+            return _CRITERIA.index(CRITERION)
+        high = motion.dynamic_factor > limit or (motion.diverged and factor is not None)
+        return _CRITERIA.index(FORCE_CRITERION if high else "")
 
     motions = FollowedMotions(model, options, progress=progress, threads=threads)
     first = axis.values.tolist()
     motions.add_from_rest(first)
     motions.add_from_random_states(first, starts, seed)
     motions.follow()
-    more = _dense(motions, why, model)
+    more = dense_speeds(motions, severity, model)
     motions.add_from_rest(more)
     motions.add_from_random_states(more, starts, seed + 1)
     motions.follow()
     tried_at = len(motions.speeds)
-    while new := _between(motions, why, None if factor is None else factor * ratio):
-        motions.add_from_rest(new[: _MOST_SPEEDS - len(motions.speeds)])
+    while (room := MOST_SPEEDS - len(motions.speeds)) > 0 and (new := speeds_between(motions, severity, limit)):
+        motions.add_from_rest(new[:room])
         motions.follow()
     tried = f"from rest and by sweeps of rising and falling speed at {len(motions.speeds)} speeds"
     if starts:
@@ -275,87 +275,20 @@ def speeds_to_avoid(
         quasi_static_ratio=variable("quasi_static_ratio", (), np.array(ratio)),
     ).assign_coords(torque=variable("torque", (), np.array(at_start.torque))).assign_attrs(
         provenance("speeds_to_avoid", model, starts=starts, seed=seed, classification=asdict(options)))
+    windows = _windows(motions, dataset, severity)
     return SpeedsToAvoid(
-        float(at_start.torque), _windows(motions, dataset, why), _criterion_in_words(factor, separation), ratio,
-        dataset, tried, RESOLUTION, "", at_start.error_harmonics.source)
+        float(at_start.torque), windows, _criterion_in_words(factor, separation), ratio, dataset, tried, RESOLUTION,
+        _coarse(windows, model), at_start.error_harmonics.source)
 
 
-def _dense(motions: FollowedMotions, why: Callable[[Motion], str], model: MeshModel) -> list[float]:
-    """As many equidistant speeds between two as resonances of the damping ask for, but none amid motions to be avoided
-    that do not repeat.
-
-    They have the same relative width at 1/n of the natural frequency for every n. Where ω < ζ a vibration is over
-    within a mesh period, so that none of them stands out.
-    """
-    zeta, omega = model.value("zeta") or 0.0, model.value("omega") or 1.0
-    step = max(2 * zeta / _STEPS_PER_BANDWIDTH, 2 * RESOLUTION)
-    least = zeta * (model.value("speed") or 0.0) / omega
-    out = []
-    for low, high in pairwise(motions.speeds):
-        if not all(any(why(m) and not m.period for m in motions.at[end]) for end in (low, high)):
-            parts = math.ceil((high - low) / (step * max(low, least)))
-            out += np.linspace(low, high, parts + 1)[1:-1].tolist()
-    return out
-
-
-def _between(motions: FollowedMotions, why: Callable[[Motion], str], limit: float | None) -> list[float]:
-    """Speeds in the middle between two that are further apart than the resolution, where one of these holds:
-
-    - one is to be avoided, the other not, or for another reason;
-    - both are to be avoided, but no such motion of one leads to such a motion of the other;
-    - a motion of one is lost on the way to the other, and might come to separate if followed in smaller steps;
-    - the teeth might separate at a peak between them, or the force exceed the limit;
-    - the largest force of a range to be avoided is at one of them.
-    """
-    speeds = motions.speeds
-    reasons = [_worst(why, motions.at[s]) for s in speeds]
-    chosen = set()
-    for i, (low, high) in enumerate(pairwise(speeds)):
-        if reasons[i] != reasons[i + 1] or (
-            _leads_away(motions, why, low, high) if reasons[i] else _loses(motions, low, high)):
-            chosen.add(i)
-    least = np.array([min((m.compression for m in motions.at[s] if not m.diverged), default=np.nan) for s in speeds])
-    most = np.array([max((m.dynamic_factor for m in motions.at[s] if not m.diverged), default=np.nan) for s in speeds])
-    free = np.array([not reason for reason in reasons])
-    tips = _near_tips(-least, 0.0, free)
-    if limit is not None:
-        tips |= _near_tips(most, limit, free)
-    for run in _runs(reasons):
-        if reasons[run[0]] and np.isfinite(most[run]).any():
-            tips.add(run[int(np.nanargmax(most[run]))])
-    chosen |= {j for i in tips for j in (i - 1, i) if 0 <= j < len(speeds) - 1}
-    return [(speeds[i] + speeds[i + 1]) / 2 for i in sorted(chosen)
-            if speeds[i + 1] - speeds[i] > RESOLUTION * speeds[i]]
-
-
-def _near_tips(values: np.ndarray, limit: float, free: np.ndarray) -> set[int]:
-    """Local peaks of values (N,) at ``free`` speeds, between whose neighbours the values might exceed a limit."""
-    padded = np.concatenate([values[:1], values, values[-1:]])
-    rise = values - np.fmin(padded[:-2], padded[2:])
-    peak = (values >= padded[:-2]) & (values >= padded[2:]) & free
-    return set(np.flatnonzero(peak & (values + _MARGIN * rise > limit)).tolist())
-
-
-def _leads_away(motions: FollowedMotions, why: Callable[[Motion], str], low: float, high: float) -> bool:
-    """Whether no motion to be avoided at one of two speeds leads to one to be avoided at the other."""
-    pairs = [(m, m.leads_to[there]) for here, there in ((low, high), (high, low)) for m in motions.at[here]]
-    return not any(why(motion) and why(reached) for motion, reached in pairs)
-
-
-def _loses(motions: FollowedMotions, low: float, high: float) -> bool:
-    """Whether a motion of one of two speeds is lost on the way to the other: what it leads to does not lead back."""
-    return any(m.leads_to[there].leads_to[here] is not m
-               for here, there in ((low, high), (high, low)) for m in motions.at[here])
-
-
-def _worst(why: Callable[[Motion], str], motions: list[Motion]) -> str:
-    """Why a speed with these motions is to be avoided; empty if it is not."""
-    return max((why(m) for m in motions), key=("", FORCE_CRITERION, CRITERION).index)
-
-
-def _runs(values: Sequence[str]) -> list[list[int]]:
-    """The indices of equal consecutive values."""
-    return [[i for i, _ in run] for _, run in groupby(enumerate(values), key=lambda pair: pair[1])]
+def _coarse(windows: tuple[Window, ...], model: MeshModel) -> str:
+    """What is not known to the resolution, in words."""
+    edges = [edge for w in windows for edge in ((w.start, w.start_resolution), (w.stop, w.stop_resolution))]
+    texts = [f"the edge near {edge:.0f} rpm is known to {width:.0f} rpm" for edge, width in edges
+             if width > 1.01 * RESOLUTION * edge]
+    if first_step(model) > (model.value("zeta") or 0.0):
+        texts.append(f"with a damping ratio below {RESOLUTION:g} resonances may be narrower than the first steps")
+    return "; ".join(texts)
 
 
 def _criterion_in_words(factor: float | None, separation: bool) -> str:
@@ -365,27 +298,9 @@ def _criterion_in_words(factor: float | None, separation: bool) -> str:
     return ", or ".join(own + [limit] * bool(limit))
 
 
-def _named(motions: FollowedMotions) -> dict[str, list[Motion | None]]:
-    """The motions of `MOTIONS` at each speed; None where there is no other."""
-    named: dict[str, list[Motion | None]] = {
-        "rest": [motions.at[s][0] for s in motions.speeds],
-        "rising": list(motions.swept(True)), "falling": list(motions.swept(False)),
-    }
-    followed = zip(*named.values(), strict=True)
-    others = [[m for m in motions.at[s] if not any(m is known for known in each)]
-              for s, each in zip(motions.speeds, followed, strict=True)]
-    named["other"] = [max(each, key=_badness, default=None) for each in others]
-    return named
-
-
-def _badness(motion: Motion) -> tuple[int, float]:
-    """By which the worst of the motions is the largest."""
-    return motion.contact, np.inf if motion.diverged else motion.dynamic_factor
-
-
 def _dataset(motions: FollowedMotions) -> xr.Dataset:
     """The motions over the motion and the speed."""
-    rows = _named(motions)
+    rows = motions.named()
     missing = {"label": 0, "period": 0, "contact": -1, "dynamic_factor": np.nan}
     data = {name: variable(name, ("motion", "speed"), np.array(
         [[none if m is None else getattr(m, name) for m in row] for row in rows.values()],
@@ -394,17 +309,14 @@ def _dataset(motions: FollowedMotions) -> xr.Dataset:
     return new_dataset(data, coords)
 
 
-def _windows(motions: FollowedMotions, dataset: xr.Dataset, why: Callable[[Motion], str]) -> tuple[Window, ...]:
-    """The ranges of speed with the same reason to avoid them."""
-    reasons = [_worst(why, motions.at[s]) for s in motions.speeds]
-    named = {words: [m is not None and why(m) for m in row] for words, row in zip(
-        MOTIONS.values(), _named(motions).values(), strict=True)}
-    return tuple(_window(dataset, named, reasons[run[0]], run[0], run[-1]) for run in _runs(reasons) if reasons[run[0]])
+def _windows(motions: FollowedMotions, dataset: xr.Dataset, severity: Severity) -> tuple[Window, ...]:
+    """The ranges of speed that are equally to be avoided."""
+    found = [worst(severity, motions.at[s]) for s in motions.speeds]
+    reached = {MOTIONS[name]: [0 if m is None else severity(m) for m in row] for name, row in motions.named().items()}
+    return tuple(_window(dataset, reached, found[run[0]], run[0], run[-1]) for run in runs(found) if found[run[0]])
 
 
-def _window(
-    dataset: xr.Dataset, named: dict[str, list[str | bool]], criterion: str, first: int, last: int
-) -> Window:
+def _window(dataset: xr.Dataset, severities: dict[str, list[int]], own: int, first: int, last: int) -> Window:
     """The range of the speeds with these indices."""
     speeds, part = dataset["speed"].values, dataset.isel(speed=slice(first, last + 1))
     known = _largest_factors(dataset)
@@ -414,8 +326,8 @@ def _window(
     steps = np.concatenate([[0.0], np.diff(speeds), [0.0]])
     return Window(
         **asdict(_speed_range(part)), start_resolution=float(steps[first]), stop_resolution=float(steps[last + 1]),
-        reached=tuple(words for words, row in named.items() if criterion in row[first : last + 1]),
-        criterion=criterion, contact=CONTACT_WORDS[int(part["contact"].max())], from_scan_start=first == 0,
+        reached=tuple(words for words, row in severities.items() if own in row[first : last + 1]),
+        criterion=_CRITERIA[own], contact=CONTACT_WORDS[int(part["contact"].max())], from_scan_start=first == 0,
         to_scan_end=last == len(speeds) - 1,
         peaks=tuple(Peak(float(speeds[i]), float(known[i])) for i in largest))
 
