@@ -199,5 +199,6 @@ def test_the_page_begins_with_the_answer_at_each_torque():
     for answer in answers:
         assert answer.speeds.windows and f"{answer.conclusion[1:]}." in page.text
         assert all(re.sub("_", "", text) in page.text for text in (*answer.basis, *answer.notes))
+    assert page.text.count(answers[0].notes[0]) == 1
     differing = page.text[page.text.index("What differs at 60 N m"):]
     assert "line load" in differing and "gear ratio" not in differing

@@ -153,7 +153,7 @@ def _print(answers: list[Answer], every: bool, warn: bool) -> None:
             print_datasheet({n: e for n, e in answer.entries.items() if e != first.entries[n]},
                             [each for each in answer.absent if each not in first.absent])
         if answer.speeds is not None:
-            print_standards(answer.speeds.dataset)
+            print_standards(answer.speeds)
 
 
 def _document(answer: Answer) -> dict[str, Any]:

@@ -114,8 +114,8 @@ class Answer:
         if self.speeds is None:
             return
         yield f"Tried: {self.speeds.tried}.{f' {self.speeds.coarse}' if self.speeds.coarse else ''}"
-        if (ratio := self.speeds.quasi_static_ratio) > 1:
-            yield f"Against K_v of a standard: the factor over {measured(ratio, 3)} (quasi-static, at speed 0)."
+        if (ratio := measured(self.speeds.quasi_static_ratio, 3)) != "1":
+            yield f"Against K_v of a standard: the factor over {ratio} (quasi-static, at speed 0)."
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -53,7 +53,8 @@ def sheet_html(answers: Sequence[Answer]) -> str:
         (f"{answer.design.torque:.6g}", _groups({n: e for n, e in answer.entries.items() if e != first.entries[n]}))
         for answer in others]
     return _environment().get_template("sheet.html.j2").render(
-        css=Markup(_template("sheet.css")), title=first.title, answers=[_answer(each) for each in answers],
+        css=Markup(_template("sheet.css")), title=first.title, answers=[_answer(first, first.notes), *(
+            _answer(each, [note for note in each.notes if note not in first.notes]) for each in others)],
         problem=str(first.problem), inputs=list(_inputs(first.design)), pictures=list(pictures(first.design)),
         groups=_groups(first.entries),
         differing=differing, missing=[(reason, [_words(name) for name in names]) for reason, names in first.absent],
@@ -61,15 +62,15 @@ def sheet_html(answers: Sequence[Answer]) -> str:
     )
 
 
-def _answer(answer: Answer) -> dict[str, Any]:
-    """What the template shows of an answer."""
+def _answer(answer: Answer, notes: Sequence[str]) -> dict[str, Any]:
+    """What the template shows of an answer, with these of its notes."""
     windows = [{
         "range": " to ".join(edges(each)), "contact": each.contact, "at": measured(each.speed_of_largest, 3),
         "factor": measured(each.dynamic_factor, 3), "reached": each.reached,
     } for each in (answer.speeds.windows if answer.speeds else ())]
     return {
         "conclusion": answer.conclusion, "facts": list(answer.facts), "basis": list(answer.basis), "windows": windows,
-        "notes": answer.notes, "problem": answer.problem,
+        "notes": notes, "problem": answer.problem,
         "ratio": "" if answer.speeds is None else measured(answer.speeds.quasi_static_ratio, 3),
         "torque": "" if answer.design.torque is None else f"{answer.design.torque:.6g} N m",
         "picture": None if answer.speeds is None else factor_picture(answer.speeds),

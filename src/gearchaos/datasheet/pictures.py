@@ -68,8 +68,7 @@ def factor_picture(speeds: SpeedsToAvoid) -> Picture:
     return _picture(
         f"factors-{speeds.torque:g}", "Dynamic factor along the speed", "Largest mesh force of the computed motions "
         "over the static one, beside the factors of the standards, which end where these give no value.", 4.3,
-        lambda ax: plot.dynamic_factor(
-            speeds.dataset.sel(motion="rest", drop=True).assign_attrs(study="dynamic_factor"), ax))
+        lambda ax: plot.dynamic_factor(speeds.dataset, ax))
 
 
 def _picture(name: str, title: str, caption: str, height: float, draw: Callable[[Axes], Axes]) -> Picture:

@@ -14,8 +14,6 @@ from gearchaos.gears.units import measured
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    import xarray as xr
-
     from gearchaos.datasheet.answer import Answer
     from gearchaos.gears.sheet import Entry
     from gearchaos.studies.speeds_to_avoid import SpeedsToAvoid, Window
@@ -116,17 +114,17 @@ def print_datasheet(entries: Mapping[str, Entry], absent: Sequence[tuple[str, li
         print(*_wrapped(f"  {', '.join(names)}: {reason}", 6), sep="\n")
 
 
-def print_standards(dataset: xr.Dataset) -> None:
-    """Print the computed dynamic factor beside those of the standards at a few of the speeds, both ends included."""
-    count = dataset.sizes["speed"]
-    few = sorted({round(i * (count - 1) / (_SHOWN_SPEEDS - 1)) for i in range(_SHOWN_SPEEDS)})
+def print_standards(speeds: SpeedsToAvoid) -> None:
+    """Print the largest computed dynamic factor beside K_v of the standards at a few speeds, both ends included."""
+    ds = speeds.dataset
+    few = sorted({round(i * (ds.sizes["speed"] - 1) / (_SHOWN_SPEEDS - 1)) for i in range(_SHOWN_SPEEDS)})
     titles = {"Kv_ISO_B": "K_v ISO B", "Kv_ISO_C": "K_v ISO C", "Kv_AGMA": "K_v AGMA"}
-    print("\nDynamic factor from rest at a few of the speeds, and by the standards")
+    print("\nLargest dynamic factor at a few of the speeds, and K_v by the standards")
     table = plain_table()
-    for title in ("rpm", "computed", *titles.values()):
+    for title in ("rpm", "computed", "over quasi-static", *titles.values()):
         table.add_column(title, justify="right")
-    computed = dataset["dynamic_factor"].sel(motion="rest")
+    largest = ds["dynamic_factor"].max("motion")
     for i in few:
-        numbers = (float(each[i]) for each in (computed, *(dataset[name] for name in titles)))
-        table.add_row(f"{float(dataset['speed'][i]):.0f}", *(measured(v) for v in numbers))
+        numbers = (float(each[i]) for each in (largest, largest / speeds.quasi_static_ratio, *(ds[n] for n in titles)))
+        table.add_row(f"{float(ds['speed'][i]):.0f}", *(measured(v) for v in numbers))
     print_table(table)
