@@ -53,7 +53,7 @@ class Answer:
     def of(cls, design: GearDesign, speeds: SpeedsToAvoid | None = None, problem: InputError | None = None) -> Answer:
         """The answer with the datasheet of a design, in which a table that cannot be read is a problem."""
         entries = datasheet(design) if speeds is None else with_scanned_speeds(datasheet(design))
-        return cls(design, entries, speeds, problem or _unreadable(design))
+        return cls(design, entries, speeds, _unreadable(design) or problem)
 
     @property
     def title(self) -> str:
