@@ -222,6 +222,7 @@ def test_in_physical_units_an_event_is_a_start_of_the_same_command():
     text = run(*design, "--set", "speed=2000")
     assert "speed = 3500 rpm: end of the axis" in text and "speed (rpm)" in text
     assert f"rpm, from event {fold + 1} to 1T" in text
+    assert f" {event['value']:.6g} " in text and f"{event['value']:.7g}" not in text
 
 
 def test_the_page_of_the_command():
