@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from gearchaos.cli import app
 from gearchaos.datasheet.answer import default_speeds, edges
 from gearchaos.gears.units import RPM, measured
-from gearchaos.studies.speeds_to_avoid import Window
+from gearchaos.studies.speeds_to_avoid import Window, speeds_to_avoid
 from gearchaos.studyfile import load_design
 
 SPUR = Path(__file__).parents[2] / "examples" / "spur_50_50.toml"
@@ -162,6 +162,58 @@ def test_more_ranges_and_warnings_than_fit_are_counted():
     assert len(lines) <= 20 and re.match(r"and \d more warnings?: --all shows them", lines[-1])
     every = gear(SPUR, *options, "--all")
     assert every.stderr.count("warning: ") == 3 + int(lines[-1].split()[1])
+
+
+def test_the_ranges_of_the_command_are_those_of_python(tmp_path):
+    picture = tmp_path / "k.svg"
+    options = (*SCAN, "--torque", "300 N*m", "--factor", "1.2")
+    found = json.loads(gear(SPUR, *options, "--plot", picture, "--json").stdout)["speeds_to_avoid"]
+    expected = speeds_to_avoid(load_design(SPUR), SCAN[1], "300 N*m", factor=1.2)
+    document = json.loads(json.dumps(expected.document()))
+    for each in (found, document):
+        del each["along_speed"]  # null for NaN
+    assert found == document and "</svg>" in picture.read_text(encoding="utf-8")
+    assert {each["criterion"] for each in found["ranges"]} == {"the teeth separate", "the dynamic factor is too high"}
+    text = gear(SPUR, *options).stdout
+    assert "the teeth separate, or the dynamic factor over the quasi-static" in " ".join(text.split())
+    assert [line.split()[-1] for line in text.splitlines() if line.split()[-1] in ("touch", "separate")] == [
+        "separate" if each["criterion"] == "the teeth separate" else "touch" for each in found["ranges"]]
+    alone = json.loads(gear(SPUR, *options, "--factor-alone", "--json").stdout)["speeds_to_avoid"]
+    assert {each["criterion"] for each in alone["ranges"]} == {"the dynamic factor is too high"}
+
+
+def test_none_is_said_with_what_was_tried():
+    result = gear(SPUR, "--speed", "5500:6000:2", "--torque", 400, "--set", "design.transmission_error=none")
+    text = " ".join(result.stdout.split())
+    assert "none found from 5500 to 6000 rpm; looked for speeds at which the teeth separate Tried: from rest" in text
+    assert "no transmission error" in text and "warning" not in result.stderr
+
+
+def test_the_torque_of_the_command_is_that_of_the_datasheet():
+    by_option, by_set = (json.loads(gear(SPUR, *options, "--json").stdout) for options in (
+        ("--set", "torque=3", "--set", "operation.torque=4", "--torque", "250 N*m"), ("--set", "torque=250")))
+    assert by_option == by_set and by_option["speeds_to_avoid"] is None
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (("--plot", "x.html", "--speed", "1:2:2"), "--plot must end in"),
+    (("--speed", "1:2:2", "--factor", "0"), "--factor must be greater"),
+    (("--speed", "1:2:2", "--factor-alone"), "--factor-alone needs --factor"),
+    (("--speed", "500:8000"), "--speed must read start:stop:count; got '500:8000'. E.g. 500:8000:200."),
+    (("--speed", "0:9:3"), "speed must be greater than 0"), (("--speed", "9:8:3"), "axis speed must run from"),
+    (("--torque", ""), "torque must be a torque"), (("--torque", "400 mm"), "torque must be a torque"),
+    (("--torque", "60,x"), "torque must be a torque; got 'x'"), (("--torque", "x=3"), "torque must be a torque"),
+])
+def test_bad_input_is_refused(arguments, message):
+    result = gear(SPUR, *arguments, code=2)
+    assert result.stderr.startswith(f"error: {message}") and result.stdout == ""
+
+
+def test_without_load_there_is_no_answer():
+    for options in ((), SCAN):
+        result = gear(SPUR, "--torque", "60,0", *options, code=2)
+        assert result.stderr.splitlines()[-1].startswith("error: torque must be greater than 0")
+        assert "60 N m" in result.stdout and "speeds to avoid not computed: see the error" in result.stdout
 
 
 def test_one_picture_is_of_one_torque(tmp_path):
