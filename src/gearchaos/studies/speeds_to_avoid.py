@@ -232,8 +232,11 @@ def speeds_to_avoid(
     ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05,
     ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
     ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
-    >>> found = gc.speeds_to_avoid(design, "500:3000:10", "300 N*m")
+    >>> found = gc.speeds_to_avoid(design, "500:1500:10", "300 N*m")
     >>> [each.words for each in found.windows]
+    ['560 to 585 rpm', '628 to 656 rpm', '1472 to 1500 rpm']
+    >>> found.windows[-1].reached, found.windows[-1].to_scan_end
+    (('other initial states',), True)
     """
     axis = operating_axis("speed", speed)
     at_start = loaded(design, torque).at(speed=axis.start * RPM)
