@@ -5,7 +5,7 @@ Which speeds to avoid?
 At which speeds do the teeth of this pair separate, and how large is the mesh force there?
 
 The pair is given as on its drawing. The motion from rest, those that slow sweeps of rising and falling speed pass, and
-those from random initial states are computed, and the largest mesh force of each is divided by the static one. Dots mark
+those from random initial states are computed. The largest mesh force of each is divided by the static one. Dots mark
 motions in which the flanks separate and hit each other again.
 """
 
