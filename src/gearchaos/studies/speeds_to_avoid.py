@@ -11,6 +11,7 @@ from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, whole_number
+from gearchaos.execute.machine import check_memory
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import as_model
 from gearchaos.gears.units import RPM
@@ -246,6 +247,7 @@ def speeds_to_avoid(
     elif not separation:
         raise InputError("factor", "must be given with separation=False", None, "E.g. factor=1.5.")
     starts, seed = whole_number("starts", starts, 0), whole_number("seed", seed, 0)
+    check_memory("speeds times starts", axis.count * max(1, starts))
     model = as_model(at_start)
     ratio, options = quasi_static_ratio(model), as_settings(settings) or Classification()
 
