@@ -130,7 +130,7 @@ def _quasi_static(ax: Axes, motions: dict[str, xr.Dataset]) -> list[Line2D]:
     ax.axhline(ratio, linestyle=(0, (1, 2)), label="quasi-static ratio", **thin)
     ax.annotate("quasi-static ratio", (0.99, ratio), xycoords=ax.get_yaxis_transform(), xytext=(0, 1),
                 textcoords="offset points", ha="right", va="bottom", fontsize="x-small", color=adapt(INK))
-    return ax.plot(ds["speed"].values, largest / ratio, label="computed over quasi-static ratio", **thin)
+    return ax.plot(ds["speed"].values, largest / ratio, label="over quasi-static", **thin)
 
 
 def _validity(speed: np.ndarray, values: np.ndarray) -> str:

@@ -39,7 +39,7 @@ class Motion:
         Peak of the mesh force over the static one; NaN if the motion diverges.
     compression : float
         Least deflection of the teeth, in half backlashes, 0 or less where they separate; NaN if the motion diverges.
-    centre : (float, float)
+    centre : sequence of float
         Mean of z and z' over the stroboscopic points of an orbit; 0 for other motions.
     w : (d,)
         A state on it at phase 0.
@@ -52,7 +52,7 @@ class Motion:
     contact: int
     dynamic_factor: float
     compression: float
-    centre: tuple[float, float]
+    centre: Sequence[float]
     w: np.ndarray
     leads_to: dict[float, Motion] = field(default_factory=dict)
 
@@ -76,6 +76,7 @@ class FollowedMotions:
         With a parameter ``speed``.
     settings : Classification
     progress : bool
+        Show a progress bar for the random initial states, which take the most time.
     threads : int, optional
 
     Attributes
@@ -99,7 +100,7 @@ class FollowedMotions:
         new = np.array(sorted(set(speeds) - set(self.speeds)))
         if len(new):
             w = initial_value_problems(self.model, {"speed": new}, self._names).w
-            self._add(new, w, "from rest")
+            self._add(new, w)
             self.speeds = sorted(self.at)
 
     def add_from_random_states(self, speeds: Sequence[float], starts: int, seed: int) -> None:
@@ -109,13 +110,14 @@ class FollowedMotions:
         each = np.repeat(speeds, starts)
         base = replace(self.model, initial={}) if self.model.kind == "single" else self.model
         values = {"speed": each, **spread(default_box(self.model), len(each), seed)}
-        self._add(each, initial_value_problems(base, values, self._names).w, "from random states")
+        w = initial_value_problems(base, values, self._names).w
+        self._add(each, w, progress="motions from random states" if self._progress else None)
 
     def follow(self) -> None:
         """Follow every motion to both neighbouring speeds, and those found there further, until no new one is found."""
         while pending := [(motion, speed) for motion, speed in self._steps() if speed not in motion.leads_to]:
             speeds = np.array([speed for _, speed in pending])
-            found = self._add(speeds, np.stack([motion.w for motion, _ in pending], axis=1), "followed")
+            found = self._add(speeds, np.stack([motion.w for motion, _ in pending], axis=1))
             for (motion, speed), reached in zip(pending, found, strict=True):
                 motion.leads_to[speed] = self.at[speed][0] if motion.diverged else reached
 
@@ -142,10 +144,10 @@ class FollowedMotions:
                   for i, s in enumerate(self.speeds)]
         return {**rows, "other": [max(each, key=_badness, default=None) for each in others]}
 
-    def _add(self, speeds: np.ndarray, w: np.ndarray, name: str) -> list[Motion]:
+    def _add(self, speeds: np.ndarray, w: np.ndarray, progress: str | None = None) -> list[Motion]:
         """Add the motions from states w (d, L) at speeds (L,); returns them, or the same ones that are known."""
         brief = replace(self._settings, longest_transient=min(_BRIEF, self._settings.longest_transient))
-        found, at = self._classified(speeds, w, name, brief), speeds.tolist()
+        found, at = self._classified(speeds, w, brief, progress), speeds.tolist()
         first: dict[tuple[float, int], int] = {}  # of the chaotic motions that look the same, and like none known
         for i, (speed, motion) in enumerate(zip(at, found, strict=True)):
             if motion.label == Label.CHAOTIC and not any(motion.same(known) for known in self.at.get(speed, ())):
@@ -153,7 +155,7 @@ class FollowedMotions:
         if first:
             longer = list(first.values())
             w = np.stack([found[i].w for i in longer], axis=1)
-            settled = dict(zip(first, self._classified(speeds[longer], w, name, self._settings), strict=True))
+            settled = dict(zip(first, self._classified(speeds[longer], w, self._settings), strict=True))
             found = [settled.get((speed, motion.contact), motion) if motion.label == Label.CHAOTIC else motion
                      for speed, motion in zip(at, found, strict=True)]
         return [self._known(speed, motion) for speed, motion in zip(at, found, strict=True)]
@@ -169,7 +171,9 @@ class FollowedMotions:
             same.dynamic_factor = motion.dynamic_factor
         return same
 
-    def _classified(self, speeds: np.ndarray, w: np.ndarray, name: str, settings: Classification) -> list[Motion]:
+    def _classified(
+        self, speeds: np.ndarray, w: np.ndarray, settings: Classification, progress: str | None = None
+    ) -> list[Motion]:
         """The motions from states w (d, L) at speeds (L,)."""
 
         def initial_states(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
@@ -187,12 +191,12 @@ class FollowedMotions:
 
         found: dict[str, Any] = classify_batch(
             initial_states, collect, np.argsort(speeds, kind="stable"), settings=settings,
-            progress=f"motions {name}" if self._progress else None, threads=self._threads,
+            progress=progress, threads=self._threads,
         )
-        names = ("label", "period", "contact", "dynamic_factor", "compression")
-        values = zip(*(found[n].tolist() for n in names), strict=True)
-        centres = zip(found["centre_z"].tolist(), found["centre_z_dot"].tolist(), strict=True)
-        return [Motion(*each, centre=centre, w=w) for each, centre, w in zip(values, centres, found["w"], strict=True)]
+        names = ("label", "period", "contact", "dynamic_factor", "compression", "centre_z", "centre_z_dot")
+        return [Motion(label, period, contact, factor, compression, centre, state)
+                for label, period, contact, factor, compression, *centre, state in zip(
+                    *(found[n].tolist() for n in names), found["w"], strict=True)]
 
 
 def _badness(motion: Motion) -> tuple[int, float]:

@@ -11,6 +11,7 @@ from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, whole_number
+from gearchaos.execute.machine import check_memory
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import as_model
 from gearchaos.gears.units import RPM
@@ -232,8 +233,11 @@ def speeds_to_avoid(
     ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05,
     ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
     ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
-    >>> found = gc.speeds_to_avoid(design, "500:3000:10", "300 N*m")
+    >>> found = gc.speeds_to_avoid(design, "500:1500:10", "300 N*m")
     >>> [each.words for each in found.windows]
+    ['560 to 585 rpm', '628 to 656 rpm', '1472 to 1500 rpm']
+    >>> found.windows[-1].reached, found.windows[-1].to_scan_end
+    (('other initial states',), True)
     """
     axis = operating_axis("speed", speed)
     at_start = loaded(design, torque).at(speed=axis.start * RPM)
@@ -243,6 +247,7 @@ def speeds_to_avoid(
     elif not separation:
         raise InputError("factor", "must be given with separation=False", None, "E.g. factor=1.5.")
     starts, seed = whole_number("starts", starts, 0), whole_number("seed", seed, 0)
+    check_memory("speeds times starts", axis.count * max(1, starts))
     model = as_model(at_start)
     ratio, options = quasi_static_ratio(model), as_settings(settings) or Classification()
 
