@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from itertools import pairwise
 from pathlib import Path
 
@@ -245,6 +246,7 @@ def test_in_physical_units_an_event_is_a_start_of_the_same_command():
     text = run(*design, "--set", "speed=2000")
     assert "speed = 3500 rpm: end of the axis" in text and "speed (rpm)" in text
     assert f"rpm, from event {fold + 1} to 1T" in text
+    assert f"{event['value']:.6g}" in text and not re.search(r"\d{4}\.\d{3}", text), "rpm to six digits"
 
 
 def test_the_page_of_the_command():

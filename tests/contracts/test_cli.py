@@ -215,14 +215,18 @@ def test_regime_in_physical_units(pair_file):
     assert scaled["multipliers"] == plain["multipliers"] and scaled["period"] == plain["period"]
 
 
-def test_regime_page_says_each_level_once_and_in_both_kinds_of_units(pair_file, tmp_path):
+def test_the_page_of_given_gears_is_in_their_units(pair_file, tmp_path):
+    """The units of the printed page do not depend on --physical, which is for JSON, files and pictures."""
     page = run("regime", pair_file).stdout
-    assert page.count("V_RMS") == 1 and re.search(r"V_RMS +│ [\d.e-]+ \([\d.]+ mm/s\)", page)
-    page = run("regime", pair_file, "--physical", "--plot", tmp_path / "p.png").stdout
-    assert page.count("V_RMS") == 1 and re.search(r"V_RMS +│ [\d.]+ mm/s", page)
-    assert re.search(r"peak mesh force +│ [\d.]+ N", page) and "5833.33 Hz" in page and "1/s" in page
+    assert page == run("regime", pair_file, "--physical", "--plot", tmp_path / "p.png").stdout
+    assert page.count("V_RMS") == 1 and re.search(r"V_RMS +[\d.]+ mm/s +\n", page)
+    assert re.search(r"peak mesh force +[\d.]+ N +\n", page) and re.search(r"mesh frequency +5833 Hz", page)
+    assert re.search(r"speed of wheel 1 +14000 rpm", page) and re.search(r"torque at wheel 1 +85 N m", page)
+    assert all(re.search(r"\) 1/s *$", line) for line in page.splitlines() if line.startswith("Lyapunov"))
     assert (tmp_path / "p.png").stat().st_size > 10_000
     assert "--physical needs a study file" in refused("regime", "--physical")
+    assert "(µm)" in run("simulate", pair_file, "--periods", 1).stdout
+    assert " rpm" not in run("regime").stdout
 
 
 def test_attractors_in_physical_units(pair_file, tmp_path):
@@ -240,8 +244,8 @@ def test_attractors_in_physical_units(pair_file, tmp_path):
         same = ("label", "contact", "fraction", "dynamic_factor", "multiplier", "residual")
         assert all(one[name] == other[name] for name in same)
     assert gc.load(out)["attractor_section_z"].attrs["units"] == "µm"
-    page = run("attractors", pair_file, "--starts", 6, "--physical").stdout
-    assert "V_RMS (mm/s)" in page and "λ1 (1/s)" in page
+    page = run("attractors", pair_file, "--starts", 6).stdout
+    assert page.count("(mm/s)") == page.count("(1/s)") == 1
     assert "--physical needs a study file" in refused("attractors", "--physical")
 
 

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.datasheet import sheet_html
+from gearchaos.datasheet.answer import Answer
+from gearchaos.datasheet.page import sheet_html
 from gearchaos.gears.sheet import Entry, datasheet, shown_value
+from gearchaos.studies.speeds_to_avoid import speeds_to_avoid
 
 pytestmark = pytest.mark.slow
 
@@ -25,6 +27,10 @@ FULL = {
     "torque": "9000 N*m",
 }
 VOID = {"meta", "br", "img", "link", "hr"}
+
+
+def page_of(design, speeds=None):
+    return sheet_html([Answer.of(design, speeds)])
 
 
 class Page(HTMLParser):
@@ -63,7 +69,7 @@ class Page(HTMLParser):
 def sheet(request):
     design = gc.GearDesign(**{"bare": BARE, "full": FULL}[request.param])
     entries = datasheet(design)
-    return design, entries, sheet_html(entries, design)
+    return design, entries, page_of(design)
 
 
 def test_every_quantity_has_a_row_with_its_value_or_its_reason(sheet):
@@ -73,7 +79,7 @@ def test_every_quantity_has_a_row_with_its_value_or_its_reason(sheet):
     for name, entry in entries.items():
         text = " ".join(rows[f"q-{name}"].split())
         if entry.value is None:
-            assert entry.reason.split(";")[0] in text
+            assert (entry.reason if entry.expected else "see Not computed") in text
             continue
         shown = shown_value(entry)
         values = shown if isinstance(shown, tuple) else (shown,)
@@ -105,25 +111,25 @@ def test_the_pictures_are_svg_of_this_design(sheet):
 
 
 def test_the_same_design_makes_the_same_page(sheet):
-    design, entries, html = sheet
-    assert sheet_html(entries, design) == html
+    design, _, html = sheet
+    assert page_of(design) == html
 
 
 def test_missing_inputs_are_named_with_the_quantities_that_need_them():
     design = gc.GearDesign(**BARE)
-    html = sheet_html(datasheet(design), design)
+    html = page_of(design)
     missing = html[html.index('id="missing"'):]
     for field in ("backlash", "bore", "speed", "quality", "damping_ratio"):
         assert f"{field} must be given" in missing
     assert "dynamic factor by ISO 6336-1, method B" in missing and "got None" not in html
     full = gc.GearDesign(**{**FULL, "quality": {"standard": "ISO 1328-1:1995", "grade": 6}})
     entries = {n: e for n, e in datasheet(full).items() if e.value is not None}
-    assert 'id="missing"' not in sheet_html(entries, full)
+    assert 'id="missing"' not in sheet_html([Answer(full, entries)])
 
 
 def test_a_picture_that_cannot_be_drawn_has_its_reason():
     design = gc.GearDesign(**BARE, stiffness="potential energy")
-    html = sheet_html(datasheet(design), design)
+    html = page_of(design)
     assert html.count("<svg ") == 2 and "Not drawn: bore must be given" in html
 
 
@@ -131,41 +137,41 @@ def test_the_dynamic_factor_is_drawn_if_it_is_given():
     design = gc.GearDesign(**{**BARE, **{n: FULL[n] for n in ("quality", "damping_ratio", "torque", "speed")}},
                            bore="10 mm", backlash={"value": "0.05 mm", "of": "line of action, total"},
                            transmission_error="none")
-    factors = gc.dynamic_factor(design, "1000:2000:2", "50 N*m")
-    html = sheet_html(datasheet(design), design, factors)
+    found = speeds_to_avoid(design, "1000:2000:2", "50 N*m", starts=0)
+    html = page_of(design, found)
     assert html.count("<svg ") == 4 and "Dynamic factor along the speed" in html
 
 
 def test_text_from_a_design_is_escaped():
     design = gc.GearDesign(**BARE)
     entry = Entry(value=1.0, unit="<b>", symbol="<i>", formula="a < b", source="<script>", group="<u>")
-    html = sheet_html({"x": entry}, design)
+    html = sheet_html([Answer(design, {**datasheet(design), "x": entry})])
     assert "<script>" not in html and "a &lt; b" in html and "<u>" not in html
 
 
 def test_warnings_of_the_design_are_shown():
     design = gc.GearDesign(**FULL)
-    html = sheet_html(datasheet(design), design)
+    html = page_of(design)
     assert "is an assumption, an upper limit of the grade" in html
     thin = gc.GearDesign(teeth=(12, 40), module="3 mm", face_width="20 mm", profile_shift=(0.75, 0.0))
     assert thin.warnings, "its teeth are thin at the tip"
-    page = Page(sheet_html(datasheet(thin), thin))
+    page = Page(page_of(thin))
     assert all(re.sub("_", "", warning) in page.text for warning in thin.warnings)
 
 
 def test_long_lists_are_cut_short_and_counted():
     design = gc.GearDesign(**BARE)
     entry = Entry(value=tuple(np.arange(20.0).tolist()), unit="µm", symbol="e_j", formula="", source="", group="g")
-    assert "5 and 14 more" in Page(sheet_html({"e": entry}, design)).rows["q-e"]
+    assert "5 and 14 more" in Page(sheet_html([Answer(design, {**datasheet(design), "e": entry})])).rows["q-e"]
 
 
 def test_what_is_expected_to_lack_a_value_is_no_alert():
     design = gc.GearDesign(**{**BARE, "bore": "10 mm", "torque": "50 N*m", "damping_ratio": 0.05,
                               "backlash": {"value": "0.05 mm", "of": "line of action"},
                               "quality": {"standard": "ISO 1328-1:2013", "grade": 6}, "transmission_error": "none"})
-    alone = sheet_html(datasheet(design), design)
+    alone = page_of(design)
     assert '<tr id="q-support_frequency">' in alone and '<tr id="q-Kv_AGMA" class="missing">' in alone
-    along = sheet_html(datasheet(design), design, gc.dynamic_factor(design, "1000:2000:2"))
+    along = page_of(design, speeds_to_avoid(design, "1000:2000:2", starts=0))
     assert '<tr id="q-Kv_AGMA">' in along and "speed must be given" not in along
     row = " ".join(Page(along).rows["q-Kv_AGMA"].split())
     assert row.startswith("dynamic factor by AGMA 2001-D04 Kv – depends on speed: see the curve")
@@ -175,6 +181,24 @@ def test_what_is_expected_to_lack_a_value_is_no_alert():
 
 def test_symbols_in_reasons_have_subscripts_and_names_do_not():
     design = gc.GearDesign(**BARE, quality={"standard": "ISO 1328-1:2013", "grade": 6})
-    html = sheet_html(datasheet(design), design)
+    html = page_of(design)
     assert "no formula for f<sub>i</sub>′ in terms of f<sub>pt</sub> and F<sub>α</sub>" in html
     assert "damping_ratio must be given" in html
+
+
+def test_the_page_begins_with_the_answer_at_each_torque():
+    design = gc.GearDesign(**BARE, damping_ratio=0.05, quality={"standard": "ISO 1328-1:1995", "grade": 9},
+                           backlash={"value": "0.05 mm", "of": "line of action, total"}, bore="10 mm",
+                           transmission_error="from quality")
+    answers = [Answer.of(at, speeds_to_avoid(at, "4000:16000:4", starts=0))
+               for at in (design.at(torque=20.0), design.at(torque=60.0))]
+    html = sheet_html(answers)
+    page = Page(html)
+    assert len(page.ids) == len(set(page.ids)) and page.open == []
+    assert html.index("Speeds to avoid at 20 N m") < html.index("Speeds to avoid at 60 N m") < html.index("The pair")
+    for answer in answers:
+        assert answer.speeds.windows and f"{answer.conclusion[1:]}." in page.text
+        assert all(re.sub("_", "", text) in page.text for text in (*answer.basis, *answer.notes))
+    assert page.text.count(answers[0].notes[0]) == 1
+    differing = page.text[page.text.index("What differs at 60 N m"):]
+    assert "line load" in differing and "gear ratio" not in differing

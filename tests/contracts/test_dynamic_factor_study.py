@@ -124,6 +124,30 @@ def test_the_picture_shows_all_factors_and_leaves_refused_stretches_out(result):
     assert np.array_equal(shown["flanks separate"], result["dynamic_factor"].values[separated])
 
 
+def test_the_quasi_static_ratio_is_a_thin_line_and_what_exceeds_it_another(result):
+    ax = plot.dynamic_factor(result, fresh())
+    ratio, shown = float(result["quasi_static_ratio"]), lines(ax)
+    assert ratio > 1.2 and shown["quasi-static ratio"].tolist() == [ratio, ratio]
+    assert shown["over quasi-static"] == pytest.approx(result["dynamic_factor"].values / ratio)
+    assert "quasi-static ratio" in [text.get_text() for text in ax.texts]
+    smooth = plot.dynamic_factor(result.assign(quasi_static_ratio=1.0), fresh())
+    assert not any("quasi-static" in name for name in lines(smooth)) and not smooth.texts
+
+
+def test_the_motions_of_speeds_to_avoid_are_lines_of_their_own(result, tmp_path):
+    found = gc.speeds_to_avoid(DESIGN, "2800:3400:4").dataset
+    gc.save(found, tmp_path / "avoid.nc")
+    (ax,) = plot.result(gc.load(tmp_path / "avoid.nc")).axes
+    shown, factors = lines(ax), found["dynamic_factor"]
+    for name, label in (("rest", "computed from rest"), ("rising", "speed rising"), ("falling", "speed falling")):
+        assert np.array_equal(shown[label], factors.sel(motion=name).values)
+    assert ("other initial states" in shown) == np.isfinite(factors.sel(motion="other").values).any()
+    separated = found["contact"].values > 0
+    assert sorted(shown["flanks separate"]) == sorted(factors.values[separated])
+    largest = np.nanmax(factors.values, axis=0)
+    assert shown["over quasi-static"] == pytest.approx(largest / float(found["quasi_static_ratio"]))
+
+
 def test_ranges_are_shaded_where_the_standard_puts_them(result):
     ax = plot.dynamic_factor(result, fresh())
     shaded = sorted((p.get_x(), p.get_x() + p.get_width()) for p in ax.patches)

@@ -203,7 +203,9 @@ def test_gear_warns_of_a_file_that_it_cannot_use(tmp_path):
     study.write_text('[design]\nteeth = [50, 50]\nmodule = "3 mm"\nface_width = "20 mm"\n'
                      f'transmission_error = {{ orders = "{file}" }}\n')
     (warning,) = [text for text in design.warnings if "cannot be used" in text]
-    assert f"{file}, line 1, must" in warning and str(file) in CliRunner().invoke(app, ["gear", str(study)]).stderr
+    result = CliRunner().invoke(app, ["gear", str(study), "--all"])
+    assert f"{file}, line 1, must" in warning and f"error: {file}, line 1, must" in result.stderr
+    assert result.exit_code == 2 and "contact_ratio" in result.stdout
 
 
 TURN = np.arange(17 * 40 + 1) / 40

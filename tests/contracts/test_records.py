@@ -125,7 +125,7 @@ def test_a_command_can_import_scipy_s_linear_algebra_after_numba():
     code = ("import sys; from gearchaos.cli import main; sys.argv = ['gearchaos', 'attractors', '--starts', '4', "
             "'--set', 'kind=single']; main()")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0 and "share of the starts" in done.stdout, done.stderr
+    assert done.returncode == 0 and "% of starts" in done.stdout, done.stderr
 
 
 def test_verdicts_are_compared_copied_and_shown_by_their_values():

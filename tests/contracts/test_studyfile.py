@@ -248,7 +248,7 @@ def test_a_decimal_comma_is_named():
 
 @pytest.mark.parametrize(("kind", "advice"), [
     ("map", 'write kind = "zones", x = "speed=500:8000:200" and y = "torque=20:400:150"'),
-    ("gear", "gearchaos gear shows the datasheet"),
+    ("gear", "gearchaos gear says which speeds to avoid"),
 ])
 def test_the_name_of_a_command_that_is_no_kind_of_study_is_refused_with_what_to_write(kind, advice, tmp_path):
     path, text = tmp_path / "s.toml", (EXAMPLES / "spur_50_50.toml").read_text()

@@ -80,6 +80,14 @@ def test_the_first_script_says_what_the_readme_says(tmp_path):
     assert (tmp_path / "zones.nc").stat().st_size > 0
 
 
+@pytest.mark.slow
+def test_the_readme_shows_what_gear_prints():
+    command, shown = re.search(r"^\$ gearchaos (gear .*)\n(.*?)^```", (ROOT / "README.md").read_text(encoding="utf-8"),
+                               re.MULTILINE | re.DOTALL).groups()
+    found = CliRunner().invoke(app, shlex.split(command.replace("examples/", f"{ROOT / 'examples'}/")))
+    assert [line.rstrip() for line in found.stdout.splitlines()] == shown.splitlines()
+
+
 def test_the_checks_of_the_method_print_what_its_table_says(capsys):
     """Rounding, and never nothing: a way compared with itself would print 0."""
     _run(ROOT / "docs" / "method.md")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+import re
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,12 +17,9 @@ from gearchaos.errors import InputError
 from gearchaos.files import write_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    import xarray as xr
-
+    from gearchaos.datasheet.answer import Answer
     from gearchaos.gears.design.gear_design import GearDesign
-    from gearchaos.gears.sheet import Entry
+    from gearchaos.studies.axis import Axis
 
 GearsPath = Annotated[
     Path, typer.Argument(metavar="GEARS", help="File with \\[design] or \\[gearpair], TOML.", readable=False)
@@ -34,14 +32,17 @@ Page = Annotated[
 ]
 Speeds = Annotated[
     str | None,
-    typer.Option(metavar="START:STOP:COUNT", help="Speeds in rpm: which to avoid, and the dynamic factor there."),
+    typer.Option(metavar="START:STOP:COUNT",
+                 help="Speeds in rpm to look through; by default 10 to 150 % of the main resonance."),
 ]
-Torque = Annotated[
-    str | None, typer.Option(metavar="TORQUE", help="At wheel 1, in N m or with a unit; by default that of the design.")
+Torques = Annotated[
+    list[str] | None,
+    typer.Option("--torque", metavar="TORQUE[,TORQUE]",
+                 help="At wheel 1, in N m or with a unit; an answer for each. By default that of the design."),
 ]
 Factor = Annotated[
     float | None,
-    typer.Option(metavar="F", help="With --speed: also speeds with a dynamic factor above F, although in contact."),
+    typer.Option(metavar="F", help="Also speeds in contact with a dynamic factor over the quasi-static one above F."),
 ]
 FactorAlone = Annotated[
     bool, typer.Option("--factor-alone", help="With --factor: its speeds alone, whether the teeth separate or not.")
@@ -53,49 +54,65 @@ FactorPlot = Annotated[
 ]
 
 
+All = Annotated[bool, typer.Option("--all", help="Also every quantity with its formula and source, and every warning.")]
+
+
 @app.command()
 def gear(
-    design: DesignPath, sets: Sets = None, out: Page = None, speed: Speeds = None, torque: Torque = None,
-    plot: FactorPlot = None, factor: Factor = None, factor_alone: FactorAlone = False, json_out: Json = False,
+    design: DesignPath, sets: Sets = None, out: Page = None, speed: Speeds = None, torque: Torques = None,
+    plot: FactorPlot = None, factor: Factor = None, factor_alone: FactorAlone = False, every: All = False,
+    json_out: Json = False,
 ) -> None:
-    """Show every quantity that follows from the drawing of a gear pair, and which speeds to avoid."""
+    """Show which speeds a gear pair is to avoid, and with --all every quantity that follows from its drawing."""
     check_output("--out", out, (".html",))
     check_output("--plot", plot, PLOT_SUFFIXES)
-    if plot is not None and speed is None:
-        raise InputError("--plot", "needs --speed", str(plot), "It shows the dynamic factor along the speed.")
-    _check_factor(factor, speed, factor_alone)
-    from gearchaos.gears.sheet import datasheet, with_scanned_speeds
-
-    found = _design(design, sets, torque)
-    factors = None if speed is None else _dynamic_factor(found, speed)
-    notes = (*found.warnings, *found.assumptions)
-    entries = datasheet(found) if factors is None else with_scanned_speeds(datasheet(found))
-    if out is not None:
-        _write_page(entries, found, factors, out)
-    if factors is not None:
-        draw(factors, plot)
-    if json_out:
-        for text in found.warnings:
-            say(f"warning: {text}")
-        speeds = None if factors is None else _speeds_document(found, factors, factor, not factor_alone)
-        print_json({"quantities": {n: _entry(e) for n, e in entries.items()}, **_model(found),
-                    "warnings": list(notes), "speeds_to_avoid": speeds})
-        return
-    from gearchaos.cli.tables.gears import print_datasheet, print_speeds_to_avoid
-
-    print_datasheet(entries, notes)
-    if factors is not None:
-        print_speeds_to_avoid(found, factors, factor, not factor_alone)
-
-
-def _check_factor(factor: float | None, speed: str | None, alone: bool) -> None:
-    """Raise `InputError` for a limit of the dynamic factor without speeds, or one that is not greater than 0."""
-    if factor is not None and speed is None:
-        raise InputError("--factor", "needs --speed", factor, "It is a limit of the dynamic factor along the speed.")
     if factor is not None and not factor > 0:
         raise InputError("--factor", "must be greater than 0", factor)
-    if alone and factor is None:
+    if factor_alone and factor is None:
         raise InputError("--factor-alone", "needs --factor", True, "It lists the speeds with a higher dynamic factor.")
+    torques = [None] if torque is None else _torques(torque)
+    if plot is not None and len(torques) > 1:
+        raise InputError("--plot", "needs a single --torque", torques, "The page of --out has a picture for each.")
+    from gearchaos.datasheet.answer import LEFT_OUT, Answer
+    from gearchaos.studies.operating_map import operating_axis
+
+    axis = None if speed is None else operating_axis("speed", speed, "--speed")
+    asked = axis is not None or plot is not None or factor is not None
+    answer = Answer.of
+    if asked or out is not None or not json_out:
+        startup.load_numba()
+        announce_compilation()
+        answer = partial(_scanned, axis=axis, factor=factor, separation=not factor_alone)
+    answers = [answer(each) for each in [_design(design, sets, torque) for torque in torques]]
+    # what was left out of a design is a problem only if speeds were asked for: the answer names it otherwise
+    problems = [p for p in (each.problem for each in answers) if p is not None and (asked or p.rule != LEFT_OUT)]
+    if out is not None:
+        from gearchaos.datasheet.page import sheet_html
+
+        write_bytes(out, sheet_html(answers).encode())
+        say(f"wrote {out}")
+    if plot is not None and answers[0].speeds is not None:
+        draw(answers[0].speeds.dataset, plot)
+    if json_out:
+        documents = [_document(each) for each in answers]
+        print_json(documents[0] if len(documents) == 1 else {"torques": documents})
+    else:
+        _print(answers, every, warn=every or not problems)
+    for problem in problems:
+        raise problem
+
+
+_NUMBER = r"[-+]?[.\d]+(?:[eE][-+]?\d+)?"
+
+
+def _torques(texts: list[str]) -> list[str]:
+    """The torques of ``--torque``; of several with commas between them those without a unit have that of the last."""
+    out = []
+    for text in texts:
+        parts = [part.strip() for part in text.split(",")]
+        unit = re.sub(_NUMBER, "", parts[-1]) if re.match(_NUMBER, parts[-1]) else ""
+        out += [f"{part} {unit}".strip() if re.fullmatch(_NUMBER, part) else part for part in parts]
+    return out
 
 
 def _design(path: Path, sets: list[str] | None, torque: str | None) -> GearDesign:
@@ -109,57 +126,51 @@ def _design(path: Path, sets: list[str] | None, torque: str | None) -> GearDesig
     return load_design(path, values)
 
 
-def _dynamic_factor(design: GearDesign, speed: str) -> xr.Dataset:
-    """The dynamic factor of a design along the speeds of the command line."""
-    from gearchaos.studies.dynamic_factor import dynamic_factor
-    from gearchaos.studies.operating_map import operating_axis
+def _scanned(design: GearDesign, axis: Axis | None, factor: float | None, separation: bool) -> Answer:
+    """The answer for a design, with speeds to avoid along an axis, or else around its main resonance."""
+    from gearchaos.datasheet.answer import Answer, default_speeds
+    from gearchaos.studies.speeds_to_avoid import speeds_to_avoid
 
-    axis = operating_axis("speed", speed, "--speed")
-    startup.load_numba()
-    announce_compilation()
-    return dynamic_factor(design, axis, progress=True)
-
-
-def _write_page(entries: Mapping[str, Entry], design: GearDesign, factors: xr.Dataset | None, path: Path) -> None:
-    """Write the datasheet as a page, with the dynamic factor along the speed if it is given."""
-    from gearchaos.datasheet import sheet_html
-
-    write_bytes(path, sheet_html(entries, design, factors).encode())
-    say(f"wrote {path}")
+    try:
+        speeds = axis or default_speeds(design)
+        return Answer.of(design, speeds_to_avoid(design, speeds, factor=factor, separation=separation, progress=True))
+    except InputError as error:
+        return Answer.of(design, problem=error)
 
 
-def _speeds_document(
-    design: GearDesign, factors: xr.Dataset, factor: float | None, separation: bool
-) -> dict[str, Any]:
-    """The speeds to avoid as JSON."""
-    from gearchaos.studies.dynamic_factor import STANDARDS
-    from gearchaos.studies.speeds_to_avoid import all_speeds, criterion_in_words, speeds_to_avoid
+def _print(answers: list[Answer], every: bool, warn: bool) -> None:
+    """Print the answers and, with ``every``, the datasheet of the first and what differs from it in the others."""
+    from gearchaos.cli.tables.gears import print_answers, print_datasheet, print_standards
 
-    return {
-        "criterion": criterion_in_words(factor, separation), "units": {"speed": "rpm", "torque": "N*m"},
-        "torque": float(factors["torque"]), "transmission_error": design.error_harmonics.source,
-        "computed": {**asdict(all_speeds(factors)), "count": factors.sizes["speed"]},
-        "ranges": [asdict(each) for each in speeds_to_avoid(factors, factor, separation=separation)],
-        "along_speed": {n: factors[n].values.tolist() for n in ("speed", "dynamic_factor", *STANDARDS)},
-    }
-
-
-def _entry(entry: Entry) -> dict[str, Any]:
-    """One quantity of a datasheet as JSON, with the reason where it has no value."""
-    keys = ("value", "unit", "symbol", "formula", "source")
-    return {key: getattr(entry, key) for key in keys} | ({"reason": entry.reason} if entry.reason else {})
+    print_answers(answers, every, warn)
+    if not every:
+        return
+    first = answers[0]
+    print_datasheet(first.entries, first.absent)
+    for answer in answers:
+        if answer is not first:
+            print(f"\nWhat differs at {answer.design.torque:.6g} N m")
+            print_datasheet({n: e for n, e in answer.entries.items() if e != first.entries[n]},
+                            [each for each in answer.absent if each not in first.absent])
+        if answer.speeds is not None:
+            print_standards(answer.speeds)
 
 
-def _model(design: GearDesign) -> dict[str, Any]:
-    """The dimensionless model of a design as JSON; null, with the reason, where an input for it is missing."""
+def _document(answer: Answer) -> dict[str, Any]:
+    """An answer as JSON; the model is null, with the reason, where an input for it is missing."""
     import json
 
     from gearchaos.datasets import model_json
 
     try:
-        return {"model": json.loads(model_json(design.to_model()))}
+        model = {"model": json.loads(model_json(answer.design.to_model()))}
     except InputError as error:
-        return {"model": None, "model_reason": str(error)}
+        model = {"model": None, "model_reason": str(error)}
+    keys = ("value", "unit", "symbol", "formula", "source")
+    quantities = {n: {key: getattr(e, key) for key in keys} | ({"reason": e.reason} if e.reason else {})
+                  for n, e in answer.entries.items()}
+    return {"quantities": quantities, **model, "warnings": [*answer.design.warnings, *answer.design.assumptions],
+            "speeds_to_avoid": None if answer.speeds is None else answer.speeds.document()}
 
 
 @app.command("map")

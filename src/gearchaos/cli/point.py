@@ -59,7 +59,7 @@ def simulate(
     else:
         from gearchaos.cli.tables.motions import print_section
 
-        print_section(dataset)
+        print_section(in_units(dataset, loaded, physical=True))
 
 
 @app.command()
@@ -90,7 +90,7 @@ def regime(
     else:
         from gearchaos.cli.tables.motions import print_regime
 
-        print_regime(verdict, loaded, physical, proof)
+        print_regime(verdict, loaded, proof)
     if plot:
         _draw_steady(loaded, verdict, plot, physical)
 
@@ -152,4 +152,4 @@ def attractors(
     else:
         from gearchaos.cli.tables.motions import print_attractors
 
-        print_attractors(found)
+        print_attractors(in_units(found, loaded, physical=True), loaded.model)

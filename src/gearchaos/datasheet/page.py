@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from importlib import metadata
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jinja2
 from markupsafe import Markup, escape
 
-from gearchaos.datasheet.pictures import pictures
+from gearchaos.datasheet.answer import Answer, edges
+from gearchaos.datasheet.pictures import factor_picture, pictures
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.sheet import Entry, shown_value, with_scanned_speeds
-
-if TYPE_CHECKING:
-    import xarray as xr
+from gearchaos.gears.design.values import DataFile
+from gearchaos.gears.sheet import Entry, shown_value
+from gearchaos.gears.units import measured
 
 _MOST_VALUES = 6
 """Values of a list that are shown; the number of the others is stated."""
@@ -35,31 +35,47 @@ _UNITS = {"deg": "°", "kg*m^2": "kg m²"}
 """Units as they are printed, where that differs from their names."""
 
 
-def sheet_html(entries: Mapping[str, Entry], design: GearDesign, factors: xr.Dataset | None = None) -> str:
-    """The datasheet of a design as one self-contained HTML document.
+def sheet_html(answers: Sequence[Answer]) -> str:
+    """The datasheet of a design as one self-contained HTML document, which begins with the answer at each torque.
 
     Parameters
     ----------
-    entries : dict of Entry
-        The quantities by name, from `gearchaos.gears.sheet.datasheet`; one without a value has its reason shown.
-    design : GearDesign
-        The design, which is drawn with its stiffness and transmission error.
-    factors : Dataset, optional
-        The dynamic factor along the speed, from `gearchaos.dynamic_factor`, to be drawn as well; quantities of a design
-        without speed then refer to it.
+    answers : sequence of Answer
+        Of one design at one or more torques. The pair, its quantities and its curves are shown for the first one, of
+        the others the quantities that differ.
 
     Returns
     -------
     str
         The page refers to no other files and contains no scripts.
     """
-    if factors is not None:
-        entries = with_scanned_speeds(entries)
+    first, *others = answers
+    differing = [
+        (f"{answer.design.torque:.6g}", _groups({n: e for n, e in answer.entries.items() if e != first.entries[n]}))
+        for answer in others]
     return _environment().get_template("sheet.html.j2").render(
-        css=Markup(_template("sheet.css")), title=_title(design), inputs=list(_inputs(design)),
-        notes=list(_notes(design)), pictures=list(pictures(design, factors)), groups=_groups(entries),
-        missing=_missing(entries), count=len(entries), version=metadata.version("gearchaos"),
+        css=Markup(_template("sheet.css")), title=first.title, answers=[_answer(first, first.notes), *(
+            _answer(each, [note for note in each.notes if note not in first.notes]) for each in others)],
+        problem=str(first.problem), inputs=list(_inputs(first.design)), pictures=list(pictures(first.design)),
+        groups=_groups(first.entries),
+        differing=differing, missing=[(reason, [_words(name) for name in names]) for reason, names in first.absent],
+        count=len(first.entries), version=metadata.version("gearchaos"),
     )
+
+
+def _answer(answer: Answer, notes: Sequence[str]) -> dict[str, Any]:
+    """What the template shows of an answer, with these of its notes."""
+    windows = [{
+        "range": " to ".join(edges(each)), "contact": each.contact, "at": measured(each.speed_of_largest, 3),
+        "factor": measured(each.dynamic_factor, 3), "reached": each.reached,
+    } for each in (answer.speeds.windows if answer.speeds else ())]
+    return {
+        "conclusion": answer.conclusion, "facts": list(answer.facts), "basis": list(answer.basis), "windows": windows,
+        "notes": notes, "problem": answer.problem,
+        "ratio": "" if answer.speeds is None else measured(answer.speeds.quasi_static_ratio, 3),
+        "torque": "" if answer.design.torque is None else f"{answer.design.torque:.6g} N m",
+        "picture": None if answer.speeds is None else factor_picture(answer.speeds),
+    }
 
 
 def _template(name: str) -> str:
@@ -95,12 +111,6 @@ def _sentence(text: str) -> Markup:
     return Markup(_SYMBOL.sub(r"\1<sub>\2</sub>", str(escape(text))))
 
 
-def _title(design: GearDesign) -> str:
-    """The pair in a few words."""
-    kind = "Helical" if design.helix_angle else "Spur"
-    return f"{kind} gear pair {design.teeth[0]}/{design.teeth[1]}, module {design.module * 1e3:.6g} mm"
-
-
 def _inputs(design: GearDesign) -> Iterator[tuple[str, str]]:
     """The inputs that describe the pair, in words, with their values."""
     g, rack = design.geometry, design.rack
@@ -129,14 +139,9 @@ def _inputs(design: GearDesign) -> Iterator[tuple[str, str]]:
         yield "torque at wheel 1", f"{design.torque:.6g} N m"
 
 
-def _method(given: Any) -> str:
+def _method(given: str | DataFile) -> str:
     """A method by its name, or the file that is used."""
-    return given if isinstance(given, str) else f"file {getattr(given, 'table', None) or given.orders}"
-
-
-def _notes(design: GearDesign) -> Iterator[str]:
-    """What the designer should know: unusual values, limits of the transmission error and of the stiffness."""
-    yield from (*design.warnings, *design.assumptions)
+    return given if isinstance(given, str) else f"file {given.path}"
 
 
 def _groups(entries: Mapping[str, Entry]) -> list[tuple[str, list[dict[str, Any]]]]:
@@ -144,27 +149,18 @@ def _groups(entries: Mapping[str, Entry]) -> list[tuple[str, list[dict[str, Any]
     out: dict[str, list[dict[str, Any]]] = {}
     for name, entry in entries.items():
         row = {
-            "id": name, "name": _WORDS.get(name, name.replace("_", " ")), "symbol": entry.symbol,
+            "id": name, "name": _words(name), "symbol": entry.symbol,
             "value": None if entry.value is None else _values(shown_value(entry)), "expected": entry.expected,
             "unit": "" if entry.value == () else _UNITS.get(entry.unit, entry.unit), "formula": entry.formula,
-            "source": entry.source, "reason": _reason(entry),
+            "source": entry.source, "reason": entry.reason if entry.expected else "see Not computed",
         }
         out.setdefault(entry.group, []).append(row)
     return list(out.items())
 
 
-def _missing(entries: Mapping[str, Entry]) -> list[tuple[str, list[str]]]:
-    """The reasons why quantities have no value, each with the names of these quantities in words."""
-    out: dict[str, list[str]] = {}
-    for name, entry in entries.items():
-        if entry.value is None and not entry.expected:
-            out.setdefault(_reason(entry), []).append(_WORDS.get(name, name.replace("_", " ")))
-    return list(out.items())
-
-
-def _reason(entry: Entry) -> str:
-    """Why a quantity has no value, without the words that an error has for an input left out."""
-    return entry.reason.replace("; got None", "")
+def _words(name: str) -> str:
+    """The name of a quantity in words."""
+    return _WORDS.get(name, name.replace("_", " "))
 
 
 def _values(value: Any, factor: float = 1.0) -> str:

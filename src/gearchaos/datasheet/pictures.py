@@ -18,7 +18,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from gearchaos.studies.speeds_to_avoid import SpeedsToAvoid
 
 _WIDTH = 4.6
 """Width of a picture in inches: its letters are of the size of the page's on a telephone, and a little larger beside
@@ -49,16 +49,8 @@ class Picture:
     reason: str
 
 
-def pictures(design: GearDesign, factors: xr.Dataset | None = None) -> Iterator[Picture]:
-    """The drawing of the pair, its stiffness and its transmission error.
-
-    Parameters
-    ----------
-    design : GearDesign
-        The gear pair.
-    factors : Dataset, optional
-        Its dynamic factor along the speed, from `gearchaos.dynamic_factor`, to be drawn as well.
-    """
+def pictures(design: GearDesign) -> Iterator[Picture]:
+    """The drawing of a pair, its stiffness and its transmission error."""
     yield _picture(
         "pair", "Transverse section", "Both wheels to scale. Contact begins at A and ends at E; C is the pitch point, "
         "and dots are points of contact. Wheel 1 drives.", 5.4, lambda ax: plot.gear_pair(design, ax))
@@ -69,11 +61,14 @@ def pictures(design: GearDesign, factors: xr.Dataset | None = None) -> Iterator[
     yield _picture(
         "error", "Transmission error", "Of the unloaded gears; positive where wheel 2 lags behind.", 3.3,
         lambda ax: plot.transmission_error(design, ax))
-    if factors is not None:
-        yield _picture(
-            "factors", "Dynamic factor along the speed", "Largest mesh force of the computed motion over the static "
-            "one, beside the factors of the standards, which end where these give no value.", 4.3,
-            lambda ax: plot.dynamic_factor(factors, ax))
+
+
+def factor_picture(speeds: SpeedsToAvoid) -> Picture:
+    """The dynamic factor along the speed."""
+    return _picture(
+        f"factors-{speeds.torque:g}", "Dynamic factor along the speed", "Largest mesh force of the computed motions "
+        "over the static one, beside the factors of the standards, which end where these give no value.", 4.3,
+        lambda ax: plot.dynamic_factor(speeds.dataset, ax))
 
 
 def _picture(name: str, title: str, caption: str, height: float, draw: Callable[[Axes], Axes]) -> Picture:

@@ -95,7 +95,7 @@ class NotebookBar:
 
 @contextmanager
 def _terminal_bar(name: str, total: int, done: int) -> Iterator[Callable[[int], None]]:
-    """A progress bar on stderr."""
+    """A progress bar on stderr, which vanishes from a terminal when all is done: the answer stands alone there."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -103,7 +103,8 @@ def _terminal_bar(name: str, total: int, done: int) -> Iterator[Callable[[int], 
         TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=Console(stderr=True)) as shown:
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=console.is_terminal) as shown:
         task = shown.add_task(name, total=total, completed=done, rate="")
 
         def advance(n: int) -> None:

@@ -18,7 +18,7 @@ from gearchaos.gears.dynamic_factor.agma import DynamicFactorAGMA
 from gearchaos.gears.dynamic_factor.all_standards import DynamicFactors, dynamic_factors
 from gearchaos.gears.dynamic_factor.iso_method_b import DynamicFactorB
 from gearchaos.gears.dynamic_factor.iso_method_c import DynamicFactorC
-from gearchaos.gears.dynamic_factor.resonance import Resonance, resonance
+from gearchaos.gears.dynamic_factor.resonance import Resonance, lower_limit_ratio, resonance
 from gearchaos.gears.formulas import Formula, formulas
 from gearchaos.gears.geometry.formulas import DESIGN_FORMULAS, GEOMETRY_FORMULAS
 from gearchaos.gears.mesh_load import MeshLoad
@@ -150,12 +150,20 @@ class _Results:
         """Mean of the mesh stiffness by the method of the design, over the face width, N/m²."""
         return self.design.mesh_stiffness.reference / self.design.geometry.common_face_width
 
+    @property
+    def reduced_mass(self) -> float:
+        """Equivalent mass over the face width, kg/m."""
+        return self.design.equivalent_mass / self.design.geometry.common_face_width
+
+    @property
+    def line_load(self) -> float:
+        """Line load for the limit of the main resonance, N/m; without a torque as high as not to matter."""
+        return 100e3 if self.design.torque is None else self.load.line_load
+
     @cached_property
     def resonance(self) -> Resonance:
         """Main resonance at the mean stiffness of the design."""
-        load = 100e3 if self.design.torque is None else self.load.line_load
-        mass = self.design.equivalent_mass / self.design.geometry.common_face_width
-        return resonance(self.design.teeth[0], self.mean_stiffness, mass, load)
+        return resonance(self.design.teeth[0], self.mean_stiffness, self.reduced_mass, self.line_load)
 
     @property
     def tangential_composite_deviation(self) -> tuple[float, float]:
@@ -318,6 +326,8 @@ _GROUPS: dict[str, dict[str, _Row]] = {
     },
     "Resonance": {
         **_of("resonance", _RESONANCE),
+        "reduced_mass": (_RESONANCE["reduced_mass"], lambda results: results.reduced_mass),
+        "lower_limit_ratio": (_RESONANCE["lower_limit_ratio"], lambda results: lower_limit_ratio(results.line_load)),
         "resonance_ratio": (
             Formula("N", "", 1.0, "n1/n_E1 at the mean stiffness by the method of the design",
                     "ISO 6336-1:2006, 6.4.2, (9)"),

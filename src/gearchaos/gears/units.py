@@ -5,6 +5,7 @@ Only this module uses pint; all other code computes with floats.
 
 from __future__ import annotations
 
+import math
 import operator
 import re
 from collections.abc import Iterable
@@ -302,3 +303,11 @@ def teeth(name: str, value: Any) -> int:
     if count > MOST_TEETH:
         raise InputError(name, f"must be at most {MOST_TEETH:,} teeth", value)
     return count
+
+
+def measured(value: float, digits: int = 4) -> str:
+    """A physical value as text, with no more digits than drawings and tolerances support; "none" for NaN."""
+    if math.isnan(value):
+        return "none"
+    rounded = float(f"{value:.{digits}g}")
+    return f"{rounded:.0f}" if 10**digits <= abs(rounded) < 1e7 else f"{rounded:.{digits}g}"

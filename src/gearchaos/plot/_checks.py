@@ -39,6 +39,7 @@ _DRAWN_BY = {
     "zones": "zones or level", "bifurcation": "bifurcation, lyapunov or response", "basins": "basins",
     "attractors": "attractors", "branch": "backbone or branch", "curve": "skeleton",
     "skeleton": "skeleton", "agreement": "agreement", "manifolds": "manifolds", "dynamic_factor": "dynamic_factor",
+    "speeds_to_avoid": "dynamic_factor",
     "simulate": "portrait, or with samples by phase, history, spectrum or dossier",
 }
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -28,21 +27,33 @@ _RANGES = {"main resonance": "#f3d3cb", "intermediate": "#f8ebdc", "supercritica
 """Colours of the speed ranges of ISO 6336-1 above the subcritical one."""
 
 _SWEEPS = {"fixed": "computed", "up": "computed, speed rising", "down": "computed, speed falling"}
-_MARGIN = 0.06
+_MOTIONS: dict[str, dict[str, Any]] = {
+    "rest": {"label": "computed from rest", "color": INK, "linewidth": 1.6},
+    "rising": {"label": "speed rising", "color": "#7a3f9d", "linewidth": 1.0},
+    "falling": {"label": "speed falling", "color": "#0b7f86", "linewidth": 1.0},
+    "other": {"label": "other initial states", "color": "0.45", "linestyle": "none", "marker": "x", "markersize": 4},
+}
+"""The motions of a result of `gearchaos.speeds_to_avoid`."""
+
+_ROUNDING = 1e-9
+"""A quasi-static ratio that exceeds 1 by less is 1."""
 
 
 @keeps_data
 def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axes:
     """Draw the dynamic factor of the computed motions along the speed, beside K_v by ISO 6336-1 and AGMA.
 
-    Dots mark the speeds at which the flanks separate. A standard has no line where it gives no value; the legend says
-    where it has one. The ranges of ISO 6336-1 are shaded, the subcritical one left white, and a second axis below shows
-    the resonance ratio N.
+    Dots mark the speeds at which the flanks separate. Where the stiffness jumps, thin lines are the quasi-static ratio,
+    which the factor has at no speed, and the largest computed factor over it. This one is comparable with K_v, for
+    which the load passes from pair to pair without a jump. A standard has no line where it gives no value; the legend
+    says where it has one. The ranges of ISO 6336-1 are shaded, the subcritical one left white, and a second axis below
+    shows the resonance ratio N.
 
     Parameters
     ----------
     ds : Dataset
-        From `gearchaos.dynamic_factor`.
+        From `gearchaos.dynamic_factor`, or the ``dataset`` of a result of `gearchaos.speeds_to_avoid`, with a line for
+        each of its motions.
     ax : Axes, optional
         Where to draw; a new figure if left out.
     legend : bool
@@ -55,7 +66,7 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
     Raises
     ------
     InputError
-        If the Dataset is not a result of `gearchaos.dynamic_factor`.
+        If the Dataset is not such a result.
 
     Examples
     --------
@@ -68,37 +79,58 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
     >>> ax.get_ylabel()
     'dynamic factor $K_v$'
     """
-    check(ds, "dynamic_factor", dynamic_factor=1, contact=1, resonance_ratio=1, **dict.fromkeys(_STANDARDS, 1))
+    over_motions = "motion" in getattr(ds, "dims", ())
+    motions = {name: ds.sel(motion=name) for name in ds["motion"].values.tolist()} if over_motions else {"": ds}
+    for motion in motions.values():
+        check(motion, "dynamic_factor", dynamic_factor=1, contact=1, resonance_ratio=1, **dict.fromkeys(_STANDARDS, 1))
     ax = new_axes(ax)
-    speed, handles = ds["speed"].values, _computed(ds)
+    speed, computed, standards = ds["speed"].values, _computed(motions), []
     for name, style in _STANDARDS.items():
         (line,) = ax.plot(speed, ds[name].values, **adapt_style(style))
         line.set_label(style["label"] + _validity(speed, ds[name].values))
-        handles.append(line)
-    for handle in handles[:2]:
+        standards.append(line)
+    for handle in computed:
         ax.add_line(handle)
+    computed += _quasi_static(ax, motions)
     ax.autoscale_view()
     shaded = _ranges(ax, ds)
     ax.set(xlabel=axis_label(ds["speed"], "speed"), ylabel="dynamic factor $K_v$")
     if len(speed) > 1:
         ax.set_xlim(speed[0], speed[-1])
     if legend:
-        separated = np.any(ds["contact"].values != 0)
-        shown: list[Artist] = [h for h in handles if separated or h is not handles[1]]
-        draw_legend(ax, [*shown, *shaded])
+        draw_legend(ax, [*computed, *standards, *shaded])
     return ax
 
 
-def _computed(ds: xr.Dataset) -> list[Line2D]:
-    """The line of the computed factor, and the dots where the flanks separate."""
-    speed, values = ds["speed"].values, ds["dynamic_factor"].values
-    label = _SWEEPS.get(json.loads(ds.attrs.get("settings", "{}")).get("mode"), "computed")
-    separated = ds["contact"].values != 0
-    return [
-        Line2D(speed, values, color=adapt(INK), linewidth=1.6, zorder=3, label=label),
-        Line2D(speed[separated], values[separated], color=adapt(STROBE), linestyle="none", marker="o", markersize=3.5,
-               markeredgewidth=0, zorder=4, label="flanks separate"),
-    ]
+def _computed(motions: dict[str, xr.Dataset]) -> list[Line2D]:
+    """The lines of the computed factors, and dots where the flanks separate."""
+    lines, dots = [], []
+    for name, ds in motions.items():
+        speed, values, separated = ds["speed"].values, ds["dynamic_factor"].values, ds["contact"].values > 0
+        sweep = _SWEEPS.get(json.loads(ds.attrs.get("settings", "{}")).get("mode"), "computed")
+        style = _MOTIONS.get(name, {"label": sweep, "color": INK, "linewidth": 1.6})
+        if not name or np.isfinite(values).any():
+            lines.append(Line2D(speed, values, zorder=3, **adapt_style(style)))
+        dots.append((speed[separated], values[separated]))
+    x, y = (np.concatenate(each) for each in zip(*dots, strict=True))
+    if len(x):
+        lines.append(Line2D(x, y, color=adapt(STROBE), linestyle="none", marker="o", markersize=3.5, markeredgewidth=0,
+                            zorder=4, label="flanks separate"))
+    return lines
+
+
+def _quasi_static(ax: Axes, motions: dict[str, xr.Dataset]) -> list[Line2D]:
+    """Draw the quasi-static ratio and the largest computed factor over it, and return this line; none where it is 1."""
+    ds = next(iter(motions.values()))
+    ratio = float(ds.get("quasi_static_ratio", 1.0))  # older files have none
+    if not ratio > 1 + _ROUNDING:
+        return []
+    largest = np.fmax.reduce([each["dynamic_factor"].values for each in motions.values()])
+    thin: dict[str, Any] = {"color": adapt(INK), "linewidth": 0.7, "zorder": 3}
+    ax.axhline(ratio, linestyle=(0, (1, 2)), label="quasi-static ratio", **thin)
+    ax.annotate("quasi-static ratio", (0.99, ratio), xycoords=ax.get_yaxis_transform(), xytext=(0, 1),
+                textcoords="offset points", ha="right", va="bottom", fontsize="x-small", color=adapt(INK))
+    return ax.plot(ds["speed"].values, largest / ratio, label="over quasi-static", **thin)
 
 
 def _validity(speed: np.ndarray, values: np.ndarray) -> str:

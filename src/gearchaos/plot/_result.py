@@ -110,6 +110,7 @@ _PICTURES: dict[str, Callable[..., Axes | Figure]] = {
     "manifolds": manifolds,
     "attractors": attractors,
     "dynamic_factor": dynamic_factor,
+    "speeds_to_avoid": dynamic_factor,
     "simulate": lambda ds: dossier(ds) if "tau" in ds.dims else portrait(ds),
 }
 

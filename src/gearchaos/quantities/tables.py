@@ -253,6 +253,7 @@ RESULTS: tuple[Quantity, ...] = (
     Quantity("Kv_ISO_B", "K_v", "K_v", long_name="dynamic factor by ISO 6336-1, method B"),
     Quantity("Kv_ISO_C", "K_v", "K_v", long_name="dynamic factor by ISO 6336-1, method C"),
     Quantity("Kv_AGMA", "K_v", "K_v", long_name="dynamic factor by AGMA 2001-D04"),
+    Quantity("quasi_static_ratio", long_name="peak of the mesh force over the static one at no speed"),
     Quantity("resonance_ratio", "N", "N", long_name="resonance ratio at the mean mesh stiffness of the design"),
     Quantity("resonance_ratio_ISO_B", "N", "N", long_name="resonance ratio by ISO 6336-1, method B"),
     Quantity("mesh_force", "S", "S", long_name="mesh force", unit="c0*delta", physical=_FORCE),

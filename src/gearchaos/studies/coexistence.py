@@ -20,7 +20,7 @@ from gearchaos.studies.batch_classification import InitialStates, classify_batch
 from gearchaos.studies.plane import at_cells, shared_coordinates
 from gearchaos.studies.sweep import swept_initial_values
 
-_SAME_CENTRE = 1e-6
+SAME_CENTRE = 1e-6
 """Orbits of the same period are the same if their centres differ by less than this in z and in z'."""
 
 _NO_CONTACT = CONTACTS.index("none")
@@ -164,7 +164,7 @@ def _classified(
 def _same(one: dict[str, np.ndarray], other: dict[str, np.ndarray]) -> np.ndarray:
     """Whether two motions have the same label and period and the same centre; elementwise, from `signature`."""
     alike = [one[n] == other[n] for n in ("label", "period")]
-    near = [np.abs(one[n] - other[n]) < _SAME_CENTRE for n in ("centre_z", "centre_z_dot")]
+    near = [np.abs(one[n] - other[n]) < SAME_CENTRE for n in ("centre_z", "centre_z_dot")]
     return np.logical_and.reduce(alike + near)
 
 

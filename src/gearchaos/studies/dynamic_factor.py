@@ -21,6 +21,7 @@ from gearchaos.gears.units import RPM
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studies.operating_map import operating_axis
+from gearchaos.studies.quasi_static import quasi_static_ratio
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,7 +58,8 @@ def dynamic_factor(
         ``resonance_ratio``, N of ISO 6336-1:2006, 6.4.2, at the mean mesh stiffness by the method of the design, and
         ``resonance_ratio_ISO_B``, N at the standard's own stiffness c_γα, on which method B is based; both with the
         limits of the ranges N_S, 1.15 and 1.5 as attributes ``main_start``, ``main_end`` and ``supercritical_start``.
-        The torque is a scalar coordinate.
+        ``quasi_static_ratio`` is the peak over the static force as the speed goes to 0, more than 1 where the mesh
+        stiffness jumps. The torque is a scalar coordinate.
 
     Raises
     ------
@@ -67,7 +69,8 @@ def dynamic_factor(
     Notes
     -----
     K_v multiplies F_t K_A, while the computed factor is over the force of the torque alone: they are comparable for an
-    application factor of 1. In method B running-in removes nothing, and all wheels count as solid discs.
+    application factor of 1, and after division by the quasi-static ratio, since for K_v a load that changes without
+    inertia has the factor 1. In method B running-in removes nothing, and all wheels count as solid discs.
 
     Examples
     --------
@@ -81,18 +84,20 @@ def dynamic_factor(
     ('speed',)
     """
     axis = operating_axis("speed", speed)
-    at_start = _loaded(design, torque).at(speed=axis.start)
-    study = Bifurcation(as_model(at_start), axis, points=0, mode=mode, settings=settings)
-    standards = _standards(at_start, axis.values)
+    at_start = loaded(design, torque).at(speed=axis.start)
+    model = as_model(at_start)
+    study = Bifurcation(model, axis, points=0, mode=mode, settings=settings)
+    beside = standards(at_start, axis.values)
     dataset = physical(study.run(progress=progress, threads=threads))
     frequency = at_start.teeth[0] * axis.values / 60
-    return dataset.assign(standards).assign_coords(
+    beside["quasi_static_ratio"] = variable("quasi_static_ratio", (), np.array(quasi_static_ratio(model)))
+    return dataset.assign(beside).assign_coords(
         mesh_frequency=variable("mesh_frequency", ("speed",), frequency),
         torque=variable("torque", (), np.array(at_start.torque)),
     ).assign_attrs(study="dynamic_factor")
 
 
-def _loaded(design: Any, torque: Any) -> GearDesign:
+def loaded(design: Any, torque: Any) -> GearDesign:
     """The design at a torque, its own for None; raises `InputError` for anything but a loaded design."""
     if not isinstance(design, GearDesign):
         raise InputError("design", "must be a GearDesign", f"a {type(design).__name__}",
@@ -104,7 +109,7 @@ def _loaded(design: Any, torque: Any) -> GearDesign:
     return loaded
 
 
-def _standards(design: GearDesign, speeds: np.ndarray) -> dict[str, Any]:
+def standards(design: GearDesign, speeds: np.ndarray) -> dict[str, Any]:
     """The variables by the standards over speeds (P,) in rpm."""
     found = [dynamic_factors(design.at(speed=speed)) for speed in speeds.tolist()]
     out = {}

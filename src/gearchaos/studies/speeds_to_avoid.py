@@ -1,15 +1,36 @@
-"""The speeds to avoid: the ranges of speed in which the teeth separate, and how high the mesh force is there."""
+"""The speeds to avoid: where the teeth separate, in any of the motions that are found, and how high the force is."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import groupby
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearchaos.errors import InputError
+from gearchaos.datasets import new_dataset, provenance, variable
+from gearchaos.dynamics import Classification
+from gearchaos.dynamics.settings import as_settings
+from gearchaos.errors import InputError, whole_number
+from gearchaos.execute.machine import check_memory
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.operating import as_model
+from gearchaos.model import MeshModel
 from gearchaos.quantities import POSITIVE
+from gearchaos.studies.axis import Axis
+from gearchaos.studies.dynamic_factor import STANDARDS, loaded, standards
+from gearchaos.studies.followed_motions import FollowedMotions, Motion
+from gearchaos.studies.operating_map import operating_axis
+from gearchaos.studies.quasi_static import quasi_static_ratio
+from gearchaos.studies.speed_refinement import (
+    MOST_SPEEDS,
+    RESOLUTION,
+    Severity,
+    dense_speeds,
+    first_step,
+    runs,
+    speeds_between,
+    worst,
+)
 from gearchaos.validation import check_rule, to_float
 
 if TYPE_CHECKING:
@@ -20,6 +41,15 @@ CRITERION = "the teeth separate"
 
 FORCE_CRITERION = "the dynamic factor is too high"
 """What makes a speed one to avoid where the teeth stay in contact, with a limit of the dynamic factor."""
+
+_CRITERIA = ("", FORCE_CRITERION, CRITERION)
+"""In rising order of severity."""
+
+MOTIONS = {"rest": "from rest", "rising": "speed rising", "falling": "speed falling", "other": "other initial states"}
+"""The motions of a result, and how a reader wants them named."""
+
+CONTACT_WORDS = ("permanent contact", "loss of contact", "both flanks", "no bounded motion")
+"""The contact states of `CONTACTS`, as a reader wants them named."""
 
 MOST_PEAKS = 5
 """Most local peaks of the dynamic factor that are listed for a range."""
@@ -35,14 +65,14 @@ class Peak:
 
 @dataclass(frozen=True)
 class SpeedRange:
-    """Consecutive speeds of a result to which one statement applies.
+    """Consecutive computed speeds.
 
     Attributes
     ----------
     start, stop : float
         First and last of the speeds, rpm of wheel 1.
     dynamic_factor : float
-        Largest peak of the mesh force over the static one; NaN if all motions of the range diverge.
+        Largest peak of the mesh force over the static one in any motion; NaN if all motions of the range diverge.
     speed_of_largest : float
         Speed with that dynamic factor, rpm; NaN likewise.
     """
@@ -52,6 +82,37 @@ class SpeedRange:
     dynamic_factor: float
     speed_of_largest: float
 
+
+@dataclass(frozen=True)
+class Window(SpeedRange):
+    """Consecutive computed speeds that are to be avoided for the same reason.
+
+    Attributes
+    ----------
+    start_resolution, stop_resolution : float
+        How far outside ``start`` and ``stop`` the true edges lie at most, rpm.
+    reached : tuple of str
+        In which motions: words of `MOTIONS`.
+    criterion : str
+        Why: `CRITERION` or `FORCE_CRITERION`.
+    contact : str
+        The worst contact state in the range, one of `CONTACT_WORDS`.
+    from_scan_start, to_scan_end : bool
+        Whether the range begins with the first computed speed, or ends with the last one: it may then go on beyond.
+    peaks : tuple of Peak
+        The local peaks of the dynamic factor in the range, at most the `MOST_PEAKS` largest, in rising order of speed.
+        The first and last computed speeds are no local peaks.
+    """
+
+    start_resolution: float
+    stop_resolution: float
+    reached: tuple[str, ...]
+    criterion: str
+    contact: str
+    from_scan_start: bool
+    to_scan_end: bool
+    peaks: tuple[Peak, ...]
+
     @property
     def words(self) -> str:
         """The range as a reader wants it: "1453 to 8000 rpm", or "near 575 rpm" if it is a single computed speed."""
@@ -60,54 +121,109 @@ class SpeedRange:
         return f"{self.start:.0f} to {self.stop:.0f} rpm"
 
 
-@dataclass(frozen=True)
-class RangeToAvoid(SpeedRange):
-    """Consecutive speeds that are to be avoided for the same reason.
+@dataclass(frozen=True, eq=False)
+class SpeedsToAvoid:
+    """What `speeds_to_avoid` found at one torque.
 
     Attributes
     ----------
+    torque : float
+        At wheel 1, N m.
+    windows : tuple of Window
+        The ranges to avoid, in rising order; empty if none was found by what was `tried`.
     criterion : str
-        Why: `CRITERION` or `FORCE_CRITERION`.
-    from_scan_start, to_scan_end : bool
-        Whether the range begins with the first computed speed, or ends with the last one: it may then go on beyond.
-    peaks : tuple of Peak
-        The local peaks of the dynamic factor in the range, at most the `MOST_PEAKS` largest, in rising order of speed.
-        The first and last computed speeds are no local peaks.
+        What makes a speed one to avoid, in words.
+    quasi_static_ratio : float
+        The peak of the mesh force over the static one at no speed; more than 1 where the
+        stiffness jumps.
+    dataset : xarray.Dataset
+        Over ``motion`` ("rest", "rising", "falling", "other") and ``speed``, all computed speeds: ``label``,
+        ``period``, ``contact`` and ``dynamic_factor``; 0, 0, −1 and NaN where there is no such motion. "other" is the
+        worst of the motions that are reached from random initial states, or followed from such a motion to other
+        speeds. Over ``speed`` the factors by the standards and resonance ratios of `gearchaos.dynamic_factor`.
+    tried : str
+        From which initial states motions were computed.
+    resolution : float
+        The edges are known to this share of the speed.
+    coarse : str
+        What is not known to that resolution; empty if all is.
+    transmission_error : str
+        Where the transmission error is from.
     """
 
-    criterion: str = CRITERION
-    from_scan_start: bool = False
-    to_scan_end: bool = False
-    peaks: tuple[Peak, ...] = ()
+    torque: float
+    windows: tuple[Window, ...]
+    criterion: str
+    quasi_static_ratio: float
+    dataset: xr.Dataset
+    tried: str
+    resolution: float
+    coarse: str
+    transmission_error: str
+
+    @property
+    def largest(self) -> SpeedRange:
+        """The whole range of computed speeds, with the largest dynamic factor in it."""
+        return _speed_range(self.dataset)
+
+    @property
+    def main_resonance(self) -> float:
+        """The speed, rpm, at which the mesh frequency is the natural frequency at the mean mesh stiffness."""
+        return float(self.dataset["speed"][-1] / self.dataset["resonance_ratio"][-1])
+
+    def document(self) -> dict[str, Any]:
+        """All of it but the kinds of motion, ready for JSON; NaN where there is no value."""
+        ds = self.dataset
+        along = {n: ds[n].values.tolist() for n in ("speed", *STANDARDS)}
+        factors = {words: ds["dynamic_factor"].sel(motion=name).values.tolist() for name, words in MOTIONS.items()}
+        return {
+            "criterion": self.criterion, "units": {"speed": "rpm", "torque": "N*m"}, "torque": self.torque,
+            "transmission_error": self.transmission_error, "quasi_static_ratio": self.quasi_static_ratio,
+            "tried": self.tried, "resolution": self.resolution, "coarse": self.coarse,
+            "computed": {**asdict(self.largest), "count": ds.sizes["speed"]},
+            "ranges": [asdict(each) for each in self.windows],
+            "along_speed": {**along, "dynamic_factor": factors["from rest"], "motions": factors},
+        }
 
 
 def speeds_to_avoid(
-    dataset: xr.Dataset, factor: float | None = None, *, separation: bool = True,
-) -> tuple[RangeToAvoid, ...]:
-    """The ranges of speed in which the teeth separate, or the dynamic factor is too high, in rising order.
+    design: GearDesign, speed: Axis | str, torque: Any = None, *, factor: float | None = None, separation: bool = True,
+    starts: int = 32, seed: int = 0, settings: Classification | None = None, progress: bool = False,
+    threads: int | None = None,
+) -> SpeedsToAvoid:
+    """The ranges of speed in which the teeth separate, or the dynamic factor is too high, in any motion found.
 
     Parameters
     ----------
-    dataset : Dataset
-        ``contact`` and ``dynamic_factor`` over ``speed`` alone: from `gearchaos.dynamic_factor`, from
-        `gearchaos.bifurcation` over the speed, or one torque of `gearchaos.operating_map`.
+    design : GearDesign
+        The gear pair, with all that a model needs but the speed.
+    speed : Axis or str
+        Speeds of wheel 1 in rpm: "600:9000:60" (start, stop, count), or an `Axis` with the name "speed". Speeds are
+        added between them.
+    torque : torque, optional
+        At wheel 1, a number in N m or a text such as "300 N*m"; by default that of the design.
     factor : float, optional
-        Also the ranges in which the dynamic factor exceeds this although the teeth stay in contact.
+        Also the ranges in which the dynamic factor over the quasi-static ratio exceeds this although the teeth stay in
+        contact.
     separation : bool, optional
-        False for the ranges in which the dynamic factor exceeds ``factor`` alone, whether the teeth separate or not; a
-        motion that diverges exceeds every factor.
+        False for the ranges in which that ratio exceeds ``factor`` alone, whether the teeth separate or not; a motion
+        that diverges exceeds every factor.
+    starts : int, optional
+        Random initial states at each speed, from the ranges that `gearchaos.attractors` takes by default.
+    seed : int, optional
+        Of the random initial states.
+    settings, progress, threads
+        As in `zones`.
 
     Returns
     -------
-    tuple of RangeToAvoid
-        Each begins and ends at a computed speed; separation between two neighbouring speeds that are not in the result
-        remains unknown. So do other motions than the computed one: `gearchaos.attractors` finds those of one speed.
+    SpeedsToAvoid
 
     Raises
     ------
     InputError
-        If the Dataset has not both variables over the speed alone, the factor is not greater than 0, or there is none
-        without separation.
+        If an input that the model needs is missing, the torque is 0, the axis is wrong, a number is out of bounds, or
+        there is no factor without separation.
 
     Examples
     --------
@@ -116,79 +232,119 @@ def speeds_to_avoid(
     ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05,
     ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
     ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
-    >>> found = gc.dynamic_factor(design, "500:8000:40", "100 N*m")
-    >>> ranges = gc.speeds_to_avoid(found)
-    >>> ranges[0].words
-    '1462 to 8000 rpm'
-    >>> [each.words for each in gc.speeds_to_avoid(found, factor=4, separation=False)]
-    ['1654 to 3962 rpm', 'near 4346 rpm', '5115 to 7615 rpm']
+    >>> found = gc.speeds_to_avoid(design, "500:1500:10", "300 N*m")
+    >>> [each.words for each in found.windows]
+    ['560 to 585 rpm', '628 to 656 rpm', '1472 to 1500 rpm']
+    >>> found.windows[-1].reached, found.windows[-1].to_scan_end
+    (('other initial states',), True)
     """
-    separated, factors = _over_speed(dataset)["contact"].values > 0, dataset["dynamic_factor"].values
-    criteria = np.where(separated & separation, CRITERION, "")
+    axis = operating_axis("speed", speed)
+    at_start = loaded(design, torque).at(speed=axis.start)
     if factor is not None:
-        limit = to_float("factor", factor)
-        check_rule("factor", limit, POSITIVE)
-        high = (factors > limit) | (separated & np.isnan(factors))  # a motion that diverges has no factor
-        criteria = np.where((criteria == "") & high, FORCE_CRITERION, criteria)
+        factor = to_float("factor", factor)
+        check_rule("factor", factor, POSITIVE)
     elif not separation:
         raise InputError("factor", "must be given with separation=False", None, "E.g. factor=1.5.")
-    runs = [(criterion, [i for i, _ in run]) for criterion, run in groupby(
-        enumerate(criteria.tolist()), key=lambda pair: pair[1])]
-    return tuple(_to_avoid(dataset, criterion, run[0], run[-1]) for criterion, run in runs if criterion)
+    starts, seed = whole_number("starts", starts, 0), whole_number("seed", seed, 0)
+    check_memory("speeds times starts", axis.count * max(1, starts))
+    model = as_model(at_start)
+    ratio, options = quasi_static_ratio(model), as_settings(settings) or Classification()
+
+    limit = np.inf if factor is None else factor * ratio
+
+    def severity(motion: Motion) -> int:
+        """The index into `_CRITERIA`; a motion that diverges exceeds every limit."""
+        if separation and motion.contact > 0:
+            return _CRITERIA.index(CRITERION)
+        high = motion.dynamic_factor > limit or (motion.diverged and factor is not None)
+        return _CRITERIA.index(FORCE_CRITERION if high else "")
+
+    motions = FollowedMotions(model, options, progress=progress, threads=threads)
+    first = axis.values.tolist()
+    motions.add_from_rest(first)
+    motions.add_from_random_states(first, starts, seed)
+    motions.follow()
+    more = dense_speeds(motions, severity, model)
+    motions.add_from_rest(more)
+    motions.add_from_random_states(more, starts, seed + 1)
+    motions.follow()
+    tried_at = len(motions.speeds)
+    while (room := MOST_SPEEDS - len(motions.speeds)) > 0 and (new := speeds_between(motions, severity, limit)):
+        motions.add_from_rest(new[:room])
+        motions.follow()
+    tried = f"from rest and by sweeps of rising and falling speed at {len(motions.speeds)} speeds"
+    if starts:
+        tried += f", {starts} random initial states at each of {tried_at} speeds"
+    dataset = _dataset(motions).assign(standards(at_start, np.array(motions.speeds))).assign(
+        quasi_static_ratio=variable("quasi_static_ratio", (), np.array(ratio)),
+    ).assign_coords(torque=variable("torque", (), np.array(at_start.torque))).assign_attrs(
+        provenance("speeds_to_avoid", model, starts=starts, seed=seed, classification=asdict(options)))
+    windows = _windows(motions, dataset, severity)
+    return SpeedsToAvoid(
+        float(at_start.torque), windows, _criterion_in_words(factor, separation), ratio, dataset, tried, RESOLUTION,
+        _coarse(windows, model), at_start.error_harmonics.source)
 
 
-def criterion_in_words(factor: float | None, separation: bool) -> str:
+def _coarse(windows: tuple[Window, ...], model: MeshModel) -> str:
+    """What is not known to the resolution, in words."""
+    edges = [edge for w in windows for edge in ((w.start, w.start_resolution), (w.stop, w.stop_resolution))]
+    texts = [f"the edge near {edge:.0f} rpm is known to {width:.0f} rpm" for edge, width in edges
+             if width > 1.01 * RESOLUTION * edge]
+    if first_step(model) > (model.value("zeta") or 0.0):
+        texts.append(f"with a damping ratio below {RESOLUTION:g} resonances may be narrower than the first steps")
+    return "; ".join(texts)
+
+
+def _criterion_in_words(factor: float | None, separation: bool) -> str:
     """What makes a speed one to avoid, with these options of `speeds_to_avoid`."""
     own = [CRITERION] if separation else []
-    return ", or ".join(own + ([] if factor is None else [f"the dynamic factor exceeds {factor:g}"]))
+    limit = f"the dynamic factor over the quasi-static ratio exceeds {factor:g}" if factor is not None else ""
+    return ", or ".join(own + [limit] * bool(limit))
 
 
-def _to_avoid(dataset: xr.Dataset, criterion: str, first: int, last: int) -> RangeToAvoid:
+def _dataset(motions: FollowedMotions) -> xr.Dataset:
+    """The motions over the motion and the speed."""
+    rows = motions.named()
+    missing = {"label": 0, "period": 0, "contact": -1, "dynamic_factor": np.nan}
+    data = {name: variable(name, ("motion", "speed"), np.array(
+        [[none if m is None else getattr(m, name) for m in row] for row in rows.values()],
+        dtype=float if name == "dynamic_factor" else np.int32)) for name, none in missing.items()}
+    coords = {"speed": variable("speed", ("speed",), np.array(motions.speeds)), "motion": list(MOTIONS)}
+    return new_dataset(data, coords)
+
+
+def _windows(motions: FollowedMotions, dataset: xr.Dataset, severity: Severity) -> tuple[Window, ...]:
+    """The ranges of speed that are equally to be avoided."""
+    found = [worst(severity, motions.at[s]) for s in motions.speeds]
+    reached = {MOTIONS[name]: [0 if m is None else severity(m) for m in row] for name, row in motions.named().items()}
+    return tuple(_window(dataset, reached, found[run[0]], run[0], run[-1]) for run in runs(found) if found[run[0]])
+
+
+def _window(dataset: xr.Dataset, severities: dict[str, list[int]], own: int, first: int, last: int) -> Window:
     """The range of the speeds with these indices."""
-    found = _speed_range(dataset.isel(speed=slice(first, last + 1)))
-    speeds, factors = dataset["speed"].values, dataset["dynamic_factor"].values
-    known = np.where(np.isfinite(factors), factors, -np.inf)
+    speeds, part = dataset["speed"].values, dataset.isel(speed=slice(first, last + 1))
+    known = _largest_factors(dataset)
     peaks = [i for i in range(max(first, 1), min(last, len(known) - 2) + 1)
              if known[i - 1] < known[i] >= known[i + 1]]
     largest = sorted(sorted(peaks, key=lambda i: -known[i])[:MOST_PEAKS])
-    return RangeToAvoid(
-        found.start, found.stop, found.dynamic_factor, found.speed_of_largest, criterion, first == 0,
-        last == len(speeds) - 1, tuple(Peak(float(speeds[i]), float(factors[i])) for i in largest))
+    steps = np.concatenate([[0.0], np.diff(speeds), [0.0]])
+    return Window(
+        **asdict(_speed_range(part)), start_resolution=float(steps[first]), stop_resolution=float(steps[last + 1]),
+        reached=tuple(words for words, row in severities.items() if own in row[first : last + 1]),
+        criterion=_CRITERIA[own], contact=CONTACT_WORDS[int(part["contact"].max())], from_scan_start=first == 0,
+        to_scan_end=last == len(speeds) - 1,
+        peaks=tuple(Peak(float(speeds[i]), float(known[i])) for i in largest))
 
 
-def all_speeds(dataset: xr.Dataset) -> SpeedRange:
-    """The whole range of speed of a result, with its largest dynamic factor; arguments as of `speeds_to_avoid`."""
-    return _speed_range(_over_speed(dataset))
+def _largest_factors(dataset: xr.Dataset) -> np.ndarray:
+    """The largest dynamic factor (N,) of the motions of each speed; −∞ where all diverge."""
+    factors = dataset["dynamic_factor"].values
+    return np.where(np.isfinite(factors), factors, -np.inf).max(axis=0)
 
 
 def _speed_range(part: xr.Dataset) -> SpeedRange:
     """The range of all speeds of a Dataset."""
-    speeds, factors = part["speed"].values, part["dynamic_factor"].values
-    largest = (np.nan, np.nan)
-    if np.isfinite(factors).any():
-        at = int(np.nanargmax(factors))
-        largest = float(factors[at]), float(speeds[at])
+    speeds, factors = part["speed"].values, _largest_factors(part)
+    at = int(np.argmax(factors))
+    largest = (float(factors[at]), float(speeds[at])) if np.isfinite(factors[at]) else (np.nan, np.nan)
     return SpeedRange(float(speeds[0]), float(speeds[-1]), *largest)
-
-
-def _over_speed(dataset: Any) -> xr.Dataset:
-    """The Dataset; raises `InputError` unless it has the contact state and the dynamic factor over the speed alone."""
-    names = ("contact", "dynamic_factor")
-    found = getattr(dataset, "data_vars", {})
-    if not all(name in found and found[name].dims == ("speed",) for name in names):
-        raise InputError("dataset", f"must have {' and '.join(names)} over the speed alone",
-                         {str(n): v.dims for n, v in found.items() if n in names} or f"a {type(dataset).__name__}",
-                         "gearchaos.dynamic_factor computes it; of a map choose one torque: "
-                         "dataset.sel(torque=100, method='nearest').")
-    return _all_computed(dataset)
-
-
-def _all_computed(dataset: xr.Dataset) -> xr.Dataset:
-    """The Dataset; raises `InputError` if some of its speeds were not computed, or inferred from their neighbours."""
-    missing = np.flatnonzero(dataset["contact"].values < 0)
-    if len(missing):
-        raise InputError(
-            "dataset", "must be computed at all its speeds", f"{len(missing)} of {dataset.sizes['speed']} without",
-            "Cells that were inferred (refine) or not computed yet have no contact state: compute the map without "
-            "refine, or finish the run.")
-    return dataset

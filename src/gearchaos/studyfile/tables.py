@@ -149,7 +149,7 @@ def _input_error(schema: type[BaseModel], error: Any, where: tuple[str, ...]) ->
 
 _ADVICE_ON_KINDS = {
     "map": 'For speed and torque write kind = "zones", x = "speed=500:8000:200" and y = "torque=20:400:150".',
-    "gear": "gearchaos gear shows the datasheet of a design; it needs no [study].",
+    "gear": "gearchaos gear says which speeds to avoid of a design; it needs no [study].",
 }
 """What to write in a study file instead of the name of a command that is not a kind of study."""
 

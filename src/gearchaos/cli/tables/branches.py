@@ -20,27 +20,37 @@ def print_branch(document: dict[str, Any], dataset: xr.Dataset) -> None:
     name, (low, high) = axis_of(dataset), document["range"]
     unit = unit_after(dataset, name)
     table = Table(show_header=False)
-    table.add_row("branch", f"{document['points']} points, {name} from {low:.10g} to {high:.10g}{unit}")
+    table.add_row("branch", f"{document['points']} points, {name} from {_range(low, high, unit)}")
     if document["closed"]:
         table.add_row("ends", "none: it is closed, an isola")
     for end in document["ends"]:
-        table.add_row("end", f"{name} = {end['value']:.10g}{unit}: {end['why']}")
+        table.add_row("end", f"{name} = {_number(end['value'], unit)}{unit}: {end['why']}")
     table.add_row("stable, in order\nalong the branch", "\n".join(_stable_parts(document, dataset, unit)) or "nowhere")
-    jumps = [f"{jump['direction']} at {jump['value']:.10g}{unit}, from event {jump['event'] + 1} to {_target(jump)}"
-             for jump in document["jumps"]]
+    jumps = [f"{jump['direction']} at {_number(jump['value'], unit)}{unit}, from event {jump['event'] + 1} to "
+             f"{_target(jump)}" for jump in document["jumps"]]
     if jumps:
         table.add_row("jumps", "\n".join(jumps))
     others = [("doubled", branch) for branch in document.get("cascade", [])]
     others += [("asymmetric", branch) for branch in document.get("asymmetric", [])]
     for word, branch in others:
-        stable = ", ".join(f"{a:.10g} to {b:.10g}" for a, b in branch["stable"])
+        stable = ", ".join(f"{_number(a, unit)} to {_number(b, unit)}" for a, b in branch["stable"])
         table.add_row(f"{word}, {branch['period']}T", f"stable {stable + unit if stable else 'nowhere'}")
     if document.get("cascade") == []:
         table.add_row("doubled", "none: from its start the branch reaches no flip that changes its stability")
     if document.get("feigenbaum"):
         table.add_row("ratios of intervals", ", ".join(f"{ratio:.6g}" for ratio in document["feigenbaum"]))
     print_table(table)
-    _print_events(document["events"], f"{name}{f' ({unit.strip()})' if unit else ''}")
+    _print_events(document["events"], name, unit)
+
+
+def _number(value: float, unit: str, digits: int = 10) -> str:
+    """The value of a parameter to so many digits, or with a unit to six, more than drawings support."""
+    return f"{value:.{6 if unit else digits}g}"
+
+
+def _range(first: float, last: float, unit: str) -> str:
+    """Two values of a parameter with its unit."""
+    return f"{_number(first, unit)} to {_number(last, unit)}{unit}"
 
 
 def _stable_parts(document: dict[str, Any], dataset: xr.Dataset, unit: str) -> list[str]:
@@ -50,7 +60,7 @@ def _stable_parts(document: dict[str, Any], dataset: xr.Dataset, unit: str) -> l
     def place(event: int | None) -> str:
         return "end" if event is None else f"event {event + 1}, {document['events'][event]['kind']}"
 
-    return [f"{part.first:.10g} to {part.last:.10g}{unit}, from {place(part.first_event)} to {place(part.last_event)}"
+    return [f"{_range(part.first, part.last, unit)}, from {place(part.first_event)} to {place(part.last_event)}"
             for part in stable_parts(dataset, document["closed"])]
 
 
@@ -59,17 +69,17 @@ def _target(jump: Mapping[str, Any]) -> str:
     return f"{jump['to']}, {'on' if jump['on_branch'] else 'not on'} the branches followed"
 
 
-def _print_events(events: Sequence[Mapping[str, Any]], name: str) -> None:
+def _print_events(events: Sequence[Mapping[str, Any]], name: str, unit: str) -> None:
     """Print the events of a branch in order, one per row."""
     if not events:
         return
     table = Table(title="Events, in order along the branch")
-    for title in ("", "event", name, "period", "multipliers", "residual"):
+    for title in ("", "event", f"{name}{f' ({unit.strip()})' if unit else ''}", "period", "multipliers", "residual"):
         table.add_column(title, justify="left" if title == "event" else "right")
     for number, event in enumerate(events, 1):
         flank = {1: ", front flank", -1: ", back flank"}.get(event["boundary"], "")
         multipliers = ", ".join(f"{a:.4g}{b:+.4g}i" if b else f"{a:.4g}" for a, b in event["multipliers"])
-        table.add_row(str(number), f"{event['kind']}{flank}", f"{event['value']:.12g}", f"{event['period']}T",
+        table.add_row(str(number), f"{event['kind']}{flank}", _number(event["value"], unit, 12), f"{event['period']}T",
                       multipliers, f"{event['residual']:.1e}")
     print_table(table)
 
@@ -77,16 +87,18 @@ def _print_events(events: Sequence[Mapping[str, Any]], name: str) -> None:
 def print_curve(document: dict[str, Any], dataset: xr.Dataset, x: str, y: str) -> None:
     """Print a curve of events over two parameters: its range, where it ends, its points of codimension 2 in order."""
     table, units = Table(show_header=False), {name: unit_after(dataset, name) for name in (x, y)}
-    ranges = ", ".join(f"{name} from {min(v):.10g} to {max(v):.10g}{units[name]}" for name in (x, y)
+    ranges = ", ".join(f"{name} from {_range(min(v), max(v), units[name])}" for name in (x, y)
                        for v in [[point[name] for point in document["points"]]])
     table.add_row("curve", f"{len(document['points'])} points, {ranges}")
     if not document["ends"]:
         table.add_row("ends", "none: it is closed")
+    def place(point: Mapping[str, Any]) -> str:
+        return ", ".join(f"{name} = {_number(point[name], unit)}{unit}" for name, unit in units.items())
+
     for end in document["ends"]:
-        place = ", ".join(f"{name} = {end[name]:.10g}{units[name]}" for name in (x, y))
-        table.add_row("end", f"{place}: {end['why']}")
+        table.add_row("end", f"{place(end)}: {end['why']}")
     for special in document["codimension2"]:
-        table.add_row(special["kind"], ", ".join(f"{name} = {special[name]:.10g}{units[name]}" for name in (x, y)))
+        table.add_row(special["kind"], place(special))
     print_table(table)
 
 

@@ -1,95 +1,130 @@
-"""The tables of gear designs: the datasheet, and the speeds to avoid."""
+"""What is printed of a gear design: the answer, and with ``--all`` the datasheet, in lines of 80 columns."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
-from rich.console import Console
-from rich.table import Table
+import textwrap
+from typing import TYPE_CHECKING
 
 from gearchaos.cli.errors import say
-from gearchaos.cli.tables.text import FILE_WIDTH, print_table, shown
+from gearchaos.cli.tables.text import plain_table, print_table
+from gearchaos.datasheet.answer import edges
+from gearchaos.gears.sheet import shown_value
+from gearchaos.gears.units import measured
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    import xarray as xr
-
-    from gearchaos.gears.design.gear_design import GearDesign
+    from gearchaos.datasheet.answer import Answer
     from gearchaos.gears.sheet import Entry
+    from gearchaos.studies.speeds_to_avoid import SpeedsToAvoid, Window
+
+_WIDTH = 80
+_MOST_LINES, _FEWEST_WINDOWS, _MOST_WARNINGS = 20, 2, 3
+"""Lines of an answer; ranges and warnings that are shown in it."""
+
+_HEADING = 2
+"""Lines of the heading of the table of ranges."""
 
 _SHOWN_SPEEDS = 8
 """Number of speeds for which the dynamic factors of the standards are printed."""
 
 
-def print_datasheet(entries: Mapping[str, Entry], warnings: Sequence[str]) -> None:
-    """Print the quantities of a design by group, then its warnings, and what is missing for the others."""
-    from gearchaos.gears.sheet import shown_value
+def print_answers(answers: Sequence[Answer], every: bool, warn: bool) -> None:
+    """Print the answer at each torque, then the warnings if there are to be some.
 
-    for group in dict.fromkeys(entry.group for entry in entries.values()):
-        table = Table(title=group, title_justify="left")
-        for column in ("name", "symbol", "value", "unit", "formula", "source"):
-            table.add_column(column, justify="right" if column == "value" else "left", overflow="fold")
-        for name, e in entries.items():
-            if e.group == group:
-                table.add_row(name, e.symbol, _cells(shown_value(e)), e.unit, e.reason or e.formula, e.source)
-        print_table(table)
-    for warning in warnings:
-        say(f"warning: {warning}")
-
-
-def _cells(value: Any) -> str:
-    """One number or several for a table; "–" where there is none, "none" for an empty list."""
-    if value is None:
-        return "–"
-    if value == ():
-        return "none"
-    return ", ".join(f"{v:.6g}" for v in value) if isinstance(value, tuple) else f"{value:.6g}"
+    One answer has at most 20 lines with its warnings, or with ``every`` all that is known.
+    """
+    notes = list(dict.fromkeys(note for answer in answers for note in answer.notes)) if warn else []
+    most, lines = (None, None) if every else (_MOST_WARNINGS, 2)
+    warnings = [line for text in notes[:most] for line in _wrapped(f"warning: {text}", 2)[:lines]]
+    if more := len(notes) - len(notes[:most]):
+        warnings.append(f"and {more} more warning{'s' * (more > 1)}: --all shows them")
+    for number, answer in enumerate(answers):
+        print(end="\n" * (number > 0))
+        _print_answer(answer, None if every else _MOST_LINES - len(warnings))
+    for line in warnings:
+        say(line)
 
 
-def print_speeds_to_avoid(
-    design: GearDesign, factors: xr.Dataset, factor: float | None, separation: bool
-) -> None:
-    """Print the ranges of speed to avoid with their dynamic factors, and those of the standards at a few speeds."""
-    from gearchaos.studies.speeds_to_avoid import MOST_PEAKS, all_speeds, criterion_in_words, speeds_to_avoid
-
-    found = speeds_to_avoid(factors, factor, separation=separation)
-    computed, torque, why = all_speeds(factors), float(factors["torque"]), criterion_in_words(factor, separation)
-    table = Table(title=f"Speeds to avoid at {torque:g} N m: {why}", title_justify="left")
-    for column in ("from rpm", "to rpm", "largest dynamic factor", "at rpm"):
-        table.add_column(column, justify="right")
-    for column in ("reason", f"local peaks, rpm: factor (at most the {MOST_PEAKS} largest)"):
-        table.add_column(column, overflow="fold")
-    for each in found:
-        near = "near " * (each.start == each.stop)  # nothing is known of its neighbours
-        start = f"{near}{shown(each.start)}{', the start of the scan' * each.from_scan_start}"
-        stop = f"{shown(each.stop)}{', the end of the scan' * each.to_scan_end}"
-        peaks = "; ".join(f"{peak.speed:.0f}: {peak.dynamic_factor:.3g}" for peak in each.peaks)
-        table.add_row(start, stop, shown(each.dynamic_factor), shown(each.speed_of_largest), each.criterion, peaks)
-    if not found:
-        table.add_row("none", "none")
-    print_table(table)
-    _print_standards(factors)
-    lines = [f"Computed from rest at {factors.sizes['speed']} speeds from {computed.start:g} to {computed.stop:g} rpm; "
-             f"the largest dynamic factor is {shown(computed.dynamic_factor)}, at "
-             f"{shown(computed.speed_of_largest)} rpm.",
-             "Other motions may exist at a speed, with other forces: gearchaos attractors DESIGN --set speed=… "
-             f"--set torque={torque:g} finds them."]
-    if design.exact:
-        lines.append("No transmission error was assumed: the gears are taken to be exact.")
-    for line in lines:
-        Console(width=FILE_WIDTH, highlight=False, markup=False).print(line)
+def _print_answer(answer: Answer, lines: int | None) -> None:
+    """Print an answer in so many lines, or with all ranges to avoid."""
+    windows, found = answer.speeds.windows if answer.speeds else (), answer.conclusion
+    if answer.speeds and windows:
+        found = f"{len(windows)} range{'s' * (len(windows) > 1)} of {answer.scanned}: {answer.speeds.criterion}"
+    facts = [*answer.facts, ("speeds to avoid", found)]
+    head = [answer.pair, *(line for name, text in facts for line in _wrapped(f"{name:<16}{text}", 16))]
+    basis = [line for text in answer.basis for line in _wrapped(text)]
+    print("\n".join(head))
+    if answer.speeds and windows:
+        room = len(windows) if lines is None else lines - len(head) - len(basis) - _HEADING
+        _print_windows(answer.speeds, max(room, _FEWEST_WINDOWS))
+    print(*basis, sep="\n", end="\n" * bool(basis), flush=True)
 
 
-def _print_standards(factors: xr.Dataset) -> None:
-    """Print the computed dynamic factor beside those of the standards at a few of the speeds, both ends included."""
-    count = factors.sizes["speed"]
-    few = sorted({round(i * (count - 1) / (_SHOWN_SPEEDS - 1)) for i in range(_SHOWN_SPEEDS)})
-    titles = {"speed": "rpm", "dynamic_factor": "computed", "Kv_ISO_B": "K_v ISO B", "Kv_ISO_C": "K_v ISO C",
-              "Kv_AGMA": "K_v AGMA"}
-    table = Table(title="Dynamic factor at a few of the speeds", title_justify="left")
-    for title in titles.values():
+def _wrapped(text: str, indent: int = 0) -> list[str]:
+    """A text as lines, all but the first with an indent."""
+    return textwrap.wrap(text, _WIDTH, subsequent_indent=" " * indent, break_on_hyphens=False)
+
+
+def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
+    """Print ranges to avoid in so many rows: those with the largest factors, and how many others there are."""
+    from gearchaos.studies.speeds_to_avoid import CRITERION, MOTIONS
+
+    most -= len(speeds.windows) > most
+    table = plain_table()
+    forces = len({each.criterion for each in speeds.windows}) > 1
+    for title in ("from\nrpm", "to\nrpm", "dynamic\nfactor", "quasi-\nstatic", "at\nrpm"):
         table.add_column(title, justify="right")
+    for title in MOTIONS.values():
+        table.add_column("\n".join(title.split()[::len(title.split()) - 1]), justify="center")
+    if forces:
+        table.add_column("teeth")
+    shown_ones = sorted(sorted(speeds.windows, key=_severity)[:most], key=lambda each: each.start)
+    for each in shown_ones:
+        reached = ["x" if words in each.reached else "-" for words in MOTIONS.values()]
+        numbers = (measured(v, 3) for v in (each.dynamic_factor, speeds.quasi_static_ratio, each.speed_of_largest))
+        teeth = "separate" if each.criterion == CRITERION else "touch"
+        table.add_row(*edges(each), *numbers, *reached, *([teeth] * forces))
+    print_table(table)
+    if hidden := len(speeds.windows) - len(shown_ones):
+        print(f"and {hidden} more with smaller factors: --all shows them")
+
+
+def _severity(window: Window) -> float:
+    """What sorts ranges by falling factor, those in which all motions diverge first."""
+    return -window.dynamic_factor if window.dynamic_factor == window.dynamic_factor else float("-inf")
+
+
+def print_datasheet(entries: Mapping[str, Entry], absent: Sequence[tuple[str, list[str]]]) -> None:
+    """Print quantities by group, each above its formula and source, and the reasons why others have no value."""
+    group = ""
+    for name, e in entries.items():
+        if e.group != group:
+            group = e.group
+            print(f"\n{group}")
+        value = shown_value(e)
+        values = value if isinstance(value, tuple) else (value,)
+        text = "–" if value is None else ", ".join(f"{v:.6g}" for v in values) or "none"
+        print(*_wrapped(f"  {name:<32}{e.symbol:<13}{text} {e.unit}".rstrip(), 47), sep="\n")
+        reason = e.reason if e.expected else e.formula
+        print(*(f"      {line}" for line in textwrap.wrap(f"{reason} [{e.source}]", _WIDTH - 6)), sep="\n")
+    if absent:
+        print("\nNot computed")
+    for reason, names in absent:
+        print(*_wrapped(f"  {', '.join(names)}: {reason}", 6), sep="\n")
+
+
+def print_standards(speeds: SpeedsToAvoid) -> None:
+    """Print the largest computed dynamic factor beside K_v of the standards at a few speeds, both ends included."""
+    ds = speeds.dataset
+    few = sorted({round(i * (ds.sizes["speed"] - 1) / (_SHOWN_SPEEDS - 1)) for i in range(_SHOWN_SPEEDS)})
+    titles = {"Kv_ISO_B": "K_v ISO B", "Kv_ISO_C": "K_v ISO C", "Kv_AGMA": "K_v AGMA"}
+    print("\nLargest dynamic factor at a few of the speeds, and K_v by the standards")
+    table = plain_table()
+    for title in ("rpm", "computed", "over quasi-static", *titles.values()):
+        table.add_column(title, justify="right")
+    largest = ds["dynamic_factor"].max("motion")
     for i in few:
-        table.add_row(*(shown(float(factors[name][i])) for name in titles))
+        numbers = (float(each[i]) for each in (largest, largest / speeds.quasi_static_ratio, *(ds[n] for n in titles)))
+        table.add_row(f"{float(ds['speed'][i]):.0f}", *(measured(v) for v in numbers))
     print_table(table)

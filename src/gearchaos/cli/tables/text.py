@@ -24,6 +24,11 @@ def print_table(table: Table) -> None:
     Console(width=width, markup=False).print(table)  # a unit in brackets, "[um]", is no markup
 
 
+def plain_table(gap: int = 2) -> Table:
+    """A table without rules, which leaves more of the width to its columns, with ``gap`` spaces between them."""
+    return Table(box=None, padding=(0, gap, 0, 0))
+
+
 def shown(value: Any) -> str:
     """A value as text; "none" for None and NaN."""
     if value is None or (isinstance(value, float) and math.isnan(value)):

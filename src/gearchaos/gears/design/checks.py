@@ -11,7 +11,6 @@ from typing import Any
 from gearchaos.errors import InputError
 from gearchaos.gears import units
 from gearchaos.gears.design.gear_pair import comparable_stiffnesses, iso_tooth_stiffness
-from gearchaos.gears.design.values import TableFile
 from gearchaos.gears.geometry import masses
 from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
 from gearchaos.gears.geometry.mating import KEEP_CLEARANCE
@@ -60,10 +59,6 @@ def check_inputs(design: Any) -> None:
         for wheel, length in enumerate(lengths):
             check_plausible(f"{name}[{wheel}]", length, -module, module, units.LENGTH, "It is at most a module.")
     _check_tip_diameter(design, transverse)
-    error = design.transmission_error
-    if isinstance(error, TableFile) and error.speed is not None:
-        raise InputError("transmission_error.speed", "must be left out", error.speed,
-                         "A table of errors is over the roll angle, not over time.")
     check_rack(design.rack, design.pressure_angle)
 
 

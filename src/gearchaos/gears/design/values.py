@@ -125,8 +125,7 @@ class DataFile:
     columns: Any = ()
 
     def __post_init__(self) -> None:
-        key = "orders" if isinstance(self, OrdersFile) else "table"
-        object.__setattr__(self, "sha256", self.sha256 or _required_checksum(key, getattr(self, key)))
+        object.__setattr__(self, "sha256", self.sha256 or _required_checksum(self._key, self.path))
         try:
             chosen = dict(self.columns)
         except (TypeError, ValueError):
@@ -135,6 +134,15 @@ class DataFile:
             raise InputError("columns", "must be a table of headers in the file", self.columns,
                              "E.g. { angle = 'Angle of rotation', value = 'Stiffness curve' }.")
         object.__setattr__(self, "columns", tuple(chosen.items()))
+
+    @property
+    def _key(self) -> str:
+        return "orders" if isinstance(self, OrdersFile) else "table"
+
+    @property
+    def path(self) -> str:
+        """Path of the file."""
+        return str(getattr(self, self._key))
 
 
 @dataclass(frozen=True, kw_only=True)

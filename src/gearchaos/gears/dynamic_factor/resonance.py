@@ -80,8 +80,13 @@ def resonance(teeth1: int, mesh_stiffness: float, reduced_mass: float, line_load
         F_t K_A/b, N/m, on which N_S depends.
     """
     speed = math.sqrt(mesh_stiffness / reduced_mass) / teeth1
-    lower = 0.5 + 0.35 * math.sqrt(min(line_load / 100e3, 1.0))
+    lower = lower_limit_ratio(line_load)
     return Resonance(
         reduced_mass=reduced_mass, resonance_speed=speed, lower_limit_ratio=lower, main_start=lower * speed,
         main_end=MAIN_END * speed, supercritical_start=SUPERCRITICAL_START * speed,
     )
+
+
+def lower_limit_ratio(line_load: float) -> float:
+    """N_S at a line load in N/m, ISO 6336-1:2006, 6.4.2, (11), (12)."""
+    return 0.5 + 0.35 * math.sqrt(min(line_load / 100e3, 1.0))

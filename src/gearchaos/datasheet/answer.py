@@ -1,0 +1,192 @@
+"""The answer that comes before a datasheet: load, main resonance, speeds to avoid, and what they rest on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gearchaos.errors import InputError
+from gearchaos.gears.design.checks import FAST
+from gearchaos.gears.design.gear_design import GearDesign, sentences
+from gearchaos.gears.design.values import DataFile
+from gearchaos.gears.sheet import Entry, datasheet, with_scanned_speeds
+from gearchaos.gears.units import RPM, measured
+
+if TYPE_CHECKING:
+    from gearchaos.studies.speeds_to_avoid import SpeedsToAvoid, Window
+
+_SCANNED = (0.1, 1.5)
+"""Speeds that are scanned unless others are asked for, over the main resonance: from that at which a tenth harmonic
+excites it to the beginning of the supercritical range of ISO 6336-1:2006, 6.4.2."""
+
+_SCANNED_COUNT = 60
+
+LEFT_OUT = "must be given"
+"""The rule that is broken by an input that was left out of a design."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What is known of a design at one torque.
+
+    Attributes
+    ----------
+    design : GearDesign
+    entries : dict of Entry
+        Its quantities by name.
+    speeds : SpeedsToAvoid or None
+        None if they were not asked for, or cannot be computed.
+    problem : InputError or None
+        Why there are none, or no model.
+    """
+
+    design: GearDesign
+    entries: Mapping[str, Entry]
+    speeds: SpeedsToAvoid | None = None
+    problem: InputError | None = None
+
+    @classmethod
+    def of(cls, design: GearDesign, speeds: SpeedsToAvoid | None = None, problem: InputError | None = None) -> Answer:
+        """The answer with the datasheet of a design, in which a table that cannot be read is a problem."""
+        entries = datasheet(design) if speeds is None else with_scanned_speeds(datasheet(design))
+        return cls(design, entries, speeds, _unreadable(design) or problem)
+
+    @property
+    def title(self) -> str:
+        """The pair in a few words."""
+        kind = "Helical" if self.design.helix_angle else "Spur"
+        z1, z2 = self.design.teeth
+        return f"{kind} gear pair {z1}/{z2}, module {self.design.module * 1e3:.6g} mm"
+
+    @property
+    def pair(self) -> str:
+        """The pair in one line."""
+        d = self.design
+        helix = [f"β {math.degrees(d.helix_angle):.6g}°"] if d.helix_angle else []
+        grade = [] if d.quality is None else [f"grade {_both(d.quality.grades)}"]
+        width = f"b {_both(d.face_width, 1e3)} mm"
+        return ", ".join([self.title, *helix, width, f"a {d.geometry.centre_distance * 1e3:.6g} mm", *grade])
+
+    @property
+    def facts(self) -> Iterator[tuple[str, str]]:
+        """What the speeds to avoid rest on, in words with values."""
+        d = self.design
+        load = "no torque is given" if d.torque is None else f"{d.torque:.6g} N m at wheel 1"
+        if d.torque is not None:
+            load += f", {self._value('line_load', 'F_t K_A/b' if d.application_factor != 1 else 'F_t/b')}"
+        yield "load", load
+        start, stop = (self._value(name).removesuffix(" rpm") for name in ("main_start", "main_end"))
+        known = self.entries["resonance_speed"].value is not None
+        yield "main resonance", (f"{self._value('resonance_speed')}; by ISO 6336-1 its range is {start} to {stop} rpm"
+                                 if known else "not known")
+        error = "no transmission error" if d.exact else f"error {_method(d.transmission_error)}"
+        damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g}"
+        yield "assumed", f"stiffness {_method(d.stiffness)}, {error}{damping}"
+
+    @property
+    def scanned(self) -> str:
+        """The computed speeds; empty if there are none."""
+        if self.speeds is None:
+            return ""
+        return f"{self.speeds.largest.start:.0f} to {self.speeds.largest.stop:.0f} rpm"
+
+    @property
+    def conclusion(self) -> str:
+        """The speeds to avoid in a sentence."""
+        if self.speeds is None:
+            if self.problem is None:
+                return "not asked for"
+            left_out = self.problem.rule == LEFT_OUT
+            return f"not computed: {f'{self.problem.field} {LEFT_OUT}' if left_out else 'see the error'}"
+        found = [" to ".join(edges(each)) for each in self.speeds.windows]
+        if not found:
+            return f"none found from {self.scanned}; looked for speeds at which {self.speeds.criterion}"
+        ranges = " and ".join(filter(None, [", ".join(found[:-1]), found[-1]]))
+        return f"avoid {ranges} rpm, of {self.scanned} computed: {self.speeds.criterion}"
+
+    @property
+    def basis(self) -> Iterator[str]:
+        """Sentences that say how to read the speeds to avoid."""
+        if self.speeds is None:
+            return
+        yield f"Tried: {self.speeds.tried}.{f' {self.speeds.coarse}' if self.speeds.coarse else ''}"
+        if (ratio := measured(self.speeds.quasi_static_ratio, 3)) != "1":
+            yield f"Against K_v of a standard: the factor over {ratio} (quasi-static, at speed 0)."
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the designer should know: unusual values, limits of the transmission error and of the stiffness."""
+        found = [*self.design.warnings, *self.design.assumptions]
+        with suppress(InputError):  # the quantities say what is missing
+            found += [text for text in sentences(self.design.mesh_stiffness.notes) if text not in found]
+        return tuple(text for text in found if self.problem is None or str(self.problem) not in text)
+
+    @property
+    def absent(self) -> list[tuple[str, list[str]]]:
+        """The reasons why quantities have no value, each with their names."""
+        out: dict[str, list[str]] = {}
+        for name, entry in self.entries.items():
+            if entry.value is None and not entry.expected:
+                out.setdefault(entry.reason.replace("; got None", ""), []).append(name)
+        return list(out.items())
+
+    def _value(self, name: str, symbol: str = "") -> str:
+        """A quantity with its unit, to three digits."""
+        entry = self.entries[name]
+        value = "unknown" if entry.value is None else f"{measured(entry.value, 3)} {entry.unit}"  # type: ignore[arg-type]
+        return f"{symbol} {value}".lstrip()
+
+
+def default_speeds(design: GearDesign) -> str:
+    """The speeds in rpm that are scanned unless others are asked for, the operating speed among them.
+
+    They end where the supercritical range begins, or at a pitch line velocity of `FAST`.
+
+    Raises
+    ------
+    InputError
+        If an input that the model needs is missing or wrong.
+    """
+    pair = design.at(speed=design.speed or 1.0).to_pair()
+    start, stop = (share * pair.omega0 / pair.n1 / RPM for share in _SCANNED)
+    fast, own = FAST / (design.geometry.reference_diameter[0] / 2) / RPM, design.speed or start
+    stop = max(min(stop, fast), 1.1 * own)
+    return f"{float(f'{min(start, own):.2g}'):g}:{float(f'{stop:.3g}'):g}:{_SCANNED_COUNT}"
+
+
+def edges(window: Window) -> tuple[str, str]:
+    """Both ends of a range to avoid, in rpm, rounded outwards to the resolution to which they are known.
+
+    An end of the computed speeds is marked: the range may go on beyond it.
+    """
+    start, stop = (max(10.0 ** math.floor(math.log10(r)), 1.0) if r > 0 else 1.0
+                   for r in (window.start_resolution, window.stop_resolution))
+    return (f"{'≤ ' * window.from_scan_start}{math.floor(window.start / start) * start:.0f}",
+            f"{'≥ ' * window.to_scan_end}{math.ceil(window.stop / stop) * stop:.0f}")
+
+
+def _both(values: tuple[float, float], factor: float = 1.0) -> str:
+    """The value of both wheels, or both if they differ."""
+    return "/".join(dict.fromkeys(f"{v * factor:.6g}" for v in values))
+
+
+def _method(given: str | DataFile) -> str:
+    """By which method something is computed, or from which file."""
+    if isinstance(given, str):
+        return given if given.startswith("from") else f"by {given}"
+    return f"from {Path(given.path).name}"
+
+
+def _unreadable(design: GearDesign) -> InputError | None:
+    """The error of a table of the design that cannot be used; None without one."""
+    for name, method in (("mesh_stiffness", design.stiffness), ("error_harmonics", design.transmission_error)):
+        if isinstance(method, DataFile):
+            try:
+                getattr(design, name)
+            except InputError as error:
+                return error
+    return None

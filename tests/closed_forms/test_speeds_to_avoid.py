@@ -1,0 +1,256 @@
+"""Which speeds to avoid: edges in closed form and by fine scans, motions that one scan misses, ranges counted by hand.
+"""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import gearchaos as gc
+from benchmarks.speeds_to_avoid import trial
+from gearchaos.dynamics import Label
+from gearchaos.errors import InputError
+from gearchaos.gears.units import RPM
+from gearchaos.studies.followed_motions import FollowedMotions, Motion
+from gearchaos.studies.speed_refinement import speeds_between
+from gearchaos.studies.speeds_to_avoid import CRITERION, FORCE_CRITERION, MOST_PEAKS, Peak, _dataset, _windows
+
+DESIGN = gc.GearDesign(
+    teeth=(23, 81), module="2.5 mm", face_width="22 mm", centre_distance="131.5 mm", profile_shift=(0.31255, 0.31255),
+    bore="15 mm", damping_ratio=0.05, transmission_error="from quality", torque="180 N*m",
+    quality={"standard": "ISO 1328-1:1995", "grade": 7},
+    backlash={"value": "0.15 mm", "of": "line of action, total"})
+SPUR = gc.GearDesign(
+    teeth=(50, 50), module="3 mm", face_width="20 mm", centre_distance="150 mm", bore="30 mm", damping_ratio=0.05,
+    quality={"standard": "ISO 1328-1:1995", "grade": 6}, transmission_error="from quality", torque="300 N*m",
+    backlash={"value": "0.12 mm", "of": "line of action, total"})
+NARROW = replace(DESIGN, profile_shift=(0.35, 0.2751), bore="20 mm", torque=60.0)
+"""The same pair with a narrow range to avoid near 2500 rpm."""
+
+EXACT = replace(SPUR, transmission_error="none", torque=400.0)
+
+
+def separated(dataset):
+    return dataset.speed.values[dataset.contact.values > 0]
+
+
+def test_motions_that_no_start_from_rest_reaches_are_found():
+    scan = gc.dynamic_factor(DESIGN, "6350:7300:20")
+    assert len(separated(scan)) == 0
+    found = gc.speeds_to_avoid(DESIGN, "6350:7300:20")
+    there = gc.attractors(DESIGN.at(speed="7000 rpm"), 256)
+    (worst,) = np.flatnonzero(there.attractor_contact.values > 0)
+    assert there.attractor_fraction.values[worst] > 0.45
+    (window,) = found.windows
+    assert window.reached == ("other initial states",) and window.contact == "loss of contact"
+    assert window.start < 7000 < window.stop and found.coarse == ""
+    factors = found.dataset.dynamic_factor.sel(motion="other")
+    assert float(factors.interp(speed=7000)) == pytest.approx(
+        float(there.attractor_dynamic_factor[worst]), rel=0.01)
+    assert "from rest and by sweeps of rising and falling speed at" in found.tried
+    assert "32 random initial states at each of" in found.tried
+
+
+def test_a_window_between_the_given_speeds_is_found_and_its_edges_located():
+    given = gc.dynamic_factor(NARROW, "600:9000:60")
+    low, high = 2400, 2600
+    assert not np.any((separated(given) > low) & (separated(given) < high))
+    found = gc.speeds_to_avoid(NARROW, "600:9000:60")
+    (window,) = (w for w in found.windows if low < w.start < high)
+    fine = separated(gc.dynamic_factor(NARROW, "2400:2600:401"))
+    assert window.start - window.start_resolution <= fine[0] <= window.start + 0.5
+    assert window.stop - 0.5 <= fine[-1] <= window.stop + window.stop_resolution
+    for width, edge in ((window.start_resolution, window.start), (window.stop_resolution, window.stop)):
+        assert 0 < width <= 0.00501 * edge
+    assert found.coarse == "" and found.main_resonance == pytest.approx(17900, rel=0.02)
+
+
+@pytest.fixture(scope="module")
+def linear(tmp_path_factory):
+    """Constant stiffness and one harmonic of the error: in contact a linear oscillator."""
+    folder = tmp_path_factory.mktemp("linear")
+    table, orders = folder / "k.csv", folder / "te.csv"
+    table.write_text("fraction,level [N/um]\n0,400\n0.5,400\n")
+    orders.write_text("order,peak [um],phase [deg]\n1,2,0\n")
+    return replace(SPUR, stiffness={"table": str(table)}, transmission_error={"orders": str(orders)})
+
+
+def test_the_upper_edge_is_where_the_linear_oscillator_loses_contact(linear):
+    """|2 µm s²/(1 − s² + 2iζs)| = F/c0 has two roots s = ω/ω0; above the upper one no other motion exists, since the
+    resonance of separating teeth bends to lower speeds."""
+    pair = linear.at(speed=100.0).to_pair()
+    deflection, error, zeta = 300 / pair.R1 / 4e8, 2e-6, 0.05
+    # (1 - u)² + 4ζ²u = (error/deflection)² u² for u = s²
+    roots = np.sort(np.roots([1 - (error / deflection) ** 2, 4 * zeta**2 - 2, 1]).real)
+    lower, upper = np.sqrt(roots) * pair.omega0 / 50 / RPM
+    found = gc.speeds_to_avoid(linear, f"{0.5 * lower}:{1.3 * upper}:12")
+    (window,) = found.windows
+    assert window.stop <= upper <= window.stop + window.stop_resolution
+    assert window.start < lower - window.start_resolution  # the falling speed stays on the bent branch
+    assert window.reached == ("from rest", "speed rising", "speed falling")
+    at = found.dataset.sel(speed=slice(window.start, lower))
+    assert (at.contact.sel(motion="rising") == 0).all() and (at.contact.sel(motion="falling") == 1).any()
+    fine = separated(gc.dynamic_factor(linear, f"{0.5 * lower}:{1.3 * upper}:300", mode="down"))
+    assert window.start - window.start_resolution <= fine[0]
+    assert found.quasi_static_ratio == 1
+
+
+def test_speeds_without_separation_are_none_and_say_what_was_tried():
+    found = gc.speeds_to_avoid(EXACT, "200:300:3", starts=8)
+    assert found.windows == () and found.coarse == "" and "8 random initial states" in found.tried
+    assert found.largest.start == 200 and found.largest.stop == 300
+    without = gc.speeds_to_avoid(EXACT, "200:300:3", starts=0)
+    assert "random" not in without.tried
+
+
+def test_only_what_exceeds_the_quasi_static_ratio_counts():
+    found = gc.speeds_to_avoid(EXACT, "5:50:3", factor=1.2)
+    assert found.quasi_static_ratio > 1.2 and found.windows == ()
+    assert found.dataset.dynamic_factor.sel(motion="rest").values == pytest.approx(found.quasi_static_ratio, rel=1e-3)
+    found = gc.speeds_to_avoid(EXACT, "200:300:3", factor=0.1)
+    (window,) = found.windows
+    assert (window.criterion, window.contact) == (FORCE_CRITERION, "permanent contact")
+    assert window.from_scan_start and window.to_scan_end
+    assert found.criterion == "the teeth separate, or the dynamic factor over the quasi-static ratio exceeds 0.1"
+
+
+def test_the_result_is_the_same_with_any_number_of_threads():
+    one, two = (gc.speeds_to_avoid(DESIGN, "6000:9000:7", "60 N*m", threads=n) for n in (1, 2))
+    assert one.dataset.identical(two.dataset) and one.windows == two.windows
+
+
+def test_the_motion_from_rest_is_that_of_a_map():
+    mapped = gc.operating_map(DESIGN, "5700:9000:12", "60:60:1").isel(torque=0)
+    found = gc.speeds_to_avoid(DESIGN, "5700:9000:12", "60 N*m").dataset.sel(motion="rest", speed=mapped.speed)
+    for name in ("label", "period", "contact"):
+        assert np.array_equal(found[name], mapped[name])
+    periodic = mapped.period.values > 0
+    assert 0 < periodic.sum() < len(periodic)  # chaotic ones too
+    assert np.array_equal(found.dynamic_factor.values[periodic], mapped.dynamic_factor.values[periodic])
+
+
+def test_a_pair_on_elastic_supports_has_speeds_to_avoid_too():
+    pair = replace(SPUR, supports={"stiffness": ("200 N/um", "300 N/um"), "damping_ratio": 0.05}, mass="3 kg")
+    found = gc.speeds_to_avoid(pair, "1900:2200:4", starts=4)
+    (window,) = found.windows
+    assert window.to_scan_end and 2000 < window.start < 2100
+
+
+def test_the_document_is_json():
+    found = gc.speeds_to_avoid(NARROW, "2400:2600:3", starts=0)
+    document = json.loads(json.dumps(found.document()))
+    assert document["quasi_static_ratio"] == pytest.approx(1.75) and document["tried"] == found.tried
+    assert document["ranges"][0]["reached"] == ["from rest", "speed rising", "speed falling"]
+    assert document["computed"]["count"] == len(document["along_speed"]["speed"]) == found.dataset.sizes["speed"]
+    assert document["along_speed"]["motions"]["from rest"] == document["along_speed"]["dynamic_factor"]
+
+
+@pytest.mark.parametrize(("options", "message"), [
+    ({"factor": 0}, "factor must be greater than 0"), ({"starts": -1}, "starts must be"),
+    ({"starts": 10**9}, "speeds times starts must"),
+    ({"separation": False}, "factor must be given with separation=False"), ({"seed": 0.5}, "seed must be"),
+    ({"speed": "500:8000"}, "speed must read start:stop:count"), ({"torque": 0}, "torque must be greater than 0"),
+    ({"design": 3}, "design must be a GearDesign"), ({"settings": 3}, "settings must be a Classification"),
+])
+def test_bad_input_is_refused(options, message):
+    with pytest.raises(InputError) as error:
+        gc.speeds_to_avoid(**{"design": SPUR, "speed": "1000:2000:2", **options})
+    assert str(error.value).startswith(message)
+
+
+def motion(contact: int, factor: float, **values) -> Motion:
+    label = Label.DIVERGED if contact == 3 else Label.PERIODIC
+    return Motion(int(label), 1, contact, factor, values.get("compression", 0.5), (factor, 0.0), np.zeros(2))
+
+
+def made_up(*motions: list[Motion]) -> FollowedMotions:
+    """Motions at the speeds 100, 200, ... rpm, each of which becomes the one at the same place of the next list, or the
+    first one."""
+    found = FollowedMotions.__new__(FollowedMotions)
+    found.speeds = [100.0 * n for n in range(1, len(motions) + 1)]
+    found.at = dict(zip(found.speeds, motions, strict=True))
+    for here, there in [*zip(found.speeds, found.speeds[1:], strict=False),
+                        *zip(found.speeds[1:], found.speeds, strict=False)]:
+        for i, each in enumerate(found.at[here]):
+            each.leads_to[there] = (found.at[there] + [found.at[there][0]] * 9)[i]
+    return found
+
+
+def severity(each: Motion) -> int:
+    return 2 if each.contact > 0 else 1 if each.dynamic_factor > 5 else 0
+
+
+def windows(*motions: list[Motion]):
+    found = made_up(*motions)
+    return _windows(found, _dataset(found), severity)
+
+
+def test_ranges_are_runs_of_speeds_with_any_motion_to_avoid():
+    rest = [0, 1, 2, 1, 0, 0, 0, 3], [9.0, 2.0, 4.0, 3.0, 4.0, 1.0, 1.5, np.nan]
+    first, middle, last = windows(*(
+        [motion(c, f), *([motion(1, 4.5)] if i == 4 else [])] for i, (c, f) in enumerate(zip(*rest, strict=True))))
+    assert (first.start, first.stop, first.criterion, first.from_scan_start) == (100, 100, FORCE_CRITERION, True)
+    assert (middle.start, middle.stop, middle.criterion) == (200, 500, CRITERION)
+    assert (middle.start_resolution, middle.stop_resolution) == (100, 100)
+    assert (middle.dynamic_factor, middle.speed_of_largest, middle.contact) == (4.5, 500, "both flanks")
+    assert middle.reached == ("from rest", "speed rising", "speed falling", "other initial states")
+    assert (middle.words, first.words) == ("200 to 500 rpm", "near 100 rpm")
+    assert (last.start, last.stop, last.to_scan_end, last.stop_resolution) == (800, 800, True, 0)
+    assert last.contact == "no bounded motion" and np.isnan(last.dynamic_factor) and np.isnan(last.speed_of_largest)
+
+
+def test_only_the_motions_that_separate_are_named():
+    (window,) = windows([motion(0, 1.0)], [motion(0, 1.0), motion(1, 2.0)], [motion(0, 1.0)])
+    assert (window.start, window.stop, window.reached) == (200, 200, ("other initial states",))
+    falling = made_up([motion(0, 1.0)], [motion(0, 1.0), motion(1, 2.0)], [motion(1, 3.0)])
+    falling.at[300.0][0].leads_to[200.0] = falling.at[200.0][1]
+    (window,) = _windows(falling, _dataset(falling), severity)
+    assert window.reached == ("from rest", "speed rising", "speed falling")
+    assert [m.contact for m in falling.named()["falling"]] == [0, 1, 1]
+    assert [m.contact for m in falling.named()["rising"]] == [0, 0, 1]
+    assert falling.named()["other"] == [None, None, None]
+
+
+def test_the_largest_local_peaks_of_a_range_are_listed_in_rising_order_of_speed():
+    factor = [9.0, 1.0, 3.0, 3.0, 1.0, 8.0, 1.0, 4.0, 1.0, 5.0, 1.0, 6.0, 1.0, 2.0, 1.0, 7.0]
+    (window,) = windows(*([motion(1, each)] for each in factor))
+    assert MOST_PEAKS == 5 and window.peaks == (
+        Peak(300.0, 3.0), Peak(600.0, 8.0), Peak(800.0, 4.0), Peak(1000.0, 5.0), Peak(1200.0, 6.0))
+
+
+def between(*motions: list[Motion], limit: float = np.inf):
+    return speeds_between(made_up(*motions), severity, limit)
+
+
+def test_speeds_are_added_where_something_changes():
+    quiet = [[motion(0, 1.0)] for _ in range(3)]
+    assert between(*quiet) == []
+    assert between([motion(0, 1.0)], [motion(0, 1.0)], [motion(1, 2.0)]) == [250]  # an edge
+    near = [motion(0, 1.2, compression=0.1)]
+    assert between([motion(0, 1.0)], near, [motion(0, 1.0)]) == [150, 250]  # the teeth may separate at the tip
+    assert between([motion(0, 1.0)], [motion(0, 1.2, compression=0.45)], [motion(0, 1.0)]) == []
+    assert between([motion(0, 1.0)], [motion(0, 3.0)], [motion(0, 1.0)], limit=4) == [150, 250]
+    assert between([motion(0, 1.0)], [motion(0, 1.2)], [motion(0, 1.0)], limit=4) == []
+    ends = [motion(1, 2.0)], [motion(1, 2.0)], [motion(1, 3.0)], [motion(1, 2.0)], [motion(1, 2.0)]
+    assert between(*ends) == [250, 350]  # about the largest force of a range
+    lost = between([motion(0, 1.0), motion(0, 2.0)], [motion(0, 1.0)], [motion(0, 1.0)])
+    assert lost == [150]  # a motion that the next speed lacks
+
+
+def test_a_gap_between_motions_that_do_not_lead_to_each_other_is_looked_for():
+    found = made_up([motion(0, 1.0), motion(1, 2.0)], [motion(0, 1.0), motion(1, 3.0)])
+    assert speeds_between(found, severity, np.inf) == [150]  # since the largest force is at one of them
+    found.at[200.0][1].dynamic_factor = 2.0
+    same = speeds_between(found, severity, np.inf)
+    found.at[100.0][1].leads_to[200.0] = found.at[200.0][0]
+    found.at[200.0][1].leads_to[100.0] = found.at[100.0][0]
+    assert speeds_between(found, severity, np.inf) == [150] and same == [150]
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::gearchaos.errors.DesignWarning")  # random designs are unusual
+@pytest.mark.parametrize("number", range(5))
+def test_a_sample_of_random_designs_is_not_contradicted(number):
+    found = trial(number, load=2)
+    assert found["contradictions"] == [] and found["coarse"] == ""

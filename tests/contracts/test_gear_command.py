@@ -1,0 +1,221 @@
+"""The command `gear`: the answer first, in lines of 80 columns, for one torque or several, and what cannot be given."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from gearchaos.cli import app
+from gearchaos.datasheet.answer import default_speeds, edges
+from gearchaos.gears.units import RPM, measured
+from gearchaos.studies.speeds_to_avoid import Window, speeds_to_avoid
+from gearchaos.studyfile import load_design
+
+SPUR = Path(__file__).parents[2] / "examples" / "spur_50_50.toml"
+SCAN = ("--speed", "1000:2000:3")
+WIDTH = 80
+
+
+def gear(*arguments, code=0):
+    result = CliRunner().invoke(app, ["gear", *(str(a) for a in arguments)])
+    assert result.exit_code == code, result.stderr
+    return result
+
+
+def written(tmp_path, rows, key):
+    """The 50/50 pair with a table for one of its curves."""
+    (tmp_path / "curve.csv").write_text(rows)
+    lines = [line for line in SPUR.read_text().splitlines() if not line.startswith(key)]
+    lines.insert(lines.index("[design]") + 1, f'{key} = {{ table = "curve.csv" }}')
+    path = tmp_path / "design.toml"
+    path.write_text("\n".join(lines))
+    return path
+
+
+def warnings_of(result):
+    return [line for line in result.stderr.splitlines() if re.match("warning: |  \\S|and ", line)]
+
+
+def test_the_answer_comes_first_in_at_most_20_lines_of_80_columns():
+    result = gear(SPUR, *SCAN, "--torque", 60)
+    lines = [*result.stdout.splitlines(), *warnings_of(result)]
+    assert len(lines) <= 20 and max(map(len, lines)) <= WIDTH
+    assert lines[0] == "Spur gear pair 50/50, module 3 mm, b 20 mm, a 150 mm, grade 6"
+    for text in ("60 N m at wheel 1, F_t/b 40 N/mm", "main resonance  4080 rpm",
+                 "1 range of 1000 to 2000 rpm: the teeth separate", "Tried: from rest",
+                 "the factor over 1.75", "warning: The accuracy grade"):
+        assert any(text in line for line in lines), text
+    assert "gear_ratio" not in result.stdout
+
+
+def test_a_range_has_rounded_edges_its_factor_the_quasi_static_one_and_the_motions_that_reach_it():
+    found = json.loads(gear(SPUR, *SCAN, "--torque", 60, "--json").stdout)["speeds_to_avoid"]
+    (window,) = found["ranges"]
+    row = gear(SPUR, *SCAN, "--torque", 60).stdout.splitlines()[7].split()
+    assert row[1:6] == ["≥", "2000", measured(window["dynamic_factor"], 3), "1.75",
+                        measured(window["speed_of_largest"], 3)]
+    assert float(row[0]) == pytest.approx(window["start"], abs=10) and float(row[0]) <= window["start"]
+    assert [mark == "x" for mark in row[6:]] == [
+        words in window["reached"] for words in ("from rest", "speed rising", "speed falling", "other initial states")]
+
+
+def window(start, stop, start_resolution, stop_resolution, **ends):
+    return Window(start, stop, 2.0, start, start_resolution, stop_resolution, (), "", "",
+                  **{"from_scan_start": False, "to_scan_end": False, **ends}, peaks=())
+
+
+@pytest.mark.parametrize(("found", "shown"), [
+    (window(2322.5114037, 2555.3, 11.6, 12.8), ("2320", "2560")), (window(533.0, 533.0, 103.0, 103.0), ("500", "600")),
+    (window(533.2, 540.1, 0.4, 2.0), ("533", "541")),
+    (window(500.0, 8000.0, 0.0, 0.0, from_scan_start=True, to_scan_end=True), ("≤ 500", "≥ 8000")),
+])
+def test_edges_are_rounded_outwards_to_their_resolution(found, shown):
+    assert edges(found) == shown
+
+
+def test_numbers_have_no_more_digits_than_are_known():
+    assert [measured(v) for v in (2322.5114037, 84.3303, 0.012345678, 14000.0, 123456.7, 0.0)] == [
+        "2323", "84.33", "0.01235", "14000", "123500", "0"]
+    assert measured(float("nan")) == "none" and measured(22432.1, 3) == "22400"
+
+
+def test_every_torque_has_an_answer():
+    for options in (("--torque", "60,180"), ("--torque", "60", "--torque", "180"), ("--torque", "0.06,0.18 kN*m")):
+        result = gear(SPUR, *SCAN, *options)
+        assert re.findall(r"load +(\S+) N m", result.stdout) == ["60", "180"]
+        assert len(warnings_of(result)) == 2, "the warning of both is printed once"
+    documents = json.loads(gear(SPUR, "--torque", "60,180", "--json").stdout)["torques"]
+    loads = [each["quantities"]["line_load"]["value"] for each in documents]
+    assert loads == pytest.approx([40, 120]) and all(each["model"] for each in documents)
+    alone = json.loads(gear(SPUR, "--torque", "180", "--json").stdout)
+    assert alone == documents[1]
+
+
+def test_without_speeds_those_around_the_main_resonance_are_looked_through():
+    design = load_design(SPUR)
+    start, stop, count = map(float, default_speeds(design).split(":"))
+    resonance = 4350.12
+    assert start == pytest.approx(0.1 * resonance, rel=0.05) and stop == pytest.approx(1.5 * resonance, rel=0.01)
+    assert count == 60
+    slow, fast = replace(design, speed=100 * RPM), replace(design, speed=7000 * RPM)
+    assert default_speeds(slow).startswith("100:") and default_speeds(fast).split(":")[1] == "7700"
+    few = replace(design, teeth=(20, 20), centre_distance=None, module=0.01, face_width=0.2, bore=0.0)
+    velocity = float(default_speeds(few).split(":")[1]) * RPM * 0.1
+    assert velocity == pytest.approx(60, rel=0.01), "a range that ends at 60 m/s"
+    document = json.loads(gear(SPUR, "--json").stdout)
+    assert document["speeds_to_avoid"] is None and document["model"]
+
+
+def test_all_shows_every_quantity_above_its_formula_in_80_columns():
+    result = gear(SPUR, *SCAN, "--torque", "60,180", "--all")
+    first, second = result.stdout.split("What differs at 180 N m")
+    names = re.findall(r"^  (\w+)  ", first, re.MULTILINE)
+    assert set(json.loads(gear(SPUR, "--json").stdout)["quantities"]) == set(names)
+    assert "line_load" in second and "gear_ratio" not in second and "Kv_ISO_C" not in second
+    assert first.count("K_v AGMA") == second.count("K_v AGMA") == 1
+    assert max(len(line.rstrip()) for line in result.stdout.splitlines()) <= WIDTH
+
+
+@pytest.mark.parametrize(("key", "rows", "lost", "kept"), [
+    ("stiffness", "fraction,stiffness [N/um]\n0,300\n1,x\n", "resonance_speed", ("lower_limit_ratio", "reduced_mass")),
+    ("transmission_error", "roll angle [deg],error [um]\n0,1\n7.2,x\n", "transmission_error_amplitudes",
+     ("resonance_speed", "Kv_ISO_B")),
+])
+@pytest.mark.parametrize("options", [(), SCAN, ("--all",), ("--json",)])
+def test_a_table_that_cannot_be_read_is_one_message_and_exit_code_2(tmp_path, key, rows, lost, kept, options):
+    path = written(tmp_path, rows, key)
+    result = gear(path, *options, code=2)
+    assert [line for line in result.stderr.splitlines() if "finite numbers" in line] == [
+        f"error: {tmp_path / 'curve.csv'}, line 3, must have finite numbers; got 'x'. Write e.g. 1234.5: no unit, no "
+        "separators between thousands."]
+    if "--json" in options:
+        quantities = json.loads(result.stdout)["quantities"]
+        assert quantities[lost]["value"] is None and all(quantities[name]["value"] for name in kept)
+    else:
+        assert result.stdout.count("finite") == ("--all" in options)
+        assert "speeds to avoid not computed: see the error" in result.stdout
+    page = tmp_path / "page.html"
+    gear(path, "--out", page, code=2)
+    assert page.read_text().count("finite numbers") == 2  # in the answer, and where what has no value is named
+
+
+def test_inputs_that_were_left_out_are_named_and_are_an_error_only_where_speeds_are_asked_for(tmp_path):
+    path = tmp_path / "few.toml"
+    body = SPUR.read_text().partition("[operation]")[0]
+    path.write_text("\n".join(line for line in body.splitlines() if not line.startswith("damping")))
+    result = gear(path)
+    assert "speeds to avoid not computed: damping_ratio and torque must be given" in result.stdout
+    assert "no torque is given" in result.stdout and "error" not in result.stderr.replace("transmission error", "")
+    for options in (SCAN, ("--factor", 2), ("--plot", tmp_path / "x.png")):
+        found = gear(path, *options, code=2).stderr
+        assert found.startswith("error: ") and len(found.splitlines()) == 1
+    assert not (tmp_path / "x.png").exists()
+
+
+def test_more_ranges_and_warnings_than_fit_are_counted():
+    options = (*SCAN, "--set", "design.damping_ratio=0.9", "--set", "design.mass=900", "--torque", 30000)
+    result = gear(SPUR, *options)
+    lines = [*result.stdout.splitlines(), *warnings_of(result)]
+    assert len(lines) <= 20 and re.match(r"and \d more warnings?: --all shows them", lines[-1])
+    every = gear(SPUR, *options, "--all")
+    assert every.stderr.count("warning: ") == 3 + int(lines[-1].split()[1])
+
+
+def test_the_ranges_of_the_command_are_those_of_python(tmp_path):
+    picture = tmp_path / "k.svg"
+    options = (*SCAN, "--torque", "300 N*m", "--factor", "0.9")
+    found = json.loads(gear(SPUR, *options, "--plot", picture, "--json").stdout)["speeds_to_avoid"]
+    expected = speeds_to_avoid(load_design(SPUR), SCAN[1], "300 N*m", factor=0.9)
+    document = json.loads(json.dumps(expected.document()))
+    for each in (found, document):
+        del each["along_speed"]  # null for NaN
+    assert found == document and "</svg>" in picture.read_text(encoding="utf-8")
+    assert {each["criterion"] for each in found["ranges"]} == {"the teeth separate", "the dynamic factor is too high"}
+    text = gear(SPUR, *options).stdout
+    assert "the teeth separate, or the dynamic factor over the quasi-static" in " ".join(text.split())
+    assert [line.split()[-1] for line in text.splitlines() if line.split()[-1] in ("touch", "separate")] == [
+        "separate" if each["criterion"] == "the teeth separate" else "touch" for each in found["ranges"]]
+    alone = json.loads(gear(SPUR, *options, "--factor-alone", "--json").stdout)["speeds_to_avoid"]
+    assert {each["criterion"] for each in alone["ranges"]} == {"the dynamic factor is too high"}
+
+
+def test_none_is_said_with_what_was_tried():
+    result = gear(SPUR, "--speed", "5500:6000:2", "--torque", 400, "--set", "design.transmission_error=none")
+    text = " ".join(result.stdout.split())
+    assert "none found from 5500 to 6000 rpm; looked for speeds at which the teeth separate Tried: from rest" in text
+    assert "no transmission error" in text and "warning" not in result.stderr
+
+
+def test_the_torque_of_the_command_is_that_of_the_datasheet():
+    by_option, by_set = (json.loads(gear(SPUR, *options, "--json").stdout) for options in (
+        ("--set", "torque=3", "--set", "operation.torque=4", "--torque", "250 N*m"), ("--set", "torque=250")))
+    assert by_option == by_set and by_option["speeds_to_avoid"] is None
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (("--plot", "x.html", "--speed", "1:2:2"), "--plot must end in"),
+    (("--speed", "1:2:2", "--factor", "0"), "--factor must be greater"),
+    (("--speed", "1:2:2", "--factor-alone"), "--factor-alone needs --factor"),
+    (("--speed", "500:8000"), "--speed must read start:stop:count; got '500:8000'. E.g. 500:8000:200."),
+    (("--speed", "0:9:3"), "speed must be greater than 0"), (("--speed", "9:8:3"), "axis speed must run from"),
+    (("--torque", ""), "torque must be a torque"), (("--torque", "400 mm"), "torque must be a torque"),
+    (("--torque", "60,x"), "torque must be a torque; got 'x'"), (("--torque", "x=3"), "torque must be a torque"),
+])
+def test_bad_input_is_refused(arguments, message):
+    result = gear(SPUR, *arguments, code=2)
+    assert result.stderr.startswith(f"error: {message}") and result.stdout == ""
+
+
+def test_without_load_there_is_no_answer():
+    for options in ((), SCAN):
+        result = gear(SPUR, "--torque", "60,0", *options, code=2)
+        assert result.stderr.splitlines()[-1].startswith("error: torque must be greater than 0")
+        assert "60 N m" in result.stdout and "speeds to avoid not computed: see the error" in result.stdout
+
+
+def test_one_picture_is_of_one_torque(tmp_path):
+    text = gear(SPUR, *SCAN, "--torque", "60,180", "--plot", tmp_path / "x.png", code=2).stderr
+    assert text.startswith("error: --plot needs a single --torque")
