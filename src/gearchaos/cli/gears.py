@@ -11,8 +11,9 @@ import typer
 
 from gearchaos.cli import startup
 from gearchaos.cli.errors import announce_compilation, say
+from gearchaos.cli.maps import MapOutput
 from gearchaos.cli.options import Json, Out, Plot, Refine, Sets, StartsPerCell, app, given, load
-from gearchaos.cli.output import PLOT_SUFFIXES, MapOutput, check_output, draw, print_json
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json
 from gearchaos.errors import InputError
 from gearchaos.files import write_bytes
 

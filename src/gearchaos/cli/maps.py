@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -25,7 +28,73 @@ from gearchaos.cli.options import (
     parse_axes,
     study_axes,
 )
-from gearchaos.cli.output import MapOutput
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, proof_summary, save, say_proofs
+from gearchaos.files import DATA_SUFFIXES
+from gearchaos.quantities import quantity
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gearchaos.studies.axis import Axis
+
+
+@dataclass(frozen=True)
+class MapOutput:
+    """What a command makes of a map: the file of its data, its picture if there is a path, and what was found."""
+
+    out: Path
+    plot: Path | None
+    json_out: bool
+
+    def check(self) -> None:
+        """Raise `InputError` unless both files can be written."""
+        check_output("--out", self.out, DATA_SUFFIXES)
+        check_output("--plot", self.plot, PLOT_SUFFIXES)
+
+    def write(self, kind: str, dataset: xr.Dataset, axes: Iterable[Axis]) -> None:
+        """Write the files of a map, and print what was found, in two lines or as JSON."""
+        save(dataset, self.out)
+        draw(dataset, self.plot)
+        say_proofs(proof_summary(dataset))
+        found = _summary(kind, dataset)
+        if not self.json_out:
+            from gearchaos.cli.tables.maps import print_map
+
+            print_map(found, dataset)
+        else:
+            files = {"out": str(self.out), "plot": None if self.plot is None else str(self.plot)}
+            described = [{**asdict(axis), "units": quantity(axis.name).unit} for axis in axes]
+            print_json({"study": kind, **files, "axes": described, **found})
+
+
+def _summary(kind: str, dataset: xr.Dataset) -> dict[str, Any]:
+    """The JSON summary of a map: the numbers of cells with each motion and each contact state, and the largest dynamic
+    factor; for basins, the attractors and their shares, and how finely the basins are mixed."""
+    from gearchaos.dynamics.response import CONTACTS
+    from gearchaos.studies import motions
+
+    if kind == "basins":
+        shares = dataset["attractor_fraction"].values.tolist()
+        names = motions(dataset["attractor_label"], dataset["attractor_period"])
+        measures = {name: dataset[name].item() for name in ("basin_entropy", "uncertainty_exponent")}
+        return {"attractors": [{"label": n, "fraction": s} for n, s in zip(names, shares, strict=True)], **measures}
+    names = motions(dataset["label"], dataset["period"])
+    codes = dataset["contact_worst" if "contact_worst" in dataset else "contact"].values.ravel().tolist()
+    return {
+        "cells": {name: names.count(name) for name in sorted(set(names))},
+        "contact": {CONTACTS[code]: codes.count(code) for code in sorted({code for code in codes if code >= 0})},
+        "largest": _largest(dataset), **proof_summary(dataset),
+    }
+
+
+def _largest(dataset: xr.Dataset) -> dict[str, Any] | None:
+    """The largest dynamic factor, or without static load rms velocity, of a map, and where; None if all diverge."""
+    for name in ("dynamic_factor", "v_rms"):
+        known = dataset[name].where(abs(dataset[name]) < math.inf)
+        if known.notnull().any():
+            at, names = dataset[name].isel(known.argmax(...)), reversed(dataset[name].dims)
+            return {"quantity": name, "value": at.item(), "at": {str(n): at[n].item() for n in names}}
+    return None
 
 
 @app.command()

@@ -9,19 +9,16 @@ import os
 import tempfile
 from collections.abc import Iterable
 from contextlib import nullcontext, suppress
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.cli.errors import say
 from gearchaos.errors import InputError
-from gearchaos.files import DATA_SUFFIXES, check_target, write_bytes
+from gearchaos.files import check_target, write_bytes
 from gearchaos.quantities import parse, quantity
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from gearchaos.studies.axis import Axis
 
 PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 
@@ -65,7 +62,7 @@ def say_written(paths: Iterable[Path]) -> None:
 
 def draw(
     dataset: xr.Dataset, path: Path | None, *, colour: str | None = None, note: str = "", dpi: int = _DPI,
-    style: str | None = None, width: str | None = None, hatch: bool = False,
+    style: str | None = None, width: str | None = None, hatch: bool = False, over: xr.Dataset | None = None,
 ) -> None:
     """Write the picture of a result as a complete file, if there is a path.
 
@@ -83,7 +80,7 @@ def draw(
         Resolution in dots per inch.
     style, width : str, optional
         See `gearchaos.plot.style`; the width may be a number as text.
-    hatch : bool
+    hatch, over
         See `gearchaos.plot.result`.
     """
     if path is None:
@@ -95,7 +92,7 @@ def draw(
     from gearchaos.plot._theme import adapt
 
     with nullcontext() if style is None else plot.style(style, _width(width)):
-        figure = plot.result(dataset, colour, hatch=hatch)
+        figure = plot.result(dataset, colour, hatch=hatch, over=over)
         if note:
             below = "top" if style is None else "bottom"  # with a style, files have the size of the figure
             figure.text(1, 0, note, ha="right", va=below, color=adapt("0.35"), fontsize="small")
@@ -201,65 +198,6 @@ def _section_names(dataset: xr.Dataset) -> dict[str, str]:
     """The names of the variables of a stroboscopic section, by the names of their coordinates."""
     parts = map(parse, map(str, dataset.data_vars))
     return {"tau": "tau_section", **{name.base: str(name) for name in parts if name.prefix == "section_"}}
-
-
-@dataclass(frozen=True)
-class MapOutput:
-    """What a command makes of a map: the file of its data, its picture if there is a path, and what was found."""
-
-    out: Path
-    plot: Path | None
-    json_out: bool
-
-    def check(self) -> None:
-        """Raise `InputError` unless both files can be written."""
-        check_output("--out", self.out, DATA_SUFFIXES)
-        check_output("--plot", self.plot, PLOT_SUFFIXES)
-
-    def write(self, kind: str, dataset: xr.Dataset, axes: Iterable[Axis]) -> None:
-        """Write the files of a map, and print what was found, in two lines or as JSON."""
-        save(dataset, self.out)
-        draw(dataset, self.plot)
-        say_proofs(proof_summary(dataset))
-        found = _summary(kind, dataset)
-        if not self.json_out:
-            from gearchaos.cli.tables.maps import print_map
-
-            print_map(found, dataset)
-        else:
-            files = {"out": str(self.out), "plot": None if self.plot is None else str(self.plot)}
-            described = [{**asdict(axis), "units": quantity(axis.name).unit} for axis in axes]
-            print_json({"study": kind, **files, "axes": described, **found})
-
-
-def _summary(kind: str, dataset: xr.Dataset) -> dict[str, Any]:
-    """The JSON summary of a map: the numbers of cells with each motion and each contact state, and the largest dynamic
-    factor; for basins, the attractors and their shares, and how finely the basins are mixed."""
-    from gearchaos.dynamics.response import CONTACTS
-    from gearchaos.studies import motions
-
-    if kind == "basins":
-        shares = dataset["attractor_fraction"].values.tolist()
-        names = motions(dataset["attractor_label"], dataset["attractor_period"])
-        measures = {name: dataset[name].item() for name in ("basin_entropy", "uncertainty_exponent")}
-        return {"attractors": [{"label": n, "fraction": s} for n, s in zip(names, shares, strict=True)], **measures}
-    names = motions(dataset["label"], dataset["period"])
-    codes = dataset["contact_worst" if "contact_worst" in dataset else "contact"].values.ravel().tolist()
-    return {
-        "cells": {name: names.count(name) for name in sorted(set(names))},
-        "contact": {CONTACTS[code]: codes.count(code) for code in sorted({code for code in codes if code >= 0})},
-        "largest": _largest(dataset), **proof_summary(dataset),
-    }
-
-
-def _largest(dataset: xr.Dataset) -> dict[str, Any] | None:
-    """The largest dynamic factor, or without static load rms velocity, of a map, and where; None if all diverge."""
-    for name in ("dynamic_factor", "v_rms"):
-        known = dataset[name].where(abs(dataset[name]) < math.inf)
-        if known.notnull().any():
-            at, names = dataset[name].isel(known.argmax(...)), reversed(dataset[name].dims)
-            return {"quantity": name, "value": at.item(), "at": {str(n): at[n].item() for n in names}}
-    return None
 
 
 def proof_summary(dataset: xr.Dataset) -> dict[str, Any]:

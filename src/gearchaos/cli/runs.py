@@ -186,10 +186,14 @@ def plot(
     hatch: Annotated[
         bool, typer.Option("--hatch", help="Hatching instead of colours in maps of classes and basins.")
     ] = False,
+    over: Annotated[
+        str | None,
+        typer.Option(metavar="FILE.nc", help="Draw this over it: curves over a map, or a sweep over another."),
+    ] = None,
     physical: Physical = False,
 ) -> None:
     """Draw any saved result, or the store of a finished or unfinished run."""
-    target = out or _default_picture(result, colour)
+    target = out or _default_picture(result, "_".join(filter(None, [colour, over and f"with_{Path(over).stem}"])))
     check_output("--out", target, PLOT_SUFFIXES)
     if width is not None and style is None:
         raise InputError("--width", "needs --style", width, "E.g. --style paper --width column.")
@@ -200,6 +204,7 @@ def plot(
     else:
         dataset, options = _in_units(_from_file(result), physical), {}
     _say_dimensionless(dataset)
+    options["over"] = None if over is None else _in_units(_from_file(over), physical)
     draw(dataset, target, colour=colour, style=style, width=width, hatch=hatch, **options)
 
 
@@ -262,7 +267,7 @@ def _say_not_done(path: str, store: Store) -> None:
         say(f"{path}: {missing}")
 
 
-def _default_picture(result: str, colour: str | None) -> Path:
+def _default_picture(result: str, colour: str) -> Path:
     """The path of the picture of a result: in the same folder, with the same name and that of the colour, if given.
 
     The picture of a store in an object store is in the working directory.

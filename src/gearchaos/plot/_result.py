@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -15,6 +17,7 @@ from gearchaos.plot._backbone import backbone
 from gearchaos.plot._basins import basins
 from gearchaos.plot._bifurcation import bifurcation
 from gearchaos.plot._checks import check_dataset, check_name
+from gearchaos.plot._classes import named_classes
 from gearchaos.plot._dossier import dossier
 from gearchaos.plot._dynamic_factor import dynamic_factor
 from gearchaos.plot._level import level
@@ -23,6 +26,7 @@ from gearchaos.plot._manifolds import manifolds
 from gearchaos.plot._portrait import portrait
 from gearchaos.plot._response import response
 from gearchaos.plot._skeleton import skeleton
+from gearchaos.plot._theme import STROBE, adapt
 from gearchaos.plot._zones import zones
 
 MOTION = "motion"
@@ -36,8 +40,10 @@ def default_colour(ds: xr.Dataset) -> str:
     return next((name for name in of_gears if name in ds), MOTION)
 
 
-def result(ds: xr.Dataset, colour: str | None = None, *, hatch: bool = False) -> Figure:
-    """Draw the result of any study.
+def result(
+    ds: xr.Dataset, colour: str | None = None, *, hatch: bool = False, over: xr.Dataset | None = None
+) -> Figure:
+    """Draw the result of any study, or two that belong together in one picture.
 
     The picture is a map of zones, a bifurcation diagram (without points, the Lyapunov exponents), basins, attractors,
     the dynamic factor along the speed, the response along a branch of orbits, curves of events over two parameters, how
@@ -54,6 +60,10 @@ def result(ds: xr.Dataset, colour: str | None = None, *, hatch: bool = False) ->
         several starts the worst one of each cell.
     hatch : bool
         Tell the classes of a map or the basins apart by hatching instead of colours.
+    over : Dataset, optional
+        What is drawn over it: curves of `gearchaos.skeleton` or `gearchaos.curve` over a map of the same parameters, or
+        a second diagram of `gearchaos.bifurcation` along the same parameter, such as the sweep down over that up.
+        Two diagrams show a variable, ``colour``; by default "dynamic_factor" or, without static load, "v_rms".
 
     Returns
     -------
@@ -62,8 +72,8 @@ def result(ds: xr.Dataset, colour: str | None = None, *, hatch: bool = False) ->
     Raises
     ------
     InputError
-        For a Dataset that is not the result of a study, a colour that is not one of its variables, or hatching of what
-        is no map of classes.
+        For a Dataset that is not the result of a study, a colour that is not one of its variables, hatching of what
+        is no map of classes, or two results that do not belong together.
 
     Examples
     --------
@@ -80,12 +90,67 @@ def result(ds: xr.Dataset, colour: str | None = None, *, hatch: bool = False) ->
     check_colour(ds, colour)
     if hatch and kind not in _HATCHED:
         raise InputError("hatch", f"must be left out for a result that is not of {', '.join(_HATCHED)}", kind)
+    if over is not None and kind == "bifurcation":
+        return _figure_of(_two_diagrams(ds, over, colour))
     options = {"hatch": True} if hatch else {}
     colour = default_colour(ds) if colour is None else colour
     artist = _PICTURES[kind](ds, **options) if colour == MOTION else _COLOURED[kind][1](ds, colour, **options)
+    if over is not None:
+        _draw_curves(ds, over, artist)
+    return _figure_of(artist)
+
+
+def _figure_of(artist: Axes | Figure) -> Figure:
     figure = artist.get_figure(root=True)
     assert figure is not None
     return figure
+
+
+def _draw_curves(ds: xr.Dataset, over: xr.Dataset, ax: Axes | Figure) -> None:
+    """Draw curves of events over a map; raises `InputError` unless both are over the same parameters and units."""
+    check_dataset(over)
+    if ds.attrs["study"] != "zones" or over.attrs.get("study") not in ("skeleton", "curve"):
+        raise InputError("over", "must be a skeleton or curve over a map, or a second bifurcation diagram over one",
+                         f"{over.attrs.get('study')} over {ds.attrs['study']}")
+    assert isinstance(ax, Axes)
+    settings, names = json.loads(over.attrs["settings"]), tuple(map(str, reversed(ds["label"].dims)))
+    curves = settings["x"][0], settings["y"][0]
+    _check_same("parameters", names, curves)
+    _check_same("units", *([part[n].attrs.get("units") for n in names] for part in (ds, over)))
+    skeleton(over, ax, special=True)
+
+
+def _two_diagrams(ds: xr.Dataset, over: xr.Dataset, name: str | None) -> Axes:
+    """Draw a variable of two diagrams along the same parameter, each by the way in which it was swept."""
+    check_dataset(over)
+    _check_same("study", ds.attrs["study"], over.attrs.get("study"))
+    _check_same("parameter", *(str(part["label"].dims[0]) for part in (ds, over)))
+    loaded = bool(np.isfinite(ds["dynamic_factor"]).any())
+    name = name or ("dynamic_factor" if loaded else "v_rms")
+    for part in (ds, over):
+        check_name(part, "colour", name, 1)
+        if named_classes(part, name) is not None:
+            raise InputError("colour", "must be a number where two diagrams are drawn", name, "E.g. v_rms.")
+    _check_same("units", *(part[name].attrs.get("units") for part in (ds, over)))
+    ax = response(ds, name)
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    response(over, name, ax, ribbon=False)
+    ax.set_xlim(min(left, ax.get_xlim()[0]), max(right, ax.get_xlim()[1]))
+    ax.set_ylim(min(low, ax.get_ylim()[0]), max(high, ax.get_ylim()[1]))
+    ax.lines[-1].set(color=adapt(STROBE), linestyle="--", zorder=3)
+    modes = [json.loads(part.attrs["settings"])["mode"] for part in (ds, over)]
+    ax.legend(ax.lines[-2:], [_SWEPT[m] for m in modes], loc="best", fontsize="small")
+    return ax
+
+
+_SWEPT = {"fixed": "from the initial values", "up": "sweep up", "down": "sweep down"}
+"""How a bifurcation diagram was computed, in words."""
+
+
+def _check_same(what: str, first: object, second: object) -> None:
+    """Raise `InputError` unless two results have the same parameters, units, …"""
+    if first != second:
+        raise InputError("over", f"must have the {what} of the result below", str(second), f"It has {first}.")
 
 
 def check_colour(ds: xr.Dataset, colour: str | None) -> None:
