@@ -102,6 +102,17 @@ def test_the_first_speeds_are_as_dense_as_the_damping_asks_for(linear):
     assert steps.max() <= 0.025 and steps.min() > 0.01
 
 
+@pytest.mark.filterwarnings("ignore::gearchaos.errors.DesignWarning")  # of the low damping
+def test_what_is_not_known_so_well_is_said(linear, monkeypatch):
+    weak = gc.speeds_to_avoid(replace(linear, damping_ratio=0.005), "400:410:2", starts=0)
+    assert weak.coarse == "at a damping ratio of 0.005 a resonance may pass between the first speeds"
+    monkeypatch.setattr("gearchaos.studies.speeds_to_avoid.MOST_SPEEDS", 5)
+    found = gc.speeds_to_avoid(linear, "4600:5200:2", starts=0)
+    (window,) = found.windows
+    assert window.stop_resolution > 0.01 * window.stop
+    assert found.coarse == f"the edge near {window.stop:.0f} rpm is known to {window.stop_resolution:.0f} rpm"
+
+
 def test_speeds_without_separation_are_none_and_say_what_was_tried():
     found = gc.speeds_to_avoid(EXACT, "200:300:3", starts=8)
     assert found.windows == () and found.coarse == "" and "8 random initial states" in found.tried
