@@ -17,7 +17,7 @@ Severity = Callable[[Motion], int]
 RESOLUTION = 0.005
 """Share of the speed to which edges and peaks are located."""
 
-_STEPS_PER_BANDWIDTH = 4
+STEPS_PER_BANDWIDTH = 4
 """Least number of the first speeds in the half-power bandwidth of a resonance, 2ζ of its speed for each order."""
 
 _MARGIN = 2.0
@@ -29,7 +29,7 @@ MOST_SPEEDS = 4000
 
 def first_step(model: MeshModel) -> float:
     """The largest step of the first speeds, over the speed."""
-    return max(2 * (model.value("zeta") or 0.0) / _STEPS_PER_BANDWIDTH, RESOLUTION)
+    return max(2 * (model.value("zeta") or 0.0) / STEPS_PER_BANDWIDTH, RESOLUTION)
 
 
 def dense_speeds(motions: FollowedMotions, severity: Severity, model: MeshModel) -> list[float]:

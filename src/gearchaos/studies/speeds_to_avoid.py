@@ -24,6 +24,7 @@ from gearchaos.studies.quasi_static import quasi_static_ratio
 from gearchaos.studies.speed_refinement import (
     MOST_SPEEDS,
     RESOLUTION,
+    STEPS_PER_BANDWIDTH,
     Severity,
     dense_speeds,
     first_step,
@@ -290,8 +291,9 @@ def _coarse(windows: tuple[Window, ...], model: MeshModel) -> str:
     edges = [edge for w in windows for edge in ((w.start, w.start_resolution), (w.stop, w.stop_resolution))]
     texts = [f"the edge near {edge:.0f} rpm is known to {width:.0f} rpm" for edge, width in edges
              if width > 1.01 * RESOLUTION * edge]
-    if first_step(model) > (model.value("zeta") or 0.0):
-        texts.append(f"with a damping ratio below {RESOLUTION:g} resonances may be narrower than the first steps")
+    zeta = model.value("zeta") or 0.0
+    if first_step(model) > 2 * zeta / STEPS_PER_BANDWIDTH:
+        texts.append(f"at a damping ratio of {zeta:.3g} a resonance may pass between the first speeds")
     return "; ".join(texts)
 
 
