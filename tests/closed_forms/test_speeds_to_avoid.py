@@ -96,6 +96,12 @@ def test_the_upper_edge_is_where_the_linear_oscillator_loses_contact(linear):
     assert found.quasi_static_ratio == 1
 
 
+def test_the_first_speeds_are_as_dense_as_the_damping_asks_for(linear):
+    speeds = gc.speeds_to_avoid(linear, "2000:3000:2", starts=0).dataset.speed.values
+    steps = np.diff(speeds) / speeds[:-1]  # over the bandwidth 2ζ = 0.1 at least four of them
+    assert steps.max() <= 0.025 and steps.min() > 0.01
+
+
 def test_speeds_without_separation_are_none_and_say_what_was_tried():
     found = gc.speeds_to_avoid(EXACT, "200:300:3", starts=8)
     assert found.windows == () and found.coarse == "" and "8 random initial states" in found.tried
@@ -128,6 +134,14 @@ def test_the_motion_from_rest_is_that_of_a_map():
     periodic = mapped.period.values > 0
     assert 0 < periodic.sum() < len(periodic)  # chaotic ones too
     assert np.array_equal(found.dynamic_factor.values[periodic], mapped.dynamic_factor.values[periodic])
+
+
+def test_chaos_that_ends_after_a_long_time_is_no_motion_of_its_own():
+    axis = gc.Axis("speed", 5000 + 229 * 7000 / 399, 5000 + 292 * 7000 / 399, 2)
+    mapped = gc.operating_map(DESIGN, axis, "60:60:1").isel(torque=0)
+    assert (mapped.label == int(Label.PERIODIC)).all() and (mapped.periods_spent > 2600).all()
+    found = gc.speeds_to_avoid(DESIGN, axis, "60 N*m", starts=0).dataset
+    assert np.array_equal(found.label.sel(motion="rest", speed=mapped.speed), mapped.label)
 
 
 def test_a_pair_on_elastic_supports_has_speeds_to_avoid_too():
@@ -203,6 +217,8 @@ def test_ranges_are_runs_of_speeds_with_any_motion_to_avoid():
 def test_only_the_motions_that_separate_are_named():
     (window,) = windows([motion(0, 1.0)], [motion(0, 1.0), motion(1, 2.0)], [motion(0, 1.0)])
     assert (window.start, window.stop, window.reached) == (200, 200, ("other initial states",))
+    (window,) = windows([motion(0, 6.0), motion(1, 2.0)])  # the other force is high, too, but in contact
+    assert (window.criterion, window.reached) == (CRITERION, ("other initial states",))
     falling = made_up([motion(0, 1.0)], [motion(0, 1.0), motion(1, 2.0)], [motion(1, 3.0)])
     falling.at[300.0][0].leads_to[200.0] = falling.at[200.0][1]
     (window,) = _windows(falling, _dataset(falling), severity)
@@ -239,13 +255,12 @@ def test_speeds_are_added_where_something_changes():
 
 
 def test_a_gap_between_motions_that_do_not_lead_to_each_other_is_looked_for():
-    found = made_up([motion(0, 1.0), motion(1, 2.0)], [motion(0, 1.0), motion(1, 3.0)])
-    assert speeds_between(found, severity, np.inf) == [150]  # since the largest force is at one of them
-    found.at[200.0][1].dynamic_factor = 2.0
-    same = speeds_between(found, severity, np.inf)
+    found = made_up(*([motion(0, 1.0), motion(1, factor)] for factor in (2.0, 2.0, 2.0, 3.0)))
+    assert speeds_between(found, severity, np.inf) == [350]  # about the largest force
     found.at[100.0][1].leads_to[200.0] = found.at[200.0][0]
+    assert speeds_between(found, severity, np.inf) == [350]  # reached from above
     found.at[200.0][1].leads_to[100.0] = found.at[100.0][0]
-    assert speeds_between(found, severity, np.inf) == [150] and same == [150]
+    assert speeds_between(found, severity, np.inf) == [150, 350]
 
 
 @pytest.mark.slow
