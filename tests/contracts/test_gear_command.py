@@ -9,7 +9,8 @@ import pytest
 from typer.testing import CliRunner
 
 from gearchaos.cli import app
-from gearchaos.datasheet.answer import default_speeds, edges
+from gearchaos.cli.tables.gears import print_answers
+from gearchaos.datasheet.answer import Answer, default_speeds, edges
 from gearchaos.gears.units import RPM, measured
 from gearchaos.studies.speeds_to_avoid import Window, speeds_to_avoid
 from gearchaos.studyfile import load_design
@@ -160,8 +161,24 @@ def test_more_ranges_and_warnings_than_fit_are_counted():
     result = gear(SPUR, *options)
     lines = [*result.stdout.splitlines(), *warnings_of(result)]
     assert len(lines) <= 20 and re.match(r"and \d more warnings?: --all shows them", lines[-1])
+    assert result.stderr.count("warning: ") == 3
     every = gear(SPUR, *options, "--all")
     assert every.stderr.count("warning: ") == 3 + int(lines[-1].split()[1])
+
+
+def test_of_many_ranges_those_with_the_largest_factors_are_shown(capsys):
+    design = load_design(SPUR)
+    windows = tuple(replace(window(100.0 * n, 100.0 * n, 1.0, 1.0), dynamic_factor=2 + n % 7) for n in range(1, 31))
+    answer = Answer.of(design, replace(speeds_to_avoid(design, "1000:1100:2", starts=0), windows=windows))
+    print_answers([answer], every=False, warn=True)
+    printed = capsys.readouterr()
+    lines = [*printed.out.splitlines(), *printed.err.splitlines()]
+    rows = [line.split() for line in lines if re.match(r" *\d+ +\d+ +\d ", line)]
+    assert len(lines) == 20 and f"and {30 - len(rows)} more with smaller factors: --all shows them" in lines
+    assert min(float(row[2]) for row in rows) >= 7 and len(rows) >= 3
+    assert [float(row[0]) for row in rows] == sorted(float(row[0]) for row in rows)
+    print_answers([answer], every=True, warn=True)
+    assert "more with smaller" not in capsys.readouterr().out
 
 
 def test_the_ranges_of_the_command_are_those_of_python(tmp_path):
