@@ -71,7 +71,8 @@ class Visit:
         self.page, self.errors, self.strangers = self.context.new_page(), [], []
         self.page.set_default_timeout(WAIT)
         self.page.on("pageerror", lambda e: self.errors.append(str(e)))
-        self.page.on("console", lambda m: self.errors.append(m.text) if m.type in ("error", "warning") else None)
+        self.page.on("console", lambda m: (
+            self.errors.append(m.text) if m.type == "error" or "initial ranges" in m.text else None))
         home = re.match(r"http://[^/]+", url)[0]
         self.page.on("request", lambda r: self.strangers.append(r.url) if not _own(r.url, home) else None)
         self.page.goto(url)
@@ -124,7 +125,7 @@ class Visit:
         return self.page.wait_for_selector(".error").inner_text()
 
     def close(self):
-        assert self.errors == [] and self.strangers == []
+        assert (self.errors, self.strangers) == ([], [])
         self.context.close()
 
 

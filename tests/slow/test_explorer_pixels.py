@@ -9,7 +9,7 @@ from PIL import Image
 
 import gearchaos as gc
 from gearchaos.explorer.view.state import COLOURS
-from gearchaos.plot._classes import MOTION_CLASSES
+from gearchaos.plot._classes import CONTACT_CLASSES, MOTION_CLASSES
 from tests.slow.browser import NEEDED
 
 pytest.importorskip("playwright.sync_api")
@@ -18,6 +18,7 @@ PLANE = "?x=omega=1.9:2.3&y=eps1=0.0:0.1&at=2.2,0.06"
 """Two kinds of motion, with and without loss of contact, and no chaos."""
 
 GREY = "#bfbfbf"
+CLASSES = {"motion": MOTION_CLASSES, "contact": CONTACT_CLASSES}
 DATA = """async () => {
   await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))  // it is painted then
   const view = [...Bokeh.index.roots].find((root) => root.model.name === "map")
@@ -41,8 +42,8 @@ def picture(one):
 
 def expected(colour, values):
     """The colours (rows, columns, 3) of all cells; of a level from the least to the greatest but one in a hundred."""
-    if colour == "motion":
-        return rgb([c.colour for c in MOTION_CLASSES])[values.astype(int)]
+    if colour in CLASSES:
+        return rgb([c.colour for c in CLASSES[colour]])[values.astype(int)]
     known = values[np.isfinite(values)]
     low, high, shades = known.min(), np.percentile(known, 99), rgb(Viridis256)
     if colour == "attractors":
@@ -77,8 +78,8 @@ def looks_right(one, colour):
     wrong = np.min([abs(wanted[row + r, column + c] - found).max(axis=1) for r, c in around], axis=0) > 3
     assert wrong.mean() < 0.03, f"{wrong.mean():.0%} of the cells drawn in a wrong colour"  # those under the crosshair
     shades = len({tuple(p) for p in found[~wrong]})
-    assert shades >= (2 if colour in ("motion", "attractors") else 30)
-    if colour not in ("motion", "attractors"):
+    assert shades >= (2 if colour in (*CLASSES, "attractors") else 30)
+    if colour not in (*CLASSES, "attractors"):
         order = np.argsort(values[row, column][~wrong], kind="stable")
         light = [group.mean() for group in np.array_split((found[~wrong] @ [0.299, 0.587, 0.114])[order], 8)]
         assert np.all(np.diff(light) > -2) and light[-1] > light[0] + 60
@@ -98,8 +99,8 @@ def test_every_colouring_from_the_address_bar_is_drawn_in_its_colours(visit, col
 def test_every_colouring_is_drawn_in_its_colours_whatever_was_shown_before(visit):
     one = visit(PLANE)
     first_map(one)
-    order = ("v_rms", "motion", "contact_fraction", "dynamic_factor", "v_rms", "dynamic_factor", "contact_fraction",
-             "motion", "dynamic_factor", "attractors", "motion")
+    order = ("v_rms", "contact", "motion", "contact", "contact_fraction", "dynamic_factor", "v_rms", "dynamic_factor",
+             "contact_fraction", "motion", "dynamic_factor", "attractors", "motion")
     for colour in order:
         one.after(lambda colour=colour: one.choose("colour", COLOURS[colour]))
         first_map(one, colour)

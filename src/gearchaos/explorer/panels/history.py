@@ -48,7 +48,7 @@ class HistoryFigure:
 
     def clear(self) -> None:
         """Draw nothing."""
-        self._set(self.source, data={"x": [], "y": []})
+        self._set(self.source, data=FIRST_DATA)
 
 
 class ForceFigure:
@@ -82,7 +82,7 @@ class ForceFigure:
 
     def clear(self) -> None:
         """Draw nothing."""
-        self._set(self.source, data={"x": [], "y": []})
+        self._set(self.source, data=FIRST_DATA)
 
 
 def _times_shown(tau: np.ndarray, period: float, units: Units) -> tuple[np.ndarray, np.ndarray, str]:

@@ -46,5 +46,5 @@ class PhaseFigure:
 
     def clear(self) -> None:
         """Draw nothing."""
-        for source in (self.line, self.points):
-            self._set(source, data={"x": [], "y": []})
+        self._set(self.line, data=FIRST_DATA)
+        self._set(self.points, data={"x": [], "y": []})

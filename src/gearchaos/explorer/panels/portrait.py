@@ -39,7 +39,8 @@ class PortraitFigure:
 
     def clear(self) -> None:
         """Draw nothing."""
-        self._set(self.source, data={"x": [], "y": []})
+        self._set(self.glyph, size=0)
+        self._set(self.source, data=FIRST_DATA)
 
 
 def _section(found: PointMotion, units: Units) -> tuple[xr.Variable, xr.Variable]:

@@ -50,4 +50,4 @@ class SpectrumFigure:
 
     def clear(self) -> None:
         """Draw nothing."""
-        self._set(self.source, data={"x": [], "y": []})
+        self._set(self.source, data=FIRST_DATA)

@@ -25,7 +25,7 @@ __all__ = ["BOUNDARY", "FIRST_DATA", "INK", "PALETTE", "STROBE", "Legend", "SetA
 
 
 FIRST_DATA = {"x": [0.0], "y": [1.0]}
-"""Data of a figure before the first motion: a single point, which a line does not show. Without any, Bokeh finds no
+"""Data of a figure without a motion: a single point, which a line does not show. Without any, Bokeh finds no
 ranges for its axes, and says so in the browser's console."""
 
 
