@@ -22,6 +22,7 @@ import numpy as np
 import gearchaos as gc
 from gearchaos.errors import DesignWarning, InputError
 from gearchaos.studies.axis import Axis
+from gearchaos.studies.speeds_to_avoid import Window
 
 LINE_LOADS = (25.0, 90.0, 300.0)
 """Means of the three line loads, N/mm."""
@@ -72,13 +73,18 @@ def trial(number: int, load: int, threads: int | None = None) -> dict[str, Any]:
     checked = [s for s in np.sort(rng.uniform(axis.start, stop, CHECKED_SPEEDS)).tolist()
                if not any(low <= s <= high for low, high in ranges)]
     outside = [(s, share) for s in checked if (share := _separated_share(design, s, torque, number, threads))]
-    missed = [(w.start, w.stop, w.reached) for w, (low, high) in zip(found.windows, ranges, strict=True)
+    missed = [_window(w) for w, (low, high) in zip(found.windows, ranges, strict=True)
               if not np.any((separated >= low) & (separated <= high))]
     return {
         "number": number, "load": load, "torque": torque, "start": axis.start, "stop": stop, "seconds": spent,
-        "speeds": found.dataset.sizes["speed"], "windows": [(w.start, w.stop, w.reached) for w in found.windows],
+        "speeds": found.dataset.sizes["speed"], "windows": [_window(w) for w in found.windows],
         "contradictions": outside, "missed": missed, "checked": len(checked), "coarse": found.coarse,
     }
+
+
+def _window(window: Window) -> tuple[float, float, list[str]]:
+    """Both ends of a range, and in which motions the teeth separate."""
+    return window.start, window.stop, [each.motion for each in window.reached]
 
 
 def _separated_share(design: gc.GearDesign, speed: float, torque: float, seed: int, threads: int | None) -> float:

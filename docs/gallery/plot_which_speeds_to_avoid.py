@@ -23,5 +23,5 @@ ax = gc.plot.dynamic_factor(found.dataset)
 
 for each in found.windows:
     print(f"{each.words}: up to {each.dynamic_factor:.2f} times the static force, at {each.speed_of_largest:.0f} rpm; "
-          f"{', '.join(each.reached)}")
+          f"{', '.join(m.motion for m in each.reached)}")
 print(f"Tried: {found.tried}.")

@@ -34,7 +34,7 @@ Page = Annotated[
 Speeds = Annotated[
     str | None,
     typer.Option(metavar="START:STOP:COUNT",
-                 help="Speeds in rpm to look through; by default 10 to 150 % of the main resonance."),
+                 help="Speeds of wheel 1, rpm; by default 10 to 150 % of the main resonance, up to 60 m/s."),
 ]
 Torques = Annotated[
     list[str] | None,
@@ -50,7 +50,7 @@ FactorAlone = Annotated[
 ]
 FactorPlot = Annotated[
     Path | None,
-    typer.Option("--plot", metavar="FILE", help="Picture of the dynamic factor along --speed: .png, .pdf or .svg.",
+    typer.Option("--plot", metavar="FILE", help="Picture of the dynamic factor along the speed, of one torque: .png, .pdf or .svg.",
                  readable=False),
 ]
 

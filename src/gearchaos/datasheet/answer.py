@@ -17,7 +17,7 @@ from gearchaos.gears.sheet import Entry, datasheet, with_scanned_speeds
 from gearchaos.gears.units import RPM, measured
 
 if TYPE_CHECKING:
-    from gearchaos.studies.speeds_to_avoid import SpeedsToAvoid, Window
+    from gearchaos.studies.speeds_to_avoid import Reached, SpeedsToAvoid, Window
 
 _SCANNED = (0.1, 1.5)
 """Speeds that are scanned unless others are asked for, over the main resonance: from that at which a tenth harmonic
@@ -84,7 +84,7 @@ class Answer:
         yield "main resonance", (f"{self._value('resonance_speed')}; by ISO 6336-1 its range is {start} to {stop} rpm"
                                  if known else "not known")
         error = "no transmission error" if d.exact else f"error {_method(d.transmission_error)}"
-        damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g}"
+        damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g} (vary it)"
         yield "assumed", f"stiffness {_method(d.stiffness)}, {error}{damping}"
 
     @property
@@ -102,11 +102,11 @@ class Answer:
                 return "not asked for"
             left_out = self.problem.rule == LEFT_OUT
             return f"not computed: {f'{self.problem.field} {LEFT_OUT}' if left_out else 'see the error'}"
-        found = [" to ".join(edges(each)) for each in self.speeds.windows]
+        found = [in_words(each) for each in self.speeds.windows]
         if not found:
             return f"none found from {self.scanned}; looked for speeds at which {self.speeds.criterion}"
         ranges = " and ".join(filter(None, [", ".join(found[:-1]), found[-1]]))
-        return f"avoid {ranges} rpm, of {self.scanned} computed: {self.speeds.criterion}"
+        return f"avoid {ranges} rpm of wheel 1, of {self.scanned} computed: {self.speeds.criterion}"
 
     @property
     def basis(self) -> Iterator[str]:
@@ -114,8 +114,11 @@ class Answer:
         if self.speeds is None:
             return
         yield f"Tried: {self.speeds.tried}.{f' {self.speeds.coarse}' if self.speeds.coarse else ''}"
+        if self.speeds.windows:
+            yield "Beside a factor: the share of the range where that motion separates, if not all."
         if (ratio := measured(self.speeds.quasi_static_ratio, 3)) != "1":
             yield f"Against K_v of a standard: the factor over {ratio} (quasi-static, at speed 0)."
+        yield "Left out: load sharing, damping that ends with contact, other meshes, friction."
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -156,6 +159,19 @@ def default_speeds(design: GearDesign) -> str:
     fast, own = FAST / (design.geometry.reference_diameter[0] / 2) / RPM, design.speed or start
     stop = max(min(stop, fast), 1.1 * own)
     return f"{float(f'{min(start, own):.2g}'):g}:{float(f'{stop:.3g}'):g}:{_SCANNED_COUNT}"
+
+
+def in_words(window: Window) -> str:
+    """A range to avoid in words, without its unit."""
+    start, stop = edges(window)
+    return f"{'the start, ' * window.from_scan_start}{start.lstrip('≤ ')} to " \
+           f"{'the end, ' * window.to_scan_end}{stop.lstrip('≥ ')}"
+
+
+def factor_and_share(motion: Reached) -> str:
+    """The largest factor of a motion in a range, and the share of it in which it is to be avoided unless all."""
+    share = min(max(round(100 * motion.share), 1), 99)
+    return measured(motion.dynamic_factor, 3) + (f" {share}%" if motion.share < 1 else "")
 
 
 def edges(window: Window) -> tuple[str, str]:

@@ -13,7 +13,7 @@ from typing import Any
 import jinja2
 from markupsafe import Markup, escape
 
-from gearchaos.datasheet.answer import Answer, edges
+from gearchaos.datasheet.answer import Answer, factor_and_share, in_words
 from gearchaos.datasheet.pictures import factor_picture, pictures
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.values import DataFile
@@ -66,8 +66,9 @@ def sheet_html(answers: Sequence[Answer]) -> str:
 def _answer(answer: Answer, notes: Sequence[str]) -> dict[str, Any]:
     """What the template shows of an answer, with these of its notes."""
     windows = [{
-        "range": " to ".join(edges(each)), "contact": each.contact, "at": measured(each.speed_of_largest, 3),
-        "factor": measured(each.dynamic_factor, 3), "reached": each.reached,
+        "range": in_words(each), "contact": each.contact, "at": measured(each.speed_of_largest, 3),
+        "factor": measured(each.dynamic_factor, 3),
+        "reached": [f"{motion.motion} {factor_and_share(motion)}" for motion in each.reached],
     } for each in (answer.speeds.windows if answer.speeds else ())]
     return {
         "conclusion": answer.conclusion, "facts": list(answer.facts), "basis": list(answer.basis), "windows": windows,

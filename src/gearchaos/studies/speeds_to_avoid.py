@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -65,6 +66,25 @@ class Peak:
 
 
 @dataclass(frozen=True)
+class Reached:
+    """A motion that is to be avoided in a range of speeds.
+
+    Attributes
+    ----------
+    motion : str
+        One of the words of `MOTIONS`.
+    share : float
+        Share of the range, between 0 and 1, in which this motion is to be avoided.
+    dynamic_factor : float
+        Its largest dynamic factor there; NaN if it diverges.
+    """
+
+    motion: str
+    share: float
+    dynamic_factor: float
+
+
+@dataclass(frozen=True)
 class SpeedRange:
     """Consecutive computed speeds.
 
@@ -92,8 +112,8 @@ class Window(SpeedRange):
     ----------
     start_resolution, stop_resolution : float
         How far outside ``start`` and ``stop`` the true edges lie at most, rpm.
-    reached : tuple of str
-        In which motions: words of `MOTIONS`.
+    reached : tuple of Reached
+        In which motions.
     criterion : str
         Why: `CRITERION` or `FORCE_CRITERION`.
     contact : str
@@ -107,7 +127,7 @@ class Window(SpeedRange):
 
     start_resolution: float
     stop_resolution: float
-    reached: tuple[str, ...]
+    reached: tuple[Reached, ...]
     criterion: str
     contact: str
     from_scan_start: bool
@@ -236,8 +256,8 @@ def speeds_to_avoid(
     >>> found = gc.speeds_to_avoid(design, "500:1500:10", "300 N*m")
     >>> [each.words for each in found.windows]
     ['560 to 585 rpm', '628 to 656 rpm', '1472 to 1500 rpm']
-    >>> found.windows[-1].reached, found.windows[-1].to_scan_end
-    (('other initial states',), True)
+    >>> [each.motion for each in found.windows[-1].reached], found.windows[-1].to_scan_end
+    (['other initial states'], True)
     """
     axis = operating_axis("speed", speed)
     at_start = loaded(design, torque).at(speed=axis.start)
@@ -318,12 +338,12 @@ def _dataset(motions: FollowedMotions) -> xr.Dataset:
 def _windows(motions: FollowedMotions, dataset: xr.Dataset, severity: Severity) -> tuple[Window, ...]:
     """The ranges of speed that are equally to be avoided."""
     found = [worst(severity, motions.at[s]) for s in motions.speeds]
-    reached = {MOTIONS[name]: [0 if m is None else severity(m) for m in row] for name, row in motions.named().items()}
-    return tuple(_window(dataset, reached, found[run[0]], run[0], run[-1]) for run in runs(found) if found[run[0]])
+    severities = np.array([[0 if m is None else severity(m) for m in row] for row in motions.named().values()])
+    return tuple(_window(dataset, severities, found[run[0]], run[0], run[-1]) for run in runs(found) if found[run[0]])
 
 
-def _window(dataset: xr.Dataset, severities: dict[str, list[int]], own: int, first: int, last: int) -> Window:
-    """The range of the speeds with these indices."""
+def _window(dataset: xr.Dataset, severities: np.ndarray, own: int, first: int, last: int) -> Window:
+    """The range of the speeds with these indices; severities over `MOTIONS` and all speeds."""
     speeds, part = dataset["speed"].values, dataset.isel(speed=slice(first, last + 1))
     known = _largest_factors(dataset)
     peaks = [i for i in range(max(first, 1), min(last, len(known) - 2) + 1)
@@ -332,10 +352,19 @@ def _window(dataset: xr.Dataset, severities: dict[str, list[int]], own: int, fir
     steps = np.concatenate([[0.0], np.diff(speeds), [0.0]])
     return Window(
         **asdict(_speed_range(part)), start_resolution=float(steps[first]), stop_resolution=float(steps[last + 1]),
-        reached=tuple(words for words, row in severities.items() if own in row[first : last + 1]),
+        reached=tuple(_reached(part, severities[:, first : last + 1] == own)),
         criterion=_CRITERIA[own], contact=CONTACT_WORDS[int(part["contact"].max())], from_scan_start=first == 0,
         to_scan_end=last == len(speeds) - 1,
         peaks=tuple(Peak(float(speeds[i]), float(known[i])) for i in largest))
+
+
+def _reached(part: xr.Dataset, avoided: np.ndarray) -> Iterator[Reached]:
+    """The motions of a range, where ``avoided`` (motions, speeds): each speed counts half way to the next."""
+    weights = np.gradient(part["speed"].values) if part.sizes["speed"] > 1 else np.ones(1)
+    for words, own, factors in zip(MOTIONS.values(), avoided, part["dynamic_factor"].values, strict=True):
+        if own.any():
+            largest = np.fmax.reduce(factors[own])
+            yield Reached(words, float(weights[own].sum() / weights.sum()), float(largest))
 
 
 def _largest_factors(dataset: xr.Dataset) -> np.ndarray:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from gearchaos.cli.errors import say
 from gearchaos.cli.tables.text import plain_table, print_table
-from gearchaos.datasheet.answer import edges
+from gearchaos.datasheet.answer import edges, factor_and_share
 from gearchaos.gears.sheet import shown_value
 from gearchaos.gears.units import measured
 
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 _WIDTH = 80
 _MOST_LINES, _FEWEST_WINDOWS, _MOST_WARNINGS = 20, 2, 3
 """Lines of an answer; ranges and warnings that are shown in it."""
+
+_MOTION_TITLES = ("factor\nfrom rest", "speed\nrising", "speed\nfalling", "only from\nelsewhere")
+"""Titles of the columns of `MOTIONS`."""
 
 _HEADING = 2
 """Lines of the heading of the table of ranges."""
@@ -36,7 +39,7 @@ def print_answers(answers: Sequence[Answer], every: bool, warn: bool) -> None:
     """
     notes = list(dict.fromkeys(note for answer in answers for note in answer.notes)) if warn else []
     most, lines = (None, None) if every else (_MOST_WARNINGS, 2)
-    warnings = [line for text in notes[:most] for line in _wrapped(f"warning: {text}", 2)[:lines]]
+    warnings = [line for text in notes[:most] for line in _wrapped(f"warning: {text}", 2, lines)]
     if more := len(notes) - len(notes[:most]):
         warnings.append(f"and {more} more warning{'s' * (more > 1)}: --all shows them")
     for number, answer in enumerate(answers):
@@ -61,9 +64,10 @@ def _print_answer(answer: Answer, lines: int | None) -> None:
     print(*basis, sep="\n", end="\n" * bool(basis), flush=True)
 
 
-def _wrapped(text: str, indent: int = 0) -> list[str]:
-    """A text as lines, all but the first with an indent."""
-    return textwrap.wrap(text, _WIDTH, subsequent_indent=" " * indent, break_on_hyphens=False)
+def _wrapped(text: str, indent: int = 0, most: int | None = None) -> list[str]:
+    """A text as lines, at most so many, all but the first with an indent."""
+    return textwrap.wrap(text, _WIDTH, subsequent_indent=" " * indent, break_on_hyphens=False, max_lines=most,
+                         placeholder=" … (--all)")
 
 
 def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
@@ -73,18 +77,17 @@ def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
     most -= len(speeds.windows) > most
     table = plain_table()
     forces = len({each.criterion for each in speeds.windows}) > 1
-    for title in ("from\nrpm", "to\nrpm", "dynamic\nfactor", "quasi-\nstatic", "at\nrpm"):
+    for title in ("from\nrpm", "to\nrpm", *_MOTION_TITLES, "largest\nat rpm", "quasi-\nstatic"):
         table.add_column(title, justify="right")
-    for title in MOTIONS.values():
-        table.add_column("\n".join(title.split()[::len(title.split()) - 1]), justify="center")
     if forces:
         table.add_column("teeth")
     shown_ones = sorted(sorted(speeds.windows, key=_severity)[:most], key=lambda each: each.start)
     for each in shown_ones:
-        reached = ["x" if words in each.reached else "-" for words in MOTIONS.values()]
-        numbers = (measured(v, 3) for v in (each.dynamic_factor, speeds.quasi_static_ratio, each.speed_of_largest))
+        reached = {r.motion: factor_and_share(r) for r in each.reached}
+        factors = (reached.get(words, "-") for words in MOTIONS.values())
         teeth = "separate" if each.criterion == CRITERION else "touch"
-        table.add_row(*edges(each), *numbers, *reached, *([teeth] * forces))
+        table.add_row(*edges(each), *factors, measured(each.speed_of_largest, 3),
+                      measured(speeds.quasi_static_ratio, 3), *([teeth] * forces))
     print_table(table)
     if hidden := len(speeds.windows) - len(shown_ones):
         print(f"and {hidden} more with smaller factors: --all shows them")

@@ -62,6 +62,7 @@ def print_regime(verdict: Verdict, loaded: LoadedStudy, proof: Certificate | Unp
         if q.name == "dynamic_factor" and (ratio := _quasi_static(loaded.model, values[q.name])):
             table.add_row("", ratio)
     print_table(table)
+    print("From the initial values given; `gearchaos attractors` finds other motions.")
 
 
 def _quasi_static(model: MeshModel, *factors: float | None) -> str:

@@ -13,15 +13,18 @@ from gearchaos.quantities import OPERATION, quantity
 if TYPE_CHECKING:
     import xarray as xr
 
-FILE_WIDTH = 160
-"""Width of a table in characters where stdout is not a terminal."""
+FILE_WIDTH, PAGE_WIDTH = 160, 80
+"""Widths in characters where stdout is not a terminal: of a table with rules, and of one without."""
 
 
 def print_table(table: Table) -> None:
-    """Print a table in the width of the terminal."""
+    """Print a table in the width of the terminal, without blanks at the ends of lines."""
     console = Console()
-    width = console.width if console.is_terminal else FILE_WIDTH
-    Console(width=width, markup=False).print(table)  # a unit in brackets, "[um]", is no markup
+    width = console.width if console.is_terminal else FILE_WIDTH if table.box else PAGE_WIDTH
+    console = Console(width=width, markup=False)  # a unit in brackets, "[um]", is no markup
+    with console.capture() as lines:
+        console.print(table)
+    print(*(line.rstrip() for line in lines.get().splitlines()), sep="\n", flush=True)
 
 
 def plain_table(gap: int = 2) -> Table:
