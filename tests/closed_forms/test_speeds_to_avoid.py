@@ -170,7 +170,8 @@ def test_the_document_is_json():
     found = gc.speeds_to_avoid(NARROW, "2400:2600:3", starts=0)
     document = json.loads(json.dumps(found.document()))
     assert document["quasi_static_ratio"] == pytest.approx(1.75) and document["tried"] == found.tried
-    assert [each["motion"] for each in document["ranges"][0]["reached"]] == ["from rest", "speed rising", "speed falling"]
+    assert [each["motion"] for each in document["ranges"][0]["reached"]] == [
+        "from rest", "speed rising", "speed falling"]
     assert document["computed"]["count"] == len(document["along_speed"]["speed"]) == found.dataset.sizes["speed"]
     assert document["along_speed"]["motions"]["from rest"] == document["along_speed"]["dynamic_factor"]
 

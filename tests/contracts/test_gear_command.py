@@ -12,7 +12,7 @@ from gearchaos.cli import app
 from gearchaos.cli.tables.gears import print_answers
 from gearchaos.datasheet.answer import Answer, default_speeds, edges
 from gearchaos.gears.units import RPM, measured
-from gearchaos.studies.speeds_to_avoid import Window, speeds_to_avoid
+from gearchaos.studies.speeds_to_avoid import Reached, Window, speeds_to_avoid
 from gearchaos.studyfile import load_design
 
 SPUR = Path(__file__).parents[2] / "examples" / "spur_50_50.toml"
@@ -94,6 +94,8 @@ def test_every_torque_has_an_answer():
     documents = json.loads(gear(SPUR, "--torque", "60,180", "--json").stdout)["torques"]
     loads = [each["quantities"]["line_load"]["value"] for each in documents]
     assert loads == pytest.approx([40, 120]) and all(each["model"] for each in documents)
+    refused = gear(SPUR, "--torque", "56,5 N*m", code=2)
+    assert "--torque must rise from one to the next; got '56,5 N*m'" in refused.stderr
     alone = json.loads(gear(SPUR, "--torque", "180", "--json").stdout)
     assert alone == documents[1]
 
@@ -104,7 +106,7 @@ def test_without_speeds_those_around_the_main_resonance_are_looked_through():
     resonance = 4350.12
     assert start == pytest.approx(0.1 * resonance, rel=0.05) and stop == pytest.approx(1.5 * resonance, rel=0.01)
     assert count == 60
-    slow, fast = replace(design, speed=100 * RPM), replace(design, speed=7000 * RPM)
+    slow, fast = replace(design, speed=100), replace(design, speed=7000)
     assert default_speeds(slow).startswith("100:") and default_speeds(fast).split(":")[1] == "7700"
     few = replace(design, teeth=(20, 20), centre_distance=None, module=0.01, face_width=0.2, bore=0.0)
     velocity = float(default_speeds(few).split(":")[1]) * RPM * 0.1
@@ -133,8 +135,8 @@ def test_a_table_that_cannot_be_read_is_one_message_and_exit_code_2(tmp_path, ke
     path = written(tmp_path, rows, key)
     result = gear(path, *options, code=2)
     assert [line for line in result.stderr.splitlines() if "finite numbers" in line] == [
-        f"error: {tmp_path / 'curve.csv'}, line 3, must have finite numbers; got 'x'. Write e.g. 1234.5: no unit, no "
-        "separators between thousands."]
+        f"error: {tmp_path / 'curve.csv'}, line 3, must have finite numbers; got 'x'. Write e.g. 1234.5: no unit, "
+        "nothing between thousands."]
     if "--json" in options:
         quantities = json.loads(result.stdout)["quantities"]
         assert quantities[lost]["value"] is None and all(quantities[name]["value"] for name in kept)
@@ -171,7 +173,8 @@ def test_more_ranges_and_warnings_than_fit_are_counted():
 
 def test_of_many_ranges_those_with_the_largest_factors_are_shown(capsys):
     design = load_design(SPUR)
-    windows = tuple(replace(window(100.0 * n, 100.0 * n, 1.0, 1.0), dynamic_factor=2 + n % 7) for n in range(1, 31))
+    windows = tuple(replace(window(100.0 * n, 100.0 * n, 1.0, 1.0), dynamic_factor=2 + n % 7,
+                            reached=(Reached("from rest", 1.0, 2 + n % 7),)) for n in range(1, 31))
     answer = Answer.of(design, replace(speeds_to_avoid(design, "1000:1100:2", starts=0), windows=windows))
     print_answers([answer], every=False, warn=True)
     printed = capsys.readouterr()
@@ -231,7 +234,7 @@ def test_bad_input_is_refused(arguments, message):
 
 def test_without_load_there_is_no_answer():
     for options in ((), SCAN):
-        result = gear(SPUR, "--torque", "60,0", *options, code=2)
+        result = gear(SPUR, "--torque", "0,60", *options, code=2)
         assert result.stderr.splitlines()[-1].startswith("error: torque must be greater than 0")
         assert "60 N m" in result.stdout and "speeds to avoid not computed: see the error" in result.stdout
 

@@ -50,8 +50,8 @@ FactorAlone = Annotated[
 ]
 FactorPlot = Annotated[
     Path | None,
-    typer.Option("--plot", metavar="FILE", help="Picture of the dynamic factor along the speed, of one torque: .png, .pdf or .svg.",
-                 readable=False),
+    typer.Option("--plot", metavar="FILE", readable=False,
+                 help="Picture of the dynamic factor along the speed, of one torque: .png, .pdf or .svg."),
 ]
 
 
@@ -111,6 +111,10 @@ def _torques(texts: list[str]) -> list[str]:
     out = []
     for text in texts:
         parts = [part.strip() for part in text.split(",")]
+        numbers = [float(n) for part in parts for n in re.findall(_NUMBER, part)[:1]]
+        if numbers != sorted(set(numbers)):
+            raise InputError("--torque", "must rise from one to the next", text,
+                             "A comma stands between two torques; a decimal number has a point.")
         unit = re.sub(_NUMBER, "", parts[-1]) if re.match(_NUMBER, parts[-1]) else ""
         out += [f"{part} {unit}".strip() if re.fullmatch(_NUMBER, part) else part for part in parts]
     return out
