@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearchaos.files import write_bytes
+from gearchaos.files import check_target, write_bytes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,10 +48,11 @@ def save_csv(
     tables: dict[tuple[str, ...], list[str]] = {}
     for name, variable in dataset.data_vars.items():
         tables.setdefault(tuple(map(str, variable.dims)), []).append(str(name))
-    out: list[Path] = []
-    for dims, names in tables.items():
-        out.append(path.with_stem(f"{path.stem}_{'_'.join(dims) or 'values'}") if out else path)
-        write_bytes(out[-1], map(str.encode, _lines(dataset[names], dims, convert, step)))
+    out = [path, *(path.with_stem(f"{path.stem}_{'_'.join(dims) or 'values'}") for dims in [*tables][1:])]
+    for each in out:
+        check_target("path", each)
+    for file, (dims, names) in zip(out, tables.items(), strict=True):
+        write_bytes(file, map(str.encode, _lines(dataset[names], dims, convert, step)))
     return out
 
 

@@ -281,7 +281,7 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     >>> from tempfile import TemporaryDirectory
     >>> zones = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.9:1.1:2", "eps1=0.1:0.2:2")
     >>> with TemporaryDirectory() as folder:
-    ...     gc.save(zones, f"{folder}/zones.nc")
+    ...     paths = gc.save(zones, f"{folder}/zones.nc")
     ...     gc.load(f"{folder}/zones.nc").equals(zones)
     True
     """

@@ -9,9 +9,10 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.gears.separation import separation_torque
+from gearchaos.gears.units import RPM
 
 PAIR = {"teeth1": 25, "base_radius1": 0.03, "stiffness": 4e8, "mass": 0.25, "damping_ratio": 0.05}
-NATURAL = math.sqrt(PAIR["stiffness"] / PAIR["mass"]) / PAIR["teeth1"]
+NATURAL = math.sqrt(PAIR["stiffness"] / PAIR["mass"]) / PAIR["teeth1"] / RPM
 
 
 def test_one_harmonic():
@@ -31,8 +32,8 @@ def test_shapes_and_special_cases():
     assert separation_torque(0.0, **PAIR, amplitudes=(1e-6, 2e-6)) == 0
     assert separation_torque(speeds, **PAIR, amplitudes=()).max() == 0
     undamped = {**PAIR, "damping_ratio": 0.0, "mass": 1.0, "stiffness": 1.0, "teeth1": 1}
-    assert separation_torque(1.0, **undamped, amplitudes=(1e-6,)) == np.inf
-    assert separation_torque(np.array([1.0, 2.0]), **undamped, amplitudes=(1e-6, 1e-6)).tolist()[0] == np.inf
+    assert separation_torque(1 / RPM, **undamped, amplitudes=(1e-6,)) == np.inf
+    assert separation_torque(np.array([1.0, 2.0]) / RPM, **undamped, amplitudes=(1e-6, 1e-6)).tolist()[0] == np.inf
 
 
 def test_several_harmonics_by_brute_force():

@@ -302,5 +302,5 @@ def test_the_map_of_contact_has_the_classes_of_the_states():
 def test_the_first_map_of_slow_and_of_fast_gears_is_one_that_the_page_accepts():
     resonance = DESIGN.model.value("speed") / DESIGN.model.omega
     for share in (0.055, 0.2, 3.0, 6.0):
-        view = view_of(operating_model(DESIGN.gears.at(speed=share * resonance * np.pi / 30)))
+        view = view_of(operating_model(DESIGN.gears.at(speed=share * resonance)))
         assert view.x.start < share * resonance < view.x.stop

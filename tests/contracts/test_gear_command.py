@@ -72,8 +72,8 @@ def window(start, stop, start_resolution, stop_resolution, **ends):
 
 
 @pytest.mark.parametrize(("found", "shown"), [
-    (window(2322.5114037, 2555.3, 11.6, 12.8), ("2320", "2560")), (window(533.0, 533.0, 103.0, 103.0), ("500", "600")),
-    (window(533.2, 540.1, 0.4, 2.0), ("533", "541")),
+    (window(2322.5114037, 2555.3, 11.6, 12.8), ("2310", "2570")), (window(533.0, 533.0, 103.0, 103.0), ("400", "700")),
+    (window(533.2, 540.1, 0.4, 2.0), ("532", "543")),
     (window(500.0, 8000.0, 0.0, 0.0, from_scan_start=True, to_scan_end=True), ("≤ 500", "≥ 8000")),
 ])
 def test_edges_are_rounded_outwards_to_their_resolution(found, shown):

@@ -22,7 +22,8 @@ def test_a_map_of_gears_prints_contact_and_the_largest_factor(tmp_path):
     where = found.dynamic_factor.stack(cell=found.dynamic_factor.dims)
     speed, torque = (float(where[int(where.argmax("cell"))][n]) for n in ("speed", "torque"))
     assert 0 < share < 100
-    assert lines[0].startswith(f"teeth: in contact {share:.3g} %, separate ") and lines[0].endswith(" % of the cells")
+    assert lines[0].startswith(f"teeth, one motion each: in contact {share:.3g} %, separate ")
+    assert lines[0].endswith(" % of the cells")
     assert lines[1] == (f"largest dynamic factor {float(where.max()):.4g}, at speed {speed:.5g} rpm, "
                         f"torque {torque:.5g} N m")
     assert document["contact"]["permanent"] == int((found.contact == 0).sum())
@@ -33,8 +34,9 @@ def test_a_map_of_gears_prints_contact_and_the_largest_factor(tmp_path):
 @pytest.mark.parametrize(("arguments", "first", "second"), [
     (PLANE, "motions: 1T ", "largest dynamic factor"),
     (("bifurcation", "--axis", "eps1=0:0.3:5"), "motions: ", "largest dynamic factor "),
-    (("bifurcation", "--set", "q0=0", "--axis", "eps1=0:0.3:5"), "motions: ", "largest rms velocity "),
-    (("bifurcation", SPUR, "--set", "torque=100", "--axis", "speed=2000:3000:3"), "teeth: ", "largest dynamic factor"),
+    (("bifurcation", "--set", "q0=0", "--axis", "eps1=0:0.3:5"), "motions: ", "largest V_RMS "),
+    (("bifurcation", SPUR, "--set", "torque=100", "--axis", "speed=2000:3000:3"), "teeth, one motion each: ",
+     "largest dynamic factor"),
     (("basins", "--set", "kind=single", "--set", "omega=0.8", "--set", "eps1=0.1", "--axis", "z=-3:3:6", "--axis",
       "z_dot=-2:2:6"), "basins: 1T ", "basin entropy "),
 ])

@@ -71,7 +71,7 @@ def test_an_unfinished_store_is_resumed_in_its_format(old):
     resumed = files(old / "half.zarr")
     assert (outcome.done, outcome.failed) == (12, {}) and half.items() <= resumed.items()
     assert resumed.keys() == whole.keys() and open_store(old / "half.zarr").finished
-    xr.testing.assert_identical(xr.open_zarr(old / "half.zarr").load(), MAP.run())
+    xr.testing.assert_equal(xr.open_zarr(old / "half.zarr").load(), MAP.run())  # in the words of its beginning
     assert json.loads((old / "half.zarr" / "run" / "study.json").read_text())["format"] == 1
 
 

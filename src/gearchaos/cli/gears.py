@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from functools import partial
 from pathlib import Path
@@ -67,8 +68,8 @@ def gear(
     """Show which speeds a gear pair is to avoid, and with --all every quantity that follows from its drawing."""
     check_output("--out", out, (".html",))
     check_output("--plot", plot, PLOT_SUFFIXES)
-    if factor is not None and not factor > 0:
-        raise InputError("--factor", "must be greater than 0", factor)
+    if factor is not None and not 0 < factor < math.inf:
+        raise InputError("--factor", "must be a finite number greater than 0", factor)
     if factor_alone and factor is None:
         raise InputError("--factor-alone", "needs --factor", True, "It lists the speeds with a higher dynamic factor.")
     torques = [None] if torque is None else _torques(torque)
@@ -95,6 +96,8 @@ def gear(
     if plot is not None and answers[0].speeds is not None:
         draw(answers[0].speeds.dataset, plot)
     if json_out:
+        for text in dict.fromkeys(text for each in answers for text in each.design.warnings):
+            say(f"warning: {text}")
         documents = [_document(each) for each in answers]
         print_json(documents[0] if len(documents) == 1 else {"torques": documents})
     else:

@@ -170,19 +170,20 @@ def in_words(window: Window) -> str:
 
 def factor_and_share(motion: Reached) -> str:
     """The largest factor of a motion in a range, and the share of it in which it is to be avoided unless all."""
-    share = min(max(round(100 * motion.share), 1), 99)
-    return measured(motion.dynamic_factor, 3) + (f" {share}%" if motion.share < 1 else "")
+    factor = measured(motion.dynamic_factor, 3) if math.isfinite(motion.dynamic_factor) else "unbounded"
+    return factor + (f" {min(max(round(100 * motion.share), 1), 99)}%" if motion.share < 1 else "")
 
 
 def edges(window: Window) -> tuple[str, str]:
-    """Both ends of a range to avoid, in rpm, rounded outwards to the resolution to which they are known.
+    """Both ends of a range to avoid, in rpm, as far outside as they may lie, and rounded outwards.
 
     An end of the computed speeds is marked: the range may go on beyond it.
     """
     start, stop = (max(10.0 ** math.floor(math.log10(r)), 1.0) if r > 0 else 1.0
                    for r in (window.start_resolution, window.stop_resolution))
-    return (f"{'≤ ' * window.from_scan_start}{math.floor(window.start / start) * start:.0f}",
-            f"{'≥ ' * window.to_scan_end}{math.ceil(window.stop / stop) * stop:.0f}")
+    low, high = window.start - window.start_resolution, window.stop + window.stop_resolution
+    return (f"{'≤ ' * window.from_scan_start}{math.floor(low / start) * start:.0f}",
+            f"{'≥ ' * window.to_scan_end}{math.ceil(high / stop) * stop:.0f}")
 
 
 def _both(values: tuple[float, float], factor: float = 1.0) -> str:

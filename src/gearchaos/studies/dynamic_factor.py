@@ -103,6 +103,8 @@ def loaded(design: Any, torque: Any) -> GearDesign:
         raise InputError("design", "must be a GearDesign", f"a {type(design).__name__}",
                          "The standards need the drawing of the pair.")
     loaded = design if torque is None else replace(design, torque=torque)
+    if loaded.torque is None:
+        loaded.at(speed=1.0).to_pair()  # names all inputs that are missing
     if loaded.given("torque") == 0:
         raise InputError("torque", "must be greater than 0", loaded.torque,
                          "Without load there is no ratio of forces.")

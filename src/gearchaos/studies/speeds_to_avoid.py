@@ -18,6 +18,7 @@ from gearchaos.gears.operating import as_model
 from gearchaos.model import MeshModel
 from gearchaos.quantities import POSITIVE
 from gearchaos.studies.axis import Axis
+from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studies.dynamic_factor import STANDARDS, loaded, standards
 from gearchaos.studies.followed_motions import FollowedMotions, Motion
 from gearchaos.studies.operating_map import operating_axis
@@ -76,7 +77,7 @@ class Reached:
     share : float
         Share of the range, between 0 and 1, in which this motion is to be avoided.
     dynamic_factor : float
-        Its largest dynamic factor there; NaN if it diverges.
+        Its largest dynamic factor there; NaN if it diverges at a speed.
     """
 
     motion: str
@@ -270,6 +271,7 @@ def speeds_to_avoid(
     check_memory("speeds times starts", axis.count * max(1, starts))
     model = as_model(at_start)
     ratio, options = quasi_static_ratio(model), as_settings(settings) or Classification()
+    Bifurcation(model, axis, points=0, settings=options).cost.check_time()  # also that a period has not too many steps
 
     limit = np.inf if factor is None else factor * ratio
 
@@ -363,8 +365,7 @@ def _reached(part: xr.Dataset, avoided: np.ndarray) -> Iterator[Reached]:
     weights = np.gradient(part["speed"].values) if part.sizes["speed"] > 1 else np.ones(1)
     for words, own, factors in zip(MOTIONS.values(), avoided, part["dynamic_factor"].values, strict=True):
         if own.any():
-            largest = np.fmax.reduce(factors[own])
-            yield Reached(words, float(weights[own].sum() / weights.sum()), float(largest))
+            yield Reached(words, float(weights[own].sum() / weights.sum()), float(factors[own].max()))
 
 
 def _largest_factors(dataset: xr.Dataset) -> np.ndarray:

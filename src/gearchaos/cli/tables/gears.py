@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from typing import TYPE_CHECKING
 
@@ -94,8 +95,8 @@ def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
 
 
 def _severity(window: Window) -> float:
-    """What sorts ranges by falling factor, those in which all motions diverge first."""
-    return -window.dynamic_factor if window.dynamic_factor == window.dynamic_factor else float("-inf")
+    """What sorts ranges by falling factor, those in which a motion diverges first."""
+    return -math.inf if any(math.isnan(each.dynamic_factor) for each in window.reached) else -window.dynamic_factor
 
 
 def print_datasheet(entries: Mapping[str, Entry], absent: Sequence[tuple[str, list[str]]]) -> None:

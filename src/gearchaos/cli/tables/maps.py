@@ -32,7 +32,8 @@ def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
     size = dataset["label"].size
     contact = [(_TEETH[state], count / size) for state, count in found["contact"].items()]
     if "gears" in dataset.attrs:
-        _print_shares("teeth", contact, cells)
+        one = "" if "contact_worst" in dataset else ", one motion each"  # another one may separate where this does not
+        _print_shares(f"teeth{one}", contact, cells)
     else:
         motions = sorted(found["cells"].items(), key=lambda item: -item[1])
         _print_shares("motions", [(name, count / size) for name, count in motions], cells)
@@ -52,6 +53,6 @@ def _largest(largest: Mapping[str, Any] | None, dataset: xr.Dataset) -> str:
     if largest is None:
         return "no motion is bounded"
     name = largest["quantity"]
-    value = f"{quantity(name).long_name} {largest['value']:.4g}{unit_after(dataset, name)}"
+    value = f"{quantity(name).symbol or quantity(name).long_name} {largest['value']:.4g}{unit_after(dataset, name)}"
     place = ", ".join(f"{n} {v:.5g}{unit_after(dataset, n)}" for n, v in largest["at"].items())
     return f"largest {value}, at {place}"

@@ -100,8 +100,8 @@ def check_speed_range(design: Any, *speeds: float) -> None:
     """Raise `InputError` for speeds of wheel 1, in rpm, above the limit of the pitch line velocity."""
     for speed in speeds:
         if (velocity := _velocity(design, speed)) > FASTEST:
-            raise InputError("speed", f"must keep the pitch line velocity below {FASTEST:g} m/s", speed,
-                             f"{speed:g} rpm give {velocity:.4g} m/s: a speed without a unit is in rpm.")
+            raise InputError("speed", f"must keep the pitch line velocity below {FASTEST:g} m/s",
+                             units.Shown(speed, speed), f"It gives {velocity:.4g} m/s. A speed without a unit is in rpm.")
 
 
 def _velocity(design: Any, speed: float) -> float:
