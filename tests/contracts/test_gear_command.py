@@ -220,7 +220,7 @@ def test_the_torque_of_the_command_is_that_of_the_datasheet():
 
 @pytest.mark.parametrize(("arguments", "message"), [
     (("--plot", "x.html", "--speed", "1:2:2"), "--plot must end in"),
-    (("--speed", "1:2:2", "--factor", "0"), "--factor must be greater"),
+    (("--speed", "1:2:2", "--factor", "0"), "--factor must be a finite number"),
     (("--speed", "1:2:2", "--factor-alone"), "--factor-alone needs --factor"),
     (("--speed", "500:8000"), "--speed must read start:stop:count; got '500:8000'. E.g. 500:8000:200."),
     (("--speed", "0:9:3"), "speed must be greater than 0"), (("--speed", "9:8:3"), "axis speed must run from"),

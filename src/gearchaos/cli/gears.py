@@ -96,7 +96,7 @@ def gear(
     if plot is not None and answers[0].speeds is not None:
         draw(answers[0].speeds.dataset, plot)
     if json_out:
-        for text in dict.fromkeys(text for each in answers for text in each.design.warnings):
+        for text in dict.fromkeys(t for each in answers for t in each.notes if t in each.design.warnings):
             say(f"warning: {text}")
         documents = [_document(each) for each in answers]
         print_json(documents[0] if len(documents) == 1 else {"torques": documents})

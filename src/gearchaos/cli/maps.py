@@ -88,7 +88,7 @@ def _summary(kind: str, dataset: xr.Dataset) -> dict[str, Any]:
 
 
 def _largest(dataset: xr.Dataset) -> dict[str, Any] | None:
-    """The largest dynamic factor, or without static load rms velocity, of a map, and where; None if all diverge."""
+    """The largest dynamic factor, or without static load V_RMS, of a map, and where; None if all diverge."""
     for name in ("dynamic_factor", "v_rms"):
         known = dataset[name].where(abs(dataset[name]) < math.inf)
         if known.notnull().any():

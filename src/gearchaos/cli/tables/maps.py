@@ -49,7 +49,7 @@ def _print_shares(what: str, shares: Iterable[tuple[str, float]], whole: str) ->
 
 
 def _largest(largest: Mapping[str, Any] | None, dataset: xr.Dataset) -> str:
-    """The largest dynamic factor, or rms velocity, and where it is."""
+    """The largest dynamic factor, or V_RMS, and where it is."""
     if largest is None:
         return "no motion is bounded"
     name = largest["quantity"]

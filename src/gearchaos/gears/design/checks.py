@@ -101,7 +101,8 @@ def check_speed_range(design: Any, *speeds: float) -> None:
     for speed in speeds:
         if (velocity := _velocity(design, speed)) > FASTEST:
             raise InputError("speed", f"must keep the pitch line velocity below {FASTEST:g} m/s",
-                             units.Shown(speed, speed), f"It gives {velocity:.4g} m/s. A speed without a unit is in rpm.")
+                             units.Shown(speed, speed),
+                             f"It gives {velocity:.4g} m/s. A speed without a unit is in rpm.")
 
 
 def _velocity(design: Any, speed: float) -> float:
