@@ -106,7 +106,7 @@ class Answer:
         if not found:
             return f"none found from {self.scanned}; looked for speeds at which {self.speeds.criterion}"
         ranges = " and ".join(filter(None, [", ".join(found[:-1]), found[-1]]))
-        return f"avoid {ranges} rpm of wheel 1, of {self.scanned} computed: {self.speeds.criterion}"
+        return f"avoid {ranges} rpm of wheel 1: {self.speeds.criterion} (computed: {self.scanned})"
 
     @property
     def basis(self) -> Iterator[str]:

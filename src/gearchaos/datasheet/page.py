@@ -68,7 +68,8 @@ def _answer(answer: Answer, notes: Sequence[str]) -> dict[str, Any]:
     windows = [{
         "range": in_words(each), "contact": each.contact, "at": measured(each.speed_of_largest, 3),
         "factor": measured(each.dynamic_factor, 3),
-        "reached": [f"{motion.motion} {factor_and_share(motion)}" for motion in each.reached],
+        "reached": [f"{r.motion} {' in '.join(factor_and_share(r).split())}{' of the range' * (r.share < 1)}"
+                    for r in each.reached],
     } for each in (answer.speeds.windows if answer.speeds else ())]
     return {
         "conclusion": answer.conclusion, "facts": list(answer.facts), "basis": list(answer.basis), "windows": windows,
