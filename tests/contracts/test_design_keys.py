@@ -122,8 +122,16 @@ def test_a_changed_key_of_a_pair_shows(name: str, base: dict):
 def test_the_speed_of_a_table_of_errors_is_refused(tmp_path):
     path = tmp_path / "te.csv"
     path.write_text("roll angle [deg],error [um]\n0,0\n5,3\n10,0\n15,0\n")
-    with pytest.raises(InputError, match=r"transmission_error\.speed must be left out"):
+    with pytest.raises(InputError, match="transmission_error must have no key but .*; got 'speed'"):
         GearDesign(**{**GIVEN, "transmission_error": {"table": str(path), "speed": "100 rpm"}})
+
+
+@pytest.mark.parametrize("wheel", [2.0, "2", True, 3])
+def test_the_wheel_of_an_error_is_1_or_2(wheel, tmp_path):
+    path = tmp_path / "te.csv"
+    path.write_text("roll angle [deg],error [mrad]\n0,0\n5,0.3\n10,0\n15,0\n")
+    with pytest.raises(InputError, match="wheel must be 1 or 2"):
+        GearDesign(**{**GIVEN, "transmission_error": {"table": str(path), "wheel": wheel}})
 
 
 DESIGN = """

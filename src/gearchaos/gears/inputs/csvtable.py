@@ -24,14 +24,6 @@ _FORMS = tuple(map(re.compile, (
     r"(.*?)\s*/?\s*\[([^]]*)\]", r"(.*?)\s+(?:/|in)\s+\(?(.*?)\)?", r"(.*?)\s*/?\s*\(((?:[^()]|\([^()]*\))*)\)")))
 """Forms of a name with a unit: name [unit], name / unit, name in unit, name (unit)."""
 
-_ANGLES = {
-    **{name: name for name in ("rad", "radian", "radians", "mrad", "urad", "µrad", "μrad", "deg", "degree", "degrees",
-                               "°", "gon", "turn", "turns", "revolution", "revolutions", "arcmin", "arcsec")},
-    "º": "deg", "rev": "turn", "'": "arcmin", "′": "arcmin", '"': "arcsec", "″": "arcsec", "''": "arcsec",
-}
-"""The units of angles in the notation of pint, which would take "Grad" for a gigaradian and "grad" for a gon: both are
-refused, since German programs mean degrees."""
-
 _PER_WIDTH = re.compile(r"(k?N)\s*/\s*\(?\s*mm\s*[*·.⋅/]?\s*([uµμ]m)\s*\)?")
 """Stiffness over face width as it is usually written, which pint reads otherwise or not at all."""
 
@@ -201,9 +193,7 @@ def _fits(column: Column, unit: str) -> bool:
 
 def _in_si(dimension: units.Dimension, unit: str) -> float | None:
     """One unit in SI; None if it is no unit of this dimension."""
-    if dimension is units.ANGLE:
-        unit = _ANGLES.get(unit.strip(), "")
-    if not unit or unit in ('"', "'"):
+    if not unit or (dimension is not units.ANGLE and unit in ('"', "'")):
         return None
     try:
         return units.to_si("unit", "1 " + _PER_WIDTH.sub(r"\1/mm/\2", unit), dimension)
@@ -275,9 +265,8 @@ def _checked_factor(cells: Cells, column: Column, unit: str) -> float:
         rule = f"must say the unit of {column.name}"
     else:
         rule = f"must have the unit of {' or '.join(d.name for d in column.scales)} for {column.name}"
-    grad = "Write deg or gon: the unit may be either. " if unit.casefold() == "grad" else ""
     raise line_error(cells.path, cells.line, rule, unit,
-                     f"{grad}{column.advice} Such a column is e.g. {column.example}.".lstrip())
+                     f"{units.grad_advice(unit)}{column.advice} Such a column is e.g. {column.example}.".lstrip())
 
 
 def _notes(cells: Cells, header: list[tuple[str, str]], found: list[_Found]) -> tuple[str, ...]:
