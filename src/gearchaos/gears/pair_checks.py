@@ -56,8 +56,9 @@ above which there is a warning."""
 def pair_warnings(pair: Any) -> tuple[str, ...]:
     """Sentences about values that are possible but that slips of units may explain."""
     damping, velocity = pair.k / (2 * pair.mass * pair.omega0), pair.speed * units.RPM * pair.R1
-    errors, phases = (max(map(abs, v), default=0.0) for v in (pair.error_amplitudes, (
-        p for p in (*pair.error_phases, *pair.stiffness_phases) if not isinstance(p, units.Measured))))
+    errors = max(map(abs, pair.error_amplitudes), default=0.0)
+    phases = max((abs(phase) / j for series in (pair.error_phases, pair.stiffness_phases) for j, phase in enumerate(
+        series, 1) if not isinstance(phase, units.Measured)), default=0.0)  # in angles of the first harmonic
     found = {
         f"The damping ratio k/(2 m ω0) is {damping:.3g}, unusually high: usual are 0.03 to 0.1. Check k, c0 and I1.":
             damping > _MOST_DAMPING,
@@ -65,7 +66,8 @@ def pair_warnings(pair: Any) -> tuple[str, ...]:
             pair.backlash > _MOST_BACKLASH,
         f"error_amplitudes has {errors * 1e6:.4g} µm, {errors / pair.backlash:.4g} times the backlash: a plain number "
         "is in m.": errors > _MOST_ERROR * pair.backlash,
-        f"A phase is {phases:.6g} rad, more than a turn: a plain number is in rad.": phases > 2 * math.pi,
+        f"A phase is {phases:.6g} rad of the first harmonic, more than a turn: a plain number is in rad.":
+            phases > 2 * math.pi,
         f"The base circles move at {velocity:.4g} m/s at {pair.speed:.6g} rpm, unusually fast. A plain one is in rpm.":
             velocity > _MOST_VELOCITY,
         f"chi1 is {pair.chi1}: the greater stiffness is more than twice c0. It is a fraction of c0, not a percentage.":
