@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 
@@ -114,8 +115,9 @@ def test_the_angle_of_the_other_wheel_is_not_advised(tmp_path: Path):
 
 
 def test_a_constant_error_is_no_other_number_of_teeth(tmp_path: Path):
-    rows = "".join(f"{i * 15 / 40!r},5\n" for i in range(41))
-    assert max(from_table(written(tmp_path, f"roll angle [deg],error [um]\n{rows}"), 24).amplitudes) < 1e-18
+    for level, count in itertools.product(range(1, 20), (20, 32, 40, 41)):
+        rows = "".join(f"{i * 15 / count!r},{level}.7\n" for i in range(count + 1))
+        assert max(from_table(written(tmp_path, f"roll angle [deg],error [um]\n{rows}"), 24).amplitudes) < 1e-18
 
 
 def curve_text(count: int, teeth: int, periods: float = 1.0) -> str:
