@@ -48,7 +48,7 @@ class InputError(ValueError):
 
 
 class DesignWarning(UserWarning):
-    """An unusual value of a gear design, or something that its transmission error leaves out."""
+    """An unusual value of a gear design or a gear pair, or something that its transmission error leaves out."""
 
 
 class ChangedFileError(InputError):

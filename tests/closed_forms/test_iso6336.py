@@ -158,6 +158,7 @@ def test_a_stiffness_that_a_low_load_makes_doubtful_has_a_warning_with_numbers()
     (warning,) = found.warnings
     assert f"is {(33 / 100e3) ** 0.25:.3g} of that" in warning and warning.startswith("F_t K_A/b is 0.033 N/mm")
     assert f"{found.mesh_stiffness / UNIT:.3g} instead of {full:.3g} N/(mm µm)" in warning
+    assert warning.endswith('Write stiffness = "potential energy", or stiffness = { table = "tvms.csv" }')
     assert tooth_stiffness(SPUR_62, line_load=25e3 * (1 - 1e-9)).warnings
     assert tooth_stiffness(SPUR_62, line_load=25e3).warnings == ()
 

@@ -187,6 +187,8 @@ def test_a_national_standard_that_is_the_text_of_an_edition_is_read_as_it(standa
     ("AGMA 2000-A88", "Q10", "'ISO 1328-1:1995', grade = 7 }", "17 less the quality number"),
     ("ANSI/AGMA 2015-1-A01", "A6", "'ISO 1328-1:1995', grade = 6 }", "not identical"),
     ("JIS B 1702:1976", 4, "'ISO 1328-1:1995', grade = 8 }", "plus 4"),
+    ("AGMA 2000", "Q3", "ISO 1328-1:1995 has no grade near it, only 0 to 12", "17 less the quality number"),
+    ("JIS B 1702", 9, "no grade near it", "plus 4"), ("JIS B 1702", 8, "grade = 12 }", "plus 4"),
     ("JIS B 1702-1:2016", "N5", "'ISO 1328-1:2013', grade = 5 }", "could not be compared"),
 ])
 def test_a_grade_of_another_standard_is_refused_with_the_nearest_one(standard, grade, nearest, why):

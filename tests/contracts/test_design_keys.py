@@ -126,6 +126,38 @@ def test_the_speed_of_a_table_of_errors_is_refused(tmp_path):
         GearDesign(**{**GIVEN, "transmission_error": {"table": str(path), "speed": "100 rpm"}})
 
 
+@pytest.mark.parametrize("text", ["fraction,stiffness [N/um]\n0,300\n1,300\n", "fraction,level [N/um]\n0,300\n",
+                                  "fraction,level [N/um]\n0,300\n0.5,300\n"])
+def test_a_constant_stiffness_is_warned_of(text, tmp_path):
+    path = tmp_path / "c.csv"
+    for content, warned in ((text, True), ("fraction,level [N/um]\n0,300\n0.5,301\n", False)):
+        path.write_text(content)
+        design = GearDesign(**{**GIVEN, "stiffness": {"table": str(path)}})
+        assert any("constant, 300 N/µm: it excites nothing" in text for text in design.warnings) is warned
+
+
+def test_masses_and_bores_beside_moments_of_inertia_are_warned_of():
+    design = GearDesign(**{**GIVEN, **BASES["given masses"]})
+    supports = BASES["on supports"]["supports"]
+    for changes, names in (
+        ({}, ["mass", "bore"]), ({"mass": None}, ["bore"]), ({"supports": supports}, ["bore"]), ({"inertia": None}, []),
+        ({"supports": supports, "mass": None}, []), ({"stiffness": "potential energy"}, ["mass"]),
+    ):
+        changed = replace(design, **changes)
+        found = [text for text in changed.warnings if "has no effect on the motion: inertia is given" in text]
+        assert [text.split()[0] for text in found] == names
+        for name in names:
+            assert replace(changed, **{name: {"mass": "3 kg", "bore": "20 mm"}[name]}).to_model() == changed.to_model()
+
+
+@pytest.mark.parametrize("wheel", [2.0, "2", True, 3])
+def test_the_wheel_of_an_error_is_1_or_2(wheel, tmp_path):
+    path = tmp_path / "te.csv"
+    path.write_text("roll angle [deg],error [mrad]\n0,0\n5,0.3\n10,0\n15,0\n")
+    with pytest.raises(InputError, match="wheel must be 1 or 2"):
+        GearDesign(**{**GIVEN, "transmission_error": {"table": str(path), "wheel": wheel}})
+
+
 DESIGN = """
 [design]
 teeth = [24, 36]

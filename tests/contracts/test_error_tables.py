@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 
@@ -52,16 +53,18 @@ def test_wrong_orders_are_refused_with_their_line(tmp_path: Path, rows: str, lin
 
 
 @pytest.mark.parametrize(("orders", "teeth", "wheel"), [
-    ((40,), (40, 40), 1), ((20, 40), (20, 30), 1), ((30, 60), (20, 30), 2), ((1, 20, 40), (20, 30), 0),
-    ((2, 3), (20, 30), 0),
+    ((40,), (40, 40), 1), ((20, 40), (20, 30), 1), ((30, 60), (20, 30), 2), ((1, 20, 40), (20, 30), 1),
+    ((2, 3), (20, 30), 0), ((1, 2, 24, 48), (24, 36), 1), ((1, 2, 36), (24, 36), 2), ((1, 12), (24, 36), 0),
 ])
 def test_orders_of_a_shaft_have_a_warning(tmp_path: Path, orders, teeth, wheel):
     rows = "\n".join(f"{order},3,17" for order in orders)
     path = written(tmp_path, f"order,peak [um],phase [deg]\n{rows}\n")
     design = GearDesign(teeth=teeth, module="3 mm", face_width="20 mm", transmission_error={"orders": str(path)})
-    found = [text for text in design.warnings if text.startswith("All orders of te.csv")]
+    found = [text for text in design.warnings if "of te.csv" in text]
     assert len(found) == bool(wheel)
     for text in found:
+        some = all(order % teeth[wheel - 1] == 0 for order in orders)
+        assert text.startswith("All orders of te.csv are" if some else "Orders of te.csv, ")
         assert f"multiples of z{wheel} = {teeth[wheel - 1]}: are they" in text and "Order 1 is the mesh freq" in text
 
 
@@ -92,6 +95,29 @@ def test_too_high_an_order_may_be_one_of_a_shaft(tmp_path: Path):
 def test_headers_that_leave_a_question_are_refused(tmp_path: Path, header: str):
     with pytest.raises(InputError):
         from_orders(written(tmp_path, f"{header}\n{','.join('1' * len(header.split(',')))}\n"))
+
+
+@pytest.mark.parametrize(("header", "radius", "words", "without"), [
+    ("order,rms [um],phase [deg]", None, "its rms value multiplied by 1.41421", "columns ="),
+    ("order,peak [um],phase [deg]", 0.03, "leave out wheel beside the file", "For an angle"),
+    ("order,peak [mrad],phase [deg]", None, "For an angle write wheel = 1", "leave out"),
+])
+def test_the_advice_on_an_amplitude_is_the_one_that_is_true(tmp_path: Path, header, radius, words, without):
+    with pytest.raises(InputError) as error:
+        from_orders(written(tmp_path, f"{header}\n1,3,0\n"), radius=radius)
+    assert words in error.value.advice and without not in error.value.advice
+
+
+def test_the_angle_of_the_other_wheel_is_not_advised(tmp_path: Path):
+    with pytest.raises(InputError, match=r"must have the column roll angle \[deg\].*that of wheel 1") as error:
+        from_table(written(tmp_path, "wheel angle [deg],error [um]\n0,0\n5,3\n10,0\n"), 24)
+    assert "columns =" not in error.value.advice
+
+
+def test_a_constant_error_is_no_other_number_of_teeth(tmp_path: Path):
+    for level, count in itertools.product(range(1, 20), (20, 32, 40, 41)):
+        rows = "".join(f"{i * 15 / count!r},{level}.7\n" for i in range(count + 1))
+        assert max(from_table(written(tmp_path, f"roll angle [deg],error [um]\n{rows}"), 24).amplitudes) < 1e-18
 
 
 def curve_text(count: int, teeth: int, periods: float = 1.0) -> str:
@@ -217,8 +243,10 @@ TURN = np.arange(17 * 40 + 1) / 40
     (np.arange(50) * 0.026, np.cos(np.arange(50) * np.pi / 25), "got '1.274 mesh periods, in which the error does"),
     (TURN, np.cos(2 * np.pi * TURN * 23 / 17) + 5 * np.cos(2 * np.pi * TURN / 17), "repeats itself 23 times, not 17"),
     (TURN, np.cos(4 * np.pi * TURN) + 5 * np.cos(2 * np.pi * TURN / 17), "repeats itself 34 times, not 17"),
+    (np.arange(41) / 40, 3 * np.cos(4 * np.pi * np.arange(41) / 40), "in each of which the error has 2 periods"),
     (np.arange(41) / 80, np.cos(2 * np.pi * np.arange(41) / 80), "got '0.5 mesh periods'. orders must be at most 0"),
-], ids=["closed elsewhere", "no whole periods", "another wheel", "half the teeth", "half a period"])
+], ids=["closed elsewhere", "no whole periods", "another wheel", "half the teeth", "half in a period",
+        "half a period"])
 def test_an_error_that_contradicts_the_number_of_teeth_is_refused(tmp_path: Path, tau, error, words):
     error = np.append(error[:-1], error[0]) if "0.98" in words else error
     rows = "".join(f"{t * 360 / 17!r},{e!r}\n" for t, e in zip(tau.tolist(), error.tolist(), strict=True))

@@ -195,6 +195,8 @@ REFUSED = [
     ({"backlash": {"value": "0.12 mm"}}, "backlash.of", "", "must be given"),
     ({"backlash": {"value": "0.12 mm", "of": "line of acton"}}, "backlash.of", "did you mean 'line of action'?",
      "'normal', 'radial', 'angle of wheel 1', 'angle of wheel 2', alone or followed by"),
+    ({"backlash": {"value": "0.12 mm", "of": "tangential"}}, "backlash.of", "did you mean 'circumferential'?", ""),
+    ({"backlash": {"value": "0.12 mm", "of": "pitch circle"}}, "backlash.of", "did you mean 'circumferential'?", ""),
     ({"backlash": {"value": "6 arcmin", "of": "radial"}}, "backlash.value", "of = 'angle of wheel 1' takes an angle",
      "must be a length"),
     ({"backlash": {"value": "6 mm", "of": "angle of wheel 2"}}, "backlash.value", "it is an angle", "must be an angle"),

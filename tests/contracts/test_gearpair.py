@@ -3,15 +3,18 @@
 import itertools
 import json
 import math
+import warnings
 from dataclasses import asdict
 
 import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
+from gearchaos.gears.operating import as_model
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.results import physical
 from gearchaos.model import HarmonicStiffness, backlash, mesh_stiffness, transmission_error
+from gearchaos.studyfile import load_study
 
 SI = {
     "n1": 25, "n2": 40, "I1": 4.88e-4, "I2": 3.2e-3, "R1": 0.03524, "R2": 0.05638, "c0": 4e8, "k": 530.0,
@@ -209,6 +212,24 @@ def test_bad_values_are_named(changes, message):
     with pytest.raises(InputError) as error:
         pair(**changes)
     assert message in str(error.value)
+
+
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"c0": 3e5, "k": 530.0}, "damping ratio k/(2 m ω0) is"), ({"backlash": "100 mm"}, "backlash is 100 mm"),
+    ({"error_amplitudes": [4, 1e-6]}, "4e+06 µm, 3.333e+04 times the back"), ({"chi1": 25}, "chi1 is 25: the great"),
+    ({"error_phases": [30]}, "phase is 30 rad of the first"), ({"speed": "1e6 rpm"}, "3690 m/s at 1e+06 rpm"),
+    ({"error_phases": ["400 deg"]}, ""), ({"error_phases": [0.0, 12.0]}, ""), ({}, ""),
+])
+def test_slips_of_units_are_warned_of(changes, words, tmp_path):
+    made = pair(**changes)
+    assert [words in text for text in made.warnings] == [True] * bool(words)
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        as_model(made)
+    assert [str(each.message) for each in found] == list(made.warnings)
+    lines = [f"{name} = {value!r}" for name, value in {**SI, **changes}.items()]
+    (tmp_path / "pair.toml").write_text("\n".join(["[gearpair]", *lines]))
+    assert load_study(tmp_path / "pair.toml").warnings == made.warnings
 
 
 def test_radii_within_a_percent_pass():

@@ -17,7 +17,7 @@ SMALL = {"teeth": (20, 40), "module": 3e-3, "face_width": 0.03}
 
 @pytest.mark.parametrize("text", [
     "360 rpm", "360rpm", "360 1/min", "360/min", "360 1 / min", "360 min^-1", "360 min-1", "360 min**-1", "360 min⁻¹",
-    "360 rev/min", "360 r/min", "360 U/min", "6 turn/s",
+    "360 rev/min", "360 r/min", "360 U/min", "6 turn/s", "6 rev/s", "6 r/s", "360 RPM",
 ])
 def test_spellings_of_a_speed(text):
     assert units.to_si("speed", text, units.SPEED) == pytest.approx(360, rel=1e-14)
@@ -28,7 +28,9 @@ def test_spellings_of_a_speed(text):
     ("0.4 kNm", units.TORQUE, 400), ("5 Nmm", units.TORQUE, 5e-3), ("5 Ncm", units.TORQUE, 5e-2),
     ("2 Nms", units.BEARING_FRICTION, 2), ("2 Nm*s/rad", units.BEARING_FRICTION, 2),
     ("2 Nms/rad", units.BEARING_FRICTION, 2), ("20mm", units.LENGTH, 0.02), ("3e1mm", units.LENGTH, 0.03),
-    ("4 kgm^2", units.INERTIA, 4), ("4 kgm²", units.INERTIA, 4), ("4 kgcm**2", units.INERTIA, 4e-4),
+    ("5 mNm", units.TORQUE, 5e-3), ("5 daNm", units.TORQUE, 50), ("4 kg m^2", units.INERTIA, 4),
+    ("5 m^2 kg s^-2", units.TORQUE, 5), ("2 N*m^(-1)", units.STIFFNESS, 2), ("4 kgm^2", units.INERTIA, 4),
+    ("4 kgm²", units.INERTIA, 4), ("4 kgcm**2", units.INERTIA, 4e-4),
 ])
 def test_units_without_a_sign_of_multiplication(text, dimension, number):
     assert units.to_si("x", text, dimension) == pytest.approx(number, rel=1e-14)
@@ -44,9 +46,12 @@ def test_units_without_a_sign_of_multiplication(text, dimension, number):
     ("3-1/2\"", units.LENGTH, 3.5 * 0.0254), ("0.004\"", units.LENGTH, 0.004 * 0.0254),
     ("-1/4 in", units.LENGTH, -0.00635), ("2 thou", units.LENGTH, 2e-3 * 0.0254),
     ("12 ′", units.ANGLE, math.radians(0.2)), ("36\"", units.ANGLE, math.radians(0.01)),
-    ("15°48'", units.ANGLE, math.radians(15.8)), ("-15 deg 47 arcmin 60 arcsec", units.ANGLE, -math.radians(15.8)),
+    ("20º", units.ANGLE, math.radians(20)), ("15°48.5'", units.ANGLE, math.radians(15 + 48.5 / 60)),
+    ("2 mil", units.LENGTH, 2e-3 * 0.0254), ("5 lb/in", units.STIFFNESS, 5 * 0.45359237 * 9.80665 / 0.0254),
+    ("15 gon", units.ANGLE, math.radians(13.5)), ("15°48'", units.ANGLE, math.radians(15.8)),
+    ("-15 deg 47 arcmin 60 arcsec", units.ANGLE, -math.radians(15.8)),
     ("15° 47′ 60″", units.ANGLE, math.radians(15.8)), ("7.2°", units.ANGLE, math.radians(7.2)),
-    *((text, units.DIAMETRAL_PITCH, 8) for text in ("8 1/in", "8/in", "8 in^-1", 8, "8 DP")),
+    *((text, units.DIAMETRAL_PITCH, 8) for text in ("8 1/in", "8/in", "8 in^-1", 8, "8 DP", "8")),
 ])
 def test_units_of_drawings(text, dimension, number):
     assert units.to_si("x", text, dimension) == pytest.approx(number, rel=1e-14)
@@ -58,6 +63,11 @@ def test_units_of_drawings(text, dimension, number):
     ("3 kg", units.LENGTH, "The unit 'kg' is no unit of a length."), ("1/0 in", units.LENGTH, "The unit '/0 in' is"),
     ("mm", units.LENGTH, "It is not a number followed by a unit."), ("3", units.LENGTH, "It is not a number followed"),
     ("8 mm", units.DIAMETRAL_PITCH, "The unit 'mm' is no unit of a diametral pitch. Write e.g. '8 1/in'"),
+    *((f"3 {unit}", units.LENGTH, "is not known.") for unit in (
+        "mm**9**9**9", "km**999999999", "km⁹⁹⁹⁹⁹⁹⁹⁹⁹", "mm*9^9^9", "mm*(9**9)**9", "m" + "*m" * 30)),
+    *((f"15 {unit}", units.ANGLE, "Write deg or gon: the unit may be either.") for unit in ("grad", "Grad", "GRAD")),
+    ("15 grad/s", units.SPEED, "Write deg or gon: the unit may be"), ("15 mm", units.ANGLE, "is no unit of an angle."),
+    ("157 rad/s", units.FREQUENCY, "A speed, in rpm or rad/s, is `speed`."), ("25 Hz", units.SPEED, "write rpm, or"),
     ("2 \"'", units.LENGTH, "is not known."), ("25 rpm", units.FREQUENCY, "units of angles that do not belong"),
 ])
 def test_what_is_no_unit_is_refused_in_words(text, dimension, words):
@@ -130,6 +140,7 @@ def test_frequencies_without_turns_or_radians_are_refused(text):
 
 @pytest.mark.parametrize(("text", "advice"), [
     ("3,0 mm", "Write '3.0 mm'."), ("-3,5mm", "Write '-3.5mm'."), (",5 mm", "Write '0.5 mm'."), ("3,5", "Write '3.5'."),
+    ("1.234,5 mm", "Write '1234.5 mm'."), ("1,234.5 mm", "Write '1234.5 mm'."),
     ("1,250 mm", "Write '1.250 mm', or '1250 mm' if the comma separates thousands."),
 ])
 def test_decimal_commas_are_refused_with_the_number_to_write(text, advice):

@@ -43,6 +43,10 @@ class Gears(Protocol):
     def at(self, *, speed: float | None = None, torque: float | None = None) -> Self:
         """The same gears at another speed, rpm, or torque, N m, of wheel 1."""
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences about unusual values."""
+
     def to_pair(self) -> GearPair:
         """The gear pair with the parameters of (2.1) at this operating point."""
 
@@ -254,7 +258,7 @@ def as_model(model: Any) -> MeshModel:
     """A `MeshModel` itself, or the model of gears; raises `InputError` for anything else."""
     if is_design(model) or isinstance(model, GearPair):
         found = operating_model(model)
-        for text in model.warnings if is_design(model) else ():
+        for text in model.warnings:
             warnings.warn(text, DesignWarning, stacklevel=1)  # one place for all studies: Python shows each text once
         return found
     if not isinstance(model, MeshModel):

@@ -20,6 +20,7 @@ from gearchaos.gears.pair_checks import (
     check_ratio,
     check_supports,
     check_waveforms,
+    pair_warnings,
 )
 from gearchaos.gears.scales import Scales
 from gearchaos.model import (
@@ -169,6 +170,11 @@ class GearPair(HasCard):
     def mesh_frequency(self) -> float:
         """ω_z = n1 ω1, rad/s."""
         return self.n1 * (self.speed * units.RPM)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences about values that are possible but unusual; studies warn of them, too."""
+        return pair_warnings(self)
 
     @property
     def scales(self) -> Scales[float]:

@@ -5,6 +5,7 @@ The checks take a `GearPair` as Any, since its module imports this one.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from gearchaos.errors import InputError
@@ -45,6 +46,34 @@ _STIFFNESS_FIELDS = (
 
 _RATIO_TOLERANCE = 0.01
 """Largest relative difference between the ratio of base radii and that of numbers of teeth."""
+
+
+_MOST_DAMPING, _MOST_BACKLASH, _MOST_VELOCITY, _MOST_ERROR = 0.3, 5e-3, 300.0, 10.0
+"""Damping ratio, backlash in m, velocity of the base circles in m/s, and an amplitude of the error over the backlash,
+above which there is a warning."""
+
+
+def pair_warnings(pair: Any) -> tuple[str, ...]:
+    """Sentences about values that are possible but that slips of units may explain."""
+    damping, velocity = pair.k / (2 * pair.mass * pair.omega0), pair.speed * units.RPM * pair.R1
+    errors = max(map(abs, pair.error_amplitudes), default=0.0)
+    phases = max((abs(phase) / j for series in (pair.error_phases, pair.stiffness_phases) for j, phase in enumerate(
+        series, 1) if not isinstance(phase, units.Measured)), default=0.0)  # in angles of the first harmonic
+    found = {
+        f"The damping ratio k/(2 m ω0) is {damping:.3g}, unusually high: usual are 0.03 to 0.1. Check k, c0 and I1.":
+            damping > _MOST_DAMPING,
+        f"The backlash is {pair.backlash * 1e3:.4g} mm, unusually large: a plain number is in m.":
+            pair.backlash > _MOST_BACKLASH,
+        f"error_amplitudes has {errors * 1e6:.4g} µm, {errors / pair.backlash:.4g} times the backlash: a plain number "
+        "is in m.": errors > _MOST_ERROR * pair.backlash,
+        f"A phase is {phases:.6g} rad of the first harmonic, more than a turn: a plain number is in rad.":
+            phases > 2 * math.pi,
+        f"The base circles move at {velocity:.4g} m/s at {pair.speed:.6g} rpm, unusually fast. A plain one is in rpm.":
+            velocity > _MOST_VELOCITY,
+        f"chi1 is {pair.chi1}: the greater stiffness is more than twice c0. It is a fraction of c0, not a percentage.":
+            (pair.chi1 or 0.0) > 1,
+    }
+    return tuple(text for text, holds in found.items() if holds)
 
 
 def check_ratio(pair: Any) -> None:

@@ -22,10 +22,18 @@ _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf)"
 _NUMBER_AND_UNIT = re.compile(rf"\s*({_NUMBER})\s*([^\d\s].*|1\s*/.*|)")
 _FRACTION = re.compile(r"\s*([-+]?)(?:(\d+)(?:\s+|\s*-\s*))?(\d+)\s*/\s*([1-9]\d*)(?!\d)\s*(.*)")
 _SEXAGESIMAL = re.compile(
-    r"\s*([-+]?)(\d+)\s*(?:°|deg)\s*(\d+)\s*(?:['′]|arcmin)(?:\s*([\d.]+)\s*(?:[\"″]|arcsec))?\s*")
+    r"\s*([-+]?)(\d+)\s*(?:°|deg)\s*(\d+\.?\d*)\s*(?:['′]|arcmin)(?:\s*([\d.]+)\s*(?:[\"″]|arcsec))?\s*")
 """An angle in degrees, arc minutes and arc seconds."""
 
-_DECIMAL_COMMA = re.compile(r"\s*([-+]?\d*),(\d+)(.*)")
+_DECIMAL_COMMA = re.compile(r"\s*([-+]?[\d.]*),(\d+)(.*)")
+_POWER = re.compile(r"(?<=[^\W\d⁰¹²³⁴-⁹])\s*(?:\*\*|\^)\s*(?:[-+]?\d{1,2}|\([-+]?\d{1,2}\))(?![\w.])")
+_OTHER_POWER = re.compile(r"\*\*|\^|[⁰¹²³⁴-⁹]{3}")
+"""A power of at most two digits of a unit, and what is left of others: pint computes 9**9**9, whatever it takes."""
+
+_MOST_UNIT = 60
+"""Most characters of a unit."""
+
+_GRAD = re.compile(r"\bgrad", re.IGNORECASE)
 _ANGLE = re.compile("radian|revolution|turn|degree|grade|arc")
 
 
@@ -114,21 +122,30 @@ class Length(Shown):
 
 _DOT = r"[-.·⋅*]?"
 _SPELLINGS: dict[Dimension, tuple[tuple[re.Pattern[str], str], ...]] = {
-    SPEED: ((re.compile(r"1?/min|min(\^|\*\*)?-1|min⁻¹|(rev|r|U)/min"), "rpm"),),
+    SPEED: ((re.compile(r"1?/min|min(\^|\*\*)?-1|min⁻¹|(rev|r|U)/min|RPM"), "rpm"),
+            (re.compile(r"(rev|r|U)/s"), "turn/s")),
     TORQUE: (
-        (re.compile(rf"(kgf|[kM]?N){_DOT}(m|mm|cm)"), r"\1*\2"),
+        (re.compile(rf"(kgf|(?:[kMm]|da)?N){_DOT}(m|mm|cm)"), r"\1*\2"),
         (re.compile(rf"(?:lbf?|lbs){_DOT}(in|ft)|(in|ft){_DOT}(?:lbf?|lbs)"), r"lbf*\1\2"),
         (re.compile(rf"ozf?{_DOT}in|in{_DOT}ozf?"), "ozf*in"),
     ),
     BEARING_FRICTION: ((re.compile(r"([kM]?N)m\*?s(/rad)?"), r"\1*m*s"),),
     INERTIA: ((re.compile(r"(k?g)(m|mm|cm)(\^2|\*\*2|²)"), r"\1*\2**2"),),
-    LENGTH: ((re.compile(r"[\"″]|''|in\."), "in"),),
-    ANGLE: ((re.compile(r"['′]"), "arcmin"), (re.compile(r"[\"″]"), "arcsec")),
-    DIAMETRAL_PITCH: ((re.compile(r"DP|P"), "1/in"),),
+    LENGTH: ((re.compile(r"[\"″]|''|in\."), "in"), (re.compile(r"mils?"), "thou")),
+    STIFFNESS: ((re.compile(r"lbs?/in"), "lbf/in"),),
+    DIAMETRAL_PITCH: ((re.compile(r"(DP|P)?"), "1/in"),),
 }
 """Units as they are usually written, without spaces, that pint does not know or takes for others: for each dimension
 patterns of the whole unit and what they mean in the notation of pint. A speed in 1/min is in revolutions per minute, a
 pound of a torque is a pound-force."""
+
+ANGLES = {
+    **{name: name for name in ("rad", "radian", "radians", "mrad", "urad", "µrad", "μrad", "deg", "degree", "degrees",
+                               "mdeg", "°", "gon", "turn", "turns", "revolution", "revolutions", "arcmin", "arcsec")},
+    "º": "deg", "rev": "turn", "'": "arcmin", "′": "arcmin", '"': "arcsec", "″": "arcsec", "''": "arcsec",
+}
+"""The units of angles in texts and tables in the notation of pint, which would take "Grad" for a gigaradian and "grad"
+for a gon: both are refused, since German programs mean degrees."""
 
 RPM = 0.10471975511965977
 """One revolution per minute in rad/s, rounded as by pint."""
@@ -223,26 +240,29 @@ def _converted(field: str, value: Any, dimension: Dimension) -> Measured:
         measured = _registry().Quantity(float(number), _unit(unit, dimension)) if isinstance(value, str) else value
         number, size = float(measured.to(own).magnitude), float((measured.units * 1.0).to(own).magnitude)
     except Exception as error:  # pint does not wrap what its tokenizer and arithmetic raise
-        found = f"is no unit of {dimension.name}" if isinstance(error, pint.DimensionalityError) else "is not known"
-        reason = f"The unit '{unit}' {found}. " if unit else "It is not a number followed by a unit. "
+        known = isinstance(error, (pint.DimensionalityError, KeyError))
+        found = f"is {f'no unit of {dimension.name}' if known else 'not known'}. {grad_advice(unit)}"
+        reason = f"The unit '{unit}' {found}" if unit else "It is not a number followed by a unit. "
         raise _not_convertible(field, value, dimension, reason) from None
     if dimension is ANGLE and not _ANGLE.search(str(measured.units)):  # a number or a percentage
         raise _not_convertible(field, value, dimension, "It has no unit of an angle. ")
     if dimension is SPEED and not _ANGLE.search(str(measured.units)):
         # pint treats the radian as the number 1 and would convert 40 Hz to 40 rad/s
         raise _not_convertible(field, value, dimension, "Hertz and 1/s leave open whether turns or radians are meant, "
-                               "of the shaft or of the mesh: [operation] has shaft_frequency and mesh_frequency. ")
+                               "of the shaft or of the mesh: write rpm, or in [operation] beside [design] "
+                               "shaft_frequency or mesh_frequency. ")
     if _angle_power(measured, dimension) not in _ANGLE_POWERS.get(dimension, (0,)):
-        raise _not_convertible(field, value, dimension, "It has units of angles that do not belong to it. ")
+        speed = "A speed, in rpm or rad/s, is `speed`. " if dimension is FREQUENCY else ""
+        raise _not_convertible(field, value, dimension, f"It has units of angles that do not belong to it. {speed}")
     return Measured(number, unit, size)
 
 
 def _angle_power(measured: Any, dimension: Dimension) -> float:
     """The power of the units of angles in a quantity, which pint treats as numbers.
 
-    Radians count for angles and angular velocities only: elsewhere they are the number 1, as in "N*m/rad".
+    Radians count for angles, angular velocities and frequencies only: elsewhere they are the number 1, as in "N*m/rad".
     """
-    counted = dimension in (ANGLE, SPEED)
+    counted = dimension in (ANGLE, SPEED, FREQUENCY)
     return sum(power for unit, power in measured.unit_items() if _ANGLE.search(unit) and (counted or unit != "radian"))
 
 
@@ -250,16 +270,17 @@ def _check_decimal_point(field: str, text: str) -> None:
     """Raise `InputError` for a number with a comma."""
     if match := _DECIMAL_COMMA.fullmatch(text):
         whole, decimals, rest = match.groups()
-        thousands = f", or '{whole}{decimals}{rest}' if the comma separates thousands" if len(decimals) == 3 else ""
-        raise InputError(field, "must have a decimal point, not a comma", text,
-                         f"Write '{whole or '0'}.{decimals}{rest}'{thousands}.")
+        readings = [f"'{whole.replace('.', '') or '0'}.{decimals}{rest}'"] if rest[:1] != "." else []
+        if len(decimals) == 3 and "." not in whole:
+            readings.append(f"'{whole}{decimals}{rest}'" + " if the comma separates thousands" * len(readings))
+        raise InputError(field, "must have a decimal point, not a comma", text, f"Write {', or '.join(readings)}.")
 
 
 def _split(text: str, dimension: Dimension) -> tuple[float, str]:
     """The number and the unit of a text such as "3 mm" or "3 1/2 in"; raises ValueError if it is none."""
     if dimension is ANGLE and (match := _SEXAGESIMAL.fullmatch(text)):
         sign, degrees, minutes, seconds = match.groups()
-        return float(f"{sign}1") * (int(degrees) + int(minutes) / 60 + float(seconds or 0) / 3600), "deg"
+        return float(f"{sign}1") * (int(degrees) + float(minutes) / 60 + float(seconds or 0) / 3600), "deg"
     if match := _FRACTION.fullmatch(text):
         sign, whole, above, below, unit = match.groups()
         return float(f"{sign}1") * (int(whole or 0) + int(above) / int(below)), unit
@@ -269,12 +290,21 @@ def _split(text: str, dimension: Dimension) -> tuple[float, str]:
 
 
 def _unit(text: str, dimension: Dimension) -> str:
-    """A unit in the notation of pint."""
+    """A unit in the notation of pint; raises ValueError for one that may not be read, KeyError for one of no angle."""
+    if _GRAD.search(text) or len(text) > _MOST_UNIT or _OTHER_POWER.search(_POWER.sub("", text)):
+        raise ValueError(text)
     compact = re.sub(r"\s", "", text)
+    if dimension is ANGLE:
+        return ANGLES[compact]
     for pattern, meaning in _SPELLINGS.get(dimension, ()):
-        if pattern.fullmatch(compact):
-            return pattern.sub(meaning, compact)
+        if match := pattern.fullmatch(compact):
+            return match.expand(meaning)
     return f"1{text}" if text.startswith("/") else text
+
+
+def grad_advice(unit: str) -> str:
+    """What to write instead of a unit "grad" or "Grad"; empty for any other."""
+    return "Write deg or gon: the unit may be either. " if _GRAD.search(unit) else ""
 
 
 def _not_convertible(field: str, value: object, dimension: Dimension, reason: str = "") -> InputError:

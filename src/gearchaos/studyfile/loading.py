@@ -91,8 +91,8 @@ class LoadedStudy:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The warnings of the design, also at the least torque; none if the file describes none."""
-        if self.gears is None or not is_design(self.gears):
+        """The warnings of the gears, also at the least torque; none if the file describes none."""
+        if self.gears is None:
             return ()
         points = [self.gears] + ([] if self.least_torque is None else [self.gears.at(torque=self.least_torque)])
         return tuple(dict.fromkeys(text for point in points for text in point.warnings))

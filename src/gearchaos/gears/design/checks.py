@@ -32,6 +32,9 @@ given may include all that turns with the wheel; what follows from the mass of a
 FACTOR_TO_ISO = 10.0
 """Ratio of the stiffness of a table to that by ISO 6336-1, or its inverse, from which on there is a warning."""
 
+CONSTANT = 1e-6
+"""Variation of a stiffness over its greatest value below which it is taken to be constant."""
+
 HIGH_LOAD = 3e8
 """Load F_t/(b m_n) in Pa above which there is a warning: the bending stress at the root is several times as large."""
 
@@ -164,8 +167,15 @@ def _operating_warnings(design: Any) -> list[str]:
 
 
 def _inertia_warnings(design: Any) -> list[str]:
-    """Warnings about moments of inertia, given or from a mass, far from that of a solid disc of the wheel's size."""
-    found, geometry = [], design.geometry
+    """Warnings about a mass or a bore without effect, and about moments of inertia, given or from a mass, far from that
+    of a solid disc of the wheel's size.
+    """
+    geometry, found = design.geometry, [
+        f"{name} has no effect on the motion: inertia is given, and {reason}." for name, reason, holds in (
+            ("mass", "the supports are rigid", design.supports is None),
+            ("bore", "the stiffness is not by potential energy", design.stiffness != POTENTIAL_ENERGY and (
+                design.supports is None or design.mass is not None)),
+        ) if holds and design.inertia is not None and getattr(design, name) is not None]
     if design.inertia is None and design.mass is None:
         return []
     subject, unit, most = "inertia", "kg*m^2", MOST_INERTIA
@@ -182,7 +192,7 @@ def _inertia_warnings(design: Any) -> list[str]:
 
 
 def _stiffness_warnings(design: Any) -> list[str]:
-    """Warnings about a mesh stiffness by ISO 6336-1 outside its range, or from a table that is far from it."""
+    """Warnings about a mesh stiffness by ISO 6336-1 outside its range, or from a table far from it or constant."""
     if design.stiffness == POTENTIAL_ENERGY:
         return []
     try:
@@ -191,12 +201,15 @@ def _stiffness_warnings(design: Any) -> list[str]:
         own, *others = comparable_stiffnesses(design)
     except InputError:  # reported by what needs the stiffness
         return []
+    (least, greatest), mean = own.extremes, f"{own.reference / 1e6:.4g} N/µm"
+    found = [f"The mesh stiffness of the table is constant, {mean}: it excites nothing."] * (
+        greatest - least < CONSTANT * greatest)
     for other in others:
         ratio = own.reference / other.reference
         if other.method == ISO and not 1 / FACTOR_TO_ISO < ratio < FACTOR_TO_ISO:
-            return [f"The mean mesh stiffness of the table is {own.reference / 1e6:.4g} N/µm, {ratio:.3g} times the "
-                    f"{other.reference / 1e6:.4g} N/µm by ISO 6336-1: is the unit in its header right?"]
-    return []
+            found.append(f"The mean mesh stiffness of the table is {mean}, {ratio:.3g} times the "
+                         f"{other.reference / 1e6:.4g} N/µm by ISO 6336-1: is the unit in its header right?")
+    return found
 
 
 def _exactness_warnings(design: Any) -> list[str]:

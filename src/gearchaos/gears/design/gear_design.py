@@ -391,7 +391,7 @@ class GearDesign(HasCard):
 
 
 def _with_speed(operation: Mapping[str, Any], teeth: Any) -> dict[str, Any]:
-    """ of a frequency of the shaft or of the mesh."""
+    """The table ``[operation]`` with the speed in the place of a frequency of the shaft or of the mesh."""
     names = [name for name in ("speed", *FREQUENCIES) if name in operation]
     if len(names) > 1:
         raise InputError(names[1], f"must be left out beside {names[0]}", operation[names[1]])

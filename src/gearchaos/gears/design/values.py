@@ -180,7 +180,7 @@ class ErrorFile(DataFile):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.wheel is not None and (isinstance(self.wheel, bool) or self.wheel not in (1, 2)):
+        if self.wheel is not None and (type(self.wheel) is not int or self.wheel not in (1, 2)):
             raise InputError("wheel", "must be 1 or 2", self.wheel, "It is the wheel whose angle the error is.")
 
 

@@ -38,6 +38,10 @@ ISO 21771:2007 and ISO/TR 10064-2:1996 define j_wt, j_bn and j_r. A direction al
 PLANES = ("normal", "transverse")
 LIMITS = ("mean", "minimum", "maximum")
 
+_OTHER_WORDS = {"tangential": "circumferential", "working pitch circle": "circumferential",
+                "pitch circle": "circumferential", "pitch diameter": "circumferential"}
+"""Other words for a direction, whose letters are nearer to those of another one."""
+
 _NOT_POSITIVE = Rule(lambda v: v <= 0, "must not be greater than 0")
 
 
@@ -96,7 +100,8 @@ def _unknown_direction(of: Any) -> InputError:
     suggested = [name for name in (*_KINDS, *OF) if not name.endswith("half") or "half" in str(of)]
     quoted = ", ".join(map(repr, _KINDS))
     rule = f"must be one of {quoted}, alone or followed by ', total', which means the same, or by ', half'"
-    return InputError("of", rule, of, unknown_name("of", str(of), suggested).advice)
+    meant = next((name for words, name in _OTHER_WORDS.items() if words in str(of).casefold()), str(of))
+    return InputError("of", rule, of, unknown_name("of", meant, suggested).advice)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -24,14 +24,6 @@ _FORMS = tuple(map(re.compile, (
     r"(.*?)\s*/?\s*\[([^]]*)\]", r"(.*?)\s+(?:/|in)\s+\(?(.*?)\)?", r"(.*?)\s*/?\s*\(((?:[^()]|\([^()]*\))*)\)")))
 """Forms of a name with a unit: name [unit], name / unit, name in unit, name (unit)."""
 
-_ANGLES = {
-    **{name: name for name in ("rad", "radian", "radians", "mrad", "urad", "µrad", "μrad", "deg", "degree", "degrees",
-                               "°", "gon", "turn", "turns", "revolution", "revolutions", "arcmin", "arcsec")},
-    "º": "deg", "rev": "turn", "'": "arcmin", "′": "arcmin", '"': "arcsec", "″": "arcsec", "''": "arcsec",
-}
-"""The units of angles in the notation of pint, which would take "Grad" for a gigaradian and "grad" for a gon: both are
-refused, since German programs mean degrees."""
-
 _PER_WIDTH = re.compile(r"(k?N)\s*/\s*\(?\s*mm\s*[*·.⋅/]?\s*([uµμ]m)\s*\)?")
 """Stiffness over face width as it is usually written, which pint reads otherwise or not at all."""
 
@@ -55,6 +47,8 @@ class Column:
     words : str
         Regular expression, in lower case, found in other names by which it may be taken if their unit fits, too. Then
         a unit alone may be its header as well; empty for a column that must have its name.
+    other : str
+        Regular expression, in lower case, found in names of something else, whatever their unit.
     advice : str
         What to do if its unit does not fit.
     """
@@ -63,6 +57,7 @@ class Column:
     scales: Mapping[units.Dimension, float] = field(default_factory=dict)
     aliases: tuple[str, ...] = ()
     words: str = ""
+    other: str = ""
     advice: str = ""
 
     @property
@@ -199,11 +194,14 @@ def _fits(column: Column, unit: str) -> bool:
     return bool(column.scales) and column.factor(unit) is not None
 
 
+def _may_be(column: Column, name: str, unit: str) -> bool:
+    """Whether a header has a unit of a column, and no name of something else."""
+    return _fits(column, unit) and not (column.other and re.search(column.other, _plain(name)))
+
+
 def _in_si(dimension: units.Dimension, unit: str) -> float | None:
     """One unit in SI; None if it is no unit of this dimension."""
-    if dimension is units.ANGLE:
-        unit = _ANGLES.get(unit.strip(), "")
-    if not unit or unit in ('"', "'"):
+    if not unit or (dimension is not units.ANGLE and unit in ('"', "'")):
         return None
     try:
         return units.to_si("unit", "1 " + _PER_WIDTH.sub(r"\1/mm/\2", unit), dimension)
@@ -248,7 +246,7 @@ def _found(cells: Cells, header: list[tuple[str, str]], group: Sequence[Column])
     named = [(c, i, unit) for c in group for i, (name, unit) in enumerate(header) if name and _plain(name) in c.names]
     fitting = [each for each in named if each[0].factor(each[2]) is not None]
     meant = [(c, i, unit) for c in group for i, (name, unit) in enumerate(header)
-             if c.words and _fits(c, unit) and (not name or re.search(c.words, _plain(name)))]
+             if c.words and _may_be(c, name, unit) and (not name or re.search(c.words, _plain(name)))]
     options = fitting or named or meant
     if len(options) == 1:
         return options[0]
@@ -258,7 +256,7 @@ def _found(cells: Cells, header: list[tuple[str, str]], group: Sequence[Column])
         several = " or ".join(dict.fromkeys(column.name for column, _, _ in options))
         raise line_error(cells.path, cells.line, f"must have exactly one column for {several}", names,
                          _choose(options[0][0], names[0]))
-    near = next(((c, cells.header[i]) for c in group for i, (_, unit) in enumerate(header) if _fits(c, unit)), None)
+    near = next(((c, cells.header[i]) for c in group for i, each in enumerate(header) if _may_be(c, *each)), None)
     advice = _choose(*near) if near else " ".join(
         ["Write its name with its unit in brackets.", *dict.fromkeys(c.advice for c in group if c.advice)])
     raise line_error(cells.path, cells.line, f"must have the column {wanted}", cells.header, advice)
@@ -275,9 +273,8 @@ def _checked_factor(cells: Cells, column: Column, unit: str) -> float:
         rule = f"must say the unit of {column.name}"
     else:
         rule = f"must have the unit of {' or '.join(d.name for d in column.scales)} for {column.name}"
-    grad = "Write deg or gon: the unit may be either. " if unit.casefold() == "grad" else ""
     raise line_error(cells.path, cells.line, rule, unit,
-                     f"{grad}{column.advice} Such a column is e.g. {column.example}.".lstrip())
+                     f"{units.grad_advice(unit)}{column.advice} Such a column is e.g. {column.example}.".lstrip())
 
 
 def _notes(cells: Cells, header: list[tuple[str, str]], found: list[_Found]) -> tuple[str, ...]:

@@ -276,6 +276,7 @@ def _warnings(
         f"F_t K_A/b is {load / 1e3:.3g} N/mm. By the rule for low loads, ISO 6336-1:2006, (90), the mesh stiffness is "
         f"{load_factor:.3g} of that at 100 N/mm: {mean / N_PER_MM_UM:.3g} instead of "
         f"{mean / load_factor / N_PER_MM_UM:.3g} N/(mm µm). Below {DOUBTFUL_LINE_LOAD / 1e3:g} N/mm this is doubtful: "
-        "the rule lets the stiffness vanish with the load": load < DOUBTFUL_LINE_LOAD,
+        f"the rule lets the stiffness vanish with the load. {other_methods(geometry).rstrip('.')}":
+            load < DOUBTFUL_LINE_LOAD,
     }
     return tuple(text for text, holds in found.items() if holds)

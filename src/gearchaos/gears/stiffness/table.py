@@ -20,8 +20,8 @@ _OTHER_WHEEL = r"(wheel|gear|rad) ?2|\b(wheel|gear|rad)\b(?! ?1)|driven|output|a
 ROLL_ANGLE = Column(
     "roll angle", {units.ANGLE: 1.0},
     ("angle", "rotation", "pinion rotation", "drehwinkel"),
-    words=rf"^(?!.*(press|eingriff|contact|helix|schräg|phase|error|fehler|abweich|devia|pitch|teilung|{_OTHER_WHEEL}))"
-          r".*(angle|winkel|rotation|roll|dreh|\bphi|φ)",
+    words=r"angle|winkel|rotation|roll|dreh|\bphi|φ",
+    other=rf"press|eingriff|contact|helix|schräg|phase|error|fehler|abweich|devia|pitch|teilung|{_OTHER_WHEEL}",
     advice="The roll angle is that of wheel 1.",
 )
 """The roll angle of wheel 1."""
@@ -31,8 +31,8 @@ _ABSCISSAE = (
     Column("time", {TIME: 1.0}, ("t", "zeit"), words="time|zeit"),
 )
 
-_WORDS = (r"^(?!.*(single|einzel|pair|paar|bear|lager|shaft|well|tors|dreh|axial|body|bend|bieg|hertz|mean|mittel|"
-          r"average)).*(stiff|steif)")
+_OTHER_STIFFNESS = ("single|einzel|pair|paar|bear|lager|shaft|well|tors|dreh|axial|body|bend|bieg|hertz|mean|mittel|"
+                    "average")
 
 _PLAUSIBLE = (1e3, 1e14)
 """Least and greatest stiffness that a mesh of gears may have, N/m: steel gears of a face width of 1 mm and of 5 m have
@@ -82,7 +82,8 @@ def read_curve(
     """
     scales = {units.STIFFNESS: 1.0, **({} if face_width is None else {STIFFNESS_PER_WIDTH: face_width})}
     values = (
-        Column("stiffness", scales, ("mesh stiffness", "k", "c", "value", "eingriffssteifigkeit"), words=_WORDS),
+        Column("stiffness", scales, ("mesh stiffness", "k", "c", "value", "eingriffssteifigkeit"), "stiff|steif",
+               _OTHER_STIFFNESS),
         Column("level", scales, ("stiffness level",)),
     )
     table = read_table(path, (_ABSCISSAE, values), field=field, chosen=columns, increasing=True, jumps=True)

@@ -92,7 +92,12 @@ class Quality:
         for pattern, edition, nearest, why in _OTHERS:
             if re.search(pattern, str(self.standard)):
                 grades = [_number(grade, "[A-Z]?") for grade in self.grades]
-                near = ", ".join(str(nearest(n)) if isinstance(n, int) else "…" for n in dict.fromkeys(grades))
+                low, high = GRADES[edition]
+                found = [nearest(n) if isinstance(n, int) else None for n in dict.fromkeys(grades)]
+                if not all(n is None or low <= n <= high for n in found):
+                    return InputError(error.field, error.rule, self.standard,
+                                      f"{edition} has no grade near it, only {low} to {high}: {why}.")
+                near = ", ".join("…" if n is None else str(n) for n in found)
                 shown = f"[{near}]" if "," in near else near
                 return InputError(error.field, error.rule, self.standard,
                                   f"The nearest is {{ standard = '{edition}', grade = {shown} }}, not the same: {why}.")

@@ -24,15 +24,19 @@ _FIELD = "transmission_error"
 
 _PEAK, _PEAK_TO_PEAK = "peak", "peak to peak"
 
-_AMPLITUDE_ADVICE = "The amplitude e_j of a harmonic is its peak value, half of its peak-to-peak value. "
+_AMPLITUDE_ADVICE = ("The amplitude e_j of a harmonic is its peak value: half of its peak-to-peak value, or its rms "
+                     "value multiplied by 1.41421. ")
 
-_ERROR_WORDS = (r"^(?!.*((?<!un)loaded|under load|(?<!un)belastet|unter last|pitch|teil|prof|lead|helix|flank|run ?out|"
-                r"rundlauf|single|einzel|peak|rms)).*(\bte\b|error|fehler|abweich|devia)")
+_RMS = r"\brms\b|effektiv|effective"
 
-_WHEEL_ADVICE = "For an angle write wheel = 1 or wheel = 2 beside the file: the wheel whose angle it is."
+_OTHER_ERROR = (r"(?<!un)loaded|under load|(?<!un)belastet|unter last|pitch|teil|prof|lead|helix|flank|run ?out|"
+                r"rundlauf|single|einzel|peak|rms")
 
 _PERIOD_TOLERANCE = 1e-3
 """Difference from a mesh period, in mesh periods, that the rounding of roll angles in a file explains."""
+
+_ROUNDING = 1e-9
+"""Amplitudes over the largest error that may be due to rounding alone."""
 
 _CLOSING_TOLERANCE = 0.01
 """Largest difference between the errors at both ends of a mesh period over the peak-to-peak value, for the noise of a
@@ -52,6 +56,13 @@ _SHAFT_ADVICE = ("Order 1 is the mesh frequency: divide the orders of a shaft by
 def _error_scales(radius: float | None) -> dict[units.Dimension, float]:
     """The unit of an error: a length along the line of action, or the angle of a wheel of a base radius, m."""
     return {units.LENGTH: 1.0} if radius is None else {units.ANGLE: radius}
+
+
+def _wheel_advice(radius: float | None) -> str:
+    """What to do about an error whose unit is not that which ``wheel`` beside the file says."""
+    if radius is None:
+        return "For an angle write wheel = 1 or wheel = 2 beside the file: the wheel whose angle it is."
+    return "For a length along the line of action leave out wheel beside the file."
 
 
 def _notes(table: Table, radius: float | None) -> tuple[str, ...]:
@@ -74,7 +85,7 @@ def from_orders(
         and either ``peak`` or ``peak to peak`` (with a unit): the amplitude e_j or twice it. The error of order j is
         e_j cos(j θ − phase), where θ = 0 is the instant at which a tooth pair enters contact.
     teeth : tuple of int, optional
-        z1, z2. Orders that are all multiples of one of them are probably those of its shaft: they have a warning.
+        z1, z2. Multiples of one of them may be orders of its shaft: they have a warning.
     most : float, optional
         Largest plausible amplitude, m.
     radius : float, optional
@@ -94,7 +105,8 @@ def from_orders(
         negative or implausible amplitude; also for a file that `read_table` refuses.
     """
     scales = _error_scales(radius)
-    kinds = tuple(Column(name, scales, advice=_AMPLITUDE_ADVICE + _WHEEL_ADVICE) for name in (_PEAK, _PEAK_TO_PEAK))
+    advice = _AMPLITUDE_ADVICE + _wheel_advice(radius)
+    kinds = tuple(Column(name, scales, other=_RMS, advice=advice) for name in (_PEAK, _PEAK_TO_PEAK))
     phase = Column("phase", {units.ANGLE: 1.0}, ("phase angle", "phasenwinkel"), words="phase")
     table = read_table(path, ((Column("order", aliases=("ordnung",)),), kinds, (phase,)), field=_FIELD,
                        chosen=columns)
@@ -117,12 +129,14 @@ def from_orders(
 
 
 def _shaft_warnings(table: Table, orders: list[int], teeth: tuple[int, ...]) -> tuple[str, ...]:
-    """A warning if all orders of a table are multiples of the same number of teeth, as orders of a shaft are."""
-    for wheel, count in enumerate(teeth, 1):
-        if all(order % count == 0 for order in orders):
-            return (f"All orders of {Path(table.path).name} are multiples of z{wheel} = {count}: are they those of the "
-                    f"shaft? {_SHAFT_ADVICE}",)
-    return ()
+    """A warning if orders of a table are multiples of a number of teeth, as those of the mesh are among a shaft's."""
+    found = [[order for order in orders if order % count == 0] for count in teeth]
+    if not (multiples := max(found, key=len, default=[])):
+        return ()
+    wheel, name = found.index(multiples), Path(table.path).name
+    which = f"All orders of {name}" if len(multiples) == len(orders) else (
+        f"Orders of {name}, {', '.join(map(str, multiples))},")
+    return (f"{which} are multiples of z{wheel + 1} = {teeth[wheel]}: are they those of the shaft? {_SHAFT_ADVICE}",)
 
 
 def _orders(table: Table) -> list[int]:
@@ -188,7 +202,7 @@ def from_table(
         a file that `read_table` or samples that `fit_harmonics` refuses.
     """
     error = Column("error", _error_scales(radius), ("transmission error", "value", "te", "drehfehler", "drehwegfehler"),
-                   _ERROR_WORDS, _WHEEL_ADVICE)
+                   r"\bte\b|error|fehler|abweich|devia", _OTHER_ERROR, _wheel_advice(radius))
     table = read_table(path, ((ROLL_ANGLE,), (error,)), field=_FIELD, chosen=columns, increasing=True)
     periods = table.columns["roll angle"] * teeth1 / (2 * math.pi)
     _check_amplitudes(table, np.abs(table.columns["error"] - np.mean(table.columns["error"])), most)
@@ -206,7 +220,7 @@ def _check_teeth(table: Table, periods: np.ndarray, found: ErrorHarmonics, teeth
     """Raise `InputError` if an error over several mesh periods contradicts the number of teeth.
 
     A record that does not end a mesh period, but for one row, must repeat itself. In one of whole turns the strongest
-    order, runout apart, must be one of the mesh.
+    order, runout apart, must be one of the mesh. The first harmonic of the mesh must not be missing.
 
     Parameters
     ----------
@@ -232,9 +246,12 @@ def _check_teeth(table: Table, periods: np.ndarray, found: ErrorHarmonics, teeth
         if lines.max() > strongest or found.amplitudes[0] < _PERIOD_TOLERANCE * strongest:
             order = int(np.argmax(lines)) if lines.max() > strongest else count * int(np.argmax(found.amplitudes) + 1)
             value = f"turns in which the error repeats itself {order * teeth / count:.6g} times, not {teeth} times"
+    elif found.amplitudes[0] < _PERIOD_TOLERANCE * strongest > _ROUNDING * float(np.abs(table.columns["error"]).max()):
+        value = f"mesh periods in each of which the error has {np.argmax(found.amplitudes) + 1} periods"
     if value:
         raise table.error(len(periods) - 1, "must end whole mesh periods, best a turn of wheel 1", value,
-                          "Check the number of teeth, and that the angle is that of wheel 1.")
+                          "Check the number of teeth, and that the angle is that of wheel 1. An error whose first "
+                          "harmonic is missing has orders.")
 
 
 def _check_closed(table: Table, periods: np.ndarray) -> None:
