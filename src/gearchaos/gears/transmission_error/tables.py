@@ -323,7 +323,8 @@ def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: st
     rest = varying - evaluate(amplitudes, phases, tau)
     rms, whole = (float(np.sqrt(np.average(v**2, weights=weights))) for v in (rest, varying))
     missing = (f"{count} harmonics leave {rms / whole:.0%} of the error's rms value out: higher harmonics, and what "
-               "does not repeat with the mesh, such as runout" if rms > 0.1 * whole else "")
+               "does not repeat with the mesh, such as runout" if rms > max(
+                   0.1 * whole, _ROUNDING * float(np.abs(error).max())) else "")
     return ErrorHarmonics(
         amplitudes=amplitudes, phases=phases, source=source, residual_rms=rms, residual_peak=float(np.abs(rest).max()),
         warnings=(missing,) if missing else (),
