@@ -257,6 +257,16 @@ def test_orbits_at_amplitudes_of_opposite_signs_are_not_connected_through_0(star
     assert connection(*apart, BITS, apart[0] if start else None)["radius"]
 
 
+@pytest.mark.parametrize(("kind", "axis"), [("torsional", "beta1"), ("full", "kappa1")])
+@pytest.mark.parametrize("shares", [(0, 1), (-1, 1), (-1, 0)])
+def test_orbits_are_not_connected_through_a_symmetry_that_needs_fewer_coordinates(kind, axis, shares):
+    model = MeshModel.of(kind=kind, omega=0.7, q0=0.3, eps1=0.01)
+    ends = [gc.prove(gc.orbit(model.with_values({axis: model.value(axis) + share * 2.0**-30}), period=1))
+            for share in shares]
+    with pytest.raises(UndecidedError, match="coordinates not the same"):
+        connection(*ends, BITS)
+
+
 def test_a_box_that_is_too_large_is_not_proved_but_a_smaller_one_is():
     model, _ = CASES["torsional 1T"]
     found = gc.prove_box(model, {"eps1": 0.05})
