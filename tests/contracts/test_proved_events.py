@@ -213,6 +213,14 @@ def test_wrong_arguments_are_named(arguments, message):
         gc.prove_event(*arguments)
 
 
+def test_no_fold_is_proved_in_an_interval_of_an_amplitude_about_exactly_0():
+    """The value ± half the width is rounded to ± 5e-4. Both orbits exist in the whole interval."""
+    model = MeshModel.of(kind="single", q0=0.1, omega=0.45841773525549895, eps1=1e-20, eps2=0.02, chi1=0.0, chi2=0.0)
+    near = {"z": 1.1996122802950882, "z_dot": 0.02722523760352243}
+    with pytest.raises(gc.InputError, match="eps1 must not be 0 at the centre of the box"):
+        gc.prove_event(model, "fold", "eps1", 1e-20, period=1, near=near, width=1e-3)
+
+
 def test_wrong_widths_and_branches_are_named(branches):
     with pytest.raises(gc.InputError, match="width must be positive"):
         gc.prove_event(TORSIONAL, "flip", "eps1", 0.0916, width=0)

@@ -12,10 +12,12 @@ from flint import arb, arb_mat
 
 import gearchaos as gc
 from gearchaos.continuation.family import ParameterFamily
+from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, SteppedStiffness
 from gearchaos.proof.balls import block, precision
 from gearchaos.proof.box import BoxSystem, shifted
 from gearchaos.proof.box_tube import box_tube
+from gearchaos.proof.connection import connection
 from gearchaos.proof.coordinates import lifted
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
@@ -229,6 +231,40 @@ def contained(balls, values):
     """Check that balls, widened by the errors of the floats, contain values."""
     for ball, value in zip(balls.entries(), values, strict=True):
         assert (ball + arb(0, 2e-11)).contains(arb(float(value))), (ball, value)
+
+
+@pytest.mark.parametrize("width", [Fraction(1, 1024), -Fraction(1, 1024)])
+def test_an_amplitude_that_is_0_at_the_centre_of_a_box_is_refused(width):
+    """The equations at the centre have no such harmonic, so that bounds over the box would miss its effect."""
+    model = MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.0, eps2=0.01)
+    with precision(BITS):
+        equations = MeshEquations(exact_parameters(model), bits=BITS)
+        candidate = converged(equations, lifted(orbit_points(gc.orbit(model, period=1))[1], equations))
+        for name in ("eps1", "eps3"):
+            with pytest.raises(InputError, match=f"{name} must not be 0 at the centre of the box"):
+                BoxSystem(candidate, [{name: width, "omega": width}])
+        assert BoxSystem(candidate, [{"eps2": width}]).drift.any()
+
+
+@pytest.mark.parametrize("start", [None, "below"])
+def test_orbits_at_amplitudes_of_opposite_signs_are_not_connected_through_0(start):
+    model = MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=1e-9, eps2=0.01)
+    values = (-1e-9, 1e-9) if start is None else (0.0, 1e-9)
+    ends = [gc.prove(gc.orbit(model.with_values({"eps1": value}), period=1)) for value in values]
+    with pytest.raises(InputError, match="eps1 must not be 0 at the centre"):
+        connection(*ends, BITS, ends[0] if start else None)
+    apart = [gc.prove(gc.orbit(model.with_values({"eps1": value}), period=1)) for value in (1e-9, 3e-9)]
+    assert connection(*apart, BITS, apart[0] if start else None)["radius"]
+
+
+@pytest.mark.parametrize(("kind", "axis"), [("torsional", "beta1"), ("full", "kappa1")])
+@pytest.mark.parametrize("shares", [(0, 1), (-1, 1), (-1, 0)])
+def test_orbits_are_not_connected_through_a_symmetry_that_needs_fewer_coordinates(kind, axis, shares):
+    model = MeshModel.of(kind=kind, omega=0.7, q0=0.3, eps1=0.01)
+    ends = [gc.prove(gc.orbit(model.with_values({axis: model.value(axis) + share * 2.0**-30}), period=1))
+            for share in shares]
+    with pytest.raises(UndecidedError, match="coordinates not the same"):
+        connection(*ends, BITS)
 
 
 def test_a_box_that_is_too_large_is_not_proved_but_a_smaller_one_is():

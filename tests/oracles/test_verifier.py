@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import copy
 import json
+import os
 import re
 import subprocess
 import sys
@@ -295,6 +296,67 @@ def test_it_runs_as_a_script_and_as_a_module(tmp_path):
             assert ("exactly one orbit of period 8" in run.stdout) == bool(files)
 
 
+def test_the_checksum_comes_before_any_number(monkeypatch):
+    """Numbers of a damaged file are not evaluated, whatever their size."""
+    c = proved("torsional 1T saddle") | {"radius": "1e9999"}
+    monkeypatch.setattr(verifier, "fmpq", None)
+    assert verifier.verify(c).lines == ["refused: sha256: the file was altered"]
+    del c["sha256"]
+    assert verifier.verify(c).lines == ["refused: sha256: the file was altered"]
+
+
+@pytest.mark.parametrize("number", ["1e9999", "1e-9999", "0x1p+9999", "0x1p-9999"])
+def test_the_sum_of_exponents_is_bounded(number):
+    c = proved("torsional 1T saddle")
+    c["stability"]["Q"] = [[[number] * 1000] * 2]
+    text = refusal(c)  # 2 * 10^7 in all
+    assert "the exponents of its numbers add up to more than 16777216" in text
+    c["stability"]["Q"] = [[[number] * 100] * 2]
+    assert "points or Q: not of size 2" in refusal(c)
+
+
+def refusal(forged: dict) -> str:
+    (line,) = verifier.verify(sealed(forged, words=False)).lines
+    return line
+
+
+def test_a_few_unknown_keys_are_named_and_the_others_counted():
+    c = proved("torsional 1T saddle")
+    assert "certificate: 'a0' unknown, 'a1' unknown, 'a2' unknown and 97 more" in refusal(
+        c | {f"a{i}": 0 for i in range(10)} | {f"b{i}": 0 for i in range(90)})
+    assert refusal(c | {f"a{i}": 0 for i in range(3)}).endswith("'a0' unknown, 'a1' unknown, 'a2' unknown")
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
+def test_results_are_printed_in_any_encoding_as_each_file_is_checked(tmp_path, encoding):
+    c = proved("torsional 8T")
+    c["stability"]["Q"] = [[["1", "0"], ["0", "1"]]] * 8
+    (bad := tmp_path / "bad.json").write_text(json.dumps(sealed(c)))
+    (good := tmp_path / "good.json").write_text(json.dumps(proved("torsional 1T saddle")))
+    for command in ([verifier.__file__], ["-c", "from gearchaos.cli import main; main()", "verify"]):
+        run = subprocess.run([sys.executable, *command, bad, good], capture_output=True, check=False,
+                             env={**os.environ, "PYTHONIOENCODING": encoding})
+        assert (run.returncode, run.stderr) == (1, b"")
+        assert b"refused: stability: Q_" in run.stdout and b"exactly one orbit of period 1" in run.stdout
+
+
+def test_the_first_result_is_not_lost_with_the_second(tmp_path, monkeypatch):
+    """As when the check of a later file is interrupted."""
+    (good := tmp_path / "good.json").write_text(json.dumps(proved("torsional 1T saddle")))
+    (tmp_path / "never.json").write_text("{}")
+    script = ("import runpy, sys, pathlib; read = pathlib.Path.read_text\n"
+              "def one(path, **named):\n"
+              "    if path.name == 'never.json': raise KeyboardInterrupt\n"
+              "    return read(path, **named)\n"
+              "pathlib.Path.read_text = one; runpy.run_path(sys.argv[0], run_name='__main__')")
+    for start, arguments in ((f"import sys; sys.argv = sys.argv[1:]\n{script}", [verifier.__file__]),
+                             (script.replace("runpy.run_path(sys.argv[0], run_name='__main__')",
+                                             "from gearchaos.cli import main; main()"), ["verify"])):
+        run = subprocess.run([sys.executable, "-c", start, *arguments, good, tmp_path / "never.json"],
+                             capture_output=True, text=True, check=False)
+        assert run.returncode and "exactly one orbit of period 1" in run.stdout
+
+
 def test_it_shares_no_code_with_the_prover_and_needs_python_flint_alone():
     text, modules = Path(verifier.__file__).read_text(encoding="utf-8"), set()
     for node in ast.walk(ast.parse(text)):
@@ -370,6 +432,32 @@ def test_a_set_covers_another_only_if_the_map_stretches_it_enough():
         for first, second in ((sheared, tall), (wide, sheared), *((tall, M) for M in (aside, far, tight, longer))):
             with pytest.raises(verifier.Refused, match="does not cover"):
                 verifier.covered(mesh, first, second, [])
+
+
+def chaotic_set(count: int, **model: float) -> dict:
+    """Sets of which the first leads to all others; as its parallelograms are chosen it proves nothing."""
+    sets = [{"centre": [str(3 * i), "0"], "unstable": ["1", "0"], "stable": ["0", "1"]} for i in range(count)]
+    mesh = MeshModel.of(kind="single", **model)
+    return {
+        "format": "gearchaos chaotic set", "version": 1, "theorem": "", "model": model_fields(mesh), "tolerances": {},
+        "coordinates": ["z", "z_dot"], "bits": 64, "sets": sets, "slack": "0.01", "entropy": "0.01",
+        "transitions": [[0, i] for i in range(count)] + [[i, 0] for i in range(1, count)],
+        "weights": ["1"] * count, "versions": dict.fromkeys(["python", "gearchaos", "python-flint", "numpy"], "0")}
+
+
+def test_work_for_a_chaotic_set_is_bounded(monkeypatch):
+    monkeypatch.setattr(verifier, "STEPS", 2000)
+    many = chaotic_set(65, omega=1.0, zeta=0.1, q0=0.1, eps1=0.1)
+    many["entropy"] = "1e-9"
+    many["weights"] = ["8"] + ["1"] * 64
+    refused(many, "transitions: more than 64 lead from one set")
+    many["transitions"].remove([0, 64])
+    many["transitions"].append([64, 64])
+    refused(many, "sets: one does not cover|contact")
+    rest = chaotic_set(2, omega=1.0, zeta=0.1, q0=0.0, eps1=0.0)  # at rest on the contact boundary
+    rest["transitions"].append([1, 1])
+    rest["sets"][0] = {"centre": ["0.9", "0"], "unstable": ["0.1", "0"], "stable": ["0", "0.1"]}
+    refused(rest, "sets: more than 2000 steps for one transition")
 
 
 def test_sets_apart_are_told_from_sets_that_touch():

@@ -5,6 +5,7 @@ This module imports only typer and rich; a command imports slow-loading modules 
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -65,6 +66,7 @@ Physical = Annotated[bool, typer.Option("--physical", help="µm, mm/s, N, Hz; fo
 def main() -> None:
     """Entry point of the ``gearchaos`` command, in a process of its own."""
     startup.own_process = True
+    sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
     completion.join_words()
     app(prog_name="gearchaos")
 

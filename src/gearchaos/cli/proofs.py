@@ -86,9 +86,9 @@ def verify(
         return
     from gearchaos.proof.verifier import verify_file
 
-    results = [(file, verify_file(file)) for file in files]
-    for file, result in results:
-        print(f"{file}: {'proved' if result.proved else 'refused'}")
-        print("\n".join(f"  {line}" for line in result.lines))
-    if not all(result.proved for _, result in results):
+    results = []
+    for file in files:
+        results.append(result := verify_file(file))
+        print(f"{file}: {'proved' if result.proved else 'refused'}", *result.lines, sep="\n  ", flush=True)
+    if not all(result.proved for result in results):
         raise typer.Exit(REFUSED)

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from flint import arb, arb_mat
 
+from gearchaos.errors import InputError
 from gearchaos.proof.balls import from_text, to_text
 from gearchaos.proof.box_pieces import BoxBounds, UnitBox
 from gearchaos.proof.box_tube import BoxTube, box_tube
@@ -75,11 +76,19 @@ class BoxSystem:
         For each u_j the parameters that it changes, with their half-widths.
     grazing : bool
         Orbits of the box may graze a contact boundary: their switches are not the same.
+
+    Raises
+    ------
+    InputError
+        If an amplitude of the transmission error that varies is 0 at the centre.
+    UndecidedError
+        If the motions of the box need other coordinates than those at its centre.
     """
 
     def __init__(self, candidate: Candidate, widths: list[dict[str, Fraction]], grazing: bool = False) -> None:
         self.candidate, self.widths, self.grazing = candidate, widths, grazing
         self.equations, self.count = candidate.equations, len(widths)
+        self._check_amplitudes()
         self._check_coordinates()
         centre = coefficients(self.equations.parameters, self._derivatives(Fraction(1)), at_centre=True)
         self.unit = UnitBox(self.equations, centre, self.count)
@@ -95,6 +104,14 @@ class BoxSystem:
         parameters, widths = self.equations.parameters, self._derivatives(scale)
         box, centre = coefficients(parameters, widths), coefficients(parameters, widths, at_centre=True)
         return BoxBounds(self.unit, box, centre, scale)
+
+    def _check_amplitudes(self) -> None:
+        """Raise `InputError` if an amplitude varies about 0: the equations at the centre leave its harmonic out."""
+        varied = {name for together in self.widths for name in together}
+        present = {f"eps{j}" for j in self.equations.harmonics}
+        for name in sorted(name for name in varied - present if name.startswith("eps")):
+            raise InputError(name, "must not be 0 at the centre of the box", 0.0,
+                             "Another width or value moves the centre of the interval of an event.")
 
     def _check_coordinates(self) -> None:
         """Raise `UndecidedError` if the motions of the box need other coordinates than those at its centre."""

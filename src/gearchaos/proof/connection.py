@@ -49,6 +49,7 @@ def connection(below: Certificate, above: Certificate, bits: int, start: Certifi
     parameters = along(below.document["model"], changes, share)
     with precision(bits):
         equations = MeshEquations(parameters, from_text(below.document["phase"]), bits)
+        check_coordinates(equations, below, above)
         candidate = converged(equations, _points(start or below))
         if candidate is None:
             raise UndecidedError("orbit not found", 0.0)
@@ -63,6 +64,12 @@ def connection(below: Certificate, above: Certificate, bits: int, start: Certifi
             except UndecidedError as error:
                 failure = error
     raise failure
+
+
+def check_coordinates(equations: MeshEquations, *found: Certificate) -> None:
+    """Raise `UndecidedError` if the equations have other coordinates than the orbits of certificates."""
+    if any(list(equations.names) != orbit.document["coordinates"] for orbit in found):
+        raise UndecidedError("coordinates not the same", 0.0)
 
 
 def line(first: Mapping[str, Any], last: Mapping[str, Any]) -> dict[str, Fraction]:

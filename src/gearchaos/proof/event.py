@@ -18,7 +18,7 @@ from gearchaos.model.parameters import MeshModel
 from gearchaos.proof.balls import from_text, precision, to_text
 from gearchaos.proof.candidate import Candidate
 from gearchaos.proof.certificate import Certificate, Unproved, checksum, used_versions
-from gearchaos.proof.connection import along, connection, line
+from gearchaos.proof.connection import along, check_coordinates, connection, line
 from gearchaos.proof.coordinates import lifted
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
@@ -275,9 +275,12 @@ def _empty(ends: tuple[End, End], side: int, pair: list[Certificate], bits: int)
             if not room > 0:
                 raise UndecidedError("region not proved empty", float(room))
         with precision(bits):
-            region = Region(MeshEquations(middle, bits=bits), centre, radius, halves)
+            between, empty = MeshEquations(middle, bits=bits), MeshEquations(there, bits=bits)
+            for equations in (between, empty):
+                check_coordinates(equations, *pair)
+            region = Region(between, centre, radius, halves)
             inside, border = region.not_empty(region.whole, border=True)
-            _, slices = region.at(MeshEquations(there, bits=bits)).not_empty(inside, border=False)
+            _, slices = region.at(empty).not_empty(inside, border=False)
     except UndecidedError as failure:
         raise NotProvedError(Unproved(failure.reason, failure.margin, bits)) from None
     return {"end": ("below", "above")[1 - side], "model": there, "radius": to_text(radius),

@@ -54,6 +54,7 @@ FORMS: dict[str, dict[str, Any]] = {"gearchaos certificate": CERTIFICATE, "gearc
 NO_FORMS = {"gearchaos event certificate": "there is no verifier of events; those of the orbits at both ends can be "
             "checked: certificates() of the event", "gearchaos box certificate": "there is no verifier of boxes"}
 SLACK, LEAST_STEP = fmpq(1, 100), fmpq(1, 2**18)
+EXPONENTS, STEPS, BRANCHES = 2**24, 100_000, 64  # limits of this program's work
 
 class Refused(Exception):  # noqa: N818  (an answer, not an error)
     """The certificate does not prove what it claims; the message says why."""
@@ -73,7 +74,7 @@ def read(value: Any, form: Any, name: str) -> Any:
     if isinstance(form, dict):
         require(type(value) is dict, f"{name}: not an object")
         odd = [f"{key[:40]!r} {'missing' if key in form else 'unknown'}" for key in sorted(form.keys() ^ value.keys())]
-        require(not odd, f"{name}: {', '.join(odd)}")
+        require(not odd, f"{name}: {', '.join(odd[:3])}" + f" and {len(odd) - 3} more" * (len(odd) > 3))
         return {key: read(value[key], form[key], f"{name}.{key}") for key in form}
     if isinstance(form, list):
         require(type(value) is list and len(value) <= 4096, f"{name}: not a list of at most 4096 entries")
@@ -143,7 +144,7 @@ class Mesh:
                        for x in [*([fmpq(i == j) for i in range(1, size + 1)] for j in harmonics or []), p["eps"]]]
         self.stiffness(p["stiffness"], form)
         self.linear(p)
-        self.series = lru_cache(256)(self.expand)
+        self.series, self.steps = lru_cache(256)(self.expand), 0
 
     def stiffness(self, p: dict[str, Any], form: str) -> None:
         """`levels`: (start, χ), each valid to the next start, the last also up to the first; or `wave`: Fourier."""
@@ -327,6 +328,8 @@ class Tube:
     def follow(self, s: fmpq, h: fmpq) -> None:
         """Move to s + h: in one contact state if all motions are in it, else by halves, or, where these say no more,
         whatever the states. y alone is followed through shorter steps. What is tried first rests on guesses."""
+        self.mesh.steps += 1
+        require(self.mesh.steps <= STEPS, f"sets: more than {STEPS} steps for one transition")
         states = self.G * self.E
         z, move = states[0, 0], states[1, 0] * self.mesh.T * h
         try:
@@ -419,8 +422,8 @@ class Parallelogram(NamedTuple):
 
     def apart(self, other: "Parallelogram") -> bool:
         """Whether all corners of the other lie beyond one edge of this."""
-        corners = [self.back() * fmpq_mat([[x - c] for x, c in zip(other.at(a, b), self.centre, strict=True)])
-                   for a in (fmpq(-1), fmpq(1)) for b in (fmpq(-1), fmpq(1))]
+        corners = [back * fmpq_mat([[x - c] for x, c in zip(other.at(a, b), self.centre, strict=True)])
+                   for back in [self.back()] for a in (fmpq(-1), fmpq(1)) for b in (fmpq(-1), fmpq(1))]
         return any(all(sign * corner[i, 0] > 1 for corner in corners) for i in (0, 1) for sign in (1, -1))
 
 def segment_image(mesh: Mesh, x: list[fmpq], h: list[fmpq], sizes: list[fmpq]) -> Tube:
@@ -442,7 +445,7 @@ def covered(mesh: Mesh, N: Parallelogram, M: Parallelogram, sizes: list[fmpq]) -
     motion, a closed one by a periodic motion (Zgliczyński and Gidea 2004). For N the boundary is enough: P is
     continuous and one to one, and no part of the rest of the plane is bounded, so none is within the image of the
     boundary. Its pieces are halved until the condition holds for all states from each."""
-    back = arb_mat(M.back())
+    back, mesh.steps = arb_mat(M.back()), 0
     def image(x: list[fmpq], h: list[fmpq]) -> tuple[arb_mat, arb_mat]:
         """(a, b) of the motion from x, and of all motions from the segment."""
         tube = segment_image(mesh, x, h, sizes)
@@ -547,6 +550,8 @@ def prove_chaotic_set(c: dict[str, Any]) -> Result:
             "entropy: not positive, or more than the transitions and weights prove")
     for first, second in c["transitions"]:
         after.setdefault(first, []).append(second)
+    require(all(len(following) <= BRANCHES for following in after.values()),
+            f"transitions: more than {BRANCHES} lead from one set")
     for first, following in after.items():
         require(all(sets[i].apart(sets[j]) or sets[j].apart(sets[i]) for i, j in combinations(following, 2)),
                 f"transitions: two sets to which set {first} leads are not apart")
@@ -587,28 +592,34 @@ def prove_orbit(c: dict[str, Any]) -> Result:
     margins = {name: value if value is None else float(value) for name, value in own.items()}
     return Result(True, ["margins: " + ", ".join(f"{name} {v:.3g}" for name, v in margins.items() if v)], margins)
 
-def form(certificate: Any) -> dict[str, Any]:
-    """A certificate from JSON, read by the table of its format."""
+def table(certificate: Any) -> dict[str, Any]:
+    """The table of the format of a certificate from JSON."""
     kind = read(certificate, dict, "certificate").get("format")
     require(type(kind) is str and kind not in NO_FORMS, f"format: {NO_FORMS.get(str(kind), 'not a string')}")
     require(kind in FORMS, f"format: must be one of {', '.join(FORMS)}")
-    return read(certificate, FORMS[kind], "certificate")  # type: ignore[no-any-return]
+    return FORMS[kind]
 
-def checksum(certificate: dict[str, Any]) -> str:
+def canonical(certificate: dict[str, Any]) -> str:
     rest = {key: value for key, value in certificate.items() if key != "sha256"}
-    return hashlib.sha256(json.dumps(rest, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()).hexdigest()
+    return json.dumps(rest, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+def checksum(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
 
 def sealed(certificate: dict[str, Any]) -> dict[str, Any]:
     """With the theorem and the checksum made anew, for the program that writes it; nothing is proved."""
     out = certificate | {"theorem": "", "sha256": "0" * 64}
-    out["theorem"] = theorem(form(out))
-    return out | {"sha256": checksum(out)}
+    out["theorem"] = theorem(read(out, table(out), "certificate"))
+    return out | {"sha256": checksum(canonical(out))}
 
 def verify(certificate: Any) -> Result:
     """Check a certificate that was read from JSON."""
     try:
-        c = form(certificate)
-        require(checksum(certificate) == c["sha256"], "sha256: the file was altered")
+        form, text = table(certificate), canonical(certificate)
+        require(certificate.get("sha256") == checksum(text), "sha256: the file was altered")
+        require(sum(abs(int(e)) for e in re.findall(r'[ep]([+-]?[0-9]{1,5})"', text)) <= EXPONENTS,
+                f"certificate: the exponents of its numbers add up to more than {EXPONENTS}")
+        c = read(certificate, form, "certificate")
         require(c["version"] == 1, "version: must be 1")
         require(32 <= c["bits"] <= 4096, "bits: must lie in [32, 4096]")
         require(c["theorem"] == theorem(c), "theorem: other words than those of the numbers in the file")
@@ -631,7 +642,9 @@ def verify_file(path: str | Path) -> Result:
         return Result(False, [f"refused: no readable JSON file ({error})"], {})
 
 if __name__ == "__main__":
-    outcomes = {path: verify_file(path) for path in sys.argv[1:]}
-    for path, outcome in outcomes.items():
-        print(path, *outcome.lines, sep="\n  ")
-    sys.exit(0 if outcomes and all(outcome.proved for outcome in outcomes.values()) else 1)
+    sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
+    outcomes = []
+    for path in sys.argv[1:]:
+        outcomes.append(verify_file(path))
+        print(path, *outcomes[-1].lines, sep="\n  ", flush=True)
+    sys.exit(0 if outcomes and all(outcome.proved for outcome in outcomes) else 1)

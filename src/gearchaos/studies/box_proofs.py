@@ -31,8 +31,8 @@ def prove_box(
         The centre of the box, with two-level or stepped stiffness; as for `prove`.
     widths : mapping of str to float
         Half-widths of the box by parameter: scalars (``omega``), amplitudes of the transmission error that are not 0
-        (``eps1``), ``chi1`` and ``chi2``. A pair (``q0``, ``chi0``) gives its half-width to both members, and each
-        of them is anywhere in its own interval.
+        (``eps1``), ``chi1`` and ``chi2``. A pair (``q0``, ``chi0``) has one half-width: both members
+        differ from their values by the same amount. Named one by one, each is anywhere in its own interval.
     bits : int
         Precision, 53 to 800.
 
