@@ -158,7 +158,7 @@ REFUSED = [
     ({"material": {"E": 206, "poisson": 0.3, "density": 7830}}, "material.E", "did you mean '206 GPa'", ""),
     ({"material": ["steel", {"E": 206e9, "poisson": 0.3, "density": 7.8}]}, "material[1].density", "'7.8 g/cm^3'", ""),
     ({"supports": {"stiffness": 200, "damping_ratio": 0}}, "supports.stiffness", "did you mean '200 N/um'", ""),
-    ({"speed": 96_000}, "speed", "301.6 m/s: a speed without a unit is in rpm", ""),
+    ({"speed": 96_000}, "speed", "301.6 m/s. a speed without a unit is in rpm", ""),
     ({"speed": "60 Hz"}, "speed", "Hertz", ""),
     # wrong forms
     ({"teeth": 20}, "teeth", "", "a list of two"),
