@@ -66,7 +66,8 @@ Physical = Annotated[bool, typer.Option("--physical", help="µm, mm/s, N, Hz; fo
 def main() -> None:
     """Entry point of the ``gearchaos`` command, in a process of its own."""
     startup.own_process = True
-    sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
+    if sys.stdout is not None:  # it may be closed
+        sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
     completion.join_words()
     app(prog_name="gearchaos")
 
