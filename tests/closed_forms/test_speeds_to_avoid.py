@@ -80,6 +80,7 @@ def linear(tmp_path_factory):
     return replace(SPUR, stiffness={"table": str(table)}, transmission_error={"orders": str(orders)})
 
 
+@pytest.mark.filterwarnings("ignore:The mesh stiffness of the table is constant")
 def test_the_upper_edge_is_where_the_linear_oscillator_loses_contact(linear):
     """|2 µm s²/(1 − s² + 2iζs)| = F/c0 has two roots s = ω/ω0; above the upper one no other motion exists, since the
     resonance of separating teeth bends to lower speeds."""
@@ -100,6 +101,7 @@ def test_the_upper_edge_is_where_the_linear_oscillator_loses_contact(linear):
     assert found.quasi_static_ratio == 1
 
 
+@pytest.mark.filterwarnings("ignore:The mesh stiffness of the table is constant")
 def test_the_first_speeds_are_as_dense_as_the_damping_asks_for(linear):
     speeds = gc.speeds_to_avoid(linear, "2000:3000:2", starts=0).dataset.speed.values
     steps = np.diff(speeds) / speeds[:-1]  # over the bandwidth 2ζ = 0.1 at least four of them
