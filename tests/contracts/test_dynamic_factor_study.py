@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 import gearchaos as gc
 from gearchaos import plot
-from gearchaos.errors import InputError
+from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.dynamic_factor.all_standards import dynamic_factors
 from gearchaos.gears.sheet import datasheet
 from gearchaos.gears.units import RPM
@@ -43,7 +43,8 @@ def test_in_permanent_contact_at_constant_stiffness_it_is_that_of_the_linear_osc
     orders.write_text("order,peak [um],phase [deg]\n1,0.5,0\n")
     design = gc.GearDesign(**{**GEARS, "stiffness": {"table": str(table)},
                               "transmission_error": {"orders": str(orders)}})
-    found = gc.dynamic_factor(design, "1000:5000:5")
+    with pytest.warns(DesignWarning, match="is constant, 400 N/µm: it excites nothing"):
+        found = gc.dynamic_factor(design, "1000:5000:5")
     assert (found["contact"] == 0).all()
     pair = design.at(speed=100.0).to_pair()
     s = found["speed"].values * RPM * 50 / pair.omega0
