@@ -635,6 +635,25 @@ def test_one_line_and_no_file(tmp_path, monkeypatch, error, code, message):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_message_is_broken_between_words_in_a_terminal_alone(monkeypatch):
+    from typer import Exit
+
+    from gearchaos.cli.errors import reported
+    from gearchaos.errors import InputError
+
+    error = InputError("omega", "must be " + "small " * 30 + "indeed", 3.0, "Take\n'a path/with-hyphens' instead.")
+    for terminal in (True, False):
+        stream = io.StringIO()
+        stream.isatty = lambda terminal=terminal: terminal
+        monkeypatch.setattr(sys, "stderr", stream)
+        monkeypatch.setenv("COLUMNS", "80")
+        with pytest.raises(Exit), reported():
+            raise error
+        lines = stream.getvalue().splitlines()
+        assert " ".join(lines) == " ".join(f"error: {error}".splitlines())
+        assert (max(map(len, lines)) <= 80) == terminal
+
+
 def test_picture_that_fails_leaves_nothing_half_written(tmp_path, monkeypatch):
     plot = tmp_path / "z.png"
     plot.write_text("kept")

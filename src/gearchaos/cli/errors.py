@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import errno
 import itertools
+import shutil
 import sys
+import textwrap
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -23,12 +25,12 @@ class Commands(TyperGroup):
     """The group of all commands, which reports their errors."""
 
     def make_context(self, *arguments: Any, **options: Any) -> Any:
-        with _reported():  # --version and --help print while arguments are parsed
+        with reported():  # --version and --help print while arguments are parsed
             _check_stdout()
             return super().make_context(*arguments, **options)
 
     def invoke(self, ctx: Any) -> Any:
-        with _reported(), warnings.catch_warnings():
+        with reported(), warnings.catch_warnings():
             warnings.simplefilter("ignore", DesignWarning)  # commands print them in their own words
             return super().invoke(ctx)
 
@@ -40,7 +42,7 @@ def _check_stdout() -> None:
 
 
 @contextmanager
-def _reported() -> Iterator[None]:
+def reported() -> Iterator[None]:
     """Report errors that concern the user as a message and an exit code."""
     try:
         yield
@@ -57,7 +59,11 @@ def _reported() -> Iterator[None]:
 
 
 def _fail(message: str, code: int) -> None:
-    """Print a message and end the command with an exit code."""
+    """Print a message, in a terminal broken between words, and end the command with an exit code."""
+    if sys.stderr is not None and sys.stderr.isatty():
+        columns = shutil.get_terminal_size().columns
+        message = "\n".join(textwrap.fill(line, columns, break_long_words=False, break_on_hyphens=False)
+                            for line in message.splitlines())
     say(message)
     raise typer.Exit(code) from None
 
@@ -77,7 +83,7 @@ def announce_compilation() -> None:
     def announce() -> None:
         number = next(count)
         if number == 1:
-            say("compiling the kernels, once after an install or an update; gearchaos warmup does it for all models")
+            say("compiling the kernels, once after an install; gearchaos warmup compiles them all")
         say(f"compiling kernel {number} of at most {_KERNELS}{_LONGEST if number == 2 else ''}")
 
     on_compile(announce)

@@ -77,7 +77,7 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
     ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
     >>> ax = gc.plot.dynamic_factor(gc.dynamic_factor(design, "1000:8000:20", "100 N*m"))
     >>> ax.get_ylabel()
-    'dynamic factor $K_v$'
+    'dynamic factor'
     """
     over_motions = "motion" in getattr(ds, "dims", ())
     motions = {name: ds.sel(motion=name) for name in ds["motion"].values.tolist()} if over_motions else {"": ds}
@@ -94,7 +94,7 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
     computed += _quasi_static(ax, motions)
     ax.autoscale_view()
     shaded = _ranges(ax, ds)
-    ax.set(xlabel=axis_label(ds["speed"], "speed"), ylabel="dynamic factor $K_v$")
+    ax.set(xlabel=axis_label(ds["speed"], "speed"), ylabel="dynamic factor")
     if len(speed) > 1:
         ax.set_xlim(speed[0], speed[-1])
     if legend:
@@ -128,9 +128,10 @@ def _quasi_static(ax: Axes, motions: dict[str, xr.Dataset]) -> list[Line2D]:
     largest = np.fmax.reduce([each["dynamic_factor"].values for each in motions.values()])
     thin: dict[str, Any] = {"color": adapt(INK), "linewidth": 0.7, "zorder": 3}
     ax.axhline(ratio, linestyle=(0, (1, 2)), label="quasi-static ratio", **thin)
-    ax.annotate("quasi-static ratio", (0.99, ratio), xycoords=ax.get_yaxis_transform(), xytext=(0, 1),
-                textcoords="offset points", ha="right", va="bottom", fontsize="x-small", color=adapt(INK))
-    return ax.plot(ds["speed"].values, largest / ratio, label="over quasi-static", **thin)
+    ax.annotate("quasi-static ratio", (0.99, ratio), xycoords=ax.get_yaxis_transform(), va="center", ha="right",
+                fontsize="x-small", color=adapt(INK), zorder=5,
+                bbox={"facecolor": ax.get_facecolor(), "edgecolor": "none", "pad": 1})
+    return ax.plot(ds["speed"].values, largest / ratio, label="largest over quasi-static", **thin)
 
 
 def _validity(speed: np.ndarray, values: np.ndarray) -> str:
