@@ -6,7 +6,7 @@ import math
 import re
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -98,10 +98,14 @@ def gear(
     if json_out:
         for text in dict.fromkeys(t for each in answers for t in each.notes if t in each.design.warnings):
             say(f"warning: {text}")
-        documents = [_document(each) for each in answers]
+        documents = [each.document() for each in answers]
         print_json(documents[0] if len(documents) == 1 else {"torques": documents})
     else:
-        _print(answers, every, warn=every or not problems)
+        from gearchaos.cli.tables.gears import print_answers, print_datasheets
+
+        print_answers(answers, every, warn=every or not problems)
+        if every:
+            print_datasheets(answers)
     for problem in problems:
         raise problem
 
@@ -144,41 +148,6 @@ def _scanned(design: GearDesign, axis: Axis | None, factor: float | None, separa
         return Answer.of(design, speeds_to_avoid(design, speeds, factor=factor, separation=separation, progress=True))
     except InputError as error:
         return Answer.of(design, problem=error)
-
-
-def _print(answers: list[Answer], every: bool, warn: bool) -> None:
-    """Print the answers and, with ``every``, the datasheet of the first and what differs from it in the others."""
-    from gearchaos.cli.tables.gears import print_answers, print_datasheet, print_standards
-
-    print_answers(answers, every, warn)
-    if not every:
-        return
-    first = answers[0]
-    print_datasheet(first.entries, first.absent)
-    for answer in answers:
-        if answer is not first:
-            print(f"\nWhat differs at {answer.design.torque:.6g} N m")
-            print_datasheet({n: e for n, e in answer.entries.items() if e != first.entries[n]},
-                            [each for each in answer.absent if each not in first.absent])
-        if answer.speeds is not None:
-            print_standards(answer.speeds)
-
-
-def _document(answer: Answer) -> dict[str, Any]:
-    """An answer as JSON; the model is null, with the reason, where an input for it is missing."""
-    import json
-
-    from gearchaos.datasets import model_json
-
-    try:
-        model = {"model": json.loads(model_json(answer.design.to_model()))}
-    except InputError as error:
-        model = {"model": None, "model_reason": str(error)}
-    keys = ("value", "unit", "symbol", "formula", "source")
-    quantities = {n: {key: getattr(e, key) for key in keys} | ({"reason": e.reason} if e.reason else {})
-                  for n, e in answer.entries.items()}
-    return {"quantities": quantities, **model, "warnings": [*answer.design.warnings, *answer.design.assumptions],
-            "speeds_to_avoid": None if answer.speeds is None else answer.speeds.document()}
 
 
 @app.command("map")

@@ -14,12 +14,13 @@ from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
 from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.dynamic_factor.standards import standards
 from gearchaos.gears.operating import as_model
 from gearchaos.model import MeshModel
 from gearchaos.quantities import POSITIVE
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
-from gearchaos.studies.dynamic_factor import STANDARDS, loaded, standards
+from gearchaos.studies.dynamic_factor import by_standards, loaded
 from gearchaos.studies.followed_motions import FollowedMotions, Motion
 from gearchaos.studies.operating_map import operating_axis
 from gearchaos.studies.quasi_static import quasi_static_ratio
@@ -196,7 +197,7 @@ class SpeedsToAvoid:
     def document(self) -> dict[str, Any]:
         """All of it but the kinds of motion, ready for JSON; NaN where there is no value."""
         ds = self.dataset
-        along = {n: ds[n].values.tolist() for n in ("speed", *STANDARDS)}
+        along = {n: ds[n].values.tolist() for n in ("speed", *(each.name for each in standards()))}
         factors = {words: ds["dynamic_factor"].sel(motion=name).values.tolist() for name, words in MOTIONS.items()}
         return {
             "criterion": self.criterion, "units": {"speed": "rpm", "torque": "N*m"}, "torque": self.torque,
@@ -298,7 +299,7 @@ def speeds_to_avoid(
     tried = f"from rest and by sweeps of rising and falling speed at {len(motions.speeds)} speeds"
     if starts:
         tried += f", {starts} random initial states at each of {tried_at} speeds"
-    dataset = _dataset(motions).assign(standards(at_start, np.array(motions.speeds))).assign(
+    dataset = _dataset(motions).assign(by_standards(at_start, np.array(motions.speeds))).assign(
         quasi_static_ratio=variable("quasi_static_ratio", (), np.array(ratio)),
     ).assign_coords(torque=variable("torque", (), np.array(at_start.torque))).assign_attrs(
         provenance("speeds_to_avoid", model, starts=starts, seed=seed, classification=asdict(options)))

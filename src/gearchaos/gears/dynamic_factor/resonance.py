@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
+from typing import TYPE_CHECKING
 
 from gearchaos.gears.formulas import described
+
+if TYPE_CHECKING:
+    from gearchaos.gears.geometry.dimensions import Geometry
 
 RPM = 30 / math.pi
 """One rad/s in revolutions per minute."""
@@ -90,3 +94,9 @@ def resonance(teeth1: int, mesh_stiffness: float, reduced_mass: float, line_load
 def lower_limit_ratio(line_load: float) -> float:
     """N_S at a line load in N/m, ISO 6336-1:2006, 6.4.2, (11), (12)."""
     return 0.5 + 0.35 * math.sqrt(min(line_load / 100e3, 1.0))
+
+
+def velocity_parameter(geometry: Geometry, velocity: float) -> float:
+    """(v z1/100) √(u²/(1 + u²)), m/s, at a pitch line velocity v, where 1 is the pinion; ISO 6336-1:2006, 6.3.2."""
+    pinion, ratio = min(geometry.teeth), max(geometry.teeth) / min(geometry.teeth)
+    return velocity * pinion / 100 * math.sqrt(ratio**2 / (1 + ratio**2))
