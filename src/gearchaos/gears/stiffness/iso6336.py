@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING
 
 from gearchaos.errors import InputError
 from gearchaos.gears.formulas import described
+from gearchaos.gears.stiffness.mesh_stiffness import ISO, from_iso
+from gearchaos.gears.stiffness.methods import StiffnessMethod, other_methods
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
@@ -215,12 +217,6 @@ def _check_values(
             raise InputError(name, "must be a positive finite number", value)
 
 
-def other_methods(geometry: Geometry) -> str:
-    """The advice to take another method for the stiffness, of those that the pair can have."""
-    energy = 'stiffness = "potential energy", or ' if geometry.helix_angle == 0 else ""
-    return f'Write {energy}stiffness = {{ table = "tvms.csv" }}.'
-
-
 def _check_meaning(geometry: Geometry, flexibility: float) -> None:
     """Raise `InputError` where the formulae give no stiffness that means anything."""
     if geometry.contact_ratio < 1:
@@ -231,7 +227,7 @@ def _check_meaning(geometry: Geometry, flexibility: float) -> None:
     if flexibility <= 0:
         raise InputError(
             "profile_shift", "must give a positive flexibility q′ by ISO 6336-1:2006, (82)", geometry.profile_shift,
-            f"q′ would be {flexibility * N_PER_MM_UM:.4g} mm µm/N. {other_methods(geometry)}")
+            f"q′ would be {flexibility * N_PER_MM_UM:.4g} mm µm/N. {other_methods(ISO, geometry)}")
 
 
 def _blank_warnings(geometry: Geometry, blanks: tuple[Blank | None, Blank | None]) -> list[str]:
@@ -276,7 +272,12 @@ def _warnings(
         f"F_t K_A/b is {load / 1e3:.3g} N/mm. By the rule for low loads, ISO 6336-1:2006, (90), the mesh stiffness is "
         f"{load_factor:.3g} of that at 100 N/mm: {mean / N_PER_MM_UM:.3g} instead of "
         f"{mean / load_factor / N_PER_MM_UM:.3g} N/(mm µm). Below {DOUBTFUL_LINE_LOAD / 1e3:g} N/mm this is doubtful: "
-        f"the rule lets the stiffness vanish with the load. {other_methods(geometry).rstrip('.')}":
+        f"the rule lets the stiffness vanish with the load. {other_methods(ISO, geometry).rstrip('.')}":
             load < DOUBTFUL_LINE_LOAD,
     }
     return tuple(text for text, holds in found.items() if holds)
+
+
+METHOD = StiffnessMethod(
+    name=ISO, compute=lambda design: from_iso(design.geometry, design.tooth_stiffness.mesh_stiffness),
+    warnings=lambda design: design.tooth_stiffness.warnings)

@@ -7,9 +7,8 @@ the transverse plane along the line of action.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,22 +16,18 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.gears.stiffness.contact_lines import fourier_coefficients, relative_length
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, approximate, truncated_series
-from gearchaos.gears.stiffness.potential_energy import ToothPairs
-from gearchaos.gears.stiffness.table import read_curve
 from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, Stiffness, TwoLevelStiffness
 from gearchaos.model import mesh_stiffness as stiffness_over_reference
 from gearchaos.validation import MAX_HARMONICS
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
-    from gearchaos.gears.materials import Material
 
 TOLERANCE = 2e-3
 """Default bound of the root mean square error of a waveform, relative to the mean stiffness: small beside the 20 % by
 which accepted methods of computing the stiffness differ."""
 
-ISO, POTENTIAL_ENERGY = "ISO 6336-1", "potential energy"
-"""The methods of computation by name."""
+ISO = "ISO 6336-1"
 
 
 @dataclass(frozen=True)
@@ -121,80 +116,6 @@ def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TO
     return MeshStiffness(reference, waveform, error, ISO, _truncation_note(error, tolerance))
 
 
-def from_energy(
-    geometry: Geometry, materials: tuple[Material, Material], bore: tuple[float, float], *,
-    tolerance: float = TOLERANCE,
-) -> MeshStiffness:
-    """Mesh stiffness by the potential-energy method, see `gearchaos.gears.stiffness.potential_energy`.
-
-    Parameters
-    ----------
-    geometry : Geometry
-        Spur gears.
-    materials : tuple of Material
-        Of wheel 1 and wheel 2.
-    bore : tuple of float
-        Diameters of the bores, at which the wheel bodies are fixed, m.
-    tolerance : float
-        Bound of ``truncation``, unless the largest number of levels or harmonics is too small.
-
-    Raises
-    ------
-    InputError
-        For helical gears, contact with gaps or below the involute, or a body outside the range of the method.
-    """
-    pairs = ToothPairs(geometry, materials, bore)
-    return from_curve(pairs.curve(), POTENTIAL_ENERGY, pairs.notes, tolerance=tolerance)
-
-
-def from_table(
-    path: str | Path, *, teeth: int, speed: float | None = None, face_width: float | None = None,
-    columns: Mapping[str, str] | None = None, tolerance: float = TOLERANCE, field: str = "stiffness.table",
-) -> MeshStiffness:
-    """Mesh stiffness from a table over whole mesh periods, for example computed by finite elements.
-
-    The abscissa is the ``fraction`` of the mesh period, from 0 to 1, the ``roll angle`` of wheel 1, from 0 to 2π/z1, or
-    the ``time``, from 0 to the mesh period at the given speed. At 0 a tooth pair enters contact. The other column is
-
-    - either ``stiffness``: points of a curve that is linear between them. Two rows with the same abscissa are a jump.
-      The last row is the end of the period; its value must equal the first one. If the curve jumps there, as that of
-      spur gears does, the last two rows have the same abscissa, with the values before and after the jump. Rows in
-      equal steps may lack the one that closes the period.
-    - or ``level``: steps, each of which begins at its abscissa. The first begins at 0, the last one ends with the
-      period.
-
-    A table over several mesh periods, such as a turn of wheel 1, becomes the mean of them. The notes of the result say
-    so, and which columns were taken, unless they have the names above.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file, see `gearchaos.gears.inputs.csvtable.read_table`.
-    teeth : int
-        z1.
-    speed : float, optional
-        Of wheel 1, rpm, at which the times hold; for a table over time, and only for one.
-    face_width : float, optional
-        Common face width, m, by which a stiffness in N/(mm µm) is multiplied.
-    columns : mapping of str to str, optional
-        Headers in the file of ``fraction``, ``angle`` or ``time`` and of ``stiffness`` (or ``value``) or ``level``.
-    tolerance : float
-        Bound of ``truncation``, unless the largest number of levels or harmonics is too small. Up to 64 steps are taken
-        over exactly.
-    field : str
-        Name of the path in error messages.
-
-    Raises
-    ------
-    InputError
-        With the number of the line, for a table that is not as described or has a value that is not positive. The last
-        abscissa may differ from whole periods by 0.1 % of one, the last value from the first one by 0.01 %, for
-        rounding in the file. What does not repeat with the mesh may be a tenth of the variation of the stiffness.
-    """
-    curve, notes = read_curve(path, field=field, teeth=teeth, speed=speed, face_width=face_width, columns=columns)
-    return from_curve(curve, f"table {Path(path).name}", notes, tolerance=tolerance)
-
-
 def from_curve(
     curve: PeriodicCurve, method: str, notes: Sequence[str] = (), *, tolerance: float = TOLERANCE,
 ) -> MeshStiffness:
@@ -220,43 +141,3 @@ def _check_positive(name: str, value: float) -> None:
     """Raise `InputError` unless a value is a positive finite number."""
     if not 0 < value < np.inf:
         raise InputError(name, "must be a positive finite number", value)
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """Mesh stiffnesses of one pair by two methods.
-
-    Attributes
-    ----------
-    first, second : MeshStiffness
-        The stiffness by either method.
-    """
-
-    first: MeshStiffness
-    second: MeshStiffness
-
-    @property
-    def ratio(self) -> float:
-        """The mean by the second method over that by the first."""
-        return self.second.reference / self.first.reference
-
-    def __str__(self) -> str:
-        """Mean, least and greatest stiffness by each method, and how far the means are apart."""
-        rows = [f"{'':24}{'mean':>10}{'least':>10}{'greatest':>10}   N/um"]
-        for result in (self.first, self.second):
-            values = (result.reference, *result.extremes)
-            rows.append(f"{result.method:24}" + "".join(f"{1e-6 * value:10.2f}" for value in values))
-        rows.append(f"The mean by {self.second.method} is {abs(self.ratio - 1):.0%} "
-                    f"{'above' if self.ratio >= 1 else 'below'} that by {self.first.method}. "
-                    "Accepted methods differ that much; neither is validated by measurements here.")
-        return "\n".join(rows)
-
-
-def compare(
-    geometry: Geometry, mesh_stiffness: float, materials: tuple[Material, Material], bore: tuple[float, float],
-) -> Comparison:
-    """Mesh stiffness of a pair of spur gears by ISO 6336-1 and by the potential-energy method, side by side.
-
-    The parameters are those of `from_iso` and `from_energy`.
-    """
-    return Comparison(from_iso(geometry, mesh_stiffness), from_energy(geometry, materials, bore))

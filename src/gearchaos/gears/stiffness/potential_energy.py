@@ -18,18 +18,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears.geometry.tooth_profile import Stations, ToothProfile, tooth_profile
+from gearchaos.gears.stiffness.mesh_stiffness import TOLERANCE, MeshStiffness, from_curve
+from gearchaos.gears.stiffness.methods import StiffnessMethod
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, periodic_curve
 from gearchaos.gears.units import Length
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
     from gearchaos.gears.materials import Material
+
+_NAME = "potential energy"
 
 SHEAR_FACTOR = 1.2
 """Shear energy of a rectangular section over that of a uniform shear stress."""
@@ -278,3 +283,36 @@ def _check_body(profile: ToothProfile, bore: float, wheel: int) -> None:
             f"teeth[{wheel}]", f"must make a tooth root half angle of at least {ROOT_ANGLES[0]} rad for the "
             "potential-energy method", profile.root_half_angle,
             "Wheels with more teeth are beyond Sainsot's coefficients. Use ISO 6336-1 or a table.")
+
+
+def from_energy(
+    geometry: Geometry, materials: tuple[Material, Material], bore: tuple[float, float], *,
+    tolerance: float = TOLERANCE,
+) -> MeshStiffness:
+    """Mesh stiffness by the potential-energy method.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        Spur gears.
+    materials : tuple of Material
+        Of wheel 1 and wheel 2.
+    bore : tuple of float
+        Diameters of the bores, at which the wheel bodies are fixed, m.
+    tolerance : float
+        Bound of ``truncation``, unless the largest number of levels or harmonics is too small.
+
+    Raises
+    ------
+    InputError
+        For helical gears, contact with gaps or below the involute, or a body outside the range of the method.
+    """
+    pairs = ToothPairs(geometry, materials, bore)
+    return from_curve(pairs.curve(), _NAME, pairs.notes, tolerance=tolerance)
+
+
+_once_for_each_pair = lru_cache(maxsize=64)(from_energy)
+
+METHOD = StiffnessMethod(
+    name=_NAME, needs=("bore",), spur_only=True,
+    compute=lambda design: _once_for_each_pair(design.geometry, design.material, design.given("bore")))
