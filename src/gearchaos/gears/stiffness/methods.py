@@ -1,6 +1,6 @@
 """The methods by which the mesh stiffness of a pair is computed from its drawing.
 
-To add a method, add a module to this folder with a function of a `GearDesign`, and a `StiffnessMethod` with the name
+To add a method, add a module to this folder with a function of a `Drawing`, and a `StiffnessMethod` with the name
 ``METHOD``. The function returns a `MeshStiffness`, for example by `from_curve`. Designs, study files, messages, the
 datasheet and pictures then know the method.
 """
@@ -10,15 +10,31 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 import gearchaos.gears.stiffness as folder
 from gearchaos.gears.declarations import declared
 
 if TYPE_CHECKING:
-    from gearchaos.gears.design.gear_design import GearDesign
     from gearchaos.gears.geometry.dimensions import Geometry
+    from gearchaos.gears.materials import Material
     from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness
+
+
+class Drawing(Protocol):
+    """What methods take from a `GearDesign`, whose module imports this one; the tooth stiffness is that by ISO 6336-1.
+    """
+
+    @property
+    def geometry(self) -> Geometry: ...
+
+    @property
+    def material(self) -> tuple[Material, Material]: ...
+
+    @property
+    def tooth_stiffness(self) -> Any: ...
+
+    def given(self, name: str) -> Any: ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,20 +46,20 @@ class StiffnessMethod:
     name : str
         What a design says for it as its ``stiffness``.
     compute : callable
-        Takes a `GearDesign` and returns its `MeshStiffness`; raises `InputError` where the method has none.
+        Takes a `Drawing` and returns its `MeshStiffness`; raises `InputError` where the method has none.
     needs : tuple of str
         Inputs that a design may leave out, but not for this method.
     spur_only : bool
         Whether the method is for spur gears alone.
     warnings : callable
-        Takes a `GearDesign` and returns what the designer should know of this stiffness, without full stops.
+        Takes a `Drawing` and returns what the designer should know of this stiffness, without full stops.
     """
 
     name: str
-    compute: Callable[[GearDesign], MeshStiffness]
+    compute: Callable[[Drawing], MeshStiffness]
     needs: tuple[str, ...] = ()
     spur_only: bool = False
-    warnings: Callable[[GearDesign], Sequence[str]] = lambda design: ()
+    warnings: Callable[[Drawing], Sequence[str]] = lambda design: ()
 
 
 @cache
