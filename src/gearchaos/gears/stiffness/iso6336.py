@@ -136,16 +136,35 @@ def tooth_stiffness(
     deviations for 100 ≤ F_bt/b ≤ 1600 N/mm, and the use of one C_R for a pair of unlike wheels could be compared with
     one source only.
     """
-    _check_values(line_load, youngs_modulus, blanks)
-    pinion = _pinion(geometry)
-    flexibility = _flexibility(geometry, pinion)
-    _check_meaning(geometry, flexibility)
+    given = {f"youngs_modulus[{i}]": value for i, value in enumerate(youngs_modulus)}
+    given |= {} if line_load is None else {"line_load": line_load}
+    for i, blank in enumerate(blanks):
+        given |= {} if blank is None else {f"blank[{i}].web": blank.web, f"blank[{i}].rim": blank.rim}
+    for name, value in given.items():
+        if not 0 < value < math.inf:
+            raise InputError(name, "must be a positive finite number", value)
+    if geometry.contact_ratio < 1:
+        raise InputError(
+            "contact_ratio", "must be at least 1 for a stiffness by ISO 6336-1:2006", geometry.contact_ratio,
+            "Contact is lost between two tooth pairs: enlarge the addenda or reduce the centre distance.")
+    pinion_first = sorted((0, 1), key=lambda i: (geometry.teeth[i], -geometry.profile_shift[i]))
+    z1, z2 = (geometry.virtual_teeth[i] for i in pinion_first)
+    x1, x2 = (geometry.profile_shift[i] for i in pinion_first)
+    flexibility = (
+        0.04723 + 0.15551 / z1 + 0.25791 / z2 - 0.00635 * x1 - 0.11654 * x1 / z1 - 0.00193 * x2 - 0.24188 * x2 / z2
+        + 0.00529 * x1**2 + 0.00182 * x2**2
+    ) / N_PER_MM_UM  # (82)
+    if flexibility <= 0:
+        raise InputError(
+            "profile_shift", "must give a positive flexibility q′ by ISO 6336-1:2006, (82)", geometry.profile_shift,
+            f"q′ would be {flexibility * N_PER_MM_UM:.4g} mm µm/N. {other_methods(ISO, geometry)}")
+    first, second = youngs_modulus
     factors = {
         "correction_factor": _CORRECTION,
         "blank_factor": min(_blank_factor(geometry, i, blanks[i]) for i in (0, 1)),
         "rack_factor": rack_factor(geometry.dedendum, geometry.pressure_angle),
         "helix_factor": math.cos(geometry.helix_angle),
-        "material_factor": _equivalent_modulus(youngs_modulus) / STEEL_MODULUS,
+        "material_factor": 2 * first * second / (first + second) / STEEL_MODULUS,  # (88), (89)
         "load_factor": 1.0 if line_load is None else min(1.0, (line_load / LOW_LINE_LOAD) ** 0.25),
     }
     single = math.prod(factors.values()) / flexibility
@@ -153,8 +172,7 @@ def tooth_stiffness(
     return ToothStiffness(
         flexibility=flexibility, single_stiffness_theoretical=1 / flexibility, **factors, single_stiffness=single,
         mesh_stiffness=mean, warnings=(
-            *_blank_warnings(geometry, blanks), *_warnings(geometry, pinion, line_load, mean, factors["load_factor"])),
-    )
+            *_blank_warnings(geometry, blanks), *_warnings(geometry, x1, x2, line_load, mean, factors["load_factor"])))
 
 
 def rack_factor(dedendum: float | tuple[float, float], pressure_angle: float) -> float:
@@ -171,22 +189,6 @@ def rack_factor(dedendum: float | tuple[float, float], pressure_angle: float) ->
     return (1 + 0.5 * (1.2 - sum(pair) / 2)) * (1 - 0.02 * (20 - math.degrees(pressure_angle)))
 
 
-def _pinion(geometry: Geometry) -> int:
-    """Index of the pinion: fewer teeth, or for equal numbers of teeth the larger profile shift."""
-    return max((0, 1), key=lambda i: (-geometry.teeth[i], geometry.profile_shift[i], -i))
-
-
-def _flexibility(geometry: Geometry, pinion: int) -> float:
-    """q′ in m²/N, (82)."""
-    order = (pinion, 1 - pinion)
-    z1, z2 = (geometry.virtual_teeth[i] for i in order)
-    x1, x2 = (geometry.profile_shift[i] for i in order)
-    return (
-        0.04723 + 0.15551 / z1 + 0.25791 / z2 - 0.00635 * x1 - 0.11654 * x1 / z1 - 0.00193 * x2 - 0.24188 * x2 / z2
-        + 0.00529 * x1**2 + 0.00182 * x2**2
-    ) / N_PER_MM_UM
-
-
 def _blank_factor(geometry: Geometry, wheel: int, blank: Blank | None) -> float:
     """C_R of one wheel, (84) or (85) with its limits 0.2 ≤ b_s/b ≤ 1.2 and s_R/m_n ≥ 1."""
     if blank is None:
@@ -194,40 +196,6 @@ def _blank_factor(geometry: Geometry, wheel: int, blank: Blank | None) -> float:
     web = min(max(blank.web / geometry.face_width[wheel], _WEBS[0]), _WEBS[1])
     rim = max(blank.rim / geometry.normal_module, _LEAST_RIM)
     return 1 + math.log(web) / (5 * math.exp(rim / 5))
-
-
-def _equivalent_modulus(youngs_modulus: tuple[float, float]) -> float:
-    """E of a pair of two materials, (89)."""
-    first, second = youngs_modulus
-    return 2 * first * second / (first + second)
-
-
-def _check_values(
-    line_load: float | None, youngs_modulus: tuple[float, float], blanks: tuple[Blank | None, Blank | None],
-) -> None:
-    """Raise `InputError` for a value that is not positive."""
-    values = {f"youngs_modulus[{i}]": value for i, value in enumerate(youngs_modulus)}
-    if line_load is not None:
-        values["line_load"] = line_load
-    for i, blank in enumerate(blanks):
-        if blank is not None:
-            values |= {f"blank[{i}].web": blank.web, f"blank[{i}].rim": blank.rim}
-    for name, value in values.items():
-        if not 0 < value < math.inf:
-            raise InputError(name, "must be a positive finite number", value)
-
-
-def _check_meaning(geometry: Geometry, flexibility: float) -> None:
-    """Raise `InputError` where the formulae give no stiffness that means anything."""
-    if geometry.contact_ratio < 1:
-        raise InputError(
-            "contact_ratio", "must be at least 1 for a stiffness by ISO 6336-1:2006", geometry.contact_ratio,
-            "Contact is lost between two tooth pairs: enlarge the addenda or reduce the centre distance.",
-        )
-    if flexibility <= 0:
-        raise InputError(
-            "profile_shift", "must give a positive flexibility q′ by ISO 6336-1:2006, (82)", geometry.profile_shift,
-            f"q′ would be {flexibility * N_PER_MM_UM:.4g} mm µm/N. {other_methods(ISO, geometry)}")
 
 
 def _blank_warnings(geometry: Geometry, blanks: tuple[Blank | None, Blank | None]) -> list[str]:
@@ -246,13 +214,11 @@ def _blank_warnings(geometry: Geometry, blanks: tuple[Blank | None, Blank | None
 
 
 def _warnings(
-    geometry: Geometry, pinion: int, line_load: float | None, mean: float, load_factor: float,
+    geometry: Geometry, x1: float, x2: float, line_load: float | None, mean: float, load_factor: float,
 ) -> tuple[str, ...]:
     """In what a pair lies outside the ranges of the standard, and a stiffness that a low load makes doubtful."""
     angle = math.degrees(math.asin(math.sin(geometry.working_pressure_angle) * math.cos(geometry.base_helix_angle)))
-    helix = math.degrees(geometry.helix_angle)
-    ratio = geometry.contact_ratio
-    x1, x2 = geometry.profile_shift[pinion], geometry.profile_shift[1 - pinion]
+    helix, ratio = math.degrees(geometry.helix_angle), geometry.contact_ratio
     extrapolated = "The mesh stiffness is extrapolated: ISO 6336-1:2006, (82), is given for"
     load = math.inf if line_load is None else line_load
     base_load = 0.0 if line_load is None else line_load / math.cos(geometry.transverse_pressure_angle)

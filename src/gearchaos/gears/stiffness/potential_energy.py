@@ -197,9 +197,19 @@ class ToothPairs:
     bore: tuple[float, float]
 
     def __post_init__(self) -> None:
-        _check_contact(self.geometry)
+        geometry = self.geometry
+        if geometry.contact_ratio < 1:
+            raise InputError("contact_ratio", "must be at least 1", geometry.contact_ratio,
+                             "Otherwise no teeth are in contact during a part of the mesh period.")
+        for wheel, (active, form) in enumerate(
+                zip(geometry.start_of_active_profile, geometry.root_form_diameter, strict=True)):
+            if not active >= form * (1 - 1e-9):
+                raise InputError(
+                    f"start_of_active_profile[{wheel}]", f"must be at least the root form diameter, {Length(form)}",
+                    Length(active), "The tip of the mating tooth reaches below the involute: shorten it or raise the "
+                    "profile shift.")
         for wheel in (0, 1):
-            _check_body(tooth_profile(self.geometry, wheel), self.bore[wheel], wheel)
+            _check_body(tooth_profile(geometry, wheel), self.bore[wheel], wheel)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -253,20 +263,6 @@ class ToothPairs:
                 positions.append(t)
                 values.append(self.stiffness(*self.pressure_angles(progress)).sum(axis=0))
         return periodic_curve(np.concatenate(positions), np.concatenate(values))
-
-
-def _check_contact(geometry: Geometry) -> None:
-    """Raise `InputError` unless there is always a pair in contact, on the involutes of both teeth."""
-    if geometry.contact_ratio < 1:
-        raise InputError("contact_ratio", "must be at least 1", geometry.contact_ratio,
-                         "Otherwise no teeth are in contact during a part of the mesh period.")
-    for wheel, (active, form) in enumerate(
-            zip(geometry.start_of_active_profile, geometry.root_form_diameter, strict=True)):
-        if not active >= form * (1 - 1e-9):
-            raise InputError(
-                f"start_of_active_profile[{wheel}]", f"must be at least the root form diameter, {Length(form)}",
-                Length(active),
-                "The tip of the mating tooth reaches below the involute: shorten it or raise the profile shift.")
 
 
 def _check_body(profile: ToothProfile, bore: float, wheel: int) -> None:

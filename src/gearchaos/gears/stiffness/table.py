@@ -123,22 +123,18 @@ def read_curve(
     if x[0] != 0:
         raise table.error(0, f"must have the {abscissa} 0, at which a tooth pair enters contact",
                           table.shown(abscissa, x[0]), "Subtract it from all rows if a tooth pair enters there.")
-    period = _period(abscissa, teeth, speed)
+    if abscissa == "time":
+        if speed is None or not speed > 0:
+            raise InputError("stiffness.speed", "must be given, greater than 0, for a stiffness over time", speed,
+                             "Or give the stiffness over the fraction of the mesh period.")
+        period = 2 * math.pi / (teeth * (speed * units.RPM))
+    elif speed is not None:
+        raise InputError("stiffness.speed", f"must be left out for a stiffness over the {abscissa}", speed)
+    else:
+        period = 1.0 if abscissa == "fraction" else 2 * math.pi / teeth
     curve, cycles, notes = (_steps if kind == "level" else _points)(table, x, k, period)
     curve, of_cycles = _one_period(table, curve, cycles)
     return curve, (*table.notes, *notes, *of_cycles)
-
-
-def _period(abscissa: str, teeth: int, speed: float | None) -> float:
-    """The mesh period as a fraction, in radians of wheel 1 or in seconds."""
-    if abscissa != "time":
-        if speed is not None:
-            raise InputError("stiffness.speed", f"must be left out for a stiffness over the {abscissa}", speed)
-        return 1.0 if abscissa == "fraction" else 2 * math.pi / teeth
-    if speed is None or not speed > 0:
-        raise InputError("stiffness.speed", "must be given, greater than 0, for a stiffness over time", speed,
-                         "Or give the stiffness over the fraction of the mesh period.")
-    return 2 * math.pi / (teeth * (speed * units.RPM))
 
 
 _Whole = tuple[PeriodicCurve, int, tuple[str, ...]]
