@@ -115,34 +115,29 @@ class FollowedMotions:
 
     def follow(self) -> None:
         """Follow every motion to both neighbouring speeds, and those found there further, until no new one is found."""
-        while pending := [(motion, speed) for motion, speed in self._steps() if speed not in motion.leads_to]:
+        pairs = [*zip(self.speeds, self.speeds[1:], strict=False), *zip(self.speeds[1:], self.speeds, strict=False)]
+        while pending := [(motion, there) for here, there in pairs for motion in self.at[here]
+                          if there not in motion.leads_to]:
             speeds = np.array([speed for _, speed in pending])
             found = self._add(speeds, np.stack([motion.w for motion, _ in pending], axis=1))
             for (motion, speed), reached in zip(pending, found, strict=True):
                 motion.leads_to[speed] = self.at[speed][0] if motion.diverged else reached
 
-    def _steps(self) -> list[tuple[Motion, float]]:
-        """All pairs of a motion and a neighbouring speed."""
-        pairs = [*zip(self.speeds, self.speeds[1:], strict=False), *zip(self.speeds[1:], self.speeds, strict=False)]
-        return [(motion, there) for here, there in pairs for motion in self.at[here]]
-
-    def _swept(self, up: bool) -> list[Motion]:
-        """The motions that a slow sweep of the speed passes, which begins from rest, one at each of the `speeds`."""
-        speeds = self.speeds if up else self.speeds[::-1]
-        out = [self.at[speeds[0]][0]]
-        for speed in speeds[1:]:
-            out.append(out[-1].leads_to[speed])
-        return out if up else out[::-1]
-
     def named(self) -> dict[str, list[Motion | None]]:
-        """The motions at each speed: from rest, passed by the two sweeps, and the worst of the others, None if none."""
+        """The motions at each speed: from rest, passed by slow sweeps from rest, and the worst of the others or None."""
+        swept: list[list[Motion]] = []
+        for speeds in (self.speeds, self.speeds[::-1]):
+            passed = [self.at[speeds[0]][0]]
+            for speed in speeds[1:]:
+                passed.append(passed[-1].leads_to[speed])
+            swept.append(passed)
         rows: dict[str, list[Motion | None]] = {
-            "rest": [self.at[s][0] for s in self.speeds],
-            "rising": [*self._swept(True)], "falling": [*self._swept(False)],
-        }
+            "rest": [self.at[s][0] for s in self.speeds], "rising": [*swept[0]], "falling": [*swept[1][::-1]]}
         others = [[m for m in self.at[s] if all(m is not row[i] for row in rows.values())]
                   for i, s in enumerate(self.speeds)]
-        return {**rows, "other": [max(each, key=_badness, default=None) for each in others]}
+        return {**rows, "other": [
+            max(each, key=lambda m: (m.contact, np.inf if m.diverged else m.dynamic_factor), default=None)
+            for each in others]}
 
     def _add(self, speeds: np.ndarray, w: np.ndarray, progress: str | None = None) -> list[Motion]:
         """Add the motions from states w (d, L) at speeds (L,); returns them, or the same ones that are known."""
@@ -197,8 +192,3 @@ class FollowedMotions:
         return [Motion(label, period, contact, factor, compression, centre, state)
                 for label, period, contact, factor, compression, *centre, state in zip(
                     *(found[n].tolist() for n in names), found["w"], strict=True)]
-
-
-def _badness(motion: Motion) -> tuple[int, float]:
-    """By which the worst of some motions is the largest."""
-    return motion.contact, np.inf if motion.diverged else motion.dynamic_factor

@@ -61,8 +61,10 @@ def speeds_between(motions: FollowedMotions, severity: Severity, limit: float) -
     avoided = [worst(severity, motions.at[s]) for s in speeds]
     chosen = set()
     for i, (low, high) in enumerate(pairwise(speeds)):
-        if avoided[i] != avoided[i + 1] or (
-            _leads_away(motions, severity, low, high) if avoided[i] else _loses(motions, low, high)):
+        ways = [(m, m.leads_to[there], here) for here, there in ((low, high), (high, low)) for m in motions.at[here]]
+        stays = any(severity(motion) and severity(reached) for motion, reached, _ in ways)
+        returns = all(reached.leads_to[here] is motion for motion, reached, here in ways)
+        if avoided[i] != avoided[i + 1] or not (stays if avoided[i] else returns):
             chosen.add(i)
     least = np.array([min((m.compression for m in motions.at[s] if not m.diverged), default=np.nan) for s in speeds])
     most = np.array([max((m.dynamic_factor for m in motions.at[s] if not m.diverged), default=np.nan) for s in speeds])
@@ -82,18 +84,6 @@ def _near_tips(values: np.ndarray, limit: float, free: np.ndarray) -> set[int]:
     rise = values - np.fmin(padded[:-2], padded[2:])
     peak = (values >= padded[:-2]) & (values >= padded[2:]) & free
     return set(np.flatnonzero(peak & (values + _MARGIN * rise > limit)).tolist())
-
-
-def _leads_away(motions: FollowedMotions, severity: Severity, low: float, high: float) -> bool:
-    """Whether no motion to be avoided at one of two speeds leads to one to be avoided at the other."""
-    pairs = [(m, m.leads_to[there]) for here, there in ((low, high), (high, low)) for m in motions.at[here]]
-    return not any(severity(motion) and severity(reached) for motion, reached in pairs)
-
-
-def _loses(motions: FollowedMotions, low: float, high: float) -> bool:
-    """Whether a motion of one of two speeds is lost on the way to the other: what it leads to does not lead back."""
-    return any(m.leads_to[there].leads_to[here] is not m
-               for here, there in ((low, high), (high, low)) for m in motions.at[here])
 
 
 def worst(severity: Severity, motions: list[Motion]) -> int:
