@@ -124,7 +124,7 @@ class FollowedMotions:
                 motion.leads_to[speed] = self.at[speed][0] if motion.diverged else reached
 
     def named(self) -> dict[str, list[Motion | None]]:
-        """The motions at each speed: from rest, passed by slow sweeps from rest, and the worst of the others or None."""
+        """The motions at each speed: from rest, passed by sweeps from rest, and the worst of the others or None."""
         swept: list[list[Motion]] = []
         for speeds in (self.speeds, self.speeds[::-1]):
             passed = [self.at[speeds[0]][0]]
