@@ -55,10 +55,6 @@ def test_in_permanent_contact_at_constant_stiffness_it_is_that_of_the_linear_osc
     assert found["dynamic_factor"].values == pytest.approx(1 + force / static, rel=1e-6)
 
 
-def test_the_standards_are_in_the_order_of_their_lines():
-    assert [each.name for each in standards()] == ["Kv_ISO_B", "Kv_ISO_C", "Kv_AGMA"]
-
-
 def test_standards_are_those_of_the_design_at_each_speed(result):
     for speed in result["speed"].values[::5].tolist():
         design = DESIGN.at(speed=speed)
