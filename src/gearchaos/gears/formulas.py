@@ -1,8 +1,15 @@
-"""Descriptions of computed quantities, kept beside the fields that hold them: symbol, unit, formula and source."""
+"""What modules of gears declare: how each computed quantity is shown, and the standards and methods themselves.
+
+The description of a quantity, with symbol, unit, formula and source, is kept beside the field that holds it. A standard
+or a method of computation is a module of its own, and no list names it.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from importlib import import_module
+from pkgutil import iter_modules
+from types import ModuleType
 from typing import Any
 
 
@@ -45,3 +52,9 @@ def formulas(result: Any) -> dict[str, Formula]:
         Its fields without a formula, such as warnings, are left out.
     """
     return {f.name: f.metadata["formula"] for f in fields(result) if "formula" in f.metadata}
+
+
+def declared(folder: ModuleType, name: str) -> list[Any]:
+    """What the modules of a package call ``name``, in the order of the modules; not every module must have it."""
+    modules = (import_module(f"{folder.__name__}.{found.name}") for found in iter_modules(folder.__path__))
+    return [getattr(module, name) for module in modules if hasattr(module, name)]

@@ -13,7 +13,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, Protocol
 
 import gearchaos.gears.stiffness as folder
-from gearchaos.gears.declarations import declared
+from gearchaos.gears.formulas import declared
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry

@@ -8,8 +8,8 @@ import pytest
 
 import gearchaos.gears.dynamic_factor
 import gearchaos.gears.stiffness
-from gearchaos.gears.declarations import declared
 from gearchaos.gears.dynamic_factor.standards import standards
+from gearchaos.gears.formulas import declared
 
 STANDARD = '''
 from dataclasses import dataclass
