@@ -27,7 +27,8 @@ from gearchaos.gears.dynamic_factor.standards import Refused, standards
 from gearchaos.gears.geometry.masses import disc_diameter, disc_inertia, disc_mass, equivalent_mass
 from gearchaos.gears.mesh_load import MeshLoad, mesh_load
 from gearchaos.gears.stiffness.iso6336 import tooth_stiffness
-from gearchaos.gears.transmission_error.quality import ISO_1995, Quality, tolerances
+from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
+from gearchaos.gears.transmission_error.quality import Quality, tolerances
 from tests.gear_examples import ISO_TR_EXAMPLE_1, SPUR_62, spur
 
 RPM = math.pi / 30

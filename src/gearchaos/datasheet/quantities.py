@@ -22,7 +22,8 @@ from gearchaos.gears.mesh_load import MeshLoad
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
 from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness
 from gearchaos.gears.transmission_error.harmonics import QualityError, from_quality
-from gearchaos.gears.transmission_error.quality import ISO_1995, Tolerances, tolerances
+from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
+from gearchaos.gears.transmission_error.quality import Tolerances, tolerances
 from gearchaos.gears.units import RPM
 
 _NO_ERROR = ("none given: the gears are taken to be exact; write transmission_error = \"from quality\" or "

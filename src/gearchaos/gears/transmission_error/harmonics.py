@@ -27,7 +27,7 @@ import numpy as np
 
 from gearchaos.errors import whole_number
 from gearchaos.gears.formulas import described
-from gearchaos.gears.transmission_error.quality import ISO_1995
+from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
 from gearchaos.validation import MAX_HARMONICS
 
 if TYPE_CHECKING:
