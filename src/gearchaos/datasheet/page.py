@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache, partial
+from functools import cache
 from importlib import metadata
 from importlib.resources import files
 from typing import Any
@@ -21,7 +21,6 @@ from gearchaos.cards.gears import digits, inputs_in_words
 from gearchaos.datasheet.answer import Answer, factor_and_share, in_words
 from gearchaos.datasheet.quantities import Entry, words_of
 from gearchaos.errors import InputError
-from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.units import measured
 
 _UNITS = {"deg": "°", "kg*m^2": "kg m²"}
@@ -52,12 +51,23 @@ def sheet_html(answers: Sequence[Answer]) -> str:
         The page refers to no other files and contains no scripts.
     """
     first, *others = answers
+    design = first.design
+    drawn = [
+        _picture("pair", "Transverse section", "Both wheels to scale. Contact begins at A and ends at E; C is the "
+                 "pitch point, and dots are points of contact. Wheel 1 drives.", 5.4,
+                 lambda ax: plot.gear_pair(design, ax)),
+        _picture("stiffness", "Mesh stiffness", "Along the line of action, over the whole face width; thin lines are "
+                 "the means. Accepted methods differ, and none is validated by measurements here.", 4.0,
+                 lambda ax: plot.mesh_stiffness(design, ax)),
+        _picture("error", "Transmission error", "Of the unloaded gears; positive where wheel 2 lags behind.", 3.3,
+                 lambda ax: plot.transmission_error(design, ax)),
+    ]
     differing = [(f"{each.design.torque:.6g}", _groups(each.differing(first))) for each in others]
     return _environment().get_template("sheet.html.j2").render(
         css=Markup(_template("sheet.css")), title=first.title, answers=[_answer(first, first.notes), *(
             _answer(each, [note for note in each.notes if note not in first.notes]) for each in others)],
-        problem=str(first.problem), inputs=list(inputs_in_words(first.design).items()),
-        pictures=_pictures(first.design), groups=_groups(first.entries), differing=differing,
+        problem=str(first.problem), inputs=list(inputs_in_words(design).items()), pictures=drawn,
+        groups=_groups(first.entries), differing=differing,
         missing=[(reason, [words_of(name) for name in names]) for reason, names in first.absent],
         count=len(first.entries), version=metadata.version("gearchaos"),
     )
@@ -100,12 +110,9 @@ def _environment() -> jinja2.Environment:
         lstrip_blocks=True)
     index, symbol = re.compile(r"()_([A-Za-z0-9α-ω]+)"), re.compile(r"(?<!\w)([^\W\d_])_([A-Za-z0-9α-ω]+)")
     for name, pattern in (("maths", index), ("sentence", symbol)):
-        environment.filters[name] = partial(_with_subscripts, pattern)
+        environment.filters[name] = lambda text, pattern=pattern: Markup(
+            pattern.sub(r"\1<sub>\2</sub>", str(escape(text))))
     return environment
-
-
-def _with_subscripts(pattern: re.Pattern[str], text: str) -> Markup:
-    return Markup(pattern.sub(r"\1<sub>\2</sub>", str(escape(text))))
 
 
 def _groups(entries: Mapping[str, Entry]) -> list[tuple[str, list[dict[str, Any]]]]:
@@ -120,20 +127,6 @@ def _groups(entries: Mapping[str, Entry]) -> list[tuple[str, list[dict[str, Any]
         }
         out.setdefault(entry.group, []).append(row)
     return list(out.items())
-
-
-def _pictures(design: GearDesign) -> list[dict[str, Any]]:
-    """The drawing of a pair, its stiffness and its transmission error."""
-    return [
-        _picture("pair", "Transverse section", "Both wheels to scale. Contact begins at A and ends at E; C is the "
-                 "pitch point, and dots are points of contact. Wheel 1 drives.", 5.4,
-                 lambda ax: plot.gear_pair(design, ax)),
-        _picture("stiffness", "Mesh stiffness", "Along the line of action, over the whole face width; thin lines are "
-                 "the means. Accepted methods differ, and none is validated by measurements here.", 4.0,
-                 lambda ax: plot.mesh_stiffness(design, ax)),
-        _picture("error", "Transmission error", "Of the unloaded gears; positive where wheel 2 lags behind.", 3.3,
-                 lambda ax: plot.transmission_error(design, ax)),
-    ]
 
 
 def _picture(name: str, title: str, caption: str, height: float, draw: Callable[[Axes], Axes]) -> dict[str, Any]:

@@ -92,8 +92,13 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
     speed, computed, by_standards = ds["speed"].values, _computed(motions), []
     for standard, style in zip(standards(), cycle(_STANDARD_STYLES), strict=False):
         values = ds[standard.name].values
-        label = standard.label + _validity(speed, values)
-        by_standards += ax.plot(speed, values, **adapt_style({"label": label, "linewidth": 1.3, **style}))
+        valid = np.flatnonzero(np.isfinite(values))
+        where = "" if len(valid) == len(values) else ": no value"
+        if where and len(valid):
+            start = "" if valid[0] == 0 else f"{speed[valid[0]]:.0f} "
+            where = f", {start}to {speed[valid[-1]]:.0f} rpm"
+        by_standards += ax.plot(
+            speed, values, **adapt_style({"label": standard.label + where, "linewidth": 1.3, **style}))
     for handle in computed:
         ax.add_line(handle)
     computed += _quasi_static(ax, motions)
@@ -137,17 +142,6 @@ def _quasi_static(ax: Axes, motions: dict[str, xr.Dataset]) -> list[Line2D]:
                 fontsize="x-small", color=adapt(INK), zorder=5,
                 bbox={"facecolor": ax.get_facecolor(), "edgecolor": "none", "pad": 1})
     return ax.plot(ds["speed"].values, largest / ratio, label="largest over quasi-static", **thin)
-
-
-def _validity(speed: np.ndarray, values: np.ndarray) -> str:
-    """Where a standard gives a value, for the legend; empty if everywhere."""
-    valid = np.isfinite(values)
-    if valid.all():
-        return ""
-    if not valid.any():
-        return ": no value"
-    first, last = speed[valid][[0, -1]]
-    return f", to {last:.0f} rpm" if valid[0] else f", {first:.0f} to {last:.0f} rpm"
 
 
 def _ranges(ax: Axes, ds: xr.Dataset) -> list[Patch]:

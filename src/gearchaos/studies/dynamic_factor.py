@@ -117,8 +117,11 @@ def by_standards(design: GearDesign, speeds: np.ndarray) -> dict[str, xr.Variabl
         values = np.array([np.nan if factor.value is None else factor.value for factor in factors])
         out[standard.name] = variable(standard.name, ("speed",), values)
         out[standard.name].attrs["long_name"] = standard.long_name
-        if refused := _refusals(speeds, [factor.reason for factor in factors]):
-            out[standard.name].attrs["refused"] = refused
+        refused = zip(speeds, (factor.reason for factor in factors), strict=True)
+        stretches = [list(same) for reason, same in groupby(refused, lambda pair: pair[1].split(";")[0]) if reason]
+        if stretches:  # the reason at the first speed; after its semicolon stands the value there
+            out[standard.name].attrs["refused"] = " ".join(
+                f"{same[0][0]:g} to {same[-1][0]:g} rpm: {same[0][1]}" for same in stretches)
     width = design.geometry.common_face_width
     for name, stiffness in (("resonance_ratio", lambda: design.mesh_stiffness.reference / width),
                             ("resonance_ratio_ISO_B", lambda: design.tooth_stiffness.mesh_stiffness)):
@@ -132,10 +135,3 @@ def by_standards(design: GearDesign, speeds: np.ndarray) -> dict[str, xr.Variabl
         out[name].attrs.update(
             main_start=found.lower_limit_ratio, main_end=MAIN_END, supercritical_start=SUPERCRITICAL_START)
     return out
-
-
-def _refusals(speeds: np.ndarray, reasons: list[str]) -> str:
-    """The stretches of speed where a standard gives no value, with the reason of each at its first speed."""
-    stretches = groupby(range(len(reasons)), key=lambda i: reasons[i].split(";")[0])  # after it stands the value there
-    indices = [list(group) for reason, group in stretches if reason]
-    return " ".join(f"{speeds[each[0]]:g} to {speeds[each[-1]]:g} rpm: {reasons[each[0]]}" for each in indices)

@@ -153,18 +153,16 @@ class FollowedMotions:
             settled = dict(zip(first, self._classified(speeds[longer], w, self._settings), strict=True))
             found = [settled.get((speed, motion.contact), motion) if motion.label == Label.CHAOTIC else motion
                      for speed, motion in zip(at, found, strict=True)]
-        return [self._known(speed, motion) for speed, motion in zip(at, found, strict=True)]
-
-    def _known(self, speed: float, motion: Motion) -> Motion:
-        """The motion of a speed that is the same as the given one, which is added if there is none."""
-        known = self.at.setdefault(speed, [])
-        same = next((each for each in known if each.same(motion)), None)
-        if same is None:
-            known.append(motion)
-            return motion
-        if not motion.period and motion.dynamic_factor > same.dynamic_factor:  # another part of a motion
-            same.dynamic_factor = motion.dynamic_factor
-        return same
+        reached = []
+        for speed, motion in zip(at, found, strict=True):
+            known = self.at.setdefault(speed, [])
+            same = next((each for each in known if each.same(motion)), motion)
+            if same is motion:
+                known.append(motion)
+            elif not motion.period and motion.dynamic_factor > same.dynamic_factor:  # another part of a motion
+                same.dynamic_factor = motion.dynamic_factor
+            reached.append(same)
+        return reached
 
     def _classified(
         self, speeds: np.ndarray, w: np.ndarray, settings: Classification, progress: str | None = None

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from gearchaos.datasheet.answer import Answer
     from gearchaos.datasheet.quantities import Entry
-    from gearchaos.studies.speeds_to_avoid import SpeedsToAvoid, Window
+    from gearchaos.studies.speeds_to_avoid import SpeedsToAvoid
 
 _WIDTH = 80
 _MOST_LINES, _FEWEST_WINDOWS, _MOST_WARNINGS = 20, 2, 3
@@ -44,25 +44,19 @@ def print_answers(answers: Sequence[Answer], every: bool, warn: bool) -> None:
     if more := len(notes) - len(notes[:most]):
         warnings.append(f"and {more} more warning{'s' * (more > 1)}: --all shows them")
     for number, answer in enumerate(answers):
-        print(end="\n" * (number > 0))
-        _print_answer(answer, None if every else _MOST_LINES - len(warnings))
+        windows, found = answer.speeds.windows if answer.speeds else (), answer.conclusion
+        if answer.speeds and windows:
+            found = f"{len(windows)} range{'s' * (len(windows) > 1)} of {answer.scanned}: {answer.speeds.criterion}"
+        facts = [*answer.facts, ("speeds to avoid", found)]
+        head = [answer.pair, *(line for name, text in facts for line in _wrapped(f"{name:<16}{text}", 16))]
+        basis = [line for text in answer.basis for line in _wrapped(text)]
+        print("\n" * (number > 0) + "\n".join(head))
+        if answer.speeds and windows:
+            room = _MOST_LINES - len(warnings) - len(head) - len(basis) - _HEADING
+            _print_windows(answer.speeds, len(windows) if every else max(room, _FEWEST_WINDOWS))
+        print(*basis, sep="\n", end="\n" * bool(basis), flush=True)
     for line in warnings:
         say(line)
-
-
-def _print_answer(answer: Answer, lines: int | None) -> None:
-    """Print an answer in so many lines, or with all ranges to avoid."""
-    windows, found = answer.speeds.windows if answer.speeds else (), answer.conclusion
-    if answer.speeds and windows:
-        found = f"{len(windows)} range{'s' * (len(windows) > 1)} of {answer.scanned}: {answer.speeds.criterion}"
-    facts = [*answer.facts, ("speeds to avoid", found)]
-    head = [answer.pair, *(line for name, text in facts for line in _wrapped(f"{name:<16}{text}", 16))]
-    basis = [line for text in answer.basis for line in _wrapped(text)]
-    print("\n".join(head))
-    if answer.speeds and windows:
-        room = len(windows) if lines is None else lines - len(head) - len(basis) - _HEADING
-        _print_windows(answer.speeds, max(room, _FEWEST_WINDOWS))
-    print(*basis, sep="\n", end="\n" * bool(basis), flush=True)
 
 
 def _wrapped(text: str, indent: int = 0, most: int | None = None) -> list[str]:
@@ -72,7 +66,10 @@ def _wrapped(text: str, indent: int = 0, most: int | None = None) -> list[str]:
 
 
 def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
-    """Print ranges to avoid in so many rows: those with the largest factors, and how many others there are."""
+    """Print ranges to avoid in so many rows: those with the largest factors, and how many others there are.
+
+    First of all are those in which a motion diverges.
+    """
     from gearchaos.studies.speeds_to_avoid import CRITERION, MOTIONS
 
     most -= len(speeds.windows) > most
@@ -82,7 +79,9 @@ def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
         table.add_column(title, justify="right")
     if forces:
         table.add_column("teeth")
-    shown_ones = sorted(sorted(speeds.windows, key=_severity)[:most], key=lambda each: each.start)
+    by_factor = sorted(speeds.windows, key=lambda each: -math.inf if any(
+        math.isnan(motion.dynamic_factor) for motion in each.reached) else -each.dynamic_factor)
+    shown_ones = sorted(by_factor[:most], key=lambda each: each.start)
     for each in shown_ones:
         reached = {r.motion: factor_and_share(r) for r in each.reached}
         factors = (reached.get(words, "-") for words in MOTIONS.values())
@@ -92,11 +91,6 @@ def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
     print_table(table)
     if hidden := len(speeds.windows) - len(shown_ones):
         print(f"and {hidden} more with smaller factors: --all shows them")
-
-
-def _severity(window: Window) -> float:
-    """What sorts ranges by falling factor, those in which a motion diverges first."""
-    return -math.inf if any(math.isnan(each.dynamic_factor) for each in window.reached) else -window.dynamic_factor
 
 
 def print_datasheets(answers: Sequence[Answer]) -> None:

@@ -159,9 +159,10 @@ def tooth_stiffness(
             "profile_shift", "must give a positive flexibility q′ by ISO 6336-1:2006, (82)", geometry.profile_shift,
             f"q′ would be {flexibility * N_PER_MM_UM:.4g} mm µm/N. {other_methods(ISO, geometry)}")
     first, second = youngs_modulus
+    (blank1, notes1), (blank2, notes2) = (_blank_effect(geometry, i, blanks[i]) for i in (0, 1))
     factors = {
         "correction_factor": _CORRECTION,
-        "blank_factor": min(_blank_factor(geometry, i, blanks[i]) for i in (0, 1)),
+        "blank_factor": min(blank1, blank2),
         "rack_factor": rack_factor(geometry.dedendum, geometry.pressure_angle),
         "helix_factor": math.cos(geometry.helix_angle),
         "material_factor": 2 * first * second / (first + second) / STEEL_MODULUS,  # (88), (89)
@@ -172,7 +173,7 @@ def tooth_stiffness(
     return ToothStiffness(
         flexibility=flexibility, single_stiffness_theoretical=1 / flexibility, **factors, single_stiffness=single,
         mesh_stiffness=mean, warnings=(
-            *_blank_warnings(geometry, blanks), *_warnings(geometry, x1, x2, line_load, mean, factors["load_factor"])))
+            *notes1, *notes2, *_warnings(geometry, x1, x2, line_load, mean, factors["load_factor"])))
 
 
 def rack_factor(dedendum: float | tuple[float, float], pressure_angle: float) -> float:
@@ -189,28 +190,16 @@ def rack_factor(dedendum: float | tuple[float, float], pressure_angle: float) ->
     return (1 + 0.5 * (1.2 - sum(pair) / 2)) * (1 - 0.02 * (20 - math.degrees(pressure_angle)))
 
 
-def _blank_factor(geometry: Geometry, wheel: int, blank: Blank | None) -> float:
-    """C_R of one wheel, (84) or (85) with its limits 0.2 ≤ b_s/b ≤ 1.2 and s_R/m_n ≥ 1."""
+def _blank_effect(geometry: Geometry, wheel: int, blank: Blank | None) -> tuple[float, list[str]]:
+    """C_R of one wheel, (84) or (85), and which dimensions count as others, since they lie outside its range."""
     if blank is None:
-        return 1.0
-    web = min(max(blank.web / geometry.face_width[wheel], _WEBS[0]), _WEBS[1])
-    rim = max(blank.rim / geometry.normal_module, _LEAST_RIM)
-    return 1 + math.log(web) / (5 * math.exp(rim / 5))
-
-
-def _blank_warnings(geometry: Geometry, blanks: tuple[Blank | None, Blank | None]) -> list[str]:
-    """Which dimensions of rim and web count as others, since they lie outside the range of (84) and (85)."""
-    found, source = [], "in C_R (ISO 6336-1:2006, (84), (85))"
-    for wheel, blank in enumerate(blanks):
-        if blank is None:
-            continue
-        web, rim = blank.web / geometry.face_width[wheel], blank.rim / geometry.normal_module
-        if not _WEBS[0] <= web <= _WEBS[1]:
-            limit = _WEBS[0] if web < _WEBS[0] else _WEBS[1]
-            found.append(f"The web of wheel {wheel + 1}, b_s/b = {web:.3g}, counts as {limit:g} {source}")
-        if rim < _LEAST_RIM:
-            found.append(f"The rim of wheel {wheel + 1}, s_R/m_n = {rim:.3g}, counts as {_LEAST_RIM:g} {source}")
-    return found
+        return 1.0, []
+    web, rim = blank.web / geometry.face_width[wheel], blank.rim / geometry.normal_module
+    counted_web, counted_rim = min(max(web, _WEBS[0]), _WEBS[1]), max(rim, _LEAST_RIM)
+    found = [f"The {part} of wheel {wheel + 1}, {ratio} = {value:.3g}, counts as {counted:g} in C_R "
+             "(ISO 6336-1:2006, (84), (85))" for part, ratio, value, counted in (
+                 ("web", "b_s/b", web, counted_web), ("rim", "s_R/m_n", rim, counted_rim)) if value != counted]
+    return 1 + math.log(counted_web) / (5 * math.exp(counted_rim / 5)), found
 
 
 def _warnings(
