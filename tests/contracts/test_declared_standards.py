@@ -36,8 +36,7 @@ STANDARD = Standard(name="Kv_Barth", label="Barth", words="Barth", result=Factor
 METHOD = '''
 import numpy as np
 
-from gearchaos.gears.stiffness.mesh_stiffness import from_curve
-from gearchaos.gears.stiffness.methods import StiffnessMethod
+from gearchaos.gears.stiffness.mesh_stiffness import StiffnessMethod, from_curve
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve
 
 CURVE = PeriodicCurve(np.array([0.0, 0.5, 1.0]), np.array([2e8, 3e8]), np.array([2e8, 3e8]))

@@ -20,13 +20,12 @@ from gearchaos.quantities import POSITIVE
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studies.dynamic_factor import by_standards, loaded
-from gearchaos.studies.followed_motions import FollowedMotions, Motion
-from gearchaos.studies.operating_map import operating_axis
-from gearchaos.studies.quasi_static import quasi_static_ratio
-from gearchaos.studies.speed_refinement import (
+from gearchaos.studies.followed_motions import (
     MOST_SPEEDS,
     RESOLUTION,
     STEPS_PER_BANDWIDTH,
+    FollowedMotions,
+    Motion,
     Severity,
     dense_speeds,
     first_step,
@@ -34,6 +33,8 @@ from gearchaos.studies.speed_refinement import (
     speeds_between,
     worst,
 )
+from gearchaos.studies.operating_map import operating_axis
+from gearchaos.studies.quasi_static import quasi_static_ratio
 from gearchaos.validation import check_rule, to_float
 
 if TYPE_CHECKING:

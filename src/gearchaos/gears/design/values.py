@@ -19,7 +19,7 @@ from gearchaos.gears.inputs.forms import record_values, two_lengths, two_values
 from gearchaos.gears.inputs.plausibility import check_plausible
 from gearchaos.gears.materials import materials
 from gearchaos.gears.stiffness.iso6336 import Blank
-from gearchaos.gears.stiffness.methods import methods
+from gearchaos.gears.stiffness.mesh_stiffness import methods
 from gearchaos.gears.transmission_error.quality import Quality
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 from gearchaos.validation import check_rule, to_float

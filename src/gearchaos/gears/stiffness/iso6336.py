@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING
 
 from gearchaos.errors import InputError
 from gearchaos.gears.formulas import described
-from gearchaos.gears.stiffness.mesh_stiffness import ISO, from_iso
-from gearchaos.gears.stiffness.methods import StiffnessMethod, other_methods
+from gearchaos.gears.stiffness.mesh_stiffness import ISO, StiffnessMethod, from_iso, other_methods
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry

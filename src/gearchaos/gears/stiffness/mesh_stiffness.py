@@ -3,17 +3,24 @@
 The reference is the time mean of the curve, to which ω0 and ζ then refer, and the waveform has the mean 1. At the
 beginning of the mesh period a tooth pair enters contact, at the root of wheel 1, which drives. All stiffnesses are in
 the transverse plane along the line of action.
+
+To add a method, add a module to this folder with a function of a `Drawing`, and a `StiffnessMethod` with the name
+``METHOD``. The function returns a `MeshStiffness`, for example by `from_curve`. Designs, study files, messages, the
+datasheet and pictures then know the method.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import cache
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+import gearchaos.gears.stiffness as folder
 from gearchaos.errors import InputError
+from gearchaos.gears.formulas import declared
 from gearchaos.gears.stiffness.contact_lines import fourier_coefficients, relative_length
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, approximate, truncated_series
 from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, Stiffness, TwoLevelStiffness
@@ -22,6 +29,7 @@ from gearchaos.validation import MAX_HARMONICS
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
+    from gearchaos.gears.materials import Material
 
 TOLERANCE = 2e-3
 """Default bound of the root mean square error of a waveform, relative to the mean stiffness: small beside the 20 % by
@@ -141,3 +149,57 @@ def _check_positive(name: str, value: float) -> None:
     """Raise `InputError` unless a value is a positive finite number."""
     if not 0 < value < np.inf:
         raise InputError(name, "must be a positive finite number", value)
+
+
+class Drawing(Protocol):
+    """What methods take from a `GearDesign`, whose module imports this one; the tooth stiffness is that by ISO 6336-1.
+    """
+
+    @property
+    def geometry(self) -> Geometry: ...
+
+    @property
+    def material(self) -> tuple[Material, Material]: ...
+
+    @property
+    def tooth_stiffness(self) -> Any: ...
+
+    def given(self, name: str) -> Any: ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class StiffnessMethod:
+    """A method of computation.
+
+    Attributes
+    ----------
+    name : str
+        What a design says for it as its ``stiffness``.
+    compute : callable
+        Takes a `Drawing` and returns its `MeshStiffness`; raises `InputError` where the method has none.
+    needs : tuple of str
+        Inputs that a design may leave out, but not for this method.
+    spur_only : bool
+        Whether the method is for spur gears alone.
+    warnings : callable
+        Takes a `Drawing` and returns what the designer should know of this stiffness, without full stops.
+    """
+
+    name: str
+    compute: Callable[[Drawing], MeshStiffness]
+    needs: tuple[str, ...] = ()
+    spur_only: bool = False
+    warnings: Callable[[Drawing], Sequence[str]] = lambda design: ()
+
+
+@cache
+def methods() -> dict[str, StiffnessMethod]:
+    """All methods by name, in the order of their modules."""
+    return {each.name: each for each in declared(folder, "METHOD")}
+
+
+def other_methods(name: str, geometry: Geometry) -> str:
+    """The advice to take another method than this one, of those that the pair can have."""
+    names = [each.name for each in methods().values() if not (each.spur_only and geometry.helix_angle)]
+    others = "".join(f'stiffness = "{other}", or ' for other in names if other != name)
+    return f'Write {others}stiffness = {{ table = "tvms.csv" }}.'

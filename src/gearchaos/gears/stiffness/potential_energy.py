@@ -25,8 +25,7 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears.geometry.tooth_profile import Stations, ToothProfile, tooth_profile
-from gearchaos.gears.stiffness.mesh_stiffness import TOLERANCE, MeshStiffness, from_curve
-from gearchaos.gears.stiffness.methods import StiffnessMethod
+from gearchaos.gears.stiffness.mesh_stiffness import TOLERANCE, MeshStiffness, StiffnessMethod, from_curve
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, periodic_curve
 from gearchaos.gears.units import Length
 
