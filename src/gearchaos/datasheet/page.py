@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from gearchaos import plot
 from gearchaos.cards.gears import digits, inputs_in_words
 from gearchaos.datasheet.answer import Answer, factor_and_share, in_words
-from gearchaos.datasheet.quantities import Entry, words_of
+from gearchaos.datasheet.quantities import Entry
 from gearchaos.errors import InputError
 from gearchaos.gears.units import measured
 
@@ -68,7 +68,7 @@ def sheet_html(answers: Sequence[Answer]) -> str:
             _answer(each, [note for note in each.notes if note not in first.notes]) for each in others)],
         problem=str(first.problem), inputs=list(inputs_in_words(design).items()), pictures=drawn,
         groups=_groups(first.entries), differing=differing,
-        missing=[(reason, [words_of(name) for name in names]) for reason, names in first.absent],
+        missing=[(reason, [first.entries[name].words for name in names]) for reason, names in first.absent],
         count=len(first.entries), version=metadata.version("gearchaos"),
     )
 
@@ -120,7 +120,7 @@ def _groups(entries: Mapping[str, Entry]) -> list[tuple[str, list[dict[str, Any]
     out: dict[str, list[dict[str, Any]]] = {}
     for name, entry in entries.items():
         row = {
-            "id": name, "name": words_of(name), "symbol": entry.symbol,
+            "id": name, "name": entry.words, "symbol": entry.symbol,
             "value": None if entry.value is None else digits(entry.shown), "expected": entry.expected,
             "unit": "" if entry.value == () else _UNITS.get(entry.unit, entry.unit), "formula": entry.formula,
             "source": entry.source, "reason": entry.reason if entry.expected else "see Not computed",

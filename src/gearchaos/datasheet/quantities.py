@@ -54,6 +54,8 @@ class Entry:
         See `gearchaos.gears.formulas.Formula`.
     group : str
         Heading under which it is shown.
+    words : str
+        Its name in words.
     reason : str
         Why there is no value; empty if there is one.
     expected : bool
@@ -66,6 +68,7 @@ class Entry:
     formula: str
     source: str
     group: str
+    words: str = ""
     reason: str = ""
     expected: bool = False
 
@@ -91,7 +94,7 @@ def datasheet(design: GearDesign) -> dict[str, Entry]:
         May lack inputs; the quantities that need them have a reason instead of a value.
     """
     results = _Results(design)
-    entries = {name: _entry(group, formula, results, compute)
+    entries = {name: _entry(name, group, formula, results, compute)
                for group, rows in _GROUPS.items() for name, (formula, compute) in rows.items()}
     amplitudes, phases = (entries[f"transmission_error_{what}"] for what in ("amplitudes", "phases"))
     if design.exact:
@@ -107,11 +110,6 @@ def with_scanned_speeds(entries: Mapping[str, Entry]) -> dict[str, Entry]:
     """The entries of a design without a speed that is shown along the speed: what lacks only the speed says so."""
     return {name: replace(e, reason="depends on speed: see the curve", expected=True)
             if e.reason.startswith("speed must be given") else e for name, e in entries.items()}
-
-
-def words_of(name: str) -> str:
-    """The name of a quantity in words."""
-    return _WORDS.get(name, name.replace("_", " "))
 
 
 class _NoValueError(Exception):
@@ -196,7 +194,9 @@ class _Results:
         return found
 
 
-def _entry(group: str, formula: Formula, results: _Results, compute: Callable[[_Results], Any]) -> Entry:
+def _entry(
+    name: str, group: str, formula: Formula, results: _Results, compute: Callable[[_Results], Any],
+) -> Entry:
     """One entry, with the value in the unit that is shown, or the reason why there is none."""
     value, reason, expected = None, "", False
     try:
@@ -206,7 +206,7 @@ def _entry(group: str, formula: Formula, results: _Results, compute: Callable[[_
     if value is not None and formula.factor != 1.0:  # whole numbers stay so
         value = tuple(v * formula.factor for v in value) if isinstance(value, tuple) else value * formula.factor
     return Entry(value=value, unit=formula.unit, symbol=formula.symbol, formula=formula.text, source=formula.source,
-                 group=group, reason=reason, expected=expected)
+                 group=group, words=formula.words or name.replace("_", " "), reason=reason, expected=expected)
 
 
 _Row = tuple[Formula, Callable[[_Results], Any]]
@@ -229,18 +229,13 @@ def _tolerance(symbol: str, name: str) -> _Row:
 def _standard_rows(standard: Standard) -> dict[str, _Row]:
     """The rows of K_v by a standard, and of what it shows beside it."""
     rows = _of(lambda results: results.factor(standard), formulas(standard.result))
-    return {name: rows[field] for name, field in {standard.name: "value", **standard.beside}.items()}
+    formula, compute = rows["value"]
+    return {standard.name: (replace(formula, words=standard.long_name), compute),
+            **{name: rows[field] for name, field in standard.beside.items()}}
 
 
 _MODEL = "gearchaos, docs/gears.md"
 _RESONANCE = formulas(Resonance)
-_WORDS = {
-    **{each.name: each.long_name for each in standards()},
-    "backlash_line_of_action": "total backlash along the line of action",
-    "lower_limit_ratio": "resonance ratio where main resonance begins", "main_start": "start of the main resonance",
-    "main_end": "end of the main resonance", "supercritical_start": "start of the supercritical range",
-}
-"""Names in words of quantities whose names do not read as words."""
 
 _GROUPS: dict[str, dict[str, _Row]] = {
     "Geometry": _of(lambda results: results.geometry, GEOMETRY_FORMULAS),

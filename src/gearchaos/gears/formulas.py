@@ -29,6 +29,8 @@ class Formula:
         The formula, in the units shown.
     source : str
         Standard with edition, and the clause or equation.
+    words : str
+        The quantity in words; empty if its name reads as words.
     """
 
     symbol: str
@@ -36,11 +38,14 @@ class Formula:
     factor: float
     text: str
     source: str
+    words: str = ""
 
 
-def described(symbol: str, text: str, source: str, unit: str = "", factor: float = 1.0) -> Any:
+def described(
+    symbol: str, text: str, source: str, unit: str = "", factor: float = 1.0, *, words: str = "",
+) -> Any:
     """A dataclass field whose metadata holds a `Formula`."""
-    return field(metadata={"formula": Formula(symbol, unit, factor, text, source)})
+    return field(metadata={"formula": Formula(symbol, unit, factor, text, source, words)})
 
 
 def formulas(result: Any) -> dict[str, Formula]:

@@ -20,18 +20,9 @@ _AGMA = "ANSI/AGMA 2001-D04 and 2101-D04, clause 8"
 
 @dataclass(frozen=True, kw_only=True)
 class DynamicFactorAGMA:
-    """K_v by AGMA 2001-D04.
+    """K_v by AGMA 2001-D04, velocities in m/s.
 
-    Attributes
-    ----------
-    exponent : float
-        B.
-    velocity_constant : float
-        A in the notation with Q_v, C in that with A_v.
-    largest_velocity : float
-        Largest pitch line velocity for which the standard gives a value, m/s.
-    value : float
-        K_v.
+    The velocity constant is A in the notation with Q_v, C in that with A_v; above the largest velocity there is no K_v.
     """
 
     reason: ClassVar[str] = ""

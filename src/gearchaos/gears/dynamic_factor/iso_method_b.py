@@ -103,20 +103,9 @@ def relief_from_running_in(material: FlankMaterial) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Deviations:
-    """Deviations of a pair that method B uses, m.
+    """Deviations of a pair that method B uses, m; running-in removes the allowances.
 
-    Attributes
-    ----------
-    base_pitch : float
-        f_pb, transverse base pitch deviation.
-    profile_form : float
-        f_fα.
-    base_pitch_allowance, profile_allowance : float
-        y_p and y_f, which running-in removes.
-    tip_relief : float
-        C_a of design, or C_ay from running-in; 0 for none.
-    relief_counts : bool
-        Whether the accuracy lets tip relief count; otherwise B_k = 1.
+    The tip relief is 0 where there is none. Where the accuracy does not let it count, B_k = 1.
     """
 
     base_pitch: float = described("f_pb", "max f_pt cos α_t", f"{_CLAUSE}.3", "µm", 1e6)
@@ -200,18 +189,6 @@ class DynamicFactorB:
 
     Attributes
     ----------
-    resonance : Resonance
-        Reduced mass, resonance speed and speed ranges.
-    constants : Constants
-        C_v1 to C_v7.
-    speed_range : SpeedRange
-        The range in which the speed lies.
-    resonance_ratio : float
-        N.
-    pitch_parameter, profile_parameter, relief_parameter : float
-        B_p, B_f and B_k.
-    value : float
-        K_v.
     warnings : tuple of str
         What the standard says of this range and load.
     """

@@ -33,18 +33,9 @@ _LEAST_LINE_LOAD = 100.0
 
 @dataclass(frozen=True, kw_only=True)
 class DynamicFactorC:
-    """K_v by method C.
+    """K_v by method C, velocities in m/s; in the formulae 1 is the pinion and u ≥ 1.
 
-    Attributes
-    ----------
-    velocity_parameter : float
-        (v z1/100) √(u²/(1 + u²)), m/s, where 1 is the pinion and u ≥ 1.
-    speed_factor : float
-        K3.
-    spur, helical : float
-        K_vα of a spur and K_vβ of a helical pair with ε_β ≥ 1.
-    value : float
-        K_v.
+    ``spur`` is that of a spur pair, ``helical`` that of a helical pair with ε_β ≥ 1.
     """
 
     reason: ClassVar[str] = ""

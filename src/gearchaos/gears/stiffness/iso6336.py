@@ -64,16 +64,6 @@ class ToothStiffness:
 
     Attributes
     ----------
-    flexibility : float
-        q′, least flexibility of a tooth pair, m²/N.
-    single_stiffness_theoretical : float
-        c′th, N/m².
-    correction_factor, blank_factor, rack_factor, helix_factor, material_factor, load_factor : float
-        C_M, C_R, C_B, cos β, E/E_st, and the factor for a low specific load.
-    single_stiffness : float
-        c′, largest stiffness of one tooth pair, N/m².
-    mesh_stiffness : float
-        c_γα, mean over the mesh cycle, N/m².
     warnings : tuple of str
         In what the pair lies outside the range for which the standard validated its formulae.
     """
