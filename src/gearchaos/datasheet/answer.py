@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from gearchaos.datasheet.quantities import Entry, datasheet, with_scanned_speeds
 from gearchaos.errors import InputError
 from gearchaos.gears.design.checks import FAST
-from gearchaos.gears.design.gear_design import GearDesign, sentences
+from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.values import DataFile
 from gearchaos.gears.units import RPM, measured
 
@@ -135,9 +134,7 @@ class Answer:
     @property
     def notes(self) -> tuple[str, ...]:
         """What the designer should know: unusual values, limits of the transmission error and of the stiffness."""
-        found = [*self.design.warnings, *self.design.assumptions]
-        with suppress(InputError):  # the quantities say what is missing
-            found += [text for text in sentences(self.design.mesh_stiffness.notes) if text not in found]
+        found = (*self.design.warnings, *self.design.assumptions)
         return tuple(text for text in found if self.problem is None or str(self.problem) not in text)
 
     @property

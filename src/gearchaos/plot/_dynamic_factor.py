@@ -84,10 +84,9 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
     """
     over_motions = "motion" in getattr(ds, "dims", ())
     motions = {name: ds.sel(motion=name) for name in ds["motion"].values.tolist()} if over_motions else {"": ds}
-    needed: dict[str, Any] = {"dynamic_factor": 1, "contact": 1, "resonance_ratio": 1, "resonance_ratio_ISO_B": 1,
-              **{each.name: 1 for each in standards()}, "quasi_static_ratio": ()}
+    by_speed = ("dynamic_factor", "contact", "resonance_ratio", "resonance_ratio_ISO_B", *(s.name for s in standards()))
     for motion in motions.values():
-        check(motion, "dynamic_factor", **needed)
+        check(motion, "dynamic_factor", **dict.fromkeys(by_speed, 1), quasi_static_ratio=())
     ax = new_axes(ax)
     speed, computed, by_standards = ds["speed"].values, _computed(motions), []
     for standard, style in zip(standards(), cycle(_STANDARD_STYLES), strict=False):

@@ -16,7 +16,8 @@ from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
 from gearchaos.gears.geometry.mating import KEEP_CLEARANCE
 from gearchaos.gears.inputs.plausibility import check_plausible
 from gearchaos.gears.mesh_load import mesh_load
-from gearchaos.gears.stiffness.mesh_stiffness import ISO, methods
+from gearchaos.gears.stiffness.iso6336 import ISO
+from gearchaos.gears.stiffness.mesh_stiffness import methods
 from gearchaos.gears.transmission_error.tip_relief import unrelieved_length
 
 USUAL_DAMPING = (0.03, 0.1)

@@ -17,8 +17,8 @@ from gearchaos.errors import ChangedFileError, InputError
 from gearchaos.gears.design.values import ErrorFile, ErrorTable, OrdersFile, TableFile, checksum
 from gearchaos.gears.mesh_load import mesh_load
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.stiffness.iso6336 import ToothStiffness, tooth_stiffness
-from gearchaos.gears.stiffness.mesh_stiffness import ISO, MeshStiffness, methods, other_methods
+from gearchaos.gears.stiffness.iso6336 import ISO, ToothStiffness, tooth_stiffness
+from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness, methods, other_methods
 from gearchaos.gears.stiffness.table import from_table as stiffness_from_table
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, from_quality
 from gearchaos.gears.transmission_error.quality import tolerances

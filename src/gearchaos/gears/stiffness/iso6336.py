@@ -1,6 +1,6 @@
-"""Tooth stiffness by ISO 6336-1:2006, clause 9: single stiffness c′ and mesh stiffness c_γα.
+"""Stiffness by ISO 6336-1:2006, clause 9: single stiffness c′, mesh stiffness c_γα, and its course over the mesh cycle.
 
-Both are stiffnesses per unit face width in the transverse plane, along the line of action, in N/m² here and in
+c′ and c_γα are per unit face width in the transverse plane, along the line of action, in N/m² here and in
 N/(mm µm) = 1e9 N/m² in the standard. c_γα is the mean over the mesh cycle.
 
 The symbols of the standard count wheels by their numbers of teeth: 1 is the pinion, which has the smaller number. Here
@@ -15,10 +15,23 @@ from typing import TYPE_CHECKING
 
 from gearchaos.errors import InputError
 from gearchaos.gears.formulas import described
-from gearchaos.gears.stiffness.mesh_stiffness import ISO, StiffnessMethod, from_iso, other_methods
+from gearchaos.gears.stiffness.contact_lines import fourier_coefficients, relative_length
+from gearchaos.gears.stiffness.mesh_stiffness import (
+    TOLERANCE,
+    MeshStiffness,
+    StiffnessMethod,
+    check_positive,
+    other_methods,
+    truncation_note,
+)
+from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, approximate, truncated_series
+from gearchaos.model import TwoLevelStiffness
+from gearchaos.validation import MAX_HARMONICS
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
+
+ISO = "ISO 6336-1"
 
 N_PER_MM_UM = 1e9
 """One N/(mm µm) in N/m²."""
@@ -220,6 +233,49 @@ def _warnings(
             load < DOUBTFUL_LINE_LOAD,
     }
     return tuple(text for text, holds in found.items() if holds)
+
+
+def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TOLERANCE) -> MeshStiffness:
+    """Mesh stiffness with the mean c_γα b of ISO 6336-1:2006, 9.3.
+
+    The standard gives the mean alone, c_γα = c′ (0.75 ε_α + 0.25). The waveform is an assumption: the same law at each
+    instant, c′ b (0.75 n + 0.25), where n is the number of tooth pairs in contact, of helical gears the total length of
+    the contact lines over that of one pair across the whole face width (`gearchaos.gears.stiffness.contact_lines`).
+    The mean of n is ε_α, so that of the stiffness is c_γα b. Spur gears have two levels, for ε_α < 2 c′ b and
+    1.75 c′ b, helical gears a Fourier series, unless ε_β is so small that steps are more exact. The waveform of helical
+    gears tends to that of spur gears as β tends to 0.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        The gear pair.
+    mesh_stiffness : float
+        c_γα, N/m², see `tooth_stiffness`.
+    tolerance : float
+        Bound of ``truncation`` for helical gears, unless `MAX_HARMONICS` harmonics are too few.
+
+    Raises
+    ------
+    InputError
+        If no teeth are in contact during a part of the mesh period, or a value is not a positive number.
+    """
+    check_positive("mesh_stiffness", mesh_stiffness)
+    check_positive("tolerance", tolerance)
+    ratio, overlap = geometry.contact_ratio, geometry.overlap_ratio
+    share = 0.75 * ratio / (0.75 * ratio + 0.25)  # of the mean stiffness that is proportional to the number of pairs
+    length = relative_length(ratio, overlap)
+    curve = PeriodicCurve(length.knots, 1 + share * (length.first - 1), 1 + share * (length.last - 1))
+    reference = mesh_stiffness * geometry.common_face_width
+    if overlap == 0 and ratio < 2:
+        single = 1 / (0.75 * ratio + 0.25)
+        return MeshStiffness(reference, TwoLevelStiffness(1.75 * single - 1, 1 - single, ratio), 0.0, ISO)
+    if overlap == 0:
+        waveform, error = approximate(curve, tolerance)
+        return MeshStiffness(reference, waveform, error, ISO)
+    amplitudes, phases = fourier_coefficients(ratio, overlap, MAX_HARMONICS)
+    series = truncated_series(curve, share * amplitudes, phases, tolerance)
+    waveform, error = series if series and series[1] <= tolerance else approximate(curve, tolerance)
+    return MeshStiffness(reference, waveform, error, ISO, truncation_note(error, tolerance))
 
 
 METHOD = StiffnessMethod(

@@ -21,11 +21,9 @@ import numpy as np
 import gearchaos.gears.stiffness as folder
 from gearchaos.errors import InputError
 from gearchaos.gears.formulas import declared
-from gearchaos.gears.stiffness.contact_lines import fourier_coefficients, relative_length
-from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, approximate, truncated_series
-from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, Stiffness, TwoLevelStiffness
+from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, approximate
+from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, Stiffness
 from gearchaos.model import mesh_stiffness as stiffness_over_reference
-from gearchaos.validation import MAX_HARMONICS
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
@@ -34,8 +32,6 @@ if TYPE_CHECKING:
 TOLERANCE = 2e-3
 """Default bound of the root mean square error of a waveform, relative to the mean stiffness: small beside the 20 % by
 which accepted methods of computing the stiffness differ."""
-
-ISO = "ISO 6336-1"
 
 
 @dataclass(frozen=True)
@@ -81,49 +77,6 @@ class MeshStiffness:
         return float(values.min()), float(values.max())
 
 
-def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TOLERANCE) -> MeshStiffness:
-    """Mesh stiffness with the mean c_γα b of ISO 6336-1:2006, 9.3.
-
-    The standard gives the mean alone, c_γα = c′ (0.75 ε_α + 0.25). The waveform is an assumption: the same law at each
-    instant, c′ b (0.75 n + 0.25), where n is the number of tooth pairs in contact, of helical gears the total length of
-    the contact lines over that of one pair across the whole face width (`gearchaos.gears.stiffness.contact_lines`).
-    The mean of n is ε_α, so that of the stiffness is c_γα b. Spur gears have two levels, for ε_α < 2 c′ b and
-    1.75 c′ b, helical gears a Fourier series, unless ε_β is so small that steps are more exact. The waveform of helical
-    gears tends to that of spur gears as β tends to 0.
-
-    Parameters
-    ----------
-    geometry : Geometry
-        The gear pair.
-    mesh_stiffness : float
-        c_γα, N/m², see `gearchaos.gears.stiffness.iso6336.tooth_stiffness`.
-    tolerance : float
-        Bound of ``truncation`` for helical gears, unless `MAX_HARMONICS` harmonics are too few.
-
-    Raises
-    ------
-    InputError
-        If no teeth are in contact during a part of the mesh period, or a value is not a positive number.
-    """
-    _check_positive("mesh_stiffness", mesh_stiffness)
-    _check_positive("tolerance", tolerance)
-    ratio, overlap = geometry.contact_ratio, geometry.overlap_ratio
-    share = 0.75 * ratio / (0.75 * ratio + 0.25)  # of the mean stiffness that is proportional to the number of pairs
-    length = relative_length(ratio, overlap)
-    curve = PeriodicCurve(length.knots, 1 + share * (length.first - 1), 1 + share * (length.last - 1))
-    reference = mesh_stiffness * geometry.common_face_width
-    if overlap == 0 and ratio < 2:
-        single = 1 / (0.75 * ratio + 0.25)
-        return MeshStiffness(reference, TwoLevelStiffness(1.75 * single - 1, 1 - single, ratio), 0.0, ISO)
-    if overlap == 0:
-        waveform, error = approximate(curve, tolerance)
-        return MeshStiffness(reference, waveform, error, ISO)
-    amplitudes, phases = fourier_coefficients(ratio, overlap, MAX_HARMONICS)
-    series = truncated_series(curve, share * amplitudes, phases, tolerance)
-    waveform, error = series if series and series[1] <= tolerance else approximate(curve, tolerance)
-    return MeshStiffness(reference, waveform, error, ISO, _truncation_note(error, tolerance))
-
-
 def from_curve(
     curve: PeriodicCurve, method: str, notes: Sequence[str] = (), *, tolerance: float = TOLERANCE,
 ) -> MeshStiffness:
@@ -132,12 +85,12 @@ def from_curve(
     See `gearchaos.gears.stiffness.periodic_curves.approximate` for the choice between the two; ``tolerance`` bounds
     ``truncation``.
     """
-    _check_positive("tolerance", tolerance)
+    check_positive("tolerance", tolerance)
     waveform, error = approximate(curve, tolerance)
-    return MeshStiffness(curve.mean, waveform, error, method, (*notes, *_truncation_note(error, tolerance)))
+    return MeshStiffness(curve.mean, waveform, error, method, (*notes, *truncation_note(error, tolerance)))
 
 
-def _truncation_note(error: float, tolerance: float) -> tuple[str, ...]:
+def truncation_note(error: float, tolerance: float) -> tuple[str, ...]:
     """The note on a waveform that is not as exact as it should be; none for one that is."""
     if error <= tolerance:
         return ()
@@ -145,7 +98,7 @@ def _truncation_note(error: float, tolerance: float) -> tuple[str, ...]:
             f"{tolerance:g}: the largest number of levels or harmonics is too small for it",)
 
 
-def _check_positive(name: str, value: float) -> None:
+def check_positive(name: str, value: float) -> None:
     """Raise `InputError` unless a value is a positive finite number."""
     if not 0 < value < np.inf:
         raise InputError(name, "must be a positive finite number", value)
