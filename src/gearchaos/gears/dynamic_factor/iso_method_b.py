@@ -60,22 +60,13 @@ class FlankMaterial:
             raise InputError("flank.contact_limit", "must be a positive finite number", self.contact_limit)
 
 
-class _RunningIn(NamedTuple):
-    """Share of a deviation that running-in removes, and its largest values in µm for v up to 5 m/s, 10 m/s, and above.
-
-    Of through hardened steel all three are divided by σ_Hlim in N/mm².
-    """
-
-    share: float
-    limits: tuple[float, float, float]
-
-
 _RUNNING_IN = {
-    "through hardened": _RunningIn(160.0, (math.inf, 12800.0, 6400.0)),
-    "cast iron": _RunningIn(0.275, (math.inf, 22.0, 11.0)),
-    "surface hardened": _RunningIn(0.075, (3.0, 3.0, 3.0)),
+    "through hardened": (160.0, (math.inf, 12800.0, 6400.0)),
+    "cast iron": (0.275, (math.inf, 22.0, 11.0)),
+    "surface hardened": (0.075, (3.0, 3.0, 3.0)),
 }
-"""ISO 6336-1:2006, 8.3.5.1."""
+"""Share of a deviation that running-in removes, and its largest values in µm for v up to 5 m/s, 10 m/s, and above; ISO
+6336-1:2006, 8.3.5.1. Of through hardened steel all are divided by σ_Hlim in N/mm²."""
 
 
 def running_in_allowance(deviation: float, material: FlankMaterial, velocity: float) -> float:
@@ -90,10 +81,10 @@ def running_in_allowance(deviation: float, material: FlankMaterial, velocity: fl
     velocity : float
         Pitch line velocity, m/s.
     """
-    rule = _RUNNING_IN[material.group]
+    share, limits = _RUNNING_IN[material.group]
     divisor = material.contact_limit / 1e6 if material.group == "through hardened" else 1.0
-    limit = rule.limits[0 if velocity <= 5 else 1 if velocity <= 10 else 2]
-    return min(rule.share / divisor * deviation, limit / divisor * 1e-6, deviation)
+    limit = limits[0 if velocity <= 5 else 1 if velocity <= 10 else 2]
+    return min(share / divisor * deviation, limit / divisor * 1e-6, deviation)
 
 
 def relief_from_running_in(material: FlankMaterial) -> float:
