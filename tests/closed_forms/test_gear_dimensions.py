@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.geometry.backlash import OF, Backlash, ThicknessAllowances, base_tangent_length
@@ -13,7 +14,6 @@ from gearchaos.gears.geometry.dimensions import Geometry
 from gearchaos.gears.geometry.involute import inverse_involute, involute
 from gearchaos.gears.geometry.mating import shift_sum
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.sheet import datasheet
 
 EXAMPLE_1 = GearDesign(
     teeth=(17, 103), module="8 mm", helix_angle="15.8 deg", face_width="100 mm", centre_distance="500 mm",

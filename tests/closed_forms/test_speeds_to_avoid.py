@@ -12,8 +12,7 @@ from benchmarks.speeds_to_avoid import trial
 from gearchaos.dynamics import Label
 from gearchaos.errors import InputError
 from gearchaos.gears.units import RPM
-from gearchaos.studies.followed_motions import FollowedMotions, Motion
-from gearchaos.studies.speed_refinement import speeds_between
+from gearchaos.studies.followed_motions import FollowedMotions, Motion, speeds_between
 from gearchaos.studies.speeds_to_avoid import CRITERION, FORCE_CRITERION, MOST_PEAKS, Peak, _dataset, _windows
 
 DESIGN = gc.GearDesign(

@@ -9,12 +9,12 @@ import pytest
 from gearchaos.errors import InputError
 from gearchaos.gears.geometry.tooth_profile import Stations, tooth_profile
 from gearchaos.gears.materials import STEEL, Material
-from gearchaos.gears.stiffness.mesh_stiffness import from_energy
 from gearchaos.gears.stiffness.potential_energy import (
     Load,
     ToothPairs,
     beam_compliance,
     foundation_compliance,
+    from_energy,
     hertz_stiffness,
     tooth_compliance,
 )

@@ -12,7 +12,7 @@ import pytest
 import gearchaos as gc
 from gearchaos.datasheet.answer import Answer
 from gearchaos.datasheet.page import sheet_html
-from gearchaos.gears.sheet import Entry, datasheet, shown_value
+from gearchaos.datasheet.quantities import Entry, datasheet
 from gearchaos.studies.speeds_to_avoid import speeds_to_avoid
 
 pytestmark = pytest.mark.slow
@@ -81,7 +81,7 @@ def test_every_quantity_has_a_row_with_its_value_or_its_reason(sheet):
         if entry.value is None:
             assert (entry.reason if entry.expected else "see Not computed") in text
             continue
-        shown = shown_value(entry)
+        shown = entry.shown
         values = shown if isinstance(shown, tuple) else (shown,)
         for value in values[:6]:
             assert f"{value:.6g}".replace("-", "−") in text, name

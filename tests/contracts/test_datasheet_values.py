@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
+from gearchaos.datasheet.quantities import datasheet, with_scanned_speeds
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.sheet import datasheet, shown_value, with_scanned_speeds
 from gearchaos.gears.transmission_error.harmonics import from_quality
 from gearchaos.gears.transmission_error.quality import tolerances
 
@@ -83,11 +83,11 @@ def test_exact_teeth_beside_a_quality_are_a_warning_unless_they_are_said_to_be_m
 def test_phases_and_rounding_errors_are_shown_as_a_reader_expects():
     found = datasheet(replace(DESIGN, transmission_error="from quality"))
     phases = found["transmission_error_phases"]
-    assert phases.value[2] > 360 and shown_value(phases) == tuple(v % 360 for v in phases.value)
+    assert phases.value[2] > 360 and phases.shown == tuple(v % 360 for v in phases.value)
     tiny = replace(found["theoretical_backlash"], value=-2.99e-14)
-    assert shown_value(tiny) == 0.0 and math.copysign(1, shown_value(tiny)) == 1
-    assert shown_value(replace(tiny, value=(1e-3, -1e-15))) == (1e-3, 0.0)
-    assert shown_value(found["support_frequency"]) is None and found["support_frequency"].expected
+    assert tiny.shown == 0.0 and math.copysign(1, tiny.shown) == 1
+    assert replace(tiny, value=(1e-3, -1e-15)).shown == (1e-3, 0.0)
+    assert found["support_frequency"].shown is None and found["support_frequency"].expected
 
 
 def test_what_lacks_only_the_speed_refers_to_the_scan():

@@ -15,11 +15,11 @@ from typer.testing import CliRunner
 import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.cli.tables.text import print_table
+from gearchaos.datasheet.quantities import datasheet
 from gearchaos.dynamics import Classification
 from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.design.gear_pair import _table_stiffness
 from gearchaos.gears.operating import gears_from_json, gears_json, operating_model
-from gearchaos.gears.sheet import datasheet
 from gearchaos.gears.units import RPM
 from gearchaos.model import vary
 from gearchaos.studies import motions

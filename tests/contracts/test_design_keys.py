@@ -9,13 +9,13 @@ import pytest
 from typer.testing import CliRunner
 
 from gearchaos.cli import app
+from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import InputError
 from gearchaos.explorer.view.design import design_values
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.gear_pair import comparable_stiffnesses
 from gearchaos.gears.operating import gears_from_json, gears_json
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.sheet import datasheet
 from gearchaos.studies.axis import parse_axis
 from gearchaos.studyfile import load_study
 

@@ -13,7 +13,8 @@ from gearchaos.gears.formulas import Formula, formulas
 from gearchaos.gears.mesh_load import MeshLoad
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
 from gearchaos.gears.transmission_error.harmonics import QualityError
-from gearchaos.gears.transmission_error.quality import Tolerances1995, Tolerances2013
+from gearchaos.gears.transmission_error.iso1328_1995 import Tolerances1995
+from gearchaos.gears.transmission_error.iso1328_2013 import Tolerances2013
 
 RESULTS = (
     Deviations, DynamicFactorAGMA, DynamicFactorB, DynamicFactorC, MeshLoad, QualityError, Resonance,

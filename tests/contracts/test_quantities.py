@@ -37,6 +37,12 @@ def test_no_name_has_two_rows():
     assert len(NAMES) == len(set(NAMES))
 
 
+def test_a_dynamic_factor_is_a_quantity_by_whatever_standard_it_is():
+    for name in ("Kv_STANDARD", "Kv_ISO_B", "Kv_made_up"):
+        assert (quantity(name).name, quantity(name).symbol, quantity(name).unit) == (name, "K_v", "1")
+    assert find("Kv") is None
+
+
 @pytest.mark.parametrize("prefix", ["", *PREFIXES])
 def test_every_name_is_its_parts_and_leads_to_its_quantity(prefix):
     for name in NAMES:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from typing import Any
 
 import numpy as np
 
@@ -17,44 +18,61 @@ from gearchaos.gears.pair import GearPair
 _MOST_TEETH = 200
 """Number of teeth above which a wheel is drawn as a disc."""
 
+_MOST_VALUES = 6
+"""Values of a list that are shown; the number of the others is stated."""
+
+
+def digits(value: Any, factor: float = 1.0) -> str:
+    """A number of six digits, or several separated by slashes, with a minus sign that is no hyphen."""
+    values = value if isinstance(value, tuple) else (value,)
+    shown = [f"{v * factor:.6g}".replace("-", "−") for v in values]
+    rest = f" and {len(shown) - _MOST_VALUES} more" if len(shown) > _MOST_VALUES else ""
+    return " / ".join(shown[:_MOST_VALUES]) + rest or "none"
+
+
+def inputs_in_words(design: GearDesign) -> dict[str, str]:
+    """The inputs that describe a pair, each in words with its value; without those that were left out."""
+    d, g, rack = design, design.geometry, design.rack
+    stiffness, error = (given if isinstance(given, str) else f"file {given.path}"
+                        for given in (d.stiffness, d.transmission_error or "none"))
+    found = {
+        "teeth": digits(d.teeth),
+        "normal module": f"{d.module * 1e3:.6g} mm",
+        "normal pressure angle": f"{math.degrees(d.pressure_angle):.6g}°",
+        "helix angle": f"{math.degrees(d.helix_angle):.6g}°" if d.helix_angle else "",
+        "face width": f"{digits(d.face_width, 1e3)} mm",
+        "centre distance": f"{g.centre_distance * 1e3:.6g} mm",
+        "profile shift coefficients": digits(g.profile_shift),
+        "basic rack": f"h_aP {rack.addendum:g}, h_fP {rack.dedendum:g}, ρ_fP {rack.root_radius:g}, in modules",
+        "bore": "" if d.bore is None else f"{digits(d.bore, 1e3)} mm",
+        "quality": "" if d.quality is None else f"{d.quality.standard}, grade {digits(d.quality.grades)}",
+        "backlash, line of action, total":
+            "" if d.backlash is None else f"{d.backlash_line_of_action * 1e3:.6g} mm",
+        "damping ratio of the mesh": "" if d.damping_ratio is None else f"{d.damping_ratio:g}",
+        "stiffness by": stiffness,
+        "transmission error by": error,
+        "speed of wheel 1": "" if d.speed is None else f"{d.speed:.6g} rpm",
+        "torque at wheel 1": "" if d.torque is None else f"{d.torque:.6g} N m",
+    }
+    return {name: value for name, value in found.items() if value}
+
 
 def design_card(design: GearDesign) -> Card:
     """The card of a gear design: its main dimensions, and both wheels in mesh to scale."""
     kind = "spur" if design.helix_angle == 0 else "helical"
-    teeth = " and ".join(map(str, design.teeth))
-    return Card(f"Gear design: {kind} gears, {teeth} teeth", list(_design_rows(design)), _wheels(design).svg)
-
-
-def _design_rows(design: GearDesign) -> Iterator[tuple[str, str]]:
-    geometry = design.geometry
-    yield "module", f"{1e3 * design.module:.6g} mm"
-    if design.helix_angle:
-        yield "helix angle", f"{np.degrees(design.helix_angle):.6g}°"
-    yield "centre distance", f"{1e3 * geometry.centre_distance:.6g} mm"
-    yield "face width", " and ".join(f"{1e3 * width:.6g}" for width in dict.fromkeys(design.face_width)) + " mm"
-    yield "contact ratio", f"{geometry.contact_ratio:.4g}"
-    if design.quality is not None:
-        grades = " and ".join(map(str, dict.fromkeys(np.atleast_1d(design.quality.grade).tolist())))
-        yield "accuracy", f"{design.quality.standard}, grade {grades}"
-    yield "transmission error", _transmission_error(design)
-    if design.backlash is not None:
-        yield "backlash, line of action, total", f"{1e3 * design.backlash_line_of_action:.6g} mm"
-    if design.damping_ratio is not None:
-        yield "damping ratio ζ", f"{design.damping_ratio:.4g}"
-    if design.speed is not None:
-        yield "speed", f"{design.speed:.6g} rpm"
-    if design.torque is not None:
-        yield "torque", f"{design.torque:.6g} N m"
-
-
-def _transmission_error(design: GearDesign) -> str:
-    """What the transmission error is from, with its largest harmonic; or why it is not known."""
     try:
         error = design.error_harmonics
+        source = "from quality" if design.transmission_error == "from quality" else error.source
+        excited = source if design.exact else f"{source}, largest harmonic {1e6 * max(error.amplitudes):.4g} µm"
     except InputError as missing:
-        return str(missing)
-    source = "from quality" if design.transmission_error == "from quality" else error.source
-    return source if design.exact else f"{source}, largest harmonic {1e6 * max(error.amplitudes):.4g} µm"
+        excited = str(missing)
+    known = {**inputs_in_words(design), "contact ratio": f"{design.geometry.contact_ratio:.4g}",
+             "transmission error": excited}
+    shown = ("normal module", "helix angle", "centre distance", "face width", "contact ratio", "quality",
+             "transmission error", "backlash, line of action, total", "damping ratio of the mesh", "speed of wheel 1",
+             "torque at wheel 1")
+    return Card(f"Gear design: {kind} gears, {' and '.join(map(str, design.teeth))} teeth",
+                [(name, known[name]) for name in shown if name in known], _wheels(design).svg)
 
 
 def _wheels(design: GearDesign) -> Drawing:

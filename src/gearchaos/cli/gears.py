@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -19,9 +18,7 @@ from gearchaos.errors import InputError
 from gearchaos.files import write_bytes
 
 if TYPE_CHECKING:
-    from gearchaos.datasheet.answer import Answer
     from gearchaos.gears.design.gear_design import GearDesign
-    from gearchaos.studies.axis import Axis
 
 GearsPath = Annotated[
     Path, typer.Argument(metavar="GEARS", help="File with \\[design] or \\[gearpair], TOML.", readable=False)
@@ -75,17 +72,26 @@ def gear(
     torques = [None] if torque is None else _torques(torque)
     if plot is not None and len(torques) > 1:
         raise InputError("--plot", "needs a single --torque", torques, "The page of --out has a picture for each.")
-    from gearchaos.datasheet.answer import LEFT_OUT, Answer
+    from gearchaos.datasheet.answer import LEFT_OUT, Answer, default_speeds
     from gearchaos.studies.operating_map import operating_axis
+    from gearchaos.studies.speeds_to_avoid import speeds_to_avoid
 
     axis = None if speed is None else operating_axis("speed", speed, "--speed")
     asked = axis is not None or plot is not None or factor is not None
-    answer = Answer.of
-    if asked or out is not None or not json_out:
+    scanned = asked or out is not None or not json_out
+    if scanned:
         startup.load_numba()
         announce_compilation()
-        answer = partial(_scanned, axis=axis, factor=factor, separation=not factor_alone)
-    answers = [answer(each) for each in [_design(design, sets, torque) for torque in torques]]
+    answers = []
+    for each in [_design(design, sets, torque) for torque in torques]:  # all of them, before any work
+        speeds = problem = None
+        try:
+            if scanned:
+                speeds = speeds_to_avoid(each, axis or default_speeds(each), factor=factor,
+                                         separation=not factor_alone, progress=True)
+        except InputError as error:
+            problem = error
+        answers.append(Answer.of(each, speeds, problem))
     # what was left out of a design is a problem only if speeds were asked for: the answer names it otherwise
     problems = [p for p in (each.problem for each in answers) if p is not None and (asked or p.rule != LEFT_OUT)]
     if out is not None:
@@ -98,10 +104,14 @@ def gear(
     if json_out:
         for text in dict.fromkeys(t for each in answers for t in each.notes if t in each.design.warnings):
             say(f"warning: {text}")
-        documents = [_document(each) for each in answers]
+        documents = [each.document() for each in answers]
         print_json(documents[0] if len(documents) == 1 else {"torques": documents})
     else:
-        _print(answers, every, warn=every or not problems)
+        from gearchaos.cli.tables.gears import print_answers, print_datasheets
+
+        print_answers(answers, every, warn=every or not problems)
+        if every:
+            print_datasheets(answers)
     for problem in problems:
         raise problem
 
@@ -132,53 +142,6 @@ def _design(path: Path, sets: list[str] | None, torque: str | None) -> GearDesig
         values.pop("torque", None)
         values["torque"] = parse_value(torque)  # last, so that it replaces operation.torque too
     return load_design(path, values)
-
-
-def _scanned(design: GearDesign, axis: Axis | None, factor: float | None, separation: bool) -> Answer:
-    """The answer for a design, with speeds to avoid along an axis, or else around its main resonance."""
-    from gearchaos.datasheet.answer import Answer, default_speeds
-    from gearchaos.studies.speeds_to_avoid import speeds_to_avoid
-
-    try:
-        speeds = axis or default_speeds(design)
-        return Answer.of(design, speeds_to_avoid(design, speeds, factor=factor, separation=separation, progress=True))
-    except InputError as error:
-        return Answer.of(design, problem=error)
-
-
-def _print(answers: list[Answer], every: bool, warn: bool) -> None:
-    """Print the answers and, with ``every``, the datasheet of the first and what differs from it in the others."""
-    from gearchaos.cli.tables.gears import print_answers, print_datasheet, print_standards
-
-    print_answers(answers, every, warn)
-    if not every:
-        return
-    first = answers[0]
-    print_datasheet(first.entries, first.absent)
-    for answer in answers:
-        if answer is not first:
-            print(f"\nWhat differs at {answer.design.torque:.6g} N m")
-            print_datasheet({n: e for n, e in answer.entries.items() if e != first.entries[n]},
-                            [each for each in answer.absent if each not in first.absent])
-        if answer.speeds is not None:
-            print_standards(answer.speeds)
-
-
-def _document(answer: Answer) -> dict[str, Any]:
-    """An answer as JSON; the model is null, with the reason, where an input for it is missing."""
-    import json
-
-    from gearchaos.datasets import model_json
-
-    try:
-        model = {"model": json.loads(model_json(answer.design.to_model()))}
-    except InputError as error:
-        model = {"model": None, "model_reason": str(error)}
-    keys = ("value", "unit", "symbol", "formula", "source")
-    quantities = {n: {key: getattr(e, key) for key in keys} | ({"reason": e.reason} if e.reason else {})
-                  for n, e in answer.entries.items()}
-    return {"quantities": quantities, **model, "warnings": [*answer.design.warnings, *answer.design.assumptions],
-            "speeds_to_avoid": None if answer.speeds is None else answer.speeds.document()}
 
 
 @app.command("map")

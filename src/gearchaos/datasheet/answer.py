@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from gearchaos.datasheet.quantities import Entry, datasheet, with_scanned_speeds
 from gearchaos.errors import InputError
 from gearchaos.gears.design.checks import FAST
-from gearchaos.gears.design.gear_design import GearDesign, sentences
+from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.values import DataFile
-from gearchaos.gears.sheet import Entry, datasheet, with_scanned_speeds
 from gearchaos.gears.units import RPM, measured
 
 if TYPE_CHECKING:
@@ -52,8 +52,19 @@ class Answer:
     @classmethod
     def of(cls, design: GearDesign, speeds: SpeedsToAvoid | None = None, problem: InputError | None = None) -> Answer:
         """The answer with the datasheet of a design, in which a table that cannot be read is a problem."""
+        for name, method in (("mesh_stiffness", design.stiffness), ("error_harmonics", design.transmission_error)):
+            if isinstance(method, DataFile):
+                try:
+                    getattr(design, name)
+                except InputError as error:
+                    problem = error
+                    break
         entries = datasheet(design) if speeds is None else with_scanned_speeds(datasheet(design))
-        return cls(design, entries, speeds, _unreadable(design) or problem)
+        return cls(design, entries, speeds, problem)
+
+    def differing(self, first: Answer) -> dict[str, Entry]:
+        """The quantities that are not those of another answer."""
+        return {name: entry for name, entry in self.entries.items() if entry != first.entries[name]}
 
     @property
     def title(self) -> str:
@@ -123,9 +134,7 @@ class Answer:
     @property
     def notes(self) -> tuple[str, ...]:
         """What the designer should know: unusual values, limits of the transmission error and of the stiffness."""
-        found = [*self.design.warnings, *self.design.assumptions]
-        with suppress(InputError):  # the quantities say what is missing
-            found += [text for text in sentences(self.design.mesh_stiffness.notes) if text not in found]
+        found = (*self.design.warnings, *self.design.assumptions)
         return tuple(text for text in found if self.problem is None or str(self.problem) not in text)
 
     @property
@@ -136,6 +145,20 @@ class Answer:
             if entry.value is None and not entry.expected:
                 out.setdefault(entry.reason.replace("; got None", ""), []).append(name)
         return list(out.items())
+
+    def document(self) -> dict[str, Any]:
+        """All of it, ready for JSON; the model is None, with the reason, where an input for it is missing."""
+        from gearchaos.datasets import model_json  # here, since a datasheet alone needs none of what this loads
+
+        try:
+            model = {"model": json.loads(model_json(self.design.to_model()))}
+        except InputError as error:
+            model = {"model": None, "model_reason": str(error)}
+        keys = ("value", "unit", "symbol", "formula", "source")
+        quantities = {name: {key: getattr(e, key) for key in keys} | ({"reason": e.reason} if e.reason else {})
+                      for name, e in self.entries.items()}
+        return {"quantities": quantities, **model, "warnings": [*self.design.warnings, *self.design.assumptions],
+                "speeds_to_avoid": None if self.speeds is None else self.speeds.document()}
 
     def _value(self, name: str, symbol: str = "") -> str:
         """A quantity with its unit, to three digits."""
@@ -196,14 +219,3 @@ def _method(given: str | DataFile) -> str:
     if isinstance(given, str):
         return given if given.startswith("from") else f"by {given}"
     return f"from {Path(given.path).name}"
-
-
-def _unreadable(design: GearDesign) -> InputError | None:
-    """The error of a table of the design that cannot be used; None without one."""
-    for name, method in (("mesh_stiffness", design.stiffness), ("error_harmonics", design.transmission_error)):
-        if isinstance(method, DataFile):
-            try:
-                getattr(design, name)
-            except InputError as error:
-                return error
-    return None

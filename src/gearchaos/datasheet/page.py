@@ -1,38 +1,39 @@
-"""The page of a datasheet: the values that its template needs, from the quantities of a design."""
+"""The page of a datasheet: the values that its template needs, and the pictures, as SVG within the page."""
 
 from __future__ import annotations
 
-import math
+import io
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from importlib import metadata
 from importlib.resources import files
 from typing import Any
 
 import jinja2
+import matplotlib
 from markupsafe import Markup, escape
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
+from gearchaos import plot
+from gearchaos.cards.gears import digits, inputs_in_words
 from gearchaos.datasheet.answer import Answer, factor_and_share, in_words
-from gearchaos.datasheet.pictures import factor_picture, pictures
-from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.design.values import DataFile
-from gearchaos.gears.sheet import Entry, shown_value
+from gearchaos.datasheet.quantities import Entry
+from gearchaos.errors import InputError
 from gearchaos.gears.units import measured
-
-_MOST_VALUES = 6
-"""Values of a list that are shown; the number of the others is stated."""
-
-_WORDS = {
-    "Kv_ISO_B": "dynamic factor by ISO 6336-1, method B", "Kv_ISO_C": "dynamic factor by ISO 6336-1, method C",
-    "Kv_AGMA": "dynamic factor by AGMA 2001-D04", "backlash_line_of_action": "total backlash along the line of action",
-    "lower_limit_ratio": "resonance ratio where main resonance begins", "main_start": "start of the main resonance",
-    "main_end": "end of the main resonance", "supercritical_start": "start of the supercritical range",
-}
-"""Names in words of quantities whose names do not read as words."""
 
 _UNITS = {"deg": "°", "kg*m^2": "kg m²"}
 """Units as they are printed, where that differs from their names."""
+
+_WIDTH = 4.6
+"""Width of a picture in inches: its letters are of the size of the page's on a telephone, and a little larger beside
+another picture."""
+
+_SETTINGS: Any = {"svg.fonttype": "path", "svg.hashsalt": "gearchaos", "font.size": 9.5}
+"""Letters as paths, since the page must not load fonts; identifiers that do not differ between runs."""
+
+_NAMESPACES = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
 
 
 def sheet_html(answers: Sequence[Answer]) -> str:
@@ -50,15 +51,24 @@ def sheet_html(answers: Sequence[Answer]) -> str:
         The page refers to no other files and contains no scripts.
     """
     first, *others = answers
-    differing = [
-        (f"{answer.design.torque:.6g}", _groups({n: e for n, e in answer.entries.items() if e != first.entries[n]}))
-        for answer in others]
+    design = first.design
+    drawn = [
+        _picture("pair", "Transverse section", "Both wheels to scale. Contact begins at A and ends at E; C is the "
+                 "pitch point, and dots are points of contact. Wheel 1 drives.", 5.4,
+                 lambda ax: plot.gear_pair(design, ax)),
+        _picture("stiffness", "Mesh stiffness", "Along the line of action, over the whole face width; thin lines are "
+                 "the means. Accepted methods differ, and none is validated by measurements here.", 4.0,
+                 lambda ax: plot.mesh_stiffness(design, ax)),
+        _picture("error", "Transmission error", "Of the unloaded gears; positive where wheel 2 lags behind.", 3.3,
+                 lambda ax: plot.transmission_error(design, ax)),
+    ]
+    differing = [(f"{each.design.torque:.6g}", _groups(each.differing(first))) for each in others]
     return _environment().get_template("sheet.html.j2").render(
         css=Markup(_template("sheet.css")), title=first.title, answers=[_answer(first, first.notes), *(
             _answer(each, [note for note in each.notes if note not in first.notes]) for each in others)],
-        problem=str(first.problem), inputs=list(_inputs(first.design)), pictures=list(pictures(first.design)),
-        groups=_groups(first.entries),
-        differing=differing, missing=[(reason, [_words(name) for name in names]) for reason, names in first.absent],
+        problem=str(first.problem), inputs=list(inputs_in_words(design).items()), pictures=drawn,
+        groups=_groups(first.entries), differing=differing,
+        missing=[(reason, [first.entries[name].words for name in names]) for reason, names in first.absent],
         count=len(first.entries), version=metadata.version("gearchaos"),
     )
 
@@ -76,7 +86,10 @@ def _answer(answer: Answer, notes: Sequence[str]) -> dict[str, Any]:
         "notes": notes, "problem": answer.problem,
         "ratio": "" if answer.speeds is None else measured(answer.speeds.quasi_static_ratio, 3),
         "torque": "" if answer.design.torque is None else f"{answer.design.torque:.6g} N m",
-        "picture": None if answer.speeds is None else factor_picture(answer.speeds),
+        "picture": None if (speeds := answer.speeds) is None else _picture(
+            f"factors-{speeds.torque:g}", "Dynamic factor along the speed", "Largest mesh force of the computed "
+            "motions over the static one, beside the factors of the standards, which end where these give no value.",
+            4.3, lambda ax: plot.dynamic_factor(speeds.dataset, ax)),
     }
 
 
@@ -87,63 +100,19 @@ def _template(name: str) -> str:
 
 @cache
 def _environment() -> jinja2.Environment:
-    """The environment of the template, with the filter for formulas."""
+    """The environment of the template, with its filters.
+
+    Both make HTML with what follows an underscore as a subscript: ``maths`` of a formula, ``sentence`` of a text, in
+    which only symbols of one letter have indices and other names keep their underscores.
+    """
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(_template), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["maths"] = _maths
-    environment.filters["sentence"] = _sentence
+        lstrip_blocks=True)
+    index, symbol = re.compile(r"()_([A-Za-z0-9α-ω]+)"), re.compile(r"(?<!\w)([^\W\d_])_([A-Za-z0-9α-ω]+)")
+    for name, pattern in (("maths", index), ("sentence", symbol)):
+        environment.filters[name] = lambda text, pattern=pattern: Markup(
+            pattern.sub(r"\1<sub>\2</sub>", str(escape(text))))
     return environment
-
-
-_INDEX = re.compile(r"_([A-Za-z0-9α-ω]+)")
-
-
-def _maths(text: str) -> Markup:
-    """A formula as HTML, with what follows an underscore as a subscript: d_b1 becomes d<sub>b1</sub>."""
-    return Markup(_INDEX.sub(r"<sub>\1</sub>", str(escape(text))))
-
-
-_SYMBOL = re.compile(r"(?<!\w)([^\W\d_])_([A-Za-z0-9α-ω]+)")
-
-
-def _sentence(text: str) -> Markup:
-    """A sentence as HTML, with the indices of symbols of one letter as subscripts; other names keep underscores."""
-    return Markup(_SYMBOL.sub(r"\1<sub>\2</sub>", str(escape(text))))
-
-
-def _inputs(design: GearDesign) -> Iterator[tuple[str, str]]:
-    """The inputs that describe the pair, in words, with their values."""
-    g, rack = design.geometry, design.rack
-    yield "teeth", _values(design.teeth)
-    yield "normal module", f"{design.module * 1e3:.6g} mm"
-    yield "normal pressure angle", f"{math.degrees(design.pressure_angle):.6g}°"
-    if design.helix_angle:
-        yield "helix angle", f"{math.degrees(design.helix_angle):.6g}°"
-    yield "face width", f"{_values(design.face_width, 1e3)} mm"
-    yield "centre distance", f"{g.centre_distance * 1e3:.6g} mm"
-    yield "profile shift coefficients", _values(g.profile_shift)
-    yield "basic rack", f"h_aP {rack.addendum:g}, h_fP {rack.dedendum:g}, ρ_fP {rack.root_radius:g}, in modules"
-    if design.bore is not None:
-        yield "bore", f"{_values(design.bore, 1e3)} mm"
-    if design.quality is not None:
-        yield "quality", f"{design.quality.standard}, grade {_values(design.quality.grades)}"
-    if design.backlash is not None:
-        yield "backlash, line of action, total", f"{design.backlash_line_of_action * 1e3:.6g} mm"
-    if design.damping_ratio is not None:
-        yield "damping ratio of the mesh", f"{design.damping_ratio:g}"
-    for name in ("stiffness", "transmission_error"):
-        yield f"{name.replace('_', ' ')} by", _method(getattr(design, name) or "none")
-    if design.speed is not None:
-        yield "speed of wheel 1", f"{design.speed:.6g} rpm"
-    if design.torque is not None:
-        yield "torque at wheel 1", f"{design.torque:.6g} N m"
-
-
-def _method(given: str | DataFile) -> str:
-    """A method by its name, or the file that is used."""
-    return given if isinstance(given, str) else f"file {given.path}"
 
 
 def _groups(entries: Mapping[str, Entry]) -> list[tuple[str, list[dict[str, Any]]]]:
@@ -151,8 +120,8 @@ def _groups(entries: Mapping[str, Entry]) -> list[tuple[str, list[dict[str, Any]
     out: dict[str, list[dict[str, Any]]] = {}
     for name, entry in entries.items():
         row = {
-            "id": name, "name": _words(name), "symbol": entry.symbol,
-            "value": None if entry.value is None else _values(shown_value(entry)), "expected": entry.expected,
+            "id": name, "name": entry.words, "symbol": entry.symbol,
+            "value": None if entry.value is None else digits(entry.shown), "expected": entry.expected,
             "unit": "" if entry.value == () else _UNITS.get(entry.unit, entry.unit), "formula": entry.formula,
             "source": entry.source, "reason": entry.reason if entry.expected else "see Not computed",
         }
@@ -160,22 +129,23 @@ def _groups(entries: Mapping[str, Entry]) -> list[tuple[str, list[dict[str, Any]
     return list(out.items())
 
 
-def _words(name: str) -> str:
-    """The name of a quantity in words."""
-    return _WORDS.get(name, name.replace("_", " "))
+def _picture(name: str, title: str, caption: str, height: float, draw: Callable[[Axes], Axes]) -> dict[str, Any]:
+    """What the template shows of a picture: an SVG element, or the reason why there is none.
 
-
-def _values(value: Any, factor: float = 1.0) -> str:
-    """A number, or several separated by slashes."""
-    if not isinstance(value, tuple):
-        return _number(value * factor)
-    shown = [_number(v * factor) for v in value]
-    if not shown:
-        return "none"
-    rest = len(shown) - _MOST_VALUES
-    return " / ".join(shown[:_MOST_VALUES]) + (f" and {rest} more" if rest > 0 else "")
-
-
-def _number(value: float) -> str:
-    """A number of six digits, with a minus sign that is no hyphen."""
-    return f"{value:.6g}".replace("-", "−")
+    The identifiers of the element begin with its name, so that several fit into one page.
+    """
+    shown, content = {"name": name, "title": title, "caption": caption, "reason": ""}, io.StringIO()
+    with matplotlib.rc_context(_SETTINGS):
+        figure = Figure(figsize=(_WIDTH, height), layout="constrained")
+        try:
+            draw(figure.subplots())
+        except InputError as error:
+            return {**shown, "reason": str(error)}
+        figure.savefig(content, format="svg", metadata={"Date": None})
+    text = content.getvalue()
+    text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg"):], flags=re.DOTALL)
+    text = re.sub(r'\bid="', f'id="{name}-', text)
+    text = re.sub(r'(href="#|url\(#)', rf"\g<1>{name}-", text)
+    label = f'role="img" aria-label="{escape(title)}"'
+    svg = re.sub(r'<svg [^>]*?(viewBox="[^"]*")[^>]*>', rf"<svg {_NAMESPACES} \1 {label}>", text, count=1)
+    return {**shown, "svg": Markup(svg)}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from itertools import pairwise
+from itertools import cycle, pairwise
 from typing import Any
 
 import numpy as np
@@ -12,17 +12,20 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from gearchaos.gears.dynamic_factor.standards import standards
 from gearchaos.plot._axes import axis_label, new_axes, second_axis_below
 from gearchaos.plot._checks import check
 from gearchaos.plot._data import keeps_data
 from gearchaos.plot._legends import legend as draw_legend
 from gearchaos.plot._theme import INK, STROBE, adapt, adapt_style
 
-_STANDARDS: dict[str, dict[str, Any]] = {
-    "Kv_ISO_B": {"label": "ISO method B", "color": "#2f6db5", "linewidth": 1.3, "linestyle": (0, (5, 2))},
-    "Kv_ISO_C": {"label": "ISO method C", "color": "#a96a00", "linewidth": 1.3, "linestyle": (0, (2, 1.5))},
-    "Kv_AGMA": {"label": "AGMA", "color": "#1b7a4b", "linewidth": 1.3, "linestyle": (0, (6, 1.5, 1.5, 1.5))},
-}
+_STANDARD_STYLES: tuple[dict[str, Any], ...] = (
+    {"color": "#2f6db5", "linestyle": (0, (5, 2))}, {"color": "#a96a00", "linestyle": (0, (2, 1.5))},
+    {"color": "#1b7a4b", "linestyle": (0, (6, 1.5, 1.5, 1.5))}, {"color": "#8a3b62", "linestyle": (0, (8, 2))},
+    {"color": "#4f5f6f", "linestyle": (0, (1, 1))}, {"color": "#6b5bb0", "linestyle": (0, (4, 1, 1, 1, 1, 1))},
+)
+"""Of the lines of the standards in their order, from the first one again after the last."""
+
 _RANGES = {"main resonance": "#f3d3cb", "intermediate": "#f8ebdc", "supercritical": "#eef1f6"}
 """Colours of the speed ranges of ISO 6336-1 above the subcritical one."""
 
@@ -41,7 +44,7 @@ _ROUNDING = 1e-9
 
 @keeps_data
 def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axes:
-    """Draw the dynamic factor of the computed motions along the speed, beside K_v by ISO 6336-1 and AGMA.
+    """Draw the dynamic factor of the computed motions along the speed, beside K_v by the standards.
 
     Dots mark the speeds at which the flanks separate. Where the stiffness jumps, thin lines are the quasi-static ratio,
     which the factor has at no speed, and the largest computed factor over it. This one is comparable with K_v, for
@@ -81,14 +84,20 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
     """
     over_motions = "motion" in getattr(ds, "dims", ())
     motions = {name: ds.sel(motion=name) for name in ds["motion"].values.tolist()} if over_motions else {"": ds}
+    by_speed = ("dynamic_factor", "contact", "resonance_ratio", "resonance_ratio_ISO_B", *(s.name for s in standards()))
     for motion in motions.values():
-        check(motion, "dynamic_factor", dynamic_factor=1, contact=1, resonance_ratio=1, **dict.fromkeys(_STANDARDS, 1))
+        check(motion, "dynamic_factor", **dict.fromkeys(by_speed, 1), quasi_static_ratio=())
     ax = new_axes(ax)
-    speed, computed, standards = ds["speed"].values, _computed(motions), []
-    for name, style in _STANDARDS.items():
-        (line,) = ax.plot(speed, ds[name].values, **adapt_style(style))
-        line.set_label(style["label"] + _validity(speed, ds[name].values))
-        standards.append(line)
+    speed, computed, by_standards = ds["speed"].values, _computed(motions), []
+    for standard, style in zip(standards(), cycle(_STANDARD_STYLES), strict=False):
+        values = ds[standard.name].values
+        valid = np.flatnonzero(np.isfinite(values))
+        where = "" if len(valid) == len(values) else ": no value"
+        if where and len(valid):
+            start = "" if valid[0] == 0 else f"{speed[valid[0]]:.0f} "
+            where = f", {start}to {speed[valid[-1]]:.0f} rpm"
+        by_standards += ax.plot(
+            speed, values, **adapt_style({"label": standard.label + where, "linewidth": 1.3, **style}))
     for handle in computed:
         ax.add_line(handle)
     computed += _quasi_static(ax, motions)
@@ -98,7 +107,7 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
     if len(speed) > 1:
         ax.set_xlim(speed[0], speed[-1])
     if legend:
-        draw_legend(ax, [*computed, *standards, *shaded])
+        draw_legend(ax, [*computed, *by_standards, *shaded])
     return ax
 
 
@@ -122,7 +131,7 @@ def _computed(motions: dict[str, xr.Dataset]) -> list[Line2D]:
 def _quasi_static(ax: Axes, motions: dict[str, xr.Dataset]) -> list[Line2D]:
     """Draw the quasi-static ratio and the largest computed factor over it, and return this line; none where it is 1."""
     ds = next(iter(motions.values()))
-    ratio = float(ds.get("quasi_static_ratio", 1.0))  # older files have none
+    ratio = float(ds["quasi_static_ratio"])
     if not ratio > 1 + _ROUNDING:
         return []
     largest = np.fmax.reduce([each["dynamic_factor"].values for each in motions.values()])
@@ -134,20 +143,9 @@ def _quasi_static(ax: Axes, motions: dict[str, xr.Dataset]) -> list[Line2D]:
     return ax.plot(ds["speed"].values, largest / ratio, label="largest over quasi-static", **thin)
 
 
-def _validity(speed: np.ndarray, values: np.ndarray) -> str:
-    """Where a standard gives a value, for the legend; empty if everywhere."""
-    valid = np.isfinite(values)
-    if valid.all():
-        return ""
-    if not valid.any():
-        return ": no value"
-    first, last = speed[valid][[0, -1]]
-    return f", to {last:.0f} rpm" if valid[0] else f", {first:.0f} to {last:.0f} rpm"
-
-
 def _ranges(ax: Axes, ds: xr.Dataset) -> list[Patch]:
     """Shade the speed ranges of ISO 6336-1, add the axis of N, and return the handles of the ranges that occur."""
-    ratio = ds["resonance_ratio_ISO_B" if "resonance_ratio_ISO_B" in ds else "resonance_ratio"]  # in older files
+    ratio = ds["resonance_ratio_ISO_B"]
     if not np.isfinite(ratio.values).all():
         return []
     per_ratio = float(ds["speed"][0] / ratio[0])

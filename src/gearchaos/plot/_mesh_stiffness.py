@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -43,8 +44,7 @@ def mesh_stiffness(design: GearDesign, ax: Axes | None = None, *, compare: bool 
     ax : Axes, optional
         Where to draw; a new figure if left out.
     compare : bool
-        Show not only the method of the design but also those by ISO 6336-1 and by potential energy, where they can be
-        computed.
+        Show not only the method of the design but also all others that can be computed.
     legend : bool
         Add a legend of the methods.
 
@@ -68,7 +68,7 @@ def mesh_stiffness(design: GearDesign, ax: Axes | None = None, *, compare: bool 
     check_design(design)
     found = comparable_stiffnesses(design)[: None if compare else 1]
     ax = new_axes(ax)
-    for stiffness, style in zip(found, _LINES, strict=False):
+    for stiffness, style in zip(found, cycle(_LINES), strict=False):
         _curve(ax, stiffness, adapt_style(style))
         ax.axhline(stiffness.reference * _PER_UM, color=adapt(style["color"]), linewidth=0.6, alpha=0.6, zorder=1)
     levels = np.array([level for stiffness in found for level in stiffness.extremes]) * _PER_UM
@@ -79,7 +79,7 @@ def mesh_stiffness(design: GearDesign, ax: Axes | None = None, *, compare: bool 
     second_axis_below(ax, 360 / design.teeth[0], "roll angle of wheel 1 [deg]")
     if legend:
         draw_legend(ax, [Line2D([], [], label=_described(stiffness), **adapt_style(style))
-                         for stiffness, style in zip(found, _LINES, strict=False)])
+                         for stiffness, style in zip(found, cycle(_LINES), strict=False)])
     return ax
 
 

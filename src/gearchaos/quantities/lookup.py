@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 from gearchaos.errors import unknown_name
@@ -31,13 +32,14 @@ _BY_NAME = {q.name: q for table in _TABLES for q in table}
 def find(name: str) -> Quantity | None:
     """The quantity of a name; None if there is none.
 
-    A name is that of a row of the tables (``omega``, ``x1_dot``), or a family of harmonics with an order (``eps3``),
-    either of them with or without one of `PREFIXES` (``attractor_section_x1_dot``). The quantity is the same with and
-    without prefix.
+    A name is that of a row of the tables (``omega``, ``x1_dot``), a family of harmonics with an order (``eps3``), or
+    ``Kv_`` with a standard (``Kv_AGMA``), each with or without one of `PREFIXES` (``attractor_section_x1_dot``). The
+    quantity is the same with and without prefix.
     """
     base = parse(name).base
-    parts = parse_harmonic(base)
-    return _BY_NAME.get(base) if parts is None else of_order(HARMONICS[parts.family], parts.order or 0)
+    if parts := parse_harmonic(base):
+        return of_order(HARMONICS[parts.family], parts.order or 0)
+    return replace(_BY_NAME["Kv_STANDARD"], name=base) if base.startswith("Kv_") else _BY_NAME.get(base)
 
 
 def quantity(name: str) -> Quantity:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, Literal
@@ -13,8 +12,8 @@ from gearchaos.datasets import variable
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.dynamic_factor.all_standards import dynamic_factors
 from gearchaos.gears.dynamic_factor.resonance import MAIN_END, SUPERCRITICAL_START, resonance
+from gearchaos.gears.dynamic_factor.standards import standards
 from gearchaos.gears.operating import as_model
 from gearchaos.gears.results import physical
 from gearchaos.gears.units import RPM
@@ -25,9 +24,6 @@ from gearchaos.studies.quasi_static import quasi_static_ratio
 
 if TYPE_CHECKING:
     import xarray as xr
-
-STANDARDS = {"Kv_ISO_B": "iso_b", "Kv_ISO_C": "iso_c", "Kv_AGMA": "agma"}
-"""The variables with dynamic factors by standards, and the fields of `DynamicFactors` that they are from."""
 
 
 def dynamic_factor(
@@ -53,8 +49,8 @@ def dynamic_factor(
     -------
     xarray.Dataset
         Over ``speed``, in the units of `physical`: ``dynamic_factor``, the largest mesh force of the motion over the
-        static mesh force, and the other variables of `bifurcation` without points; ``Kv_ISO_B``, ``Kv_ISO_C`` and
-        ``Kv_AGMA``, which are NaN where the standard gives no value, with the reasons in ``attrs["refused"]``;
+        static mesh force, and the other variables of `bifurcation` without points; K_v by each standard, such as
+        ``Kv_ISO_B``, which is NaN where the standard gives no value, with the reasons in ``attrs["refused"]``;
         ``resonance_ratio``, N of ISO 6336-1:2006, 6.4.2, at the mean mesh stiffness by the method of the design, and
         ``resonance_ratio_ISO_B``, N at the standard's own stiffness c_γα, on which method B is based; both with the
         limits of the ranges N_S, 1.15 and 1.5 as attributes ``main_start``, ``main_end`` and ``supercritical_start``.
@@ -87,12 +83,10 @@ def dynamic_factor(
     at_start = loaded(design, torque).at(speed=axis.start)
     model = as_model(at_start)
     study = Bifurcation(model, axis, points=0, mode=mode, settings=settings)
-    beside = standards(at_start, axis.values)
-    dataset = physical(study.run(progress=progress, threads=threads))
-    frequency = at_start.teeth[0] * axis.values / 60
-    beside["quasi_static_ratio"] = variable("quasi_static_ratio", (), np.array(quasi_static_ratio(model)))
-    return dataset.assign(beside).assign_coords(
-        mesh_frequency=variable("mesh_frequency", ("speed",), frequency),
+    beside = {**by_standards(at_start, axis.values),
+              "quasi_static_ratio": variable("quasi_static_ratio", (), np.array(quasi_static_ratio(model)))}
+    return physical(study.run(progress=progress, threads=threads)).assign(beside).assign_coords(
+        mesh_frequency=variable("mesh_frequency", ("speed",), at_start.teeth[0] * axis.values / 60),
         torque=variable("torque", (), np.array(at_start.torque)),
     ).assign_attrs(study="dynamic_factor")
 
@@ -111,57 +105,33 @@ def loaded(design: Any, torque: Any) -> GearDesign:
     return loaded
 
 
-def standards(design: GearDesign, speeds: np.ndarray) -> dict[str, Any]:
-    """The variables by the standards over speeds (P,) in rpm."""
-    found = [dynamic_factors(design.at(speed=speed)) for speed in speeds.tolist()]
-    out = {}
-    for name, field in STANDARDS.items():
-        factors = [getattr(factor, field) for factor in found]
-        values = [np.nan if factor.value is None else factor.value for factor in factors]
-        out[name] = variable(name, ("speed",), np.array(values))
-        if refused := _refusals(speeds, [factor.reason for factor in factors]):
-            out[name].attrs["refused"] = refused
-    return {**out, **_resonance_ratios(design, speeds)}
+def by_standards(design: GearDesign, speeds: np.ndarray) -> dict[str, xr.Variable]:
+    """K_v by all standards over speeds (P,) in rpm, and the resonance ratios N.
 
-
-def _refusals(speeds: np.ndarray, reasons: list[str]) -> str:
-    """The stretches of speed where a standard gives no value, with the reason of each at its first speed."""
-    indices = groupby(range(len(reasons)), key=lambda i: reasons[i].split(";")[0])  # after it stands the value there
-    parts = []
-    for reason, group in indices:
-        if reason:
-            first, *rest = group
-            last = rest[-1] if rest else first
-            parts.append(f"{speeds[first]:g} to {speeds[last]:g} rpm: {reasons[first]}")
-    return " ".join(parts)
-
-
-def _resonance_ratios(design: GearDesign, speeds: np.ndarray) -> dict[str, xr.Variable]:
-    """N over speeds (P,) in rpm, at the mean mesh stiffness of the design and at that of ISO 6336-1.
-
-    NaN with the reason where ISO 6336-1 gives no stiffness.
+    N is that at the mean mesh stiffness of the design, and that at the stiffness of ISO 6336-1. It is NaN with the
+    reason where ISO 6336-1 gives no stiffness.
     """
+    designs, out = [design.at(speed=speed) for speed in speeds.tolist()], {}
+    for standard in standards():
+        factors = [standard.factor(each) for each in designs]
+        values = np.array([np.nan if factor.value is None else factor.value for factor in factors])
+        out[standard.name] = variable(standard.name, ("speed",), values)
+        out[standard.name].attrs["long_name"] = standard.long_name
+        refused = zip(speeds, (factor.reason for factor in factors), strict=True)
+        stretches = [list(same) for reason, same in groupby(refused, lambda pair: pair[1].split(";")[0]) if reason]
+        if stretches:  # the reason at the first speed; after its semicolon stands the value there
+            out[standard.name].attrs["refused"] = " ".join(
+                f"{same[0][0]:g} to {same[-1][0]:g} rpm: {same[0][1]}" for same in stretches)
     width = design.geometry.common_face_width
-    return {
-        "resonance_ratio": _resonance_ratio(
-            "resonance_ratio", design, speeds, lambda: design.mesh_stiffness.reference / width),
-        "resonance_ratio_ISO_B": _resonance_ratio(
-            "resonance_ratio_ISO_B", design, speeds, lambda: design.tooth_stiffness.mesh_stiffness),
-    }
-
-
-def _resonance_ratio(
-    name: str, design: GearDesign, speeds: np.ndarray, mesh_stiffness: Callable[[], float],
-) -> xr.Variable:
-    """N over speeds (P,) in rpm at a mesh stiffness over the face width, N/m²."""
-    out = variable(name, ("speed",), np.full(len(speeds), np.nan))
-    mass = design.equivalent_mass / design.geometry.common_face_width
-    try:
-        stiffness = mesh_stiffness()
-    except InputError as error:
-        out.attrs["refused"] = str(error)
-        return out
-    found = resonance(design.teeth[0], stiffness, mass, design.load.line_load)
-    out.values = speeds * RPM / found.resonance_speed
-    out.attrs.update(main_start=found.lower_limit_ratio, main_end=MAIN_END, supercritical_start=SUPERCRITICAL_START)
+    for name, stiffness in (("resonance_ratio", lambda: design.mesh_stiffness.reference / width),
+                            ("resonance_ratio_ISO_B", lambda: design.tooth_stiffness.mesh_stiffness)):
+        out[name] = variable(name, ("speed",), np.full(len(speeds), np.nan))
+        try:
+            found = resonance(design.teeth[0], stiffness(), design.equivalent_mass / width, design.load.line_load)
+        except InputError as error:
+            out[name].attrs["refused"] = str(error)
+            continue
+        out[name].values = speeds * RPM / found.resonance_speed
+        out[name].attrs.update(
+            main_start=found.lower_limit_ratio, main_end=MAIN_END, supercritical_start=SUPERCRITICAL_START)
     return out

@@ -1,9 +1,15 @@
-"""The motions that are found along the speed, and to which of them each leads when the speed changes slowly."""
+"""The motions that are found along the speed, and to which of them each leads when the speed changes slowly.
+
+Other speeds are computed between those given, so that the edges of ranges to avoid and peaks beside them are located.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from itertools import groupby, pairwise
+from typing import Any
 
 import numpy as np
 
@@ -15,10 +21,6 @@ from gearchaos.model.switched import coordinates
 from gearchaos.studies.batch_classification import classify_batch
 from gearchaos.studies.coexistence import SAME_CENTRE, signature
 from gearchaos.studies.initial_value_problems import initial_value_problems
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
 
 _BRIEF = 1000
 """Longest transient, mesh periods, after which a chaotic motion counts as one that is known with its contact state at
@@ -115,34 +117,29 @@ class FollowedMotions:
 
     def follow(self) -> None:
         """Follow every motion to both neighbouring speeds, and those found there further, until no new one is found."""
-        while pending := [(motion, speed) for motion, speed in self._steps() if speed not in motion.leads_to]:
+        pairs = [*zip(self.speeds, self.speeds[1:], strict=False), *zip(self.speeds[1:], self.speeds, strict=False)]
+        while pending := [(motion, there) for here, there in pairs for motion in self.at[here]
+                          if there not in motion.leads_to]:
             speeds = np.array([speed for _, speed in pending])
             found = self._add(speeds, np.stack([motion.w for motion, _ in pending], axis=1))
             for (motion, speed), reached in zip(pending, found, strict=True):
                 motion.leads_to[speed] = self.at[speed][0] if motion.diverged else reached
 
-    def _steps(self) -> list[tuple[Motion, float]]:
-        """All pairs of a motion and a neighbouring speed."""
-        pairs = [*zip(self.speeds, self.speeds[1:], strict=False), *zip(self.speeds[1:], self.speeds, strict=False)]
-        return [(motion, there) for here, there in pairs for motion in self.at[here]]
-
-    def _swept(self, up: bool) -> list[Motion]:
-        """The motions that a slow sweep of the speed passes, which begins from rest, one at each of the `speeds`."""
-        speeds = self.speeds if up else self.speeds[::-1]
-        out = [self.at[speeds[0]][0]]
-        for speed in speeds[1:]:
-            out.append(out[-1].leads_to[speed])
-        return out if up else out[::-1]
-
     def named(self) -> dict[str, list[Motion | None]]:
-        """The motions at each speed: from rest, passed by the two sweeps, and the worst of the others, None if none."""
+        """The motions at each speed: from rest, passed by sweeps from rest, and the worst of the others or None."""
+        swept: list[list[Motion]] = []
+        for speeds in (self.speeds, self.speeds[::-1]):
+            passed = [self.at[speeds[0]][0]]
+            for speed in speeds[1:]:
+                passed.append(passed[-1].leads_to[speed])
+            swept.append(passed)
         rows: dict[str, list[Motion | None]] = {
-            "rest": [self.at[s][0] for s in self.speeds],
-            "rising": [*self._swept(True)], "falling": [*self._swept(False)],
-        }
+            "rest": [self.at[s][0] for s in self.speeds], "rising": [*swept[0]], "falling": [*swept[1][::-1]]}
         others = [[m for m in self.at[s] if all(m is not row[i] for row in rows.values())]
                   for i, s in enumerate(self.speeds)]
-        return {**rows, "other": [max(each, key=_badness, default=None) for each in others]}
+        return {**rows, "other": [
+            max(each, key=lambda m: (m.contact, np.inf if m.diverged else m.dynamic_factor), default=None)
+            for each in others]}
 
     def _add(self, speeds: np.ndarray, w: np.ndarray, progress: str | None = None) -> list[Motion]:
         """Add the motions from states w (d, L) at speeds (L,); returns them, or the same ones that are known."""
@@ -158,18 +155,16 @@ class FollowedMotions:
             settled = dict(zip(first, self._classified(speeds[longer], w, self._settings), strict=True))
             found = [settled.get((speed, motion.contact), motion) if motion.label == Label.CHAOTIC else motion
                      for speed, motion in zip(at, found, strict=True)]
-        return [self._known(speed, motion) for speed, motion in zip(at, found, strict=True)]
-
-    def _known(self, speed: float, motion: Motion) -> Motion:
-        """The motion of a speed that is the same as the given one, which is added if there is none."""
-        known = self.at.setdefault(speed, [])
-        same = next((each for each in known if each.same(motion)), None)
-        if same is None:
-            known.append(motion)
-            return motion
-        if not motion.period and motion.dynamic_factor > same.dynamic_factor:  # another part of a motion
-            same.dynamic_factor = motion.dynamic_factor
-        return same
+        reached = []
+        for speed, motion in zip(at, found, strict=True):
+            known = self.at.setdefault(speed, [])
+            same = next((each for each in known if each.same(motion)), motion)
+            if same is motion:
+                known.append(motion)
+            elif not motion.period and motion.dynamic_factor > same.dynamic_factor:  # another part of a motion
+                same.dynamic_factor = motion.dynamic_factor
+            reached.append(same)
+        return reached
 
     def _classified(
         self, speeds: np.ndarray, w: np.ndarray, settings: Classification, progress: str | None = None
@@ -199,6 +194,86 @@ class FollowedMotions:
                     *(found[n].tolist() for n in names), found["w"], strict=True)]
 
 
-def _badness(motion: Motion) -> tuple[int, float]:
-    """By which the worst of some motions is the largest."""
-    return motion.contact, np.inf if motion.diverged else motion.dynamic_factor
+Severity = Callable[[Motion], int]
+"""How strongly a speed is to be avoided for a motion: 0 for a motion that is no reason to."""
+
+RESOLUTION = 0.005
+"""Share of the speed to which edges and peaks are located."""
+
+STEPS_PER_BANDWIDTH = 4
+"""Least number of the first speeds in the half-power bandwidth of a resonance, 2ζ of its speed for each order."""
+
+_MARGIN = 2.0
+"""How many times as far as from its neighbour's a peak of the compression or force may rise between two speeds."""
+
+MOST_SPEEDS = 4000
+"""Most speeds that are computed."""
+
+
+def first_step(model: MeshModel) -> float:
+    """The largest step of the first speeds, over the speed."""
+    return max(2 * (model.value("zeta") or 0.0) / STEPS_PER_BANDWIDTH, RESOLUTION)
+
+
+def dense_speeds(motions: FollowedMotions, severity: Severity, model: MeshModel) -> list[float]:
+    """As many equidistant speeds between two as resonances of the damping ask for, but none amid motions to be avoided
+    that do not repeat.
+
+    They have the same relative width at 1/n of the natural frequency for every n. Where ω < ζ a vibration is over
+    within a mesh period, so that none of them stands out.
+    """
+    least = (model.value("zeta") or 0.0) * (model.value("speed") or 0.0) / (model.value("omega") or 1.0)
+    out = []
+    for low, high in pairwise(motions.speeds):
+        if not all(any(severity(m) and not m.period for m in motions.at[end]) for end in (low, high)):
+            parts = math.ceil((high - low) / (first_step(model) * max(low, least)))
+            out += np.linspace(low, high, parts + 1)[1:-1].tolist()
+    return out
+
+
+def speeds_between(motions: FollowedMotions, severity: Severity, limit: float) -> list[float]:
+    """Speeds in the middle between two that are further apart than the resolution, where one of these holds:
+
+    - one is to be avoided, the other not, or for another reason;
+    - both are to be avoided, but no such motion of one leads to such a motion of the other;
+    - a motion of one is lost on the way to the other, and might come to separate if followed in smaller steps;
+    - the teeth might separate at a peak between them, or the force exceed the limit;
+    - the largest force of a range to be avoided is at one of them.
+    """
+    speeds = motions.speeds
+    avoided = [worst(severity, motions.at[s]) for s in speeds]
+    chosen = set()
+    for i, (low, high) in enumerate(pairwise(speeds)):
+        ways = [(m, m.leads_to[there], here) for here, there in ((low, high), (high, low)) for m in motions.at[here]]
+        stays = any(severity(motion) and severity(reached) for motion, reached, _ in ways)
+        returns = all(reached.leads_to[here] is motion for motion, reached, here in ways)
+        if avoided[i] != avoided[i + 1] or not (stays if avoided[i] else returns):
+            chosen.add(i)
+    least = np.array([min((m.compression for m in motions.at[s] if not m.diverged), default=np.nan) for s in speeds])
+    most = np.array([max((m.dynamic_factor for m in motions.at[s] if not m.diverged), default=np.nan) for s in speeds])
+    free = np.array([not each for each in avoided])
+    tips = _near_tips(-least, 0.0, free) | _near_tips(most, limit, free)
+    for run in runs(avoided):
+        if avoided[run[0]] and np.isfinite(most[run]).any():
+            tips.add(run[int(np.nanargmax(most[run]))])
+    chosen |= {j for i in tips for j in (i - 1, i) if 0 <= j < len(speeds) - 1}
+    return [(speeds[i] + speeds[i + 1]) / 2 for i in sorted(chosen)
+            if speeds[i + 1] - speeds[i] > RESOLUTION * speeds[i]]
+
+
+def _near_tips(values: np.ndarray, limit: float, free: np.ndarray) -> set[int]:
+    """Local peaks of values (N,) at ``free`` speeds, between whose neighbours the values might exceed a limit."""
+    padded = np.concatenate([values[:1], values, values[-1:]])
+    rise = values - np.fmin(padded[:-2], padded[2:])
+    peak = (values >= padded[:-2]) & (values >= padded[2:]) & free
+    return set(np.flatnonzero(peak & (values + _MARGIN * rise > limit)).tolist())
+
+
+def worst(severity: Severity, motions: list[Motion]) -> int:
+    """How strongly a speed with these motions is to be avoided."""
+    return max(map(severity, motions))
+
+
+def runs(values: Sequence[int]) -> list[list[int]]:
+    """The indices of equal consecutive values."""
+    return [[i for i, _ in run] for _, run in groupby(enumerate(values), key=lambda pair: pair[1])]

@@ -95,22 +95,16 @@ def in_operating_units(dataset: xr.Dataset, model: OperatingModel) -> xr.Dataset
     return physical(dataset).assign_coords(beside)
 
 
-def _single_value(given: object, example: str) -> str:
-    """The text of an axis with one value: the number given, or the start of the example."""
-    value = f"{given:g}" if isinstance(given, numbers.Real) else example.partition(":")[0]
-    return f"{value}:{value}:1"
-
-
 def operating_axis(name: str, given: Axis | str, field: str = "") -> Axis:
     """The axis of a speed or torque; a text may leave out the name. ``field`` is its name in error messages."""
     field, example = field or name, axis_example(name).partition("=")[2]
     advice = f"E.g. {example}."
     if not isinstance(given, (str, Axis)):
-        arguments = ", ".join(example.split(":"))
-        kind = given if isinstance(given, numbers.Real) else f"a {type(given).__name__}"
-        raise InputError(field, "must be an Axis or a text", kind,
+        arguments, real = ", ".join(example.split(":")), isinstance(given, numbers.Real)
+        value = f"{given:g}" if real else example.partition(":")[0]
+        raise InputError(field, "must be an Axis or a text", given if real else f"a {type(given).__name__}",
                          f"E.g. '{example}' or Axis('{name}', {arguments}); one value alone is "
-                         f"'{_single_value(given, example)}'.")
+                         f"'{value}:{value}:1'.")
     if isinstance(given, str) and "=" not in given:
         if not re.fullmatch(r"[^:]*:[^:]*:[^:]*", given):
             raise InputError(field, "must read start:stop:count", given, advice)

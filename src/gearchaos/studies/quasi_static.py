@@ -52,18 +52,12 @@ def quasi_static_ratio(model: AnyModel) -> float:
     1.75
     """
     system = switched_system(vary(as_model(model), {}))
-    static = float(system.static_force[0])
-    peaks = [_peak_after(system, before, after) for before, after in _jumps(system)]
-    return max([1.0, *(peak / static for peak in peaks)])
-
-
-def _jumps(system: SwitchedAffine) -> list[tuple[float, float]]:
-    """The stiffness before and after each jump."""
+    static, level = float(system.static_force[0]), system.levels[0]
     phase = 2 * np.pi * system.starts[0][:, None] * np.arange(1, system.chi_cos.shape[1] + 1)
     smooth = np.cos(phase) @ system.chi_cos[0] + np.sin(phase) @ system.chi_sin[0]
-    level = system.levels[0]
-    pairs = zip((np.roll(level, 1) + smooth).tolist(), (level + smooth).tolist(), strict=True)
-    return [(before, after) for before, after in pairs if before != after]
+    jumps = zip((np.roll(level, 1) + smooth).tolist(), (level + smooth).tolist(), strict=True)
+    peaks = [_peak_after(system, before, after) for before, after in jumps if before != after]
+    return max([1.0, *(peak / static for peak in peaks)])
 
 
 def _peak_after(system: SwitchedAffine, before: float, after: float) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -14,19 +13,19 @@ from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
 from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.dynamic_factor.standards import standards
 from gearchaos.gears.operating import as_model
 from gearchaos.model import MeshModel
 from gearchaos.quantities import POSITIVE
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
-from gearchaos.studies.dynamic_factor import STANDARDS, loaded, standards
-from gearchaos.studies.followed_motions import FollowedMotions, Motion
-from gearchaos.studies.operating_map import operating_axis
-from gearchaos.studies.quasi_static import quasi_static_ratio
-from gearchaos.studies.speed_refinement import (
+from gearchaos.studies.dynamic_factor import by_standards, loaded
+from gearchaos.studies.followed_motions import (
     MOST_SPEEDS,
     RESOLUTION,
     STEPS_PER_BANDWIDTH,
+    FollowedMotions,
+    Motion,
     Severity,
     dense_speeds,
     first_step,
@@ -34,6 +33,8 @@ from gearchaos.studies.speed_refinement import (
     speeds_between,
     worst,
 )
+from gearchaos.studies.operating_map import operating_axis
+from gearchaos.studies.quasi_static import quasi_static_ratio
 from gearchaos.validation import check_rule, to_float
 
 if TYPE_CHECKING:
@@ -196,7 +197,7 @@ class SpeedsToAvoid:
     def document(self) -> dict[str, Any]:
         """All of it but the kinds of motion, ready for JSON; NaN where there is no value."""
         ds = self.dataset
-        along = {n: ds[n].values.tolist() for n in ("speed", *STANDARDS)}
+        along = {n: ds[n].values.tolist() for n in ("speed", *(each.name for each in standards()))}
         factors = {words: ds["dynamic_factor"].sel(motion=name).values.tolist() for name, words in MOTIONS.items()}
         return {
             "criterion": self.criterion, "units": {"speed": "rpm", "torque": "N*m"}, "torque": self.torque,
@@ -272,8 +273,9 @@ def speeds_to_avoid(
     model = as_model(at_start)
     ratio, options = quasi_static_ratio(model), as_settings(settings) or Classification()
     Bifurcation(model, axis, points=0, settings=options).cost.check_time()  # also that a period has not too many steps
-
     limit = np.inf if factor is None else factor * ratio
+    criteria = [CRITERION] * separation + (
+        [] if factor is None else [f"the dynamic factor over the quasi-static ratio exceeds {factor:g}"])
 
     def severity(motion: Motion) -> int:
         """The index into `_CRITERIA`; a motion that diverges exceeds every limit."""
@@ -282,8 +284,7 @@ def speeds_to_avoid(
         high = motion.dynamic_factor > limit or (motion.diverged and factor is not None)
         return _CRITERIA.index(FORCE_CRITERION if high else "")
 
-    motions = FollowedMotions(model, options, progress=progress, threads=threads)
-    first = axis.values.tolist()
+    motions, first = FollowedMotions(model, options, progress=progress, threads=threads), axis.values.tolist()
     motions.add_from_rest(first)
     motions.add_from_random_states(first, starts, seed)
     motions.follow()
@@ -298,13 +299,13 @@ def speeds_to_avoid(
     tried = f"from rest and by sweeps of rising and falling speed at {len(motions.speeds)} speeds"
     if starts:
         tried += f", {starts} random initial states at each of {tried_at} speeds"
-    dataset = _dataset(motions).assign(standards(at_start, np.array(motions.speeds))).assign(
+    dataset = _dataset(motions).assign(by_standards(at_start, np.array(motions.speeds))).assign(
         quasi_static_ratio=variable("quasi_static_ratio", (), np.array(ratio)),
     ).assign_coords(torque=variable("torque", (), np.array(at_start.torque))).assign_attrs(
         provenance("speeds_to_avoid", model, starts=starts, seed=seed, classification=asdict(options)))
     windows = _windows(motions, dataset, severity)
     return SpeedsToAvoid(
-        float(at_start.torque), windows, _criterion_in_words(factor, separation), ratio, dataset, tried, RESOLUTION,
+        float(at_start.torque), windows, ", or ".join(criteria), ratio, dataset, tried, RESOLUTION,
         _coarse(windows, model), at_start.error_harmonics.source)
 
 
@@ -319,53 +320,39 @@ def _coarse(windows: tuple[Window, ...], model: MeshModel) -> str:
     return "; ".join(texts)
 
 
-def _criterion_in_words(factor: float | None, separation: bool) -> str:
-    """What makes a speed one to avoid, with these options of `speeds_to_avoid`."""
-    own = [CRITERION] if separation else []
-    limit = f"the dynamic factor over the quasi-static ratio exceeds {factor:g}" if factor is not None else ""
-    return ", or ".join(own + [limit] * bool(limit))
-
-
 def _dataset(motions: FollowedMotions) -> xr.Dataset:
     """The motions over the motion and the speed."""
-    rows = motions.named()
+    rows = motions.named().values()
     missing = {"label": 0, "period": 0, "contact": -1, "dynamic_factor": np.nan}
     data = {name: variable(name, ("motion", "speed"), np.array(
-        [[none if m is None else getattr(m, name) for m in row] for row in rows.values()],
+        [[none if m is None else getattr(m, name) for m in row] for row in rows],
         dtype=float if name == "dynamic_factor" else np.int32)) for name, none in missing.items()}
-    coords = {"speed": variable("speed", ("speed",), np.array(motions.speeds)), "motion": list(MOTIONS)}
-    return new_dataset(data, coords)
+    return new_dataset(data, {"speed": variable("speed", ("speed",), np.array(motions.speeds)),
+                              "motion": list(MOTIONS)})
 
 
 def _windows(motions: FollowedMotions, dataset: xr.Dataset, severity: Severity) -> tuple[Window, ...]:
     """The ranges of speed that are equally to be avoided."""
-    found = [worst(severity, motions.at[s]) for s in motions.speeds]
-    severities = np.array([[0 if m is None else severity(m) for m in row] for row in motions.named().values()])
-    return tuple(_window(dataset, severities, found[run[0]], run[0], run[-1]) for run in runs(found) if found[run[0]])
-
-
-def _window(dataset: xr.Dataset, severities: np.ndarray, own: int, first: int, last: int) -> Window:
-    """The range of the speeds with these indices; severities over `MOTIONS` and all speeds."""
-    speeds, part = dataset["speed"].values, dataset.isel(speed=slice(first, last + 1))
-    known = _largest_factors(dataset)
-    peaks = [i for i in range(max(first, 1), min(last, len(known) - 2) + 1)
-             if known[i - 1] < known[i] >= known[i + 1]]
-    largest = sorted(sorted(peaks, key=lambda i: -known[i])[:MOST_PEAKS])
+    speeds, known = dataset["speed"].values, _largest_factors(dataset)
     steps = np.concatenate([[0.0], np.diff(speeds), [0.0]])
-    return Window(
-        **asdict(_speed_range(part)), start_resolution=float(steps[first]), stop_resolution=float(steps[last + 1]),
-        reached=tuple(_reached(part, severities[:, first : last + 1] == own)),
-        criterion=_CRITERIA[own], contact=CONTACT_WORDS[int(part["contact"].max())], from_scan_start=first == 0,
-        to_scan_end=last == len(speeds) - 1,
-        peaks=tuple(Peak(float(speeds[i]), float(known[i])) for i in largest))
-
-
-def _reached(part: xr.Dataset, avoided: np.ndarray) -> Iterator[Reached]:
-    """The motions of a range, where ``avoided`` (motions, speeds): each speed counts half way to the next."""
-    weights = np.gradient(part["speed"].values) if part.sizes["speed"] > 1 else np.ones(1)
-    for words, own, factors in zip(MOTIONS.values(), avoided, part["dynamic_factor"].values, strict=True):
-        if own.any():
-            yield Reached(words, float(weights[own].sum() / weights.sum()), float(factors[own].max()))
+    severities = np.array([[0 if m is None else severity(m) for m in row] for row in motions.named().values()])
+    found, windows = [worst(severity, motions.at[s]) for s in motions.speeds], []
+    for own, first, last in ((found[run[0]], run[0], run[-1]) for run in runs(found) if found[run[0]]):
+        part = dataset.isel(speed=slice(first, last + 1))
+        inner = range(max(first, 1), min(last, len(known) - 2) + 1)
+        peaks = [i for i in inner if known[i - 1] < known[i] >= known[i + 1]]
+        largest = sorted(sorted(peaks, key=lambda i: -known[i])[:MOST_PEAKS])
+        # of the share each speed counts half way to the next
+        weights = np.gradient(part["speed"].values) if part.sizes["speed"] > 1 else np.ones(1)
+        rows = zip(MOTIONS.values(), severities[:, first : last + 1] == own, part["dynamic_factor"].values, strict=True)
+        reached = [Reached(words, float(weights[avoided].sum() / weights.sum()), float(factors[avoided].max()))
+                   for words, avoided, factors in rows if avoided.any()]
+        windows.append(Window(
+            **asdict(_speed_range(part)), start_resolution=float(steps[first]), stop_resolution=float(steps[last + 1]),
+            reached=tuple(reached), criterion=_CRITERIA[own], contact=CONTACT_WORDS[int(part["contact"].max())],
+            from_scan_start=first == 0, to_scan_end=last == len(speeds) - 1,
+            peaks=tuple(Peak(float(speeds[i]), float(known[i])) for i in largest)))
+    return tuple(windows)
 
 
 def _largest_factors(dataset: xr.Dataset) -> np.ndarray:

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import math
 import textwrap
+from itertools import groupby
 from typing import TYPE_CHECKING
 
 from gearchaos.cli.errors import say
 from gearchaos.cli.tables.text import plain_table, print_table
 from gearchaos.datasheet.answer import edges, factor_and_share
-from gearchaos.gears.sheet import shown_value
 from gearchaos.gears.units import measured
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from gearchaos.datasheet.answer import Answer
-    from gearchaos.gears.sheet import Entry
-    from gearchaos.studies.speeds_to_avoid import SpeedsToAvoid, Window
+    from gearchaos.datasheet.quantities import Entry
+    from gearchaos.studies.speeds_to_avoid import SpeedsToAvoid
 
 _WIDTH = 80
 _MOST_LINES, _FEWEST_WINDOWS, _MOST_WARNINGS = 20, 2, 3
@@ -44,25 +44,19 @@ def print_answers(answers: Sequence[Answer], every: bool, warn: bool) -> None:
     if more := len(notes) - len(notes[:most]):
         warnings.append(f"and {more} more warning{'s' * (more > 1)}: --all shows them")
     for number, answer in enumerate(answers):
-        print(end="\n" * (number > 0))
-        _print_answer(answer, None if every else _MOST_LINES - len(warnings))
+        windows, found = answer.speeds.windows if answer.speeds else (), answer.conclusion
+        if answer.speeds and windows:
+            found = f"{len(windows)} range{'s' * (len(windows) > 1)} of {answer.scanned}: {answer.speeds.criterion}"
+        facts = [*answer.facts, ("speeds to avoid", found)]
+        head = [answer.pair, *(line for name, text in facts for line in _wrapped(f"{name:<16}{text}", 16))]
+        basis = [line for text in answer.basis for line in _wrapped(text)]
+        print("\n" * (number > 0) + "\n".join(head))
+        if answer.speeds and windows:
+            room = _MOST_LINES - len(warnings) - len(head) - len(basis) - _HEADING
+            _print_windows(answer.speeds, len(windows) if every else max(room, _FEWEST_WINDOWS))
+        print(*basis, sep="\n", end="\n" * bool(basis), flush=True)
     for line in warnings:
         say(line)
-
-
-def _print_answer(answer: Answer, lines: int | None) -> None:
-    """Print an answer in so many lines, or with all ranges to avoid."""
-    windows, found = answer.speeds.windows if answer.speeds else (), answer.conclusion
-    if answer.speeds and windows:
-        found = f"{len(windows)} range{'s' * (len(windows) > 1)} of {answer.scanned}: {answer.speeds.criterion}"
-    facts = [*answer.facts, ("speeds to avoid", found)]
-    head = [answer.pair, *(line for name, text in facts for line in _wrapped(f"{name:<16}{text}", 16))]
-    basis = [line for text in answer.basis for line in _wrapped(text)]
-    print("\n".join(head))
-    if answer.speeds and windows:
-        room = len(windows) if lines is None else lines - len(head) - len(basis) - _HEADING
-        _print_windows(answer.speeds, max(room, _FEWEST_WINDOWS))
-    print(*basis, sep="\n", end="\n" * bool(basis), flush=True)
 
 
 def _wrapped(text: str, indent: int = 0, most: int | None = None) -> list[str]:
@@ -72,7 +66,10 @@ def _wrapped(text: str, indent: int = 0, most: int | None = None) -> list[str]:
 
 
 def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
-    """Print ranges to avoid in so many rows: those with the largest factors, and how many others there are."""
+    """Print ranges to avoid in so many rows: those with the largest factors, and how many others there are.
+
+    First of all are those in which a motion diverges.
+    """
     from gearchaos.studies.speeds_to_avoid import CRITERION, MOTIONS
 
     most -= len(speeds.windows) > most
@@ -82,7 +79,9 @@ def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
         table.add_column(title, justify="right")
     if forces:
         table.add_column("teeth")
-    shown_ones = sorted(sorted(speeds.windows, key=_severity)[:most], key=lambda each: each.start)
+    by_factor = sorted(speeds.windows, key=lambda each: -math.inf if any(
+        math.isnan(motion.dynamic_factor) for motion in each.reached) else -each.dynamic_factor)
+    shown_ones = sorted(by_factor[:most], key=lambda each: each.start)
     for each in shown_ones:
         reached = {r.motion: factor_and_share(r) for r in each.reached}
         factors = (reached.get(words, "-") for words in MOTIONS.values())
@@ -94,41 +93,47 @@ def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
         print(f"and {hidden} more with smaller factors: --all shows them")
 
 
-def _severity(window: Window) -> float:
-    """What sorts ranges by falling factor, those in which a motion diverges first."""
-    return -math.inf if any(math.isnan(each.dynamic_factor) for each in window.reached) else -window.dynamic_factor
+def print_datasheets(answers: Sequence[Answer]) -> None:
+    """Print the datasheet of the first answer, what differs from it in the others, and K_v by the standards."""
+    first = answers[0]
+    for answer in answers:
+        if answer is first:
+            _print_datasheet(first.entries, first.absent)
+        else:
+            print(f"\nWhat differs at {answer.design.torque:.6g} N m")
+            _print_datasheet(answer.differing(first), [each for each in answer.absent if each not in first.absent])
+        if answer.speeds is not None:
+            _print_standards(answer.speeds)
 
 
-def print_datasheet(entries: Mapping[str, Entry], absent: Sequence[tuple[str, list[str]]]) -> None:
+def _print_datasheet(entries: Mapping[str, Entry], absent: Sequence[tuple[str, list[str]]]) -> None:
     """Print quantities by group, each above its formula and source, and the reasons why others have no value."""
-    group = ""
-    for name, e in entries.items():
-        if e.group != group:
-            group = e.group
-            print(f"\n{group}")
-        value = shown_value(e)
-        values = value if isinstance(value, tuple) else (value,)
-        text = "–" if value is None else ", ".join(f"{v:.6g}" for v in values) or "none"
-        print(*_wrapped(f"  {name:<32}{e.symbol:<13}{text} {e.unit}".rstrip(), 47), sep="\n")
-        reason = e.reason if e.expected else e.formula
-        print(*(f"      {line}" for line in textwrap.wrap(f"{reason} [{e.source}]", _WIDTH - 6)), sep="\n")
+    for group, members in groupby(entries.items(), key=lambda item: item[1].group):
+        print(f"\n{group}")
+        for name, e in members:
+            values = e.shown if isinstance(e.shown, tuple) else (e.shown,)
+            text = "–" if e.value is None else ", ".join(f"{v:.6g}" for v in values) or "none"
+            print(*_wrapped(f"  {name:<32}{e.symbol:<13}{text} {e.unit}".rstrip(), 47), sep="\n")
+            reason = e.reason if e.expected else e.formula
+            print(*(f"      {line}" for line in textwrap.wrap(f"{reason} [{e.source}]", _WIDTH - 6)), sep="\n")
     if absent:
         print("\nNot computed")
     for reason, names in absent:
         print(*_wrapped(f"  {', '.join(names)}: {reason}", 6), sep="\n")
 
 
-def print_standards(speeds: SpeedsToAvoid) -> None:
+def _print_standards(speeds: SpeedsToAvoid) -> None:
     """Print the largest computed dynamic factor beside K_v of the standards at a few speeds, both ends included."""
+    from gearchaos.gears.dynamic_factor.standards import standards
+
     ds = speeds.dataset
     few = sorted({round(i * (ds.sizes["speed"] - 1) / (_SHOWN_SPEEDS - 1)) for i in range(_SHOWN_SPEEDS)})
-    titles = {"Kv_ISO_B": "K_v ISO B", "Kv_ISO_C": "K_v ISO C", "Kv_AGMA": "K_v AGMA"}
     print("\nLargest dynamic factor at a few of the speeds, and K_v by the standards")
-    table = plain_table()
-    for title in ("rpm", "computed", "over quasi-static", *titles.values()):
+    table, largest = plain_table(), ds["dynamic_factor"].max("motion")
+    columns = {"computed": largest, "over quasi-static": largest / speeds.quasi_static_ratio,
+               **{each.heading: ds[each.name] for each in standards()}}
+    for title in ("rpm", *columns):
         table.add_column(title, justify="right")
-    largest = ds["dynamic_factor"].max("motion")
     for i in few:
-        numbers = (float(each[i]) for each in (largest, largest / speeds.quasi_static_ratio, *(ds[n] for n in titles)))
-        table.add_row(f"{float(ds['speed'][i]):.0f}", *(measured(v) for v in numbers))
+        table.add_row(f"{float(ds['speed'][i]):.0f}", *(measured(float(each[i])) for each in columns.values()))
     print_table(table)

@@ -16,7 +16,7 @@ from gearchaos.explorer.view.kinds import as_kind
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import Gears, OperatingModel, operating_model, pair_of
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.transmission_error.quality import GRADES, Quality
+from gearchaos.gears.transmission_error.quality import Quality, editions
 from gearchaos.gears.units import RPM
 from gearchaos.model import MeshModel, SteppedStiffness, state_names
 from gearchaos.model.names import has_effect
@@ -238,7 +238,7 @@ def slider_range(gears: Gears | None, name: str) -> Range:
             return found._replace(low=axis.start, high=axis.stop)
     quality = _quality(gears)
     if name == "grade" and quality is not None:
-        low, high = GRADES[quality.standard]
+        low, high = editions()[quality.standard].grades
         return found._replace(low=low, high=high)
     return found
 

@@ -10,13 +10,14 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
-from gearchaos.gears.design.gear_pair import comparable_stiffnesses, iso_tooth_stiffness
+from gearchaos.gears.design.gear_pair import comparable_stiffnesses
 from gearchaos.gears.geometry import masses
 from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
 from gearchaos.gears.geometry.mating import KEEP_CLEARANCE
 from gearchaos.gears.inputs.plausibility import check_plausible
 from gearchaos.gears.mesh_load import mesh_load
-from gearchaos.gears.stiffness.mesh_stiffness import ISO, POTENTIAL_ENERGY
+from gearchaos.gears.stiffness.iso6336 import ISO
+from gearchaos.gears.stiffness.mesh_stiffness import methods
 from gearchaos.gears.transmission_error.tip_relief import unrelieved_length
 
 USUAL_DAMPING = (0.03, 0.1)
@@ -170,10 +171,11 @@ def _inertia_warnings(design: Any) -> list[str]:
     """Warnings about a mass or a bore without effect, and about moments of inertia, given or from a mass, far from that
     of a solid disc of the wheel's size.
     """
+    bored = [method.name for method in methods().values() if "bore" in method.needs]
     geometry, found = design.geometry, [
         f"{name} has no effect on the motion: inertia is given, and {reason}." for name, reason, holds in (
             ("mass", "the supports are rigid", design.supports is None),
-            ("bore", "the stiffness is not by potential energy", design.stiffness != POTENTIAL_ENERGY and (
+            ("bore", f"the stiffness is not by {' or '.join(bored)}", design.stiffness not in bored and (
                 design.supports is None or design.mass is not None)),
         ) if holds and design.inertia is not None and getattr(design, name) is not None]
     if design.inertia is None and design.mass is None:
@@ -192,12 +194,10 @@ def _inertia_warnings(design: Any) -> list[str]:
 
 
 def _stiffness_warnings(design: Any) -> list[str]:
-    """Warnings about a mesh stiffness by ISO 6336-1 outside its range, or from a table far from it or constant."""
-    if design.stiffness == POTENTIAL_ENERGY:
-        return []
+    """Warnings about a mesh stiffness outside the range of its method, or from a table far from others or constant."""
     try:
-        if design.stiffness == ISO:
-            return [f"{text}." for text in iso_tooth_stiffness(design).warnings]
+        if isinstance(design.stiffness, str):
+            return [f"{text}." for text in methods()[design.stiffness].warnings(design)]
         own, *others = comparable_stiffnesses(design)
     except InputError:  # reported by what needs the stiffness
         return []

@@ -17,9 +17,9 @@ from gearchaos.errors import ChangedFileError, InputError
 from gearchaos.gears.design.values import ErrorFile, ErrorTable, OrdersFile, TableFile, checksum
 from gearchaos.gears.mesh_load import mesh_load
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.stiffness.iso6336 import ToothStiffness, other_methods, tooth_stiffness
-from gearchaos.gears.stiffness.mesh_stiffness import ISO, POTENTIAL_ENERGY, MeshStiffness, from_energy, from_iso
-from gearchaos.gears.stiffness.mesh_stiffness import from_table as stiffness_from_table
+from gearchaos.gears.stiffness.iso6336 import ISO, ToothStiffness, tooth_stiffness
+from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness, methods, other_methods
+from gearchaos.gears.stiffness.table import from_table as stiffness_from_table
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, from_quality
 from gearchaos.gears.transmission_error.quality import tolerances
 from gearchaos.gears.transmission_error.tables import from_orders
@@ -36,7 +36,7 @@ def iso_tooth_stiffness(design: Any) -> ToothStiffness:
     if load == 0:
         raise InputError("torque", "must be greater than 0 for a mesh stiffness by ISO 6336-1", design.torque,
                          "By the rule for low loads, (90), the stiffness vanishes with the load. Other methods do not "
-                         f"depend on the load. {other_methods(design.geometry)}")
+                         f"depend on the load. {other_methods(ISO, design.geometry)}")
     first, second = (material.E for material in design.material)
     return tooth_stiffness(design.geometry, line_load=load, youngs_modulus=(first, second), blanks=design.blanks)
 
@@ -53,25 +53,18 @@ def stiffness_of(design: Any) -> MeshStiffness:
     """
     if isinstance(design.stiffness, TableFile):
         return _table_stiffness(design.stiffness, design.teeth[0], design.geometry.common_face_width)
-    if design.stiffness == ISO:
-        return from_iso(design.geometry, iso_tooth_stiffness(design).mesh_stiffness)
-    return _energy_stiffness(design.geometry, design.material, design.given("bore"))
+    return methods()[design.stiffness].compute(design)
 
 
 def comparable_stiffnesses(design: Any) -> tuple[MeshStiffness, ...]:
-    """The mesh stiffness by the method of the design, then by ISO 6336-1 and potential energy, unless they are the
-    method of the design or cannot be computed, as without a bore or for helical gears.
+    """The mesh stiffness by the method of the design, then by all others that can be computed, unlike those without a
+    bore or for helical gears.
     """
-    own = stiffness_of(design)
-    others = {
-        ISO: lambda: from_iso(design.geometry, iso_tooth_stiffness(design).mesh_stiffness),
-        POTENTIAL_ENERGY: lambda: _energy_stiffness(design.geometry, design.material, design.given("bore")),
-    }
-    found = [own]
-    for method, compute in others.items():
-        if method != own.method:
+    found = [stiffness_of(design)]
+    for method in methods().values():
+        if method.name != design.stiffness:
             with suppress(InputError):
-                found.append(compute())
+                found.append(method.compute(design))
     return tuple(found)
 
 
@@ -81,12 +74,6 @@ def _table_stiffness(file: TableFile, teeth: int, face_width: float) -> MeshStif
     _check_unchanged("stiffness.table", file.table, file.sha256)
     return stiffness_from_table(file.table, teeth=teeth, speed=file.speed, face_width=face_width,
                                 columns=dict(file.columns))
-
-
-@lru_cache(maxsize=64)
-def _energy_stiffness(*arguments: Any) -> MeshStiffness:
-    """`from_energy`, computed once for each pair."""
-    return from_energy(*arguments)
 
 
 def _check_unchanged(field: str, path: str, sha256: str) -> None:
@@ -157,7 +144,7 @@ def gear_pair(design: Any) -> GearPair:
     InputError
         If an input that the pair needs is missing: speed, torque, backlash, damping ratio, and inertia or bore.
     """
-    design.require(_needed(design))
+    design.require(dict.fromkeys(_needed(design)))
     stiffness, error, geometry = stiffness_of(design), error_of(design), design.geometry
     reference, mass = stiffness.reference, design.equivalent_mass
     return GearPair(
@@ -174,8 +161,10 @@ def _needed(design: Any) -> Iterator[str]:
     if design.transmission_error == "from quality":
         yield "quality"
     weighed = design.mass is not None or (design.inertia is not None and design.supports is None)
-    if not weighed or design.stiffness == POTENTIAL_ENERGY:
+    if not weighed:
         yield "bore"
+    if not isinstance(design.stiffness, TableFile):
+        yield from methods()[design.stiffness].needs
     yield from ("backlash", "damping_ratio", "speed", "torque")
 
 

@@ -19,6 +19,7 @@ from gearchaos.gears.inputs.forms import record_values, two_lengths, two_values
 from gearchaos.gears.inputs.plausibility import check_plausible
 from gearchaos.gears.materials import materials
 from gearchaos.gears.stiffness.iso6336 import Blank
+from gearchaos.gears.stiffness.mesh_stiffness import methods
 from gearchaos.gears.transmission_error.quality import Quality
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 from gearchaos.validation import check_rule, to_float
@@ -230,7 +231,6 @@ def _required_checksum(field: str, path: str) -> str:
 SOLID = "solid"
 """The blank of a wheel that is a solid disc."""
 
-STIFFNESSES = ("ISO 6336-1", "potential energy")
 ERRORS = ("none", "from quality")
 
 
@@ -413,7 +413,7 @@ CONVERTERS: dict[str, Callable[[str, Any], Any]] = {
     "quality": _quality,
     "backlash": lambda field, value: backlash_of(value),
     "damping_ratio": _damping_ratio,
-    "stiffness": _choice(STIFFNESSES, table=TableFile),
+    "stiffness": _choice(tuple(methods()), table=TableFile),
     "transmission_error": _choice(ERRORS, orders=OrdersFile, table=ErrorTable),
     "eccentricity": lambda field, value: two_lengths(field, value, NOT_NEGATIVE),
     "supports": _record(Supports),

@@ -9,10 +9,8 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from gearchaos.gears.dynamic_factor.refused import Refused
+from gearchaos.gears.dynamic_factor.standards import Refused, Standard
 from gearchaos.gears.formulas import described
-
-AGMA_METHOD = "ANSI/AGMA 2001-D04"
 
 FEET_PER_MINUTE = 196.85
 """ft/min in one m/s, as 2101-D04 prints it."""
@@ -22,21 +20,11 @@ _AGMA = "ANSI/AGMA 2001-D04 and 2101-D04, clause 8"
 
 @dataclass(frozen=True, kw_only=True)
 class DynamicFactorAGMA:
-    """K_v by AGMA 2001-D04.
+    """K_v by AGMA 2001-D04, velocities in m/s.
 
-    Attributes
-    ----------
-    exponent : float
-        B.
-    velocity_constant : float
-        A in the notation with Q_v, C in that with A_v.
-    largest_velocity : float
-        Largest pitch line velocity for which the standard gives a value, m/s.
-    value : float
-        K_v.
+    The velocity constant is A in the notation with Q_v, C in that with A_v; above the largest velocity there is no K_v.
     """
 
-    method: ClassVar[str] = AGMA_METHOD
     reason: ClassVar[str] = ""
 
     exponent: float = described("B", "0.25 (12 − Q_v)^(2/3)", _AGMA)
@@ -78,18 +66,20 @@ def dynamic_factor_agma(velocity: float, quality: int) -> DynamicFactorAGMA | Re
     """
     if not 5 <= quality <= 11:
         return Refused(
-            AGMA_METHOD, f"The quality number Q_v must lie in [5, 11], A_v = 17 − Q_v in [6, 12]; Q_v is {quality}. "
+            f"The quality number Q_v must lie in [5, 11], A_v = 17 − Q_v in [6, 12]; Q_v is {quality}. "
             "The standard has no formula for more accurate gears, but a range from 1.02 to 1.11 by judgement."
-            if quality > 11 else f"The quality number Q_v must lie in [5, 11]; it is {quality}.",
-        )
+            if quality > 11 else f"The quality number Q_v must lie in [5, 11]; it is {quality}.")
     exponent = 0.25 * (12 - quality) ** (2 / 3)
     constant = 50 + 56 * (1 - exponent)
     largest = (constant + quality - 3) ** 2 / FEET_PER_MINUTE
     if velocity > largest:
         return Refused(
-            AGMA_METHOD,
-            f"The pitch line velocity must be at most {largest:.4g} m/s for Q_v = {quality}; it is {velocity:.4g} m/s.",
-        )
+            f"The pitch line velocity must be at most {largest:.4g} m/s for Q_v = {quality}; it is {velocity:.4g} m/s.")
     value = ((constant + math.sqrt(FEET_PER_MINUTE * velocity)) / constant) ** exponent
     return DynamicFactorAGMA(
         exponent=exponent, velocity_constant=constant, largest_velocity=largest, value=value)
+
+
+STANDARD = Standard(
+    name="Kv_AGMA", label="AGMA", words="AGMA 2001-D04", result=DynamicFactorAGMA,
+    compute=lambda design: dynamic_factor_agma(design.load.velocity, quality_number(design.quality.coarsest)))

@@ -11,17 +11,25 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from gearchaos.errors import InputError
-from gearchaos.gears.dynamic_factor.refused import Refused
-from gearchaos.gears.dynamic_factor.resonance import MAIN_END, SUPERCRITICAL_START, Resonance, SpeedRange, resonance
+from gearchaos.gears.dynamic_factor.resonance import (
+    MAIN_END,
+    SUPERCRITICAL_START,
+    Resonance,
+    SpeedRange,
+    resonance,
+    velocity_parameter,
+)
+from gearchaos.gears.dynamic_factor.standards import Refused, Standard
 from gearchaos.gears.formulas import described
+from gearchaos.gears.transmission_error.quality import tolerances
+from gearchaos.gears.units import RPM
 
 if TYPE_CHECKING:
+    from gearchaos.gears.design.gear_design import GearDesign
     from gearchaos.gears.geometry.dimensions import Geometry
     from gearchaos.gears.mesh_load import MeshLoad
     from gearchaos.gears.stiffness.iso6336 import ToothStiffness
     from gearchaos.gears.transmission_error.quality import Tolerances
-
-METHOD_B = "ISO 6336-1:2006, method B"
 
 _CLAUSE = "ISO 6336-1:2006, 6.4"
 
@@ -52,22 +60,13 @@ class FlankMaterial:
             raise InputError("flank.contact_limit", "must be a positive finite number", self.contact_limit)
 
 
-class _RunningIn(NamedTuple):
-    """Share of a deviation that running-in removes, and its largest values in µm for v up to 5 m/s, 10 m/s, and above.
-
-    Of through hardened steel all three are divided by σ_Hlim in N/mm².
-    """
-
-    share: float
-    limits: tuple[float, float, float]
-
-
 _RUNNING_IN = {
-    "through hardened": _RunningIn(160.0, (math.inf, 12800.0, 6400.0)),
-    "cast iron": _RunningIn(0.275, (math.inf, 22.0, 11.0)),
-    "surface hardened": _RunningIn(0.075, (3.0, 3.0, 3.0)),
+    "through hardened": (160.0, (math.inf, 12800.0, 6400.0)),
+    "cast iron": (0.275, (math.inf, 22.0, 11.0)),
+    "surface hardened": (0.075, (3.0, 3.0, 3.0)),
 }
-"""ISO 6336-1:2006, 8.3.5.1."""
+"""Share of a deviation that running-in removes, and its largest values in µm for v up to 5 m/s, 10 m/s, and above; ISO
+6336-1:2006, 8.3.5.1. Of through hardened steel all are divided by σ_Hlim in N/mm²."""
 
 
 def running_in_allowance(deviation: float, material: FlankMaterial, velocity: float) -> float:
@@ -82,10 +81,10 @@ def running_in_allowance(deviation: float, material: FlankMaterial, velocity: fl
     velocity : float
         Pitch line velocity, m/s.
     """
-    rule = _RUNNING_IN[material.group]
+    share, limits = _RUNNING_IN[material.group]
     divisor = material.contact_limit / 1e6 if material.group == "through hardened" else 1.0
-    limit = rule.limits[0 if velocity <= 5 else 1 if velocity <= 10 else 2]
-    return min(rule.share / divisor * deviation, limit / divisor * 1e-6, deviation)
+    limit = limits[0 if velocity <= 5 else 1 if velocity <= 10 else 2]
+    return min(share / divisor * deviation, limit / divisor * 1e-6, deviation)
 
 
 def relief_from_running_in(material: FlankMaterial) -> float:
@@ -95,20 +94,9 @@ def relief_from_running_in(material: FlankMaterial) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Deviations:
-    """Deviations of a pair that method B uses, m.
+    """Deviations of a pair that method B uses, m; running-in removes the allowances.
 
-    Attributes
-    ----------
-    base_pitch : float
-        f_pb, transverse base pitch deviation.
-    profile_form : float
-        f_fα.
-    base_pitch_allowance, profile_allowance : float
-        y_p and y_f, which running-in removes.
-    tip_relief : float
-        C_a of design, or C_ay from running-in; 0 for none.
-    relief_counts : bool
-        Whether the accuracy lets tip relief count; otherwise B_k = 1.
+    The tip relief is 0 where there is none. Where the accuracy does not let it count, B_k = 1.
     """
 
     base_pitch: float = described("f_pb", "max f_pt cos α_t", f"{_CLAUSE}.3", "µm", 1e6)
@@ -121,7 +109,7 @@ class Deviations:
 
 def deviations(
     geometry: Geometry,
-    tolerances: tuple[Tolerances, Tolerances],
+    limits: tuple[Tolerances, Tolerances],
     grade: int,
     *,
     velocity: float = 0.0,
@@ -134,7 +122,7 @@ def deviations(
     ----------
     geometry : Geometry
         Gives the transverse pressure angle.
-    tolerances : tuple of Tolerances
+    limits : tuple of Tolerances
         Of both wheels; the larger f_pt and f_fα count, which are usually those of the larger wheel.
     grade : int
         Accuracy grade of the less accurate wheel; from 6 on tip relief does not count.
@@ -145,8 +133,8 @@ def deviations(
     flanks : tuple of FlankMaterial, optional
         Materials of the flanks. Left out, running-in removes nothing, y_p = y_f = 0, which raises K_v.
     """
-    base_pitch = max(t.single_pitch for t in tolerances) * math.cos(geometry.transverse_pressure_angle)
-    form = max(t.profile_form for t in tolerances)
+    base_pitch = max(t.single_pitch for t in limits) * math.cos(geometry.transverse_pressure_angle)
+    form = max(t.profile_form for t in limits)
     relief, allowances = tip_relief or (0.0, 0.0), (0.0, 0.0)
     if flanks is not None:
         pitch, profile = (
@@ -192,23 +180,10 @@ class DynamicFactorB:
 
     Attributes
     ----------
-    resonance : Resonance
-        Reduced mass, resonance speed and speed ranges.
-    constants : Constants
-        C_v1 to C_v7.
-    speed_range : SpeedRange
-        The range in which the speed lies.
-    resonance_ratio : float
-        N.
-    pitch_parameter, profile_parameter, relief_parameter : float
-        B_p, B_f and B_k.
-    value : float
-        K_v.
     warnings : tuple of str
         What the standard says of this range and load.
     """
 
-    method: ClassVar[str] = METHOD_B
     reason: ClassVar[str] = ""
 
     resonance: Resonance
@@ -256,42 +231,32 @@ def dynamic_factor_b(
     loads below 50 N/mm could be compared with one source only.
     """
     if load.line_load == 0:
-        return Refused(METHOD_B, "Without load there is no ratio of forces.")
+        return Refused("Without load there is no ratio of forces.")
     if geometry.total_contact_ratio <= 1:
-        return Refused(
-            METHOD_B, f"The total contact ratio must be above 1; it is {geometry.total_contact_ratio:.4g}.")
+        return Refused(f"The total contact ratio must be above 1; it is {geometry.total_contact_ratio:.4g}.")
     found = resonance(geometry.teeth[0], stiffness.mesh_stiffness, reduced_mass, load.line_load)
     per_length = stiffness.single_stiffness / load.line_load
-    parameters = (
-        per_length * (given.base_pitch - given.base_pitch_allowance),
-        per_length * (given.profile_form - given.profile_allowance),
-        abs(1 - per_length * given.tip_relief) if given.relief_counts else 1.0,
-    )
-    factors, ratio, where = constants(geometry.total_contact_ratio), found.ratio(speed), found.range_at(speed)
-    return DynamicFactorB(
-        resonance=found, constants=factors, speed_range=where, resonance_ratio=ratio, pitch_parameter=parameters[0],
-        profile_parameter=parameters[1], relief_parameter=parameters[2],
-        value=_value(where, ratio, factors, parameters), warnings=_warnings(geometry, load, where),
-    )
-
-
-def _value(where: SpeedRange, ratio: float, c: Constants, parameters: tuple[float, float, float]) -> float:
-    """K_v: (13), (14) subcritical, (20) in main resonance, (21) supercritical, (22) linear between the two."""
-    pitch, profile, relief = parameters
+    pitch = per_length * (given.base_pitch - given.base_pitch_allowance)
+    profile = per_length * (given.profile_form - given.profile_allowance)
+    relief = abs(1 - per_length * given.tip_relief) if given.relief_counts else 1.0
+    c, ratio, where = constants(geometry.total_contact_ratio), found.ratio(speed), found.range_at(speed)
     deviation = c.C_v1 * pitch + c.C_v2 * profile
-    if where is SpeedRange.SUBCRITICAL:
-        return ratio * (deviation + c.C_v3 * relief) + 1
     main = deviation + c.C_v4 * relief + 1
     above = c.C_v5 * pitch + c.C_v6 * profile + c.C_v7
-    if where is SpeedRange.INTERMEDIATE:
-        return above + (main - above) * (SUPERCRITICAL_START - ratio) / (SUPERCRITICAL_START - MAIN_END)
-    return main if where is SpeedRange.MAIN_RESONANCE else above
+    value = {
+        SpeedRange.SUBCRITICAL: ratio * (deviation + c.C_v3 * relief) + 1,  # (13), (14)
+        SpeedRange.MAIN_RESONANCE: main,  # (20)
+        SpeedRange.INTERMEDIATE: above + (main - above) * (SUPERCRITICAL_START - ratio) / (
+            SUPERCRITICAL_START - MAIN_END),  # (22)
+        SpeedRange.SUPERCRITICAL: above,  # (21)
+    }[where]
+    return DynamicFactorB(
+        resonance=found, constants=c, speed_range=where, resonance_ratio=ratio, pitch_parameter=pitch,
+        profile_parameter=profile, relief_parameter=relief, value=value, warnings=_warnings(geometry, load, where))
 
 
 def _warnings(geometry: Geometry, load: MeshLoad, where: SpeedRange) -> tuple[str, ...]:
     """What the standard says of a speed range and of a load."""
-    pinion, ratio = min(geometry.teeth), max(geometry.teeth) / min(geometry.teeth)
-    parameter = load.velocity * pinion / 100 * math.sqrt(ratio**2 / (1 + ratio**2))
     found = {
         "Below 50 N/mm there is a danger of vibration with separation of the flanks, which K_v does not cover":
             load.line_load < 50e3,
@@ -300,6 +265,30 @@ def _warnings(geometry: Geometry, load: MeshLoad, where: SpeedRange) -> tuple[st
         "In the intermediate range the standard recommends a refined analysis, method A":
             where is SpeedRange.INTERMEDIATE,
         "Below (v z1/100) √(u²/(1 + u²)) = 3 m/s method B is outside the range recommended in 6.3.2; see method C":
-            parameter < 3,
+            velocity_parameter(geometry, load.velocity) < 3,
     }
     return tuple(text for text, holds in found.items() if holds)
+
+
+def of_design(
+    design: GearDesign, flanks: tuple[FlankMaterial, FlankMaterial] | None = None,
+) -> DynamicFactorB | Refused:
+    """`dynamic_factor_b` of a design with quality, speed and torque; without ``flanks`` running-in removes nothing."""
+    geometry, load, quality = design.geometry, design.load, design.quality
+    if load.line_load == 0:
+        return Refused("Without load there is no ratio of forces.")
+    try:
+        stiffness = design.tooth_stiffness
+        mass = design.equivalent_mass / geometry.common_face_width
+        limits = tolerances(quality, geometry)
+    except InputError as error:
+        return Refused(str(error))
+    relief = None if design.tip_relief is None else design.tip_relief.amount
+    given = deviations(geometry, limits, quality.coarsest, velocity=load.velocity, tip_relief=relief, flanks=flanks)
+    return dynamic_factor_b(geometry, load, design.speed * RPM, stiffness, mass, given)
+
+
+STANDARD = Standard(
+    name="Kv_ISO_B", label="ISO method B", words="ISO 6336-1, method B", result=DynamicFactorB, compute=of_design,
+    beside={"resonance_ratio_ISO_B": "resonance_ratio",
+            **{name: name for name in ("pitch_parameter", "profile_parameter", "relief_parameter")}})

@@ -6,14 +6,15 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from gearchaos.gears.dynamic_factor.refused import Refused
+from gearchaos.gears.dynamic_factor.resonance import velocity_parameter
+from gearchaos.gears.dynamic_factor.standards import Refused, Standard
 from gearchaos.gears.formulas import described
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
     from gearchaos.gears.mesh_load import MeshLoad
 
-METHOD_C = "ISO 6336-1:2006, method C"
+_CLAUSE = "ISO 6336-1:2006, 6.5; IACS UR M56, 1.6.3"
 
 _K1 = {
     "spur": {3: 2.1, 4: 3.9, 5: 7.5, 6: 14.9, 7: 26.8, 8: 39.1},
@@ -32,34 +33,19 @@ _LEAST_LINE_LOAD = 100.0
 
 @dataclass(frozen=True, kw_only=True)
 class DynamicFactorC:
-    """K_v by method C.
+    """K_v by method C, velocities in m/s; in the formulae 1 is the pinion and u ≥ 1.
 
-    Attributes
-    ----------
-    velocity_parameter : float
-        (v z1/100) √(u²/(1 + u²)), m/s, where 1 is the pinion and u ≥ 1.
-    speed_factor : float
-        K3.
-    spur, helical : float
-        K_vα of a spur and K_vβ of a helical pair with ε_β ≥ 1.
-    value : float
-        K_v.
+    ``spur`` is that of a spur pair, ``helical`` that of a helical pair with ε_β ≥ 1.
     """
 
-    method: ClassVar[str] = METHOD_C
     reason: ClassVar[str] = ""
 
     velocity_parameter: float = described(
-        "v z1/100 √(u²/(1+u²))", "v z1/100 √(u²/(1 + u²))", "ISO 6336-1:2006, 6.5; IACS UR M56, 1.6.3", "m/s")
-    speed_factor: float = described(
-        "K3", "2 up to 0.2 m/s, else 2.071 − 0.357 v z1/100 √(u²/(1+u²))",
-        "ISO 6336-1:2006, 6.5; IACS UR M56, 1.6.3")
-    spur: float = described(
-        "K_vα", "1 + (K1/(K_A F_t/b) + K2) K3 v z1/100 √(u²/(1+u²))", "ISO 6336-1:2006, 6.5; IACS UR M56, 1.6.3")
-    helical: float = described(
-        "K_vβ", "1 + (K1/(K_A F_t/b) + K2) K3 v z1/100 √(u²/(1+u²))", "ISO 6336-1:2006, 6.5; IACS UR M56, 1.6.3")
-    value: float = described(
-        "K_v", "K_vα − ε_β (K_vα − K_vβ), K_vβ from ε_β = 1 on", "ISO 6336-1:2006, 6.5; IACS UR M56, 1.6.3")
+        "v z1/100 √(u²/(1+u²))", "v z1/100 √(u²/(1 + u²))", _CLAUSE, "m/s")
+    speed_factor: float = described("K3", "2 up to 0.2 m/s, else 2.071 − 0.357 v z1/100 √(u²/(1+u²))", _CLAUSE)
+    spur: float = described("K_vα", "1 + (K1/(K_A F_t/b) + K2) K3 v z1/100 √(u²/(1+u²))", _CLAUSE)
+    helical: float = described("K_vβ", "1 + (K1/(K_A F_t/b) + K2) K3 v z1/100 √(u²/(1+u²))", _CLAUSE)
+    value: float = described("K_v", "K_vα − ε_β (K_vα − K_vβ), K_vβ from ε_β = 1 on", _CLAUSE)
 
 
 def dynamic_factor_c(
@@ -91,12 +77,9 @@ def dynamic_factor_c(
     Besides its equation, ISO 6336-1:2006 has diagrams and K1 for grades up to 12. The values beyond grade 8 could
     not be compared with a second source and are not offered. K3 jumps by 0.0004 at 0.2 m/s, as printed.
     """
-    pinion, wheel = min(geometry.teeth), max(geometry.teeth)
-    ratio = wheel / pinion
-    parameter = load.velocity * pinion / 100 * math.sqrt(ratio**2 / (1 + ratio**2))
-    reason = _method_c_refusal(geometry, parameter, pinion, grade, solid_wheels)
-    if reason:
-        return Refused(METHOD_C, reason)
+    parameter = velocity_parameter(geometry, load.velocity)
+    if reason := _refusal(geometry, parameter, grade, solid_wheels):
+        return Refused(reason)
     k3 = 2.0 if parameter <= 0.2 else 2.071 - 0.357 * parameter
     line_load = max(load.line_load / 1e3, _LEAST_LINE_LOAD)
     spur, helical = (1 + (_K1[kind][grade] / line_load + _K2[kind]) * parameter * k3 for kind in ("spur", "helical"))
@@ -104,9 +87,8 @@ def dynamic_factor_c(
     return DynamicFactorC(velocity_parameter=parameter, speed_factor=k3, spur=spur, helical=helical, value=value)
 
 
-def _method_c_refusal(geometry: Geometry, parameter: float, pinion: int, grade: int, solid_wheels: bool) -> str:
+def _refusal(geometry: Geometry, parameter: float, grade: int, solid_wheels: bool) -> str:
     """Why method C gives no value; empty if it gives one."""
-    helix = math.degrees(geometry.helix_angle)
     if grade not in _K1["spur"]:
         return f"K1 is known for accuracy grades 3 to 8; the grade is {grade}."
     if parameter >= 10:
@@ -117,8 +99,15 @@ def _method_c_refusal(geometry: Geometry, parameter: float, pinion: int, grade: 
     if parameter < 3:
         return ""
     above = "Where (v z1/100) √(u²/(1 + u²)) is 3 m/s or more,"
-    if helix > 30:
+    if (helix := math.degrees(geometry.helix_angle)) > 30:
         return f"{above} the helix angle must be at most 30°; it is {helix:.4g}°."
-    if pinion >= 50:
+    if (pinion := min(geometry.teeth)) >= 50:
         return f"{above} the pinion must have fewer than 50 teeth; it has {pinion}."
     return "" if solid_wheels else f"{above} the wheels must be solid discs or have heavy steel rims."
+
+
+STANDARD = Standard(
+    name="Kv_ISO_C", label="ISO method C", words="ISO 6336-1, method C", result=DynamicFactorC,
+    compute=lambda design: dynamic_factor_c(
+        design.geometry, design.load, design.quality.coarsest, solid_wheels=not any(design.blanks)))
+"""The wheels of a design count as solid discs unless it has a blank, also where their inertias are given."""

@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
+from typing import TYPE_CHECKING
 
 from gearchaos.gears.formulas import described
+
+if TYPE_CHECKING:
+    from gearchaos.gears.geometry.dimensions import Geometry
 
 RPM = 30 / math.pi
 """One rad/s in revolutions per minute."""
@@ -28,27 +32,17 @@ class SpeedRange(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Resonance:
-    """Main resonance of the mesh in terms of the speed of wheel 1, in rad/s.
-
-    Attributes
-    ----------
-    reduced_mass : float
-        m_red, equivalent mass of the pair along the line of action over the common face width, kg/m.
-    resonance_speed : float
-        Speed of wheel 1 at which the mesh frequency equals the natural frequency of the mesh, n_E1.
-    lower_limit_ratio : float
-        N_S, resonance ratio where the main resonance range begins.
-    main_start, main_end, supercritical_start : float
-        Speeds of wheel 1 at N = N_S, 1.15 and 1.5.
-    """
+    """Main resonance of the mesh in terms of the speed of wheel 1; values in SI, speeds in rad/s."""
 
     reduced_mass: float = described("m_red", "I1 I2/((I1 r_b2² + I2 r_b1²) b)", f"{_CLAUSE}, (7), (8)", "kg/mm", 1e-3)
     resonance_speed: float = described("n_E1", "30000/(π z1) √(c_γα/m_red)", f"{_CLAUSE}, (6)", "rpm", RPM)
     lower_limit_ratio: float = described(
-        "N_S", "0.85, or 0.5 + 0.35 √(F_t K_A/(100 b)) below 100 N/mm", f"{_CLAUSE}, (11), (12)")
-    main_start: float = described("", "N_S n_E1", _CLAUSE, "rpm", RPM)
-    main_end: float = described("", "1.15 n_E1", _CLAUSE, "rpm", RPM)
-    supercritical_start: float = described("", "1.5 n_E1", _CLAUSE, "rpm", RPM)
+        "N_S", "0.85, or 0.5 + 0.35 √(F_t K_A/(100 b)) below 100 N/mm", f"{_CLAUSE}, (11), (12)",
+        words="resonance ratio where main resonance begins")
+    main_start: float = described("", "N_S n_E1", _CLAUSE, "rpm", RPM, words="start of the main resonance")
+    main_end: float = described("", "1.15 n_E1", _CLAUSE, "rpm", RPM, words="end of the main resonance")
+    supercritical_start: float = described(
+        "", "1.5 n_E1", _CLAUSE, "rpm", RPM, words="start of the supercritical range")
 
     def ratio(self, speed: float) -> float:
         """Resonance ratio N = n1/n_E1, (9), at a speed of wheel 1 in rad/s."""
@@ -90,3 +84,9 @@ def resonance(teeth1: int, mesh_stiffness: float, reduced_mass: float, line_load
 def lower_limit_ratio(line_load: float) -> float:
     """N_S at a line load in N/m, ISO 6336-1:2006, 6.4.2, (11), (12)."""
     return 0.5 + 0.35 * math.sqrt(min(line_load / 100e3, 1.0))
+
+
+def velocity_parameter(geometry: Geometry, velocity: float) -> float:
+    """(v z1/100) √(u²/(1 + u²)), m/s, at a pitch line velocity v, where 1 is the pinion; ISO 6336-1:2006, 6.3.2."""
+    pinion, ratio = min(geometry.teeth), max(geometry.teeth) / min(geometry.teeth)
+    return velocity * pinion / 100 * math.sqrt(ratio**2 / (1 + ratio**2))

@@ -58,8 +58,9 @@ GEOMETRY_FORMULAS: dict[str, Formula] = {
 """Of the properties of `Geometry`."""
 
 DESIGN_FORMULAS: dict[str, Formula] = {
-    "backlash_line_of_action": _length(
-        "j_bt", "j_wt cos α_wt = j_t cos α_t = j_bn/cos β_b = 2 j_r sin α_wt; total", _ISO),
+    "backlash_line_of_action": Formula(
+        "j_bt", "mm", 1e3, "j_wt cos α_wt = j_t cos α_t = j_bn/cos β_b = 2 j_r sin α_wt; total", _ISO,
+        words="total backlash along the line of action"),
     "masses": Formula("m", "kg", 1.0, "π ρ b (d_m² − d_i²)/4 with d_m = (d_a + d_f)/2, if not given", "disc"),
     "inertias": Formula("I", "kg*m^2", 1.0, "m (d_m² + d_i²)/8, if not given", "disc"),
     "equivalent_mass": Formula("m", "kg", 1.0, "I1 I2/(I1 r_b2² + I2 r_b1²)", "Łuczko 2008, (2.9)"),

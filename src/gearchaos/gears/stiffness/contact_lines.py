@@ -37,14 +37,17 @@ def relative_length(contact_ratio: float, overlap_ratio: float = 0.0) -> Periodi
         For ratios with which contact is lost during a part of the period.
     """
     _check(contact_ratio, overlap_ratio)
-    spur = overlap_ratio < _SAME_POSITION
     corners = np.mod([0.0, contact_ratio, overlap_ratio, contact_ratio + overlap_ratio], 1.0)
     knots = np.sort(corners[corners < 1 - _SAME_POSITION])
     knots = np.append(knots[np.diff(knots, prepend=-1.0) > _SAME_POSITION], 1.0)
-    if spur:
-        levels = _pairs(knots[:-1] + np.diff(knots) / 2, contact_ratio) / contact_ratio
+    if overlap_ratio < _SAME_POSITION:
+        pairs = np.ceil(contact_ratio - (knots[:-1] + np.diff(knots) / 2))
+        levels = pairs / contact_ratio
         return PeriodicCurve(knots, levels, levels)
-    values = _length(knots, contact_ratio, overlap_ratio)
+    # a line whose leading end is u behind the entry of the zone of contact is in it from max(0, u − ε_β) to min(u, ε_α)
+    u = knots[:, None] + np.arange(np.ceil(contact_ratio + overlap_ratio) + 1)
+    lengths = np.maximum(np.minimum(u, contact_ratio) - np.maximum(u - overlap_ratio, 0.0), 0.0)
+    values = lengths.sum(axis=1) / (contact_ratio * overlap_ratio)
     return PeriodicCurve(knots, values[:-1], np.append(values[1:-1], values[0]))
 
 
@@ -80,19 +83,3 @@ def _check(contact_ratio: float, overlap_ratio: float) -> None:
     if not 0 < contact_ratio < np.inf or contact_ratio + overlap_ratio < 1:
         raise InputError("contact_ratio", "must be at least 1 together with the overlap ratio", contact_ratio,
                          "Otherwise no teeth are in contact during a part of the mesh period.")
-
-
-def _pairs(positions: np.ndarray, contact_ratio: float) -> np.ndarray:
-    """The number of tooth pairs of spur gears in contact at positions in [0, 1)."""
-    return np.ceil(contact_ratio - positions)
-
-
-def _length(positions: np.ndarray, contact_ratio: float, overlap_ratio: float) -> np.ndarray:
-    """The relative length of the contact lines of helical gears at positions in [0, 1], (positions,).
-
-    A line whose leading end is u behind the entry of the zone of contact is in it from max(0, u − ε_β) to min(u, ε_α).
-    """
-    lines = np.arange(np.ceil(contact_ratio + overlap_ratio) + 1)
-    u = positions[:, None] + lines
-    lengths = np.minimum(u, contact_ratio) - np.maximum(u - overlap_ratio, 0.0)
-    return np.maximum(lengths, 0.0).sum(axis=1) / (contact_ratio * overlap_ratio)

@@ -1,6 +1,6 @@
-"""Tooth stiffness by ISO 6336-1:2006, clause 9: single stiffness c′ and mesh stiffness c_γα.
+"""Stiffness by ISO 6336-1:2006, clause 9: single stiffness c′, mesh stiffness c_γα, and its course over the mesh cycle.
 
-Both are stiffnesses per unit face width in the transverse plane, along the line of action, in N/m² here and in
+c′ and c_γα are per unit face width in the transverse plane, along the line of action, in N/m² here and in
 N/(mm µm) = 1e9 N/m² in the standard. c_γα is the mean over the mesh cycle.
 
 The symbols of the standard count wheels by their numbers of teeth: 1 is the pinion, which has the smaller number. Here
@@ -15,9 +15,23 @@ from typing import TYPE_CHECKING
 
 from gearchaos.errors import InputError
 from gearchaos.gears.formulas import described
+from gearchaos.gears.stiffness.contact_lines import fourier_coefficients, relative_length
+from gearchaos.gears.stiffness.mesh_stiffness import (
+    TOLERANCE,
+    MeshStiffness,
+    StiffnessMethod,
+    check_positive,
+    other_methods,
+    truncation_note,
+)
+from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, approximate, truncated_series
+from gearchaos.model import TwoLevelStiffness
+from gearchaos.validation import MAX_HARMONICS
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
+
+ISO = "ISO 6336-1"
 
 N_PER_MM_UM = 1e9
 """One N/(mm µm) in N/m²."""
@@ -63,16 +77,6 @@ class ToothStiffness:
 
     Attributes
     ----------
-    flexibility : float
-        q′, least flexibility of a tooth pair, m²/N.
-    single_stiffness_theoretical : float
-        c′th, N/m².
-    correction_factor, blank_factor, rack_factor, helix_factor, material_factor, load_factor : float
-        C_M, C_R, C_B, cos β, E/E_st, and the factor for a low specific load.
-    single_stiffness : float
-        c′, largest stiffness of one tooth pair, N/m².
-    mesh_stiffness : float
-        c_γα, mean over the mesh cycle, N/m².
     warnings : tuple of str
         In what the pair lies outside the range for which the standard validated its formulae.
     """
@@ -134,16 +138,36 @@ def tooth_stiffness(
     deviations for 100 ≤ F_bt/b ≤ 1600 N/mm, and the use of one C_R for a pair of unlike wheels could be compared with
     one source only.
     """
-    _check_values(line_load, youngs_modulus, blanks)
-    pinion = _pinion(geometry)
-    flexibility = _flexibility(geometry, pinion)
-    _check_meaning(geometry, flexibility)
+    given = {f"youngs_modulus[{i}]": value for i, value in enumerate(youngs_modulus)}
+    given |= {} if line_load is None else {"line_load": line_load}
+    for i, blank in enumerate(blanks):
+        given |= {} if blank is None else {f"blank[{i}].web": blank.web, f"blank[{i}].rim": blank.rim}
+    for name, value in given.items():
+        if not 0 < value < math.inf:
+            raise InputError(name, "must be a positive finite number", value)
+    if geometry.contact_ratio < 1:
+        raise InputError(
+            "contact_ratio", "must be at least 1 for a stiffness by ISO 6336-1:2006", geometry.contact_ratio,
+            "Contact is lost between two tooth pairs: enlarge the addenda or reduce the centre distance.")
+    pinion_first = sorted((0, 1), key=lambda i: (geometry.teeth[i], -geometry.profile_shift[i]))
+    z1, z2 = (geometry.virtual_teeth[i] for i in pinion_first)
+    x1, x2 = (geometry.profile_shift[i] for i in pinion_first)
+    flexibility = (
+        0.04723 + 0.15551 / z1 + 0.25791 / z2 - 0.00635 * x1 - 0.11654 * x1 / z1 - 0.00193 * x2 - 0.24188 * x2 / z2
+        + 0.00529 * x1**2 + 0.00182 * x2**2
+    ) / N_PER_MM_UM  # (82)
+    if flexibility <= 0:
+        raise InputError(
+            "profile_shift", "must give a positive flexibility q′ by ISO 6336-1:2006, (82)", geometry.profile_shift,
+            f"q′ would be {flexibility * N_PER_MM_UM:.4g} mm µm/N. {other_methods(ISO, geometry)}")
+    first, second = youngs_modulus
+    (blank1, notes1), (blank2, notes2) = (_blank_effect(geometry, i, blanks[i]) for i in (0, 1))
     factors = {
         "correction_factor": _CORRECTION,
-        "blank_factor": min(_blank_factor(geometry, i, blanks[i]) for i in (0, 1)),
+        "blank_factor": min(blank1, blank2),
         "rack_factor": rack_factor(geometry.dedendum, geometry.pressure_angle),
         "helix_factor": math.cos(geometry.helix_angle),
-        "material_factor": _equivalent_modulus(youngs_modulus) / STEEL_MODULUS,
+        "material_factor": 2 * first * second / (first + second) / STEEL_MODULUS,  # (88), (89)
         "load_factor": 1.0 if line_load is None else min(1.0, (line_load / LOW_LINE_LOAD) ** 0.25),
     }
     single = math.prod(factors.values()) / flexibility
@@ -151,8 +175,7 @@ def tooth_stiffness(
     return ToothStiffness(
         flexibility=flexibility, single_stiffness_theoretical=1 / flexibility, **factors, single_stiffness=single,
         mesh_stiffness=mean, warnings=(
-            *_blank_warnings(geometry, blanks), *_warnings(geometry, pinion, line_load, mean, factors["load_factor"])),
-    )
+            *notes1, *notes2, *_warnings(geometry, x1, x2, line_load, mean, factors["load_factor"])))
 
 
 def rack_factor(dedendum: float | tuple[float, float], pressure_angle: float) -> float:
@@ -169,94 +192,24 @@ def rack_factor(dedendum: float | tuple[float, float], pressure_angle: float) ->
     return (1 + 0.5 * (1.2 - sum(pair) / 2)) * (1 - 0.02 * (20 - math.degrees(pressure_angle)))
 
 
-def _pinion(geometry: Geometry) -> int:
-    """Index of the pinion: fewer teeth, or for equal numbers of teeth the larger profile shift."""
-    return max((0, 1), key=lambda i: (-geometry.teeth[i], geometry.profile_shift[i], -i))
-
-
-def _flexibility(geometry: Geometry, pinion: int) -> float:
-    """q′ in m²/N, (82)."""
-    order = (pinion, 1 - pinion)
-    z1, z2 = (geometry.virtual_teeth[i] for i in order)
-    x1, x2 = (geometry.profile_shift[i] for i in order)
-    return (
-        0.04723 + 0.15551 / z1 + 0.25791 / z2 - 0.00635 * x1 - 0.11654 * x1 / z1 - 0.00193 * x2 - 0.24188 * x2 / z2
-        + 0.00529 * x1**2 + 0.00182 * x2**2
-    ) / N_PER_MM_UM
-
-
-def _blank_factor(geometry: Geometry, wheel: int, blank: Blank | None) -> float:
-    """C_R of one wheel, (84) or (85) with its limits 0.2 ≤ b_s/b ≤ 1.2 and s_R/m_n ≥ 1."""
+def _blank_effect(geometry: Geometry, wheel: int, blank: Blank | None) -> tuple[float, list[str]]:
+    """C_R of one wheel, (84) or (85), and which dimensions count as others, since they lie outside its range."""
     if blank is None:
-        return 1.0
-    web = min(max(blank.web / geometry.face_width[wheel], _WEBS[0]), _WEBS[1])
-    rim = max(blank.rim / geometry.normal_module, _LEAST_RIM)
-    return 1 + math.log(web) / (5 * math.exp(rim / 5))
-
-
-def _equivalent_modulus(youngs_modulus: tuple[float, float]) -> float:
-    """E of a pair of two materials, (89)."""
-    first, second = youngs_modulus
-    return 2 * first * second / (first + second)
-
-
-def _check_values(
-    line_load: float | None, youngs_modulus: tuple[float, float], blanks: tuple[Blank | None, Blank | None],
-) -> None:
-    """Raise `InputError` for a value that is not positive."""
-    values = {f"youngs_modulus[{i}]": value for i, value in enumerate(youngs_modulus)}
-    if line_load is not None:
-        values["line_load"] = line_load
-    for i, blank in enumerate(blanks):
-        if blank is not None:
-            values |= {f"blank[{i}].web": blank.web, f"blank[{i}].rim": blank.rim}
-    for name, value in values.items():
-        if not 0 < value < math.inf:
-            raise InputError(name, "must be a positive finite number", value)
-
-
-def other_methods(geometry: Geometry) -> str:
-    """The advice to take another method for the stiffness, of those that the pair can have."""
-    energy = 'stiffness = "potential energy", or ' if geometry.helix_angle == 0 else ""
-    return f'Write {energy}stiffness = {{ table = "tvms.csv" }}.'
-
-
-def _check_meaning(geometry: Geometry, flexibility: float) -> None:
-    """Raise `InputError` where the formulae give no stiffness that means anything."""
-    if geometry.contact_ratio < 1:
-        raise InputError(
-            "contact_ratio", "must be at least 1 for a stiffness by ISO 6336-1:2006", geometry.contact_ratio,
-            "Contact is lost between two tooth pairs: enlarge the addenda or reduce the centre distance.",
-        )
-    if flexibility <= 0:
-        raise InputError(
-            "profile_shift", "must give a positive flexibility q′ by ISO 6336-1:2006, (82)", geometry.profile_shift,
-            f"q′ would be {flexibility * N_PER_MM_UM:.4g} mm µm/N. {other_methods(geometry)}")
-
-
-def _blank_warnings(geometry: Geometry, blanks: tuple[Blank | None, Blank | None]) -> list[str]:
-    """Which dimensions of rim and web count as others, since they lie outside the range of (84) and (85)."""
-    found, source = [], "in C_R (ISO 6336-1:2006, (84), (85))"
-    for wheel, blank in enumerate(blanks):
-        if blank is None:
-            continue
-        web, rim = blank.web / geometry.face_width[wheel], blank.rim / geometry.normal_module
-        if not _WEBS[0] <= web <= _WEBS[1]:
-            limit = _WEBS[0] if web < _WEBS[0] else _WEBS[1]
-            found.append(f"The web of wheel {wheel + 1}, b_s/b = {web:.3g}, counts as {limit:g} {source}")
-        if rim < _LEAST_RIM:
-            found.append(f"The rim of wheel {wheel + 1}, s_R/m_n = {rim:.3g}, counts as {_LEAST_RIM:g} {source}")
-    return found
+        return 1.0, []
+    web, rim = blank.web / geometry.face_width[wheel], blank.rim / geometry.normal_module
+    counted_web, counted_rim = min(max(web, _WEBS[0]), _WEBS[1]), max(rim, _LEAST_RIM)
+    found = [f"The {part} of wheel {wheel + 1}, {ratio} = {value:.3g}, counts as {counted:g} in C_R "
+             "(ISO 6336-1:2006, (84), (85))" for part, ratio, value, counted in (
+                 ("web", "b_s/b", web, counted_web), ("rim", "s_R/m_n", rim, counted_rim)) if value != counted]
+    return 1 + math.log(counted_web) / (5 * math.exp(counted_rim / 5)), found
 
 
 def _warnings(
-    geometry: Geometry, pinion: int, line_load: float | None, mean: float, load_factor: float,
+    geometry: Geometry, x1: float, x2: float, line_load: float | None, mean: float, load_factor: float,
 ) -> tuple[str, ...]:
     """In what a pair lies outside the ranges of the standard, and a stiffness that a low load makes doubtful."""
     angle = math.degrees(math.asin(math.sin(geometry.working_pressure_angle) * math.cos(geometry.base_helix_angle)))
-    helix = math.degrees(geometry.helix_angle)
-    ratio = geometry.contact_ratio
-    x1, x2 = geometry.profile_shift[pinion], geometry.profile_shift[1 - pinion]
+    helix, ratio = math.degrees(geometry.helix_angle), geometry.contact_ratio
     extrapolated = "The mesh stiffness is extrapolated: ISO 6336-1:2006, (82), is given for"
     load = math.inf if line_load is None else line_load
     base_load = 0.0 if line_load is None else line_load / math.cos(geometry.transverse_pressure_angle)
@@ -276,7 +229,55 @@ def _warnings(
         f"F_t K_A/b is {load / 1e3:.3g} N/mm. By the rule for low loads, ISO 6336-1:2006, (90), the mesh stiffness is "
         f"{load_factor:.3g} of that at 100 N/mm: {mean / N_PER_MM_UM:.3g} instead of "
         f"{mean / load_factor / N_PER_MM_UM:.3g} N/(mm µm). Below {DOUBTFUL_LINE_LOAD / 1e3:g} N/mm this is doubtful: "
-        f"the rule lets the stiffness vanish with the load. {other_methods(geometry).rstrip('.')}":
+        f"the rule lets the stiffness vanish with the load. {other_methods(ISO, geometry).rstrip('.')}":
             load < DOUBTFUL_LINE_LOAD,
     }
     return tuple(text for text, holds in found.items() if holds)
+
+
+def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TOLERANCE) -> MeshStiffness:
+    """Mesh stiffness with the mean c_γα b of ISO 6336-1:2006, 9.3.
+
+    The standard gives the mean alone, c_γα = c′ (0.75 ε_α + 0.25). The waveform is an assumption: the same law at each
+    instant, c′ b (0.75 n + 0.25), where n is the number of tooth pairs in contact, of helical gears the total length of
+    the contact lines over that of one pair across the whole face width (`gearchaos.gears.stiffness.contact_lines`).
+    The mean of n is ε_α, so that of the stiffness is c_γα b. Spur gears have two levels, for ε_α < 2 c′ b and
+    1.75 c′ b, helical gears a Fourier series, unless ε_β is so small that steps are more exact. The waveform of helical
+    gears tends to that of spur gears as β tends to 0.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        The gear pair.
+    mesh_stiffness : float
+        c_γα, N/m², see `tooth_stiffness`.
+    tolerance : float
+        Bound of ``truncation`` for helical gears, unless `MAX_HARMONICS` harmonics are too few.
+
+    Raises
+    ------
+    InputError
+        If no teeth are in contact during a part of the mesh period, or a value is not a positive number.
+    """
+    check_positive("mesh_stiffness", mesh_stiffness)
+    check_positive("tolerance", tolerance)
+    ratio, overlap = geometry.contact_ratio, geometry.overlap_ratio
+    share = 0.75 * ratio / (0.75 * ratio + 0.25)  # of the mean stiffness that is proportional to the number of pairs
+    length = relative_length(ratio, overlap)
+    curve = PeriodicCurve(length.knots, 1 + share * (length.first - 1), 1 + share * (length.last - 1))
+    reference = mesh_stiffness * geometry.common_face_width
+    if overlap == 0 and ratio < 2:
+        single = 1 / (0.75 * ratio + 0.25)
+        return MeshStiffness(reference, TwoLevelStiffness(1.75 * single - 1, 1 - single, ratio), 0.0, ISO)
+    if overlap == 0:
+        waveform, error = approximate(curve, tolerance)
+        return MeshStiffness(reference, waveform, error, ISO)
+    amplitudes, phases = fourier_coefficients(ratio, overlap, MAX_HARMONICS)
+    series = truncated_series(curve, share * amplitudes, phases, tolerance)
+    waveform, error = series if series and series[1] <= tolerance else approximate(curve, tolerance)
+    return MeshStiffness(reference, waveform, error, ISO, truncation_note(error, tolerance))
+
+
+METHOD = StiffnessMethod(
+    name=ISO, compute=lambda design: from_iso(design.geometry, design.tooth_stiffness.mesh_stiffness),
+    warnings=lambda design: design.tooth_stiffness.warnings)

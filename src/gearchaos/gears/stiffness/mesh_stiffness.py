@@ -3,25 +3,27 @@
 The reference is the time mean of the curve, to which ω0 and ζ then refer, and the waveform has the mean 1. At the
 beginning of the mesh period a tooth pair enters contact, at the root of wheel 1, which drives. All stiffnesses are in
 the transverse plane along the line of action.
+
+To add a method, add a module to this folder with a function of a `Drawing`, and a `StiffnessMethod` with the name
+``METHOD``. The function returns a `MeshStiffness`, for example by `from_curve`. Designs, study files, messages, the
+datasheet and pictures then know the method.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING
+from functools import cache
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+import gearchaos.gears.stiffness as folder
 from gearchaos.errors import InputError
-from gearchaos.gears.stiffness.contact_lines import fourier_coefficients, relative_length
-from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, approximate, truncated_series
-from gearchaos.gears.stiffness.potential_energy import ToothPairs
-from gearchaos.gears.stiffness.table import read_curve
-from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, Stiffness, TwoLevelStiffness
+from gearchaos.gears.formulas import declared
+from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, approximate
+from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, Stiffness
 from gearchaos.model import mesh_stiffness as stiffness_over_reference
-from gearchaos.validation import MAX_HARMONICS
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
@@ -30,9 +32,6 @@ if TYPE_CHECKING:
 TOLERANCE = 2e-3
 """Default bound of the root mean square error of a waveform, relative to the mean stiffness: small beside the 20 % by
 which accepted methods of computing the stiffness differ."""
-
-ISO, POTENTIAL_ENERGY = "ISO 6336-1", "potential energy"
-"""The methods of computation by name."""
 
 
 @dataclass(frozen=True)
@@ -78,123 +77,6 @@ class MeshStiffness:
         return float(values.min()), float(values.max())
 
 
-def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TOLERANCE) -> MeshStiffness:
-    """Mesh stiffness with the mean c_γα b of ISO 6336-1:2006, 9.3.
-
-    The standard gives the mean alone, c_γα = c′ (0.75 ε_α + 0.25). The waveform is an assumption: the same law at each
-    instant, c′ b (0.75 n + 0.25), where n is the number of tooth pairs in contact, of helical gears the total length of
-    the contact lines over that of one pair across the whole face width (`gearchaos.gears.stiffness.contact_lines`).
-    The mean of n is ε_α, so that of the stiffness is c_γα b. Spur gears have two levels, for ε_α < 2 c′ b and
-    1.75 c′ b, helical gears a Fourier series, unless ε_β is so small that steps are more exact. The waveform of helical
-    gears tends to that of spur gears as β tends to 0.
-
-    Parameters
-    ----------
-    geometry : Geometry
-        The gear pair.
-    mesh_stiffness : float
-        c_γα, N/m², see `gearchaos.gears.stiffness.iso6336.tooth_stiffness`.
-    tolerance : float
-        Bound of ``truncation`` for helical gears, unless `MAX_HARMONICS` harmonics are too few.
-
-    Raises
-    ------
-    InputError
-        If no teeth are in contact during a part of the mesh period, or a value is not a positive number.
-    """
-    _check_positive("mesh_stiffness", mesh_stiffness)
-    _check_positive("tolerance", tolerance)
-    ratio, overlap = geometry.contact_ratio, geometry.overlap_ratio
-    share = 0.75 * ratio / (0.75 * ratio + 0.25)  # of the mean stiffness that is proportional to the number of pairs
-    length = relative_length(ratio, overlap)
-    curve = PeriodicCurve(length.knots, 1 + share * (length.first - 1), 1 + share * (length.last - 1))
-    reference = mesh_stiffness * geometry.common_face_width
-    if overlap == 0 and ratio < 2:
-        single = 1 / (0.75 * ratio + 0.25)
-        return MeshStiffness(reference, TwoLevelStiffness(1.75 * single - 1, 1 - single, ratio), 0.0, ISO)
-    if overlap == 0:
-        waveform, error = approximate(curve, tolerance)
-        return MeshStiffness(reference, waveform, error, ISO)
-    amplitudes, phases = fourier_coefficients(ratio, overlap, MAX_HARMONICS)
-    series = truncated_series(curve, share * amplitudes, phases, tolerance)
-    waveform, error = series if series and series[1] <= tolerance else approximate(curve, tolerance)
-    return MeshStiffness(reference, waveform, error, ISO, _truncation_note(error, tolerance))
-
-
-def from_energy(
-    geometry: Geometry, materials: tuple[Material, Material], bore: tuple[float, float], *,
-    tolerance: float = TOLERANCE,
-) -> MeshStiffness:
-    """Mesh stiffness by the potential-energy method, see `gearchaos.gears.stiffness.potential_energy`.
-
-    Parameters
-    ----------
-    geometry : Geometry
-        Spur gears.
-    materials : tuple of Material
-        Of wheel 1 and wheel 2.
-    bore : tuple of float
-        Diameters of the bores, at which the wheel bodies are fixed, m.
-    tolerance : float
-        Bound of ``truncation``, unless the largest number of levels or harmonics is too small.
-
-    Raises
-    ------
-    InputError
-        For helical gears, contact with gaps or below the involute, or a body outside the range of the method.
-    """
-    pairs = ToothPairs(geometry, materials, bore)
-    return from_curve(pairs.curve(), POTENTIAL_ENERGY, pairs.notes, tolerance=tolerance)
-
-
-def from_table(
-    path: str | Path, *, teeth: int, speed: float | None = None, face_width: float | None = None,
-    columns: Mapping[str, str] | None = None, tolerance: float = TOLERANCE, field: str = "stiffness.table",
-) -> MeshStiffness:
-    """Mesh stiffness from a table over whole mesh periods, for example computed by finite elements.
-
-    The abscissa is the ``fraction`` of the mesh period, from 0 to 1, the ``roll angle`` of wheel 1, from 0 to 2π/z1, or
-    the ``time``, from 0 to the mesh period at the given speed. At 0 a tooth pair enters contact. The other column is
-
-    - either ``stiffness``: points of a curve that is linear between them. Two rows with the same abscissa are a jump.
-      The last row is the end of the period; its value must equal the first one. If the curve jumps there, as that of
-      spur gears does, the last two rows have the same abscissa, with the values before and after the jump. Rows in
-      equal steps may lack the one that closes the period.
-    - or ``level``: steps, each of which begins at its abscissa. The first begins at 0, the last one ends with the
-      period.
-
-    A table over several mesh periods, such as a turn of wheel 1, becomes the mean of them. The notes of the result say
-    so, and which columns were taken, unless they have the names above.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file, see `gearchaos.gears.inputs.csvtable.read_table`.
-    teeth : int
-        z1.
-    speed : float, optional
-        Of wheel 1, rpm, at which the times hold; for a table over time, and only for one.
-    face_width : float, optional
-        Common face width, m, by which a stiffness in N/(mm µm) is multiplied.
-    columns : mapping of str to str, optional
-        Headers in the file of ``fraction``, ``angle`` or ``time`` and of ``stiffness`` (or ``value``) or ``level``.
-    tolerance : float
-        Bound of ``truncation``, unless the largest number of levels or harmonics is too small. Up to 64 steps are taken
-        over exactly.
-    field : str
-        Name of the path in error messages.
-
-    Raises
-    ------
-    InputError
-        With the number of the line, for a table that is not as described or has a value that is not positive. The last
-        abscissa may differ from whole periods by 0.1 % of one, the last value from the first one by 0.01 %, for
-        rounding in the file. What does not repeat with the mesh may be a tenth of the variation of the stiffness.
-    """
-    curve, notes = read_curve(path, field=field, teeth=teeth, speed=speed, face_width=face_width, columns=columns)
-    return from_curve(curve, f"table {Path(path).name}", notes, tolerance=tolerance)
-
-
 def from_curve(
     curve: PeriodicCurve, method: str, notes: Sequence[str] = (), *, tolerance: float = TOLERANCE,
 ) -> MeshStiffness:
@@ -203,12 +85,12 @@ def from_curve(
     See `gearchaos.gears.stiffness.periodic_curves.approximate` for the choice between the two; ``tolerance`` bounds
     ``truncation``.
     """
-    _check_positive("tolerance", tolerance)
+    check_positive("tolerance", tolerance)
     waveform, error = approximate(curve, tolerance)
-    return MeshStiffness(curve.mean, waveform, error, method, (*notes, *_truncation_note(error, tolerance)))
+    return MeshStiffness(curve.mean, waveform, error, method, (*notes, *truncation_note(error, tolerance)))
 
 
-def _truncation_note(error: float, tolerance: float) -> tuple[str, ...]:
+def truncation_note(error: float, tolerance: float) -> tuple[str, ...]:
     """The note on a waveform that is not as exact as it should be; none for one that is."""
     if error <= tolerance:
         return ()
@@ -216,47 +98,61 @@ def _truncation_note(error: float, tolerance: float) -> tuple[str, ...]:
             f"{tolerance:g}: the largest number of levels or harmonics is too small for it",)
 
 
-def _check_positive(name: str, value: float) -> None:
+def check_positive(name: str, value: float) -> None:
     """Raise `InputError` unless a value is a positive finite number."""
     if not 0 < value < np.inf:
         raise InputError(name, "must be a positive finite number", value)
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """Mesh stiffnesses of one pair by two methods.
+class Drawing(Protocol):
+    """What methods take from a `GearDesign`, whose module imports this one; the tooth stiffness is that by ISO 6336-1.
+    """
+
+    @property
+    def geometry(self) -> Geometry: ...
+
+    @property
+    def material(self) -> tuple[Material, Material]: ...
+
+    @property
+    def tooth_stiffness(self) -> Any: ...
+
+    def given(self, name: str) -> Any: ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class StiffnessMethod:
+    """A method of computation.
 
     Attributes
     ----------
-    first, second : MeshStiffness
-        The stiffness by either method.
+    name : str
+        What a design says for it as its ``stiffness``.
+    compute : callable
+        Takes a `Drawing` and returns its `MeshStiffness`; raises `InputError` where the method has none.
+    needs : tuple of str
+        Inputs that a design may leave out, but not for this method.
+    spur_only : bool
+        Whether the method is for spur gears alone.
+    warnings : callable
+        Takes a `Drawing` and returns what the designer should know of this stiffness, without full stops.
     """
 
-    first: MeshStiffness
-    second: MeshStiffness
-
-    @property
-    def ratio(self) -> float:
-        """The mean by the second method over that by the first."""
-        return self.second.reference / self.first.reference
-
-    def __str__(self) -> str:
-        """Mean, least and greatest stiffness by each method, and how far the means are apart."""
-        rows = [f"{'':24}{'mean':>10}{'least':>10}{'greatest':>10}   N/um"]
-        for result in (self.first, self.second):
-            values = (result.reference, *result.extremes)
-            rows.append(f"{result.method:24}" + "".join(f"{1e-6 * value:10.2f}" for value in values))
-        rows.append(f"The mean by {self.second.method} is {abs(self.ratio - 1):.0%} "
-                    f"{'above' if self.ratio >= 1 else 'below'} that by {self.first.method}. "
-                    "Accepted methods differ that much; neither is validated by measurements here.")
-        return "\n".join(rows)
+    name: str
+    compute: Callable[[Drawing], MeshStiffness]
+    needs: tuple[str, ...] = ()
+    spur_only: bool = False
+    warnings: Callable[[Drawing], Sequence[str]] = lambda design: ()
 
 
-def compare(
-    geometry: Geometry, mesh_stiffness: float, materials: tuple[Material, Material], bore: tuple[float, float],
-) -> Comparison:
-    """Mesh stiffness of a pair of spur gears by ISO 6336-1 and by the potential-energy method, side by side.
+@cache
+def methods() -> dict[str, StiffnessMethod]:
+    """All methods by name, in the order of their modules."""
+    return {each.name: each for each in declared(folder, "METHOD")}
 
-    The parameters are those of `from_iso` and `from_energy`.
-    """
-    return Comparison(from_iso(geometry, mesh_stiffness), from_energy(geometry, materials, bore))
+
+def other_methods(name: str, geometry: Geometry) -> str:
+    """The advice to take another method than this one, of those that the pair can have."""
+    names = [each.name for each in methods().values() if not (each.spur_only and geometry.helix_angle)]
+    others = "".join(f'stiffness = "{other}", or ' for other in names if other != name)
+    return f'Write {others}stiffness = {{ table = "tvms.csv" }}.'

@@ -18,18 +18,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears.geometry.tooth_profile import Stations, ToothProfile, tooth_profile
+from gearchaos.gears.stiffness.mesh_stiffness import TOLERANCE, MeshStiffness, StiffnessMethod, from_curve
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, periodic_curve
 from gearchaos.gears.units import Length
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
     from gearchaos.gears.materials import Material
+
+_NAME = "potential energy"
 
 SHEAR_FACTOR = 1.2
 """Shear energy of a rectangular section over that of a uniform shear stress."""
@@ -192,9 +196,19 @@ class ToothPairs:
     bore: tuple[float, float]
 
     def __post_init__(self) -> None:
-        _check_contact(self.geometry)
+        geometry = self.geometry
+        if geometry.contact_ratio < 1:
+            raise InputError("contact_ratio", "must be at least 1", geometry.contact_ratio,
+                             "Otherwise no teeth are in contact during a part of the mesh period.")
+        for wheel, (active, form) in enumerate(
+                zip(geometry.start_of_active_profile, geometry.root_form_diameter, strict=True)):
+            if not active >= form * (1 - 1e-9):
+                raise InputError(
+                    f"start_of_active_profile[{wheel}]", f"must be at least the root form diameter, {Length(form)}",
+                    Length(active), "The tip of the mating tooth reaches below the involute: shorten it or raise the "
+                    "profile shift.")
         for wheel in (0, 1):
-            _check_body(tooth_profile(self.geometry, wheel), self.bore[wheel], wheel)
+            _check_body(tooth_profile(geometry, wheel), self.bore[wheel], wheel)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -250,20 +264,6 @@ class ToothPairs:
         return periodic_curve(np.concatenate(positions), np.concatenate(values))
 
 
-def _check_contact(geometry: Geometry) -> None:
-    """Raise `InputError` unless there is always a pair in contact, on the involutes of both teeth."""
-    if geometry.contact_ratio < 1:
-        raise InputError("contact_ratio", "must be at least 1", geometry.contact_ratio,
-                         "Otherwise no teeth are in contact during a part of the mesh period.")
-    for wheel, (active, form) in enumerate(
-            zip(geometry.start_of_active_profile, geometry.root_form_diameter, strict=True)):
-        if not active >= form * (1 - 1e-9):
-            raise InputError(
-                f"start_of_active_profile[{wheel}]", f"must be at least the root form diameter, {Length(form)}",
-                Length(active),
-                "The tip of the mating tooth reaches below the involute: shorten it or raise the profile shift.")
-
-
 def _check_body(profile: ToothProfile, bore: float, wheel: int) -> None:
     """Raise `InputError` unless the compliance of the wheel body is within the range of Sainsot's coefficients."""
     least, most = (2 * profile.root_radius / ratio for ratio in reversed(BODY_RATIOS))
@@ -278,3 +278,36 @@ def _check_body(profile: ToothProfile, bore: float, wheel: int) -> None:
             f"teeth[{wheel}]", f"must make a tooth root half angle of at least {ROOT_ANGLES[0]} rad for the "
             "potential-energy method", profile.root_half_angle,
             "Wheels with more teeth are beyond Sainsot's coefficients. Use ISO 6336-1 or a table.")
+
+
+def from_energy(
+    geometry: Geometry, materials: tuple[Material, Material], bore: tuple[float, float], *,
+    tolerance: float = TOLERANCE,
+) -> MeshStiffness:
+    """Mesh stiffness by the potential-energy method.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        Spur gears.
+    materials : tuple of Material
+        Of wheel 1 and wheel 2.
+    bore : tuple of float
+        Diameters of the bores, at which the wheel bodies are fixed, m.
+    tolerance : float
+        Bound of ``truncation``, unless the largest number of levels or harmonics is too small.
+
+    Raises
+    ------
+    InputError
+        For helical gears, contact with gaps or below the involute, or a body outside the range of the method.
+    """
+    pairs = ToothPairs(geometry, materials, bore)
+    return from_curve(pairs.curve(), _NAME, pairs.notes, tolerance=tolerance)
+
+
+_once_for_each_pair = lru_cache(maxsize=64)(from_energy)
+
+METHOD = StiffnessMethod(
+    name=_NAME, needs=("bore",), spur_only=True,
+    compute=lambda design: _once_for_each_pair(design.geometry, design.material, design.given("bore")))

@@ -11,6 +11,7 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.gears import units
 from gearchaos.gears.inputs.csvtable import Column, Table, read_table
+from gearchaos.gears.stiffness.mesh_stiffness import TOLERANCE, MeshStiffness, from_curve
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, folded, periodic_curve
 
 TIME = units.Dimension("a time", "s", "2 ms")
@@ -53,33 +54,59 @@ _REST_TOLERANCE = 0.1
 """Largest root mean square of what does not repeat with the mesh, over that of the variation of the stiffness."""
 
 
-def read_curve(
-    path: str | Path, *, field: str, teeth: int, speed: float | None = None, face_width: float | None = None,
-    columns: Mapping[str, str] | None = None,
-) -> tuple[PeriodicCurve, tuple[str, ...]]:
-    """The curve of a table in N/m, and notes on how it was read; see
-    `gearchaos.gears.stiffness.mesh_stiffness.from_table`.
+def from_table(
+    path: str | Path, *, teeth: int, speed: float | None = None, face_width: float | None = None,
+    columns: Mapping[str, str] | None = None, tolerance: float = TOLERANCE, field: str = "stiffness.table",
+) -> MeshStiffness:
+    """Mesh stiffness from a table over whole mesh periods, for example computed by finite elements.
+
+    The abscissa is the ``fraction`` of the mesh period, from 0 to 1, the ``roll angle`` of wheel 1, from 0 to 2π/z1, or
+    the ``time``, from 0 to the mesh period at the given speed. At 0 a tooth pair enters contact. The other column is
+
+    - either ``stiffness``: points of a curve that is linear between them. Two rows with the same abscissa are a jump.
+      The last row is the end of the period; its value must equal the first one. If the curve jumps there, as that of
+      spur gears does, the last two rows have the same abscissa, with the values before and after the jump. Rows in
+      equal steps may lack the one that closes the period.
+    - or ``level``: steps, each of which begins at its abscissa. The first begins at 0, the last one ends with the
+      period.
+
+    A table over several mesh periods, such as a turn of wheel 1, becomes the mean of them. The notes of the result say
+    so, and which columns were taken, unless they have the names above.
 
     Parameters
     ----------
     path : str or Path
-        The file.
-    field : str
-        Name of the path in error messages.
+        The file, see `gearchaos.gears.inputs.csvtable.read_table`.
     teeth : int
         z1.
     speed : float, optional
-        Of wheel 1, rpm; for a table over time, and only for one.
+        Of wheel 1, rpm, at which the times hold; for a table over time, and only for one.
     face_width : float, optional
-        Common face width, m; needed for a stiffness over face width only.
+        Common face width, m, by which a stiffness in N/(mm µm) is multiplied.
     columns : mapping of str to str, optional
-        Headers of the columns, see `read_table`.
+        Headers in the file of ``fraction``, ``angle`` or ``time`` and of ``stiffness`` (or ``value``) or ``level``.
+    tolerance : float
+        Bound of ``truncation``, unless the largest number of levels or harmonics is too small. Up to 64 steps are taken
+        over exactly.
+    field : str
+        Name of the path in error messages.
 
     Raises
     ------
     InputError
-        With the number of the line, for a table that is not as `from_table` says.
+        With the number of the line, for a table that is not as described or has a value that is not positive. The last
+        abscissa may differ from whole periods by 0.1 % of one, the last value from the first one by 0.01 %, for
+        rounding in the file. What does not repeat with the mesh may be a tenth of the variation of the stiffness.
     """
+    curve, notes = read_curve(path, field=field, teeth=teeth, speed=speed, face_width=face_width, columns=columns)
+    return from_curve(curve, f"table {Path(path).name}", notes, tolerance=tolerance)
+
+
+def read_curve(
+    path: str | Path, *, field: str, teeth: int, speed: float | None = None, face_width: float | None = None,
+    columns: Mapping[str, str] | None = None,
+) -> tuple[PeriodicCurve, tuple[str, ...]]:
+    """The curve of a table in N/m, and notes on how it was read; see `from_table`."""
     scales = {units.STIFFNESS: 1.0, **({} if face_width is None else {STIFFNESS_PER_WIDTH: face_width})}
     values = (
         Column("stiffness", scales, ("mesh stiffness", "k", "c", "value", "eingriffssteifigkeit"), "stiff|steif",
@@ -96,22 +123,18 @@ def read_curve(
     if x[0] != 0:
         raise table.error(0, f"must have the {abscissa} 0, at which a tooth pair enters contact",
                           table.shown(abscissa, x[0]), "Subtract it from all rows if a tooth pair enters there.")
-    period = _period(abscissa, teeth, speed)
+    if abscissa == "time":
+        if speed is None or not speed > 0:
+            raise InputError("stiffness.speed", "must be given, greater than 0, for a stiffness over time", speed,
+                             "Or give the stiffness over the fraction of the mesh period.")
+        period = 2 * math.pi / (teeth * (speed * units.RPM))
+    elif speed is not None:
+        raise InputError("stiffness.speed", f"must be left out for a stiffness over the {abscissa}", speed)
+    else:
+        period = 1.0 if abscissa == "fraction" else 2 * math.pi / teeth
     curve, cycles, notes = (_steps if kind == "level" else _points)(table, x, k, period)
     curve, of_cycles = _one_period(table, curve, cycles)
     return curve, (*table.notes, *notes, *of_cycles)
-
-
-def _period(abscissa: str, teeth: int, speed: float | None) -> float:
-    """The mesh period as a fraction, in radians of wheel 1 or in seconds."""
-    if abscissa != "time":
-        if speed is not None:
-            raise InputError("stiffness.speed", f"must be left out for a stiffness over the {abscissa}", speed)
-        return 1.0 if abscissa == "fraction" else 2 * math.pi / teeth
-    if speed is None or not speed > 0:
-        raise InputError("stiffness.speed", "must be given, greater than 0, for a stiffness over time", speed,
-                         "Or give the stiffness over the fraction of the mesh period.")
-    return 2 * math.pi / (teeth * (speed * units.RPM))
 
 
 _Whole = tuple[PeriodicCurve, int, tuple[str, ...]]
@@ -144,7 +167,10 @@ def _points(table: Table, x: np.ndarray, values: np.ndarray, period: float) -> _
     cycles, closing = max(round(end), 1), abs(values[-1] / values[0] - 1)
     if abs(end - cycles) > _PERIOD_TOLERANCE:
         cycles, steps = max(math.ceil(end), 1), np.diff(x) / period
-        if not last or closing <= _CLOSING_TOLERANCE or not _next_row_closes(cycles - end, steps):
+        step = float(np.median(steps)) if last else 0.0
+        equal = step < _LARGEST_STEP and bool(
+            np.abs(steps - step).max(initial=0.0) < _STEP_TOLERANCE * step > abs(cycles - end - step))
+        if closing <= _CLOSING_TOLERANCE or not equal:  # the row that would close the period is not the one missing
             raise table.error(last, f"must have the {abscissa} of the end of {_periods(table, cycles, period)}",
                               table.shown(abscissa, x[-1]), f"It is {end:.5g} mesh periods. A table covers whole ones, "
                               "including the end of the last one: check the numbers of teeth.")
@@ -155,12 +181,6 @@ def _points(table: Table, x: np.ndarray, values: np.ndarray, period: float) -> _
                           "with which the next period begins", table.shown(kind, values[-1]), "If the curve jumps "
                           f"there, add a line with the same {abscissa} and the value after the jump.")
     return periodic_curve(x / x[-1], np.append(values[:-1], values[0])), cycles, notes
-
-
-def _next_row_closes(missing: float, steps: np.ndarray) -> bool:
-    """Whether a table ends one of its steps, which are equal, before the end of the period; all in mesh periods."""
-    step = float(np.median(steps))
-    return bool(np.abs(steps - step).max() < _STEP_TOLERANCE * step > abs(missing - step) and step < _LARGEST_STEP)
 
 
 def _periods(table: Table, cycles: int, period: float) -> str:

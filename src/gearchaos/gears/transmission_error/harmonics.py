@@ -14,7 +14,7 @@ out.
 Deviations that repeat once per turn of a wheel, such as eccentricity, have the order 1/z of the mesh frequency. A model
 that is periodic with the mesh cannot contain them. An eccentricity e changes the transmission error by ±e, with
 accelerations smaller than those of a mesh harmonic of equal amplitude by the factor z², and the backlash by
-±2 e sin α_wt; the datasheet of a design lists both amplitudes (`gearchaos.gears.sheet`).
+±2 e sin α_wt; the datasheet of a design lists both amplitudes (`gearchaos.datasheet.quantities`).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ import numpy as np
 
 from gearchaos.errors import whole_number
 from gearchaos.gears.formulas import described
-from gearchaos.gears.transmission_error.quality import ISO_1995
+from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
 from gearchaos.validation import MAX_HARMONICS
 
 if TYPE_CHECKING:

@@ -1,123 +1,27 @@
-"""Flank tolerances of cylindrical gears from their accuracy grade: ISO 1328-1:1995 and ISO 1328-1:2013.
+"""Accuracy grades of cylindrical gears, and the flank tolerances of both wheels that follow from them.
 
-The two editions have different formulae, and the number of a grade does not mean the same in both. The edition of 1995
-(grades 0 to 12) inserts the geometric mean of the range in which a diameter, module or face width lies, so its
-tolerances are steps. The edition of 2013 (flank tolerance classes 1 to 11) inserts the values themselves.
+The editions of ISO 1328-1 have different formulae, and the number of a grade does not mean the same in both. National
+standards that are the text of an edition are read as it. Grades of others are refused, with the nearest grade of an
+edition, since their tolerances are not the same.
 
-National standards that are the text of one of these editions are read as it. Grades of others are refused, with the
-nearest grade of ISO 1328-1, since their tolerances are not the same.
-
-ISO 6336-1:2006 and the examples of ISO/TR 6336-30:2017 refer to the edition of 1995.
+To add an edition, add a module to this folder with its `Tolerances`, and an `Edition` with the name ``EDITION``.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from bisect import bisect_left
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
+from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import gearchaos.gears.transmission_error as folder
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears.formulas import described
+from gearchaos.gears.formulas import declared
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
-
-ISO_1995, ISO_2013 = "ISO 1328-1:1995", "ISO 1328-1:2013"
-
-GRADES = {ISO_1995: (0, 12), ISO_2013: (1, 11)}
-"""Lowest and highest grade of each edition."""
-
-ADOPTIONS = {"JIS B 1702-1:1998": (ISO_1995, "N"), "ANSI/AGMA ISO 1328-1-B14": (ISO_2013, "A")}
-"""National standards that are the text of an edition, and the letter that they write before a grade."""
-
-_OTHERS: tuple[tuple[str, str, Callable[[int], int], str], ...] = (
-    (r"DIN ?396[1-3]", ISO_1995, lambda n: n, "DIN 3962:1978 has tables of its own, with other ranges of sizes"),
-    (r"AGMA (2000|390)", ISO_1995, lambda n: 17 - n, "a grade is about 17 less the quality number (AGMA 2001-D04, "
-     "annex A), whose tolerances are others, of the helix above all (E. Lawson, Gear Technology, March 2004)"),
-    (r"AGMA 2015", ISO_1995, lambda n: n, "its grades have the same numbers and nearly the same tolerances, which are "
-     "based on ISO 1328 (E. Lawson, Gear Technology, March 2004) but not identical"),
-    (r"JIS B ?1702-1:20", ISO_2013, lambda n: n, "it follows this edition, but could not be compared with it"),
-    (r"JIS B ?1702(?!-)", ISO_1995, lambda n: n + 4, "a grade is about the old one plus 4 (Kyouiku Gear, catalogue of "
-     "stock gears, 5.7), which has other ranges of sizes"),
-)
-"""Other standards: a pattern of the name, the edition and the grade that are nearest, and why they are not the same."""
-
-
-@dataclass(frozen=True)
-class Quality:
-    """Accuracy grade of the teeth.
-
-    Attributes
-    ----------
-    standard : str
-        "ISO 1328-1:1995" or "ISO 1328-1:2013"; one of `ADOPTIONS` is kept as its edition.
-    grade : int or tuple of int
-        Of both wheels, or of each: 0 to 12 in the edition of 1995, 1 to 11 in that of 2013. The deviations grow with
-        the number, by √2 from grade to grade. Adoptions may have their letter before it, e.g. "N8".
-
-    Raises
-    ------
-    InputError
-        For an unknown standard, with the nearest grade of an edition if there is one, or a grade that is no whole
-        number or outside the range of the edition.
-    """
-
-    standard: str
-    grade: int | tuple[int, int]
-
-    def __post_init__(self) -> None:
-        if isinstance(self.grade, list):
-            object.__setattr__(self, "grade", tuple(self.grade))
-        if isinstance(self.grade, tuple) and len(self.grade) != 2:
-            raise InputError("quality.grade", "must be one grade or a list of two", self.grade)
-        if self.standard in ADOPTIONS:
-            edition, letter = ADOPTIONS[self.standard]
-            grades = tuple(_number(grade, letter) for grade in self.grades)
-            object.__setattr__(self, "grade", grades if isinstance(self.grade, tuple) else grades[0])
-            object.__setattr__(self, "standard", edition)
-        if self.standard not in GRADES:
-            raise self._unknown_standard()
-        low, high = GRADES[self.standard]
-        for grade in self.grades:
-            if isinstance(grade, bool) or not isinstance(grade, int) or not low <= grade <= high:
-                rule = f"must be a whole number from {low} to {high} in {self.standard}"
-                raise InputError("quality.grade", rule, self.grade, "The deviations grow with the number.")
-
-    def _unknown_standard(self) -> InputError:
-        """The error for another standard, with the grade of ISO 1328-1 that is nearest if that is known."""
-        error = unknown_name("quality.standard", str(self.standard), (*GRADES, *ADOPTIONS))
-        for pattern, edition, nearest, why in _OTHERS:
-            if re.search(pattern, str(self.standard)):
-                grades = [_number(grade, "[A-Z]?") for grade in self.grades]
-                low, high = GRADES[edition]
-                found = [nearest(n) if isinstance(n, int) else None for n in dict.fromkeys(grades)]
-                if not all(n is None or low <= n <= high for n in found):
-                    return InputError(error.field, error.rule, self.standard,
-                                      f"{edition} has no grade near it, only {low} to {high}: {why}.")
-                near = ", ".join("…" if n is None else str(n) for n in found)
-                shown = f"[{near}]" if "," in near else near
-                return InputError(error.field, error.rule, self.standard,
-                                  f"The nearest is {{ standard = '{edition}', grade = {shown} }}, not the same: {why}.")
-        return error
-
-    @property
-    def grades(self) -> tuple[int, int]:
-        """The grade of each wheel."""
-        return self.grade if isinstance(self.grade, tuple) else (self.grade, self.grade)
-
-    @property
-    def coarsest(self) -> int:
-        """The grade of the less accurate wheel."""
-        return max(self.grades)
-
-
-def _number(grade: Any, letter: str) -> Any:
-    """The number of a grade that is a text such as "N8"; anything else as it is."""
-    match = re.fullmatch(rf"(?:{letter})?(\d+)", grade) if isinstance(grade, str) else None
-    return int(match[1]) if match else grade
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,7 +53,7 @@ class Tolerances:
     runout: float
 
 
-class _Size(NamedTuple):
+class Size(NamedTuple):
     """What the tolerances of a wheel depend on, mm."""
 
     d: float
@@ -158,44 +62,115 @@ class _Size(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tolerances1995(Tolerances):
-    """`Tolerances` with the formulae of ISO 1328-1:1995; d, m and b are geometric means of ranges, in mm."""
+class Edition:
+    """A standard for the tolerances of a grade.
 
-    single_pitch: float = described("f_pt", "(0.3 m + 0.12 √d + 4) 2^((Q−5)/2)", f"{ISO_1995}, 6.1", "µm", 1e6)
-    cumulative_pitch: float = described("F_p", "(0.3 m + 1.25 √d + 7) 2^((Q−5)/2)", f"{ISO_1995}, 6.3", "µm", 1e6)
-    profile: float = described("F_α", "(3.2 √m + 0.22 √d + 0.7) 2^((Q−5)/2)", f"{ISO_1995}, 6.4", "µm", 1e6)
-    profile_form: float = described("f_fα", "(2.5 √m + 0.17 √d + 0.5) 2^((Q−5)/2)", f"{ISO_1995}, B.2.1", "µm", 1e6)
-    profile_slope: float = described("f_Hα", "(2 √m + 0.14 √d + 0.5) 2^((Q−5)/2)", f"{ISO_1995}, B.2.2", "µm", 1e6)
-    helix: float = described("F_β", "(0.1 √d + 0.63 √b + 4.2) 2^((Q−5)/2)", f"{ISO_1995}, 6.5", "µm", 1e6)
-    runout: float = described("F_r", "(0.24 m + √d + 5.6) 2^((Q−5)/2)", "ISO 1328-2:1997, B", "µm", 1e6)
+    Attributes
+    ----------
+    name : str
+        What a design says for it as the ``standard`` of its quality.
+    grades : (int, int)
+        Lowest and highest grade.
+    scope : mapping of str to (float, float)
+        The ranges to which it applies; lengths in mm, the helix angle in degrees.
+    result : type
+        Its `Tolerances`, with the formulae.
+    at_grade_5 : callable
+        The tolerances of grade 5 in µm before rounding, in the order of the fields of `Tolerances`, of a `Size`.
+    adopted : mapping of str to str
+        National standards that are its text, and the letter that they write before a grade.
+    near : tuple of (str, callable, str)
+        Other standards: a pattern of the name, the grade that is nearest to one of theirs, and why it is not the same.
+    """
+
+    name: str
+    grades: tuple[int, int]
+    scope: Mapping[str, tuple[float, float]]
+    result: type[Tolerances]
+    at_grade_5: Callable[[Size], tuple[float, ...]]
+    adopted: Mapping[str, str]
+    near: tuple[tuple[str, Callable[[int], int], str], ...]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Tolerances2013(Tolerances):
-    """`Tolerances` with the formulae of ISO 1328-1:2013; d, m_n and b in mm."""
-
-    single_pitch: float = described("f_pT", "(0.001 d + 0.4 m_n + 5) √2^(A−5)", f"{ISO_2013}, (5)", "µm", 1e6)
-    cumulative_pitch: float = described(
-        "F_pT", "(0.002 d + 0.55 √d + 0.7 m_n + 12) √2^(A−5)", f"{ISO_2013}, (6)", "µm", 1e6)
-    profile: float = described("F_αT", "√(f_HαT² + f_fαT²)", f"{ISO_2013}, (9)", "µm", 1e6)
-    profile_form: float = described("f_fαT", "(0.55 m_n + 5) √2^(A−5)", f"{ISO_2013}, (8)", "µm", 1e6)
-    profile_slope: float = described("f_HαT", "(0.4 m_n + 0.001 d + 4) √2^(A−5)", f"{ISO_2013}, (7)", "µm", 1e6)
-    helix: float = described("F_βT", "√(f_HβT² + f_fβT²)", f"{ISO_2013}, (12)", "µm", 1e6)
-    runout: float = described(
-        "F_rT", "0.9 (0.002 d + 0.55 √d + 0.7 m_n + 12) √2^(A−5)", f"{ISO_2013}, annex E", "µm", 1e6)
+@cache
+def editions() -> dict[str, Edition]:
+    """All editions by name, in the order of their modules."""
+    return {each.name: each for each in declared(folder, "EDITION")}
 
 
-_DIAMETERS = (5, 20, 50, 125, 280, 560, 1000, 1600, 2500, 4000, 6000, 8000, 10000)
-_MODULES = (0.5, 2, 3.5, 6, 10, 16, 25, 40, 70)
-_FACE_WIDTHS = (4, 10, 20, 40, 80, 160, 250, 400, 650, 1000)
-"""Limits of the ranges of ISO 1328-1:1995, mm; each range includes its upper limit, the first one also its lower."""
+@dataclass(frozen=True)
+class Quality:
+    """Accuracy grade of the teeth.
 
-_SCOPE: dict[str, dict[str, tuple[float, float]]] = {
-    ISO_1995: {"reference_diameter": (5, 10000), "module": (0.5, 70), "face_width": (4, 1000)},
-    ISO_2013: {"reference_diameter": (5, 15000), "module": (0.5, 70), "face_width": (4, 1200), "teeth": (5, 1000),
-               "helix_angle": (0, 45)},
-}
-"""The ranges to which each edition applies; lengths in mm, the helix angle in degrees."""
+    Attributes
+    ----------
+    standard : str
+        "ISO 1328-1:1995" or "ISO 1328-1:2013"; a national standard that is its text is kept as the edition.
+    grade : int or tuple of int
+        Of both wheels, or of each: 0 to 12 in the edition of 1995, 1 to 11 in that of 2013. The deviations grow with
+        the number, by √2 from grade to grade. Adoptions may have their letter before it, e.g. "N8".
+
+    Raises
+    ------
+    InputError
+        For an unknown standard, with the nearest grade of an edition if there is one, or a grade that is no whole
+        number or outside the range of the edition.
+    """
+
+    standard: str
+    grade: int | tuple[int, int]
+
+    def __post_init__(self) -> None:
+        if isinstance(self.grade, list):
+            object.__setattr__(self, "grade", tuple(self.grade))
+        if isinstance(self.grade, tuple) and len(self.grade) != 2:
+            raise InputError("quality.grade", "must be one grade or a list of two", self.grade)
+        for edition in editions().values():
+            if (letter := edition.adopted.get(self.standard)) is not None:
+                grades = tuple(_number(grade, letter) for grade in self.grades)
+                object.__setattr__(self, "grade", grades if isinstance(self.grade, tuple) else grades[0])
+                object.__setattr__(self, "standard", edition.name)
+        if self.standard not in editions():
+            raise self._unknown_standard()
+        low, high = editions()[self.standard].grades
+        for grade in self.grades:
+            if isinstance(grade, bool) or not isinstance(grade, int) or not low <= grade <= high:
+                rule = f"must be a whole number from {low} to {high} in {self.standard}"
+                raise InputError("quality.grade", rule, self.grade, "The deviations grow with the number.")
+
+    def _unknown_standard(self) -> InputError:
+        """The error for another standard, with the grade of an edition that is nearest if that is known."""
+        adopted = [name for edition in editions().values() for name in edition.adopted]
+        error = unknown_name("quality.standard", str(self.standard), (*editions(), *adopted))
+        for edition, (pattern, nearest, why) in ((e, near) for e in editions().values() for near in e.near):
+            if re.search(pattern, str(self.standard)):
+                grades = [_number(grade, "[A-Z]?") for grade in self.grades]
+                low, high = edition.grades
+                found = [nearest(n) if isinstance(n, int) else None for n in dict.fromkeys(grades)]
+                if not all(n is None or low <= n <= high for n in found):
+                    return InputError(error.field, error.rule, self.standard,
+                                      f"{edition.name} has no grade near it, only {low} to {high}: {why}.")
+                near = ", ".join("…" if n is None else str(n) for n in found)
+                shown = f"[{near}]" if "," in near else near
+                return InputError(error.field, error.rule, self.standard, f"The nearest is {{ standard = "
+                                  f"'{edition.name}', grade = {shown} }}, not the same: {why}.")
+        return error
+
+    @property
+    def grades(self) -> tuple[int, int]:
+        """The grade of each wheel."""
+        return self.grade if isinstance(self.grade, tuple) else (self.grade, self.grade)
+
+    @property
+    def coarsest(self) -> int:
+        """The grade of the less accurate wheel."""
+        return max(self.grades)
+
+
+def _number(grade: Any, letter: str) -> Any:
+    """The number of a grade that is a text such as "N8"; anything else as it is."""
+    match = re.fullmatch(rf"(?:{letter})?(\d+)", grade) if isinstance(grade, str) else None
+    return int(match[1]) if match else grade
 
 
 def tolerances(quality: Quality, geometry: Geometry) -> tuple[Tolerances, Tolerances]:
@@ -226,55 +201,15 @@ def tolerances(quality: Quality, geometry: Geometry) -> tuple[Tolerances, Tolera
     abstract, but those of the runout (ISO 1328-2:1997, annex B, and ISO 1328-1:2013, annex E), which could be
     compared with one source only.
     """
-    first, second = (_wheel_tolerances(quality, geometry, wheel) for wheel in (0, 1))
-    return first, second
-
-
-def _wheel_tolerances(quality: Quality, geometry: Geometry, wheel: int) -> Tolerances:
-    """The flank tolerances of one wheel."""
-    _check_scope(quality.standard, geometry, wheel)
-    size = _Size(*(1e3 * v for v in (
-        geometry.reference_diameter[wheel], geometry.normal_module, geometry.face_width[wheel])))
-    step = 2 ** ((quality.grades[wheel] - 5) / 2)
-    result, values = _EDITIONS[quality.standard]
-    exact = dict(zip((f.name for f in fields(Tolerances)), values(size), strict=True))
-    return result(**{name: rounded(step * value) / 1e6 for name, value in exact.items()})
-
-
-def _edition_1995(size: _Size) -> tuple[float, ...]:
-    """The tolerances of grade 5 in µm before rounding, in the order of the fields of `Tolerances`."""
-    d, m, b = (_mean(v, edges) for v, edges in zip(size, (_DIAMETERS, _MODULES, _FACE_WIDTHS), strict=True))
-    root_d, root_m = math.sqrt(d), math.sqrt(m)
-    return (
-        0.3 * (m + 0.4 * root_d) + 4,
-        0.3 * m + 1.25 * root_d + 7,
-        3.2 * root_m + 0.22 * root_d + 0.7,
-        2.5 * root_m + 0.17 * root_d + 0.5,
-        2.0 * root_m + 0.14 * root_d + 0.5,
-        0.1 * root_d + 0.63 * math.sqrt(b) + 4.2,
-        0.24 * m + root_d + 5.6,
-    )
-
-
-def _edition_2013(size: _Size) -> tuple[float, ...]:
-    """The tolerances of class 5 in µm before rounding, in the order of the fields of `Tolerances`."""
-    d, m, b = size
-    root_d, root_b = math.sqrt(d), math.sqrt(b)
-    slope, form = 0.4 * m + 0.001 * d + 4, 0.55 * m + 5
-    cumulative = 0.002 * d + 0.55 * root_d + 0.7 * m + 12
-    helix = math.hypot(0.05 * root_d + 0.35 * root_b + 4, 0.07 * root_d + 0.45 * root_b + 4)
-    return 0.001 * d + 0.4 * m + 5, cumulative, math.hypot(slope, form), form, slope, helix, 0.9 * cumulative
-
-
-_EDITIONS: dict[str, tuple[type[Any], Callable[[_Size], tuple[float, ...]]]] = {
-    ISO_1995: (Tolerances1995, _edition_1995), ISO_2013: (Tolerances2013, _edition_2013),
-}
-
-
-def _mean(value: float, edges: tuple[float, ...]) -> float:
-    """The geometric mean of the limits of the range in which a value lies."""
-    upper = max(bisect_left(edges, value), 1)
-    return math.sqrt(edges[upper - 1] * edges[upper])
+    edition, found = editions()[quality.standard], []
+    for wheel, grade in enumerate(quality.grades):
+        _check_scope(edition, geometry, wheel)
+        sizes = (geometry.reference_diameter[wheel], geometry.normal_module, geometry.face_width[wheel])
+        values = edition.at_grade_5(Size(*(1e3 * v for v in sizes)))
+        step = 2 ** ((grade - 5) / 2)
+        found.append(edition.result(**{
+            f.name: rounded(step * value) / 1e6 for f, value in zip(fields(Tolerances), values, strict=True)}))
+    return found[0], found[1]
 
 
 def rounded(micrometres: float) -> float:
@@ -283,8 +218,8 @@ def rounded(micrometres: float) -> float:
     return round(math.floor(micrometres / step + 0.5) * step, 1)
 
 
-def _check_scope(standard: str, geometry: Geometry, wheel: int) -> None:
-    """Raise `InputError` if a wheel is outside the scope of a standard."""
+def _check_scope(edition: Edition, geometry: Geometry, wheel: int) -> None:
+    """Raise `InputError` if a wheel is outside the scope of an edition."""
     sizes = {
         "reference_diameter": 1e3 * geometry.reference_diameter[wheel],
         "module": 1e3 * geometry.normal_module,
@@ -292,11 +227,11 @@ def _check_scope(standard: str, geometry: Geometry, wheel: int) -> None:
         "teeth": geometry.teeth[wheel],
         "helix_angle": math.degrees(geometry.helix_angle),
     }
-    for name, (low, high) in _SCOPE[standard].items():
+    for name, (low, high) in edition.scope.items():
         unit = {"teeth": "", "helix_angle": " deg"}.get(name, " mm")
         if not low <= round(sizes[name], 9) <= high:
             field = name if name in ("module", "helix_angle") else f"{name}[{wheel}]"
             raise InputError(
-                field, f"must lie in [{low:g}, {high:g}]{unit} for tolerances by {standard}",
+                field, f"must lie in [{low:g}, {high:g}]{unit} for tolerances by {edition.name}",
                 f"{sizes[name]:.6g}{unit}", "The standard does not allow extrapolation; give measured deviations.",
             )

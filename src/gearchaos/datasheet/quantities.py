@@ -1,4 +1,4 @@
-"""The datasheet of a gear design: every quantity that follows from it, with symbol, unit, formula and source.
+"""The quantities of a gear design: all that follows from it, with symbol, unit, formula and source.
 
 A quantity that cannot be computed has no value but a reason: an input that is missing, or a standard that does not
 apply.
@@ -14,18 +14,31 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.dynamic_factor.agma import DynamicFactorAGMA
-from gearchaos.gears.dynamic_factor.all_standards import DynamicFactors, dynamic_factors
-from gearchaos.gears.dynamic_factor.iso_method_b import DynamicFactorB
-from gearchaos.gears.dynamic_factor.iso_method_c import DynamicFactorC
 from gearchaos.gears.dynamic_factor.resonance import Resonance, lower_limit_ratio, resonance
+from gearchaos.gears.dynamic_factor.standards import DynamicFactor, Standard, standards
 from gearchaos.gears.formulas import Formula, formulas
 from gearchaos.gears.geometry.formulas import DESIGN_FORMULAS, GEOMETRY_FORMULAS
 from gearchaos.gears.mesh_load import MeshLoad
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
+from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness
 from gearchaos.gears.transmission_error.harmonics import QualityError, from_quality
-from gearchaos.gears.transmission_error.quality import ISO_1995, Tolerances, tolerances
+from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
+from gearchaos.gears.transmission_error.quality import Tolerances, tolerances
 from gearchaos.gears.units import RPM
+
+_NO_ERROR = ("none given: the gears are taken to be exact; write transmission_error = \"from quality\" or "
+             "{ orders = \"te.csv\" }")
+"""What the rows of the transmission error say of a design without one."""
+
+_QUALITY_FORMULA = ("from the grade e_j = 4 √(f_i1′² + f_i2′²)/(π j)², f_i′ = K (4.3 2^((Q−5)/2) + f_pt + F_α), "
+                    "K = 0.2 (ε_γ + 4)/ε_γ, at least 0.4")
+
+_PHASE = "θ_j"
+_ROUNDING = 1e-9
+"""Length in mm below which a value is a rounding error of lengths of the pair."""
+
+_ANY_SPEED = 1.0
+"""A speed, rpm, for values that do not depend on it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,6 +54,8 @@ class Entry:
         See `gearchaos.gears.formulas.Formula`.
     group : str
         Heading under which it is shown.
+    words : str
+        Its name in words.
     reason : str
         Why there is no value; empty if there is one.
     expected : bool
@@ -53,8 +68,21 @@ class Entry:
     formula: str
     source: str
     group: str
+    words: str = ""
     reason: str = ""
     expected: bool = False
+
+    @property
+    def shown(self) -> float | tuple[float, ...] | None:
+        """The value as text and page show it: phases in 0 to 360°, and 0 for a length that is a rounding error."""
+        if self.value is None:
+            return None
+        values = self.value if isinstance(self.value, tuple) else (self.value,)
+        if self.symbol == _PHASE:
+            values = tuple(v % 360 for v in values)
+        if self.unit == "mm":
+            values = tuple(0.0 if abs(v) < _ROUNDING else v for v in values)
+        return values if isinstance(self.value, tuple) else values[0]
 
 
 def datasheet(design: GearDesign) -> dict[str, Entry]:
@@ -66,74 +94,47 @@ def datasheet(design: GearDesign) -> dict[str, Entry]:
         May lack inputs; the quantities that need them have a reason instead of a value.
     """
     results = _Results(design)
-    entries = {
-        name: _entry(group, formula, results, compute)
-        for group, rows in _GROUPS.items() for name, (formula, compute) in rows.items()
-    }
-    return {**entries, **_error_entries(design, entries)}
+    entries = {name: _entry(name, group, formula, results, compute)
+               for group, rows in _GROUPS.items() for name, (formula, compute) in rows.items()}
+    amplitudes, phases = (entries[f"transmission_error_{what}"] for what in ("amplitudes", "phases"))
+    if design.exact:
+        amplitudes, phases = replace(amplitudes, formula=_NO_ERROR), replace(phases, formula=_NO_ERROR)
+    elif not amplitudes.reason:
+        amplitudes = replace(amplitudes, source=f"{amplitudes.source}; {design.error_harmonics.source}")
+        if design.transmission_error == "from quality":
+            amplitudes = replace(amplitudes, formula=f"{amplitudes.formula}; {_QUALITY_FORMULA}")
+    return entries | {"transmission_error_amplitudes": amplitudes, "transmission_error_phases": phases}
 
 
 def with_scanned_speeds(entries: Mapping[str, Entry]) -> dict[str, Entry]:
     """The entries of a design without a speed that is shown along the speed: what lacks only the speed says so."""
-    return {
-        name: replace(e, reason="depends on speed: see the curve", expected=True)
-        if e.reason.startswith("speed must be given") else e for name, e in entries.items()
-    }
+    return {name: replace(e, reason="depends on speed: see the curve", expected=True)
+            if e.reason.startswith("speed must be given") else e for name, e in entries.items()}
 
 
-def shown_value(entry: Entry) -> float | tuple[float, ...] | None:
-    """The value as text and page show it: phases in 0 to 360°, and 0 for a length that is a rounding error."""
-    if entry.value is None:
-        return None
-    values = entry.value if isinstance(entry.value, tuple) else (entry.value,)
-    if entry.symbol == _PHASE:
-        values = tuple(v % 360 for v in values)
-    if entry.unit == "mm":
-        values = tuple(0.0 if abs(v) < _ROUNDING else v for v in values)
-    return values if isinstance(entry.value, tuple) else values[0]
+class _NoValueError(Exception):
+    """There is no value; the message is the reason, ``expected`` as in `Entry`."""
 
-
-_PHASE = "θ_j"
-_ROUNDING = 1e-9
-"""Length in mm below which a value is a rounding error of lengths of the pair."""
-
-
-def _error_entries(design: GearDesign, entries: Mapping[str, Entry]) -> dict[str, Entry]:
-    """The rows of the transmission error with the formula and source of its method, or with what to write for one."""
-    rows = {name: entries[name] for name in ("transmission_error_amplitudes", "transmission_error_phases")}
-    if design.exact:
-        return {name: replace(row, formula=NO_ERROR_ADVICE) for name, row in rows.items()}
-    try:
-        error = design.error_harmonics
-    except InputError:  # the rows have the reason
-        return {}
-    row = rows["transmission_error_amplitudes"]
-    formula = f"{row.formula}; {_QUALITY_FORMULA}" if design.transmission_error == "from quality" else row.formula
-    return {"transmission_error_amplitudes": replace(row, formula=formula, source=f"{row.source}; {error.source}")}
-
-
-NO_ERROR_ADVICE = ("none given: the gears are taken to be exact; write transmission_error = \"from quality\" or "
-                   "{ orders = \"te.csv\" }")
-"""What the rows of the transmission error say of a design without one."""
-
-_QUALITY_FORMULA = ("from the grade e_j = 4 √(f_i1′² + f_i2′²)/(π j)², f_i′ = K (4.3 2^((Q−5)/2) + f_pt + F_α), "
-                    "K = 0.2 (ε_γ + 4)/ε_γ, at least 0.4")
-
-
-_ANY_SPEED = 1.0
-"""A speed, rpm, for values that do not depend on it."""
+    def __init__(self, reason: str, expected: bool = False) -> None:
+        super().__init__(reason)
+        self.expected = expected
 
 
 class _Results:
     """What the quantities of a design are taken from; a missing input raises `InputError` at the first use."""
 
     def __init__(self, design: GearDesign) -> None:
-        self.design = design
+        self.design, self.geometry = design, design.geometry
 
     @cached_property
     def tooth(self) -> ToothStiffness:
         """Tooth stiffness by ISO 6336-1."""
         return self.design.tooth_stiffness
+
+    @cached_property
+    def mesh(self) -> MeshStiffness:
+        """Mesh stiffness by the method of the design."""
+        return self.design.mesh_stiffness
 
     @cached_property
     def load(self) -> MeshLoad:
@@ -143,17 +144,17 @@ class _Results:
     @cached_property
     def tolerances(self) -> tuple[Tolerances, Tolerances]:
         """Flank tolerances of both wheels."""
-        return tolerances(self.design.given("quality"), self.design.geometry)
+        return tolerances(self.design.given("quality"), self.geometry)
 
-    @cached_property
+    @property
     def mean_stiffness(self) -> float:
         """Mean of the mesh stiffness by the method of the design, over the face width, N/m²."""
-        return self.design.mesh_stiffness.reference / self.design.geometry.common_face_width
+        return self.mesh.reference / self.geometry.common_face_width
 
     @property
     def reduced_mass(self) -> float:
         """Equivalent mass over the face width, kg/m."""
-        return self.design.equivalent_mass / self.design.geometry.common_face_width
+        return self.design.equivalent_mass / self.geometry.common_face_width
 
     @property
     def line_load(self) -> float:
@@ -167,84 +168,56 @@ class _Results:
 
     @property
     def tangential_composite_deviation(self) -> tuple[float, float]:
-        """f_i′ of both wheels, m; raises `_RefusedError` for an edition that does not derive it from f_pt and F_α."""
+        """f_i′ of both wheels, m; raises `_NoValueError` for an edition that does not derive it from f_pt and F_α."""
         quality = self.design.given("quality")
         if quality.standard != ISO_1995:
-            raise _RefusedError(
+            raise _NoValueError(
                 f"{quality.standard} has no formula for f_i′ in terms of f_pt and F_α. The transmission error from "
                 f"quality uses that of {ISO_1995}, annex A, with these deviations: an assumption, see e_j.")
-        return from_quality(self.design.geometry, quality, self.tolerances).tooth_to_tooth
+        return from_quality(self.geometry, quality, self.tolerances).tooth_to_tooth
 
     @property
     def support_frequencies(self) -> tuple[float, float]:
         """Natural frequencies of the wheels on their supports, without the mesh, rad/s."""
         if self.design.supports is None:
-            raise _RefusedError("The supports are rigid.", expected=True)
+            raise _NoValueError("The supports are rigid.", expected=True)
         (c1, c2), (m1, m2) = self.design.supports.stiffness, self.design.masses
         return math.sqrt(c1 / m1), math.sqrt(c2 / m2)
 
-    @property
-    def eccentric_backlash(self) -> tuple[float, float]:
-        """Amplitudes of the backlash along the line of action by eccentricity, m."""
-        factor = 2 * math.sin(self.design.geometry.working_pressure_angle)
-        first, second = self.design.eccentricity
-        return first * factor, second * factor
-
-    @cached_property
-    def factors(self) -> DynamicFactors:
-        """Dynamic factors by the standards, without running-in."""
-        for name in ("quality", "speed", "torque"):
+    def factor(self, standard: Standard) -> DynamicFactor:
+        """The dynamic factor by a standard, in method B without running-in; raises `_NoValueError` if there is none."""
+        for name in standard.needs:
             self.design.given(name)
-        return dynamic_factors(self.design)
-
-    def granted(self, name: str) -> Any:
-        """A dynamic factor by its name in `DynamicFactors`; raises `_RefusedError` if the standard gives none."""
-        found = getattr(self.factors, name)
+        found = standard.factor(self.design)
         if found.value is None:
-            raise _RefusedError(found.reason)
+            raise _NoValueError(found.reason)
         return found
 
 
-class _RefusedError(Exception):
-    """There is no value; the message is the reason, ``expected`` as in `Entry`."""
-
-    def __init__(self, reason: str, expected: bool = False) -> None:
-        super().__init__(reason)
-        self.expected = expected
-
-
-def _entry(group: str, formula: Formula, results: _Results, compute: Callable[[_Results], Any]) -> Entry:
+def _entry(
+    name: str, group: str, formula: Formula, results: _Results, compute: Callable[[_Results], Any],
+) -> Entry:
     """One entry, with the value in the unit that is shown, or the reason why there is none."""
     value, reason, expected = None, "", False
     try:
         value = compute(results)
-    except (InputError, _RefusedError) as error:
+    except (InputError, _NoValueError) as error:
         reason, expected = str(error), getattr(error, "expected", False)
-    return Entry(value=_shown(value, formula.factor), unit=formula.unit, symbol=formula.symbol, formula=formula.text,
-                 source=formula.source, group=group, reason=reason, expected=expected)
-
-
-def _shown(value: Any, factor: float) -> Any:
-    """A number or a tuple of numbers times a factor; whole numbers and None stay as they are where the factor is 1."""
-    if value is None or factor == 1.0:
-        return value
-    return tuple(v * factor for v in value) if isinstance(value, tuple) else value * factor
+    if value is not None and formula.factor != 1.0:  # whole numbers stay so
+        value = tuple(v * formula.factor for v in value) if isinstance(value, tuple) else value * formula.factor
+    return Entry(value=value, unit=formula.unit, symbol=formula.symbol, formula=formula.text, source=formula.source,
+                 group=group, words=formula.words or name.replace("_", " "), reason=reason, expected=expected)
 
 
 _Row = tuple[Formula, Callable[[_Results], Any]]
 
 
-def _of(attribute: str, table: Mapping[str, Formula], *skipped: str) -> dict[str, _Row]:
+def _of(result: Callable[[_Results], Any], table: Mapping[str, Formula]) -> dict[str, _Row]:
     """Rows for the values of one result by the names of its fields."""
     def getter(name: str) -> Callable[[_Results], Any]:
-        def compute(results: _Results) -> Any:
-            found = results
-            for part in attribute.split("."):
-                found = getattr(found, part)
-            return getattr(found, name)
-        return compute
+        return lambda results: getattr(result(results), name)
 
-    return {name: (formula, getter(name)) for name, formula in table.items() if name not in skipped}
+    return {name: (formula, getter(name)) for name, formula in table.items()}
 
 
 def _tolerance(symbol: str, name: str) -> _Row:
@@ -253,20 +226,22 @@ def _tolerance(symbol: str, name: str) -> _Row:
     return formula, lambda results: tuple(getattr(t, name) for t in results.tolerances)
 
 
-def _parameter(name: str) -> Callable[[_Results], Any]:
-    """A function that takes a parameter of method B from the results."""
-    return lambda results: getattr(results.granted("iso_b"), name)
+def _standard_rows(standard: Standard) -> dict[str, _Row]:
+    """The rows of K_v by a standard, and of what it shows beside it."""
+    rows = _of(lambda results: results.factor(standard), formulas(standard.result))
+    formula, compute = rows["value"]
+    return {standard.name: (replace(formula, words=standard.long_name), compute),
+            **{name: rows[field] for name, field in standard.beside.items()}}
 
 
-_FACTOR_B = formulas(DynamicFactorB)
-_TOOTH = formulas(ToothStiffness)
-_RESONANCE = formulas(Resonance)
 _MODEL = "gearchaos, docs/gears.md"
+_RESONANCE = formulas(Resonance)
+
 _GROUPS: dict[str, dict[str, _Row]] = {
-    "Geometry": _of("design.geometry", GEOMETRY_FORMULAS),
-    "Backlash and inertia": _of("design", DESIGN_FORMULAS),
+    "Geometry": _of(lambda results: results.geometry, GEOMETRY_FORMULAS),
+    "Backlash and inertia": _of(lambda results: results.design, DESIGN_FORMULAS),
     "Load": {
-        **_of("load", formulas(MeshLoad), "velocity"),
+        **_of(lambda results: results.load, formulas(MeshLoad)),
         "velocity": (formulas(MeshLoad)["velocity"], lambda results: results.design.load.velocity),
     },
     "Tolerances": {
@@ -279,23 +254,24 @@ _GROUPS: dict[str, dict[str, _Row]] = {
         "tangential_composite_deviation": (
             formulas(QualityError)["tooth_to_tooth"], lambda results: results.tangential_composite_deviation),
     },
-    "Tooth stiffness by ISO 6336-1": _of("tooth", _TOOTH, "mesh_stiffness"),
+    "Tooth stiffness by ISO 6336-1": _of(lambda results: results.tooth, {
+        name: formula for name, formula in formulas(ToothStiffness).items() if name != "mesh_stiffness"}),
     "Mesh stiffness": {
         "mesh_stiffness": (
             Formula("c_γα", "N/(mm µm)", 1e-9, "mean over the mesh cycle, by the method of the design", _MODEL),
             lambda results: results.mean_stiffness),
         "mesh_stiffness_mean": (
             Formula("c0", "N/µm", 1e-6, "mean over the mesh cycle, over the whole face width: c_γα b", _MODEL),
-            lambda results: results.design.mesh_stiffness.reference),
+            lambda results: results.mesh.reference),
         "mesh_stiffness_range": (
             Formula("c_min, c_max", "N/µm", 1e-6, "least and greatest over the mesh cycle", _MODEL),
-            lambda results: results.design.mesh_stiffness.extremes),
+            lambda results: results.mesh.extremes),
         "mesh_period_roll_angle": (
             Formula("", "deg", 180 / math.pi, "360°/z1: roll angle of wheel 1 over the mesh period, that of the "
                     "stiffness curve", "kinematics"), lambda results: 2 * math.pi / results.design.teeth[0]),
         "mesh_stiffness_truncation": (
             Formula("", "", 1.0, "root mean square error of steps or harmonics over the mean", _MODEL),
-            lambda results: results.design.mesh_stiffness.truncation),
+            lambda results: results.mesh.truncation),
     },
     "Supports": {
         "support_frequency": (
@@ -316,7 +292,8 @@ _GROUPS: dict[str, dict[str, _Row]] = {
                     "kinematics, base tangent plane"), lambda results: results.design.eccentricity),
         "eccentricity_backlash_amplitude": (
             Formula("", "µm", 1e6, "2 e sin α_wt; once per turn: not part of the model",
-                    "kinematics, base tangent plane"), lambda results: results.eccentric_backlash),
+                    "kinematics, base tangent plane"), lambda results: tuple(
+                e * (2 * math.sin(results.geometry.working_pressure_angle)) for e in results.design.eccentricity)),
     },
     "Damping": {
         "damping_ratio": (
@@ -325,7 +302,7 @@ _GROUPS: dict[str, dict[str, _Row]] = {
             lambda results: results.design.given("damping_ratio")),
     },
     "Resonance": {
-        **_of("resonance", _RESONANCE),
+        **_of(lambda results: results.resonance, _RESONANCE),
         "reduced_mass": (_RESONANCE["reduced_mass"], lambda results: results.reduced_mass),
         "lower_limit_ratio": (_RESONANCE["lower_limit_ratio"], lambda results: lower_limit_ratio(results.line_load)),
         "resonance_ratio": (
@@ -333,13 +310,6 @@ _GROUPS: dict[str, dict[str, _Row]] = {
                     "ISO 6336-1:2006, 6.4.2, (9)"),
             lambda results: results.resonance.ratio(results.design.given("speed") * RPM)),
     },
-    "Dynamic factor": {
-        "Kv_ISO_B": (_FACTOR_B["value"], lambda results: results.granted("iso_b").value),
-        "resonance_ratio_ISO_B": (_FACTOR_B["resonance_ratio"], _parameter("resonance_ratio")),
-        **{name: (formula, _parameter(name)) for name, formula in _FACTOR_B.items()
-           if name not in ("value", "resonance_ratio")},
-        "Kv_ISO_C": (formulas(DynamicFactorC)["value"], lambda results: results.granted("iso_c").value),
-        "Kv_AGMA": (formulas(DynamicFactorAGMA)["value"], lambda results: results.granted("agma").value),
-    },
+    "Dynamic factor": {name: row for each in standards() for name, row in _standard_rows(each).items()},
 }
 """The quantities by heading and name: how each is described, and a function that takes it from the results."""

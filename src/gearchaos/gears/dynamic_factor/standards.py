@@ -1,0 +1,96 @@
+"""The standards for the dynamic factor K_v: the ratio of the largest tooth force, with its dynamic part, to F_t K_A.
+
+To add a standard, add a module to this folder. It has a function of a `GearDesign`, which returns `Refused` outside its
+validity, a frozen dataclass for its result, whose numbers are `described`, and a `Standard` with the name ``STANDARD``.
+Datasheet, JSON, printed tables, Datasets and pictures then have it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from typing import TYPE_CHECKING, ClassVar, Protocol
+
+import gearchaos.gears.dynamic_factor as folder
+from gearchaos.gears.formulas import declared
+
+if TYPE_CHECKING:
+    from gearchaos.gears.design.gear_design import GearDesign
+
+
+class DynamicFactor(Protocol):
+    """What a standard says of a pair: ``value`` is K_v, or None with a ``reason``."""
+
+    @property
+    def value(self) -> float | None: ...
+
+    @property
+    def reason(self) -> str: ...
+
+
+@dataclass(frozen=True)
+class Refused:
+    """The answer of a standard where it gives no dynamic factor: outside its validity, or where an input is missing.
+
+    Attributes
+    ----------
+    reason : str
+        Why, in a sentence that ends with a full stop.
+    """
+
+    reason: str
+    value: ClassVar[None] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Standard:
+    """A standard, or one of its methods.
+
+    Attributes
+    ----------
+    name : str
+        Of K_v on the datasheet and in a Dataset: "Kv_" and what tables print above its column.
+    label : str
+        What the legend of a picture says.
+    words : str
+        The name with edition or method, as a page says it.
+    result : type
+        The dataclass of its result. Its field ``value`` has the `Formula` of K_v.
+    compute : callable
+        Takes a `GearDesign` with all that the standard needs; returns the result or `Refused`.
+    needs : tuple of str
+        Inputs that a design may leave out, but not for this standard.
+    beside : mapping of str to str
+        Other fields of the result for the datasheet, by their names there.
+    """
+
+    name: str
+    label: str
+    words: str
+    result: type
+    compute: Callable[[GearDesign], DynamicFactor]
+    needs: tuple[str, ...] = ("quality", "speed", "torque")
+    beside: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def long_name(self) -> str:
+        """K_v of this standard in words."""
+        return f"dynamic factor by {self.words}"
+
+    @property
+    def heading(self) -> str:
+        """K_v of this standard above a column of a table."""
+        return f"K_v {self.name.removeprefix('Kv_').replace('_', ' ')}"
+
+    def factor(self, design: GearDesign) -> DynamicFactor:
+        """The dynamic factor of a design at its speed and torque, or `Refused`, also where an input is left out."""
+        missing = [name for name in self.needs if getattr(design, name) is None]
+        return Refused(f"The design gives no {' and no '.join(missing)}.") if missing else self.compute(design)
+
+
+@cache
+def standards() -> tuple[Standard, ...]:
+    """All standards: those of ISO first, then the others by name."""
+    found: list[Standard] = declared(folder, "STANDARD")
+    return tuple(sorted(found, key=lambda each: (not each.name.startswith("Kv_ISO"), each.name)))
