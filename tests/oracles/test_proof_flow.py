@@ -108,10 +108,10 @@ def check_period(case: Case, rng: np.random.Generator) -> bool:
             tube = period_tube(equations, column(case.state, case.radius))
         except UndecidedError:
             return False
-        assert contains(tube.trajectory.image, by_heyoka(case.model, system.names))
-        assert contains(tube.trajectory.image, images[0])
+        assert contains(tube.centre.image, by_heyoka(case.model, system.names))
+        assert contains(tube.centre.image, images[0])
         assert contains(tube.slopes, derivative)
-        assert tube.slopes.contains(tube.trajectory.derivative)
+        assert tube.slopes.contains(tube.centre.derivative)
         for image in images:
             assert contains(tube.image, image)
         check_slopes(equations, tube, case, starts)

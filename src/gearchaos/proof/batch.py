@@ -46,7 +46,7 @@ def prove_in_process(orbits: list[OrbitToProve]) -> np.ndarray:
     Returns
     -------
     (L, 2) of int8
-        For each orbit the codes of `codes.proof_codes`.
+        For each orbit the codes of `certificate.proof_codes`.
 
     Raises
     ------
@@ -67,17 +67,13 @@ def prove_in_process(orbits: list[OrbitToProve]) -> np.ndarray:
 def main() -> None:
     """Prove the orbits on stdin, and write their codes to stdout. Interrupts are left to the parent process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    orbits = pickle.load(sys.stdin.buffer)
-    sys.stdout.buffer.write(pickle.dumps([_codes(OrbitToProve(*orbit)) for orbit in orbits]))
+    from gearchaos.proof.certificate import Certificate, proof_codes
+    from gearchaos.proof.prove import prove_at_some_phase
 
-
-def _codes(orbit: OrbitToProve) -> tuple[int, int]:
-    """Prove an orbit and write its certificate, if there is one and a path for it."""
-    from gearchaos.proof.certificate import Certificate
-    from gearchaos.proof.codes import proof_codes
-    from gearchaos.proof.phases import prove_at_some_phase
-
-    result = prove_at_some_phase(orbit.model, orbit.points)
-    if orbit.certificate is not None and isinstance(result, Certificate):
-        result.write(Path(orbit.certificate))
-    return proof_codes(result)
+    codes = []
+    for model, points, certificate in pickle.load(sys.stdin.buffer):
+        result = prove_at_some_phase(model, points)
+        if certificate is not None and isinstance(result, Certificate):
+            result.write(Path(certificate))
+        codes.append(proof_codes(result))
+    sys.stdout.buffer.write(pickle.dumps(codes))

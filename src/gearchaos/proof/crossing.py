@@ -62,12 +62,14 @@ class Crossing(NamedTuple):
 
 
 class Displacement:
-    """z as a polynomial with its first two derivatives."""
+    """z as a polynomial with its first two derivatives, each with a ball about 0 added if it is known no better."""
 
-    def __init__(self, polynomial: arb_poly) -> None:
+    def __init__(self, polynomial: arb_poly, errors: tuple[arb, ...] = ()) -> None:
         self.z = polynomial
         self.first = polynomial.derivative()
         self.second = self.first.derivative()
+        if errors:
+            self.z, self.first, self.second = self.z + errors[0], self.first + errors[1], self.second + errors[2]
 
 
 def clearance_by_bounds(bounds: arb_mat, contact: int) -> float | None:

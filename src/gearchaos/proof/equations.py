@@ -11,7 +11,7 @@ not act on z are left out where the fractions say so. Time t is counted in mesh 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -111,90 +111,63 @@ class MeshEquations:
         levels = _levels(known)
         top = max((level for _, level in levels), default=Fraction(1)) + sum(abs(a) for _, a, _ in self._chi)
         self.stiffness = interval(0, ball(top))
-        self.cells = _cells(levels, phase, self._rate(top))
-        self._tables: dict[Any, Any] = {}
-        self._flows: dict[tuple[int, int], Flow] = {}
-
-    def _rate(self, top: Fraction) -> float:
-        """About the largest rate of the flow per mesh period, by which the cells are made short enough."""
         size = max(sum(abs(v) for n, v in row.items() if n in self.names) + abs(row["force"]) * top
                    for row in self._rows.values())
         highest = max([*self.harmonics, *(j for j, _, _ in self._chi), 1])
-        return max(float(self.duration) * float(size), 2 * math.pi * highest)
+        self.cells = _cells(levels, phase, max(float(self.duration) * float(size), 2 * math.pi * highest))
+        self._tables: dict[Any, Any] = {}
+        self._flows: dict[tuple[int, int], Flow] = {}
 
     def flow(self, cell: int, contact: int) -> Flow:
         """The flow from the start of a cell on while the contact state ``contact`` (0, 1, -1) lasts."""
         key = cell, contact
         if key not in self._flows:
-            self._flows[key] = self._make_flow(self.cells[cell], contact)
+            make = self._fourier_flow if contact and self.cells[cell].level is None else self._constant_flow
+            self._flows[key] = make(self.cells[cell], contact)
         return self._flows[key]
 
-    def _make_flow(self, cell: Cell, contact: int) -> Flow:
-        """The flow of a cell: from the Taylor series of its level, or from that of a Fourier stiffness."""
-        angles = self._cosines_and_sines(cell.start + self.phase)
-        if contact and cell.level is None:
-            rows = fourier_series(
-                self.matrix * cell.span, self.spring * cell.span, self._stiffness_terms(cell),
-                self._constant_and_forcing(cell), contact, angles, ctx.prec)
-            return Flow(rows)
+    def _constant_flow(self, cell: Cell, contact: int) -> Flow:
+        """The flow of a cell from the Taylor series of its level, which is computed once for cells alike."""
         key = cell.length, bool(contact), cell.level if contact else None
         if key not in self._tables:
-            self._tables[key] = constant_series(self._extended(cell, contact), self.dimension, ctx.prec)
-        return Flow(with_forcing(self._tables[key], self.dimension, [*angles, arb(1), arb(contact)]))
+            push = [self.spring[i, 0] * ball(cell.level or Fraction(0)) for i in range(self.dimension)]
+            matrix = autonomous_matrix(self.matrix, self._constant, push if contact else None, self.harmonics,
+                                       self._forcing)
+            self._tables[key] = constant_series(matrix * cell.span, self.dimension, ctx.prec)
+        inputs = [*self.cosines_and_sines(ball(cell.start + self.phase)), arb(1), arb(contact)]
+        return Flow(with_forcing(self._tables[key], self.dimension, inputs))
 
-    def _extended(self, cell: Cell, contact: int) -> arb_mat:
-        """The matrix of the equations of w, cos 2πjt, sin 2πjt, 1 and the flank σ, times the length of a cell.
-
-        With cosine and sine of the harmonics as further unknowns the equations are autonomous.
-        """
-        d, h = self.dimension, len(self.harmonics)
-        size = d + 2 * h + 2
-        out = arb_mat(size, size)
-        for i in range(d):
-            for j in range(d):
-                out[i, j] = self.matrix[i, j]
-            out[i, size - 2] = self._constant[i]
-            if contact:
-                push = self.spring[i, 0] * ball(cell.level or Fraction(0))
-                out[i, 0] -= push
-                out[i, size - 1] = push
-        for n, (j, (cosine, sine)) in enumerate(zip(self.harmonics, self._forcing, strict=True)):
-            at, turn = d + 2 * n, 2 * arb.pi() * j
-            out[1, at], out[1, at + 1] = cosine, sine
-            out[at, at + 1], out[at + 1, at] = -turn, turn
-        return out * cell.span
-
-    def _constant_and_forcing(self, cell: Cell) -> tuple[list[arb], list[tuple[arb, arb, arb]]]:
-        """The forcing in a cell: the constants (d), and (angle per cell, cosine, sine coefficient) of each harmonic."""
-        length = cell.span
-        terms = [(2 * arb.pi() * j * length, c * length, s * length)
-                 for j, (c, s) in zip(self.harmonics, self._forcing, strict=True)]
-        return [value * length for value in self._constant], terms
-
-    def _stiffness_terms(self, cell: Cell) -> list[tuple[arb, arb, arb]]:
-        """(angle per cell, cosine and sine coefficient) of the harmonics of a Fourier stiffness in a cell."""
-        start = ball(cell.start + self.phase)
-        out = []
+    def _fourier_flow(self, cell: Cell, contact: int) -> Flow:
+        """The flow of a cell in contact under a Fourier stiffness."""
+        length, start, chi = cell.span, ball(cell.start + self.phase), []
         for j, amplitude, angle in self._chi:
             shift = 2 * arb.pi() * j * start - ball(angle)
             size = ball(amplitude)
-            out.append((2 * arb.pi() * j * cell.span, size * shift.cos(), -size * shift.sin()))
-        return out
+            chi.append((2 * arb.pi() * j * length, size * shift.cos(), -size * shift.sin()))
+        terms = [(2 * arb.pi() * j * length, c * length, s * length)
+                 for j, (c, s) in zip(self.harmonics, self._forcing, strict=True)]
+        return Flow(fourier_series(
+            self.matrix * length, self.spring * length, chi, ([value * length for value in self._constant], terms),
+            contact, self.cosines_and_sines(start), ctx.prec))
 
-    def _cosines_and_sines(self, time: Fraction) -> list[arb]:
+    def cosines_and_sines(self, time: arb) -> list[arb]:
         """cos 2πjt and sin 2πjt of the harmonics at a time from τ = 0 on."""
         out: list[arb] = []
         for j in self.harmonics:
-            sine, cosine = (2 * j * ball(time)).sin_cos_pi()
+            sine, cosine = (2 * j * time).sin_cos_pi()
             out += [cosine, sine]
         return out
 
     def forcing_over(self, low: arb, high: arb) -> list[arb]:
         """T f(τ) as balls (d) that contain its values from time ``low`` to ``high`` after the section."""
-        out = list(self._constant)
-        time = interval(low, high) + ball(self.phase)
-        for j, (cosine, sine) in zip(self.harmonics, self._forcing, strict=True):
-            s, c = (2 * j * time).sin_cos_pi()
+        return self.forcing_of(self._constant, self._forcing, low, high)
+
+    def forcing_of(
+        self, constant: list[arb], forcing: Iterable[tuple[arb, arb]], low: arb, high: arb
+    ) -> list[arb]:
+        """As `forcing_over`, with other constants and other cosine and sine coefficients of the harmonics."""
+        out, waves = list(constant), self.cosines_and_sines(interval(low, high) + ball(self.phase))
+        for (cosine, sine), c, s in zip(forcing, waves[::2], waves[1::2], strict=True):
             out[1] += cosine * c + sine * s
         return out
 
@@ -211,6 +184,43 @@ class MeshEquations:
             rate = 2 * arb.pi() * j / self.duration
             change += self.duration * rate * (rate + damping) * ball(size)
         return magnitude(change)
+
+
+def autonomous_matrix(
+    matrix: arb_mat, constant: list[arb], push: list[arb] | None, harmonics: list[int],
+    forcing: Iterable[tuple[arb, arb]], turning: bool = True,
+) -> arb_mat:
+    """The matrix of the equations of w, cos 2πjt, sin 2πjt, 1 and the flank σ.
+
+    With cosine and sine of the harmonics as further unknowns the equations are autonomous.
+
+    Parameters
+    ----------
+    matrix : arb_mat
+        (d, d), without the force of the teeth.
+    constant : list of arb
+    push : list of arb or None
+        b χ in contact.
+    harmonics, forcing : list of int, list of (arb, arb)
+        Orders, and coefficients of cosine and sine in the row of z'.
+    turning : bool
+        False for a derivative by a parameter: cosine and sine depend on none.
+    """
+    d, h = matrix.nrows(), len(harmonics)
+    out = arb_mat(d + 2 * h + 2, d + 2 * h + 2)
+    for i in range(d):
+        for j in range(d):
+            out[i, j] = matrix[i, j]
+        out[i, d + 2 * h] = constant[i]
+        if push is not None:
+            out[i, 0] -= push[i]
+            out[i, d + 2 * h + 1] = push[i]
+    for n, (order, (cosine, sine)) in enumerate(zip(harmonics, forcing, strict=True)):
+        at, turn = d + 2 * n, 2 * arb.pi() * order
+        out[1, at], out[1, at + 1] = cosine, sine
+        if turning:
+            out[at, at + 1], out[at + 1, at] = -turn, turn
+    return out
 
 
 def equations_at(parameters: Mapping[str, Any], phase: Fraction, bits: int) -> tuple[MeshEquations, int]:

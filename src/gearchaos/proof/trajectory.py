@@ -67,6 +67,10 @@ class Trajectory:
     image: arb_mat = field(default_factory=lambda: arb_mat(0, 0))
     derivative: arb_mat = field(default_factory=lambda: arb_mat(0, 0))
 
+    def at(self, equations: MeshEquations, part: int, cell: int, share: arb) -> arb_mat:
+        """The state (w, 1), (d + 1, 1), at a share of a cell by the frozen equations of a part."""
+        return equations.flow(cell, self.contacts[part]).at(share) * self.starts[part, cell]
+
 
 def trajectory(equations: MeshEquations, state: arb_mat) -> Trajectory:
     """The motion from a state over one mesh period.
@@ -114,11 +118,11 @@ def _through_cell(equations: MeshEquations, motion: Trajectory, index: int, both
 
     ``both`` and the result have the columns (w, 1) and (derivative of w, 0), (d + 1, d + 1).
     """
-    low, leaving = arb(0), None
+    low, leaving, cell, d = arb(0), None, equations.cells[index], equations.dimension
     while True:
         contact = motion.contacts[-1]
         flow = equations.flow(index, contact)
-        state = block(both, equations.dimension + 1, range(1))
+        state = block(both, d + 1, range(1))
         motion.starts[len(motion.switches), index] = state
         if leaving is None and clearance_by_bounds(flow.bounds * state, contact) is not None:
             return flow.end * both
@@ -130,16 +134,8 @@ def _through_cell(equations: MeshEquations, motion: Trajectory, index: int, both
         there = flow.at(low) * both
         motion.contacts.append(0 if contact else leaving)
         both = equations.flow(index, motion.contacts[-1]).at(low).solve(there)
-        _record(equations, motion, index, low, there, leaving)
-
-
-def _record(
-    equations: MeshEquations, motion: Trajectory, index: int, u: arb, there: arb_mat, flank: int
-) -> None:
-    """Append the switch at the share u of a cell."""
-    cell, d = equations.cells[index], equations.dimension
-    if len(motion.switches) == _MOST_SWITCHES:
-        raise UndecidedError("too many switches", 0.0)
-    motion.switches.append(Switch(
-        cell.begin + u * cell.span, flank, motion.contacts[-1] != 0, equations.duration * there[1, 0],
-        block(there, d, range(1, d + 1))))
+        if len(motion.switches) == _MOST_SWITCHES:
+            raise UndecidedError("too many switches", 0.0)
+        motion.switches.append(Switch(
+            cell.begin + low * cell.span, leaving, motion.contacts[-1] != 0, equations.duration * there[1, 0],
+            block(there, d, range(1, d + 1))))

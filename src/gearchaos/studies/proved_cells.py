@@ -15,7 +15,7 @@ from gearchaos.execute import tiles
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel
 from gearchaos.proof.batch import OrbitToProve, prove_in_process
-from gearchaos.proof.codes import INFERRED, NO_REASON, REASON_CODES, Proved
+from gearchaos.proof.certificate import INFERRED, NO_REASON, REASON_CODES, Proved
 from gearchaos.studies.proofs import write_verifier
 
 if TYPE_CHECKING:

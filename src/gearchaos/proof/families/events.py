@@ -2,31 +2,27 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
-from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from gearchaos.files import write_bytes
 from gearchaos.model.parameters import MeshModel
-from gearchaos.proof.balls import from_text, precision, to_text
+from gearchaos.proof.balls import fractions, from_text, precision, texts, to_text
 from gearchaos.proof.candidate import Candidate
-from gearchaos.proof.certificate import Certificate, Unproved, checksum, used_versions
-from gearchaos.proof.connection import along, check_coordinates, connection, line
-from gearchaos.proof.coordinates import lifted
+from gearchaos.proof.certificate import Certificate, Theorem, Unproved, with_checksum
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.exclusion import Region
-from gearchaos.proof.parameters import exact_parameters
-from gearchaos.proof.prove import prove_orbit
-from gearchaos.proof.search import as_floats, converged, distance, neighbours
-from gearchaos.proof.section import at_phase
+from gearchaos.proof.families.coefficients import shifted
+from gearchaos.proof.families.connection import check_coordinates, connection, line
+from gearchaos.proof.families.exclusion import Region
+from gearchaos.proof.families.search import as_floats, converged, distance, neighbours
+from gearchaos.proof.parameters import exact_parameters, lifted
+from gearchaos.proof.prove import at_phase, prove_orbit
 
 FORMAT, VERSION = "gearchaos event certificate", 1
 KINDS = ("flip", "fold", "graze", "neimark-sacker")
@@ -36,7 +32,7 @@ _REGION = 3
 
 
 @dataclass(frozen=True, eq=False)
-class EventCertificate:
+class EventCertificate(Theorem):
     """An event that is proved to lie in an interval of a parameter.
 
     Attributes
@@ -45,14 +41,6 @@ class EventCertificate:
         The certificate as it is written; ``below`` and ``above`` have the certificates of the orbits proved at the ends
         of the interval, each of which ``gearchaos verify`` checks by itself.
     """
-
-    proved: ClassVar[bool] = True
-    document: dict[str, Any]
-
-    @property
-    def theorem(self) -> str:
-        """What is proved, in words."""
-        return self.document["theorem"]
 
     @property
     def kind(self) -> str:
@@ -75,12 +63,7 @@ class EventCertificate:
 
     def to_dict(self) -> dict[str, Any]:
         """A summary as JSON-ready values; the whole certificate is ``document``."""
-        names = ("kind", "theorem", "parameter", "interval", "period", "empty", "sha256")
-        return {"proved": True, **{name: self.document[name] for name in names}}
-
-    def write(self, path: str | Path) -> None:
-        """Write the certificate to a JSON file."""
-        write_bytes(Path(path), (json.dumps(self.document, indent=1) + "\n").encode())
+        return self.selected("kind", "theorem", "parameter", "interval", "period", "empty")
 
     def __repr__(self) -> str:
         return f"EventCertificate({self.kind}, {self.document['parameter']} in {list(self.interval)})"
@@ -112,6 +95,15 @@ class End:
     points: np.ndarray
 
 
+@contextmanager
+def _unproved_if_undecided(bits: int) -> Iterator[None]:
+    """Raise `NotProvedError` for an `UndecidedError`."""
+    try:
+        yield
+    except UndecidedError as failure:
+        raise NotProvedError(Unproved(failure.reason, failure.margin, bits)) from None
+
+
 def prove_event_facts(
     kind: str, parameter: str, models: list[tuple[MeshModel, float]], points: np.ndarray, bits: int
 ) -> EventCertificate | Unproved:
@@ -132,23 +124,30 @@ def prove_event_facts(
     """
     lower, upper = (End(model, value, points) for model, value in models)
     try:
-        if kind == "fold":
-            return _fold(parameter, (lower, upper), bits)
-        return _change(kind, parameter, (lower, upper), bits)
+        found = _fold(parameter, (lower, upper), bits) if kind == "fold" else _change(
+            kind, parameter, (lower, upper), bits)
     except NotProvedError as failure:
         return failure.result
+    below, above = found["below"], found["above"]
+    return EventCertificate(with_checksum({
+        "format": FORMAT, "version": VERSION, "kind": kind, "theorem": found["theorem"], "parameter": parameter,
+        "interval": [value.hex() for _, value in models], "period": min(f.period for f in (*below, *above)),
+        "below": [f.document for f in below], "above": [f.document for f in above],
+        "empty": found.get("empty"), "connection": found.get("connection"),
+    }))
 
 
-def _change(kind: str, parameter: str, ends: tuple[End, End], bits: int) -> EventCertificate:
-    """The certificate of an event that changes the orbit: a flip, a graze or a Neimark-Sacker bifurcation."""
+def _change(kind: str, parameter: str, ends: tuple[End, End], bits: int) -> dict[str, Any]:
+    """What is proved of an event that changes the orbit: a flip, a graze or a Neimark-Sacker bifurcation."""
     orbits = [_orbit_near(end, bits) for end in ends]
     lower, upper = (replace(end, points=as_floats(o.points)) for end, o in zip(ends, orbits, strict=True))
     ends, phase = (lower, upper), _free_phase(orbits) if kind == "graze" else 0.0
-    proved = [[_proved(end.model, end.points, bits, phase)] for end in ends]
-    (below,), (above,) = proved
-    counts = [len(_sequence(found)) for found in (below, above)]
+    below, above = (_proved(end.model, end.points, bits, phase) for end in ends)
+    orders, proved = (_sequence(below), _sequence(above)), ([below], [above])
     if kind == "graze":
-        same = _is_rotation(_sequence(below), _sequence(above))
+        first, second = orders
+        same = len(first) == len(second) and any(
+            first[k:] + first[:k] == second for k in range(max(1, len(first))))  # up to where they begin
     else:
         same = abs(below.outside - above.outside) != (1 if kind == "flip" else 2)
     if same:
@@ -159,13 +158,11 @@ def _change(kind: str, parameter: str, ends: tuple[End, End], bits: int) -> Even
         proved[side].append(doubled)
         extra = (f"At {('its lower', 'its upper')[side]} end there is an orbit that repeats after {doubled.period} "
                  f"mesh periods beside it, with {doubled.outside} multipliers outside.")
-    try:
-        start = (below if counts[0] > counts[1] else above) if kind == "graze" else None
+    with _unproved_if_undecided(bits):
+        start = (below if len(orders[0]) > len(orders[1]) else above) if kind == "graze" else None
         link = connection(below, above, bits, start)
-    except UndecidedError as failure:
-        raise NotProvedError(Unproved(failure.reason, failure.margin, bits)) from None
     theorem = _change_in_words(kind, parameter, below, above, extra)
-    return _certificate(kind, theorem, parameter, ends, proved, None, link)
+    return {"below": proved[0], "above": proved[1], "theorem": theorem, "connection": link}
 
 
 def _orbit_near(end: End, bits: int) -> Candidate:
@@ -187,10 +184,10 @@ def _free_phase(orbits: list[Candidate]) -> float:
 
 def _proved(model: MeshModel, points: np.ndarray, bits: int, phase: float = 0.0) -> Certificate:
     """The certificate of an orbit at a phase of the section; raises `NotProvedError` if it is not proved."""
-    shifted = at_phase(model, points, phase) if phase else points
-    if shifted is None:
+    shifted_points = at_phase(model, points, phase) if phase else points
+    if shifted_points is None:
         raise NotProvedError(Unproved("orbit not found", 0.0, bits))
-    result = prove_orbit(model, shifted, bits, phase)
+    result = prove_orbit(model, shifted_points, bits, phase)
     if isinstance(result, Unproved):
         raise NotProvedError(result)
     return result
@@ -199,11 +196,6 @@ def _proved(model: MeshModel, points: np.ndarray, bits: int, phase: float = 0.0)
 def _sequence(found: Certificate) -> list[tuple[int, str]]:
     """The flanks and directions of the contact switches over the period of an orbit."""
     return [(switch["flank"], switch["into"]) for period in found.document["switches"] for switch in period]
-
-
-def _is_rotation(first: list[Any], second: list[Any]) -> bool:
-    """Whether two sequences are the same up to where they begin."""
-    return len(first) == len(second) and any(first[k:] + first[:k] == second for k in range(max(1, len(first))))
 
 
 def _doubled(ends: tuple[End, End], bits: int) -> tuple[int, Certificate]:
@@ -221,11 +213,10 @@ def _doubled(ends: tuple[End, End], bits: int) -> tuple[int, Certificate]:
     raise NotProvedError(failure)
 
 
-def _neighbours(model: MeshModel, points: np.ndarray, bits: int) -> Iterator[list[list[Fraction]]]:
+def _neighbours(model: MeshModel, points: np.ndarray, bits: int) -> list[list[list[Fraction]]]:
     """The points of different orbits of a model near points (n, d)."""
     with _equations(model, bits) as equations:
-        for candidate in list(neighbours(equations, lifted(points, equations))):
-            yield candidate.points
+        return [candidate.points for candidate in neighbours(equations, lifted(points, equations))]
 
 
 @contextmanager
@@ -235,71 +226,46 @@ def _equations(model: MeshModel, bits: int) -> Iterator[MeshEquations]:
         yield MeshEquations(exact_parameters(model), bits=bits)
 
 
-def _fold(parameter: str, ends: tuple[End, End], bits: int) -> EventCertificate:
-    """The certificate of a fold: two orbits at one end, and none at the other in a region about both."""
+def _fold(parameter: str, ends: tuple[End, End], bits: int) -> dict[str, Any]:
+    """What is proved of a fold: two orbits at one end, and none at the other in a region about both."""
     for side, end in enumerate(ends):
-        pair = _nearest_two(end, bits)
+        with _equations(end.model, bits) as equations:
+            start = lifted(end.points, equations)
+        pair = sorted(_neighbours(end.model, end.points, bits), key=lambda points: distance(points, start))[:2]
         if len(pair) < 2:
             continue
-        proved: list[list[Certificate]] = [[], []]
-        proved[side] = [_proved(end.model, as_floats(points), bits) for points in pair]
-        first, second = proved[side]
+        first, second = (_proved(end.model, as_floats(points), bits) for points in pair)
         if abs(first.outside - second.outside) != 1:
             raise NotProvedError(Unproved("no change", 0.0, bits))
-        empty = _empty(ends, side, proved[side], bits)
-        theorem = _fold_in_words(parameter, side, first, second, empty)
-        return _certificate("fold", theorem, parameter, ends, proved, empty)
+        empty = _empty(ends, side, [first, second], bits)
+        return {"below": [[first, second], []][side], "above": [[first, second], []][1 - side], "empty": empty,
+                "theorem": _fold_in_words(parameter, side, first, second, empty)}
     raise NotProvedError(Unproved("orbit not found", 0.0, bits))
-
-
-def _nearest_two(end: End, bits: int) -> list[list[list[Fraction]]]:
-    """The points of the two orbits nearest to the fold; fewer if they are not found."""
-    with _equations(end.model, bits) as equations:
-        start = lifted(end.points, equations)
-        found = [candidate.points for candidate in neighbours(equations, start)]
-    return sorted(found, key=lambda points: distance(points, start))[:2]
 
 
 def _empty(ends: tuple[End, End], side: int, pair: list[Certificate], bits: int) -> dict[str, Any]:
     """The region about the two orbits of an end that is proved to be empty at the other end, and closed between."""
-    first, second = ([[from_text(text) for text in point] for point in found.document["points"]] for found in pair)
+    first, second = (fractions(found.document["points"]) for found in pair)
     centre = [[(a + b) / 2 for a, b in zip(p, q, strict=True)] for p, q in zip(first, second, strict=True)]
     radius = Fraction(_REGION * distance(first, second))
     low, high = (exact_parameters(end.model) for end in ends)
     changes = line(low, high)
     halves = {name: change / 2 for name, change in changes.items()}
-    there, middle = along(low, changes, Fraction(1 - side)), along(low, halves, Fraction(1))
-    try:
+    there = shifted(low, {name: (1 - side) * change for name, change in changes.items()})
+    with _unproved_if_undecided(bits):
         for points, found in zip((first, second), pair, strict=True):
             room = radius - Fraction(distance(points, centre)) - Fraction(found.document["radius"])
             if not room > 0:
                 raise UndecidedError("region not proved empty", float(room))
         with precision(bits):
-            between, empty = MeshEquations(middle, bits=bits), MeshEquations(there, bits=bits)
+            between, empty = MeshEquations(shifted(low, halves), bits=bits), MeshEquations(there, bits=bits)
             for equations in (between, empty):
                 check_coordinates(equations, *pair)
             region = Region(between, centre, radius, halves)
             inside, border = region.not_empty(region.whole, border=True)
             _, slices = region.at(empty).not_empty(inside, border=False)
-    except UndecidedError as failure:
-        raise NotProvedError(Unproved(failure.reason, failure.margin, bits)) from None
-    return {"end": ("below", "above")[1 - side], "model": there, "radius": to_text(radius),
-            "centre": [[to_text(v) for v in point] for point in centre], "border": border, "slices": slices}
-
-
-def _certificate(
-    kind: str, theorem: str, parameter: str, ends: tuple[End, End], proved: list[list[Certificate]],
-    empty: dict[str, Any] | None, link: dict[str, Any] | None = None,
-) -> EventCertificate:
-    """The certificate from its parts."""
-    period = min(found.period for side in proved for found in side)
-    document = {
-        "format": FORMAT, "version": VERSION, "kind": kind, "theorem": theorem, "parameter": parameter,
-        "interval": [end.value.hex() for end in ends], "period": period,
-        "below": [found.document for found in proved[0]], "above": [found.document for found in proved[1]],
-        "empty": empty, "connection": link, "versions": used_versions(),
-    }
-    return EventCertificate({**document, "sha256": checksum(document)})
+    return {"end": ("below", "above")[1 - side], "model": there, "radius": to_text(radius), "centre": texts(centre),
+            "border": border, "slices": slices}
 
 
 def _change_in_words(kind: str, parameter: str, below: Certificate, above: Certificate, extra: str) -> str:

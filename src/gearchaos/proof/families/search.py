@@ -11,11 +11,9 @@ from fractions import Fraction
 import numpy as np
 from flint import arb_mat
 
-from gearchaos.proof.balls import ball, rounded
-from gearchaos.proof.candidate import Candidate
+from gearchaos.proof.candidate import Candidate, cyclic_jacobian, float_midpoint, moved
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.krawczyk import cyclic_jacobian, float_midpoint
 
 _AMPLITUDES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
 """Distances along the critical direction from which orbits are sought."""
@@ -25,23 +23,11 @@ _CONVERGED = 1e-20
 _FAR = 0.3
 """A correction above this means that no orbit is near."""
 
-_GUARD_BITS = 32
-"""Points are rounded to multiples of 2^(_GUARD_BITS - bits)."""
+GUARD_BITS = 32
+"""Points are rounded to multiples of 2^(GUARD_BITS - bits)."""
 
 _DISTINCT = 1e-13
 """Orbits count as different if their points differ by more than this."""
-
-
-def exact_points(points: np.ndarray) -> list[list[Fraction]]:
-    """Points (n, d) of floats as fractions."""
-    return [[Fraction(value) for value in point] for point in points.tolist()]
-
-
-def moved(equations: MeshEquations, points: list[list[Fraction]], changes: np.ndarray) -> list[list[Fraction]]:
-    """Points plus changes (n, d), rounded to the precision of the equations."""
-    digits = equations.bits - _GUARD_BITS
-    return [[rounded(ball(c) + change, digits) for c, change in zip(point, row, strict=True)]
-            for point, row in zip(points, changes.tolist(), strict=True)]
 
 
 def converged(equations: MeshEquations, points: list[list[Fraction]]) -> Candidate | None:
@@ -53,7 +39,7 @@ def converged(equations: MeshEquations, points: list[list[Fraction]]) -> Candida
                 return candidate
             if not candidate.error < _FAR:
                 return None
-            candidate = Candidate.at(equations, moved(equations, candidate.points, candidate.correction))
+            candidate = Candidate.at(equations, moved(equations, candidate.points, candidate.correction, GUARD_BITS))
     except UndecidedError:
         pass
     return None
@@ -75,7 +61,7 @@ def neighbours(equations: MeshEquations, points: list[list[Fraction]]) -> Iterat
     found: list[Candidate] = []
     for amplitude in _AMPLITUDES:
         for side in (1, -1):
-            start = moved(equations, points, side * amplitude / np.abs(direction).max() * direction)
+            start = moved(equations, points, side * amplitude / np.abs(direction).max() * direction, GUARD_BITS)
             candidate = converged(equations, start)
             if candidate is not None and all(distance(candidate.points, f.points) > _DISTINCT for f in found):
                 found.append(candidate)

@@ -19,8 +19,8 @@ singular vector v and l. The bordered matrix
     M = | J   l |
         | vᵀ  0 |
 
-is regular. D is covered by slices |vᵀ(x - c_s) - y| <= h. For p = p0 + D u, |u| <= 1, the tubes of `box_tube` give
-F(x; p) = F(c_s; p0) + J (x - c_s) + B u. So if x in a slice is a zero of F, M (x - c_s, 0) is the vector
+is regular. D is covered by slices |vᵀ(x - c_s) - y| <= h. For p = p0 + D u, |u| <= 1, the tubes of `parameter_tube`
+give F(x; p) = F(c_s; p0) + J (x - c_s) + B u. So if x in a slice is a zero of F, M (x - c_s, 0) is the vector
 (-F(c_s; p0) - B u, vᵀ(x - c_s)), and for any matrix Y
 
     (x - c_s, 0) = Y (-F(c_s; p0) - B u, vᵀ(x - c_s)) + (1 - Y M) (x - c_s, 0).
@@ -41,13 +41,19 @@ import numpy as np
 from flint import arb_mat
 
 from gearchaos.proof.balls import magnitude
-from gearchaos.proof.box import BoxSystem
-from gearchaos.proof.box_tube import box_tube
-from gearchaos.proof.candidate import Candidate
+from gearchaos.proof.candidate import (
+    Candidate,
+    cyclic_jacobian,
+    distance_from_unit,
+    float_midpoint,
+    midpoints_and_spread,
+    moved,
+)
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.krawczyk import cyclic_jacobian, float_midpoint, row_spread
-from gearchaos.proof.search import critical_directions, distance, moved
+from gearchaos.proof.families.boxes import BoxSystem
+from gearchaos.proof.families.parameter_tube import ParameterTube
+from gearchaos.proof.families.search import GUARD_BITS, critical_directions, distance
 from gearchaos.proof.tube import period_tube
 
 _FIRST_SLICES = 16
@@ -89,14 +95,10 @@ class _Slice:
             Of the row sums of 1 - Y M, and of Y (B u, 0).
         """
         slopes, drift = self.region.slopes(self.candidate, size)
-        middle = list(map(float_midpoint, slopes))
-        matrix, count = self._bordered(middle), len(self.inverse)
-        spread = np.concatenate([row_spread(s, m) for s, m in zip(slopes, middle, strict=True)])
-        gamma = (count + 2) * _UNIT / (1 - (count + 2) * _UNIT)
-        weight = np.abs(self.inverse)
-        rounding = gamma * (weight @ np.abs(matrix).sum(axis=1) + 1)
-        rest = np.abs(np.eye(count) - self.inverse @ matrix).sum(axis=1)
-        return (rest + rounding + weight[:, :-1] @ spread) * (1 + 8 * gamma), weight[:, :-1] @ drift * (1 + 8 * gamma)
+        middle, spread = midpoints_and_spread(slopes)
+        rest, factor = distance_from_unit(self.inverse, self._bordered(middle))
+        weight = np.abs(self.inverse)[:, :-1]
+        return (rest + weight @ spread) * factor, weight @ drift * factor
 
     def height(self) -> float:
         """About vᵀ(c_s - c)."""
@@ -150,7 +152,7 @@ class Region:
             return found, np.zeros(d * candidate.period)
         if [len(t.switches) for t in motions] != list(map(len, self.system.delays)):
             raise UndecidedError("region not proved empty", 0.0)
-        tubes = [box_tube(self.bounds, motion, arb_mat(d, 1), size, delays)
+        tubes = [ParameterTube(self.bounds, motion, np.zeros((d, 1)), size, delays)
                  for motion, delays in zip(motions, self.system.delays, strict=True)]
         return [t.slopes for t in tubes], np.array([magnitude(v) for t in tubes for v in t.by_parameters.entries()])
 
@@ -184,10 +186,10 @@ class Region:
 
     def _slice(self, low: float, high: float) -> tuple[float, bool]:
         """The margin by which a slice has no orbit, and whether the orbits in it are off the border of the region."""
-        points = moved(self.equations, self.centre, (low + high) / 2 * self.right)
+        points = moved(self.equations, self.centre, (low + high) / 2 * self.right, GUARD_BITS)
         try:
             for _ in range(2):
-                points = moved(self.equations, points, _Slice(self, points).correction())
+                points = moved(self.equations, points, _Slice(self, points).correction(), GUARD_BITS)
             piece = _Slice(self, points)
         except (UndecidedError, np.linalg.LinAlgError):
             return -1.0, False
