@@ -25,7 +25,7 @@ from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.prove import _separation
 from gearchaos.proof.series import Flow, constant_series
 from gearchaos.proof.stability import _positive_eigenvalues, stability
-from gearchaos.proof.tube import period_tube
+from gearchaos.proof.tube import StartTube
 
 BITS = 128
 
@@ -124,10 +124,10 @@ def test_speed_in_a_window_must_have_one_sign(monkeypatch):
     model = MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)
     mesh = MeshEquations(exact_parameters(model), bits=BITS)
     box = arb_mat(2, 1, [arb(-1.2649, 1e-6), arb(-0.2324, 1e-6)])
-    assert len(period_tube(mesh, box).windows) == 2
+    assert len(StartTube(mesh, box).windows) == 2
     monkeypatch.setattr(tubes, "enclosure", lambda *_: arb_mat(2, 1, [arb(1, 1e-3), arb(0.1, 0.2)]))
     with pytest.raises(UndecidedError, match="tangency"):
-        period_tube(mesh, box)
+        StartTube(mesh, box)
 
 
 def test_window_across_the_section_is_refused():
@@ -136,9 +136,9 @@ def test_window_across_the_section_is_refused():
         box = arb_mat(2, 1, [arb(z, 1e-3), arb(0.6, 1e-3)])
         if reason:
             with pytest.raises(UndecidedError, match=reason):
-                period_tube(mesh, box)
+                StartTube(mesh, box)
         else:
-            assert period_tube(mesh, box).windows[0].low > 0
+            assert StartTube(mesh, box).windows[0].low > 0
 
 
 def test_slopes_in_a_window_contain_both_contact_states():

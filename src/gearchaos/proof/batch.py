@@ -24,20 +24,11 @@ _ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS",
 
 
 class OrbitToProve(NamedTuple):
-    """An approximate orbit.
-
-    Attributes
-    ----------
-    model : MeshModel
-    points : (n, d)
-        Its states w at τ = k T.
-    certificate : str or None
-        Path of the file to which the certificate is written if the orbit is proved.
-    """
+    """An approximate orbit."""
 
     model: MeshModel
-    points: np.ndarray
-    certificate: str | None = None
+    points: np.ndarray  # (n, d), its states w at τ = k T
+    certificate: str | None = None  # path of the file to which the certificate is written if the orbit is proved
 
 
 def prove_in_process(orbits: list[OrbitToProve]) -> np.ndarray:

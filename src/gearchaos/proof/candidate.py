@@ -45,20 +45,11 @@ _NEAR = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """Points near an orbit of period n, with the motions from them over one mesh period.
-
-    Attributes
-    ----------
-    equations : MeshEquations
-    points : list of list of Fraction
-        n points c_k of d coordinates.
-    trajectories : list of Trajectory
-        The motion from each point.
-    """
+    """Points near an orbit of period n, with the motions from them over one mesh period."""
 
     equations: MeshEquations
-    points: list[list[Fraction]]
-    trajectories: list[Trajectory]
+    points: list[list[Fraction]]  # n points c_k of d coordinates
+    trajectories: list[Trajectory]  # the motion from each point
 
     @classmethod
     def at(cls, equations: MeshEquations, points: list[list[Fraction]]) -> Candidate:
@@ -165,15 +156,9 @@ def distance_from_unit(inverse: np.ndarray, matrix: np.ndarray) -> tuple[np.ndar
 
 @dataclass(frozen=True)
 class CyclicSystem:
-    """The derivative of the cyclic system at given points, and an approximate inverse.
+    """The cyclic system at given points, by an approximate inverse of its derivative."""
 
-    Attributes
-    ----------
-    inverse : (N, N)
-        Y; N = n d.
-    """
-
-    inverse: np.ndarray
+    inverse: np.ndarray  # Y, (N, N) with N = n d
 
     @classmethod
     def at(cls, derivatives: list[arb_mat]) -> CyclicSystem | None:

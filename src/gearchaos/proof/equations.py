@@ -36,22 +36,12 @@ Row = dict[str, Fraction]
 
 @dataclass(frozen=True)
 class Cell:
-    """A part of the mesh period without a jump of the stiffness.
-
-    Attributes
-    ----------
-    start, length : Fraction
-        In mesh periods, the start from the section on.
-    level : Fraction or None
-        χ, if it is constant.
-    begin, end, span : arb
-        Balls that contain start, end and length.
-    """
+    """A part of the mesh period without a jump of the stiffness; times are in mesh periods from the section on."""
 
     start: Fraction
     length: Fraction
-    level: Fraction | None
-    begin: arb = field(init=False)
+    level: Fraction | None  # χ, if it is constant
+    begin: arb = field(init=False)  # balls that contain start, end and length
     end: arb = field(init=False)
     span: arb = field(init=False)
 
@@ -265,7 +255,14 @@ def linear_rows(known: _Numbers) -> tuple[tuple[str, ...], dict[str, Row]]:
     J1, J2 = known["J1"], known["J2"]
     force, rows["z_dot"] = -(1 / J1 + 1 / J2), {"one": known["q1"] / J1 + known["q2"] / J2}
     friction1, friction2 = 2 * known["beta1"] / J1, 2 * known["beta2"] / J2
-    lateral = _supports(known)
+    wheels = []  # name, sign in y1 - y2, stiffness and damping over mass, share of the mesh force
+    for n, sign in (("1", 1), ("2", -1)) if known.kind == "full" else ():
+        mass = known[f"mu{n}"]
+        wheels.append((f"y{n}", sign, known[f"kappa{n}"] / mass, 2 * known[f"zeta_support{n}"], 1 / mass))
+    if wheels and wheels[0][2:4] == wheels[1][2:4]:  # y = y1 - y2 alone acts on z
+        lateral = [("y", 1, *wheels[0][2:4], wheels[0][4] + wheels[1][4])]
+    else:
+        lateral = wheels
     rows["z_dot"]["z_dot"] = rows["z_dot"]["eps_dot"] = -friction1
     for name, sign, stiffness, damping, share in lateral:
         rows["z_dot"][f"{name}_dot"] = sign * (friction1 - damping)
@@ -284,20 +281,6 @@ def linear_rows(known: _Numbers) -> tuple[tuple[str, ...], dict[str, Row]]:
         if row["force"]:
             row["z_dot"] = row.get("z_dot", Fraction(0)) + 2 * known["zeta"] * row["force"]
     return tuple(rows), rows
-
-
-def _supports(known: _Numbers) -> list[tuple[str, int, Fraction, Fraction, Fraction]]:
-    """The lateral coordinates: name, sign in y1 - y2, stiffness and damping over mass, share of the mesh force."""
-    if known.kind != "full":
-        return []
-    wheels = []
-    for n, sign in (("1", 1), ("2", -1)):
-        mass = known[f"mu{n}"]
-        wheels.append((f"y{n}", sign, known[f"kappa{n}"] / mass, 2 * known[f"zeta_support{n}"], 1 / mass))
-    first, second = wheels
-    if first[2:4] == second[2:4]:
-        return [("y", 1, first[2], first[3], first[4] + second[4])]
-    return wheels
 
 
 def _forcing(known: _Numbers, row: Row, duration: arb) -> tuple[list[int], list[tuple[arb, arb]]]:

@@ -19,7 +19,7 @@ from gearchaos.proof.equations import MeshEquations, equations_at
 from gearchaos.proof.parameters import exact_parameters, lifted
 from gearchaos.proof.stability import Stability, stability
 from gearchaos.proof.trajectory import trajectory
-from gearchaos.proof.tube import StartTube, period_tube
+from gearchaos.proof.tube import StartTube
 from gearchaos.proof.verifier import sealed
 
 _PRECISIONS = (128, 192, 256, 384, 512, 768)
@@ -200,7 +200,7 @@ def _proof(candidate: Candidate, exponent: int) -> _Proof:
     radius = Fraction(1, 10**exponent)
     candidate = candidate.refined(1e-3 * float(radius))
     separation = _separation(candidate, radius)
-    tubes = [period_tube(candidate.equations, candidate.box(k, radius), candidate.trajectories[k])
+    tubes = [StartTube(candidate.equations, candidate.box(k, radius), candidate.trajectories[k])
              for k in range(candidate.period)]
     slopes = [tube.slopes for tube in tubes]
     existence = candidate.system.margin(slopes, candidate.defects, float(radius) * (1 - 1e-15))

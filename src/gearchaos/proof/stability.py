@@ -33,22 +33,12 @@ _LARGE = 1e10
 
 @dataclass(frozen=True)
 class Stability:
-    """A proof of the numbers of multipliers.
-
-    Attributes
-    ----------
-    inside, outside : int
-        Multipliers inside and outside the unit circle.
-    matrices : (n, d, d)
-        Q_k, exactly these floats.
-    margin : float
-        A lower bound of the least pivot of Q_k - S_kᵀ Q_(k+1) S_k over the largest entry of all Q_k.
-    """
+    """A proof of the numbers of multipliers inside and outside the unit circle."""
 
     inside: int
     outside: int
-    matrices: np.ndarray
-    margin: float
+    matrices: np.ndarray  # Q_k, (n, d, d), exactly these floats
+    margin: float  # a lower bound of the least pivot of Q_k - S_kᵀ Q_(k+1) S_k over the largest entry of all Q_k
 
     def document(self) -> dict[str, Any]:
         """The proof as it stands in a certificate."""

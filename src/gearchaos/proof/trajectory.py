@@ -16,27 +16,13 @@ _MOST_SWITCHES = 500
 
 @dataclass(frozen=True)
 class Switch:
-    """A contact switch of the motion.
+    """A contact switch of the motion."""
 
-    Attributes
-    ----------
-    time : arb
-        In mesh periods after the section.
-    flank : int
-        1 or -1.
-    into_contact : bool
-        False where contact is lost.
-    rate : arb
-        dz/dt at the switch, per mesh period.
-    slopes : arb_mat
-        Derivative (d, d) of the state at the switch with respect to that at the section.
-    """
-
-    time: arb
-    flank: int
-    into_contact: bool
-    rate: arb
-    slopes: arb_mat
+    time: arb  # in mesh periods after the section
+    flank: int  # 1 or -1
+    into_contact: bool  # False where contact is lost
+    rate: arb  # dz/dt, per mesh period
+    slopes: arb_mat  # derivative (d, d) of the state there with respect to that at the section
 
 
 @dataclass
@@ -46,26 +32,15 @@ class Trajectory:
     Its parts between switches are numbered from 0; part i ends with switch i. In a part the motion follows the frozen
     equations of one contact state, which is proved together with the tube about it.
 
-    Attributes
-    ----------
-    contacts : list of int
-        The contact state in each part.
-    switches : list of Switch
-        In order of time.
-    starts : dict of (int, int) to arb_mat
-        By number of the part and of the cell: (w, 1) at the start of the cell, from where the frozen equations lead to
-        the motion in the part; if the part begins within the cell, this state is not one of the motion.
-    image : arb_mat
-        The state after one mesh period, (d, 1).
-    derivative : arb_mat
-        Derivative (d, d) of the image with respect to the state at the section.
+    ``starts`` has, by number of the part and of the cell, (w, 1) at the start of the cell, from where the frozen
+    equations lead to the motion in the part. If the part begins within the cell, it is no state of the motion.
     """
 
-    contacts: list[int]
-    switches: list[Switch] = field(default_factory=list)
+    contacts: list[int]  # the contact state in each part
+    switches: list[Switch] = field(default_factory=list)  # in order of time
     starts: dict[tuple[int, int], arb_mat] = field(default_factory=dict)
-    image: arb_mat = field(default_factory=lambda: arb_mat(0, 0))
-    derivative: arb_mat = field(default_factory=lambda: arb_mat(0, 0))
+    image: arb_mat = field(default_factory=lambda: arb_mat(0, 0))  # the state after one mesh period, (d, 1)
+    derivative: arb_mat = field(default_factory=lambda: arb_mat(0, 0))  # of the image by the state at the section
 
     def at(self, equations: MeshEquations, part: int, cell: int, share: arb) -> arb_mat:
         """The state (w, 1), (d + 1, 1), at a share of a cell by the frozen equations of a part."""

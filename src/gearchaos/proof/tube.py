@@ -48,23 +48,13 @@ class Coefficients(Protocol):
 class Window:
     """A time window of contact switches; there is none outside windows.
 
-    Attributes
-    ----------
-    low, high : arb
-        Its ends, exact, in mesh periods after the section.
-    flank : int
-        1 or -1.
-    into_contact : bool
-        False where contact is lost.
-    first, last : int
-        Numbers of the first and the last switch of the centre in it. If they are the same, every motion has exactly one
-        switch there.
+    If it has one switch of the centre, with the number ``first`` = ``last``, every motion has exactly one in it.
     """
 
-    low: arb
+    low: arb  # exact, in mesh periods after the section
     high: arb
-    flank: int
-    into_contact: bool
+    flank: int  # 1 or -1
+    into_contact: bool  # False where contact is lost
     first: int = 0
     last: int = 0
 
@@ -92,16 +82,12 @@ class Tube:
             gap = min(least(windows[0].low), least(1 - windows[-1].high))
             raise UndecidedError("section on the contact boundary", gap)
         part, time = 0, arb(0)
-        for window in windows:
-            self._between(part, time, window.low)
-            self._through(window)
-            part, time = window.last + 1, window.high
-        self._between(part, time, arb(1))
-
-    def _between(self, part: int, low: arb, high: arb) -> None:
-        """Follow the motions from one window to the next."""
-        for index, first, last in pieces(self.equations, low, high):
-            self._piece(part, index, first, last)
+        for window in (*windows, None):
+            for index, first, last in pieces(self.equations, time, window.low if window else arb(1)):
+                self._piece(part, index, first, last)
+            if window:
+                self._through(window)
+                part, time = window.last + 1, window.high
 
     def _piece(self, part: int, index: int, first: arb, last: arb) -> None:
         """Follow the motions from the share ``first`` to the share ``last`` of a cell, in one contact state."""
@@ -201,6 +187,15 @@ class StartTube(Tube):
     The slopes are ``flow`` times ``first_slopes``: those since the last window and those at its end. Multiplied cell by
     cell, the wide balls of the latter would grow with the norm of each cell.
 
+    Parameters
+    ----------
+    equations : MeshEquations
+        Made at the precision that is set.
+    box : arb_mat
+        States, (d, 1), of any radii.
+    centre : Trajectory, optional
+        The motion from the midpoint of the box, if it is known.
+
     Attributes
     ----------
     image : arb_mat
@@ -214,7 +209,8 @@ class StartTube(Tube):
         there are none).
     """
 
-    def __init__(self, equations: MeshEquations, box: arb_mat, centre: Trajectory) -> None:
+    def __init__(self, equations: MeshEquations, box: arb_mat, centre: Trajectory | None = None) -> None:
+        centre = centre or trajectory(equations, box.mid())
         super().__init__(equations, centre)
         d = self.dimension
         self.offset, self.states = box - box.mid(), box
@@ -263,23 +259,3 @@ class StartTube(Tube):
         slopes = with_one(slopes_through(self.coefficients, window.high - window.low))
         self.first_slopes = slopes * (self.flow * self.first_slopes)
         self.flow = unit(self.dimension + 1)
-
-
-def period_tube(equations: MeshEquations, box: arb_mat, centre: Trajectory | None = None) -> StartTube:
-    """The motions from a box of states over one mesh period from the section on.
-
-    Parameters
-    ----------
-    equations : MeshEquations
-        Made at the precision that is set.
-    box : arb_mat
-        States, (d, 1), of any radii.
-    centre : Trajectory, optional
-        The motion from the midpoint of the box, if it is known.
-
-    Raises
-    ------
-    UndecidedError
-        With the reason and margin of what could not be proved.
-    """
-    return StartTube(equations, box, centre or trajectory(equations, box.mid()))

@@ -84,30 +84,15 @@ class BoxCertificate(Theorem):
 
 @dataclass(frozen=True)
 class BoxProof:
-    """A periodic orbit that is proved for a box of parameters.
+    """A periodic orbit that is proved for a box of parameters; margins are those of certificates."""
 
-    Attributes
-    ----------
-    scale : float
-        The half-widths proved, over those that were asked for.
-    radius : float
-        r, the same for all points.
-    reach : (n, d)
-        \\|C_k\\| summed over u, plus r: all orbits of the box lie this near to c_k.
-    stability : Stability
-    existence, separation : float or None
-        Margins, as in certificates.
-    switches : list of int
-        Number of contact switches in each mesh period.
-    """
-
-    scale: float
-    radius: float
-    reach: np.ndarray
+    scale: float  # the half-widths proved, over those that were asked for
+    radius: float  # r, the same for all points
+    reach: np.ndarray  # (n, d), |C_k| summed over u, plus r: all orbits of the box lie this near to c_k
     stability: Stability
     existence: float
     separation: float | None
-    switches: list[int]
+    switches: list[int]  # number of contact switches in each mesh period
 
 
 class BoxSystem:
@@ -246,11 +231,11 @@ def prove_parameter_box(
     bits : int
     """
     with precision(bits):
-        equations = MeshEquations(exact_parameters(model), bits=bits)
-        candidate = converged(equations, lifted(points, equations))
-        if candidate is None:
-            return Unproved("Newton diverged", 0.0, bits)
         try:
+            equations = MeshEquations(exact_parameters(model), bits=bits)
+            candidate = converged(equations, lifted(points, equations))
+            if candidate is None:
+                return Unproved("Newton diverged", 0.0, bits)
             system = BoxSystem(candidate, list(widths.values()))
             return _certificate(system, list(widths), _largest(system))
         except UndecidedError as failure:

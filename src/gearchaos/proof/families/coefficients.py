@@ -101,25 +101,15 @@ class _Known:  # stands for `equations._Numbers`
 class BoxCoefficients:
     """The coefficients of w' = A w + constant + Σ (c_j cos 2πjt + s_j sin 2πjt) - b χ (z - σ) [σ ≠ 0], times T.
 
-    Attributes
-    ----------
-    names : tuple of str
-        The d coordinates.
-    matrix : (d, d) of Dual
-    spring, constant : (d,) of Dual
-        b, and the constant forcing.
-    harmonics : (H, 2) of Dual
-        c_j and s_j, which act on z'.
-    levels : dict of str to Dual
-        χ in the two parts of a two-level stiffness, "first" and "second"; empty for a stepped one.
+    Arrays are of `Dual`.
     """
 
-    names: tuple[str, ...]
-    matrix: np.ndarray
-    spring: np.ndarray
-    constant: np.ndarray
-    harmonics: np.ndarray
-    levels: dict[str, Dual]
+    names: tuple[str, ...]  # the d coordinates
+    matrix: np.ndarray  # A, (d, d)
+    spring: np.ndarray  # b, (d,)
+    constant: np.ndarray  # (d,)
+    harmonics: np.ndarray  # c_j and s_j, (H, 2), which act on z'
+    levels: dict[str, Dual]  # χ in the parts of a two-level stiffness, "first" and "second"; empty for a stepped one
 
 
 def coefficients(

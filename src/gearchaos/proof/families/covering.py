@@ -39,17 +39,11 @@ Vector = tuple[Fraction, Fraction]
 
 @dataclass(frozen=True)
 class Parallelogram:
-    """The states c + a p + b q with |a| <= 1 and |b| <= 1.
+    """The states c + a p + b q with |a| <= 1 and |b| <= 1."""
 
-    Attributes
-    ----------
-    centre, unstable, stable : (Fraction, Fraction)
-        c, p and q.
-    """
-
-    centre: Vector
-    unstable: Vector
-    stable: Vector
+    centre: Vector  # c
+    unstable: Vector  # p
+    stable: Vector  # q
 
     @property
     def area(self) -> Fraction:
@@ -85,19 +79,11 @@ class Parallelogram:
 
 @dataclass(frozen=True)
 class _Piece:
-    """A segment of the boundary of a set, from c - h to c + h in its coordinates (a, b).
+    """A segment of the boundary of a set, from c - h to c + h in its coordinates (a, b)."""
 
-    Attributes
-    ----------
-    centre, half : (Fraction, Fraction)
-        c and h.
-    side : int
-        -1 or 1 on the edge a = -1 or a = 1, otherwise 0.
-    """
-
-    centre: Vector
-    half: Vector
-    side: int
+    centre: Vector  # c
+    half: Vector  # h
+    side: int  # -1 or 1 on the edge a = -1 or a = 1, otherwise 0
 
     def divided(self, count: int) -> list[_Piece]:
         """The segment in equal parts."""

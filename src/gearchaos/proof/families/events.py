@@ -69,39 +69,12 @@ class EventCertificate(Theorem):
         return f"EventCertificate({self.kind}, {self.document['parameter']} in {list(self.interval)})"
 
 
-class NotProvedError(Exception):
-    """A fact that could not be proved, with the `Unproved` that says why."""
-
-    def __init__(self, result: Unproved) -> None:
-        super().__init__(result.in_words())
-        self.result = result
-
-
 @dataclass(frozen=True)
 class End:
-    """An end of the interval of the parameter.
-
-    Attributes
-    ----------
-    model : MeshModel
-    value : float
-        The parameter.
-    points : (n, d)
-        Approximate states at τ = k T of the orbit that the event happens to.
-    """
+    """An end of the interval of the parameter."""
 
     model: MeshModel
-    value: float
-    points: np.ndarray
-
-
-@contextmanager
-def _unproved_if_undecided(bits: int) -> Iterator[None]:
-    """Raise `NotProvedError` for an `UndecidedError`."""
-    try:
-        yield
-    except UndecidedError as failure:
-        raise NotProvedError(Unproved(failure.reason, failure.margin, bits)) from None
+    points: np.ndarray  # (n, d), approximate states at τ = k T of the orbit that the event happens to
 
 
 def prove_event_facts(
@@ -122,12 +95,12 @@ def prove_event_facts(
     bits : int
         First precision of the proofs.
     """
-    lower, upper = (End(model, value, points) for model, value in models)
+    lower, upper = (End(model, points) for model, _ in models)
     try:
         found = _fold(parameter, (lower, upper), bits) if kind == "fold" else _change(
             kind, parameter, (lower, upper), bits)
-    except NotProvedError as failure:
-        return failure.result
+    except UndecidedError as failure:
+        return Unproved(failure.reason, failure.margin, failure.bits or bits)
     below, above = found["below"], found["above"]
     return EventCertificate(with_checksum({
         "format": FORMAT, "version": VERSION, "kind": kind, "theorem": found["theorem"], "parameter": parameter,
@@ -139,7 +112,13 @@ def prove_event_facts(
 
 def _change(kind: str, parameter: str, ends: tuple[End, End], bits: int) -> dict[str, Any]:
     """What is proved of an event that changes the orbit: a flip, a graze or a Neimark-Sacker bifurcation."""
-    orbits = [_orbit_near(end, bits) for end in ends]
+    orbits = []
+    for end in ends:
+        with _equations(end.model, bits) as equations:
+            found = converged(equations, lifted(end.points, equations))
+        if found is None:
+            raise UndecidedError("orbit not found", 0.0)
+        orbits.append(found)
     lower, upper = (replace(end, points=as_floats(o.points)) for end, o in zip(ends, orbits, strict=True))
     ends, phase = (lower, upper), _free_phase(orbits) if kind == "graze" else 0.0
     below, above = (_proved(end.model, end.points, bits, phase) for end in ends)
@@ -151,27 +130,17 @@ def _change(kind: str, parameter: str, ends: tuple[End, End], bits: int) -> dict
     else:
         same = abs(below.outside - above.outside) != (1 if kind == "flip" else 2)
     if same:
-        raise NotProvedError(Unproved("no change", float(above.outside - below.outside), bits))
+        raise UndecidedError("no change", float(above.outside - below.outside))
     extra = ""
     if kind == "flip":
         side, doubled = _doubled(ends, bits)
         proved[side].append(doubled)
         extra = (f"At {('its lower', 'its upper')[side]} end there is an orbit that repeats after {doubled.period} "
                  f"mesh periods beside it, with {doubled.outside} multipliers outside.")
-    with _unproved_if_undecided(bits):
-        start = (below if len(orders[0]) > len(orders[1]) else above) if kind == "graze" else None
-        link = connection(below, above, bits, start)
+    start = (below if len(orders[0]) > len(orders[1]) else above) if kind == "graze" else None
+    link = connection(below, above, bits, start)
     theorem = _change_in_words(kind, parameter, below, above, extra)
     return {"below": proved[0], "above": proved[1], "theorem": theorem, "connection": link}
-
-
-def _orbit_near(end: End, bits: int) -> Candidate:
-    """The orbit at an end of the interval."""
-    with _equations(end.model, bits) as equations:
-        found = converged(equations, lifted(end.points, equations))
-    if found is None:
-        raise NotProvedError(Unproved("orbit not found", 0.0, bits))
-    return found
 
 
 def _free_phase(orbits: list[Candidate]) -> float:
@@ -183,13 +152,13 @@ def _free_phase(orbits: list[Candidate]) -> float:
 
 
 def _proved(model: MeshModel, points: np.ndarray, bits: int, phase: float = 0.0) -> Certificate:
-    """The certificate of an orbit at a phase of the section; raises `NotProvedError` if it is not proved."""
+    """The certificate of an orbit at a phase of the section; raises `UndecidedError` if it is not proved."""
     shifted_points = at_phase(model, points, phase) if phase else points
     if shifted_points is None:
-        raise NotProvedError(Unproved("orbit not found", 0.0, bits))
+        raise UndecidedError("orbit not found", 0.0)
     result = prove_orbit(model, shifted_points, bits, phase)
     if isinstance(result, Unproved):
-        raise NotProvedError(result)
+        raise UndecidedError(result.reason, result.margin, result.bits)
     return result
 
 
@@ -200,7 +169,7 @@ def _sequence(found: Certificate) -> list[tuple[int, str]]:
 
 def _doubled(ends: tuple[End, End], bits: int) -> tuple[int, Certificate]:
     """The number of the end, and the certificate, of an orbit of twice the period next to a flip."""
-    failure = Unproved("orbit not found", 0.0, bits)
+    failure = UndecidedError("orbit not found", 0.0)
     for side, end in enumerate(ends):
         for candidate in _neighbours(end.model, np.concatenate([end.points] * 2), bits):
             half = len(end.points)
@@ -209,8 +178,8 @@ def _doubled(ends: tuple[End, End], bits: int) -> tuple[int, Certificate]:
             result = prove_orbit(end.model, as_floats(candidate), bits)
             if isinstance(result, Certificate):
                 return side, result
-            failure = result
-    raise NotProvedError(failure)
+            failure = UndecidedError(result.reason, result.margin, result.bits)
+    raise failure
 
 
 def _neighbours(model: MeshModel, points: np.ndarray, bits: int) -> list[list[list[Fraction]]]:
@@ -236,11 +205,11 @@ def _fold(parameter: str, ends: tuple[End, End], bits: int) -> dict[str, Any]:
             continue
         first, second = (_proved(end.model, as_floats(points), bits) for points in pair)
         if abs(first.outside - second.outside) != 1:
-            raise NotProvedError(Unproved("no change", 0.0, bits))
+            raise UndecidedError("no change", 0.0)
         empty = _empty(ends, side, [first, second], bits)
         return {"below": [[first, second], []][side], "above": [[first, second], []][1 - side], "empty": empty,
                 "theorem": _fold_in_words(parameter, side, first, second, empty)}
-    raise NotProvedError(Unproved("orbit not found", 0.0, bits))
+    raise UndecidedError("orbit not found", 0.0)
 
 
 def _empty(ends: tuple[End, End], side: int, pair: list[Certificate], bits: int) -> dict[str, Any]:
@@ -252,18 +221,17 @@ def _empty(ends: tuple[End, End], side: int, pair: list[Certificate], bits: int)
     changes = line(low, high)
     halves = {name: change / 2 for name, change in changes.items()}
     there = shifted(low, {name: (1 - side) * change for name, change in changes.items()})
-    with _unproved_if_undecided(bits):
-        for points, found in zip((first, second), pair, strict=True):
-            room = radius - Fraction(distance(points, centre)) - Fraction(found.document["radius"])
-            if not room > 0:
-                raise UndecidedError("region not proved empty", float(room))
-        with precision(bits):
-            between, empty = MeshEquations(shifted(low, halves), bits=bits), MeshEquations(there, bits=bits)
-            for equations in (between, empty):
-                check_coordinates(equations, *pair)
-            region = Region(between, centre, radius, halves)
-            inside, border = region.not_empty(region.whole, border=True)
-            _, slices = region.at(empty).not_empty(inside, border=False)
+    for points, found in zip((first, second), pair, strict=True):
+        room = radius - Fraction(distance(points, centre)) - Fraction(found.document["radius"])
+        if not room > 0:
+            raise UndecidedError("region not proved empty", float(room))
+    with precision(bits):
+        between, empty = MeshEquations(shifted(low, halves), bits=bits), MeshEquations(there, bits=bits)
+        for equations in (between, empty):
+            check_coordinates(equations, *pair)
+        region = Region(between, centre, radius, halves)
+        inside, border = region.not_empty(region.whole, border=True)
+        _, slices = region.at(empty).not_empty(inside, border=False)
     return {"end": ("below", "above")[1 - side], "model": there, "radius": to_text(radius), "centre": texts(centre),
             "border": border, "slices": slices}
 

@@ -54,7 +54,7 @@ from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.families.boxes import BoxSystem
 from gearchaos.proof.families.parameter_tube import ParameterTube
 from gearchaos.proof.families.search import GUARD_BITS, critical_directions, distance
-from gearchaos.proof.tube import period_tube
+from gearchaos.proof.tube import StartTube
 
 _FIRST_SLICES = 16
 _THINNEST = 2.0**-13
@@ -100,11 +100,26 @@ class _Slice:
         weight = np.abs(self.inverse)[:, :-1]
         return (rest + weight @ spread) * factor, weight @ drift * factor
 
-    def height(self) -> float:
-        """About vᵀ(c_s - c)."""
-        difference = [float(a - b) for p, q in zip(self.candidate.points, self.region.centre, strict=True)
-                      for a, b in zip(p, q, strict=True)]
-        return float(self.region.right.ravel() @ difference)
+    def excluded(self, half: float, size: float) -> tuple[float, float]:
+        """The margin by which the last row of a slice cannot vanish, and how far from c_s its zeros lie at most."""
+        weight = np.abs(self.inverse)
+        radii = self.defect - np.abs(self.signed)
+        value = self.inverse[:, :-1] @ self.signed
+        rounding = (len(weight) + 8) * _UNIT * (weight[:, :-1] @ np.abs(self.signed))
+        error = weight[:, :-1] @ np.maximum(radii, 0) + rounding + 1e-300
+        margin = -1.0
+        for _ in range(_REFINEMENTS):
+            try:
+                rest, drift = self.remainder(size)
+            except UndecidedError:
+                break
+            other = error + drift + weight[:, -1] * half + rest * size
+            margin = (abs(value[-1]) - other[-1]) / abs(value[-1]) if value[-1] else -1.0
+            smaller = float((np.abs(value) + other)[:-1].max()) * (1 + 1e-12)
+            if margin > 0.05 or not smaller < 0.8 * size:
+                break
+            size = smaller
+        return float(margin), size
 
 
 class Region:
@@ -148,7 +163,7 @@ class Region:
         motions, d = candidate.trajectories, self.equations.dimension
         if self.system is None:
             boxes = [candidate.box(k, Fraction(size)) for k in range(candidate.period)]
-            found = [period_tube(self.equations, box, t).slopes for box, t in zip(boxes, motions, strict=True)]
+            found = [StartTube(self.equations, box, t).slopes for box, t in zip(boxes, motions, strict=True)]
             return found, np.zeros(d * candidate.period)
         if [len(t.switches) for t in motions] != list(map(len, self.system.delays)):
             raise UndecidedError("region not proved empty", 0.0)
@@ -193,29 +208,8 @@ class Region:
             piece = _Slice(self, points)
         except (UndecidedError, np.linalg.LinAlgError):
             return -1.0, False
-        at, away = piece.height(), distance(points, self.centre) * (1 + 1e-12)
+        offsets = [float(a - b) for p, q in zip(points, self.centre, strict=True) for a, b in zip(p, q, strict=True)]
+        at, away = float(self.right.ravel() @ offsets), distance(points, self.centre) * (1 + 1e-12)
         half = (max(high - at, at - low) + 1e-10 * self.radius) * (1 + 1e-12)
-        margin, size = _excluded(piece, half, (self.radius + away) * (1 + 1e-12))
+        margin, size = piece.excluded(half, (self.radius + away) * (1 + 1e-12))
         return margin, size + away < self.radius
-
-
-def _excluded(piece: _Slice, half: float, size: float) -> tuple[float, float]:
-    """The margin by which the last row of a slice cannot vanish, and how far from c_s its zeros lie at most."""
-    weight = np.abs(piece.inverse)
-    radii = piece.defect - np.abs(piece.signed)
-    value = piece.inverse[:, :-1] @ piece.signed
-    rounding = (len(weight) + 8) * _UNIT * (weight[:, :-1] @ np.abs(piece.signed))
-    error = weight[:, :-1] @ np.maximum(radii, 0) + rounding + 1e-300
-    margin = -1.0
-    for _ in range(_REFINEMENTS):
-        try:
-            rest, drift = piece.remainder(size)
-        except UndecidedError:
-            break
-        other = error + drift + weight[:, -1] * half + rest * size
-        margin = (abs(value[-1]) - other[-1]) / abs(value[-1]) if value[-1] else -1.0
-        smaller = float((np.abs(value) + other)[:-1].max()) * (1 + 1e-12)
-        if margin > 0.05 or not smaller < 0.8 * size:
-            break
-        size = smaller
-    return float(margin), size

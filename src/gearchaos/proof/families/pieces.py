@@ -33,27 +33,13 @@ UP = 1 + 1e-9
 
 @dataclass(frozen=True)
 class Slack:
-    """Bounds on a piece.
+    """Bounds on a piece, where w is a motion at p and ŵ that at p0 from the same state."""
 
-    Attributes
-    ----------
-    flow : (d, d)
-        \\|Φ(p) - Φ(p0)\\|, at any time of the piece.
-    drift : (d, m)
-        \\|γ(p) - γ(p0)\\| at the end.
-    moved : (d,)
-        \\|w - ŵ\\|, w a motion at p and ŵ that at p0 from the same state, at any time of the piece.
-    moved_rate : (d,)
-        \\|w' - ŵ'\\|.
-    moved_curvature : float
-        \\|z″ - ẑ″\\|.
-    """
-
-    flow: np.ndarray
-    drift: np.ndarray
-    moved: np.ndarray
-    moved_rate: np.ndarray
-    moved_curvature: float
+    flow: np.ndarray  # (d, d), |Φ(p) - Φ(p0)| at any time of the piece
+    drift: np.ndarray  # (d, m), |γ(p) - γ(p0)| at the end
+    moved: np.ndarray  # (d,), |w - ŵ| at any time of the piece
+    moved_rate: np.ndarray  # (d,), |w' - ŵ'|
+    moved_curvature: float  # |z″ - ẑ″|
 
 
 class _Direction(NamedTuple):
@@ -164,7 +150,9 @@ class BoxBounds:
         key = cell.length, contact, self.level_name(cell), cell.level
         blocks = self.unit.blocks.get(key) if whole else None
         if blocks is None:
-            blocks = self._derivatives(cell, contact, ball(cell.length) * (last - first))
+            length = ball(cell.length) * (last - first)
+            base = self._extended(cell, contact, None) * length
+            blocks = [_derivative_block(base, self._extended(cell, contact, j) * length, d) for j in range(self.count)]
         if whole:
             self.unit.blocks[key] = blocks
         time = ball(cell.start + self.equations.phase) + first * ball(cell.length)
@@ -172,24 +160,6 @@ class BoxBounds:
         start = arb_mat(d + len(inputs), 1, [*state.entries(), *inputs])
         columns = [(block * start).entries() for block in blocks]
         return arb_mat(d, self.count, [columns[j][i] for i in range(d) for j in range(self.count)]) * self.scale
-
-    def _derivatives(self, cell: Cell, contact: int, length: arb) -> list[arb_mat]:
-        """The derivatives by u_j at p0 of the first d rows of the flow of w, the harmonics, 1 and σ, at scale 1.
-
-        The derivative by u_j of the flow of an autonomous system is a block of exp [[M, M_j], [0, M]].
-        """
-        base = self._extended(cell, contact, None) * length
-        d, size, out = self.equations.dimension, base.nrows(), []
-        for j in range(self.count):
-            slope = self._extended(cell, contact, j) * length
-            both = arb_mat(2 * size, 2 * size)
-            for a in range(size):
-                for b in range(size):
-                    both[a, b] = both[size + a, size + b] = base[a, b]
-                    both[a, size + b] = slope[a, b]
-            derivative = both.exp()
-            out.append(arb_mat(d, size, [derivative[a, size + b] for a in range(d) for b in range(size)]))
-        return out
 
     def _extended(self, cell: Cell, contact: int, j: int | None) -> arb_mat:
         """The matrix of the autonomous equations of w, the harmonics, 1 and σ at p0, or its derivative by u_j."""
@@ -202,6 +172,18 @@ class BoxBounds:
         forcing = [(of(cosine), of(sine)) for cosine, sine in centre.harmonics]
         return autonomous_matrix(arb_mat(d, d, balls_of(centre.matrix, j)), balls_of(centre.constant, j),
                                  push if contact else None, self.equations.harmonics, forcing, turning=j is None)
+
+
+def _derivative_block(matrix: arb_mat, slope: arb_mat, rows: int) -> arb_mat:
+    """The first rows of the derivative of exp M by a parameter: a block of exp [[M, M_j], [0, M]]."""
+    size = matrix.nrows()
+    both = arb_mat(2 * size, 2 * size)
+    for a in range(size):
+        for b in range(size):
+            both[a, b] = both[size + a, size + b] = matrix[a, b]
+            both[a, size + b] = slope[a, b]
+    both = both.exp()
+    return arb_mat(rows, size, [both[a, size + b] for a in range(rows) for b in range(size)])
 
 
 def _exponential(matrix: np.ndarray) -> np.ndarray:

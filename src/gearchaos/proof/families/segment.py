@@ -131,7 +131,8 @@ class SegmentTube(Tube):
         step = advance * back
         change, rest = step * self.change, step * self.rest + added
         states = start + back * self.change * span + back * self.rest
-        errors = self._errors(cell, added)
+        slope = cell.span * self.rate * added[0, 0]  # what an unknown forcing adds to z, dz/du and d²z/du²
+        errors = added[0, 0], slope, cell.span * self.rate * (slope + cell.span * arb(0, self.forcing_change))
         bounds = flow.bounds * states + arb_mat(4, 1, [errors[0], *errors])
         if not (low.is_zero() and high == 1) or clearance_by_bounds(bounds, contact) is None:
             z_low = (entry * start + self.change * span + self.rest)[0, 0]
@@ -156,12 +157,6 @@ class SegmentTube(Tube):
             return arb_mat(self.dimension + 1, 1)
         size = self.forcing_change * duration * (duration * self.rate).exp()
         return arb_mat(self.dimension + 1, 1, [arb(0, size.upper())] * self.dimension + [arb(0)])
-
-    def _errors(self, cell: Cell, added: arb_mat) -> tuple[arb, arb, arb]:
-        """What an unknown forcing adds to z, to dz/du and to d²z/du² on an interval of a cell."""
-        size = added[0, 0]
-        slope = cell.span * self.rate * size
-        return size, slope, cell.span * self.rate * (slope + cell.span * arb(0, self.forcing_change))
 
 
 def _shares(windows: list[Window], cell: Cell) -> list[tuple[arb, arb]]:
