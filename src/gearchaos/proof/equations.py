@@ -11,7 +11,7 @@ not act on z are left out where the fractions say so. Time t is counted in mesh 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -86,17 +86,14 @@ class MeshEquations:
 
     def __init__(self, parameters: Mapping[str, Any], phase: Fraction = Fraction(0), bits: int = 128) -> None:
         self.bits, self.phase, self.parameters = bits, phase, parameters
-        known = _Numbers(parameters)
-        self.names, self._rows = linear_rows(known)
-        self.dimension = len(self.names)
-        self.duration = 2 * arb.pi() / ball(known["omega"])
-        self.matrix = self.duration * arb_mat(
-            self.dimension, self.dimension,
-            [ball(self._rows[row].get(column, Fraction(0))) for row in self.names for column in self.names])
-        self.spring = self.duration * arb_mat(self.dimension, 1, [-ball(self._rows[n]["force"]) for n in self.names])
+        known = Numbers(parameters)
+        terms = known.terms(ball)
+        self.names, self._rows, self.dimension = terms.names, terms.rows, len(terms.names)
+        self.duration = terms.duration
+        self.matrix = arb_mat(terms.matrix)
+        self.spring = arb_mat([[value] for value in terms.spring])
         self.norms = norm(self.matrix), norm(self.spring)
-        self._constant = [ball(self._rows[n]["one"]) * self.duration for n in self.names]
-        self.harmonics, self._forcing = _forcing(known, self._rows["z_dot"], self.duration)
+        self._constant, self.harmonics, self._forcing = terms.constant, terms.harmonics, terms.forcing
         self._chi = _fourier(known)
         levels = _levels(known)
         top = max((level for _, level in levels), default=Fraction(1)) + sum(abs(a) for _, a, _ in self._chi)
@@ -224,23 +221,63 @@ def equations_at(parameters: Mapping[str, Any], phase: Fraction, bits: int) -> t
         return MeshEquations(parameters, phase, bits), working
 
 
-class _Numbers:
-    """The parameters of a certificate as fractions by name."""
+@dataclass(frozen=True)
+class Terms:
+    """The coefficients of w' = A w + constant + Σ (c_j cos 2πjt + s_j sin 2πjt) - b χ (z - σ) [σ ≠ 0], times T.
+
+    They are balls, or where parameters vary functions of these (`families.coefficients.Dual`).
+    """
+
+    names: tuple[str, ...]  # the d coordinates
+    rows: dict[str, Row]  # see `linear_rows`
+    duration: Any  # T
+    matrix: list[list[Any]]  # A, (d, d)
+    spring: list[Any]  # b, (d,)
+    constant: list[Any]  # (d,)
+    harmonics: list[int]  # j
+    forcing: list[tuple[Any, Any]]  # c_j and s_j, which act on z'
+
+
+class Numbers:
+    """The parameters of a certificate by name, as fractions."""
 
     def __init__(self, parameters: Mapping[str, Any]) -> None:
         self.parameters = parameters
         self.kind: str = parameters["kind"]
 
-    def __getitem__(self, name: str) -> Fraction:
+    def __getitem__(self, name: str) -> Any:
         return from_text(self.parameters[name])
+
+    def amplitude(self, j: int, value: Fraction) -> Any:
+        """The amplitude of harmonic j of the transmission error, from its value in the certificate."""
+        return value
 
     def series(self, amplitudes: list[str], phases: list[str]) -> list[tuple[int, Fraction, Fraction]]:
         """(j, amplitude, phase) of the harmonics of a Fourier series whose amplitude is not 0."""
         values = zip(map(from_text, amplitudes), map(from_text, phases), strict=True)
         return [(j, a, p) for j, (a, p) in enumerate(values, start=1) if a]
 
+    def terms(self, number: Callable[[Any], Any]) -> Terms:
+        """The coefficients; ``number`` makes of a parameter, or what was computed of some, a number to compute with."""
+        names, rows = linear_rows(self)
+        duration = 2 * arb.pi() / number(self["omega"])
 
-def linear_rows(known: _Numbers) -> tuple[tuple[str, ...], dict[str, Row]]:
+        def entry(row: str, column: str) -> Any:
+            return duration * number(rows[row].get(column, Fraction(0)))
+
+        harmonics, forcing = [], []  # of -ε'' and of the damping of ε'
+        for j, size, angle in self.series(self.parameters["eps"], self.parameters["theta"]):
+            rate, amplitude = number(j * self["omega"]), duration * number(self.amplitude(j, size))
+            cosine, sine = amplitude * ball(angle).cos(), amplitude * ball(angle).sin()
+            damping = number(rows["z_dot"]["eps_dot"])
+            harmonics.append(j)
+            forcing.append((rate * (rate * cosine + damping * sine), rate * (rate * sine - damping * cosine)))
+        return Terms(names, rows, duration, [[entry(row, column) for column in names] for row in names],
+                     [-entry(name, "force") for name in names], [entry(name, "one") for name in names], harmonics,
+                     forcing)
+
+
+def linear_rows(known: Numbers) -> tuple[tuple[str, ...], dict[str, Row]]:
     """The coordinates and the equation of each.
 
     Returns
@@ -283,25 +320,13 @@ def linear_rows(known: _Numbers) -> tuple[tuple[str, ...], dict[str, Row]]:
     return tuple(rows), rows
 
 
-def _forcing(known: _Numbers, row: Row, duration: arb) -> tuple[list[int], list[tuple[arb, arb]]]:
-    """The harmonics in the row of z', and their cosine and sine coefficients times T: of -ε'' and of ε'."""
-    orders, out = [], []
-    for j, size, angle in known.series(known.parameters["eps"], known.parameters["theta"]):
-        rate, amplitude = ball(j * known["omega"]), ball(size) * duration
-        cosine, sine = amplitude * ball(angle).cos(), amplitude * ball(angle).sin()
-        damping = ball(row["eps_dot"])
-        orders.append(j)
-        out.append((rate * (rate * cosine + damping * sine), rate * (rate * sine - damping * cosine)))
-    return orders, out
-
-
-def _fourier(known: _Numbers) -> list[tuple[int, Fraction, Fraction]]:
+def _fourier(known: Numbers) -> list[tuple[int, Fraction, Fraction]]:
     """(j, c_j, α_j) of a Fourier stiffness; empty for any other."""
     stiffness = known.parameters["stiffness"]
     return known.series(stiffness["c"], stiffness["alpha"]) if stiffness["form"] == "fourier" else []
 
 
-def _levels(known: _Numbers) -> list[tuple[Fraction, Fraction]]:
+def _levels(known: Numbers) -> list[tuple[Fraction, Fraction]]:
     """(start in mesh periods from τ = 0, χ) of the levels of the stiffness; empty for a Fourier stiffness."""
     stiffness = known.parameters["stiffness"]
     if stiffness["form"] == "two-level":

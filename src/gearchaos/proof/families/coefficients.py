@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from flint import arb, arb_mat
@@ -17,7 +17,7 @@ from flint import arb, arb_mat
 from gearchaos.errors import InputError
 from gearchaos.proof.balls import ball, from_text, interval, magnitude, to_text
 from gearchaos.proof.crossing import UndecidedError
-from gearchaos.proof.equations import MeshEquations, linear_rows
+from gearchaos.proof.equations import MeshEquations, Numbers, Terms
 
 SCALARS = ("omega", "zeta", "J1", "J2", "q1", "q2", "beta1", "beta2", "mu1", "mu2", "kappa1", "kappa2",
            "zeta_support1", "zeta_support2")
@@ -78,44 +78,8 @@ class Dual:
         return not (self.value.is_zero() and all(x.is_zero() for x in self.slopes))
 
 
-class _Known:  # stands for `equations._Numbers`
-    """The parameters of a model by name, as functions of u."""
-
-    def __init__(self, parameters: Mapping[str, Any], widths: Mapping[str, list[Fraction]], at_centre: bool) -> None:
-        self.parameters, self.kind, self.at_centre = parameters, parameters["kind"], at_centre
-        self.widths, self.count = widths, len(next(iter(widths.values())))
-
-    def __getitem__(self, name: str) -> Dual:
-        stiffness = self.parameters["stiffness"]
-        return self.dual(name, from_text(stiffness[name] if name in LEVELS else self.parameters[name]))
-
-    def dual(self, name: str, centre: Fraction) -> Dual:
-        """The parameter ``name`` with this value at the centre of the box."""
-        width = self.widths.get(name, [Fraction(0)] * self.count)
-        reach = Fraction(0) if self.at_centre else sum(map(abs, width), Fraction(0))
-        value = interval(ball(centre - reach), ball(centre + reach)) if reach else ball(centre)
-        return Dual(value, [ball(w) for w in width])
-
-
-@dataclass(frozen=True)
-class BoxCoefficients:
-    """The coefficients of w' = A w + constant + Σ (c_j cos 2πjt + s_j sin 2πjt) - b χ (z - σ) [σ ≠ 0], times T.
-
-    Arrays are of `Dual`.
-    """
-
-    names: tuple[str, ...]  # the d coordinates
-    matrix: np.ndarray  # A, (d, d)
-    spring: np.ndarray  # b, (d,)
-    constant: np.ndarray  # (d,)
-    harmonics: np.ndarray  # c_j and s_j, (H, 2), which act on z'
-    levels: dict[str, Dual]  # χ in the parts of a two-level stiffness, "first" and "second"; empty for a stepped one
-
-
-def coefficients(
-    parameters: Mapping[str, Any], widths: Mapping[str, list[Fraction]], at_centre: bool = False
-) -> BoxCoefficients:
-    """The coefficients over a box.
+class VariedNumbers(Numbers):
+    """The parameters of a model by name, as functions of u.
 
     Parameters
     ----------
@@ -126,29 +90,31 @@ def coefficients(
     at_centre : bool
         Values and derivatives at the centre alone.
     """
-    known = _Known(parameters, widths, at_centre)
-    names, rows = linear_rows(cast(Any, known))
-    duration = 2 * arb.pi() / known["omega"]
-    zero = duration * 0
 
-    def entry(row: str, column: str) -> Dual:
-        return zero + duration * rows[row].get(column, Fraction(0))
+    def __init__(self, parameters: Mapping[str, Any], widths: Mapping[str, list[Fraction]], at_centre: bool) -> None:
+        super().__init__(parameters)
+        self.widths, self.count, self.at_centre = widths, len(next(iter(widths.values()))), at_centre
 
-    harmonics = []  # of -ε'' and of the damping of ε', for the amplitudes that are not 0
-    for j, (size, angle) in enumerate(zip(parameters["eps"], parameters["theta"], strict=True), start=1):
-        if from_text(size):
-            amplitude, rate = duration * known.dual(f"eps{j}", from_text(size)), j * known["omega"]
-            damping, turn = rows["z_dot"]["eps_dot"], ball(from_text(angle))
-            cosine, sine = amplitude * turn.cos(), amplitude * turn.sin()
-            harmonics.append((rate * (rate * cosine + damping * sine), rate * (rate * sine - damping * cosine)))
-    levels = {}
-    if parameters["stiffness"]["form"] == "two-level":
-        levels = {"first": 1 + known["chi1"], "second": 1 - known["chi2"]}
-    return BoxCoefficients(
-        names, np.array([[entry(row, column) for column in names] for row in names], dtype=object),
-        np.array([-entry(name, "force") for name in names], dtype=object),
-        np.array([entry(name, "one") for name in names], dtype=object),
-        np.array(harmonics, dtype=object).reshape(-1, 2), levels)
+    def __getitem__(self, name: str) -> Dual:
+        table = self.parameters["stiffness"] if name in LEVELS else self.parameters
+        return self._dual(name, from_text(table[name]))
+
+    def amplitude(self, j: int, value: Fraction) -> Dual:
+        return self._dual(f"eps{j}", value)
+
+    def _dual(self, name: str, centre: Fraction) -> Dual:
+        """The parameter ``name`` with this value at the centre of the box."""
+        width = self.widths.get(name, [Fraction(0)] * self.count)
+        reach = Fraction(0) if self.at_centre else sum(map(abs, width), Fraction(0))
+        value = interval(ball(centre - reach), ball(centre + reach)) if reach else ball(centre)
+        return Dual(value, [ball(w) for w in width])
+
+
+@dataclass(frozen=True)
+class BoxTerms(Terms):
+    """The coefficients over a box, with their derivatives."""
+
+    levels: dict[str, Dual]  # χ in the parts of a two-level stiffness, "first" and "second"; empty for a stepped one
 
 
 class ParameterBox:
@@ -165,7 +131,7 @@ class ParameterBox:
     ----------
     count : int
         Number m of the u_j.
-    centre : BoxCoefficients
+    centre : BoxTerms
         At the centre, with the half-widths for the derivatives.
     blocks : dict
         Derivatives of the flows of whole cells by u_j, by length, contact state and level.
@@ -190,11 +156,14 @@ class ParameterBox:
             raise UndecidedError("coordinates not the same", 0.0)
         self.centre = self.coefficients(Fraction(1), at_centre=True)
 
-    def coefficients(self, scale: Fraction, *, at_centre: bool = False) -> BoxCoefficients:
+    def coefficients(self, scale: Fraction, *, at_centre: bool = False) -> BoxTerms:
         """The coefficients over the box with its half-widths times ``scale``, or at its centre with these."""
         names = dict.fromkeys(name for together in self.widths for name in together)
         slopes = {name: [together.get(name, Fraction(0)) * scale for together in self.widths] for name in names}
-        return coefficients(self.equations.parameters, slopes, at_centre)
+        known, levels = VariedNumbers(self.equations.parameters, slopes, at_centre), {}
+        if known.parameters["stiffness"]["form"] == "two-level":
+            levels = {"first": 1 + known["chi1"], "second": 1 - known["chi2"]}
+        return BoxTerms(**vars(known.terms(lambda value: value)), levels=levels)
 
 
 def shifted(parameters: Mapping[str, Any], changes: Mapping[str, Fraction]) -> dict[str, Any]:
@@ -207,14 +176,13 @@ def shifted(parameters: Mapping[str, Any], changes: Mapping[str, Fraction]) -> d
     return out
 
 
-def sizes(numbers: np.ndarray, by: int | None = None, less: np.ndarray | None = None) -> np.ndarray:
+def sizes(numbers: list[Any], by: int | None = None, less: list[Any] | None = None) -> np.ndarray:
     """Upper bounds of the values of numbers, or of their derivatives by a u_j, if wanted less those of others."""
     balls = balls_of(numbers, by)
-    others = [arb(0)] * len(balls) if less is None else balls_of(less, by)
-    return np.array([magnitude(x if less is None else x - y) for x, y in zip(balls, others, strict=True)]).reshape(
-        numbers.shape)
+    differences = balls if less is None else [x - y for x, y in zip(balls, balls_of(less, by), strict=True)]
+    return np.array(list(map(magnitude, differences))).reshape(np.shape(np.array(numbers, dtype=object)))
 
 
-def balls_of(numbers: np.ndarray, by: int | None = None) -> list[arb]:
-    """The values of an array of numbers one after another, or their derivatives by a u_j."""
-    return [x.value if by is None else x.slopes[by] for x in numbers.flat]
+def balls_of(numbers: list[Any], by: int | None = None) -> list[arb]:
+    """The values of nested lists of `Dual` one after another, or their derivatives by a u_j."""
+    return [x.value if by is None else x.slopes[by] for x in np.array(numbers, dtype=object).flat]

@@ -25,7 +25,7 @@ from flint import arb, arb_mat
 
 from gearchaos.proof.balls import ball, from_text, interval, magnitude, norm
 from gearchaos.proof.equations import Cell, autonomous_matrix
-from gearchaos.proof.families.coefficients import BoxCoefficients, Dual, ParameterBox, balls_of, sizes
+from gearchaos.proof.families.coefficients import BoxTerms, Dual, ParameterBox, balls_of, sizes
 
 UP = 1 + 1e-9
 """Factor above all rounding errors of the floats."""
@@ -65,22 +65,22 @@ class BoxBounds:
         self.top = max([magnitude(v.value) for v in self.box.levels.values()],
                        default=magnitude(self.equations.stiffness))
         d, forcing = self.equations.dimension, sizes(self.box.constant)
-        forcing[1] += sum(sizes(self.box.harmonics).ravel().tolist())
+        forcing[1] += sum(sizes(self.box.forcing).ravel().tolist())
         self.sizes = sizes(self.box.matrix), sizes(self.box.spring), forcing
         self.matrix = arb_mat(d, d, balls_of(self.box.matrix))
         self.spring = arb_mat(d, 1, balls_of(self.box.spring))
         self.norms, self.stiffness = (norm(self.matrix), norm(self.spring)), interval(0, arb(self.top))
 
-    def _direction(self, j: int, less: BoxCoefficients | None) -> _Direction:
+    def _direction(self, j: int, less: BoxTerms | None) -> _Direction:
         """The bounds of derivatives by u_j, of their differences from those of other coefficients if wanted."""
         matrix, spring, constant, waves = (
             sizes(getattr(self.box, name), j, getattr(less, name) if less else None)
-            for name in ("matrix", "spring", "constant", "harmonics"))
+            for name in ("matrix", "spring", "constant", "forcing"))
         return _Direction(matrix, spring, constant, sum(waves.ravel().tolist()))
 
     def forcing_over(self, low: arb, high: arb) -> list[arb]:
         """T f(τ) from time ``low`` to ``high`` for all models of the box, as balls (d)."""
-        waves = [(cosine.value, sine.value) for cosine, sine in self.box.harmonics]
+        waves = [(cosine.value, sine.value) for cosine, sine in self.box.forcing]
         return self.equations.forcing_of(balls_of(self.box.constant), waves, low, high)
 
     def level_name(self, cell: Cell) -> str | None:
@@ -169,7 +169,7 @@ class BoxBounds:
         centre, d, name = self.unit.centre, self.equations.dimension, self.level_name(cell)
         push = [of(spring) * ball(cell.level or 0) if name is None else of(spring * centre.levels[name])
                 for spring in centre.spring]
-        forcing = [(of(cosine), of(sine)) for cosine, sine in centre.harmonics]
+        forcing = [(of(cosine), of(sine)) for cosine, sine in centre.forcing]
         return autonomous_matrix(arb_mat(d, d, balls_of(centre.matrix, j)), balls_of(centre.constant, j),
                                  push if contact else None, self.equations.harmonics, forcing, turning=j is None)
 
