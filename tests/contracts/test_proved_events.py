@@ -16,8 +16,7 @@ from gearchaos.proof.balls import from_text, precision, to_text
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.families.connection import connection
-from gearchaos.proof.families.exclusion import Region
-from gearchaos.proof.families.search import distance, neighbours
+from gearchaos.proof.families.exclusion import Region, distance, neighbours
 from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.verifier import verify
 

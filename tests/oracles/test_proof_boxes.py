@@ -15,13 +15,13 @@ from gearchaos.continuation.family import ParameterFamily
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, SteppedStiffness
 from gearchaos.proof.balls import block, precision
+from gearchaos.proof.candidate import converged
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.families.boxes import BoxSystem
 from gearchaos.proof.families.coefficients import shifted
 from gearchaos.proof.families.connection import connection
 from gearchaos.proof.families.parameter_tube import ParameterTube
-from gearchaos.proof.families.search import converged
 from gearchaos.proof.parameters import exact_parameters, lifted
 from gearchaos.proof.trajectory import trajectory
 from gearchaos.studies.proofs import orbit_points

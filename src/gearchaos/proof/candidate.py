@@ -42,6 +42,14 @@ _ROUNDING_BITS = 40
 _NEAR = 1e-3
 """A first correction by Newton's method above this means that the points are not near an orbit."""
 
+_MOST_STEPS_FAR = 60
+_CONVERGED = 1e-20
+_FAR = 0.3
+"""A first correction by `converged` above this means that no orbit is near."""
+
+COARSE_GUARD_BITS = 32
+"""As `_GUARD_BITS`, where the equations may be nearly singular."""
+
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
@@ -109,9 +117,24 @@ class Candidate:
             candidate, steps = following, steps + 1
         return candidate
 
-    def corrected(self) -> Candidate:
+    def corrected(self, guard_bits: int = _GUARD_BITS) -> Candidate:
         """The candidate after one step of Newton's method."""
-        return Candidate.at(self.equations, moved(self.equations, self.points, self.correction, _GUARD_BITS))
+        return Candidate.at(self.equations, moved(self.equations, self.points, self.correction, guard_bits))
+
+
+def converged(equations: MeshEquations, points: list[list[Fraction]]) -> Candidate | None:
+    """The orbit to which Newton's method leads from points, if it converges to rounding errors; else None."""
+    try:
+        candidate = Candidate.at(equations, points)
+        for _ in range(_MOST_STEPS_FAR):
+            if candidate.error <= _CONVERGED:
+                return candidate
+            if not candidate.error < _FAR:
+                return None
+            candidate = candidate.corrected(COARSE_GUARD_BITS)
+    except UndecidedError:
+        pass
+    return None
 
 
 def moved(

@@ -20,14 +20,13 @@ from flint import arb, arb_mat
 
 from gearchaos.model.parameters import MeshModel
 from gearchaos.proof.balls import precision, texts
-from gearchaos.proof.candidate import Candidate, column, float_midpoint
+from gearchaos.proof.candidate import Candidate, column, converged, float_midpoint
 from gearchaos.proof.certificate import Theorem, Unproved, with_checksum
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.families.coefficients import ParameterBox, shifted
 from gearchaos.proof.families.parameter_tube import ParameterTube
 from gearchaos.proof.families.pieces import BoxBounds
-from gearchaos.proof.families.search import converged
 from gearchaos.proof.parameters import exact_parameters, lifted
 from gearchaos.proof.stability import Stability, stability
 from gearchaos.proof.trajectory import trajectory
@@ -269,30 +268,25 @@ def _certificate(system: BoxSystem, names: list[str], proof: BoxProof) -> BoxCer
     for together in system.widths:  # rounded down, so that words say no more than what is proved
         size = next(iter(together.values())) * Fraction(proof.scale)
         sizes.append(float(size) if float(size) <= size else math.nextafter(float(size), -math.inf))
+    n, outside, box = candidate.period, proof.stability.outside, ", ".join(
+        f"{' and '.join(together)} by {'the same amount of ' if len(together) > 1 else ''}up to {size}"
+        for together, size in zip(system.widths, sizes, strict=True))
+    stable = f"It has {outside} multipliers outside the unit circle" if outside else "It is stable in its coordinates"
+    theorem = " ".join((
+        f"For every {equations.parameters['kind']} model whose parameters differ from those below in {box} there is",
+        f"an orbit of period {n} mesh periods, and no fewer, whose states at tau = k T lie in the boxes listed: within",
+        "'reach' of the points, and within 'radius' of the points displaced by the derivatives. It is the",
+        f"only orbit of period {n} there.",
+        f"{stable}, and its teeth switch contact {sum(proof.switches)} times.",
+    ))
     return BoxCertificate(with_checksum({
-        "format": FORMAT, "version": VERSION, "theorem": _in_words(system, proof, sizes),
+        "format": FORMAT, "version": VERSION, "theorem": theorem,
         "model": dict(equations.parameters), "scale": proof.scale,
         "box": {name: size.hex() for name, size in zip(names, sizes, strict=True)},
         "together": [sorted(names) for names in system.widths], "coordinates": list(equations.names),
-        "period": candidate.period, "points": texts(candidate.points),
+        "period": n, "points": texts(candidate.points),
         "derivatives": [[[float(v).hex() for v in row] for row in point] for point in proof.scale * system.drift],
         "radius": proof.radius, "reach": proof.reach.tolist(), "bits": equations.bits, "switches": proof.switches,
         "stability": proof.stability.document(),
         "margins": {"existence": proof.existence, "separation": proof.separation, "stability": proof.stability.margin},
     }))
-
-
-def _in_words(system: BoxSystem, proof: BoxProof, sizes: list[float]) -> str:
-    """What is proved, in words."""
-    n, found, kind = system.candidate.period, proof.stability, system.equations.parameters["kind"]
-    box = ", ".join(f"{' and '.join(together)} by {'the same amount of ' if len(together) > 1 else ''}up to {size}"
-                    for together, size in zip(system.widths, sizes, strict=True))
-    outside = f"It has {found.outside} multipliers outside the unit circle"
-    stable = "It is stable in its coordinates" if found.outside == 0 else outside
-    return " ".join((
-        f"For every {kind} model whose parameters differ from those below in {box} there is an orbit of",
-        f"period {n} mesh periods, and no fewer, whose states at tau = k T lie in the boxes listed: within",
-        "'reach' of the points, and within 'radius' of the points displaced by the derivatives. It is the",
-        f"only orbit of period {n} there.",
-        f"{stable}, and its teeth switch contact {sum(proof.switches)} times.",
-    ))

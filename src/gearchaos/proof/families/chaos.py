@@ -119,14 +119,18 @@ def prove_chaotic_set(
                 proved.append(list(loop))
             except UndecidedError as failure:
                 failures.append(failure)
-        proved = _separated(proved, parallelograms)
-        if len(proved) < 2:
+        kept = list[list[int]]()  # each leads from set 0 to a set that is disjoint from those of the loops before it
+        for loop in proved:
+            following = parallelograms[_steps(loop)[0][1]]
+            if all(following.is_apart_from(parallelograms[_steps(other)[0][1]]) for other in kept):
+                kept.append(loop)
+        if len(kept) < 2:
             return Unproved("covering not proved", max((f.margin for f in failures), default=0.0), bits)
-        kept = sorted({number for loop in proved for number in loop})
-        places = {number: place for place, number in enumerate(kept)}
-        transitions = [[places[a], places[b]] for loop in proved for a, b in _steps(loop)]
+        used = sorted({number for loop in kept for number in loop})
+        places = {number: place for place, number in enumerate(used)}
+        transitions = [[places[a], places[b]] for loop in kept for a, b in _steps(loop)]
         texts = [{name: [to_text(value) for value in getattr(parallelograms[k], name)]
-                  for name in ("centre", "unstable", "stable")} for k in kept]
+                  for name in ("centre", "unstable", "stable")} for k in used]
         document = {
             "format": FORMAT, "version": VERSION, "model": parameters,
             "tolerances": tolerances,
@@ -148,16 +152,6 @@ def harmonic(name: str) -> int:
 def _steps(loop: Sequence[int]) -> list[tuple[int, int]]:
     """The transitions of a closed path."""
     return list(zip(loop, [*loop[1:], loop[0]], strict=True))
-
-
-def _separated(loops: list[list[int]], sets: list[Parallelogram]) -> list[list[int]]:
-    """The loops of which each leads from set 0 to a set that is disjoint from those of the loops before it."""
-    kept: list[list[int]] = []
-    for loop in loops:
-        following = sets[_steps(loop)[0][1]]
-        if all(following.is_apart_from(sets[_steps(other)[0][1]]) for other in kept):
-            kept.append(loop)
-    return kept
 
 
 def _entropy_bound(transitions: list[list[int]]) -> dict[str, Any]:

@@ -13,14 +13,13 @@ import numpy as np
 
 from gearchaos.model.parameters import MeshModel
 from gearchaos.proof.balls import fractions, from_text, precision, texts, to_text
-from gearchaos.proof.candidate import Candidate
+from gearchaos.proof.candidate import Candidate, converged
 from gearchaos.proof.certificate import Certificate, Theorem, Unproved, with_checksum
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.families.coefficients import shifted
 from gearchaos.proof.families.connection import check_coordinates, connection, line
-from gearchaos.proof.families.exclusion import Region
-from gearchaos.proof.families.search import as_floats, converged, distance, neighbours
+from gearchaos.proof.families.exclusion import Region, as_floats, distance, neighbours
 from gearchaos.proof.parameters import exact_parameters, lifted
 from gearchaos.proof.prove import at_phase, prove_orbit
 
@@ -122,25 +121,34 @@ def _change(kind: str, parameter: str, ends: tuple[End, End], bits: int) -> dict
     lower, upper = (replace(end, points=as_floats(o.points)) for end, o in zip(ends, orbits, strict=True))
     ends, phase = (lower, upper), _free_phase(orbits) if kind == "graze" else 0.0
     below, above = (_proved(end.model, end.points, bits, phase) for end in ends)
-    orders, proved = (_sequence(below), _sequence(above)), ([below], [above])
+    proved, start, extra = ([below], [above]), None, []
     if kind == "graze":
-        first, second = orders
+        first, second = _sequence(below), _sequence(above)
+        start = below if len(first) > len(second) else above
         same = len(first) == len(second) and any(
             first[k:] + first[:k] == second for k in range(max(1, len(first))))  # up to where they begin
+        what = (f"the teeth switch contact in different sequences, {len(first)} times at the lower end and "
+                f"{len(second)} times at the upper end")
+        event = "teeth touch or part without speed"
     else:
         same = abs(below.outside - above.outside) != (1 if kind == "flip" else 2)
+        what = (f"{below.outside} multipliers lie outside the unit circle at the lower end and {above.outside} at the "
+                "upper end")
+        event = "a multiplier is -1" if kind == "flip" else "a multiplier lies on the unit circle"
     if same:
         raise UndecidedError("no change", float(above.outside - below.outside))
-    extra = ""
     if kind == "flip":
         side, doubled = _doubled(ends, bits)
         proved[side].append(doubled)
-        extra = (f"At {('its lower', 'its upper')[side]} end there is an orbit that repeats after {doubled.period} "
-                 f"mesh periods beside it, with {doubled.outside} multipliers outside.")
-    start = (below if len(orders[0]) > len(orders[1]) else above) if kind == "graze" else None
-    link = connection(below, above, bits, start)
-    theorem = _change_in_words(kind, parameter, below, above, extra)
-    return {"below": proved[0], "above": proved[1], "theorem": theorem, "connection": link}
+        extra = [f"At {('its lower', 'its upper')[side]} end there is an orbit that repeats after {doubled.period} "
+                 f"mesh periods beside it, with {doubled.outside} multipliers outside."]
+    theorem = " ".join((
+        f"At both ends of the interval of {parameter} there is exactly one orbit of period {below.period} mesh "
+        f"periods, and no fewer, in the cubes listed, and {what}.",
+        f"The two orbits are connected by exactly one orbit for each value of {parameter} between, and no multiplier "
+        f"is 1: at some value {event}.", *extra))
+    return {"below": proved[0], "above": proved[1], "theorem": theorem,
+            "connection": connection(below, above, bits, start)}
 
 
 def _free_phase(orbits: list[Candidate]) -> float:
@@ -206,9 +214,17 @@ def _fold(parameter: str, ends: tuple[End, End], bits: int) -> dict[str, Any]:
         first, second = (_proved(end.model, as_floats(points), bits) for points in pair)
         if abs(first.outside - second.outside) != 1:
             raise UndecidedError("no change", 0.0)
-        empty = _empty(ends, side, [first, second], bits)
+        empty, n = _empty(ends, side, [first, second], bits), first.period
+        here, there = (("lower", "upper"), ("upper", "lower"))[side]
+        outside = sorted((first.outside, second.outside))
+        theorem = (
+            f"At the {here} end of the interval of {parameter} there are two orbits of period {n} mesh periods in the "
+            f"region listed (its radius, about {float(from_text(empty['radius'])):.3g}, from its centre in each "
+            f"coordinate at each tau = k T), one with {outside[0]} and one with {outside[1]} multipliers outside the "
+            f"unit circle. At the {there} end there is no orbit of period {n} in that region, and for no value of "
+            f"{parameter} between is there one on its border: at some value an orbit in it has the multiplier 1.")
         return {"below": [[first, second], []][side], "above": [[first, second], []][1 - side], "empty": empty,
-                "theorem": _fold_in_words(parameter, side, first, second, empty)}
+                "theorem": theorem}
     raise UndecidedError("orbit not found", 0.0)
 
 
@@ -234,33 +250,3 @@ def _empty(ends: tuple[End, End], side: int, pair: list[Certificate], bits: int)
         _, slices = region.at(empty).not_empty(inside, border=False)
     return {"end": ("below", "above")[1 - side], "model": there, "radius": to_text(radius), "centre": texts(centre),
             "border": border, "slices": slices}
-
-
-def _change_in_words(kind: str, parameter: str, below: Certificate, above: Certificate, extra: str) -> str:
-    """The theorem of an event that changes the orbit."""
-    n = below.period
-    if kind == "graze":
-        counts = [len(_sequence(found)) for found in (below, above)]
-        what = (f"the teeth switch contact in different sequences, {counts[0]} times at the lower end and {counts[1]} "
-                "times at the upper end")
-        event = "teeth touch or part without speed"
-    else:
-        what = (f"{below.outside} multipliers lie outside the unit circle at the lower end and {above.outside} at the "
-                "upper end")
-        event = "a multiplier is -1" if kind == "flip" else "a multiplier lies on the unit circle"
-    between = (f"The two orbits are connected by exactly one orbit for each value of {parameter} between, and no "
-               f"multiplier is 1: at some value {event}.")
-    return " ".join(filter(None, (
-        f"At both ends of the interval of {parameter} there is exactly one orbit of period {n} mesh periods, and no "
-        f"fewer, in the cubes listed, and {what}.", between, extra)))
-
-
-def _fold_in_words(parameter: str, side: int, first: Certificate, second: Certificate, empty: dict[str, Any]) -> str:
-    """The theorem of a fold."""
-    here, there = ("lower", "upper")[side], ("upper", "lower")[side]
-    outside, n = sorted((first.outside, second.outside)), first.period
-    return (f"At the {here} end of the interval of {parameter} there are two orbits of period {n} mesh periods in the "
-            f"region listed (its radius, about {float(from_text(empty['radius'])):.3g}, from its centre in each "
-            f"coordinate at each tau = k T), one with {outside[0]} and one with {outside[1]} multipliers outside the "
-            f"unit circle. At the {there} end there is no orbit of period {n} in that region, and for no value of "
-            f"{parameter} between is there one on its border: at some value an orbit in it has the multiplier 1.")

@@ -32,6 +32,7 @@ the zeros of the slice off the border. Slices for which this fails are halved.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from copy import copy
 from fractions import Fraction
 from functools import cached_property
@@ -42,7 +43,9 @@ from flint import arb_mat
 
 from gearchaos.proof.balls import magnitude
 from gearchaos.proof.candidate import (
+    COARSE_GUARD_BITS,
     Candidate,
+    converged,
     cyclic_jacobian,
     distance_from_unit,
     float_midpoint,
@@ -53,8 +56,13 @@ from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.families.boxes import BoxSystem
 from gearchaos.proof.families.parameter_tube import ParameterTube
-from gearchaos.proof.families.search import GUARD_BITS, critical_directions, distance
 from gearchaos.proof.tube import StartTube
+
+_AMPLITUDES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
+"""Distances along the critical direction from which orbits are sought."""
+
+_DISTINCT = 1e-13
+"""Orbits count as different if their points differ by more than this."""
 
 _FIRST_SLICES = 16
 _THINNEST = 2.0**-13
@@ -201,10 +209,10 @@ class Region:
 
     def _slice(self, low: float, high: float) -> tuple[float, bool]:
         """The margin by which a slice has no orbit, and whether the orbits in it are off the border of the region."""
-        points = moved(self.equations, self.centre, (low + high) / 2 * self.right, GUARD_BITS)
+        points = moved(self.equations, self.centre, (low + high) / 2 * self.right, COARSE_GUARD_BITS)
         try:
             for _ in range(2):
-                points = moved(self.equations, points, _Slice(self, points).correction(), GUARD_BITS)
+                points = moved(self.equations, points, _Slice(self, points).correction(), COARSE_GUARD_BITS)
             piece = _Slice(self, points)
         except (UndecidedError, np.linalg.LinAlgError):
             return -1.0, False
@@ -213,3 +221,39 @@ class Region:
         half = (max(high - at, at - low) + 1e-10 * self.radius) * (1 + 1e-12)
         margin, size = piece.excluded(half, (self.radius + away) * (1 + 1e-12))
         return margin, size + away < self.radius
+
+
+def critical_directions(derivatives: list[arb_mat]) -> tuple[np.ndarray, np.ndarray]:
+    """The right and left singular vectors (n, d) of the least singular value of the cyclic system."""
+    left, _, right = np.linalg.svd(cyclic_jacobian(list(map(float_midpoint, derivatives))))
+    shape = len(derivatives), derivatives[0].nrows()
+    return right[-1].reshape(shape), left[:, -1].reshape(shape)
+
+
+def neighbours(equations: MeshEquations, points: list[list[Fraction]]) -> Iterator[Candidate]:
+    """Different orbits near points next to which the cyclic system is nearly singular, each once.
+
+    They are sought along the critical direction: in floats Newton's method ends far from the orbit there.
+    """
+    try:
+        direction, _ = critical_directions([t.derivative for t in Candidate.at(equations, points).trajectories])
+    except UndecidedError:
+        return
+    found: list[Candidate] = []
+    for amplitude in _AMPLITUDES:
+        for side in (1, -1):
+            start = moved(equations, points, side * amplitude / np.abs(direction).max() * direction, COARSE_GUARD_BITS)
+            candidate = converged(equations, start)
+            if candidate is not None and all(distance(candidate.points, f.points) > _DISTINCT for f in found):
+                found.append(candidate)
+                yield candidate
+
+
+def distance(first: list[list[Fraction]], second: list[list[Fraction]]) -> float:
+    """The largest difference of a coordinate of two lists of points."""
+    return float(max(abs(a - b) for p, q in zip(first, second, strict=True) for a, b in zip(p, q, strict=True)))
+
+
+def as_floats(points: list[list[Fraction]]) -> np.ndarray:
+    """Points (n, d) rounded to floats."""
+    return np.array([[float(value) for value in point] for point in points])

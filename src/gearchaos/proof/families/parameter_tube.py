@@ -26,7 +26,7 @@ from gearchaos.proof.balls import block, interval, magnitude, unit
 from gearchaos.proof.crossing import Displacement, clearance
 from gearchaos.proof.families.coefficients import balls_of
 from gearchaos.proof.families.pieces import UP, BoxBounds
-from gearchaos.proof.trajectory import Switch, Trajectory
+from gearchaos.proof.trajectory import Trajectory
 from gearchaos.proof.tube import Tube, Window, largest_rate, slopes_through, speed_at
 
 _WIDENING = 2
@@ -79,19 +79,15 @@ class ParameterTube(Tube):
         self.factor_error, self.drift_error = np.zeros((d, d)), np.zeros((d, self.count))
         self.products: list[arb_mat] = []
         self.weights: list[np.ndarray] = []
-        windows = [self._window_of(number, switch, shift)
-                   for number, (switch, shift) in enumerate(zip(centre.switches, shifts, strict=True))]
+        windows = []
+        for number, (switch, shift) in enumerate(zip(centre.switches, shifts, strict=True)):
+            speed, row = speed_at(switch), block(switch.slopes, 1, range(d))
+            spread = magnitude((row * self.start)[0, 0]) / speed + float(np.abs(shift).sum())
+            windows.append(self._window(number, _WIDENING * spread + 2.0 ** (24 - self.equations.bits), 12))
         windows = united(windows) if grazing else windows
         self.follow(windows)
         self.slopes, self.by_parameters = self._enclosed()
         self.switches = len(windows)
-
-    def _window_of(self, number: int, switch: Switch, shift: np.ndarray) -> Window:
-        """The window of a switch: the spread of its times to first order, widened."""
-        speed = speed_at(switch)
-        row = block(switch.slopes, 1, range(self.dimension))
-        spread = magnitude((row * self.start)[0, 0]) / speed + float(np.abs(shift).sum())
-        return self._window(number, _WIDENING * spread + 2.0 ** (24 - self.equations.bits), 12)
 
     def _enclosed(self) -> tuple[arb_mat, arb_mat]:
         """A and B with their errors."""
