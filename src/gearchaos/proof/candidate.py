@@ -28,7 +28,11 @@ from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.trajectory import Trajectory, trajectory
 
-_UNIT = 2.0**-53
+UNIT = 2.0**-53
+"""u, the largest relative rounding error of a float."""
+
+_LEAST_CONTRACTION = 0.1
+"""Least margin of Krawczyk's operator."""
 
 _MOST_STEPS = 12
 """Most steps of Newton's method."""
@@ -171,7 +175,7 @@ def distance_from_unit(inverse: np.ndarray, matrix: np.ndarray) -> tuple[np.ndar
     The factor is above the rounding errors of what else is added, if that is a product with |Y| too.
     """
     count = len(matrix)
-    gamma = (count + 2) * _UNIT / (1 - (count + 2) * _UNIT)
+    gamma = (count + 2) * UNIT / (1 - (count + 2) * UNIT)
     rest = np.abs(np.eye(count) - inverse @ matrix).sum(axis=1)
     rounding = gamma * (np.abs(inverse) @ np.abs(matrix).sum(axis=1) + 1)
     return rest + rounding, 1 + 8 * gamma
@@ -201,6 +205,13 @@ class CyclicSystem:
         """The correction (n, d) of the points by Newton's method, from P(c_k) - c_(k+1), each (d, 1)."""
         values = np.array([float(v) for defect in defects for v in defect.mid().entries()])
         return -(self.inverse @ values).reshape(len(defects), -1)
+
+    def contraction(self, slopes: list[arb_mat], defects: list[arb_mat], radius: float) -> float:
+        """As `margin`, proved to be large enough; raises `UndecidedError` if it is not."""
+        existence = self.margin(slopes, defects, radius * (1 - 1e-15))
+        if not existence > _LEAST_CONTRACTION:
+            raise UndecidedError("Krawczyk not contracting", existence)
+        return existence
 
     def margin(self, slopes: list[arb_mat], defects: list[arb_mat], radius: float) -> float:
         """A lower bound of the least 1 - |K - c|/r over all rows; the orbit is proved if it is positive.

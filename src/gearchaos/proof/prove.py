@@ -31,9 +31,6 @@ _FIRST_SPREAD = 1e-3
 _STEPS = (0, 1, 2, 4, 6, 9, 13, 18, 24, 32, 42, 56, 76, 96, 126, 166, 216, 276, 356, 456, 596, 796, 996, 1196)
 """Steps from the first exponent, until a radius is proved; the largest one is then found by bisection."""
 
-_LEAST_CONTRACTION = 0.1
-"""Least margin of Krawczyk's operator."""
-
 _CELLS_PER_POWER = 24
 """Cells of the mesh period for which the radius of a certificate is made smaller by a power of 10."""
 
@@ -203,9 +200,7 @@ def _proof(candidate: Candidate, exponent: int) -> _Proof:
     tubes = [StartTube(candidate.equations, candidate.box(k, radius), candidate.trajectories[k])
              for k in range(candidate.period)]
     slopes = [tube.slopes for tube in tubes]
-    existence = candidate.system.margin(slopes, candidate.defects, float(radius) * (1 - 1e-15))
-    if not existence > _LEAST_CONTRACTION:
-        raise UndecidedError("Krawczyk not contracting", existence)
+    existence = candidate.system.contraction(slopes, candidate.defects, float(radius))
     found = stability(slopes, [t.derivative for t in candidate.trajectories])
     return _Proof(exponent, candidate, tubes, found, existence, separation)
 

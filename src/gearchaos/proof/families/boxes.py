@@ -33,7 +33,6 @@ from gearchaos.proof.trajectory import trajectory
 
 FORMAT, VERSION = "gearchaos box certificate", 1
 
-_LEAST_CONTRACTION = 0.1
 _DIFFERENCE = Fraction(1, 2**40)
 """Step, in half-widths of the box, of the differences from which C and the shifts of the switches are computed."""
 
@@ -185,10 +184,7 @@ class BoxSystem:
         """The tubes of all mesh periods, and the margin of Krawczyk's operator, which is proved to be large enough."""
         tubes = self._tubes(bounds, size, radius)
         slopes, defects = [t.slopes for t in tubes], self._defects(tubes, size)
-        existence = self.candidate.system.margin(slopes, defects, radius * (1 - 1e-15))
-        if not existence > _LEAST_CONTRACTION:
-            raise UndecidedError("Krawczyk not contracting", existence)
-        return tubes, existence
+        return tubes, self.candidate.system.contraction(slopes, defects, radius)
 
     def _tubes(self, bounds: BoxBounds, size: float, radius: float) -> list[ParameterTube]:
         """The tubes of all mesh periods."""

@@ -44,6 +44,7 @@ from flint import arb_mat
 from gearchaos.proof.balls import magnitude
 from gearchaos.proof.candidate import (
     COARSE_GUARD_BITS,
+    UNIT,
     Candidate,
     converged,
     cyclic_jacobian,
@@ -70,8 +71,6 @@ _THINNEST = 2.0**-13
 
 _REFINEMENTS = 6
 """Most boxes that are tried for one slice, each smaller than the one before."""
-
-_UNIT = 2.0**-53
 
 
 class _Slice:
@@ -113,7 +112,7 @@ class _Slice:
         weight = np.abs(self.inverse)
         radii = self.defect - np.abs(self.signed)
         value = self.inverse[:, :-1] @ self.signed
-        rounding = (len(weight) + 8) * _UNIT * (weight[:, :-1] @ np.abs(self.signed))
+        rounding = (len(weight) + 8) * UNIT * (weight[:, :-1] @ np.abs(self.signed))
         error = weight[:, :-1] @ np.maximum(radii, 0) + rounding + 1e-300
         margin = -1.0
         for _ in range(_REFINEMENTS):
