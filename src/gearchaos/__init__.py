@@ -27,7 +27,7 @@ _MODULES = {
     "Simulate": "studies.simulate", "simulate": "studies.simulate", "steady": "studies.steady",
     "Zones": "studies.zones", "zones": "studies.zones", "operating_map": "studies.operating_map",
     "dynamic_factor": "studies.dynamic_factor", "speeds_to_avoid": "studies.speeds_to_avoid",
-    "prove": "studies.proofs", "prove_event": "studies.event_proofs", "prove_box": "studies.box_proofs",
+    "prove": "studies.proofs", "prove_event": "studies.proofs", "prove_box": "studies.proofs",
     "prove_chaos": "studies.chaos_proof",
     "card": "cards", "save": "datasets",
     "load": "store.reading.load", "run": "store.running.run", "Outcome": "store.running.run",

@@ -35,15 +35,15 @@ from gearchaos.studies.basins import Basins as Basins
 from gearchaos.studies.basins import basins as basins
 from gearchaos.studies.bifurcation import Bifurcation as Bifurcation
 from gearchaos.studies.bifurcation import bifurcation as bifurcation
-from gearchaos.studies.box_proofs import prove_box as prove_box
 from gearchaos.studies.branch import branch as branch
 from gearchaos.studies.chaos_proof import prove_chaos as prove_chaos
 from gearchaos.studies.curve import curve as curve
 from gearchaos.studies.dynamic_factor import dynamic_factor as dynamic_factor
-from gearchaos.studies.event_proofs import prove_event as prove_event
 from gearchaos.studies.manifolds import manifolds as manifolds
 from gearchaos.studies.operating_map import operating_map as operating_map
 from gearchaos.studies.proofs import prove as prove
+from gearchaos.studies.proofs import prove_box as prove_box
+from gearchaos.studies.proofs import prove_event as prove_event
 from gearchaos.studies.regime import Regime as Regime
 from gearchaos.studies.regime import regime as regime
 from gearchaos.studies.simulate import Simulate as Simulate

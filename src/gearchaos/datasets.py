@@ -21,7 +21,7 @@ from gearchaos.errors import InputError
 from gearchaos.files import CSV_SUFFIX, DATA_SUFFIXES, NOT_REGULAR, check_target, write_bytes
 from gearchaos.gears.operating import OperatingModel, gears_json
 from gearchaos.model import STIFFNESS_KINDS, MeshModel, TransmissionError, stiffness_kind
-from gearchaos.proof.codes import REASON_CODES, Proved
+from gearchaos.proof.certificate import REASON_CODES, Proved
 from gearchaos.quantities import parse, quantity
 
 if TYPE_CHECKING:

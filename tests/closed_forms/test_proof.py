@@ -14,7 +14,7 @@ from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.prove import prove_orbit
 from gearchaos.proof.trajectory import trajectory
-from gearchaos.proof.tube import period_tube
+from gearchaos.proof.tube import StartTube
 
 BITS = 128
 LINEAR = {"kind": "single", "omega": 1.75, "zeta": 0.0625, "q0": 0.25, "chi1": 0.0, "chi2": 0.0}
@@ -77,7 +77,7 @@ def test_derivative_in_permanent_contact():
         mesh = equations(model)
         expected = oscillator(arb(1), ball(Fraction(model.zeta)), mesh.duration)
         start = [float(v) for v in response(model, ball(Fraction(0.125)), 0)]
-        tube = period_tube(mesh, column(start, 1e-3))
+        tube = StartTube(mesh, column(start, 1e-3))
         assert tube.slopes.overlaps(expected)
         assert max(float(e.rad()) for e in tube.slopes.entries()) < 1e-30
     assert tube.windows == []
@@ -92,13 +92,13 @@ def test_meissner_multipliers():
         zeta = ball(Fraction(model.zeta))
         first, second = (oscillator(arb(level), zeta, mesh.duration * share)
                          for level, share in ((1.25, 0.625), (0.75, 0.375)))
-        tube = period_tube(mesh, column([1.4, 0.0], 1e-6))
+        tube = StartTube(mesh, column([1.4, 0.0], 1e-6))
         expected = second * first
         assert tube.slopes.overlaps(expected)
         assert tube.slopes.det().overlaps((-2 * zeta * mesh.duration).exp())
         assert max(float(v.rad()) for v in tube.slopes.entries()) < 1e-30
         steps = model.with_values({"stiffness": SteppedStiffness((1.25, 0.75), (0.0, 0.625))})
-        assert period_tube(equations(steps), column([1.4, 0.0], 1e-6)).slopes.overlaps(expected)
+        assert StartTube(equations(steps), column([1.4, 0.0], 1e-6)).slopes.overlaps(expected)
 
 
 def test_free_flight():
@@ -156,7 +156,7 @@ def test_graze_is_undecided():
         points = [float(v) for v in response(model, ball(Fraction(eps)), 0)]
         for radius in (1e-3, 1e-6, 1e-9):
             with pytest.raises(UndecidedError) as failure:
-                period_tube(mesh, column(points, radius))
+                StartTube(mesh, column(points, radius))
             assert failure.value.reason == "tangency undecided"
 
 

@@ -9,7 +9,7 @@ from flint import arb, arb_mat, arb_poly
 from gearchaos.model import MeshModel
 from gearchaos.proof import tube as tubes
 from gearchaos.proof.balls import least, magnitude, norm, precision, rounded
-from gearchaos.proof.candidate import Candidate
+from gearchaos.proof.candidate import Candidate, CyclicSystem
 from gearchaos.proof.crossing import (
     BOUNDARIES,
     Displacement,
@@ -21,12 +21,11 @@ from gearchaos.proof.crossing import (
     first_crossing,
 )
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.krawczyk import CyclicSystem
 from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.prove import _separation
 from gearchaos.proof.series import Flow, constant_series
 from gearchaos.proof.stability import _positive_eigenvalues, stability
-from gearchaos.proof.tube import period_tube
+from gearchaos.proof.tube import StartTube
 
 BITS = 128
 
@@ -125,10 +124,10 @@ def test_speed_in_a_window_must_have_one_sign(monkeypatch):
     model = MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)
     mesh = MeshEquations(exact_parameters(model), bits=BITS)
     box = arb_mat(2, 1, [arb(-1.2649, 1e-6), arb(-0.2324, 1e-6)])
-    assert len(period_tube(mesh, box).windows) == 2
-    monkeypatch.setattr(tubes._Tube, "_enclosure", lambda *_: arb_mat(2, 1, [arb(1, 1e-3), arb(0.1, 0.2)]))
+    assert len(StartTube(mesh, box).windows) == 2
+    monkeypatch.setattr(tubes, "enclosure", lambda *_: arb_mat(2, 1, [arb(1, 1e-3), arb(0.1, 0.2)]))
     with pytest.raises(UndecidedError, match="tangency"):
-        period_tube(mesh, box)
+        StartTube(mesh, box)
 
 
 def test_window_across_the_section_is_refused():
@@ -137,9 +136,9 @@ def test_window_across_the_section_is_refused():
         box = arb_mat(2, 1, [arb(z, 1e-3), arb(0.6, 1e-3)])
         if reason:
             with pytest.raises(UndecidedError, match=reason):
-                period_tube(mesh, box)
+                StartTube(mesh, box)
         else:
-            assert period_tube(mesh, box).windows[0].low > 0
+            assert StartTube(mesh, box).windows[0].low > 0
 
 
 def test_slopes_in_a_window_contain_both_contact_states():
@@ -159,10 +158,8 @@ def test_slopes_in_a_window_contain_both_contact_states():
 def test_enclosure_of_a_window_contains_free_and_contact_motions():
     model = MeshModel.of(kind="single", omega=1.0, zeta=0.1, q0=0.1)
     mesh = MeshEquations(exact_parameters(model), bits=BITS)
-    start = period_tube(mesh, arb_mat(2, 1, [1.5, 0.0])).trajectory
-    tube = tubes._Tube(mesh, arb_mat(2, 1, [1.5, 0.0]), start)
     states, duration = arb_mat(2, 1, [arb(0.99, 1e-3), arb(0.5, 1e-3)]), arb(2.0**-6)
-    found = tube._enclosure(tubes.Window(arb(0.25), arb(0.25) + duration, 1, True), states, duration)
+    found = tubes.enclosure(mesh, states, tubes.Window(arb(0.25), arb(0.25) + duration, 1, True))
     assert found.contains(states.mid())
     reached = states[0, 0].mid() + mesh.duration * duration * arb(0.49)
     assert found[0, 0].contains(reached.mid())
@@ -296,9 +293,8 @@ def test_enclosure_over_a_long_time_is_refused():
     """Over half a mesh period the equations map no box near the states into itself."""
     model = MeshModel.of(kind="single", omega=1.0, zeta=0.1, q0=0.1)
     mesh = MeshEquations(exact_parameters(model), bits=BITS)
-    tube = tubes._Tube(mesh, arb_mat(2, 1, [1.5, 0.0]), period_tube(mesh, arb_mat(2, 1, [1.5, 0.0])).trajectory)
     with pytest.raises(UndecidedError, match="tangency"):
-        tube._enclosure(tubes.Window(arb(0.25), arb(0.75), 1, True), arb_mat(2, 1, [0.99, 0.5]), arb(0.5))
+        tubes.enclosure(mesh, arb_mat(2, 1, [0.99, 0.5]), tubes.Window(arb(0.25), arb(0.75), 1, True))
 
 
 def test_a_wrong_crossing_time_is_refused():

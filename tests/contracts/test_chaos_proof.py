@@ -10,7 +10,7 @@ from gearchaos.cli import app
 from gearchaos.errors import InputError
 from gearchaos.proof.balls import from_text
 from gearchaos.proof.certificate import Unproved
-from gearchaos.proof.chaos import ChaoticSet
+from gearchaos.proof.families.chaos import ChaoticSet
 from gearchaos.proof.verifier import growth, verify_file
 
 CHAOTIC = {"omega": 1.6, "q0": 0.1, "eps1": 0.12}

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import gearchaos as gc
 from gearchaos.cli import app, completion
 from gearchaos.model import KINDS, MeshModel
-from gearchaos.proof.event import KINDS as EVENTS
+from gearchaos.proof.families.events import KINDS as EVENTS
 from gearchaos.studies.axis import as_range, parse_axis
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

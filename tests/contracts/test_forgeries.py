@@ -17,7 +17,7 @@ from gearchaos.cli import app
 pytest.importorskip("flint", reason="python-flint is not installed", exc_type=ImportError)
 
 from gearchaos.proof import verifier
-from gearchaos.proof.chaos import prove_chaotic_set
+from gearchaos.proof.families.chaos import prove_chaotic_set
 from tests.oracles.certificates import sealed
 
 SETS = (  # centre, unstable and stable half axis

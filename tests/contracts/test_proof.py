@@ -18,8 +18,7 @@ from gearchaos.model import HarmonicStiffness, SteppedStiffness, TransmissionErr
 from gearchaos.proof.balls import from_text, precision, to_text
 from gearchaos.proof.certificate import REASONS, Certificate, Unproved, checksum
 from gearchaos.proof.parameters import exact_parameters
-from gearchaos.proof.prove import prove_orbit
-from gearchaos.proof.section import at_phase
+from gearchaos.proof.prove import at_phase, prove_orbit
 
 EIGHT = ("--set", "omega=1", "--set", "q0=0.1", "--set", "eps1=0.206")
 KEYS = {

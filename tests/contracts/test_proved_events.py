@@ -13,12 +13,11 @@ import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.model import HarmonicStiffness, MeshModel
 from gearchaos.proof.balls import from_text, precision, to_text
-from gearchaos.proof.connection import connection
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.exclusion import Region
+from gearchaos.proof.families.connection import connection
+from gearchaos.proof.families.exclusion import Region, distance, neighbours
 from gearchaos.proof.parameters import exact_parameters
-from gearchaos.proof.search import distance, neighbours
 from gearchaos.proof.verifier import verify
 
 TORSIONAL = MeshModel.of(kind="torsional", q0=0.1, omega=1.0, eps1=0.05)

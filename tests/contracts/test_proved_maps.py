@@ -15,8 +15,7 @@ from gearchaos.cli import app
 from gearchaos.dynamics import Reason
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel
-from gearchaos.proof.certificate import REASONS
-from gearchaos.proof.codes import INFERRED, NO_REASON, REASON_CODES
+from gearchaos.proof.certificate import INFERRED, NO_REASON, REASON_CODES, REASONS
 from gearchaos.proof.verifier import verify_file
 from gearchaos.studies import proved_cells
 from gearchaos.studies.proved_cells import proof_counts

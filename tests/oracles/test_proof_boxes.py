@@ -15,14 +15,14 @@ from gearchaos.continuation.family import ParameterFamily
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, SteppedStiffness
 from gearchaos.proof.balls import block, precision
-from gearchaos.proof.box import BoxSystem, shifted
-from gearchaos.proof.box_tube import box_tube
-from gearchaos.proof.connection import connection
-from gearchaos.proof.coordinates import lifted
+from gearchaos.proof.candidate import converged
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.parameters import exact_parameters
-from gearchaos.proof.search import converged
+from gearchaos.proof.families.boxes import BoxSystem
+from gearchaos.proof.families.coefficients import shifted
+from gearchaos.proof.families.connection import connection
+from gearchaos.proof.families.parameter_tube import ParameterTube
+from gearchaos.proof.parameters import exact_parameters, lifted
 from gearchaos.proof.trajectory import trajectory
 from gearchaos.studies.proofs import orbit_points
 
@@ -130,11 +130,11 @@ def test_the_tube_of_a_grazing_motion_contains_motions_that_part_and_motions_tha
         candidate = converged(equations, lifted(orbit_points(gc.orbit(parting, period=1))[1], equations))
         system = BoxSystem(candidate, [{"omega": 2 * Fraction(width)}], grazing=True)
         centre, drift = candidate.trajectories[0], system.drift[0][:, 0]
-        arguments = system.bounds(Fraction(1)), centre, column(drift), radius, system.shifts[0]
-        tube = box_tube(*arguments, grazing=True)
+        arguments = system.bounds(Fraction(1)), centre, drift, radius, system.shifts[0]
+        tube = ParameterTube(*arguments, grazing=True)
         assert (len(centre.switches), tube.switches) == (2, 1)
         with pytest.raises(UndecidedError, match="windows overlap"):
-            box_tube(*arguments)
+            ParameterTube(*arguments)
         point, image = (np.array([float(v) for v in values]) for values in (
             candidate.points[0], [v.mid() for v in centre.image.entries()]))
         for u in [-1.0, 1.0, *rng.uniform(-1, 1, 40)]:
@@ -145,7 +145,7 @@ def test_the_tube_of_a_grazing_motion_contains_motions_that_part_and_motions_tha
             for k in range(2):
                 contained(tube.slopes * column(offsets[:, k]) + tube.by_parameters * arb(u), after[:, k] - image)
             contained(tube.slopes * column(offsets[:, 0] - offsets[:, 1]), after[:, 0] - after[:, 1])
-            member = MeshEquations(shifted(exact_parameters(parting), "omega", 2 * Fraction(width) * Fraction(u)))
+            member = MeshEquations(shifted(exact_parameters(parting), {"omega": 2 * Fraction(width) * Fraction(u)}))
             counts.add(len(trajectory(member, arb_mat(2, 1, starts[:, 0].tolist())).switches))
     assert counts == {0, 2}
 
@@ -170,8 +170,7 @@ def test_the_tube_of_a_box_contains_motions_from_random_states_at_random_paramet
         system = system_of(name, scale)
         bounds = system.bounds(Fraction(1))
         centre, d = system.candidate.trajectories[0], system.equations.dimension
-        drift = arb_mat(d, system.count, system.drift[0].ravel().tolist())
-        tube = box_tube(bounds, centre, drift, radius, system.shifts[0])
+        tube = ParameterTube(bounds, centre, system.drift[0], radius, system.shifts[0])
         point = np.array([float(v) for v in system.candidate.points[0]])
         image = np.array([float(v.mid()) for v in centre.image.entries()])
         for member, u in random_members(model, widths, 12):
@@ -206,7 +205,7 @@ def test_bounds_on_a_piece_contain_the_flows_of_random_parameters(name, contact)
             parameters = dict(equations.parameters)
             for together, share in zip(system.widths, u.tolist(), strict=True):
                 for member, width in together.items():
-                    parameters = shifted(parameters, member, width * Fraction(share))
+                    parameters = shifted(parameters, {member: width * Fraction(share)})
             other = MeshEquations(parameters, bits=BITS)
             if other.cells[0].length != cell.length:
                 continue

@@ -17,7 +17,7 @@ from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.trajectory import trajectory
-from gearchaos.proof.tube import period_tube
+from gearchaos.proof.tube import StartTube
 
 heyoka_oracle = pytest.importorskip(
     "tests.oracles.heyoka_oracle", reason="heyoka is not installed", exc_type=ImportError
@@ -105,13 +105,13 @@ def check_period(case: Case, rng: np.random.Generator) -> bool:
         equations = MeshEquations(exact_parameters(case.model), bits=BITS)
         assert equations.names == system.names
         try:
-            tube = period_tube(equations, column(case.state, case.radius))
+            tube = StartTube(equations, column(case.state, case.radius))
         except UndecidedError:
             return False
-        assert contains(tube.trajectory.image, by_heyoka(case.model, system.names))
-        assert contains(tube.trajectory.image, images[0])
+        assert contains(tube.centre.image, by_heyoka(case.model, system.names))
+        assert contains(tube.centre.image, images[0])
         assert contains(tube.slopes, derivative)
-        assert tube.slopes.contains(tube.trajectory.derivative)
+        assert tube.slopes.contains(tube.centre.derivative)
         for image in images:
             assert contains(tube.image, image)
         check_slopes(equations, tube, case, starts)

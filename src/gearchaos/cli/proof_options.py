@@ -11,7 +11,7 @@ from gearchaos.errors import InputError
 
 if TYPE_CHECKING:
     from gearchaos.proof.certificate import Certificate, Unproved
-    from gearchaos.proof.chaos import ChaoticSet
+    from gearchaos.proof.families.chaos import ChaoticSet
     from gearchaos.studies import Verdict
 
 

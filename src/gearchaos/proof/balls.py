@@ -84,6 +84,16 @@ def to_text(value: Fraction) -> str:
     return f"{'-' if value < 0 else ''}0x{digits[0]}{'.' + part if part else ''}p{exponent:+d}"
 
 
+def texts(points: list[list[Fraction]]) -> list[list[str]]:
+    """Points of dyadic coordinates as hexadecimal strings."""
+    return [[to_text(value) for value in point] for point in points]
+
+
+def fractions(points: list[list[str]]) -> list[list[Fraction]]:
+    """Points as exact fractions from strings, see `from_text`."""
+    return [[from_text(text) for text in point] for point in points]
+
+
 def ball(value: Fraction | float | int) -> arb:
     """A ball that contains an exact number."""
     if isinstance(value, Fraction):
@@ -127,6 +137,13 @@ def block(matrix: arb_mat, rows: int, columns: range) -> arb_mat:
 def unit(size: int) -> arb_mat:
     """The unit matrix."""
     return arb_mat(size, size, [int(i == j) for i in range(size) for j in range(size)])
+
+
+def with_one(matrix: arb_mat) -> arb_mat:
+    """A matrix (d, d) that acts on (w, 1) too, with the 1 left as it is: (d + 1, d + 1)."""
+    d = matrix.nrows()
+    entries = [v for row in matrix.tolist() for v in (*row, arb(0))]
+    return arb_mat(d + 1, d + 1, [*entries, *[arb(0)] * d, arb(1)])
 
 
 def norm(matrix: arb_mat) -> float:

@@ -24,20 +24,11 @@ _ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS",
 
 
 class OrbitToProve(NamedTuple):
-    """An approximate orbit.
-
-    Attributes
-    ----------
-    model : MeshModel
-    points : (n, d)
-        Its states w at τ = k T.
-    certificate : str or None
-        Path of the file to which the certificate is written if the orbit is proved.
-    """
+    """An approximate orbit."""
 
     model: MeshModel
-    points: np.ndarray
-    certificate: str | None = None
+    points: np.ndarray  # (n, d), its states w at τ = k T
+    certificate: str | None = None  # path of the file to which the certificate is written if the orbit is proved
 
 
 def prove_in_process(orbits: list[OrbitToProve]) -> np.ndarray:
@@ -46,7 +37,7 @@ def prove_in_process(orbits: list[OrbitToProve]) -> np.ndarray:
     Returns
     -------
     (L, 2) of int8
-        For each orbit the codes of `codes.proof_codes`.
+        For each orbit the codes of `certificate.proof_codes`.
 
     Raises
     ------
@@ -67,17 +58,13 @@ def prove_in_process(orbits: list[OrbitToProve]) -> np.ndarray:
 def main() -> None:
     """Prove the orbits on stdin, and write their codes to stdout. Interrupts are left to the parent process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    orbits = pickle.load(sys.stdin.buffer)
-    sys.stdout.buffer.write(pickle.dumps([_codes(OrbitToProve(*orbit)) for orbit in orbits]))
+    from gearchaos.proof.certificate import Certificate, proof_codes
+    from gearchaos.proof.prove import prove_at_some_phase
 
-
-def _codes(orbit: OrbitToProve) -> tuple[int, int]:
-    """Prove an orbit and write its certificate, if there is one and a path for it."""
-    from gearchaos.proof.certificate import Certificate
-    from gearchaos.proof.codes import proof_codes
-    from gearchaos.proof.phases import prove_at_some_phase
-
-    result = prove_at_some_phase(orbit.model, orbit.points)
-    if orbit.certificate is not None and isinstance(result, Certificate):
-        result.write(Path(orbit.certificate))
-    return proof_codes(result)
+    codes = []
+    for model, points, certificate in pickle.load(sys.stdin.buffer):
+        result = prove_at_some_phase(model, points)
+        if certificate is not None and isinstance(result, Certificate):
+            result.write(Path(certificate))
+        codes.append(proof_codes(result))
+    sys.stdout.buffer.write(pickle.dumps(codes))

@@ -6,6 +6,7 @@ import hashlib
 import json
 import platform
 from dataclasses import dataclass
+from enum import IntEnum
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -84,8 +85,8 @@ class Unproved:
 
 
 @dataclass(frozen=True, eq=False)
-class Certificate:
-    """A proved periodic orbit.
+class Theorem:
+    """What is proved: the base of all certificates.
 
     Attributes
     ----------
@@ -102,6 +103,29 @@ class Certificate:
         return self.document["theorem"]
 
     @property
+    def bits(self) -> int:
+        """The precision of the proof in bits."""
+        return self.document["bits"]
+
+    def in_words(self) -> str:
+        """The theorem, with the precision of its proof."""
+        return f"proved with {self.bits} bits. {self.theorem}"
+
+    def selected(self, *names: str, **others: Any) -> dict[str, Any]:
+        """A summary as JSON-ready values: entries of the document, other values, and its checksum."""
+        chosen = {name: self.document[name] for name in names}
+        return {"proved": True, **chosen, **others, "sha256": self.document["sha256"]}
+
+    def write(self, path: str | Path) -> None:
+        """Write the certificate to a JSON file: ``gearchaos verify`` checks those of orbits and chaotic sets."""
+        write_bytes(Path(path), (json.dumps(self.document, indent=1) + "\n").encode())
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate(Theorem):
+    """A proved periodic orbit."""
+
+    @property
     def period(self) -> int:
         """The minimal period in mesh periods."""
         return self.document["period"]
@@ -110,11 +134,6 @@ class Certificate:
     def radius(self) -> float:
         """Half the edge of the cubes in which the orbit is unique."""
         return float(self.document["radius"])
-
-    @property
-    def bits(self) -> int:
-        """The precision of the proof in bits."""
-        return self.document["bits"]
 
     @property
     def inside(self) -> int:
@@ -126,21 +145,43 @@ class Certificate:
         """Number of multipliers outside the unit circle."""
         return self.document["stability"]["outside"]
 
-    def in_words(self) -> str:
-        """The theorem, with the precision of its proof."""
-        return f"proved with {self.bits} bits. {self.theorem}"
-
     def to_dict(self) -> dict[str, Any]:
         """A summary as JSON-ready values; the whole certificate is ``document``."""
-        return {"proved": True, "theorem": self.theorem, "period": self.period, "radius": self.radius,
-                "bits": self.bits, "inside": self.inside, "outside": self.outside, "sha256": self.document["sha256"]}
-
-    def write(self, path: str | Path) -> None:
-        """Write the certificate to a JSON file, which ``gearchaos verify`` checks."""
-        write_bytes(Path(path), (json.dumps(self.document, indent=1) + "\n").encode())
+        return self.selected("theorem", "period", radius=self.radius, bits=self.bits, inside=self.inside,
+                             outside=self.outside)
 
     def __repr__(self) -> str:
         return f"Certificate({self.period}T, radius={self.document['radius']}, bits={self.bits})"
+
+
+class Proved(IntEnum):
+    """Whether the motion of a cell of a map is proved to be periodic."""
+
+    NOT_PERIODIC = -1
+    NOT_PROVED = 0
+    PROVED = 1
+
+
+NO_REASON = 0
+"""Code of the reason where there is none: the motion is proved, or its verdict is not periodic."""
+
+INFERRED = 1
+"""Code of the reason of a periodic motion that was inferred from neighbouring cells, not computed."""
+
+REASON_CODES = {
+    NO_REASON: "none", INFERRED: "inferred", 2: "Newton diverged", 3: "section on the contact boundary",
+    4: "tangency undecided", 5: "windows overlap", 6: "too many switches", 7: "Krawczyk not contracting",
+    8: "period not minimal", 9: "neutral", 10: "bits exhausted", 11: "too many steps",
+}
+"""The reasons for which a periodic motion is not proved, by their codes in files of results. New ones are appended."""
+
+
+def proof_codes(result: Certificate | Unproved) -> tuple[int, int]:
+    """The codes (`Proved`, reason) of the result of a proof."""
+    if isinstance(result, Unproved):
+        codes = {reason: code for code, reason in REASON_CODES.items()}
+        return int(Proved.NOT_PROVED), codes[result.reason]
+    return int(Proved.PROVED), NO_REASON
 
 
 def checksum(document: dict[str, Any]) -> str:
@@ -154,3 +195,9 @@ def used_versions() -> dict[str, str]:
     """The versions of the programs that made a certificate."""
     names = ("gearchaos", "python-flint", "numpy")
     return {"python": platform.python_version(), **{name: version(name) for name in names}}
+
+
+def with_checksum(document: dict[str, Any]) -> dict[str, Any]:
+    """A certificate with the versions of the programs that made it, and its checksum."""
+    document = {**document, "versions": used_versions()}
+    return {**document, "sha256": checksum(document)}

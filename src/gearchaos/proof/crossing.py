@@ -29,14 +29,16 @@ class UndecidedError(Exception):
     Attributes
     ----------
     reason : str
-        One of `certificate.REASONS`.
+        One of the reasons of `certificate`.
     margin : float
         The quantity that should be positive, as far as it was computed.
+    bits : int or None
+        The largest precision tried, if it is not the present one.
     """
 
-    def __init__(self, reason: str, margin: float) -> None:
+    def __init__(self, reason: str, margin: float, bits: int | None = None) -> None:
         super().__init__(reason, margin)
-        self.reason, self.margin = reason, margin
+        self.reason, self.margin, self.bits = reason, margin, bits
 
 
 class Boundary(NamedTuple):
@@ -62,12 +64,14 @@ class Crossing(NamedTuple):
 
 
 class Displacement:
-    """z as a polynomial with its first two derivatives."""
+    """z as a polynomial with its first two derivatives, each with a ball about 0 added if it is known no better."""
 
-    def __init__(self, polynomial: arb_poly) -> None:
+    def __init__(self, polynomial: arb_poly, errors: tuple[arb, ...] = ()) -> None:
         self.z = polynomial
         self.first = polynomial.derivative()
         self.second = self.first.derivative()
+        if errors:
+            self.z, self.first, self.second = self.z + errors[0], self.first + errors[1], self.second + errors[2]
 
 
 def clearance_by_bounds(bounds: arb_mat, contact: int) -> float | None:
@@ -150,7 +154,12 @@ def _bound(
     if slope > 0 or slope < 0:
         return ends, None
     if curvature > 0:
-        lowest = _turning_point(motion, low, high)
+        lowest = ((low + high) / 2).mid()  # about where z' = 0, within the interval; exact, but no bound
+        for _ in range(8):
+            lowest = (lowest - motion.first(lowest) / motion.second(lowest)).mid()
+            if not (low < lowest < high):
+                lowest = ((low + high) / 2).mid()
+                break
         y, steep = _distance(motion, boundary, lowest), motion.first(lowest)
         return least(y - steep * steep / (2 * curvature)), lowest
     return bound, None
@@ -159,16 +168,6 @@ def _bound(
 def _distance(motion: Displacement, boundary: Boundary, u: arb) -> arb:
     """y at u."""
     return boundary.sign * motion.z(u) + boundary.offset
-
-
-def _turning_point(motion: Displacement, low: arb, high: arb) -> arb:
-    """About where z' = 0 on an interval with z″ of one sign, within the interval; exact, but no bound."""
-    u = ((low + high) / 2).mid()
-    for _ in range(8):
-        u = (u - motion.first(u) / motion.second(u)).mid()
-        if not (low < u < high):
-            return ((low + high) / 2).mid()
-    return u
 
 
 def first_crossing(

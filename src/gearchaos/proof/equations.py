@@ -11,7 +11,7 @@ not act on z are left out where the fractions say so. Time t is counted in mesh 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -36,22 +36,12 @@ Row = dict[str, Fraction]
 
 @dataclass(frozen=True)
 class Cell:
-    """A part of the mesh period without a jump of the stiffness.
-
-    Attributes
-    ----------
-    start, length : Fraction
-        In mesh periods, the start from the section on.
-    level : Fraction or None
-        χ, if it is constant.
-    begin, end, span : arb
-        Balls that contain start, end and length.
-    """
+    """A part of the mesh period without a jump of the stiffness; times are in mesh periods from the section on."""
 
     start: Fraction
     length: Fraction
-    level: Fraction | None
-    begin: arb = field(init=False)
+    level: Fraction | None  # χ, if it is constant
+    begin: arb = field(init=False)  # balls that contain start, end and length
     end: arb = field(init=False)
     span: arb = field(init=False)
 
@@ -96,105 +86,75 @@ class MeshEquations:
 
     def __init__(self, parameters: Mapping[str, Any], phase: Fraction = Fraction(0), bits: int = 128) -> None:
         self.bits, self.phase, self.parameters = bits, phase, parameters
-        known = _Numbers(parameters)
-        self.names, self._rows = linear_rows(known)
-        self.dimension = len(self.names)
-        self.duration = 2 * arb.pi() / ball(known["omega"])
-        self.matrix = self.duration * arb_mat(
-            self.dimension, self.dimension,
-            [ball(self._rows[row].get(column, Fraction(0))) for row in self.names for column in self.names])
-        self.spring = self.duration * arb_mat(self.dimension, 1, [-ball(self._rows[n]["force"]) for n in self.names])
+        known = Numbers(parameters)
+        terms = known.terms(ball)
+        self.names, self._rows, self.dimension = terms.names, terms.rows, len(terms.names)
+        self.duration = terms.duration
+        self.matrix = arb_mat(terms.matrix)
+        self.spring = arb_mat([[value] for value in terms.spring])
         self.norms = norm(self.matrix), norm(self.spring)
-        self._constant = [ball(self._rows[n]["one"]) * self.duration for n in self.names]
-        self.harmonics, self._forcing = _forcing(known, self._rows["z_dot"], self.duration)
+        self._constant, self.harmonics, self._forcing = terms.constant, terms.harmonics, terms.forcing
         self._chi = _fourier(known)
         levels = _levels(known)
         top = max((level for _, level in levels), default=Fraction(1)) + sum(abs(a) for _, a, _ in self._chi)
         self.stiffness = interval(0, ball(top))
-        self.cells = _cells(levels, phase, self._rate(top))
-        self._tables: dict[Any, Any] = {}
-        self._flows: dict[tuple[int, int], Flow] = {}
-
-    def _rate(self, top: Fraction) -> float:
-        """About the largest rate of the flow per mesh period, by which the cells are made short enough."""
         size = max(sum(abs(v) for n, v in row.items() if n in self.names) + abs(row["force"]) * top
                    for row in self._rows.values())
         highest = max([*self.harmonics, *(j for j, _, _ in self._chi), 1])
-        return max(float(self.duration) * float(size), 2 * math.pi * highest)
+        self.cells = _cells(levels, phase, max(float(self.duration) * float(size), 2 * math.pi * highest))
+        self._tables: dict[Any, Any] = {}
+        self._flows: dict[tuple[int, int], Flow] = {}
 
     def flow(self, cell: int, contact: int) -> Flow:
         """The flow from the start of a cell on while the contact state ``contact`` (0, 1, -1) lasts."""
         key = cell, contact
         if key not in self._flows:
-            self._flows[key] = self._make_flow(self.cells[cell], contact)
+            make = self._fourier_flow if contact and self.cells[cell].level is None else self._constant_flow
+            self._flows[key] = make(self.cells[cell], contact)
         return self._flows[key]
 
-    def _make_flow(self, cell: Cell, contact: int) -> Flow:
-        """The flow of a cell: from the Taylor series of its level, or from that of a Fourier stiffness."""
-        angles = self._cosines_and_sines(cell.start + self.phase)
-        if contact and cell.level is None:
-            rows = fourier_series(
-                self.matrix * cell.span, self.spring * cell.span, self._stiffness_terms(cell),
-                self._constant_and_forcing(cell), contact, angles, ctx.prec)
-            return Flow(rows)
+    def _constant_flow(self, cell: Cell, contact: int) -> Flow:
+        """The flow of a cell from the Taylor series of its level, which is computed once for cells alike."""
         key = cell.length, bool(contact), cell.level if contact else None
         if key not in self._tables:
-            self._tables[key] = constant_series(self._extended(cell, contact), self.dimension, ctx.prec)
-        return Flow(with_forcing(self._tables[key], self.dimension, [*angles, arb(1), arb(contact)]))
+            push = [self.spring[i, 0] * ball(cell.level or Fraction(0)) for i in range(self.dimension)]
+            matrix = autonomous_matrix(self.matrix, self._constant, push if contact else None, self.harmonics,
+                                       self._forcing)
+            self._tables[key] = constant_series(matrix * cell.span, self.dimension, ctx.prec)
+        inputs = [*self.cosines_and_sines(ball(cell.start + self.phase)), arb(1), arb(contact)]
+        return Flow(with_forcing(self._tables[key], self.dimension, inputs))
 
-    def _extended(self, cell: Cell, contact: int) -> arb_mat:
-        """The matrix of the equations of w, cos 2πjt, sin 2πjt, 1 and the flank σ, times the length of a cell.
-
-        With cosine and sine of the harmonics as further unknowns the equations are autonomous.
-        """
-        d, h = self.dimension, len(self.harmonics)
-        size = d + 2 * h + 2
-        out = arb_mat(size, size)
-        for i in range(d):
-            for j in range(d):
-                out[i, j] = self.matrix[i, j]
-            out[i, size - 2] = self._constant[i]
-            if contact:
-                push = self.spring[i, 0] * ball(cell.level or Fraction(0))
-                out[i, 0] -= push
-                out[i, size - 1] = push
-        for n, (j, (cosine, sine)) in enumerate(zip(self.harmonics, self._forcing, strict=True)):
-            at, turn = d + 2 * n, 2 * arb.pi() * j
-            out[1, at], out[1, at + 1] = cosine, sine
-            out[at, at + 1], out[at + 1, at] = -turn, turn
-        return out * cell.span
-
-    def _constant_and_forcing(self, cell: Cell) -> tuple[list[arb], list[tuple[arb, arb, arb]]]:
-        """The forcing in a cell: the constants (d), and (angle per cell, cosine, sine coefficient) of each harmonic."""
-        length = cell.span
-        terms = [(2 * arb.pi() * j * length, c * length, s * length)
-                 for j, (c, s) in zip(self.harmonics, self._forcing, strict=True)]
-        return [value * length for value in self._constant], terms
-
-    def _stiffness_terms(self, cell: Cell) -> list[tuple[arb, arb, arb]]:
-        """(angle per cell, cosine and sine coefficient) of the harmonics of a Fourier stiffness in a cell."""
-        start = ball(cell.start + self.phase)
-        out = []
+    def _fourier_flow(self, cell: Cell, contact: int) -> Flow:
+        """The flow of a cell in contact under a Fourier stiffness."""
+        length, start, chi = cell.span, ball(cell.start + self.phase), []
         for j, amplitude, angle in self._chi:
             shift = 2 * arb.pi() * j * start - ball(angle)
             size = ball(amplitude)
-            out.append((2 * arb.pi() * j * cell.span, size * shift.cos(), -size * shift.sin()))
-        return out
+            chi.append((2 * arb.pi() * j * length, size * shift.cos(), -size * shift.sin()))
+        terms = [(2 * arb.pi() * j * length, c * length, s * length)
+                 for j, (c, s) in zip(self.harmonics, self._forcing, strict=True)]
+        return Flow(fourier_series(
+            self.matrix * length, self.spring * length, chi, ([value * length for value in self._constant], terms),
+            contact, self.cosines_and_sines(start), ctx.prec))
 
-    def _cosines_and_sines(self, time: Fraction) -> list[arb]:
+    def cosines_and_sines(self, time: arb) -> list[arb]:
         """cos 2πjt and sin 2πjt of the harmonics at a time from τ = 0 on."""
         out: list[arb] = []
         for j in self.harmonics:
-            sine, cosine = (2 * j * ball(time)).sin_cos_pi()
+            sine, cosine = (2 * j * time).sin_cos_pi()
             out += [cosine, sine]
         return out
 
     def forcing_over(self, low: arb, high: arb) -> list[arb]:
         """T f(τ) as balls (d) that contain its values from time ``low`` to ``high`` after the section."""
-        out = list(self._constant)
-        time = interval(low, high) + ball(self.phase)
-        for j, (cosine, sine) in zip(self.harmonics, self._forcing, strict=True):
-            s, c = (2 * j * time).sin_cos_pi()
+        return self.forcing_of(self._constant, self._forcing, low, high)
+
+    def forcing_of(
+        self, constant: list[arb], forcing: Iterable[tuple[arb, arb]], low: arb, high: arb
+    ) -> list[arb]:
+        """As `forcing_over`, with other constants and other cosine and sine coefficients of the harmonics."""
+        out, waves = list(constant), self.cosines_and_sines(interval(low, high) + ball(self.phase))
+        for (cosine, sine), c, s in zip(forcing, waves[::2], waves[1::2], strict=True):
             out[1] += cosine * c + sine * s
         return out
 
@@ -213,6 +173,43 @@ class MeshEquations:
         return magnitude(change)
 
 
+def autonomous_matrix(
+    matrix: arb_mat, constant: list[arb], push: list[arb] | None, harmonics: list[int],
+    forcing: Iterable[tuple[arb, arb]], turning: bool = True,
+) -> arb_mat:
+    """The matrix of the equations of w, cos 2πjt, sin 2πjt, 1 and the flank σ.
+
+    With cosine and sine of the harmonics as further unknowns the equations are autonomous.
+
+    Parameters
+    ----------
+    matrix : arb_mat
+        (d, d), without the force of the teeth.
+    constant : list of arb
+    push : list of arb or None
+        b χ in contact.
+    harmonics, forcing : list of int, list of (arb, arb)
+        Orders, and coefficients of cosine and sine in the row of z'.
+    turning : bool
+        False for a derivative by a parameter: cosine and sine depend on none.
+    """
+    d, h = matrix.nrows(), len(harmonics)
+    out = arb_mat(d + 2 * h + 2, d + 2 * h + 2)
+    for i in range(d):
+        for j in range(d):
+            out[i, j] = matrix[i, j]
+        out[i, d + 2 * h] = constant[i]
+        if push is not None:
+            out[i, 0] -= push[i]
+            out[i, d + 2 * h + 1] = push[i]
+    for n, (order, (cosine, sine)) in enumerate(zip(harmonics, forcing, strict=True)):
+        at, turn = d + 2 * n, 2 * arb.pi() * order
+        out[1, at], out[1, at + 1] = cosine, sine
+        if turning:
+            out[at, at + 1], out[at + 1, at] = -turn, turn
+    return out
+
+
 def equations_at(parameters: Mapping[str, Any], phase: Fraction, bits: int) -> tuple[MeshEquations, int]:
     """Equations for results of a precision, and the precision in bits at which they are to be used.
 
@@ -224,23 +221,63 @@ def equations_at(parameters: Mapping[str, Any], phase: Fraction, bits: int) -> t
         return MeshEquations(parameters, phase, bits), working
 
 
-class _Numbers:
-    """The parameters of a certificate as fractions by name."""
+@dataclass(frozen=True)
+class Terms:
+    """The coefficients of w' = A w + constant + Σ (c_j cos 2πjt + s_j sin 2πjt) - b χ (z - σ) [σ ≠ 0], times T.
+
+    They are balls, or where parameters vary functions of these (`families.coefficients.Dual`).
+    """
+
+    names: tuple[str, ...]  # the d coordinates
+    rows: dict[str, Row]  # see `linear_rows`
+    duration: Any  # T
+    matrix: list[list[Any]]  # A, (d, d)
+    spring: list[Any]  # b, (d,)
+    constant: list[Any]  # (d,)
+    harmonics: list[int]  # j
+    forcing: list[tuple[Any, Any]]  # c_j and s_j, which act on z'
+
+
+class Numbers:
+    """The parameters of a certificate by name, as fractions."""
 
     def __init__(self, parameters: Mapping[str, Any]) -> None:
         self.parameters = parameters
         self.kind: str = parameters["kind"]
 
-    def __getitem__(self, name: str) -> Fraction:
+    def __getitem__(self, name: str) -> Any:
         return from_text(self.parameters[name])
+
+    def amplitude(self, j: int, value: Fraction) -> Any:
+        """The amplitude of harmonic j of the transmission error, from its value in the certificate."""
+        return value
 
     def series(self, amplitudes: list[str], phases: list[str]) -> list[tuple[int, Fraction, Fraction]]:
         """(j, amplitude, phase) of the harmonics of a Fourier series whose amplitude is not 0."""
         values = zip(map(from_text, amplitudes), map(from_text, phases), strict=True)
         return [(j, a, p) for j, (a, p) in enumerate(values, start=1) if a]
 
+    def terms(self, number: Callable[[Any], Any]) -> Terms:
+        """The coefficients; ``number`` makes of a parameter, or what was computed of some, a number to compute with."""
+        names, rows = linear_rows(self)
+        duration = 2 * arb.pi() / number(self["omega"])
 
-def linear_rows(known: _Numbers) -> tuple[tuple[str, ...], dict[str, Row]]:
+        def entry(row: str, column: str) -> Any:
+            return duration * number(rows[row].get(column, Fraction(0)))
+
+        harmonics, forcing = [], []  # of -ε'' and of the damping of ε'
+        for j, size, angle in self.series(self.parameters["eps"], self.parameters["theta"]):
+            rate, amplitude = number(j * self["omega"]), duration * number(self.amplitude(j, size))
+            cosine, sine = amplitude * ball(angle).cos(), amplitude * ball(angle).sin()
+            damping = number(rows["z_dot"]["eps_dot"])
+            harmonics.append(j)
+            forcing.append((rate * (rate * cosine + damping * sine), rate * (rate * sine - damping * cosine)))
+        return Terms(names, rows, duration, [[entry(row, column) for column in names] for row in names],
+                     [-entry(name, "force") for name in names], [entry(name, "one") for name in names], harmonics,
+                     forcing)
+
+
+def linear_rows(known: Numbers) -> tuple[tuple[str, ...], dict[str, Row]]:
     """The coordinates and the equation of each.
 
     Returns
@@ -255,7 +292,14 @@ def linear_rows(known: _Numbers) -> tuple[tuple[str, ...], dict[str, Row]]:
     J1, J2 = known["J1"], known["J2"]
     force, rows["z_dot"] = -(1 / J1 + 1 / J2), {"one": known["q1"] / J1 + known["q2"] / J2}
     friction1, friction2 = 2 * known["beta1"] / J1, 2 * known["beta2"] / J2
-    lateral = _supports(known)
+    wheels = []  # name, sign in y1 - y2, stiffness and damping over mass, share of the mesh force
+    for n, sign in (("1", 1), ("2", -1)) if known.kind == "full" else ():
+        mass = known[f"mu{n}"]
+        wheels.append((f"y{n}", sign, known[f"kappa{n}"] / mass, 2 * known[f"zeta_support{n}"], 1 / mass))
+    if wheels and wheels[0][2:4] == wheels[1][2:4]:  # y = y1 - y2 alone acts on z
+        lateral = [("y", 1, *wheels[0][2:4], wheels[0][4] + wheels[1][4])]
+    else:
+        lateral = wheels
     rows["z_dot"]["z_dot"] = rows["z_dot"]["eps_dot"] = -friction1
     for name, sign, stiffness, damping, share in lateral:
         rows["z_dot"][f"{name}_dot"] = sign * (friction1 - damping)
@@ -276,39 +320,13 @@ def linear_rows(known: _Numbers) -> tuple[tuple[str, ...], dict[str, Row]]:
     return tuple(rows), rows
 
 
-def _supports(known: _Numbers) -> list[tuple[str, int, Fraction, Fraction, Fraction]]:
-    """The lateral coordinates: name, sign in y1 - y2, stiffness and damping over mass, share of the mesh force."""
-    if known.kind != "full":
-        return []
-    wheels = []
-    for n, sign in (("1", 1), ("2", -1)):
-        mass = known[f"mu{n}"]
-        wheels.append((f"y{n}", sign, known[f"kappa{n}"] / mass, 2 * known[f"zeta_support{n}"], 1 / mass))
-    first, second = wheels
-    if first[2:4] == second[2:4]:
-        return [("y", 1, first[2], first[3], first[4] + second[4])]
-    return wheels
-
-
-def _forcing(known: _Numbers, row: Row, duration: arb) -> tuple[list[int], list[tuple[arb, arb]]]:
-    """The harmonics in the row of z', and their cosine and sine coefficients times T: of -ε'' and of ε'."""
-    orders, out = [], []
-    for j, size, angle in known.series(known.parameters["eps"], known.parameters["theta"]):
-        rate, amplitude = ball(j * known["omega"]), ball(size) * duration
-        cosine, sine = amplitude * ball(angle).cos(), amplitude * ball(angle).sin()
-        damping = ball(row["eps_dot"])
-        orders.append(j)
-        out.append((rate * (rate * cosine + damping * sine), rate * (rate * sine - damping * cosine)))
-    return orders, out
-
-
-def _fourier(known: _Numbers) -> list[tuple[int, Fraction, Fraction]]:
+def _fourier(known: Numbers) -> list[tuple[int, Fraction, Fraction]]:
     """(j, c_j, α_j) of a Fourier stiffness; empty for any other."""
     stiffness = known.parameters["stiffness"]
     return known.series(stiffness["c"], stiffness["alpha"]) if stiffness["form"] == "fourier" else []
 
 
-def _levels(known: _Numbers) -> list[tuple[Fraction, Fraction]]:
+def _levels(known: Numbers) -> list[tuple[Fraction, Fraction]]:
     """(start in mesh periods from τ = 0, χ) of the levels of the stiffness; empty for a Fourier stiffness."""
     stiffness = known.parameters["stiffness"]
     if stiffness["form"] == "two-level":

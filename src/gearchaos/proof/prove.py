@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
+from flint import arb_mat
 
 from gearchaos.errors import InputError, whole_number
 from gearchaos.model.parameters import MeshModel
-from gearchaos.proof.balls import LEAST_BITS, MOST_BITS, precision, to_fraction, to_text
-from gearchaos.proof.candidate import Candidate
+from gearchaos.proof.balls import LEAST_BITS, MOST_BITS, ball, precision, texts, to_fraction, to_text
+from gearchaos.proof.candidate import Candidate, float_midpoint
 from gearchaos.proof.certificate import FORMAT, VERSION, Certificate, Unproved, used_versions
-from gearchaos.proof.coordinates import lifted
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations, equations_at
-from gearchaos.proof.parameters import exact_parameters
+from gearchaos.proof.parameters import exact_parameters, lifted
 from gearchaos.proof.stability import Stability, stability
-from gearchaos.proof.tube import Tube, Window, period_tube
+from gearchaos.proof.trajectory import trajectory
+from gearchaos.proof.tube import StartTube
 from gearchaos.proof.verifier import sealed
 
 _PRECISIONS = (128, 192, 256, 384, 512, 768)
@@ -31,9 +30,6 @@ _FIRST_SPREAD = 1e-3
 
 _STEPS = (0, 1, 2, 4, 6, 9, 13, 18, 24, 32, 42, 56, 76, 96, 126, 166, 216, 276, 356, 456, 596, 796, 996, 1196)
 """Steps from the first exponent, until a radius is proved; the largest one is then found by bisection."""
-
-_LEAST_CONTRACTION = 0.1
-"""Least margin of Krawczyk's operator."""
 
 _CELLS_PER_POWER = 24
 """Cells of the mesh period for which the radius of a certificate is made smaller by a power of 10."""
@@ -53,6 +49,13 @@ _FINE = 1e-9
 _DEPEND_ON_RADIUS = ("section on the contact boundary", "tangency undecided", "windows overlap")
 """The reasons for failure that a smaller radius may remove."""
 
+_OTHER_PHASES = (0.375, 0.15625, 0.71875)
+"""Phases of the section that are tried where teeth may just touch at τ = k T."""
+
+_BITS_OF_PHASE = 128
+_OFF_BOUNDARY = 1e-11
+"""A point on a contact boundary is moved by this in its velocity direction; Newton's method corrects it."""
+
 
 @dataclass(frozen=True)
 class _Proof:
@@ -60,7 +63,7 @@ class _Proof:
 
     exponent: int
     candidate: Candidate
-    tubes: list[Tube]
+    tubes: list[StartTube]
     stability: Stability
     existence: float
     separation: float | None
@@ -94,7 +97,12 @@ def prove_orbit(
     InputError
         If an argument has a wrong shape or is out of range.
     """
-    points = _checked_points(points)
+    points = np.asarray(points, dtype=float)
+    if points.ndim != 2 or not points.size:
+        raise InputError("points", "must be an array (n, d)", points.shape,
+                         "One row for each mesh period of the orbit.")
+    if not np.isfinite(points).all():
+        raise InputError("points", "must be finite", points)
     whole_number("bits", bits, LEAST_BITS, MOST_BITS)
     whole_number("max_bits", max_bits, LEAST_BITS, MOST_BITS)
     if not 0 <= phase < 1:
@@ -107,96 +115,81 @@ def prove_orbit(
             return Unproved(failure.reason, failure.margin, tried)
         with precision(working):
             try:
-                return _attempt(_candidate(equations, points))
+                candidate = Candidate.at(equations, lifted(points, equations))
+                if points.shape[1] != equations.dimension:  # missing coordinates obey linear equations: one step does
+                    candidate = candidate.corrected()
+                return _certificate(_with_largest_radius(candidate))
             except UndecidedError as failure:
                 unproved = Unproved(failure.reason, failure.margin, tried)
-        if not _rounding_may_be_the_cause(unproved):
+        fine = abs(unproved.margin) < _FINE and unproved.reason in _DEPEND_ON_RADIUS
+        if not fine and unproved.reason != "bits exhausted":
             break
     return unproved
 
 
-def _rounding_may_be_the_cause(result: Unproved) -> bool:
-    """Whether a proof failed by so little that it may succeed at a higher precision."""
-    fine = abs(result.margin) < _FINE and result.reason in _DEPEND_ON_RADIUS
-    return fine or result.reason == "bits exhausted"
+def prove_at_some_phase(model: MeshModel, points: np.ndarray, bits: int = 128) -> Certificate | Unproved:
+    """Prove a periodic orbit by its states (n, d) at τ = k T, or where these are on a contact boundary at other times.
 
-
-def _checked_points(points: Any) -> np.ndarray:
-    """The points as a finite array (n, d); raises `InputError` for anything else."""
-    array = np.asarray(points, dtype=float)
-    if array.ndim != 2 or not array.size:
-        raise InputError("points", "must be an array (n, d)", array.shape, "One row for each mesh period of the orbit.")
-    if not np.isfinite(array).all():
-        raise InputError("points", "must be finite", array)
-    return array
-
-
-def _candidate(equations: MeshEquations, points: np.ndarray) -> Candidate:
-    """The candidate with points (n, d) in the coordinates of the equations.
-
-    Coordinates that the points lack obey linear equations: one step of Newton's method finds them.
+    See `prove_orbit`.
     """
-    candidate = Candidate.at(equations, lifted(points, equations))
-    return candidate if points.shape[1] == equations.dimension else candidate.corrected()
+    result = prove_orbit(model, points, bits)
+    for phase in _OTHER_PHASES:
+        if not isinstance(result, Unproved) or result.reason != "section on the contact boundary":
+            break
+        if (shifted := at_phase(model, points, phase)) is not None:
+            result = prove_orbit(model, shifted, bits, phase)
+    return result
 
 
-def _attempt(candidate: Candidate) -> Certificate:
-    """The certificate of an orbit at one precision, for a radius by `_room` smaller than the largest 10^-k proved.
+def at_phase(model: MeshModel, points: np.ndarray, phase: float) -> np.ndarray | None:
+    """Approximate states w (n, d) at τ = (k + phase) T from those at τ = k T; None if they cannot be computed."""
+    with precision(_BITS_OF_PHASE):
+        equations = MeshEquations(exact_parameters(model), bits=_BITS_OF_PHASE)
+        time, out = Fraction(phase), []
+        cell = max(i for i, c in enumerate(equations.cells) if c.start <= time)
+        share = ball((time - equations.cells[cell].start) / equations.cells[cell].length)
+        for point in lifted(points, equations):
+            state = [ball(value) for value in point]
+            state[0] += _OFF_BOUNDARY * (1 if state[1] > 0 else -1)
+            try:
+                motion = trajectory(equations, arb_mat(len(state), 1, state))
+            except UndecidedError:
+                return None
+            part = sum(bool(switch.time < ball(time)) for switch in motion.switches)
+            out.append(float_midpoint(motion.at(equations, part, cell, share))[:-1, 0])
+    return np.array(out)
 
-    Raises `UndecidedError` if no radius is.
+
+def _with_largest_radius(candidate: Candidate) -> _Proof:
+    """The proof for a radius smaller than the largest 10^-k for which there is one, by powers of 10 that leave room.
+
+    The room is for other methods, whose slopes have wider balls the more steps a mesh period needs. Raises
+    `UndecidedError` if no radius is proved.
     """
-    failed, failures = 0, list[UndecidedError]()
-    for exponent in _exponents(candidate):
+    equations, failed, failures = candidate.equations, 0, list[UndecidedError]()
+    most = int(_SHARE_OF_BITS * equations.bits * math.log10(2))
+    first = min(max(2, round(math.log10(min(candidate.system.norm, 1e300) / _FIRST_SPREAD))), most)
+    for exponent in (first + step for step in _STEPS if first + step <= most):
         try:
             proof = _proof(candidate, exponent)
+            break
         except UndecidedError as failure:
             failed = exponent
             failures.append(failure)
-            if _does_not_depend_on_radius(failures):
-                break
-            continue
-        largest = _enlarged(proof, failed)
-        return _certificate(_proof(largest.candidate, largest.exponent + _room(candidate.equations)))
-    raise failures[-1]
-
-
-def _room(equations: MeshEquations) -> int:
-    """Powers of 10 between the largest radius proved and that of the certificate.
-
-    They leave room for other methods, whose slopes have wider balls the more steps a mesh period needs.
-    """
-    return 1 + len(equations.cells) // _CELLS_PER_POWER
-
-
-def _exponents(candidate: Candidate) -> Iterator[int]:
-    """The exponents k of the radii 10^-k to try."""
-    most = int(_SHARE_OF_BITS * candidate.equations.bits * math.log10(2))
-    norm = min(candidate.system.norm, 1e300)
-    first = min(max(2, round(math.log10(norm / _FIRST_SPREAD))), most)
-    return (first + step for step in _STEPS if first + step <= most)
-
-
-def _does_not_depend_on_radius(failures: list[UndecidedError]) -> bool:
-    """Whether the last three radii failed by the same margin, so that smaller ones fail too."""
-    if len(failures) < _RADII_COMPARED:
-        return False
-    last = failures[-1]
-    return all(f.reason == last.reason and abs(f.margin - last.margin) <= 0.01 * abs(last.margin)
-               for f in failures[-_RADII_COMPARED:])
-
-
-def _enlarged(proof: _Proof, failed: int) -> _Proof:
-    """The proof with the largest radius, from one that succeeded and a larger radius, 10^-failed, that did not.
-
-    If no radius has failed (``failed`` is 0), larger ones are tried one by one.
-    """
-    while proof.exponent - failed > 1:
+            last = failures[-_RADII_COMPARED:]
+            if len(last) == _RADII_COMPARED and all(
+                    f.reason == failure.reason and abs(f.margin - failure.margin) <= 0.01 * abs(failure.margin)
+                    for f in last):
+                raise
+    else:
+        raise failures[-1]
+    while proof.exponent - failed > 1:  # while no radius has failed, larger ones are tried one by one
         trial = (proof.exponent + failed) // 2 if failed else proof.exponent - 1
         try:
             proof = _proof(proof.candidate, trial)
         except UndecidedError:
             failed = trial
-    return proof
+    return _proof(proof.candidate, proof.exponent + 1 + len(equations.cells) // _CELLS_PER_POWER)
 
 
 def _proof(candidate: Candidate, exponent: int) -> _Proof:
@@ -204,12 +197,10 @@ def _proof(candidate: Candidate, exponent: int) -> _Proof:
     radius = Fraction(1, 10**exponent)
     candidate = candidate.refined(1e-3 * float(radius))
     separation = _separation(candidate, radius)
-    tubes = [period_tube(candidate.equations, candidate.box(k, radius), candidate.trajectories[k])
+    tubes = [StartTube(candidate.equations, candidate.box(k, radius), candidate.trajectories[k])
              for k in range(candidate.period)]
     slopes = [tube.slopes for tube in tubes]
-    existence = candidate.system.margin(slopes, candidate.defects, float(radius) * (1 - 1e-15))
-    if not existence > _LEAST_CONTRACTION:
-        raise UndecidedError("Krawczyk not contracting", existence)
+    existence = candidate.system.contraction(slopes, candidate.defects, float(radius))
     found = stability(slopes, [t.derivative for t in candidate.trajectories])
     return _Proof(exponent, candidate, tubes, found, existence, separation)
 
@@ -237,21 +228,15 @@ def _certificate(proof: _Proof) -> Certificate:
         "existence": proof.existence, "separation": proof.separation,
         "contact": min(min(t.margins.values()) for t in proof.tubes), "stability": stable.margin,
     }
-    matrices = [[[to_text(Fraction(v)) for v in row] for row in q] for q in stable.matrices.tolist()]
+    ends = [[(to_fraction(w.low), to_fraction(w.high), w) for w in tube.windows] for tube in proof.tubes]
     return Certificate(sealed({
         "format": FORMAT, "version": VERSION, "model": dict(equations.parameters), "coordinates": list(equations.names),
-        "phase": to_text(equations.phase), "period": len(candidate.points),
-        "points": [[to_text(v) for v in point] for point in candidate.points],
+        "phase": to_text(equations.phase), "period": len(candidate.points), "points": texts(candidate.points),
         "radius": f"1e-{proof.exponent}", "bits": equations.bits,
-        "switches": [[_switch(window) for window in tube.windows] for tube in proof.tubes],
-        "stability": {"inside": stable.inside, "outside": stable.outside, "Q": matrices},
+        "switches": [[{"time": [to_text((low + high) / 2), to_text((high - low) / 2)], "flank": window.flank,
+                       "into": "contact" if window.into_contact else "free"} for low, high, window in windows]
+                     for windows in ends],
+        "stability": stable.document(),
         "margins": {name: None if v is None else f"{_CLAIMED_SHARE * v:.3e}" for name, v in margins.items()},
         "versions": used_versions(),
     }))
-
-
-def _switch(window: Window) -> dict[str, Any]:
-    """A window as it stands in a certificate."""
-    low, high = to_fraction(window.low), to_fraction(window.high)
-    return {"time": [to_text((low + high) / 2), to_text((high - low) / 2)], "flank": window.flank,
-            "into": "contact" if window.into_contact else "free"}

@@ -40,7 +40,7 @@ class Flow:
 
     def __init__(self, rows: list[arb_mat]) -> None:
         self.rows, self.dimension, self.terms = rows, len(rows), rows[0].nrows()
-        self.end = self._assembled(_ones(self.terms))
+        self.end = self._assembled(arb_mat(1, self.terms, [1] * self.terms))
         self.bounds = _range_weights(self.terms) * rows[0]
 
     def at(self, u: arb) -> arb_mat:
@@ -61,12 +61,6 @@ class Flow:
     def polynomial(self, state: arb_mat) -> arb_poly:
         """z as a polynomial of u for a state (d + 1, 1) at the start of the cell."""
         return arb_poly((self.rows[0] * state).entries())
-
-
-@cache
-def _ones(terms: int) -> arb_mat:
-    """A row of ones."""
-    return arb_mat(1, terms, [1] * terms)
 
 
 @cache

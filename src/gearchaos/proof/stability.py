@@ -11,13 +11,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from flint import arb, arb_mat
 
-from gearchaos.proof.balls import least, magnitude
+from gearchaos.proof.balls import least, magnitude, texts
+from gearchaos.proof.candidate import float_midpoint
 from gearchaos.proof.crossing import UndecidedError
-from gearchaos.proof.krawczyk import float_midpoint
 
 _ROUNDS = 240
 """Most rounds of the cycle in which the invariant subspaces are sought."""
@@ -31,22 +33,17 @@ _LARGE = 1e10
 
 @dataclass(frozen=True)
 class Stability:
-    """A proof of the numbers of multipliers.
-
-    Attributes
-    ----------
-    inside, outside : int
-        Multipliers inside and outside the unit circle.
-    matrices : (n, d, d)
-        Q_k, exactly these floats.
-    margin : float
-        A lower bound of the least pivot of Q_k - S_kᵀ Q_(k+1) S_k over the largest entry of all Q_k.
-    """
+    """A proof of the numbers of multipliers inside and outside the unit circle."""
 
     inside: int
     outside: int
-    matrices: np.ndarray
-    margin: float
+    matrices: np.ndarray  # Q_k, (n, d, d), exactly these floats
+    margin: float  # a lower bound of the least pivot of Q_k - S_kᵀ Q_(k+1) S_k over the largest entry of all Q_k
+
+    def document(self) -> dict[str, Any]:
+        """The proof as it stands in a certificate."""
+        matrices = [texts([[Fraction(v) for v in row] for row in q]) for q in self.matrices.tolist()]
+        return {"inside": self.inside, "outside": self.outside, "Q": matrices}
 
 
 def stability(slopes: list[arb_mat], midpoints: list[arb_mat]) -> Stability:
@@ -65,10 +62,8 @@ def stability(slopes: list[arb_mat], midpoints: list[arb_mat]) -> Stability:
         With the reason "neutral" if the inequalities are not proved.
     """
     matrices = _stein_matrices(list(map(float_midpoint, midpoints)))
-    if matrices is None or not np.isfinite(matrices).all():
-        raise UndecidedError("neutral", 0.0)
-    largest = float(np.abs(matrices).max())
-    if not largest > 0:
+    largest = 0.0 if matrices is None or not np.isfinite(matrices).all() else float(np.abs(matrices).max())
+    if matrices is None or not largest > 0:
         raise UndecidedError("neutral", 0.0)
     balls = [arb_mat(len(q), len(q), q.ravel().tolist()) for q in matrices]
     margin = math.inf
@@ -131,19 +126,12 @@ def _stein_matrices(derivatives: list[np.ndarray]) -> np.ndarray | None:
     n, d = len(derivatives), len(derivatives[0])
     try:
         inverses = [np.linalg.inv(basis) for basis in bases]
-    except np.linalg.LinAlgError:
-        return None
-    local = [inverses[(k + 1) % n] @ a @ bases[k] for k, a in enumerate(derivatives)]
-    stable = _sums([a[outside:, outside:] for a in reversed(local)], d - outside)
-    if stable is None:
-        return None
-    stable = [stable[-k % n] for k in range(n)]
-    try:
+        local = [inverses[(k + 1) % n] @ a @ bases[k] for k, a in enumerate(derivatives)]
+        stable = _sums([a[outside:, outside:] for a in reversed(local)], d - outside)
         unstable = _sums([np.linalg.inv(a[:outside, :outside]) for a in local], outside, before=True)
     except np.linalg.LinAlgError:
         return None
-    if unstable is None:
-        return None
+    stable = [stable[-k % n] for k in range(n)]
     out = np.zeros((n, d, d))
     for k in range(n):
         out[k, :outside, :outside], out[k, outside:, outside:] = -unstable[k], stable[k]
@@ -151,8 +139,11 @@ def _stein_matrices(derivatives: list[np.ndarray]) -> np.ndarray | None:
     return (out + out.transpose(0, 2, 1)) / 2
 
 
-def _sums(factors: list[np.ndarray], size: int, *, before: bool = False) -> list[np.ndarray] | None:
-    """Periodic solutions of q_(k+1) = b_kᵀ q_k b_k + 1, or of b_kᵀ (q_k + 1) b_k with ``before``; None if none is."""
+def _sums(factors: list[np.ndarray], size: int, *, before: bool = False) -> list[np.ndarray]:
+    """Periodic solutions of q_(k+1) = b_kᵀ q_k b_k + 1, or of b_kᵀ (q_k + 1) b_k with ``before``.
+
+    Raises `LinAlgError` if there is none.
+    """
     if size == 0:
         return [np.zeros((0, 0))] * len(factors)
     one = np.eye(size)
@@ -163,12 +154,8 @@ def _sums(factors: list[np.ndarray], size: int, *, before: bool = False) -> list
     particular, power = np.zeros((size, size)), one
     for b in factors:
         particular, power = step(particular, b, one), power @ b
-    system = np.eye(size * size) - np.kron(power.T, power.T)
-    try:
-        q = np.linalg.solve(system, particular.ravel()).reshape(size, size)
-    except np.linalg.LinAlgError:
-        return None
-    out = []
+    system, out = np.eye(size * size) - np.kron(power.T, power.T), []
+    q = np.linalg.solve(system, particular.ravel()).reshape(size, size)
     for b in factors:
         out.append(q)
         q = step(q, b, one)
@@ -182,25 +169,18 @@ def _splitting(derivatives: list[np.ndarray]) -> tuple[list[np.ndarray], int]:
     the transposed derivatives for the complement of the stable one.
     """
     n, d = len(derivatives), len(derivatives[0])
-    outside = _multipliers_outside(derivatives)
-    if outside in (0, d):
+    product = np.eye(d)
+    for derivative in derivatives:
+        product = derivative @ product
+    if np.abs(product).max() < _LARGE:
+        outside = int((np.abs(np.linalg.eigvals(product)) > 1).sum())
+    else:  # the product has lost multipliers near 1 to rounding
+        outside = int((_orthogonal_iteration(derivatives)[1] > 0).sum())
+    if outside in (0, d):  # so far about: the inequalities prove it, or fail
         return [np.eye(d)] * n, outside
     forward, _ = _orthogonal_iteration(derivatives, outside)
     complement, _ = _orthogonal_iteration([a.T for a in reversed(derivatives)], outside)
     return [np.hstack([forward[k][:, :outside], complement[-k % n][:, outside:]]) for k in range(n)], outside
-
-
-def _multipliers_outside(derivatives: list[np.ndarray]) -> int:
-    """About the number of multipliers outside the unit circle; the inequalities prove it, or fail.
-
-    They are the eigenvalues of the product, unless that has lost those near 1 to rounding.
-    """
-    product = np.eye(len(derivatives[0]))
-    for derivative in derivatives:
-        product = derivative @ product
-    if np.abs(product).max() < _LARGE:
-        return int((np.abs(np.linalg.eigvals(product)) > 1).sum())
-    return int((_orthogonal_iteration(derivatives)[1] > 0).sum())
 
 
 def _orthogonal_iteration(factors: list[np.ndarray], size: int | None = None) -> tuple[list[np.ndarray], np.ndarray]:

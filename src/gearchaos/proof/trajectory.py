@@ -16,27 +16,13 @@ _MOST_SWITCHES = 500
 
 @dataclass(frozen=True)
 class Switch:
-    """A contact switch of the motion.
+    """A contact switch of the motion."""
 
-    Attributes
-    ----------
-    time : arb
-        In mesh periods after the section.
-    flank : int
-        1 or -1.
-    into_contact : bool
-        False where contact is lost.
-    rate : arb
-        dz/dt at the switch, per mesh period.
-    slopes : arb_mat
-        Derivative (d, d) of the state at the switch with respect to that at the section.
-    """
-
-    time: arb
-    flank: int
-    into_contact: bool
-    rate: arb
-    slopes: arb_mat
+    time: arb  # in mesh periods after the section
+    flank: int  # 1 or -1
+    into_contact: bool  # False where contact is lost
+    rate: arb  # dz/dt, per mesh period
+    slopes: arb_mat  # derivative (d, d) of the state there with respect to that at the section
 
 
 @dataclass
@@ -46,26 +32,19 @@ class Trajectory:
     Its parts between switches are numbered from 0; part i ends with switch i. In a part the motion follows the frozen
     equations of one contact state, which is proved together with the tube about it.
 
-    Attributes
-    ----------
-    contacts : list of int
-        The contact state in each part.
-    switches : list of Switch
-        In order of time.
-    starts : dict of (int, int) to arb_mat
-        By number of the part and of the cell: (w, 1) at the start of the cell, from where the frozen equations lead to
-        the motion in the part; if the part begins within the cell, this state is not one of the motion.
-    image : arb_mat
-        The state after one mesh period, (d, 1).
-    derivative : arb_mat
-        Derivative (d, d) of the image with respect to the state at the section.
+    ``starts`` has, by number of the part and of the cell, (w, 1) at the start of the cell, from where the frozen
+    equations lead to the motion in the part. If the part begins within the cell, it is no state of the motion.
     """
 
-    contacts: list[int]
-    switches: list[Switch] = field(default_factory=list)
+    contacts: list[int]  # the contact state in each part
+    switches: list[Switch] = field(default_factory=list)  # in order of time
     starts: dict[tuple[int, int], arb_mat] = field(default_factory=dict)
-    image: arb_mat = field(default_factory=lambda: arb_mat(0, 0))
-    derivative: arb_mat = field(default_factory=lambda: arb_mat(0, 0))
+    image: arb_mat = field(default_factory=lambda: arb_mat(0, 0))  # the state after one mesh period, (d, 1)
+    derivative: arb_mat = field(default_factory=lambda: arb_mat(0, 0))  # of the image by the state at the section
+
+    def at(self, equations: MeshEquations, part: int, cell: int, share: arb) -> arb_mat:
+        """The state (w, 1), (d + 1, 1), at a share of a cell by the frozen equations of a part."""
+        return equations.flow(cell, self.contacts[part]).at(share) * self.starts[part, cell]
 
 
 def trajectory(equations: MeshEquations, state: arb_mat) -> Trajectory:
@@ -114,11 +93,11 @@ def _through_cell(equations: MeshEquations, motion: Trajectory, index: int, both
 
     ``both`` and the result have the columns (w, 1) and (derivative of w, 0), (d + 1, d + 1).
     """
-    low, leaving = arb(0), None
+    low, leaving, cell, d = arb(0), None, equations.cells[index], equations.dimension
     while True:
         contact = motion.contacts[-1]
         flow = equations.flow(index, contact)
-        state = block(both, equations.dimension + 1, range(1))
+        state = block(both, d + 1, range(1))
         motion.starts[len(motion.switches), index] = state
         if leaving is None and clearance_by_bounds(flow.bounds * state, contact) is not None:
             return flow.end * both
@@ -130,16 +109,8 @@ def _through_cell(equations: MeshEquations, motion: Trajectory, index: int, both
         there = flow.at(low) * both
         motion.contacts.append(0 if contact else leaving)
         both = equations.flow(index, motion.contacts[-1]).at(low).solve(there)
-        _record(equations, motion, index, low, there, leaving)
-
-
-def _record(
-    equations: MeshEquations, motion: Trajectory, index: int, u: arb, there: arb_mat, flank: int
-) -> None:
-    """Append the switch at the share u of a cell."""
-    cell, d = equations.cells[index], equations.dimension
-    if len(motion.switches) == _MOST_SWITCHES:
-        raise UndecidedError("too many switches", 0.0)
-    motion.switches.append(Switch(
-        cell.begin + u * cell.span, flank, motion.contacts[-1] != 0, equations.duration * there[1, 0],
-        block(there, d, range(1, d + 1))))
+        if len(motion.switches) == _MOST_SWITCHES:
+            raise UndecidedError("too many switches", 0.0)
+        motion.switches.append(Switch(
+            cell.begin + low * cell.span, leaving, motion.contacts[-1] != 0, equations.duration * there[1, 0],
+            block(there, d, range(1, d + 1))))

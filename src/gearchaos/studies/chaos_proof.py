@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from itertools import islice
 from typing import TYPE_CHECKING
 
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.manifolds import saddles
-from gearchaos.continuation.shooting import Cycle
-from gearchaos.errors import InputError, whole_number
+from gearchaos.errors import InputError
 from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.quantities import parse_harmonic
-from gearchaos.studies.covering_search import Horseshoe, find_horseshoe
-from gearchaos.studies.proofs import check_installed
+from gearchaos.studies.covering_search import find_horseshoe
+from gearchaos.studies.proofs import check_can_prove
 from gearchaos.validation import to_float
 
 if TYPE_CHECKING:
     from gearchaos.proof.certificate import Unproved
-    from gearchaos.proof.chaos import ChaoticSet
+    from gearchaos.proof.families.chaos import ChaoticSet
 
 _LONGEST_PERIOD = 3
 """Largest period of a saddle, in mesh periods."""
@@ -28,8 +27,6 @@ _SIZES = ((0.1, 0.1), (0.1, 0.05), (0.05, 0.05), (0.2, 0.05), (0.02, 0.02))
 
 _MOST_PROOFS = 3
 """Most candidates whose proof is tried."""
-
-_LEAST_BITS, _MOST_BITS = 53, 800
 
 
 def prove_chaos(
@@ -74,10 +71,9 @@ def prove_chaos(
     >>> result.proved, result.reason
     (False, 'no saddle')
     """
-    check_installed()
-    whole_number("bits", bits, _LEAST_BITS, _MOST_BITS)
+    check_can_prove(bits)
     from gearchaos.proof.certificate import Unproved
-    from gearchaos.proof.chaos import prove_chaotic_set
+    from gearchaos.proof.families.chaos import prove_chaotic_set
 
     family = ParameterFamily(as_model(model), ())
     if family.dimension != 2:
@@ -85,18 +81,13 @@ def prove_chaos(
                          "Use a single model, or a torsional one with the same β/J of both wheels.")
     sizes = _checked(tolerances)
     found = saddles(family, family.start, _LONGEST_PERIOD)
+    candidates = (find_horseshoe(family, saddle, axes) for saddle in found for axes in _SIZES)
     result: ChaoticSet | Unproved = Unproved("no homoclinic orbit" if found else "no saddle", float("nan"), bits)
-    for horseshoe in islice(_candidates(family, found), _MOST_PROOFS):
+    for horseshoe in islice(filter(None, candidates), _MOST_PROOFS):
         result = prove_chaotic_set(family.model, horseshoe.sets, horseshoe.loops, bits, sizes)
         if result.proved:
             break
     return result
-
-
-def _candidates(family: ParameterFamily, found: list[Cycle]) -> Iterator[Horseshoe]:
-    """The sets found with each saddle and each size of the home set."""
-    candidates = (find_horseshoe(family, saddle, axes) for saddle in found for axes in _SIZES)
-    return (candidate for candidate in candidates if candidate is not None)
 
 
 def _checked(tolerances: Mapping[str, float] | None) -> dict[str, str]:

@@ -15,7 +15,7 @@ from gearchaos.execute import tiles
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel
 from gearchaos.proof.batch import OrbitToProve, prove_in_process
-from gearchaos.proof.codes import INFERRED, NO_REASON, REASON_CODES, Proved
+from gearchaos.proof.certificate import INFERRED, NO_REASON, REASON_CODES, Proved
 from gearchaos.studies.proofs import write_verifier
 
 if TYPE_CHECKING:
@@ -66,7 +66,10 @@ def proofs(
         ``proved`` and ``proof_reason``. They do not depend on the number of processes.
     """
     codes = np.full((len(orbits), 2), (Proved.NOT_PERIODIC, NO_REASON), dtype=np.int8)
-    chosen = _in_mixed_order(orbits, threads)
+    chosen = np.array([i for i, orbit in enumerate(orbits) if orbit is not None], dtype=int)
+    period = np.array([len(orbits[i]) for i in chosen], dtype=int)
+    chosen = chosen[np.argsort(-period, kind="stable")]
+    chosen = chosen[tiles.interleaved(len(chosen), threads)]  # long ones are spread evenly over the batches
     wanted = [OrbitToProve(models[i], orbits[i], files[i]) for i in chosen]
     batches = tiles.split(len(chosen), _BATCH, threads) if len(chosen) else []
     for batch, found in tiles.run(
@@ -75,14 +78,6 @@ def proofs(
     ):
         codes[chosen[batch]] = found
     return {"proved": codes[:, 0], "proof_reason": codes[:, 1]}
-
-
-def _in_mixed_order(orbits: np.ndarray, threads: int | None) -> np.ndarray:
-    """The numbers of the orbits that are not None, with long ones spread evenly over the batches."""
-    number = np.array([i for i, orbit in enumerate(orbits) if orbit is not None], dtype=int)
-    period = np.array([len(orbits[i]) for i in number], dtype=int)
-    number = number[np.argsort(-period, kind="stable")]
-    return number[tiles.interleaved(len(number), threads)]
 
 
 def mark_inferred(found: Found) -> None:

@@ -19,13 +19,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 from flint import arb, arb_mat
 
 from gearchaos.proof.balls import ball, least
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.segment import segment_image
+from gearchaos.proof.families.segment import segment_image
 
 _MOST_PIECES = 400
 """Most pieces into which the boundary of a set is divided."""
@@ -38,67 +39,51 @@ Vector = tuple[Fraction, Fraction]
 
 @dataclass(frozen=True)
 class Parallelogram:
-    """The states c + a p + b q with |a| <= 1 and |b| <= 1.
+    """The states c + a p + b q with |a| <= 1 and |b| <= 1."""
 
-    Attributes
-    ----------
-    centre, unstable, stable : (Fraction, Fraction)
-        c, p and q.
-    """
-
-    centre: Vector
-    unstable: Vector
-    stable: Vector
+    centre: Vector  # c
+    unstable: Vector  # p
+    stable: Vector  # q
 
     @property
     def area(self) -> Fraction:
         """A quarter of the area; negative if q is to the right of p."""
         return self.unstable[0] * self.stable[1] - self.unstable[1] * self.stable[0]
 
-    def at(self, a: Fraction, b: Fraction) -> Vector:
-        """The state c + a p + b q."""
-        x, y = (c + a * p + b * q for c, p, q in zip(self.centre, self.unstable, self.stable, strict=True))
+    def vector(self, a: Fraction, b: Fraction) -> Vector:
+        """a p + b q."""
+        x, y = (a * p + b * q for p, q in zip(self.unstable, self.stable, strict=True))
         return x, y
 
-    def coordinates(self, x: arb, y: arb) -> tuple[arb, arb]:
-        """(a, b) of a vector a p + b q."""
-        (p0, p1), (q0, q1), area = map(ball, self.unstable), map(ball, self.stable), ball(self.area)
-        return (x * q1 - y * q0) / area, (p0 * y - p1 * x) / area
+    def at(self, a: Fraction, b: Fraction) -> Vector:
+        """The state c + a p + b q."""
+        x, y = (c + v for c, v in zip(self.centre, self.vector(a, b), strict=True))
+        return x, y
 
-    def corners(self) -> list[Vector]:
-        """The four corners."""
-        return [self.at(Fraction(a), Fraction(b)) for a in (-1, 1) for b in (-1, 1)]
+    def coordinates(self, x: Any, y: Any) -> tuple[Any, Any]:
+        """(a, b) of a vector a p + b q: of exact numbers exactly, of balls as balls."""
+        number = ball if isinstance(x, arb) else Fraction
+        (p0, p1), (q0, q1), area = map(number, self.unstable), map(number, self.stable), number(self.area)
+        return (x * q1 - y * q0) / area, (p0 * y - p1 * x) / area
 
     def is_apart_from(self, other: Parallelogram) -> bool:
         """Whether no point belongs to both, decided exactly: an edge of one of them separates them."""
-        return _separates(self, other) or _separates(other, self)
-
-
-def _separates(first: Parallelogram, second: Parallelogram) -> bool:
-    """Whether all corners of the second lie on the other side of an edge of the first."""
-    relative = []
-    for corner in second.corners():
-        x, y = (v - c for v, c in zip(corner, first.centre, strict=True))
-        (p0, p1), (q0, q1) = first.unstable, first.stable
-        relative.append(((x * q1 - y * q0) / first.area, (p0 * y - p1 * x) / first.area))
-    return any(all(sign * point[axis] > 1 for point in relative) for axis in (0, 1) for sign in (1, -1))
+        for first, second in ((self, other), (other, self)):
+            corners = [second.at(Fraction(a), Fraction(b)) for a in (-1, 1) for b in (-1, 1)]
+            seen = [first.coordinates(*(v - c for v, c in zip(corner, first.centre, strict=True)))
+                    for corner in corners]
+            if any(all(sign * corner[axis] > 1 for corner in seen) for axis in (0, 1) for sign in (1, -1)):
+                return True
+        return False
 
 
 @dataclass(frozen=True)
 class _Piece:
-    """A segment of the boundary of a set, from c - h to c + h in its coordinates (a, b).
+    """A segment of the boundary of a set, from c - h to c + h in its coordinates (a, b)."""
 
-    Attributes
-    ----------
-    centre, half : (Fraction, Fraction)
-        c and h.
-    side : int
-        -1 or 1 on the edge a = -1 or a = 1, otherwise 0.
-    """
-
-    centre: Vector
-    half: Vector
-    side: int
+    centre: Vector  # c
+    half: Vector  # h
+    side: int  # -1 or 1 on the edge a = -1 or a = 1, otherwise 0
 
     def divided(self, count: int) -> list[_Piece]:
         """The segment in equal parts."""
@@ -141,33 +126,35 @@ def prove_covering(
     UndecidedError
         If the relation is not proved, with the least margin, which is negative.
     """
-    orientation = _orientation(equations, first, second)
+    def image(piece: _Piece, forcing_change: float) -> tuple[arb, arb]:
+        """Balls (a, b) in the coordinates of the second set that contain the image of a piece of the boundary."""
+        centre = arb_mat(2, 1, list(map(ball, first.at(*piece.centre))))
+        half = arb_mat(2, 1, list(map(ball, first.vector(*piece.half))))
+        middle, change = segment_image(equations, centre, half, forcing_change)
+        a, b = second.coordinates(*(middle[i, 0] - ball(second.centre[i]) for i in range(2)))
+        along = second.coordinates(change[0, 0], change[1, 0])
+        return a + along[0] * arb(0, 1), b + along[1] * arb(0, 1)
+
+    try:  # to which side the edge a = 1 seems to be mapped: not proved here
+        orientation = 1 if image(_Piece((_ONE, _ZERO), _POINT, 1), 0.0)[0].mid() > 0 else -1
+    except UndecidedError:
+        orientation = 1
     pieces = [piece for edge in _EDGES for piece in edge.divided(_FIRST_PIECES)]
     count = 0
     while pieces:
         piece, count = pieces.pop(), count + 1
         side, margin = orientation * piece.side, float("-inf")
         try:
-            margin = _margin(*_image(equations, first, second, piece, forcing_change), side, slack)
+            margin = _margin(*image(piece, forcing_change), side, slack)
             if margin > 0:
                 continue
-            point = _image(equations, first, second, _Piece(piece.centre, _POINT, 0), forcing_change)
-            violated = not _margin(*point, side, slack) > 0
+            violated = not _margin(*image(_Piece(piece.centre, _POINT, 0), forcing_change), side, slack) > 0
         except UndecidedError:  # the motion from the centre grazes: those from other centres do not
             violated = False
         if violated or count + len(pieces) > _MOST_PIECES:
             raise UndecidedError("covering not proved", margin)
         pieces += piece.divided(2)
     return count
-
-
-def _orientation(equations: MeshEquations, first: Parallelogram, second: Parallelogram) -> int:
-    """1 if the edge a = 1 seems to be mapped to positive a, -1 if to negative a; not proved."""
-    try:
-        a, _ = _image(equations, first, second, _Piece((_ONE, _ZERO), _POINT, 1), 0.0)
-    except UndecidedError:
-        return 1
-    return 1 if a.mid() > 0 else -1
 
 
 def _margin(a: arb, b: arb, side: int, slack: Fraction) -> float:
@@ -179,16 +166,3 @@ def _margin(a: arb, b: arb, side: int, slack: Fraction) -> float:
     if side:
         return least(side * a - bound)
     return max(least(a - bound), least(-a - bound), least(1 - ball(slack) - abs(b)))
-
-
-def _image(
-    equations: MeshEquations, first: Parallelogram, second: Parallelogram, piece: _Piece, forcing_change: float
-) -> tuple[arb, arb]:
-    """Balls (a, b) in the coordinates of the second set that contain the image of a piece of the boundary."""
-    centre = arb_mat(2, 1, list(map(ball, first.at(*piece.centre))))
-    zero = Parallelogram((_ZERO, _ZERO), first.unstable, first.stable)
-    half = arb_mat(2, 1, list(map(ball, zero.at(*piece.half))))
-    image, change = segment_image(equations, centre, half, forcing_change)
-    a, b = second.coordinates(*(image[i, 0] - ball(second.centre[i]) for i in range(2)))
-    along = second.coordinates(change[0, 0], change[1, 0])
-    return a + along[0] * arb(0, 1), b + along[1] * arb(0, 1)

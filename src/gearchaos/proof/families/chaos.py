@@ -8,23 +8,20 @@ v, ρ is at least the least (A v)_i / v_i (Collatz and Wielandt).
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from gearchaos.files import write_bytes
 from gearchaos.model.parameters import MeshModel
 from gearchaos.proof.balls import ball, from_text, precision, to_fraction, to_text
-from gearchaos.proof.certificate import Unproved, used_versions
-from gearchaos.proof.covering import Parallelogram, prove_covering
+from gearchaos.proof.certificate import Theorem, Unproved, used_versions
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
+from gearchaos.proof.families.covering import Parallelogram, prove_covering
 from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.verifier import growth, sealed
 
@@ -38,7 +35,7 @@ _DIGITS = 6
 
 
 @dataclass(frozen=True, eq=False)
-class ChaoticSet:
+class ChaoticSet(Theorem):
     """A proved chaotic set.
 
     Attributes
@@ -49,14 +46,7 @@ class ChaoticSet:
         How long the proof took, without the search for the sets.
     """
 
-    proved: ClassVar[bool] = True
-    document: dict[str, Any]
     seconds: float
-
-    @property
-    def theorem(self) -> str:
-        """What is proved, in words."""
-        return self.document["theorem"]
 
     @property
     def entropy(self) -> float:
@@ -65,32 +55,27 @@ class ChaoticSet:
 
     @property
     def loops(self) -> list[list[int]]:
-        """The closed paths from set 0 that pass it once, as numbers of sets."""
-        return _loops(self.document["transitions"])
+        """The closed paths from set 0 that pass it once, as numbers of sets: every other set leads to one set."""
+        transitions, out = self.document["transitions"], []
+        after = {first: second for first, second in transitions if first}
+        for start in (second for first, second in transitions if not first):
+            loop = [0]
+            while start:
+                loop.append(start)
+                start = after[start]
+            out.append(loop)
+        return out
 
     @property
     def slack(self) -> float:
         """The slack of every covering relation."""
         return float(self.document["slack"])
 
-    @property
-    def bits(self) -> int:
-        """The precision of the proof in bits."""
-        return self.document["bits"]
-
-    def in_words(self) -> str:
-        """The theorem, with the precision of its proof."""
-        return f"proved with {self.bits} bits. {self.theorem}"
-
     def to_dict(self) -> dict[str, Any]:
         """A summary as JSON-ready values; all is in ``document``."""
-        return {"proved": True, "theorem": self.theorem, "entropy": self.entropy, "sets": len(self.document["sets"]),
-                "loops": [len(loop) for loop in self.loops], "slack": self.slack, "bits": self.bits,
-                "seconds": self.seconds, "sha256": self.document["sha256"]}
-
-    def write(self, path: str | Path) -> None:
-        """Write the theorem to a JSON file, which ``gearchaos verify`` checks."""
-        write_bytes(Path(path), (json.dumps(self.document, indent=1) + "\n").encode())
+        return self.selected("theorem", entropy=self.entropy, sets=len(self.document["sets"]),
+                             loops=[len(loop) for loop in self.loops], slack=self.slack, bits=self.bits,
+                             seconds=self.seconds)
 
     def __repr__(self) -> str:
         return f"ChaoticSet(entropy >= {self.document['entropy']}, {len(self.document['sets'])} sets)"
@@ -117,11 +102,15 @@ def prove_chaotic_set(
         to hold for all values that differ by at most this from those of the model.
     """
     start, tolerances = time.perf_counter(), dict(tolerances or {})
-    parallelograms = [_parallelogram(centre, axes) for centre, axes in sets]
+    parallelograms = []
+    for centre, axes in sets:
+        (x, y), (p, q) = centre.tolist(), axes.T.tolist()
+        parallelograms.append(Parallelogram(*((Fraction(v), Fraction(w)) for v, w in ((x, y), p, q))))
     parameters = exact_parameters(model)
     with precision(bits):
         equations = MeshEquations(parameters, bits=bits)
-        change = equations.forcing_change({harmonic(name): from_text(size) for name, size in tolerances.items()})
+        change = equations.forcing_change(
+            {harmonic(name): from_text(size) for name, size in tolerances.items()})
         proved, failures = [], []
         for loop in loops:
             try:
@@ -130,14 +119,22 @@ def prove_chaotic_set(
                 proved.append(list(loop))
             except UndecidedError as failure:
                 failures.append(failure)
-        proved = _separated(proved, parallelograms)
-        if len(proved) < 2:
+        kept = list[list[int]]()  # each leads from set 0 to a set that is disjoint from those of the loops before it
+        for loop in proved:
+            following = parallelograms[_steps(loop)[0][1]]
+            if all(following.is_apart_from(parallelograms[_steps(other)[0][1]]) for other in kept):
+                kept.append(loop)
+        if len(kept) < 2:
             return Unproved("covering not proved", max((f.margin for f in failures), default=0.0), bits)
-        kept, transitions = _renumbered(proved)
+        used = sorted({number for loop in kept for number in loop})
+        places = {number: place for place, number in enumerate(used)}
+        transitions = [[places[a], places[b]] for loop in kept for a, b in _steps(loop)]
+        texts = [{name: [to_text(value) for value in getattr(parallelograms[k], name)]
+                  for name in ("centre", "unstable", "stable")} for k in used]
         document = {
             "format": FORMAT, "version": VERSION, "model": parameters,
             "tolerances": tolerances,
-            "coordinates": list(equations.names), "sets": [_texts(parallelograms[k]) for k in kept],
+            "coordinates": list(equations.names), "sets": texts,
             "transitions": transitions, "slack": SLACK, "bits": bits, **_entropy_bound(transitions),
         }
     seconds = round(time.perf_counter() - start, 3)
@@ -152,37 +149,9 @@ def harmonic(name: str) -> int:
     return number
 
 
-def _parallelogram(centre: np.ndarray, axes: np.ndarray) -> Parallelogram:
-    """A parallelogram with exactly these floats."""
-    (x, y), (p, q) = centre.tolist(), axes.T.tolist()
-    return Parallelogram((Fraction(x), Fraction(y)), (Fraction(p[0]), Fraction(p[1])), (Fraction(q[0]), Fraction(q[1])))
-
-
 def _steps(loop: Sequence[int]) -> list[tuple[int, int]]:
     """The transitions of a closed path."""
     return list(zip(loop, [*loop[1:], loop[0]], strict=True))
-
-
-def _separated(loops: list[list[int]], sets: list[Parallelogram]) -> list[list[int]]:
-    """The loops of which each leads from set 0 to a set that is disjoint from those of the loops before it."""
-    kept: list[list[int]] = []
-    for loop in loops:
-        following = sets[_steps(loop)[0][1]]
-        if all(following.is_apart_from(sets[_steps(other)[0][1]]) for other in kept):
-            kept.append(loop)
-    return kept
-
-
-def _renumbered(loops: list[list[int]]) -> tuple[list[int], list[list[int]]]:
-    """The numbers of the sets in use, and the transitions in terms of their places in it."""
-    kept = sorted({number for loop in loops for number in loop})
-    places = {number: place for place, number in enumerate(kept)}
-    return kept, [[places[a], places[b]] for loop in loops for a, b in _steps(loop)]
-
-
-def _texts(shape: Parallelogram) -> dict[str, list[str]]:
-    """A parallelogram as it stands in a file."""
-    return {name: [to_text(value) for value in getattr(shape, name)] for name in ("centre", "unstable", "stable")}
 
 
 def _entropy_bound(transitions: list[list[int]]) -> dict[str, Any]:
@@ -197,16 +166,3 @@ def _entropy_bound(transitions: list[list[int]]) -> dict[str, Any]:
     scaled = ball(growth(transitions, weights)).log() * 10**_DIGITS
     entropy = Fraction(to_fraction(scaled.lower()).__floor__(), 10**_DIGITS)
     return {"entropy": f"{float(entropy):.{_DIGITS}f}", "weights": [to_text(w) for w in weights]}
-
-
-def _loops(transitions: Sequence[Sequence[int]]) -> list[list[int]]:
-    """The closed paths that pass set 0 once; every other set leads to one set."""
-    after = {first: second for first, second in transitions if first}
-    out = []
-    for start in (second for first, second in transitions if not first):
-        loop = [0]
-        while start:
-            loop.append(start)
-            start = after[start]
-        out.append(loop)
-    return out

@@ -19,8 +19,8 @@ singular vector v and l. The bordered matrix
     M = | J   l |
         | vᵀ  0 |
 
-is regular. D is covered by slices |vᵀ(x - c_s) - y| <= h. For p = p0 + D u, |u| <= 1, the tubes of `box_tube` give
-F(x; p) = F(c_s; p0) + J (x - c_s) + B u. So if x in a slice is a zero of F, M (x - c_s, 0) is the vector
+is regular. D is covered by slices |vᵀ(x - c_s) - y| <= h. For p = p0 + D u, |u| <= 1, the tubes of `parameter_tube`
+give F(x; p) = F(c_s; p0) + J (x - c_s) + B u. So if x in a slice is a zero of F, M (x - c_s, 0) is the vector
 (-F(c_s; p0) - B u, vᵀ(x - c_s)), and for any matrix Y
 
     (x - c_s, 0) = Y (-F(c_s; p0) - B u, vᵀ(x - c_s)) + (1 - Y M) (x - c_s, 0).
@@ -32,6 +32,7 @@ the zeros of the slice off the border. Slices for which this fails are halved.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from copy import copy
 from fractions import Fraction
 from functools import cached_property
@@ -41,14 +42,28 @@ import numpy as np
 from flint import arb_mat
 
 from gearchaos.proof.balls import magnitude
-from gearchaos.proof.box import BoxSystem
-from gearchaos.proof.box_tube import box_tube
-from gearchaos.proof.candidate import Candidate
+from gearchaos.proof.candidate import (
+    COARSE_GUARD_BITS,
+    UNIT,
+    Candidate,
+    converged,
+    cyclic_jacobian,
+    distance_from_unit,
+    float_midpoint,
+    midpoints_and_spread,
+    moved,
+)
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.krawczyk import cyclic_jacobian, float_midpoint, row_spread
-from gearchaos.proof.search import critical_directions, distance, moved
-from gearchaos.proof.tube import period_tube
+from gearchaos.proof.families.boxes import BoxSystem
+from gearchaos.proof.families.parameter_tube import ParameterTube
+from gearchaos.proof.tube import StartTube
+
+_AMPLITUDES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
+"""Distances along the critical direction from which orbits are sought."""
+
+_DISTINCT = 1e-13
+"""Orbits count as different if their points differ by more than this."""
 
 _FIRST_SLICES = 16
 _THINNEST = 2.0**-13
@@ -56,8 +71,6 @@ _THINNEST = 2.0**-13
 
 _REFINEMENTS = 6
 """Most boxes that are tried for one slice, each smaller than the one before."""
-
-_UNIT = 2.0**-53
 
 
 class _Slice:
@@ -89,20 +102,31 @@ class _Slice:
             Of the row sums of 1 - Y M, and of Y (B u, 0).
         """
         slopes, drift = self.region.slopes(self.candidate, size)
-        middle = list(map(float_midpoint, slopes))
-        matrix, count = self._bordered(middle), len(self.inverse)
-        spread = np.concatenate([row_spread(s, m) for s, m in zip(slopes, middle, strict=True)])
-        gamma = (count + 2) * _UNIT / (1 - (count + 2) * _UNIT)
-        weight = np.abs(self.inverse)
-        rounding = gamma * (weight @ np.abs(matrix).sum(axis=1) + 1)
-        rest = np.abs(np.eye(count) - self.inverse @ matrix).sum(axis=1)
-        return (rest + rounding + weight[:, :-1] @ spread) * (1 + 8 * gamma), weight[:, :-1] @ drift * (1 + 8 * gamma)
+        middle, spread = midpoints_and_spread(slopes)
+        rest, factor = distance_from_unit(self.inverse, self._bordered(middle))
+        weight = np.abs(self.inverse)[:, :-1]
+        return (rest + weight @ spread) * factor, weight @ drift * factor
 
-    def height(self) -> float:
-        """About vᵀ(c_s - c)."""
-        difference = [float(a - b) for p, q in zip(self.candidate.points, self.region.centre, strict=True)
-                      for a, b in zip(p, q, strict=True)]
-        return float(self.region.right.ravel() @ difference)
+    def excluded(self, half: float, size: float) -> tuple[float, float]:
+        """The margin by which the last row of a slice cannot vanish, and how far from c_s its zeros lie at most."""
+        weight = np.abs(self.inverse)
+        radii = self.defect - np.abs(self.signed)
+        value = self.inverse[:, :-1] @ self.signed
+        rounding = (len(weight) + 8) * UNIT * (weight[:, :-1] @ np.abs(self.signed))
+        error = weight[:, :-1] @ np.maximum(radii, 0) + rounding + 1e-300
+        margin = -1.0
+        for _ in range(_REFINEMENTS):
+            try:
+                rest, drift = self.remainder(size)
+            except UndecidedError:
+                break
+            other = error + drift + weight[:, -1] * half + rest * size
+            margin = (abs(value[-1]) - other[-1]) / abs(value[-1]) if value[-1] else -1.0
+            smaller = float((np.abs(value) + other)[:-1].max()) * (1 + 1e-12)
+            if margin > 0.05 or not smaller < 0.8 * size:
+                break
+            size = smaller
+        return float(margin), size
 
 
 class Region:
@@ -146,11 +170,11 @@ class Region:
         motions, d = candidate.trajectories, self.equations.dimension
         if self.system is None:
             boxes = [candidate.box(k, Fraction(size)) for k in range(candidate.period)]
-            found = [period_tube(self.equations, box, t).slopes for box, t in zip(boxes, motions, strict=True)]
+            found = [StartTube(self.equations, box, t).slopes for box, t in zip(boxes, motions, strict=True)]
             return found, np.zeros(d * candidate.period)
         if [len(t.switches) for t in motions] != list(map(len, self.system.delays)):
             raise UndecidedError("region not proved empty", 0.0)
-        tubes = [box_tube(self.bounds, motion, arb_mat(d, 1), size, delays)
+        tubes = [ParameterTube(self.bounds, motion, np.zeros((d, 1)), size, delays)
                  for motion, delays in zip(motions, self.system.delays, strict=True)]
         return [t.slopes for t in tubes], np.array([magnitude(v) for t in tubes for v in t.by_parameters.entries()])
 
@@ -184,36 +208,51 @@ class Region:
 
     def _slice(self, low: float, high: float) -> tuple[float, bool]:
         """The margin by which a slice has no orbit, and whether the orbits in it are off the border of the region."""
-        points = moved(self.equations, self.centre, (low + high) / 2 * self.right)
+        points = moved(self.equations, self.centre, (low + high) / 2 * self.right, COARSE_GUARD_BITS)
         try:
             for _ in range(2):
-                points = moved(self.equations, points, _Slice(self, points).correction())
+                points = moved(self.equations, points, _Slice(self, points).correction(), COARSE_GUARD_BITS)
             piece = _Slice(self, points)
         except (UndecidedError, np.linalg.LinAlgError):
             return -1.0, False
-        at, away = piece.height(), distance(points, self.centre) * (1 + 1e-12)
+        offsets = [float(a - b) for p, q in zip(points, self.centre, strict=True) for a, b in zip(p, q, strict=True)]
+        at, away = float(self.right.ravel() @ offsets), distance(points, self.centre) * (1 + 1e-12)
         half = (max(high - at, at - low) + 1e-10 * self.radius) * (1 + 1e-12)
-        margin, size = _excluded(piece, half, (self.radius + away) * (1 + 1e-12))
+        margin, size = piece.excluded(half, (self.radius + away) * (1 + 1e-12))
         return margin, size + away < self.radius
 
 
-def _excluded(piece: _Slice, half: float, size: float) -> tuple[float, float]:
-    """The margin by which the last row of a slice cannot vanish, and how far from c_s its zeros lie at most."""
-    weight = np.abs(piece.inverse)
-    radii = piece.defect - np.abs(piece.signed)
-    value = piece.inverse[:, :-1] @ piece.signed
-    rounding = (len(weight) + 8) * _UNIT * (weight[:, :-1] @ np.abs(piece.signed))
-    error = weight[:, :-1] @ np.maximum(radii, 0) + rounding + 1e-300
-    margin = -1.0
-    for _ in range(_REFINEMENTS):
-        try:
-            rest, drift = piece.remainder(size)
-        except UndecidedError:
-            break
-        other = error + drift + weight[:, -1] * half + rest * size
-        margin = (abs(value[-1]) - other[-1]) / abs(value[-1]) if value[-1] else -1.0
-        smaller = float((np.abs(value) + other)[:-1].max()) * (1 + 1e-12)
-        if margin > 0.05 or not smaller < 0.8 * size:
-            break
-        size = smaller
-    return float(margin), size
+def critical_directions(derivatives: list[arb_mat]) -> tuple[np.ndarray, np.ndarray]:
+    """The right and left singular vectors (n, d) of the least singular value of the cyclic system."""
+    left, _, right = np.linalg.svd(cyclic_jacobian(list(map(float_midpoint, derivatives))))
+    shape = len(derivatives), derivatives[0].nrows()
+    return right[-1].reshape(shape), left[:, -1].reshape(shape)
+
+
+def neighbours(equations: MeshEquations, points: list[list[Fraction]]) -> Iterator[Candidate]:
+    """Different orbits near points next to which the cyclic system is nearly singular, each once.
+
+    They are sought along the critical direction: in floats Newton's method ends far from the orbit there.
+    """
+    try:
+        direction, _ = critical_directions([t.derivative for t in Candidate.at(equations, points).trajectories])
+    except UndecidedError:
+        return
+    found: list[Candidate] = []
+    for amplitude in _AMPLITUDES:
+        for side in (1, -1):
+            start = moved(equations, points, side * amplitude / np.abs(direction).max() * direction, COARSE_GUARD_BITS)
+            candidate = converged(equations, start)
+            if candidate is not None and all(distance(candidate.points, f.points) > _DISTINCT for f in found):
+                found.append(candidate)
+                yield candidate
+
+
+def distance(first: list[list[Fraction]], second: list[list[Fraction]]) -> float:
+    """The largest difference of a coordinate of two lists of points."""
+    return float(max(abs(a - b) for p, q in zip(first, second, strict=True) for a, b in zip(p, q, strict=True)))
+
+
+def as_floats(points: list[list[Fraction]]) -> np.ndarray:
+    """Points (n, d) rounded to floats."""
+    return np.array([[float(value) for value in point] for point in points])

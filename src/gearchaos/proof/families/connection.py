@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from gearchaos.proof.balls import from_text, precision, to_text
-from gearchaos.proof.box import BoxSystem, shifted
+from gearchaos.proof.balls import fractions, from_text, precision, texts
+from gearchaos.proof.candidate import converged
 from gearchaos.proof.certificate import Certificate
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.parameter_box import LEVELS, SCALARS
-from gearchaos.proof.search import converged
+from gearchaos.proof.families.boxes import BoxSystem
+from gearchaos.proof.families.coefficients import LEVELS, SCALARS, shifted
 
 _EXPONENTS = (3, 4, 5, 6, 7, 8, 9, 10, 11, 12)
 """Radii 10^-k that are tried."""
@@ -46,11 +46,11 @@ def connection(below: Certificate, above: Certificate, bits: int, start: Certifi
     reach = max(share, 1 - share)
     ends = [-share / reach, (1 - share) / reach]
     changes = line(below.document["model"], above.document["model"])
-    parameters = along(below.document["model"], changes, share)
+    parameters = shifted(below.document["model"], {name: share * change for name, change in changes.items()})
     with precision(bits):
         equations = MeshEquations(parameters, from_text(below.document["phase"]), bits)
         check_coordinates(equations, below, above)
-        candidate = converged(equations, _points(start or below))
+        candidate = converged(equations, fractions((start or below).document["points"]))
         if candidate is None:
             raise UndecidedError("orbit not found", 0.0)
         widths = [{name: reach * change for name, change in changes.items()}]
@@ -60,7 +60,9 @@ def connection(below: Certificate, above: Certificate, bits: int, start: Certifi
                 margin = system.continued(10.0**-exponent)
                 for u, end in zip(ends, (below, above), strict=True):
                     _check_same(system, u, end, Fraction(10.0**-exponent))
-                return _document(system, exponent, margin, ends)
+                derivative = [[float(v).hex() for v in point] for point in system.drift[:, :, 0].tolist()]
+                return {"ends": list(map(int, ends)), "points": texts(candidate.points), "derivative": derivative,
+                        "radius": f"1e-{exponent}", "margin": f"{margin:.3e}"}
             except UndecidedError as error:
                 failure = error
     raise failure
@@ -74,28 +76,14 @@ def check_coordinates(equations: MeshEquations, *found: Certificate) -> None:
 
 def line(first: Mapping[str, Any], last: Mapping[str, Any]) -> dict[str, Fraction]:
     """The differences of the parameters of two models, of those that a box can vary."""
-    ours, theirs = _numbers(first), _numbers(last)
+    def numbers(parameters: Mapping[str, Any]) -> dict[str, Fraction]:
+        texts = {name: text for table, names in ((parameters, SCALARS), (parameters["stiffness"], LEVELS))
+                 for name, text in table.items() if name in names}
+        texts |= {f"eps{j}": text for j, text in enumerate(parameters["eps"], start=1)}
+        return {name: from_text(text) for name, text in texts.items()}
+
+    ours, theirs = numbers(first), numbers(last)
     return {name: theirs[name] - ours[name] for name in ours if ours[name] != theirs[name]}
-
-
-def along(first: Mapping[str, Any], changes: Mapping[str, Fraction], share: Fraction) -> Mapping[str, Any]:
-    """The parameters of a model changed by a share of given differences."""
-    for name, change in changes.items():
-        first = shifted(first, name, share * change)
-    return first
-
-
-def _numbers(parameters: Mapping[str, Any]) -> dict[str, Fraction]:
-    """The parameters of a certificate that a box can vary."""
-    texts = {name: text for table, names in ((parameters, SCALARS), (parameters["stiffness"], LEVELS))
-             for name, text in table.items() if name in names}
-    texts |= {f"eps{j}": text for j, text in enumerate(parameters["eps"], start=1)}
-    return {name: from_text(text) for name, text in texts.items()}
-
-
-def _points(found: Certificate) -> list[list[Fraction]]:
-    """The points of a certificate."""
-    return [[from_text(text) for text in point] for point in found.document["points"]]
 
 
 def _check_same(system: BoxSystem, u: Fraction, end: Certificate, radius: Fraction) -> None:
@@ -103,17 +91,9 @@ def _check_same(system: BoxSystem, u: Fraction, end: Certificate, radius: Fracti
 
     Of the two boxes in each of which there is exactly one orbit, one has to lie in the other.
     """
-    own = Fraction(end.document["radius"])
-    for point, centre, drift in zip(_points(end), system.candidate.points, system.drift[:, :, 0].tolist(), strict=True):
+    own, points = Fraction(end.document["radius"]), fractions(end.document["points"])
+    for point, centre, drift in zip(points, system.candidate.points, system.drift[:, :, 0].tolist(), strict=True):
         for x, c, derivative in zip(point, centre, drift, strict=True):
             gap = abs(radius - own) - abs(x - c - u * Fraction(derivative))
             if gap <= 0:
                 raise UndecidedError("orbit not found", float(gap))
-
-
-def _document(system: BoxSystem, exponent: int, margin: float, ends: list[Fraction]) -> dict[str, Any]:
-    """The connection as it stands in a certificate."""
-    return {"ends": list(map(int, ends)),
-            "points": [[to_text(v) for v in point] for point in system.candidate.points],
-            "derivative": [[float(v).hex() for v in point] for point in system.drift[:, :, 0].tolist()],
-            "radius": f"1e-{exponent}", "margin": f"{margin:.3e}"}

@@ -1,0 +1,252 @@
+"""Proofs that an event of periodic orbits lies in an interval of a parameter: opposite proved facts at its two ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from gearchaos.model.parameters import MeshModel
+from gearchaos.proof.balls import fractions, from_text, precision, texts, to_text
+from gearchaos.proof.candidate import Candidate, converged
+from gearchaos.proof.certificate import Certificate, Theorem, Unproved, with_checksum
+from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.equations import MeshEquations
+from gearchaos.proof.families.coefficients import shifted
+from gearchaos.proof.families.connection import check_coordinates, connection, line
+from gearchaos.proof.families.exclusion import Region, as_floats, distance, neighbours
+from gearchaos.proof.parameters import exact_parameters, lifted
+from gearchaos.proof.prove import at_phase, prove_orbit
+
+FORMAT, VERSION = "gearchaos event certificate", 1
+KINDS = ("flip", "fold", "graze", "neimark-sacker")
+
+_REGION = 3
+"""Half the edge of the region of a fold, in distances of the two orbits."""
+
+
+@dataclass(frozen=True, eq=False)
+class EventCertificate(Theorem):
+    """An event that is proved to lie in an interval of a parameter.
+
+    Attributes
+    ----------
+    document : dict
+        The certificate as it is written; ``below`` and ``above`` have the certificates of the orbits proved at the ends
+        of the interval, each of which ``gearchaos verify`` checks by itself.
+    """
+
+    @property
+    def kind(self) -> str:
+        """One of `KINDS`."""
+        return self.document["kind"]
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The ends of the interval of the parameter."""
+        low, high = map(float.fromhex, self.document["interval"])
+        return low, high
+
+    def certificates(self) -> list[Certificate]:
+        """The certificates of the orbits at the lower end of the interval, then at the upper end."""
+        return [Certificate(d) for end in ("below", "above") for d in self.document[end]]
+
+    def in_words(self) -> str:
+        """The theorem."""
+        return f"proved. {self.theorem}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """A summary as JSON-ready values; the whole certificate is ``document``."""
+        return self.selected("kind", "theorem", "parameter", "interval", "period", "empty")
+
+    def __repr__(self) -> str:
+        return f"EventCertificate({self.kind}, {self.document['parameter']} in {list(self.interval)})"
+
+
+@dataclass(frozen=True)
+class End:
+    """An end of the interval of the parameter."""
+
+    model: MeshModel
+    points: np.ndarray  # (n, d), approximate states at τ = k T of the orbit that the event happens to
+
+
+def prove_event_facts(
+    kind: str, parameter: str, models: list[tuple[MeshModel, float]], points: np.ndarray, bits: int
+) -> EventCertificate | Unproved:
+    """Prove what is different at the two ends of an interval of a parameter.
+
+    Parameters
+    ----------
+    kind : str
+        One of `KINDS`.
+    parameter : str
+        Its name.
+    models : list of (MeshModel, float)
+        The models at the lower and the upper end, with the values of the parameter.
+    points : (n, d)
+        Approximate states at τ = k T of the orbit at the event.
+    bits : int
+        First precision of the proofs.
+    """
+    lower, upper = (End(model, points) for model, _ in models)
+    try:
+        found = _fold(parameter, (lower, upper), bits) if kind == "fold" else _change(
+            kind, parameter, (lower, upper), bits)
+    except UndecidedError as failure:
+        return Unproved(failure.reason, failure.margin, failure.bits or bits)
+    below, above = found["below"], found["above"]
+    return EventCertificate(with_checksum({
+        "format": FORMAT, "version": VERSION, "kind": kind, "theorem": found["theorem"], "parameter": parameter,
+        "interval": [value.hex() for _, value in models], "period": min(f.period for f in (*below, *above)),
+        "below": [f.document for f in below], "above": [f.document for f in above],
+        "empty": found.get("empty"), "connection": found.get("connection"),
+    }))
+
+
+def _change(kind: str, parameter: str, ends: tuple[End, End], bits: int) -> dict[str, Any]:
+    """What is proved of an event that changes the orbit: a flip, a graze or a Neimark-Sacker bifurcation."""
+    orbits = []
+    for end in ends:
+        with _equations(end.model, bits) as equations:
+            found = converged(equations, lifted(end.points, equations))
+        if found is None:
+            raise UndecidedError("orbit not found", 0.0)
+        orbits.append(found)
+    lower, upper = (replace(end, points=as_floats(o.points)) for end, o in zip(ends, orbits, strict=True))
+    ends, phase = (lower, upper), _free_phase(orbits) if kind == "graze" else 0.0
+    below, above = (_proved(end.model, end.points, bits, phase) for end in ends)
+    proved, start, extra = ([below], [above]), None, []
+    if kind == "graze":
+        first, second = _sequence(below), _sequence(above)
+        start = below if len(first) > len(second) else above
+        same = len(first) == len(second) and any(
+            first[k:] + first[:k] == second for k in range(max(1, len(first))))  # up to where they begin
+        what = (f"the teeth switch contact in different sequences, {len(first)} times at the lower end and "
+                f"{len(second)} times at the upper end")
+        event = "teeth touch or part without speed"
+    else:
+        same = abs(below.outside - above.outside) != (1 if kind == "flip" else 2)
+        what = (f"{below.outside} multipliers lie outside the unit circle at the lower end and {above.outside} at the "
+                "upper end")
+        event = "a multiplier is -1" if kind == "flip" else "a multiplier lies on the unit circle"
+    if same:
+        raise UndecidedError("no change", float(above.outside - below.outside))
+    if kind == "flip":
+        side, doubled = _doubled(ends, bits)
+        proved[side].append(doubled)
+        extra = [f"At {('its lower', 'its upper')[side]} end there is an orbit that repeats after {doubled.period} "
+                 f"mesh periods beside it, with {doubled.outside} multipliers outside."]
+    theorem = " ".join((
+        f"At both ends of the interval of {parameter} there is exactly one orbit of period {below.period} mesh "
+        f"periods, and no fewer, in the cubes listed, and {what}.",
+        f"The two orbits are connected by exactly one orbit for each value of {parameter} between, and no multiplier "
+        f"is 1: at some value {event}.", *extra))
+    return {"below": proved[0], "above": proved[1], "theorem": theorem,
+            "connection": connection(below, above, bits, start)}
+
+
+def _free_phase(orbits: list[Candidate]) -> float:
+    """The phase of the section, in mesh periods, that is farthest from all contact switches of orbits."""
+    times = sorted(float(s.time.mid()) for orbit in orbits for motion in orbit.trajectories for s in motion.switches)
+    gaps = [(after - before, before) for before, after in pairwise([*times, *(time + 1 for time in times[:1])])]
+    gap, before = max(gaps, default=(0.0, 0.0))
+    return (before + gap / 2) % 1
+
+
+def _proved(model: MeshModel, points: np.ndarray, bits: int, phase: float = 0.0) -> Certificate:
+    """The certificate of an orbit at a phase of the section; raises `UndecidedError` if it is not proved."""
+    shifted_points = at_phase(model, points, phase) if phase else points
+    if shifted_points is None:
+        raise UndecidedError("orbit not found", 0.0)
+    result = prove_orbit(model, shifted_points, bits, phase)
+    if isinstance(result, Unproved):
+        raise UndecidedError(result.reason, result.margin, result.bits)
+    return result
+
+
+def _sequence(found: Certificate) -> list[tuple[int, str]]:
+    """The flanks and directions of the contact switches over the period of an orbit."""
+    return [(switch["flank"], switch["into"]) for period in found.document["switches"] for switch in period]
+
+
+def _doubled(ends: tuple[End, End], bits: int) -> tuple[int, Certificate]:
+    """The number of the end, and the certificate, of an orbit of twice the period next to a flip."""
+    failure = UndecidedError("orbit not found", 0.0)
+    for side, end in enumerate(ends):
+        for candidate in _neighbours(end.model, np.concatenate([end.points] * 2), bits):
+            half = len(end.points)
+            if distance(candidate[:half], candidate[half:]) < 1e-12:
+                continue
+            result = prove_orbit(end.model, as_floats(candidate), bits)
+            if isinstance(result, Certificate):
+                return side, result
+            failure = UndecidedError(result.reason, result.margin, result.bits)
+    raise failure
+
+
+def _neighbours(model: MeshModel, points: np.ndarray, bits: int) -> list[list[list[Fraction]]]:
+    """The points of different orbits of a model near points (n, d)."""
+    with _equations(model, bits) as equations:
+        return [candidate.points for candidate in neighbours(equations, lifted(points, equations))]
+
+
+@contextmanager
+def _equations(model: MeshModel, bits: int) -> Iterator[MeshEquations]:
+    """The equations of a model, with the precision set."""
+    with precision(bits):
+        yield MeshEquations(exact_parameters(model), bits=bits)
+
+
+def _fold(parameter: str, ends: tuple[End, End], bits: int) -> dict[str, Any]:
+    """What is proved of a fold: two orbits at one end, and none at the other in a region about both."""
+    for side, end in enumerate(ends):
+        with _equations(end.model, bits) as equations:
+            start = lifted(end.points, equations)
+        pair = sorted(_neighbours(end.model, end.points, bits), key=lambda points: distance(points, start))[:2]
+        if len(pair) < 2:
+            continue
+        first, second = (_proved(end.model, as_floats(points), bits) for points in pair)
+        if abs(first.outside - second.outside) != 1:
+            raise UndecidedError("no change", 0.0)
+        empty, n = _empty(ends, side, [first, second], bits), first.period
+        here, there = (("lower", "upper"), ("upper", "lower"))[side]
+        outside = sorted((first.outside, second.outside))
+        theorem = (
+            f"At the {here} end of the interval of {parameter} there are two orbits of period {n} mesh periods in the "
+            f"region listed (its radius, about {float(from_text(empty['radius'])):.3g}, from its centre in each "
+            f"coordinate at each tau = k T), one with {outside[0]} and one with {outside[1]} multipliers outside the "
+            f"unit circle. At the {there} end there is no orbit of period {n} in that region, and for no value of "
+            f"{parameter} between is there one on its border: at some value an orbit in it has the multiplier 1.")
+        return {"below": [[first, second], []][side], "above": [[first, second], []][1 - side], "empty": empty,
+                "theorem": theorem}
+    raise UndecidedError("orbit not found", 0.0)
+
+
+def _empty(ends: tuple[End, End], side: int, pair: list[Certificate], bits: int) -> dict[str, Any]:
+    """The region about the two orbits of an end that is proved to be empty at the other end, and closed between."""
+    first, second = (fractions(found.document["points"]) for found in pair)
+    centre = [[(a + b) / 2 for a, b in zip(p, q, strict=True)] for p, q in zip(first, second, strict=True)]
+    radius = Fraction(_REGION * distance(first, second))
+    low, high = (exact_parameters(end.model) for end in ends)
+    changes = line(low, high)
+    halves = {name: change / 2 for name, change in changes.items()}
+    there = shifted(low, {name: (1 - side) * change for name, change in changes.items()})
+    for points, found in zip((first, second), pair, strict=True):
+        room = radius - Fraction(distance(points, centre)) - Fraction(found.document["radius"])
+        if not room > 0:
+            raise UndecidedError("region not proved empty", float(room))
+    with precision(bits):
+        between, empty = MeshEquations(shifted(low, halves), bits=bits), MeshEquations(there, bits=bits)
+        for equations in (between, empty):
+            check_coordinates(equations, *pair)
+        region = Region(between, centre, radius, halves)
+        inside, border = region.not_empty(region.whole, border=True)
+        _, slices = region.at(empty).not_empty(inside, border=False)
+    return {"end": ("below", "above")[1 - side], "model": there, "radius": to_text(radius), "centre": texts(centre),
+            "border": border, "slices": slices}
