@@ -20,7 +20,7 @@ from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
 from gearchaos.files import CSV_SUFFIX, DATA_SUFFIXES, NOT_REGULAR, check_target, write_bytes
 from gearchaos.gears.operating import OperatingModel, gears_json
-from gearchaos.model import STIFFNESS_KINDS, MeshModel, TransmissionError, stiffness_kind
+from gearchaos.model import STIFFNESS_KINDS, MeshModel, TransmissionError
 from gearchaos.proof.codes import REASON_CODES, Proved
 from gearchaos.quantities import parse, quantity
 
@@ -117,36 +117,22 @@ def motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:
 
 def model_json(model: MeshModel) -> str:
     """All fields of a model as JSON, from which `model_from_json` makes an equal model."""
-    return json.dumps({**_fields(model), "stiffness_kind": stiffness_kind(model.stiffness)}, sort_keys=True)
+    values = {f.name: getattr(model, f.name) for f in dataclasses.fields(MeshModel)}
+    parts = {"error": dataclasses.asdict(model.error), "stiffness": model.stiffness.record(),
+             "stiffness_kind": model.stiffness.kind, "initial": dict(model.initial)}
+    return json.dumps(values | parts, sort_keys=True)
 
 
 def model_from_json(text: str) -> MeshModel:
     """The model that `model_json` wrote; raises `InputError` for anything else."""
     try:
-        return _model(json.loads(text))
+        values = json.loads(text)
+        stiffness = STIFFNESS_KINDS[values.pop("stiffness_kind")].from_record(values["stiffness"])
+        error = TransmissionError(**{name: tuple(found) for name, found in values["error"].items()})
+        return MeshModel(**{**values, "error": error, "stiffness": stiffness})
     except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
         raise InputError("dataset", "must carry the model of its study as JSON in attrs['model']", text,
                          f"Compute it again, or load the file that was saved. ({error})") from error
-
-
-def _model(values: dict[str, Any]) -> MeshModel:
-    """The model with these fields, as decoded from the JSON of `model_json`."""
-    parts = {"error": TransmissionError, "stiffness": STIFFNESS_KINDS[values.pop("stiffness_kind")]}
-    made = {n: kind(**{k: _tuple_for_list(v) for k, v in values[n].items()}) for n, kind in parts.items()}
-    return MeshModel(**{**values, **made})
-
-
-def _tuple_for_list(value: Any) -> Any:
-    """A tuple for a list of JSON; any other value as it is."""
-    return tuple(value) if isinstance(value, list) else value
-
-
-def _fields(model: MeshModel) -> dict[str, Any]:
-    """All fields of a model as numbers, texts, lists and dicts; ``error`` is the transmission error."""
-    out = {f.name: getattr(model, f.name) for f in dataclasses.fields(MeshModel)}
-    for name in ("error", "stiffness"):
-        out[name] = dataclasses.asdict(out[name])
-    return {**out, "initial": dict(model.initial)}
 
 
 def provenance(study: str, model: MeshModel, **settings: Any) -> dict[str, Any]:

@@ -13,7 +13,7 @@ import jinja2
 
 from gearchaos.errors import unknown_name
 from gearchaos.gears.operating import AnyModel, OperatingModel, as_model
-from gearchaos.model import COORDINATES, SCALARS, HarmonicStiffness, MeshModel, has_effect, stiffness_kind, vary
+from gearchaos.model import COORDINATES, SCALARS, MeshModel, Stiffness, has_effect, vary
 from gearchaos.model.coordinates import initial_values, transmission_error_at_start
 from gearchaos.quantities import quantity
 
@@ -73,22 +73,62 @@ class _Constant:
 
 def _values(model: MeshModel) -> dict[str, Any]:
     """The values that fill the templates."""
-    names = COORDINATES[model.kind]
-    stiffness = model.stiffness
-    orders = [1, len(model.error.amplitudes)]
-    if isinstance(stiffness, HarmonicStiffness):
-        orders.append(len(stiffness.amplitudes))
-        waveform = {"c": _list(stiffness.amplitudes), "alpha": _list(stiffness.phases)}
-    else:
-        waveform = {name: _list(v) if isinstance(v, tuple) else repr(v) for name, v in vars(stiffness).items()}
+    names, wave = COORDINATES[model.kind], model.stiffness
+    orders = [1, len(model.error.amplitudes), len(wave.harmonics()[0])]
     columns = "τ, z and z'" if model.kind == "single" else "τ, the coordinates, z and z'"
     return {
-        "version": version("gearchaos"), "kind": model.kind, "stiffness": stiffness_kind(stiffness),
+        "version": version("gearchaos"), "kind": model.kind,
+        "equation": f", {wave.equation}" * bool(wave.equation), "series": bool(wave.families),
+        "constants": [(n, _list(v) if isinstance(v, tuple) else repr(v)) for n, v in wave.numbers().items()],
+        **_steps(wave),
         "scalars": _scalars(model), "scales": _scales(model), "eps": _list(model.error.amplitudes),
         "theta": _list(model.error.phases), "names": list(names), "names_in_words": ", ".join(names),
         "initial": _list(_initial(model)), "largest_order": max(orders), "periods": PERIODS,
-        "columns_in_words": columns, **waveform,
+        "columns_in_words": columns,
     }
+
+
+class _Text(str):
+    """A name or a term in a script, and what becomes of it in sums, differences, products and quotients."""
+
+    __slots__ = ()
+
+    def _with(self, sign: str, other: object, first: bool) -> _Text:
+        left, right = (f"({each})" if " " in str(each) else str(each) for each in (self, other)[:: 1 if first else -1])
+        return _Text(f"{left} {sign} {right}")
+
+    def __add__(self, other: object) -> _Text:
+        return self._with("+", other, True)
+
+    def __radd__(self, other: object) -> _Text:
+        return self._with("+", other, False)
+
+    def __sub__(self, other: object) -> _Text:
+        return self._with("-", other, True)
+
+    def __rsub__(self, other: object) -> _Text:
+        return self._with("-", other, False)
+
+    def __mul__(self, other: object) -> _Text:  # type: ignore[override]
+        return self._with("*", other, True)
+
+    def __rmul__(self, other: object) -> _Text:  # type: ignore[override]
+        return self._with("*", other, False)
+
+    def __truediv__(self, other: object) -> _Text:
+        return self._with("/", other, True)
+
+    def __rtruediv__(self, other: object) -> _Text:
+        return self._with("/", other, False)
+
+
+def _steps(stiffness: Stiffness) -> dict[str, str]:
+    """Levels and starts as a script computes them; empty where they are constants of the script, or there are none."""
+    if stiffness.families or stiffness.unnamed():
+        return {"levels": "", "starts": ""}
+    starts, levels = zip(*stiffness.parts({name: _Text(name) for name in stiffness.numbers()}), strict=True)
+    return {name: f"[{', '.join(str(float(v) if isinstance(v, int) else v) for v in values)}]"
+            for name, values in (("levels", levels), ("starts", starts))}
 
 
 def _list(values: Sequence[float]) -> str:

@@ -8,13 +8,13 @@ from gearchaos.errors import InputError
 from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.interchange.agreement import check_equal, check_symbols
 from gearchaos.interchange.symbolic_model import SymbolicModel
-from gearchaos.interchange.symbols import TAU, function, named, stiffness_values, symbol, sympy
+from gearchaos.interchange.symbols import TAU, function, named, numbered, symbol, sympy
 from gearchaos.model import (
     SCALARS,
     HarmonicStiffness,
     MeshModel,
+    Stiffness,
     TransmissionError,
-    TwoLevelStiffness,
     has_effect,
 )
 
@@ -53,7 +53,7 @@ def to_sympy(model: AnyModel) -> SymbolicModel:
     """
     found = as_model(model)
     values = {name: getattr(found, name) for name in SCALARS if has_effect(name, found.kind)}
-    values |= {**_error_values(found), **stiffness_values(found.stiffness)}
+    values |= {**_error_values(found), **numbered(found.stiffness.numbers())}
     return SymbolicModel(
         equations=_relative_row() if found.kind == "single" else _rows(found.kind),
         definitions=_definitions(found),
@@ -153,23 +153,26 @@ def _definitions(model: MeshModel) -> dict[AppliedUndef, Any]:
         function("S"): 2 * symbol("zeta") * z.diff(tau) + function("chi") * function("f"),
         **relative,
         function("f"): sp.Piecewise((z - 1, z > 1), (z + 1, z < -1), (0, True)),
-        function("chi"): _stiffness(model),
+        function("chi"): _stiffness(model.stiffness),
         function("epsilon"): _series(len(model.error.amplitudes), "eps", "theta"),
     }
 
 
-def _stiffness(model: MeshModel) -> Any:
+def _stiffness(stiffness: Stiffness) -> Any:
     """χ(τ) of (2.16), of (2.7), or with steps."""
-    sp, found = sympy(), model.stiffness
-    if isinstance(found, HarmonicStiffness):
-        return 1 + _series(len(found.amplitudes), "c", "alpha")
+    sp = sympy()
+    symbols = {name: [symbol(n) for n in numbered({name: value})] if isinstance(value, tuple) else symbol(name)
+               for name, value in stiffness.numbers().items()}
+    series = _series(len(stiffness.harmonics()[0]), "c", "alpha")
+    parts = stiffness.parts(symbols)
+    if not parts:
+        return 1 + series
     share = sp.Mod(symbol("omega") * TAU() / (2 * sp.pi), 1)  # of the mesh period that has passed
-    if isinstance(found, TwoLevelStiffness):
-        return sp.Piecewise((1 + symbol("chi1"), share < symbol("contact_ratio") - 1), (1 - symbol("chi2"), True))
-    count = len(found.levels)
-    later = [(symbol(f"level{i}"), share < symbol(f"start{i + 1}")) for i in range(1, count)]
-    last = symbol(f"level{count}")
-    return sp.Piecewise((last, share < symbol("start1")), *later, (last, True))
+    (first, _), (_, last) = parts[0], parts[-1]
+    before = [] if first == 0 else [(last, share < first)]
+    ends = (start for start, _ in parts[1:])
+    within = [(level, share < end) for (_, level), end in zip(parts[:-1], ends, strict=True)]
+    return sp.Piecewise(*before, *within, (last, True)) + series
 
 
 def _series(count: int, amplitude: str, phase: str) -> Any:

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Literal, Protocol
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.model.waveforms import HarmonicStiffness, SteppedStiffness, Stiffness, TwoLevelStiffness
-from gearchaos.quantities import PARAMETER_PAIRS, PARAMETERS, STIFFNESS_LEVELS, parse, parse_harmonic
+from gearchaos.model.stiffness import STIFFNESS_KINDS, Stiffness
+from gearchaos.quantities import PARAMETER_PAIRS, PARAMETERS, parse, parse_harmonic
 from gearchaos.validation import MAX_HARMONICS
 
 
@@ -44,25 +44,12 @@ SCALARS: tuple[str, ...] = tuple(q.name for q in PARAMETERS if not q.members)
 _LATERAL = ("mu", "kappa", "zeta_support")
 """The families of parameters of lateral motion."""
 
-_LEVELS = tuple(q.name for q in STIFFNESS_LEVELS)
-
-_STIFFNESS_NAMES: dict[type[Stiffness], tuple[str, ...]] = {
-    TwoLevelStiffness: _LEVELS, HarmonicStiffness: ("c1", "alpha1"), SteppedStiffness: (),
-}
-"""The names of the values of each kind of stiffness; of the harmonics only the first of each family."""
-
-
-def is_stiffness_harmonic(name: str) -> bool:
-    """Whether a name is an amplitude or a phase of a Fourier stiffness, (2.7)."""
-    parts = parse_harmonic(name)
-    return parts is not None and parts.family in ("c", "alpha")
+_PAIRS = tuple(q.name for q in PARAMETERS if q.members)
 
 
 def known_names(model: HasKindAndStiffness) -> tuple[str, ...]:
     """All names by which a value of this model can be set; of the harmonics only the first of each family."""
-    stiffness = _STIFFNESS_NAMES[type(model.stiffness)]
-    pairs = tuple(pair for pair in PARAMETER_PAIRS if pair not in _LEVELS)
-    return (*SCALARS, *pairs, *stiffness, "eps1", "theta1", *state_names(model.kind))
+    return (*SCALARS, *_PAIRS, *model.stiffness.parameter_names(), "eps1", "theta1", *state_names(model.kind))
 
 
 def state_names(kind: str) -> tuple[str, ...]:
@@ -99,31 +86,18 @@ def expand_pairs(values: Mapping[str, Any], model: HasKindAndStiffness) -> dict[
     return flat
 
 
-def default_stiffness(names: Iterable[str]) -> Stiffness:
-    """The stiffness of a model of which these names will be set: a Fourier series if one of them is a harmonic of the
-    stiffness, otherwise the two levels of the paper."""
-    return HarmonicStiffness() if any(map(is_stiffness_harmonic, names)) else TwoLevelStiffness()
-
-
 def _check_name(name: str, model: HasKindAndStiffness) -> None:
     """Raise `InputError` unless the model accepts this name."""
-    parts = parse_harmonic(name)
-    if parts is not None and (isinstance(model.stiffness, HarmonicStiffness) or not is_stiffness_harmonic(name)):
+    own = None if model.stiffness.accepts(name) else next(
+        (kind for kind in STIFFNESS_KINDS.values() if kind.accepts(name)), None)
+    if own is not None:
+        raise InputError(name, f"must be a parameter of {own.noun}", name, own.advice(name, model.stiffness))
+    if parts := parse_harmonic(name):
         if parts.order is not None and parts.order > MAX_HARMONICS:
             raise InputError(name, f"must be a harmonic of order at most {MAX_HARMONICS}", parts.order)
         return
     if name in known_names(model):
         return
-    stepped = isinstance(model.stiffness, SteppedStiffness)
-    if name in _LEVELS:
-        has = "has steps: set" if stepped else "is a Fourier series: set c1, alpha1, ..., or"
-        raise InputError(name, "must be a parameter of a two-level stiffness, (2.16)", name,
-                         f"This model's {has} stiffness=TwoLevelStiffness().")
-    if is_stiffness_harmonic(name):
-        raise InputError(name, "must be a parameter of a Fourier stiffness, (2.7)", name,
-                         f"This model's has {'steps' if stepped else 'two levels'}. "
-                         f"Begin with MeshModel.of({name}=...) or stiffness=HarmonicStiffness(...), "
-                         "a study file with kind = 'harmonics' in [model.stiffness].")
     raise unknown_name("parameter", name, known_names(model))
 
 

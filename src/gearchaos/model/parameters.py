@@ -13,6 +13,8 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any, Self, TypeVar
 
+import numpy as np
+
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.model.names import (
@@ -23,17 +25,11 @@ from gearchaos.model.names import (
     Kind,
     check_initial_consistent,
     check_state_name,
-    default_stiffness,
     expand_pairs,
 )
-from gearchaos.model.waveforms import (
-    HarmonicStiffness,
-    SteppedStiffness,
-    Stiffness,
-    TransmissionError,
-    TwoLevelStiffness,
-)
-from gearchaos.quantities import parse, parse_harmonic
+from gearchaos.model.stiffness import STIFFNESS_KINDS, Stiffness, TwoLevelStiffness, default_stiffness
+from gearchaos.model.waveforms import TransmissionError, harmonics, with_harmonics
+from gearchaos.quantities import parse
 from gearchaos.validation import to_float
 
 
@@ -188,8 +184,8 @@ class MeshModel(HasCard):
         return replace(
             model,
             **scalars,
-            error=_with_harmonics(model.error, waves, "eps", "theta"),
-            stiffness=_with_stiffness(model.stiffness, waves),
+            error=with_harmonics(model.error, waves, "eps", "theta"),
+            stiffness=model.stiffness.with_values(waves),
             initial={**_kept_initial(model.initial, initial), **initial},
         )
 
@@ -226,13 +222,8 @@ class MeshModel(HasCard):
 
         The levels of a `SteppedStiffness` have no names, and are not among them.
         """
-        flat = {name: getattr(self, name) for name in SCALARS}
-        flat.update(_harmonics(self.error, "eps", "theta"))
-        if isinstance(self.stiffness, TwoLevelStiffness):
-            flat.update({f.name: getattr(self.stiffness, f.name) for f in fields(self.stiffness)})
-        elif isinstance(self.stiffness, HarmonicStiffness):
-            flat.update(_harmonics(self.stiffness, "c", "alpha"))
-        return flat
+        scalars = {name: getattr(self, name) for name in SCALARS}
+        return {**scalars, **harmonics(self.error, "eps", "theta"), **self.stiffness.parameters()}
 
     @property
     def period(self) -> float:
@@ -242,14 +233,15 @@ class MeshModel(HasCard):
 
 Model = TypeVar("Model", bound=MeshModel)
 
-_PARTS: dict[str, tuple[tuple[type, ...], str, str]] = {
-    "error": ((TransmissionError,), "must be a TransmissionError", "Or give eps1, theta1, ... by name."),
+*_SOME, _LAST = (f"a {kind.__name__}" for kind in STIFFNESS_KINDS.values())
+
+_PARTS: dict[str, tuple[type, str, str]] = {
+    "error": (TransmissionError, "must be a TransmissionError", "Or give eps1, theta1, ... by name."),
     "stiffness": (
-        (TwoLevelStiffness, HarmonicStiffness, SteppedStiffness),
-        "must be a TwoLevelStiffness, a HarmonicStiffness or a SteppedStiffness",
-        "Or give chi1, chi2, contact_ratio, or c1, alpha1, ... by name.",
+        Stiffness, f"must be {', '.join(_SOME)} or {_LAST}",
+        f"Or give {', or '.join(filter(None, (kind.offered() for kind in STIFFNESS_KINDS.values())))} by name.",
     ),
-    "initial": ((Mapping,), "must be a mapping of coordinates to values", "E.g. {'x1': 0.5}."),
+    "initial": (Mapping, "must be a mapping of coordinates to values", "E.g. {'x1': 0.5}."),
 }
 """The fields of a model that are not numbers: their types, and the rule and advice of the error for another type."""
 
@@ -277,37 +269,28 @@ def _with_kind(model: Model, kind: Any) -> Model:
     return replace(model, kind=kind, **beta)
 
 
-def _harmonics(series: TransmissionError | HarmonicStiffness, amplitude: str, phase: str) -> dict[str, float]:
-    """Amplitudes and phases of a Fourier series by name."""
-    flat = {}
-    for j, (a, p) in enumerate(zip(series.amplitudes, series.phases, strict=True), start=1):
-        flat[f"{amplitude}{j}"], flat[f"{phase}{j}"] = a, p
-    return flat
-
-
-def _with_harmonics(series: Any, values: Mapping[str, Any], amplitude: str, phase: str) -> Any:
-    """A Fourier series with amplitudes and phases replaced by name; lower harmonics that are not given are 0."""
-    flat = {**_harmonics(series, amplitude, phase), **values}
-    n = max((p.order or 0 for p in map(parse_harmonic, flat) if p and p.family in (amplitude, phase)), default=0)
-    return type(series)(
-        tuple(flat.get(f"{amplitude}{j}", 0.0) for j in range(1, n + 1)),
-        tuple(flat.get(f"{phase}{j}", 0.0) for j in range(1, n + 1)),
-    )
-
-
-def _with_stiffness(stiffness: Stiffness, values: Mapping[str, Any]) -> Stiffness:
-    """A stiffness of the same kind with values replaced by name."""
-    if isinstance(stiffness, HarmonicStiffness):
-        return _with_harmonics(stiffness, values, "c", "alpha")
-    if isinstance(stiffness, SteppedStiffness):
-        return stiffness
-    names = {f.name for f in fields(stiffness)}
-    return replace(stiffness, **{k: v for k, v in values.items() if k in names})
-
-
 def _kept_initial(old: Mapping[str, float], new: Mapping[str, Any]) -> dict[str, float]:
     """The old initial values that may be kept with the new ones: a model has either z and z_dot or the others."""
     if not new:
         return dict(old)
     keep = set(RELATIVE) if new.keys() & set(RELATIVE) else set(STATE_NAMES) - set(RELATIVE)
     return {k: v for k, v in old.items() if k in keep}
+
+
+def backlash(z: Any) -> Any:
+    """The backlash function f(z) = z − clip(z, −1, 1), (2.6) and (2.13) corrected; z of any shape."""
+    return z - np.clip(z, -1.0, 1.0)
+
+
+def transmission_error(model: MeshModel, tau: Any, derivative: int = 0) -> np.ndarray:
+    """ε(τ) of (2.15), or its derivative of order ``derivative`` with respect to τ; the shape of ``tau``."""
+    tau = np.asarray(tau, dtype=float)
+    total = np.zeros_like(tau)
+    for j, (a, p) in enumerate(zip(model.error.amplitudes, model.error.phases, strict=True), start=1):
+        total += a * (j * model.omega) ** derivative * np.cos(j * model.omega * tau - p + derivative * np.pi / 2)
+    return total
+
+
+def mesh_stiffness(model: MeshModel, tau: Any) -> np.ndarray:
+    """χ(τ), (2.16), (2.7) or stepped: the mesh stiffness over the reference stiffness c0; the shape of ``tau``."""
+    return model.stiffness.at(tau, model.omega)

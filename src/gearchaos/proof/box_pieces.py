@@ -23,9 +23,10 @@ from typing import Any
 import numpy as np
 from flint import arb, arb_mat
 
-from gearchaos.proof.balls import ball, from_text, interval, magnitude
+from gearchaos.proof.balls import ball, interval, magnitude
 from gearchaos.proof.equations import Cell, MeshEquations
 from gearchaos.proof.parameter_box import Coefficients, magnitudes, slope_of, value_of
+from gearchaos.proof.parameters import exact_parts
 
 UP = 1 + 1e-9
 """Factor above all rounding errors of the floats."""
@@ -105,7 +106,7 @@ class BoxBounds:
         self.wave_change = [
             sum(magnitude(x.slopes[j] - y.slopes[j]) for a, b in zip(box.harmonics, centre.harmonics, strict=True)
                 for x, y in zip(a, b, strict=True)) for j in range(count)]
-        self.top = max([magnitude(v.value) for v in box.levels.values()], default=magnitude(unit.equations.stiffness))
+        self.top = max([magnitude(v.value) for v in box.levels], default=magnitude(unit.equations.stiffness))
 
     def _changes(self, name: str, j: int) -> np.ndarray:
         """Bounds of the change over the box of the derivatives by u_j of the coefficients ``name``."""
@@ -116,19 +117,19 @@ class BoxBounds:
 
     def level(self, cell: Cell) -> tuple[float, list[float], list[float]]:
         """Bounds in a cell of χ, of its derivatives by u_j, and of their changes over the box."""
-        name = self.level_name(cell)
-        if name is None:
+        part = self.part(cell)
+        if part is None:
             return self.top, [0.0] * self.count, [0.0] * self.count
-        over, at = self.box.levels[name], self.centre.levels[name]
+        over, at = self.box.levels[part], self.centre.levels[part]
         return (magnitude(over.value), [magnitude(x) for x in over.slopes],
                 [magnitude(x - y) for x, y in zip(over.slopes, at.slopes, strict=True)])
 
-    def level_name(self, cell: Cell) -> str | None:
-        """The part of a two-level stiffness in which a cell lies."""
+    def part(self, cell: Cell) -> int | None:
+        """The number of the part of the stiffness in which a cell lies; None if no box can vary its levels."""
         if not self.box.levels:
             return None
-        end = from_text(self.equations.parameters["stiffness"]["contact_ratio"]) - 1
-        return "first" if (cell.start + self.equations.phase) % 1 < end else "second"
+        share = (cell.start + self.equations.phase) % 1
+        return sum(start <= share for start, _ in exact_parts(self.equations.parameters["stiffness"])) - 1
 
     def slack(self, cell: Cell, contact: int, length: float, start: np.ndarray) -> Slack:
         """The bounds on a piece.
@@ -201,7 +202,7 @@ class BoxBounds:
         The derivative by u_j of the flow of an autonomous system is a block of exp [[M, M_j], [0, M]].
         """
         d, whole = self.equations.dimension, bool(first.is_zero() and last == 1)
-        key = cell.length, contact, self.level_name(cell), cell.level
+        key = cell.length, contact, self.part(cell), cell.level
         blocks = self.blocks.get(key) if whole else None
         if blocks is None:
             blocks = self._derivatives(cell, contact, ball(cell.length) * (last - first))
@@ -243,8 +244,8 @@ class BoxBounds:
 
         centre, d, h = self.unit, self.equations.dimension, len(self.equations.harmonics)
         out = arb_mat(d + 2 * h + 2, d + 2 * h + 2)
-        name = self.level_name(cell)
-        level = centre.levels[name] if name is not None else None
+        part = self.part(cell)
+        level = centre.levels[part] if part is not None else None
         for row in range(d):
             for column in range(d):
                 out[row, column] = of(centre.matrix[row][column])

@@ -284,7 +284,7 @@ class _BoxTube:
         for j in range(self.count):
             matrix = arb_mat(d, d, [v.slopes[j] for row in box.matrix for v in row])
             wave = arb(0, self.bounds.wave_slopes[j])
-            bend = max((magnitude(level.slopes[j]) for level in box.levels.values()), default=0.0)
+            bend = max((magnitude(level.slopes[j]) for level in box.levels), default=0.0)
             rates = (matrix * states).entries()
             for i in range(d):
                 push = box.spring[i].slopes[j] * interval(0, top) + box.spring[i].value * arb(0, bend)

@@ -14,12 +14,13 @@ from typing import Any, cast
 import numpy as np
 from flint import arb
 
+from gearchaos.model import STIFFNESS_FORMS
 from gearchaos.proof.balls import ball, from_text, interval, magnitude
 from gearchaos.proof.equations import linear_rows
 
 SCALARS = ("omega", "zeta", "J1", "J2", "q1", "q2", "beta1", "beta2", "mu1", "mu2", "kappa1", "kappa2",
            "zeta_support1", "zeta_support2")
-LEVELS = ("chi1", "chi2")
+LEVELS = tuple(name for kind in STIFFNESS_FORMS.values() for name in kind.level_names)
 
 
 class Dual:
@@ -88,7 +89,7 @@ class _Known:  # stands for `equations._Numbers`
 
     def __getitem__(self, name: str) -> Dual:
         stiffness = self.parameters["stiffness"]
-        return self.dual(name, from_text(stiffness[name] if name in LEVELS else self.parameters[name]))
+        return self.dual(name, from_text(stiffness[name] if name in stiffness else self.parameters[name]))
 
     def dual(self, name: str, centre: Fraction) -> Dual:
         """The parameter ``name`` with this value at the centre of the box."""
@@ -111,8 +112,8 @@ class Coefficients:
         b, and the constant forcing.
     harmonics : list of (Dual, Dual)
         c_j and s_j, which act on z'.
-    levels : dict of str to Dual
-        χ in the two parts of a two-level stiffness, "first" and "second"; empty for a stepped one.
+    levels : list of Dual
+        χ in each part of a stiffness whose levels a box can vary; empty for any other.
     """
 
     names: tuple[str, ...]
@@ -120,7 +121,7 @@ class Coefficients:
     spring: list[Dual]
     constant: list[Dual]
     harmonics: list[tuple[Dual, Dual]]
-    levels: dict[str, Dual]
+    levels: list[Dual]
 
 
 def coefficients(
@@ -145,9 +146,8 @@ def coefficients(
     def entry(row: str, column: str) -> Dual:
         return zero + duration * rows[row].get(column, Fraction(0))
 
-    levels = {}
-    if parameters["stiffness"]["form"] == "two-level":
-        levels = {"first": 1 + known["chi1"], "second": 1 - known["chi2"]}
+    kind = STIFFNESS_FORMS[parameters["stiffness"]["form"]]
+    levels = [level for _, level in kind.parts(cast(Any, known))] if kind.level_names else []
     return Coefficients(
         names, [[entry(row, column) for column in names] for row in names], [-entry(n, "force") for n in names],
         [entry(n, "one") for n in names], _harmonics(known, duration, rows["z_dot"]["eps_dot"]), levels)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from gearchaos.model.parameters import MeshModel
-from gearchaos.model.waveforms import SteppedStiffness, TwoLevelStiffness
-from gearchaos.proof.balls import to_text
+from gearchaos.model import STIFFNESS_FORMS, MeshModel
+from gearchaos.proof.balls import from_text, to_text
 
 _ALL_KINDS = ("omega", "zeta", "J1", "J2", "q1", "q2", "beta1", "beta2")
 _FULL = ("mu1", "mu2", "kappa1", "kappa2", "zeta_support1", "zeta_support2")
@@ -27,19 +27,17 @@ def exact_parameters(model: MeshModel) -> dict[str, Any]:
         "kind": model.kind,
         **{name: _text(getattr(model, name)) for name in names},
         "eps": _texts(model.error.amplitudes), "theta": _texts(model.error.phases),
-        "stiffness": _stiffness(model),
+        "stiffness": {"form": model.stiffness.form, **{
+            name: _texts(value) if isinstance(value, tuple) else _text(value)
+            for name, value in model.stiffness.numbers().items()}},
     }
 
 
-def _stiffness(model: MeshModel) -> dict[str, Any]:
-    """The stiffness of a model as it stands in a certificate."""
-    stiffness = model.stiffness
-    if isinstance(stiffness, TwoLevelStiffness):
-        values = {name: _text(getattr(stiffness, name)) for name in ("chi1", "chi2", "contact_ratio")}
-        return {"form": "two-level", **values}
-    if isinstance(stiffness, SteppedStiffness):
-        return {"form": "stepped", "levels": _texts(stiffness.levels), "starts": _texts(stiffness.starts)}
-    return {"form": "fourier", "c": _texts(stiffness.amplitudes), "alpha": _texts(stiffness.phases)}
+def exact_parts(stiffness: Mapping[str, Any]) -> list[tuple[Fraction, Fraction]]:
+    """(start, χ) of each part of a stiffness of a certificate in which it is constant; none for a Fourier stiffness."""
+    numbers = {name: [*map(from_text, value)] if isinstance(value, list) else from_text(value)
+               for name, value in stiffness.items() if name != "form"}
+    return [(Fraction(start), level) for start, level in STIFFNESS_FORMS[stiffness["form"]].parts(numbers)]
 
 
 def _text(value: float) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import lru_cache
 
 from gearchaos.errors import unknown_name
@@ -15,16 +16,34 @@ from gearchaos.quantities.tables import (
     PARAMETERS,
     RESPONSES,
     RESULTS,
-    STIFFNESS_LEVELS,
     VERDICTS,
     of_order,
 )
 
-PARAMETER_PAIRS: dict[str, tuple[str, str]] = {q.name: q.members for q in (*PARAMETERS, *STIFFNESS_LEVELS) if q.members}
+PARAMETER_PAIRS: dict[str, tuple[str, str]] = {q.name: q.members for q in PARAMETERS if q.members}
 """The names that set a parameter of both wheels, such as ``q0``, each with the names of the two parameters."""
 
-_TABLES = (PARAMETERS, OPERATION, GEARS, STIFFNESS_LEVELS, COORDINATES, RESPONSES, VERDICTS, RESULTS)
+STIFFNESS_PARAMETERS: list[Quantity] = []
+"""The parameters of all kinds of mesh stiffness, and pairs of them. Each kind declares its own."""
+
+_TABLES = (PARAMETERS, OPERATION, GEARS, COORDINATES, RESPONSES, VERDICTS, RESULTS)
 _BY_NAME = {q.name: q for table in _TABLES for q in table}
+
+
+def declare(rows: Iterable[Quantity], families: Iterable[Quantity]) -> None:
+    """Add the parameters of a kind of mesh stiffness, and the families of its harmonics, to what can be looked up.
+
+    The kinds stand above the quantities; `gearchaos.model.stiffness` calls this once for each of them.
+    """
+    for row in rows:
+        if row.name not in _BY_NAME:
+            STIFFNESS_PARAMETERS.append(row)
+            _BY_NAME[row.name] = row
+            if row.members:
+                PARAMETER_PAIRS[row.name] = row.members
+    HARMONICS.update({family.name: family for family in families})
+    find.cache_clear()
+    parse_harmonic.cache_clear()
 
 
 @lru_cache(maxsize=4096)

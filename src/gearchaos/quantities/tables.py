@@ -8,13 +8,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from gearchaos.quantities.quantity import NOT_NEGATIVE, POSITIVE, Physical, Quantity, Range, Rule
+from gearchaos.quantities.quantity import NOT_NEGATIVE, POSITIVE, Physical, Quantity, Range
 
 _DAMPING = replace(NOT_NEGATIVE, advice="Damping takes energy out; use 0 for none.")
-_STIFF_PART = Rule(lambda v: v > -1, "must be greater than -1", "The mesh stiffness 1 + chi1 must stay positive.")
-_SOFT_PART = Rule(lambda v: v < 1, "must be less than 1", "The mesh stiffness 1 - chi2 must stay positive.")
-_CONTACT_RATIO = Rule(
-    lambda v: (v >= 1) & (v <= 2), "must lie in [1, 2]", "One or two tooth pairs share the load, (2.16).")
 
 _LENGTH = Physical("length", 1e6, "µm")
 _VELOCITY = Physical("velocity", 1e3, "mm/s")
@@ -148,19 +144,6 @@ GEARS: tuple[Quantity, ...] = (
 )
 """Values of given gears that the explorer varies, beside those of `OPERATION`."""
 
-STIFFNESS_LEVELS: tuple[Quantity, ...] = (
-    *_wheels(
-        Quantity("chi0", "χ₀", r"\chi_0", title="stiffness step", range=Range(-0.5, 0.75, -0.95, 0.95),
-                 members=("chi1", "chi2"), toml_table="[model.stiffness]"),
-        "χ", r"\chi", {"rule": _STIFF_PART}, {"rule": _SOFT_PART},
-    ),
-    Quantity(
-        "contact_ratio", "α", r"\alpha", title="contact ratio", range=Range(1.0, 2.0, 1.0, 2.0), rule=_CONTACT_RATIO,
-        toml_table="[model.stiffness]",
-    ),
-)
-"""Parameters of a two-level stiffness, (2.16), and the parameter pair that sets both levels."""
-
 HARMONICS: dict[str, Quantity] = {q.name: q for q in (
     Quantity(
         "eps", "ε", r"\varepsilon", axis_name="error amplitude", title="error amplitude",
@@ -170,14 +153,6 @@ HARMONICS: dict[str, Quantity] = {q.name: q for q in (
     Quantity(
         "theta", "θ", r"\theta", title="error phase", range=Range(-3.2, 3.2, -100.0, 100.0),
         toml_table="[model.error], as amplitudes or phases",
-    ),
-    Quantity(
-        "c", "c", "c", title="stiffness amplitude", range=Range(-0.5, 0.5, -0.95, 0.95),
-        toml_table="[model.stiffness]",
-    ),
-    Quantity(
-        "alpha", "α", r"\alpha", title="stiffness phase", range=Range(-3.2, 3.2, -100.0, 100.0),
-        toml_table="[model.stiffness]",
     ),
 )}
 """Amplitudes and phases of the Fourier series of the transmission error, (2.15), and of the stiffness, (2.7), by

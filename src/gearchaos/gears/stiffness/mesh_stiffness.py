@@ -19,8 +19,7 @@ from gearchaos.gears.stiffness.contact_lines import fourier_coefficients, relati
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, approximate, truncated_series
 from gearchaos.gears.stiffness.potential_energy import ToothPairs
 from gearchaos.gears.stiffness.table import read_curve
-from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, Stiffness, TwoLevelStiffness
-from gearchaos.model import mesh_stiffness as stiffness_over_reference
+from gearchaos.model import Stiffness, TwoLevelStiffness
 from gearchaos.validation import MAX_HARMONICS
 
 if TYPE_CHECKING:
@@ -62,20 +61,13 @@ class MeshStiffness:
 
     def __call__(self, positions: np.ndarray) -> np.ndarray:
         """Stiffness in N/m at positions of any shape in mesh periods; at a jump, the value after it."""
-        model = MeshModel(omega=2 * np.pi, stiffness=self.waveform)  # of period 1
-        return self.reference * stiffness_over_reference(model, positions)
+        return self.reference * self.waveform.at(positions, 2 * np.pi)  # of period 1
 
     @property
     def extremes(self) -> tuple[float, float]:
         """Least and greatest stiffness, N/m; of a Fourier series, on a grid of 64 positions per harmonic."""
-        if isinstance(self.waveform, HarmonicStiffness):
-            positions = np.arange(64 * len(self.waveform.amplitudes)) / (64 * len(self.waveform.amplitudes))
-        elif isinstance(self.waveform, SteppedStiffness):
-            positions = np.array(self.waveform.starts)
-        else:
-            positions = np.array([0.0, self.waveform.contact_ratio - 1])
-        values = self(positions)
-        return float(values.min()), float(values.max())
+        least, greatest = self.waveform.extremes()
+        return self.reference * least, self.reference * greatest
 
 
 def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TOLERANCE) -> MeshStiffness:
