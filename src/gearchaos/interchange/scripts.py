@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from functools import cache
 from importlib.metadata import version
 from importlib.resources import files
@@ -62,64 +61,44 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     return _environment().get_template(TEMPLATES[tool]).render(_values(found))
 
 
-@dataclass(frozen=True)
-class _Constant:
-    """A parameter as a constant of the script."""
-
-    name: str
-    value: str
-    comment: str
-
-
 def _values(model: MeshModel) -> dict[str, Any]:
     """The values that fill the templates."""
     names, wave = COORDINATES[model.kind], model.stiffness
     orders = [1, len(model.error.amplitudes), len(wave.harmonics()[0])]
-    columns = "τ, z and z'" if model.kind == "single" else "τ, the coordinates, z and z'"
+    scales = model.gears.to_pair().scales if isinstance(model, OperatingModel) else None
     return {
         "version": version("gearchaos"), "kind": model.kind,
         "equation": f", {wave.equation}" * bool(wave.equation), "series": bool(wave.families),
         "constants": [(n, _list(v) if isinstance(v, tuple) else repr(v)) for n, v in wave.numbers().items()],
         **_steps(wave),
-        "scalars": _scalars(model), "scales": _scales(model), "eps": _list(model.error.amplitudes),
-        "theta": _list(model.error.phases), "names": list(names), "names_in_words": ", ".join(names),
+        "scalars": [{"name": n, "value": repr(getattr(model, n)), "comment": _comment(n)}
+                    for n in SCALARS if has_effect(n, model.kind)],
+        "scales": [f"Here Δ = {scales.length!r} m and ω0 = {scales.rate!r} rad/s."] if scales else [],
+        "eps": _list(model.error.amplitudes), "theta": _list(model.error.phases),
+        "names": list(names), "names_in_words": ", ".join(names),
         "initial": _list(_initial(model)), "largest_order": max(orders), "periods": PERIODS,
-        "columns_in_words": columns,
+        "columns_in_words": "τ, z and z'" if model.kind == "single" else "τ, the coordinates, z and z'",
     }
 
 
+def _operation(sign: str, turned: bool = False) -> Callable[[Any, object], _Text]:
+    """A sum, difference, product or quotient of a `_Text` and a number or another one; ``turned``: that comes first."""
+    def text(one: _Text, other: object) -> _Text:
+        left, right = (f"({term})" if " " in str(term) else str(term) for term in (one, other)[:: -1 if turned else 1])
+        return _Text(f"{left} {sign} {right}")
+
+    return text
+
+
 class _Text(str):
-    """A name or a term in a script, and what becomes of it in sums, differences, products and quotients."""
+    """A name or a term in a script, with which parts of a stiffness are computed as with a number."""
 
     __slots__ = ()
 
-    def _with(self, sign: str, other: object, first: bool) -> _Text:
-        left, right = (f"({each})" if " " in str(each) else str(each) for each in (self, other)[:: 1 if first else -1])
-        return _Text(f"{left} {sign} {right}")
-
-    def __add__(self, other: object) -> _Text:
-        return self._with("+", other, True)
-
-    def __radd__(self, other: object) -> _Text:
-        return self._with("+", other, False)
-
-    def __sub__(self, other: object) -> _Text:
-        return self._with("-", other, True)
-
-    def __rsub__(self, other: object) -> _Text:
-        return self._with("-", other, False)
-
-    def __mul__(self, other: object) -> _Text:  # type: ignore[override]
-        return self._with("*", other, True)
-
-    def __rmul__(self, other: object) -> _Text:  # type: ignore[override]
-        return self._with("*", other, False)
-
-    def __truediv__(self, other: object) -> _Text:
-        return self._with("/", other, True)
-
-    def __rtruediv__(self, other: object) -> _Text:
-        return self._with("/", other, False)
+    __add__, __radd__ = _operation("+"), _operation("+", turned=True)
+    __sub__, __rsub__ = _operation("-"), _operation("-", turned=True)
+    __mul__, __rmul__ = _operation("*"), _operation("*", turned=True)
+    __truediv__, __rtruediv__ = _operation("/"), _operation("/", turned=True)
 
 
 def _steps(stiffness: Stiffness) -> dict[str, str]:
@@ -136,26 +115,11 @@ def _list(values: Sequence[float]) -> str:
     return "[" + ", ".join(map(repr, values)) + "]"
 
 
-def _scalars(model: MeshModel) -> list[_Constant]:
-    """The scalar parameters that have an effect, with what they are."""
-    used = [name for name in SCALARS if has_effect(name, model.kind)]
-    return [_Constant(name, repr(getattr(model, name)), _comment(name)) for name in used]
-
-
 def _comment(name: str) -> str:
     """What a scalar parameter is: its symbol, words and equation."""
     row = quantity(name)
-    words = row.long_name or row.title
     wheel = f" of wheel {name[-1]}" if name[-1] in "12" else ""
-    return f"{words}{wheel}, {row.symbol} of {'(2.8)' if name == 'omega' else '(2.11)'}"
-
-
-def _scales(model: MeshModel) -> list[str]:
-    """What the dimensionless units are in SI, for a model of given gears."""
-    if not isinstance(model, OperatingModel):
-        return []
-    scales = model.gears.to_pair().scales
-    return [f"Here Δ = {scales.length!r} m and ω0 = {scales.rate!r} rad/s."]
+    return f"{row.long_name or row.title}{wheel}, {row.symbol} of {'(2.8)' if name == 'omega' else '(2.11)'}"
 
 
 def _initial(model: MeshModel) -> list[float]:
@@ -172,11 +136,8 @@ def _initial(model: MeshModel) -> list[float]:
 
 @cache
 def _environment() -> jinja2.Environment:
+    folder = files("gearchaos.interchange").joinpath("templates")
     return jinja2.Environment(
-        loader=jinja2.FunctionLoader(_template), undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True,
-        keep_trailing_newline=True,
+        loader=jinja2.FunctionLoader(lambda name: folder.joinpath(name).read_text(encoding="utf-8")),
+        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
     )
-
-
-def _template(name: str) -> str:
-    return files("gearchaos.interchange").joinpath("templates", name).read_text(encoding="utf-8")

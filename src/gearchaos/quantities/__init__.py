@@ -11,18 +11,32 @@ the value itself is computed elsewhere. The parameters of a mesh stiffness are d
 3
 """
 
-from gearchaos.quantities.lookup import PARAMETER_PAIRS, STIFFNESS_PARAMETERS, declare, find, parse_harmonic, quantity
-from gearchaos.quantities.names import PREFIXES, Name, parse
-from gearchaos.quantities.quantity import NOT_NEGATIVE, POSITIVE, Physical, Quantity, Range, Rule
+from gearchaos.quantities.quantity import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    PREFIXES,
+    Name,
+    Physical,
+    Quantity,
+    Range,
+    Rule,
+    parse,
+)
 from gearchaos.quantities.tables import (
     COORDINATES,
     GEARS,
     HARMONICS,
     OPERATION,
+    PARAMETER_PAIRS,
     PARAMETERS,
     RESPONSES,
     RESULTS,
+    STIFFNESS_PARAMETERS,
     VERDICTS,
+    declare,
+    find,
+    parse_harmonic,
+    quantity,
 )
 
 __all__ = [
