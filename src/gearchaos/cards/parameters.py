@@ -10,8 +10,7 @@ import numpy as np
 from gearchaos.cards.card import Card
 from gearchaos.cards.drawing import EMPHASIS, Drawing, around
 from gearchaos.gears.operating import OperatingModel
-from gearchaos.model import MeshModel, mesh_stiffness, transmission_error
-from gearchaos.model.names import has_effect
+from gearchaos.model import MeshModel, has_effect, mesh_stiffness, transmission_error
 from gearchaos.studies.study import Study
 
 _KINDS = {"single": "Single-degree-of-freedom model", "torsional": "Torsional model",

@@ -1,19 +1,22 @@
 """The dimensionless equations of a gear mesh: parameters, waveforms, batches, coordinates, the switched affine form."""
 
 from gearchaos.model.batch import Batch, vary
-from gearchaos.model.names import (
+from gearchaos.model.parameters import (
     COORDINATES,
     KINDS,
     SCALARS,
     Kind,
+    MeshModel,
+    backlash,
+    check_has_effect,
     check_initial_consistent,
     check_state_name,
-    expand_pairs,
     has_effect,
     known_names,
+    mesh_stiffness,
     state_names,
+    transmission_error,
 )
-from gearchaos.model.parameters import MeshModel, backlash, mesh_stiffness, transmission_error
 from gearchaos.model.stiffness import (
     MAX_LEVELS,
     STIFFNESS_FORMS,
@@ -32,6 +35,6 @@ __all__ = [
     "COORDINATES", "KINDS", "MAX_LEVELS", "PARAMETER_PAIRS", "SCALARS", "STIFFNESS_FORMS", "STIFFNESS_KINDS",
     "Batch", "HarmonicStiffness", "Kind",
     "MeshModel", "SteppedStiffness", "Stiffness", "TransmissionError", "TwoLevelStiffness", "backlash", "check",
-    "check_initial_consistent", "check_state_name", "default_stiffness", "expand_pairs", "has_effect",
+    "check_has_effect", "check_initial_consistent", "check_state_name", "default_stiffness", "has_effect",
     "known_names", "mesh_stiffness", "state_names", "transmission_error", "vary",
 ]

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.model.names import STATE_NAMES, check_has_effect, check_initial_consistent
-from gearchaos.model.parameters import MeshModel
+from gearchaos.model.parameters import STATE_NAMES, MeshModel, check_has_effect, check_initial_consistent
 from gearchaos.quantities import parse_harmonic
 from gearchaos.validation import check
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from gearchaos.model.batch import Batch
-from gearchaos.model.names import COORDINATES
+from gearchaos.model.parameters import COORDINATES
 from gearchaos.model.switched import SwitchedAffine, equal_ratios, rotation_decay
 
 _WEAK_DECAY = 2e-3

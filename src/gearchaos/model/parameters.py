@@ -7,30 +7,84 @@ Equation numbers refer to J. Łuczko, *Chaotic vibrations in gear mesh systems*,
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from types import MappingProxyType
-from typing import Any, Self, TypeVar
+from typing import Any, Literal, Self, TypeVar
 
 import numpy as np
 
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.model.names import (
-    KINDS,
-    RELATIVE,
-    SCALARS,
-    STATE_NAMES,
-    Kind,
-    check_initial_consistent,
-    check_state_name,
-    expand_pairs,
-)
 from gearchaos.model.stiffness import STIFFNESS_KINDS, Stiffness, TwoLevelStiffness, default_stiffness
 from gearchaos.model.waveforms import TransmissionError, harmonics, with_harmonics
-from gearchaos.quantities import parse
-from gearchaos.validation import to_float
+from gearchaos.quantities import PARAMETER_PAIRS, PARAMETERS, parse, parse_harmonic
+from gearchaos.validation import MAX_HARMONICS, to_float
+
+Kind = Literal["single", "torsional", "full"]
+KINDS: tuple[str, ...] = ("single", "torsional", "full")
+
+_TORSION = ("x1", "x1_dot", "x2", "x2_dot")
+COORDINATES: dict[str, tuple[str, ...]] = {
+    "single": ("z", "z_dot"),
+    "torsional": _TORSION,
+    "full": (*_TORSION, "y1", "y1_dot", "y2", "y2_dot"),
+}
+"""The coordinates of each kind of model for which initial values and results are given, in this order."""
+
+RELATIVE = COORDINATES["single"]
+"""Initial values of the relative motion alone, which do not determine x1 and x2."""
+
+STATE_NAMES = (*RELATIVE, *COORDINATES["full"])
+"""All names of initial values."""
+
+SCALARS: tuple[str, ...] = tuple(q.name for q in PARAMETERS if not q.members)
+"""Names of the scalar parameters, in the order of the fields of `MeshModel`."""
+
+_LATERAL = ("mu", "kappa", "zeta_support")
+"""The families of parameters of lateral motion."""
+
+_PAIRS = tuple(q.name for q in PARAMETERS if q.members)
+
+
+def known_names(model: MeshModel) -> tuple[str, ...]:
+    """All names by which a value of this model can be set; of the harmonics only the first of each family."""
+    return (*SCALARS, *_PAIRS, *model.stiffness.parameter_names(), "eps1", "theta1", *state_names(model.kind))
+
+
+def state_names(kind: str) -> tuple[str, ...]:
+    """The coordinates for which a model of this kind takes initial values."""
+    return (*RELATIVE, *_TORSION) if kind == "single" else COORDINATES[kind]
+
+
+def check_initial_consistent(names: Iterable[str]) -> None:
+    """Raise `InputError` if initial values are given both for z and for the coordinates that determine z."""
+    given = set(names)
+    if given & set(RELATIVE) and given - set(RELATIVE):
+        raise InputError("initial", "must give either z, z_dot or the x coordinates, not both", sorted(given))
+
+
+def check_state_name(kind: str, name: str) -> None:
+    """Raise `InputError` unless a model of this kind can have an initial value of this name."""
+    if name not in state_names(kind):
+        raise unknown_name(f"initial value of a {kind} model", name, state_names(kind))
+
+
+def check_has_effect(name: str, kind: str) -> None:
+    """Raise `InputError` if a parameter has no effect in a kind of model.
+
+    Only the full model has parameters of lateral motion, and the single model has no bearing friction.
+    """
+    if not has_effect(name, kind):
+        advice = "Use kind='full'." if parse(name).family in _LATERAL else "Use kind='torsional'."
+        raise InputError(name, f"must be a parameter of the {kind} model", name, advice)
+
+
+def has_effect(name: str, kind: str) -> bool:
+    """Whether a parameter has an effect in a kind of model."""
+    family = parse(name).family
+    return kind == "full" if family in _LATERAL else not (family == "beta" and kind == "single")
 
 
 @dataclass(frozen=True)
@@ -106,32 +160,20 @@ class MeshModel(HasCard):
                 object.__setattr__(self, name, 0.0 if self.kind == "single" else 0.01)
         for name in SCALARS:
             object.__setattr__(self, name, to_float(name, getattr(self, name)))
-        self._check_single()
-        self._check_parts()
-        object.__setattr__(self, "initial", MappingProxyType(self._checked_initial()))
-
-    def _check_single(self) -> None:
-        """Raise `InputError` if a single model has bearing friction."""
         if self.kind == "single" and (self.beta1 or self.beta2):
             raise InputError(
                 "beta", "must be 0 in the single model, (2.17)", self.beta1 or self.beta2,
                 "Leave beta out, or use kind='torsional'.",
             )
-
-    def _check_parts(self) -> None:
-        """Raise `InputError` unless the fields that are not numbers have the right types."""
-        for name, (kinds, rule, advice) in _PARTS.items():
-            if not isinstance(value := getattr(self, name), kinds):
+        for name, (type_, rule, advice) in _PARTS.items():
+            if not isinstance(value := getattr(self, name), type_):
                 raise InputError(name, rule, value, advice)
-
-    def _checked_initial(self) -> dict[str, float]:
-        """The initial values as floats; raises `InputError` for a wrong name or value, or values for z and x."""
-        given = {}
+        initial = {}
         for name, value in self.initial.items():
             check_state_name(self.kind, name)
-            given[name] = to_float(f"initial.{name}", value)
-        check_initial_consistent(given)
-        return given
+            initial[name] = to_float(f"initial.{name}", value)
+        check_initial_consistent(initial)
+        object.__setattr__(self, "initial", MappingProxyType(initial))
 
     def __hash__(self) -> int:
         return hash((self.kind, self.stiffness, *sorted(self.parameters().items()), *sorted(self.initial.items())))
@@ -174,19 +216,23 @@ class MeshModel(HasCard):
             For an unknown name or a value that breaks its rule.
         """
         friction = {k: v for k, v in values.items() if parse(k).family == "beta"}
-        model = replace(self, **expand_pairs(friction, self)) if friction else self
+        model = replace(self, **self.expand(friction)) if friction else self
         model = _with_kind(model, values["kind"]) if "kind" in values else model
         model = replace(model, **{k: v for k, v in values.items() if k in _PARTS})
         flat = model.expand({k: v for k, v in values.items() if k != "kind" and k not in _PARTS})
         scalars = {k: v for k, v in flat.items() if k in SCALARS}
         initial = {k: v for k, v in flat.items() if k in STATE_NAMES}
         waves = {k: v for k, v in flat.items() if k not in scalars and k not in initial}
+        kept = model.initial  # but a model has either z and z_dot or the others
+        if initial:
+            keep = set(RELATIVE) if initial.keys() & set(RELATIVE) else set(STATE_NAMES) - set(RELATIVE)
+            kept = {k: v for k, v in kept.items() if k in keep}
         return replace(
             model,
             **scalars,
             error=with_harmonics(model.error, waves, "eps", "theta"),
             stiffness=model.stiffness.with_values(waves),
-            initial={**_kept_initial(model.initial, initial), **initial},
+            initial={**kept, **initial},
         )
 
     def expand(self, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -200,13 +246,26 @@ class MeshModel(HasCard):
         Raises
         ------
         InputError
-            For a name that the model does not have.
+            For a name that the model does not have; the advice is the most similar known name.
         """
-        return expand_pairs(values, self)
+        flat: dict[str, Any] = {}
+        for name, value in values.items():
+            own = None if self.stiffness.accepts(name) else next(
+                (kind for kind in STIFFNESS_KINDS.values() if kind.accepts(name)), None)
+            if own is not None:
+                raise InputError(name, f"must be a parameter of {own.noun}", name, own.advice(name, self.stiffness))
+            harmonic = parse_harmonic(name)
+            if harmonic is not None and (harmonic.order or 0) > MAX_HARMONICS:
+                raise InputError(name, f"must be a harmonic of order at most {MAX_HARMONICS}", harmonic.order)
+            if harmonic is None and name not in known_names(self):
+                raise unknown_name("parameter", name, known_names(self))
+            for single in PARAMETER_PAIRS.get(name, (name,)):
+                flat[single] = value
+        return flat
 
     def set_by(self, name: str) -> tuple[str, ...]:
         """The names of the single parameters and initial values that a name sets, two for a pair such as ``q0``."""
-        return tuple(expand_pairs({name: None}, self))
+        return tuple(self.expand({name: None}))
 
     def value(self, name: str) -> float | None:
         """The value of a parameter by any of its names, 0 for a harmonic that is not given.
@@ -267,14 +326,6 @@ def _with_kind(model: Model, kind: Any) -> Model:
         for name in ("beta1", "beta2")
     }
     return replace(model, kind=kind, **beta)
-
-
-def _kept_initial(old: Mapping[str, float], new: Mapping[str, Any]) -> dict[str, float]:
-    """The old initial values that may be kept with the new ones: a model has either z and z_dot or the others."""
-    if not new:
-        return dict(old)
-    keep = set(RELATIVE) if new.keys() & set(RELATIVE) else set(STATE_NAMES) - set(RELATIVE)
-    return {k: v for k, v in old.items() if k in keep}
 
 
 def backlash(z: Any) -> Any:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from gearchaos.model.batch import Batch
-from gearchaos.model.names import COORDINATES
+from gearchaos.model.parameters import COORDINATES
 
 
 @dataclass(frozen=True)

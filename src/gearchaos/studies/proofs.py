@@ -14,9 +14,8 @@ from gearchaos.dynamics.orbits import sections
 from gearchaos.errors import InputError, missing_package, whole_number
 from gearchaos.files import write_bytes
 from gearchaos.gears.operating import AnyModel
-from gearchaos.model import MeshModel, vary
+from gearchaos.model import COORDINATES, MeshModel, vary
 from gearchaos.model.coordinates import from_physical, transmission_error_at_start
-from gearchaos.model.names import COORDINATES
 from gearchaos.model.switched import coordinates
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.regime import regime

@@ -19,7 +19,6 @@ from gearchaos.model import (
     STIFFNESS_KINDS,
     MeshModel,
     Stiffness,
-    expand_pairs,
 )
 from gearchaos.studies.axis import Axis
 
@@ -160,7 +159,7 @@ def _model(given: Mapping[str, str]) -> MeshModel:
 
 def _with_values(model: AnyModel, values: Mapping[str, str]) -> AnyModel:
     """The model with the values of a query by name."""
-    expand_pairs(dict.fromkeys(values, 0.0), model)  # refuses an unknown name before its value is read
+    model.expand(dict.fromkeys(values, 0.0))  # refuses an unknown name before its value is read
     return model.with_values({n: bounded(n, v) for n, v in values.items()})
 
 

@@ -18,8 +18,7 @@ from gearchaos.gears.operating import Gears, OperatingModel, operating_model, pa
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.transmission_error.quality import GRADES, Quality
 from gearchaos.gears.units import RPM
-from gearchaos.model import MeshModel, state_names
-from gearchaos.model.names import has_effect
+from gearchaos.model import MeshModel, has_effect, state_names
 from gearchaos.quantities import Range
 from gearchaos.studies.axis import Axis
 
