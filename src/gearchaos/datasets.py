@@ -200,25 +200,20 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> list[Path]:
     ...     table.read_text().splitlines()[0]
     'period [T],section_z [delta]'
     """
-    target = Path(path)
-    _check_savable(dataset, target)
-    check_target("path", target)
-    if target.suffix.lower() == CSV_SUFFIX:
-        return save_csv(dataset, target)
-    write_bytes(target, netcdf_bytes(dataset))
-    return [target]
-
-
-def _check_savable(dataset: Any, target: Path) -> None:
-    """Raise `InputError` unless this is a Dataset and the path has a suffix of a file of results, or none."""
     import xarray as xr
 
+    target = Path(path)
     if not isinstance(dataset, xr.Dataset):
         raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}",
                          "E.g. save(gc.regime(model).to_dataset(), path) for a verdict.")
     if target.suffix and target.suffix.lower() not in DATA_SUFFIXES:
         raise InputError("path", f"must end in {', '.join(DATA_SUFFIXES)}, or have no ending", str(target),
                          "It is NetCDF that is written, or with .csv a table.")
+    check_target("path", target)
+    if target.suffix.lower() == CSV_SUFFIX:
+        return save_csv(dataset, target)
+    write_bytes(target, netcdf_bytes(dataset))
+    return [target]
 
 
 def netcdf_bytes(dataset: xr.Dataset) -> memoryview:

@@ -68,7 +68,7 @@ def to_sympy(model: AnyModel) -> SymbolicModel:
     values = {name: getattr(found, name) for name in SCALARS if has_effect(name, found.kind)}
     values |= {**harmonics(found.error, "eps", "theta"), **_numbered(found.stiffness.numbers())}
     return SymbolicModel(
-        equations=_relative_row() if found.kind == "single" else _rows(found.kind),
+        equations=_rows(found.kind),
         definitions=_definitions(found),
         values={symbol(name): value for name, value in values.items()},
         initial=found.initial,
@@ -128,9 +128,13 @@ def from_sympy(symbolic: SymbolicModel) -> MeshModel:
 
 
 def _rows(kind: str) -> tuple[Eq, ...]:
-    """The equations of motion (2.12) of both wheels."""
-    sp, tau = sympy(), TAU()
-    force, rows = function("S"), []
+    """The equations of motion: (2.12) of both wheels, or (2.17) with (2.18) of the relative motion."""
+    sp, tau, force = sympy(), TAU(), function("S")
+    if kind == "single":
+        z, J1, J2 = function("z"), symbol("J1"), symbol("J2")
+        q0 = symbol("q1") / J1 + symbol("q2") / J2
+        return (sp.Eq(z.diff(tau, 2) + (1 / J1 + 1 / J2) * force, q0 - function("epsilon").diff(tau, 2)),)
+    rows = []
     for n, sign in ((1, 1), (2, -1)):
         x, J, beta, q = function(f"x{n}"), symbol(f"J{n}"), symbol(f"beta{n}"), symbol(f"q{n}")
         rows.append(sp.Eq(J * x.diff(tau, 2) + 2 * beta * x.diff(tau) + sign * force, sign * q))
@@ -138,14 +142,6 @@ def _rows(kind: str) -> tuple[Eq, ...]:
         y, mu, kappa, zeta = (function(f"y{n}"), *(symbol(f"{name}{n}") for name in ("mu", "kappa", "zeta_support")))
         rows.append(sp.Eq(mu * y.diff(tau, 2) + 2 * mu * zeta * y.diff(tau) + kappa * y + sign * force, 0))
     return tuple(rows)
-
-
-def _relative_row() -> tuple[Eq, ...]:
-    """The equation of the relative motion, (2.17) with (2.18)."""
-    sp, tau, z = sympy(), TAU(), function("z")
-    J1, J2 = symbol("J1"), symbol("J2")
-    q0 = symbol("q1") / J1 + symbol("q2") / J2
-    return (sp.Eq(z.diff(tau, 2) + (1 / J1 + 1 / J2) * function("S"), q0 - function("epsilon").diff(tau, 2)),)
 
 
 def _definitions(model: MeshModel) -> dict[AppliedUndef, Any]:
