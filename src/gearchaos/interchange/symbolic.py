@@ -21,6 +21,7 @@ from gearchaos.interchange.symbolic_model import (
 from gearchaos.model import (
     SCALARS,
     STIFFNESS_KINDS,
+    SUPPORTS,
     HarmonicStiffness,
     MeshModel,
     Stiffness,
@@ -139,7 +140,7 @@ def _rows(kind: str) -> tuple[Eq, ...]:
         x, J, beta, q = function(f"x{n}"), symbol(f"J{n}"), symbol(f"beta{n}"), symbol(f"q{n}")
         rows.append(sp.Eq(J * x.diff(tau, 2) + 2 * beta * x.diff(tau) + sign * force, sign * q))
     for n, sign in ((1, 1), (2, -1)) if kind == "full" else ():
-        y, mu, kappa, zeta = (function(f"y{n}"), *(symbol(f"{name}{n}") for name in ("mu", "kappa", "zeta_support")))
+        y, mu, kappa, zeta = (function(f"y{n}"), *(symbol(f"{name}{n}") for name in SUPPORTS))
         rows.append(sp.Eq(mu * y.diff(tau, 2) + 2 * mu * zeta * y.diff(tau) + kappa * y + sign * force, 0))
     return tuple(rows)
 

@@ -42,7 +42,7 @@ STATE_NAMES = (*RELATIVE, *COORDINATES["full"])
 SCALARS: tuple[str, ...] = tuple(q.name for q in PARAMETERS if not q.members)
 """Names of the scalar parameters, in the order of the fields of `MeshModel`."""
 
-_LATERAL = ("mu", "kappa", "zeta_support")
+SUPPORTS = ("mu", "kappa", "zeta_support")
 """The families of parameters of lateral motion."""
 
 _PAIRS = tuple(q.name for q in PARAMETERS if q.members)
@@ -77,14 +77,14 @@ def check_has_effect(name: str, kind: str) -> None:
     Only the full model has parameters of lateral motion, and the single model has no bearing friction.
     """
     if not has_effect(name, kind):
-        advice = "Use kind='full'." if parse(name).family in _LATERAL else "Use kind='torsional'."
+        advice = "Use kind='full'." if parse(name).family in SUPPORTS else "Use kind='torsional'."
         raise InputError(name, f"must be a parameter of the {kind} model", name, advice)
 
 
 def has_effect(name: str, kind: str) -> bool:
     """Whether a parameter has an effect in a kind of model."""
     family = parse(name).family
-    return kind == "full" if family in _LATERAL else not (family == "beta" and kind == "single")
+    return kind == "full" if family in SUPPORTS else not (family == "beta" and kind == "single")
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
+from gearchaos.model import SCALARS
 from gearchaos.proof.balls import from_text, precision, to_text
 from gearchaos.proof.box import BoxSystem, shifted
 from gearchaos.proof.certificate import Certificate
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.parameter_box import LEVELS, SCALARS
+from gearchaos.proof.parameter_box import LEVELS
 from gearchaos.proof.search import converged
 
 _EXPONENTS = (3, 4, 5, 6, 7, 8, 9, 10, 11, 12)

@@ -18,8 +18,6 @@ from gearchaos.model import STIFFNESS_FORMS
 from gearchaos.proof.balls import ball, from_text, interval, magnitude
 from gearchaos.proof.equations import linear_rows
 
-SCALARS = ("omega", "zeta", "J1", "J2", "q1", "q2", "beta1", "beta2", "mu1", "mu2", "kappa1", "kappa2",
-           "zeta_support1", "zeta_support2")
 LEVELS = tuple(name for kind in STIFFNESS_FORMS.values() for name in kind.level_names)
 
 

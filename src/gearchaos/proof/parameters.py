@@ -6,11 +6,9 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from gearchaos.model import STIFFNESS_FORMS, MeshModel
+from gearchaos.model import SCALARS, STIFFNESS_FORMS, SUPPORTS, MeshModel
 from gearchaos.proof.balls import from_text, to_text
-
-_ALL_KINDS = ("omega", "zeta", "J1", "J2", "q1", "q2", "beta1", "beta2")
-_FULL = ("mu1", "mu2", "kappa1", "kappa2", "zeta_support1", "zeta_support2")
+from gearchaos.quantities import parse
 
 
 def exact_parameters(model: MeshModel) -> dict[str, Any]:
@@ -22,7 +20,7 @@ def exact_parameters(model: MeshModel) -> dict[str, Any]:
         ``kind``; the parameters of `docs/model.md` by name, those of the supports for ``full`` alone; ``eps`` and
         ``theta``, lists from harmonic 1 on; ``stiffness``, a dict with its ``form`` and values.
     """
-    names = _ALL_KINDS + (_FULL if model.kind == "full" else ())
+    names = [n for n in SCALARS if model.kind == "full" or parse(n).family not in SUPPORTS]
     return {
         "kind": model.kind,
         **{name: _text(getattr(model, name)) for name in names},

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from gearchaos.continuation.orbit import Orbit
 from gearchaos.errors import InputError, whole_number
 from gearchaos.gears.operating import AnyModel
-from gearchaos.model import MeshModel
+from gearchaos.model import SCALARS, MeshModel
 from gearchaos.quantities import parse_harmonic
 from gearchaos.studies.proofs import check_installed, orbit_points
 from gearchaos.studies.verdict import Verdict
@@ -75,7 +75,6 @@ def prove_box(
 
 def box_parameters(model: MeshModel, name: str) -> tuple[str, ...]:
     """The parameters that a name sets; raises `InputError` if proofs for all values in an interval cannot vary them."""
-    from gearchaos.proof.parameter_box import SCALARS
     from gearchaos.proof.parameters import exact_parameters
 
     if not model.stiffness.jumps:

@@ -9,9 +9,8 @@ import numpy as np
 
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.units import RPM
-from gearchaos.model import PARAMETER_PAIRS, STIFFNESS_KINDS, MeshModel
+from gearchaos.model import PARAMETER_PAIRS, STIFFNESS_KINDS, SUPPORTS, MeshModel
 
-_LATERAL = ("mu", "kappa", "zeta_support")
 _TOLERANCE = 1e-12
 """Relative rounding error allowed for the conversion of a value to SI units and back."""
 
@@ -54,7 +53,7 @@ def _mesh(pair: GearPair, model: MeshModel) -> _Values:
 def _wheel(pair: GearPair, model: MeshModel, n: int) -> _Values:
     """Inertia, torque and bearing friction of wheel ``n``; with elastic supports also its mass and support."""
     radius, damping = getattr(pair, f"R{n}"), 2 * pair.mass * pair.omega0
-    at = {name: getattr(model, f"{name}{n}") for name in ("J", "q", "beta", "mu", "kappa", "zeta_support")}
+    at = {name: getattr(model, f"{name}{n}") for name in ("J", "q", "beta", *SUPPORTS)}
     values: _Values = {
         f"I{n}": ((f"J{n}",), at["J"] * pair.mass * radius**2),
         f"M{n}0": ((f"q{n}",), at["q"] * pair.scales.force * radius),
@@ -89,7 +88,7 @@ def _stiffness(pair: GearPair, own: MeshModel, model: MeshModel) -> dict[str, An
 
 def _same(one: MeshModel, other: MeshModel) -> bool:
     """Whether two models are equal up to rounding; the supports of a model that is not "full" are ignored."""
-    ignored = () if one.kind == "full" else [n for pair in _LATERAL for n in PARAMETER_PAIRS[pair]]
+    ignored = () if one.kind == "full" else [n for pair in SUPPORTS for n in PARAMETER_PAIRS[pair]]
     a, b = ({n: v for n, v in m.parameters().items() if n not in ignored} for m in (one, other))
     return one.stiffness.kind == other.stiffness.kind and a.keys() == b.keys() and bool(
         np.allclose([*a.values()], [b[n] for n in a], rtol=_TOLERANCE, atol=1e-15))
