@@ -105,12 +105,8 @@ class Stiffness(ABC):
     def check(cls, values: Mapping[str, Any], amplitudes: np.ndarray, phases: np.ndarray) -> None:
         """Raise `InputError` for numbers that do not go together at a point of a batch.
 
-        Parameters
-        ----------
-        values : mapping of str to (P,)
-            The parameters that vary, each of which is checked by its own rule already.
-        amplitudes, phases : (H, P)
-            c_j and α_j.
+        ``values`` are the parameters that vary, arrays (P,) checked by their own rules already; ``amplitudes`` and
+        ``phases`` are c_j and α_j, each (H, P).
         """
         return
 
