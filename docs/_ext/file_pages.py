@@ -203,7 +203,7 @@ def parameter_table() -> str:
     """The parameters, with defaults and rules."""
     defaults = MeshModel.of("full").parameters()
     rows = []
-    for q in (*quantities.PARAMETERS, *quantities.STIFFNESS_LEVELS):
+    for q in (*quantities.PARAMETERS, *quantities.STIFFNESS_PARAMETERS):
         rule = "" if q.rule is None else q.rule.text.removeprefix("must ").removeprefix("be ").removeprefix("lie ")
         default = f"{defaults[q.name]:g}" if q.name in defaults else ""
         rows.append([*_cells(q), default, rule.replace("not be", "not")])

@@ -55,9 +55,6 @@ def __getattr__(name: str) -> Any:
         return import_module(f"gearchaos.{name}")
     if name in _MODULES:
         return getattr(import_module(f"gearchaos.{_MODULES[name]}"), name)
-    if name == "Budget":
-        raise AttributeError("gearchaos.Budget is now gearchaos.Classification, given as settings=…, "
-                             "with other fields: see help(gearchaos.Classification)")
     raise AttributeError(f"module 'gearchaos' has no attribute {name!r}")
 
 

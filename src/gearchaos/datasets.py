@@ -20,7 +20,7 @@ from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
 from gearchaos.files import CSV_SUFFIX, DATA_SUFFIXES, NOT_REGULAR, check_target, write_bytes
 from gearchaos.gears.operating import OperatingModel, gears_json
-from gearchaos.model import STIFFNESS_KINDS, MeshModel, TransmissionError, stiffness_kind
+from gearchaos.model import STIFFNESS_KINDS, MeshModel, TransmissionError
 from gearchaos.proof.certificate import REASON_CODES, Proved
 from gearchaos.quantities import parse, quantity
 
@@ -117,36 +117,22 @@ def motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:
 
 def model_json(model: MeshModel) -> str:
     """All fields of a model as JSON, from which `model_from_json` makes an equal model."""
-    return json.dumps({**_fields(model), "stiffness_kind": stiffness_kind(model.stiffness)}, sort_keys=True)
+    values = {f.name: getattr(model, f.name) for f in dataclasses.fields(MeshModel)}
+    parts = {"error": dataclasses.asdict(model.error), "stiffness": model.stiffness.record(),
+             "stiffness_kind": model.stiffness.kind, "initial": dict(model.initial)}
+    return json.dumps(values | parts, sort_keys=True)
 
 
 def model_from_json(text: str) -> MeshModel:
     """The model that `model_json` wrote; raises `InputError` for anything else."""
     try:
-        return _model(json.loads(text))
+        values = json.loads(text)
+        stiffness = STIFFNESS_KINDS[values.pop("stiffness_kind")].from_record(values["stiffness"])
+        error = TransmissionError(**{name: tuple(found) for name, found in values["error"].items()})
+        return MeshModel(**{**values, "error": error, "stiffness": stiffness})
     except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
         raise InputError("dataset", "must carry the model of its study as JSON in attrs['model']", text,
                          f"Compute it again, or load the file that was saved. ({error})") from error
-
-
-def _model(values: dict[str, Any]) -> MeshModel:
-    """The model with these fields, as decoded from the JSON of `model_json`."""
-    parts = {"error": TransmissionError, "stiffness": STIFFNESS_KINDS[values.pop("stiffness_kind")]}
-    made = {n: kind(**{k: _tuple_for_list(v) for k, v in values[n].items()}) for n, kind in parts.items()}
-    return MeshModel(**{**values, **made})
-
-
-def _tuple_for_list(value: Any) -> Any:
-    """A tuple for a list of JSON; any other value as it is."""
-    return tuple(value) if isinstance(value, list) else value
-
-
-def _fields(model: MeshModel) -> dict[str, Any]:
-    """All fields of a model as numbers, texts, lists and dicts; ``error`` is the transmission error."""
-    out = {f.name: getattr(model, f.name) for f in dataclasses.fields(MeshModel)}
-    for name in ("error", "stiffness"):
-        out[name] = dataclasses.asdict(out[name])
-    return {**out, "initial": dict(model.initial)}
 
 
 def provenance(study: str, model: MeshModel, **settings: Any) -> dict[str, Any]:
@@ -214,25 +200,20 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> list[Path]:
     ...     table.read_text().splitlines()[0]
     'period [T],section_z [delta]'
     """
-    target = Path(path)
-    _check_savable(dataset, target)
-    check_target("path", target)
-    if target.suffix.lower() == CSV_SUFFIX:
-        return save_csv(dataset, target)
-    write_bytes(target, netcdf_bytes(dataset))
-    return [target]
-
-
-def _check_savable(dataset: Any, target: Path) -> None:
-    """Raise `InputError` unless this is a Dataset and the path has a suffix of a file of results, or none."""
     import xarray as xr
 
+    target = Path(path)
     if not isinstance(dataset, xr.Dataset):
         raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}",
                          "E.g. save(gc.regime(model).to_dataset(), path) for a verdict.")
     if target.suffix and target.suffix.lower() not in DATA_SUFFIXES:
         raise InputError("path", f"must end in {', '.join(DATA_SUFFIXES)}, or have no ending", str(target),
                          "It is NetCDF that is written, or with .csv a table.")
+    check_target("path", target)
+    if target.suffix.lower() == CSV_SUFFIX:
+        return save_csv(dataset, target)
+    write_bytes(target, netcdf_bytes(dataset))
+    return [target]
 
 
 def netcdf_bytes(dataset: xr.Dataset) -> memoryview:

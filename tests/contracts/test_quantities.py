@@ -20,7 +20,7 @@ from gearchaos.quantities import (
     PREFIXES,
     RESPONSES,
     RESULTS,
-    STIFFNESS_LEVELS,
+    STIFFNESS_PARAMETERS,
     VERDICTS,
     Name,
     find,
@@ -29,7 +29,7 @@ from gearchaos.quantities import (
     quantity,
 )
 
-TABLES = (PARAMETERS, STIFFNESS_LEVELS, COORDINATES, RESPONSES, VERDICTS, RESULTS)
+TABLES = (PARAMETERS, STIFFNESS_PARAMETERS, COORDINATES, RESPONSES, VERDICTS, RESULTS)
 NAMES = [q.name for table in TABLES for q in table] + [f"{family}{n}" for family in HARMONICS for n in (1, 12, 64)]
 
 
@@ -85,7 +85,7 @@ def test_every_parameter_and_coordinate_of_every_model_has_a_row_with_a_range():
 
 
 def test_members_of_pairs_are_parameters():
-    names = {q.name for q in (*PARAMETERS, *STIFFNESS_LEVELS)}
+    names = {q.name for q in (*PARAMETERS, *STIFFNESS_PARAMETERS)}
     assert all(set(members) <= names for members in PARAMETER_PAIRS.values())
 
 

@@ -127,7 +127,7 @@ def test_the_tube_of_a_grazing_motion_contains_motions_that_part_and_motions_tha
     parting = GRAZING.with_values({"omega": GRAZING.value("omega") - width})
     with precision(BITS):
         equations = MeshEquations(exact_parameters(parting), bits=BITS)
-        candidate = converged(equations, lifted(orbit_points(gc.orbit(parting, period=1))[1], equations))
+        candidate = converged(equations, lifted(orbit_points(gc.orbit(parting, period=1))[1], equations.names))
         system = BoxSystem(candidate, [{"omega": 2 * Fraction(width)}], grazing=True)
         centre, drift = candidate.trajectories[0], system.drift[0][:, 0]
         arguments = system.bounds(Fraction(1)), centre, drift, radius, system.shifts[0]
@@ -156,7 +156,7 @@ def system_of(name, scale):
     equations = MeshEquations(exact_parameters(model), bits=BITS)
     points = orbit_points(gc.regime(model))[1]
     directions = [dict.fromkeys(model.set_by(n), Fraction(w) * Fraction(scale)) for n, w in widths.items()]
-    return BoxSystem(converged(equations, lifted(points, equations)), directions)
+    return BoxSystem(converged(equations, lifted(points, equations.names)), directions)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -238,7 +238,7 @@ def test_an_amplitude_that_is_0_at_the_centre_of_a_box_is_refused(width):
     model = MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.0, eps2=0.01)
     with precision(BITS):
         equations = MeshEquations(exact_parameters(model), bits=BITS)
-        candidate = converged(equations, lifted(orbit_points(gc.orbit(model, period=1))[1], equations))
+        candidate = converged(equations, lifted(orbit_points(gc.orbit(model, period=1))[1], equations.names))
         for name in ("eps1", "eps3"):
             with pytest.raises(InputError, match=f"{name} must not be 0 at the centre of the box"):
                 BoxSystem(candidate, [{name: width, "omega": width}])

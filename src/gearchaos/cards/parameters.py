@@ -10,15 +10,7 @@ import numpy as np
 from gearchaos.cards.card import Card
 from gearchaos.cards.drawing import EMPHASIS, Drawing, around
 from gearchaos.gears.operating import OperatingModel
-from gearchaos.model import (
-    HarmonicStiffness,
-    MeshModel,
-    SteppedStiffness,
-    TwoLevelStiffness,
-    mesh_stiffness,
-    transmission_error,
-)
-from gearchaos.model.names import has_effect
+from gearchaos.model import MeshModel, has_effect, mesh_stiffness, transmission_error
 from gearchaos.studies.study import Study
 
 _KINDS = {"single": "Single-degree-of-freedom model", "torsional": "Torsional model",
@@ -50,7 +42,7 @@ def model_rows(model: MeshModel) -> Iterator[tuple[str, str]]:
     yield "mesh damping ζ", f"{model.zeta:.6g}"
     yield "static load q₀", f"{model.q1:.6g}" if model.q1 == model.q2 else f"{model.q1:.6g}, {model.q2:.6g}"
     yield "transmission error ε", _listed(model.error.amplitudes)
-    yield "mesh stiffness χ", _stiffness(model)
+    yield "mesh stiffness χ", model.stiffness.describe()
     standard = MeshModel(kind=model.kind)
     for f in fields(MeshModel):
         value = getattr(model, f.name)
@@ -65,21 +57,6 @@ def _listed(values: tuple[float, ...]) -> str:
     if len(values) > _MOST_LISTED and any(values):
         return f"{len(values)} harmonics of at most {max(map(abs, values)):.4g}"
     return ", ".join(f"{value:.4g}" for value in values) if any(values) else "none"
-
-
-def _stiffness(model: MeshModel) -> str:
-    """The waveform of the mesh stiffness in words."""
-    wave = model.stiffness
-    if isinstance(wave, TwoLevelStiffness):
-        if wave.chi1 == wave.chi2 == 0:
-            return "constant"
-        levels = f"{1 + wave.chi1:.4g} and {1 - wave.chi2:.4g}"
-        return f"two levels, {levels}, contact ratio {wave.contact_ratio:.4g}"
-    if isinstance(wave, SteppedStiffness):
-        return f"{len(wave.levels)} levels, {min(wave.levels):.4g} to {max(wave.levels):.4g}"
-    assert isinstance(wave, HarmonicStiffness)
-    count = len(wave.amplitudes)
-    return f"{count} harmonic{'s' * (count != 1)}"
 
 
 def excitation(model: MeshModel) -> Drawing:

@@ -21,7 +21,6 @@ from gearchaos.quantities import (
     OPERATION,
     PARAMETERS,
     RESPONSES,
-    STIFFNESS_LEVELS,
     VERDICTS,
     Quantity,
 )
@@ -35,7 +34,6 @@ _GEARS = ("design", "operation", "gearpair")
 """Tables of study files with gears."""
 
 _KINDS = ("single", "torsional", "full")
-_VALUES = (*PARAMETERS, *STIFFNESS_LEVELS, *(q for q in HARMONICS.values()))
 _EXAMPLES = {"speed": "1500", "torque": "100"}
 """Values of the parameters that have no default."""
 
@@ -102,7 +100,7 @@ def values(context: typer.Context, incomplete: str) -> list[str]:
     """NAME=VALUE for ``--set``: kinds of models, parameters, initial values, the operating point of gears, and the
     values of the gears of the study file on the command line."""
     given: dict[str, tuple[str, ...]] = {"kind": _KINDS, **_of_gears(_argument(context))}
-    return _assignments(incomplete, [*given, *map(_first, (*_VALUES, *COORDINATES, *OPERATION))], _default, given)
+    return _assignments(incomplete, [*given, *map(_first, (*_values(), *COORDINATES, *OPERATION))], _default, given)
 
 
 def _of_gears(path: str) -> dict[str, tuple[str, ...]]:
@@ -130,13 +128,13 @@ def starts(context: typer.Context, incomplete: str) -> list[str]:
 
 def axes(context: typer.Context, incomplete: str) -> list[str]:
     """NAME=START:STOP:COUNT for ``--axis``, over the range that the explorer offers."""
-    rows = {_first(q): q for q in (*_VALUES, *COORDINATES, *OPERATION)}
+    rows = {_first(q): q for q in (*_values(), *COORDINATES, *OPERATION)}
     return _assignments(incomplete, rows, lambda name: _range(rows[name]) + ":200", {})
 
 
 def ranges(context: typer.Context, incomplete: str) -> list[str]:
     """NAME=START:STOP for ``--axis`` of commands that follow something along a parameter."""
-    rows = {_first(q): q for q in (*_VALUES, *OPERATION)}
+    rows = {_first(q): q for q in (*_values(), *OPERATION)}
     return _assignments(incomplete, rows, lambda name: _range(rows[name]), {})
 
 
@@ -150,6 +148,14 @@ def _assignments(
         return [f"{n}=" for n in found]
     texts = [v for v in given.get(found[0]) or (value(found[0]),) if v.startswith(rest)]
     return texts if _name_before else [f"{found[0]}={v}" for v in texts]
+
+
+def _values() -> tuple[Quantity, ...]:
+    """The parameters of all models; those of the mesh stiffness are known once its kinds are imported."""
+    from gearchaos.model import STIFFNESS_KINDS
+
+    rows = (row for kind in STIFFNESS_KINDS.values() for row in kind.rows)
+    return (*PARAMETERS, *rows, *HARMONICS.values())
 
 
 def _first(row: Quantity) -> str:
@@ -169,7 +175,6 @@ def _default(name: str) -> str:
         return _EXAMPLES[name]
     if name in {q.name for q in COORDINATES}:
         return "1" if name == "x1" else "0"
-    from gearchaos.model import HarmonicStiffness, MeshModel
+    from gearchaos.model import MeshModel, default_stiffness
 
-    stiffness = {"stiffness": HarmonicStiffness()} if name in ("c1", "alpha1") else {}
-    return f"{MeshModel(**stiffness).value(name):g}"  # type: ignore[arg-type]
+    return f"{MeshModel(stiffness=default_stiffness([name])).value(name):g}"

@@ -30,7 +30,7 @@ class Reason(IntEnum):
     """Reason for a verdict; `REASONS` has the texts.
 
     Names and texts are part of the files of results. ``BUDGET`` means that the runs of the lengths in
-    `gearchaos.Classification` (called budget in earlier versions) decided nothing.
+    `gearchaos.Classification` decided nothing.
 
     Examples
     --------

@@ -15,7 +15,7 @@ import numpy as np
 from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.units import RPM, SPEED, TORQUE, to_si
-from gearchaos.model import PARAMETER_PAIRS, MeshModel, has_effect
+from gearchaos.model import PARAMETER_PAIRS, SUPPORTS, MeshModel, has_effect
 from gearchaos.quantities import OPERATION
 from gearchaos.validation import check, to_float
 
@@ -138,7 +138,7 @@ class OperatingModel(MeshModel):
         if values.get("kind") != "full" or self.kind == "full":
             return values
         given = {single for name in values for single in PARAMETER_PAIRS.get(name, (name,))}
-        if given >= {f"{family}{n}" for family in ("mu", "kappa", "zeta_support") for n in (1, 2)}:
+        if given >= {f"{family}{n}" for family in SUPPORTS for n in (1, 2)}:
             return values
         return {**_point(self.gears, None).pair.lateral_parameters(), **values}
 

@@ -7,7 +7,7 @@ Equation numbers refer to J. Łuczko, *Chaotic vibrations in gear mesh systems*,
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from gearchaos.display import HasCard
@@ -25,9 +25,8 @@ from gearchaos.gears.pair_checks import (
 from gearchaos.gears.scales import Scales
 from gearchaos.model import (
     KINDS,
-    HarmonicStiffness,
+    STIFFNESS_KINDS,
     MeshModel,
-    SteppedStiffness,
     Stiffness,
     TransmissionError,
     TwoLevelStiffness,
@@ -265,15 +264,6 @@ class GearPair(HasCard):
 
     def _stiffness(self) -> Stiffness:
         """χ(τ) = c(t)/c0, (2.16) or (2.7)."""
-        if self.stiffness_amplitudes:
-            ratios = tuple(c / self.c0 for c in self.stiffness_amplitudes)
-            return HarmonicStiffness(ratios, self.stiffness_phases)
-        if self.stiffness_levels:
-            return SteppedStiffness(tuple(c / self.c0 for c in self.stiffness_levels), self.stiffness_starts)
-        return TwoLevelStiffness(**self._levels())
-
-    def _levels(self) -> dict[str, float]:
-        """The fields of `TwoLevelStiffness` that are given, by name."""
-        names = [f.name for f in fields(TwoLevelStiffness)]
-        return {name: value for name in names if (value := getattr(self, name)) is not None}
+        given = (kind.from_pair(self) for kind in STIFFNESS_KINDS.values())
+        return next((found for found in given if found is not None), TwoLevelStiffness())
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
+from gearchaos.model import STIFFNESS_KINDS
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 
 UNIT_FIELDS: dict[str, tuple[units.Dimension, Rule | None]] = {
@@ -38,10 +39,7 @@ SERIES_FIELDS: dict[str, units.Dimension] = {
 OPTIONAL_FIELDS = ("M20", "m1", "m2", "c1", "c2")
 """The fields that may be None."""
 
-_STIFFNESS_FIELDS = (
-    ("chi1", "chi2", "contact_ratio"), ("stiffness_amplitudes", "stiffness_phases"),
-    ("stiffness_levels", "stiffness_starts"),
-)
+_STIFFNESS_FIELDS = tuple(tuple(kind.pair_fields.values()) for kind in STIFFNESS_KINDS.values())
 """The fields of each kind of mesh stiffness."""
 
 _RATIO_TOLERANCE = 0.01

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from functools import cache
 from importlib.metadata import version
 from importlib.resources import files
@@ -13,7 +12,7 @@ import jinja2
 
 from gearchaos.errors import unknown_name
 from gearchaos.gears.operating import AnyModel, OperatingModel, as_model
-from gearchaos.model import COORDINATES, SCALARS, HarmonicStiffness, MeshModel, has_effect, stiffness_kind, vary
+from gearchaos.model import COORDINATES, SCALARS, MeshModel, Stiffness, has_effect, vary
 from gearchaos.model.coordinates import initial_values, transmission_error_at_start
 from gearchaos.quantities import quantity
 
@@ -62,33 +61,53 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     return _environment().get_template(TEMPLATES[tool]).render(_values(found))
 
 
-@dataclass(frozen=True)
-class _Constant:
-    """A parameter as a constant of the script."""
-
-    name: str
-    value: str
-    comment: str
-
-
 def _values(model: MeshModel) -> dict[str, Any]:
     """The values that fill the templates."""
-    names = COORDINATES[model.kind]
-    stiffness = model.stiffness
-    orders = [1, len(model.error.amplitudes)]
-    if isinstance(stiffness, HarmonicStiffness):
-        orders.append(len(stiffness.amplitudes))
-        waveform = {"c": _list(stiffness.amplitudes), "alpha": _list(stiffness.phases)}
-    else:
-        waveform = {name: _list(v) if isinstance(v, tuple) else repr(v) for name, v in vars(stiffness).items()}
-    columns = "τ, z and z'" if model.kind == "single" else "τ, the coordinates, z and z'"
+    names, wave = COORDINATES[model.kind], model.stiffness
+    orders = [1, len(model.error.amplitudes), len(wave.harmonics()[0])]
+    scales = model.gears.to_pair().scales if isinstance(model, OperatingModel) else None
     return {
-        "version": version("gearchaos"), "kind": model.kind, "stiffness": stiffness_kind(stiffness),
-        "scalars": _scalars(model), "scales": _scales(model), "eps": _list(model.error.amplitudes),
-        "theta": _list(model.error.phases), "names": list(names), "names_in_words": ", ".join(names),
+        "version": version("gearchaos"), "kind": model.kind,
+        "equation": f", {wave.equation}" * bool(wave.equation), "series": bool(wave.families),
+        "constants": [(n, _list(v) if isinstance(v, tuple) else repr(v)) for n, v in wave.numbers().items()],
+        **_steps(wave),
+        "scalars": [{"name": n, "value": repr(getattr(model, n)), "comment": _comment(n)}
+                    for n in SCALARS if has_effect(n, model.kind)],
+        "scales": [f"Here Δ = {scales.length!r} m and ω0 = {scales.rate!r} rad/s."] if scales else [],
+        "eps": _list(model.error.amplitudes), "theta": _list(model.error.phases),
+        "names": list(names), "names_in_words": ", ".join(names),
         "initial": _list(_initial(model)), "largest_order": max(orders), "periods": PERIODS,
-        "columns_in_words": columns, **waveform,
+        "columns_in_words": "τ, z and z'" if model.kind == "single" else "τ, the coordinates, z and z'",
     }
+
+
+def _operation(sign: str, turned: bool = False) -> Callable[[Any, object], _Text]:
+    """A sum, difference, product or quotient of a `_Text` and a number or another one; ``turned``: that comes first."""
+    def text(one: _Text, other: object) -> _Text:
+        left, right = (f"({term})" if " " in str(term) else str(term) for term in (one, other)[:: -1 if turned else 1])
+        return _Text(f"{left} {sign} {right}")
+
+    return text
+
+
+class _Text(str):
+    """A name or a term in a script, with which parts of a stiffness are computed as with a number."""
+
+    __slots__ = ()
+
+    __add__, __radd__ = _operation("+"), _operation("+", turned=True)
+    __sub__, __rsub__ = _operation("-"), _operation("-", turned=True)
+    __mul__, __rmul__ = _operation("*"), _operation("*", turned=True)
+    __truediv__, __rtruediv__ = _operation("/"), _operation("/", turned=True)
+
+
+def _steps(stiffness: Stiffness) -> dict[str, str]:
+    """Levels and starts as a script computes them; empty where they are constants of the script, or there are none."""
+    if stiffness.families or stiffness.unnamed():
+        return {"levels": "", "starts": ""}
+    starts, levels = zip(*stiffness.parts({name: _Text(name) for name in stiffness.numbers()}), strict=True)
+    return {name: f"[{', '.join(str(float(v) if isinstance(v, int) else v) for v in values)}]"
+            for name, values in (("levels", levels), ("starts", starts))}
 
 
 def _list(values: Sequence[float]) -> str:
@@ -96,26 +115,11 @@ def _list(values: Sequence[float]) -> str:
     return "[" + ", ".join(map(repr, values)) + "]"
 
 
-def _scalars(model: MeshModel) -> list[_Constant]:
-    """The scalar parameters that have an effect, with what they are."""
-    used = [name for name in SCALARS if has_effect(name, model.kind)]
-    return [_Constant(name, repr(getattr(model, name)), _comment(name)) for name in used]
-
-
 def _comment(name: str) -> str:
     """What a scalar parameter is: its symbol, words and equation."""
     row = quantity(name)
-    words = row.long_name or row.title
     wheel = f" of wheel {name[-1]}" if name[-1] in "12" else ""
-    return f"{words}{wheel}, {row.symbol} of {'(2.8)' if name == 'omega' else '(2.11)'}"
-
-
-def _scales(model: MeshModel) -> list[str]:
-    """What the dimensionless units are in SI, for a model of given gears."""
-    if not isinstance(model, OperatingModel):
-        return []
-    scales = model.gears.to_pair().scales
-    return [f"Here Δ = {scales.length!r} m and ω0 = {scales.rate!r} rad/s."]
+    return f"{row.long_name or row.title}{wheel}, {row.symbol} of {'(2.8)' if name == 'omega' else '(2.11)'}"
 
 
 def _initial(model: MeshModel) -> list[float]:
@@ -132,11 +136,8 @@ def _initial(model: MeshModel) -> list[float]:
 
 @cache
 def _environment() -> jinja2.Environment:
+    folder = files("gearchaos.interchange").joinpath("templates")
     return jinja2.Environment(
-        loader=jinja2.FunctionLoader(_template), undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True,
-        keep_trailing_newline=True,
+        loader=jinja2.FunctionLoader(lambda name: folder.joinpath(name).read_text(encoding="utf-8")),
+        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
     )
-
-
-def _template(name: str) -> str:
-    return files("gearchaos.interchange").joinpath("templates", name).read_text(encoding="utf-8")

@@ -1,18 +1,48 @@
-"""The equations of a gear mesh in SymPy."""
+"""The equations of a gear mesh in SymPy: symbols, the model as a value, and whether two of them agree."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gearchaos.errors import InputError
-from gearchaos.interchange.symbols import COORDINATES, TAU, sympy
 
 if TYPE_CHECKING:
     from sympy import Basic, Eq, Expr, Symbol
     from sympy.core.function import AppliedUndef
+
+COORDINATES = ("x1", "x2", "y1", "y2", "z")
+"""The functions of τ that may be coordinates; z is none where it has a definition."""
+
+
+def sympy() -> Any:
+    """The module `sympy`; raises `InputError` if it is not installed."""
+    try:
+        import sympy as module
+    except ImportError:
+        raise InputError("SymPy", "must be installed for symbolic equations", "missing",
+                         'Run: pip install "gearchaos[sympy]".') from None
+    return module
+
+
+def TAU() -> Any:  # the letter of time in the equations
+    """The symbol of the time τ."""
+    return sympy().Symbol("tau", real=True)
+
+
+def symbol(name: str) -> Any:
+    """The symbol of a parameter."""
+    return sympy().Symbol(name, real=True)
+
+
+def function(name: str) -> Any:
+    """The function of τ with this name."""
+    return sympy().Function(name)(TAU())
 
 
 @dataclass(frozen=True)
@@ -52,7 +82,10 @@ class SymbolicModel:
     initial: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        _check_equations(self.equations)
+        if not isinstance(self.equations, Sequence) or not self.equations or not all(
+                isinstance(equation, sympy().Eq) for equation in self.equations):
+            raise InputError("equations", "must be a sequence of sympy.Eq", self.equations,
+                             "E.g. [sympy.Eq(left, right)].")
         _check_values(self.values)
         object.__setattr__(self, "equations", tuple(self.equations))
         for name in ("definitions", "values", "initial"):
@@ -64,7 +97,8 @@ class SymbolicModel:
         written = (*self.equations, *self.definitions.values())
         found = {f.func.__name__: f for e in written for f in e.atoms(sympy().core.function.AppliedUndef)}
         known = {f.func.__name__ for f in self.definitions}
-        return tuple(found[n] for n in sorted(found, key=_position) if n not in known)
+        order = [*COORDINATES, *sorted(found.keys() - {*COORDINATES})]
+        return tuple(found[n] for n in order if n in found and n not in known)
 
     def accelerations(self) -> dict[AppliedUndef, Expr]:
         """The second derivative of each coordinate as a function of τ, the coordinates and their first derivatives.
@@ -97,13 +131,6 @@ def _inserted(expression: Basic, definitions: Mapping[AppliedUndef, Expr]) -> Ba
     return expression
 
 
-def _check_equations(equations: Any) -> None:
-    """Raise `InputError` unless these are equations."""
-    if not isinstance(equations, Sequence) or not equations or not all(
-            isinstance(equation, sympy().Eq) for equation in equations):
-        raise InputError("equations", "must be a sequence of sympy.Eq", equations, "E.g. [sympy.Eq(left, right)].")
-
-
 def _check_values(values: Mapping[Any, Any]) -> None:
     """Raise `InputError` unless these are real numbers by symbol."""
     for symbol, value in values.items():
@@ -116,6 +143,45 @@ def _check_values(values: Mapping[Any, Any]) -> None:
             raise InputError("values", "must be real numbers", f"{symbol} = {value}") from None
 
 
-def _position(name: str) -> tuple[int, str]:
-    """The place of a function among the coordinates; unknown ones are last."""
-    return COORDINATES.index(name) if name in COORDINATES else len(COORDINATES), name
+_STATES, _SEED = 400, 1
+"""Number of random states at which equations are compared, and the seed of the random numbers."""
+
+_TOLERANCE = 1e-10
+"""Relative difference up to which two accelerations are called equal: many times the rounding of their terms."""
+
+
+def check_symbols(symbolic: SymbolicModel) -> None:
+    """Raise `InputError` if the equations contain a symbol that has no value."""
+    free = set().union(*(e.free_symbols for e in (*symbolic.equations, *symbolic.definitions.values())))
+    missing = sorted(s.name for s in free - set(symbolic.values) - {TAU()})
+    if missing:
+        raise InputError("values", "must have a value for each symbol of the equations", missing,
+                         "Symbols are compared by name and assumptions: use those of gearchaos.to_sympy(model).")
+
+
+def check_equal(given: SymbolicModel, expected: SymbolicModel) -> None:
+    """Raise `InputError` unless both have the same accelerations at random times and states."""
+    names = [f.func.__name__ for f in given.coordinates]
+    random = np.random.default_rng(_SEED)
+    omega = next((float(v) for s, v in given.values.items() if s.name == "omega"), 1.0)
+    tau = random.uniform(0, 6 * math.pi / omega, _STATES)  # in three mesh periods
+    state = random.uniform(-2, 2, (2 * len(names), _STATES))  # in all contact states
+    for name, ours, theirs in zip(names, *(_accelerations(s, tau, state) for s in (expected, given)), strict=True):
+        wrong = np.abs(theirs - ours) > _TOLERANCE * (1 + np.abs(ours))
+        if np.any(wrong) or not np.all(np.isfinite(theirs)):
+            i = int(np.argmax(wrong))
+            raise InputError(f"equation of {name}", "must be that of docs/model.md with the given values",
+                             f"{name}'' = {theirs[i]:.12g} instead of {ours[i]:.12g} at τ = {tau[i]:.6g}",
+                             "Print gearchaos.to_sympy(model).equations and .definitions for the form.")
+
+
+def _accelerations(symbolic: SymbolicModel, tau: np.ndarray, state: np.ndarray) -> list[np.ndarray]:
+    """The second derivative of each coordinate at times (N,) and states (2 count, N): x, x', …, each (N,)."""
+    sp, coordinates = sympy(), symbolic.coordinates
+    plain = [sp.Dummy() for _ in range(2 * len(coordinates))]
+    values = dict(zip(coordinates, plain[::2], strict=True))
+    rates = {f.diff(TAU()): rate for f, rate in zip(coordinates, plain[1::2], strict=True)}
+    numbers = {s: sp.Float(float(v), 17) for s, v in symbolic.values.items()}
+    expressions = [e.xreplace(rates).xreplace(values).xreplace(numbers) for e in symbolic.accelerations().values()]
+    compute = sp.lambdify([TAU(), *plain], expressions, "numpy", cse=True)
+    return [np.broadcast_to(np.asarray(a, dtype=float), tau.shape) for a in compute(tau, *state)]

@@ -1,36 +1,41 @@
 """The dimensionless equations of a gear mesh: parameters, waveforms, batches, coordinates, the switched affine form."""
 
 from gearchaos.model.batch import Batch, vary
-from gearchaos.model.excitation import backlash, mesh_stiffness, transmission_error
-from gearchaos.model.names import (
+from gearchaos.model.parameters import (
     COORDINATES,
     KINDS,
     SCALARS,
+    SUPPORTS,
     Kind,
+    MeshModel,
+    backlash,
+    check_has_effect,
     check_initial_consistent,
     check_state_name,
-    default_stiffness,
-    expand_pairs,
     has_effect,
     known_names,
+    mesh_stiffness,
     state_names,
+    transmission_error,
 )
-from gearchaos.model.parameters import MeshModel
-from gearchaos.model.waveforms import (
+from gearchaos.model.stiffness import (
+    MAX_LEVELS,
+    STIFFNESS_FORMS,
     STIFFNESS_KINDS,
     HarmonicStiffness,
     SteppedStiffness,
     Stiffness,
-    TransmissionError,
     TwoLevelStiffness,
-    stiffness_kind,
+    default_stiffness,
 )
+from gearchaos.model.waveforms import TransmissionError
 from gearchaos.quantities import PARAMETER_PAIRS
 from gearchaos.validation import check
 
 __all__ = [
-    "COORDINATES", "KINDS", "PARAMETER_PAIRS", "SCALARS", "STIFFNESS_KINDS", "Batch", "HarmonicStiffness", "Kind",
-    "MeshModel", "SteppedStiffness", "Stiffness", "TransmissionError", "TwoLevelStiffness", "backlash", "check",
-    "check_initial_consistent", "check_state_name", "default_stiffness", "expand_pairs", "has_effect",
-    "known_names", "mesh_stiffness", "state_names", "stiffness_kind", "transmission_error", "vary",
+    "COORDINATES", "KINDS", "MAX_LEVELS", "PARAMETER_PAIRS", "SCALARS", "STIFFNESS_FORMS", "STIFFNESS_KINDS",
+    "SUPPORTS", "Batch", "HarmonicStiffness", "Kind", "MeshModel", "SteppedStiffness", "Stiffness",
+    "TransmissionError", "TwoLevelStiffness", "backlash", "check", "check_has_effect", "check_initial_consistent",
+    "check_state_name", "default_stiffness", "has_effect", "known_names", "mesh_stiffness", "state_names",
+    "transmission_error", "vary",
 ]

@@ -11,9 +11,7 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.model.names import STATE_NAMES, check_has_effect, check_initial_consistent
-from gearchaos.model.parameters import MeshModel
-from gearchaos.model.waveforms import check_stiffness
+from gearchaos.model.parameters import STATE_NAMES, MeshModel, check_has_effect, check_initial_consistent
 from gearchaos.quantities import parse_harmonic
 from gearchaos.validation import check
 
@@ -98,5 +96,5 @@ def vary(model: MeshModel, values: Mapping[str, Any]) -> Batch:
         check_has_effect(name, model.kind)
     check_initial_consistent(n for n in {**model.initial, **flat} if n in STATE_NAMES)
     batch = Batch(model, MappingProxyType(flat), next(iter(sizes))[0])
-    check_stiffness(*batch.harmonics("c", "alpha"))
+    model.stiffness.check(flat, *batch.harmonics("c", "alpha"))
     return batch

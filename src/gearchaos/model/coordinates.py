@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from gearchaos.model.batch import Batch
-from gearchaos.model.names import COORDINATES
+from gearchaos.model.parameters import COORDINATES
 from gearchaos.model.switched import SwitchedAffine, equal_ratios, rotation_decay
 
 _WEAK_DECAY = 2e-3
@@ -182,22 +182,9 @@ def _rotation(
     batch: Batch, at: dict[str, np.ndarray], tau: np.ndarray, difference: np.ndarray, difference_dot: np.ndarray,
     known: np.ndarray | None,
 ) -> dict[str, np.ndarray]:
-    """x1 and x2 with their velocities, each (P, S).
+    """x1 and x2 with their velocities, each (P, S), from x1 − x2 and its velocity and the mean rotation.
 
-    Parameters
-    ----------
-    batch : Batch
-        P points.
-    at : dict of str to (P, S)
-        The dynamic state by name of coordinate.
-    tau : (P, S)
-        Times since the initial values.
-    difference, difference_dot : (P, S)
-        x1 − x2 and its velocity.
-    known : (P, S) or None
-        x2 where it is known; NaN where it is computed here, from the difference and the mean rotation.
-
-    The mean rotation follows from the sum of the first two rows of (2.12).
+    The latter follows from the sum of the first two rows of (2.12). ``known`` is x2 where it is known, else NaN.
     """
     mean, mean_dot = _mean_rotation(batch, tau)
     share = _first_share(batch, "J")
@@ -268,16 +255,11 @@ def _mean_lateral(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray
     damping = _column(batch, batch["zeta_support1"])
     square = _column(batch, batch["kappa1"]) / _column(batch, batch["mu1"])
     root = np.sqrt(damping**2 - square + 0j)
-    decay, spread = np.exp((root - damping) * tau), _decay_quotient(root, tau)
+    decay, exponent = np.exp((root - damping) * tau), 2 * root * tau
+    small = np.abs(exponent) < 1e-6  # (1 − e^(−2ρτ))/(2ρ) without cancellation; its limit for ρ → 0 is τ
+    spread = tau * np.where(small, 1 - exponent / 2, -np.expm1(-exponent) / np.where(small, 1, exponent))
     cosine, sine = (decay * (1 + np.exp(-2 * root * tau)) / 2).real, (decay * spread).real
     return m * (cosine + damping * sine) + m_dot * sine, m_dot * (cosine - damping * sine) - square * m * sine
-
-
-def _decay_quotient(root: np.ndarray, tau: np.ndarray) -> np.ndarray:
-    """(1 − e^(−2ρτ))/(2ρ) for ρ = ``root`` (P, 1) and τ (P, S), without cancellation; its limit for ρ → 0 is τ."""
-    s = 2 * root * tau
-    small = np.abs(s) < 1e-6
-    return tau * np.where(small, 1 - s / 2, -np.expm1(-s) / np.where(small, 1, s))
 
 
 def _first_share(batch: Batch, inertia: str) -> np.ndarray:

@@ -7,34 +7,84 @@ Equation numbers refer to J. Łuczko, *Chaotic vibrations in gear mesh systems*,
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from types import MappingProxyType
-from typing import Any, Self, TypeVar
+from typing import Any, Literal, Self, TypeVar
+
+import numpy as np
 
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.model.names import (
-    KINDS,
-    RELATIVE,
-    SCALARS,
-    STATE_NAMES,
-    Kind,
-    check_initial_consistent,
-    check_state_name,
-    default_stiffness,
-    expand_pairs,
-)
-from gearchaos.model.waveforms import (
-    HarmonicStiffness,
-    SteppedStiffness,
-    Stiffness,
-    TransmissionError,
-    TwoLevelStiffness,
-)
-from gearchaos.quantities import parse, parse_harmonic
-from gearchaos.validation import to_float
+from gearchaos.model.stiffness import STIFFNESS_KINDS, Stiffness, TwoLevelStiffness, default_stiffness
+from gearchaos.model.waveforms import TransmissionError, harmonics, with_harmonics
+from gearchaos.quantities import PARAMETER_PAIRS, PARAMETERS, parse, parse_harmonic
+from gearchaos.validation import MAX_HARMONICS, to_float
+
+Kind = Literal["single", "torsional", "full"]
+KINDS: tuple[str, ...] = ("single", "torsional", "full")
+
+_TORSION = ("x1", "x1_dot", "x2", "x2_dot")
+COORDINATES: dict[str, tuple[str, ...]] = {
+    "single": ("z", "z_dot"),
+    "torsional": _TORSION,
+    "full": (*_TORSION, "y1", "y1_dot", "y2", "y2_dot"),
+}
+"""The coordinates of each kind of model for which initial values and results are given, in this order."""
+
+RELATIVE = COORDINATES["single"]
+"""Initial values of the relative motion alone, which do not determine x1 and x2."""
+
+STATE_NAMES = (*RELATIVE, *COORDINATES["full"])
+"""All names of initial values."""
+
+SCALARS: tuple[str, ...] = tuple(q.name for q in PARAMETERS if not q.members)
+"""Names of the scalar parameters, in the order of the fields of `MeshModel`."""
+
+SUPPORTS = ("mu", "kappa", "zeta_support")
+"""The families of parameters of lateral motion."""
+
+_PAIRS = tuple(q.name for q in PARAMETERS if q.members)
+
+
+def known_names(model: MeshModel) -> tuple[str, ...]:
+    """All names by which a value of this model can be set; of the harmonics only the first of each family."""
+    return (*SCALARS, *_PAIRS, *model.stiffness.parameter_names(), "eps1", "theta1", *state_names(model.kind))
+
+
+def state_names(kind: str) -> tuple[str, ...]:
+    """The coordinates for which a model of this kind takes initial values."""
+    return (*RELATIVE, *_TORSION) if kind == "single" else COORDINATES[kind]
+
+
+def check_initial_consistent(names: Iterable[str]) -> None:
+    """Raise `InputError` if initial values are given both for z and for the coordinates that determine z."""
+    given = set(names)
+    if given & set(RELATIVE) and given - set(RELATIVE):
+        raise InputError("initial", "must give either z, z_dot or the x coordinates, not both", sorted(given))
+
+
+def check_state_name(kind: str, name: str) -> None:
+    """Raise `InputError` unless a model of this kind can have an initial value of this name."""
+    if name not in state_names(kind):
+        raise unknown_name(f"initial value of a {kind} model", name, state_names(kind))
+
+
+def check_has_effect(name: str, kind: str) -> None:
+    """Raise `InputError` if a parameter has no effect in a kind of model.
+
+    Only the full model has parameters of lateral motion, and the single model has no bearing friction.
+    """
+    if not has_effect(name, kind):
+        advice = "Use kind='full'." if parse(name).family in SUPPORTS else "Use kind='torsional'."
+        raise InputError(name, f"must be a parameter of the {kind} model", name, advice)
+
+
+def has_effect(name: str, kind: str) -> bool:
+    """Whether a parameter has an effect in a kind of model."""
+    family = parse(name).family
+    return kind == "full" if family in SUPPORTS else not (family == "beta" and kind == "single")
 
 
 @dataclass(frozen=True)
@@ -110,32 +160,20 @@ class MeshModel(HasCard):
                 object.__setattr__(self, name, 0.0 if self.kind == "single" else 0.01)
         for name in SCALARS:
             object.__setattr__(self, name, to_float(name, getattr(self, name)))
-        self._check_single()
-        self._check_parts()
-        object.__setattr__(self, "initial", MappingProxyType(self._checked_initial()))
-
-    def _check_single(self) -> None:
-        """Raise `InputError` if a single model has bearing friction."""
         if self.kind == "single" and (self.beta1 or self.beta2):
             raise InputError(
                 "beta", "must be 0 in the single model, (2.17)", self.beta1 or self.beta2,
                 "Leave beta out, or use kind='torsional'.",
             )
-
-    def _check_parts(self) -> None:
-        """Raise `InputError` unless the fields that are not numbers have the right types."""
-        for name, (kinds, rule, advice) in _PARTS.items():
-            if not isinstance(value := getattr(self, name), kinds):
+        for name, (type_, rule, advice) in _PARTS.items():
+            if not isinstance(value := getattr(self, name), type_):
                 raise InputError(name, rule, value, advice)
-
-    def _checked_initial(self) -> dict[str, float]:
-        """The initial values as floats; raises `InputError` for a wrong name or value, or values for z and x."""
-        given = {}
+        initial = {}
         for name, value in self.initial.items():
             check_state_name(self.kind, name)
-            given[name] = to_float(f"initial.{name}", value)
-        check_initial_consistent(given)
-        return given
+            initial[name] = to_float(f"initial.{name}", value)
+        check_initial_consistent(initial)
+        object.__setattr__(self, "initial", MappingProxyType(initial))
 
     def __hash__(self) -> int:
         return hash((self.kind, self.stiffness, *sorted(self.parameters().items()), *sorted(self.initial.items())))
@@ -178,19 +216,23 @@ class MeshModel(HasCard):
             For an unknown name or a value that breaks its rule.
         """
         friction = {k: v for k, v in values.items() if parse(k).family == "beta"}
-        model = replace(self, **expand_pairs(friction, self)) if friction else self
+        model = replace(self, **self.expand(friction)) if friction else self
         model = _with_kind(model, values["kind"]) if "kind" in values else model
         model = replace(model, **{k: v for k, v in values.items() if k in _PARTS})
         flat = model.expand({k: v for k, v in values.items() if k != "kind" and k not in _PARTS})
         scalars = {k: v for k, v in flat.items() if k in SCALARS}
         initial = {k: v for k, v in flat.items() if k in STATE_NAMES}
         waves = {k: v for k, v in flat.items() if k not in scalars and k not in initial}
+        kept = model.initial  # but a model has either z and z_dot or the others
+        if initial:
+            keep = set(RELATIVE) if initial.keys() & set(RELATIVE) else set(STATE_NAMES) - set(RELATIVE)
+            kept = {k: v for k, v in kept.items() if k in keep}
         return replace(
             model,
             **scalars,
-            error=_with_harmonics(model.error, waves, "eps", "theta"),
-            stiffness=_with_stiffness(model.stiffness, waves),
-            initial={**_kept_initial(model.initial, initial), **initial},
+            error=with_harmonics(model.error, waves, "eps", "theta"),
+            stiffness=model.stiffness.with_values(waves),
+            initial={**kept, **initial},
         )
 
     def expand(self, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -204,13 +246,26 @@ class MeshModel(HasCard):
         Raises
         ------
         InputError
-            For a name that the model does not have.
+            For a name that the model does not have; the advice is the most similar known name.
         """
-        return expand_pairs(values, self)
+        flat: dict[str, Any] = {}
+        for name, value in values.items():
+            own = None if self.stiffness.accepts(name) else next(
+                (kind for kind in STIFFNESS_KINDS.values() if kind.accepts(name)), None)
+            if own is not None:
+                raise InputError(name, f"must be a parameter of {own.noun}", name, own.advice(name, self.stiffness))
+            harmonic = parse_harmonic(name)
+            if harmonic is not None and (harmonic.order or 0) > MAX_HARMONICS:
+                raise InputError(name, f"must be a harmonic of order at most {MAX_HARMONICS}", harmonic.order)
+            if harmonic is None and name not in known_names(self):
+                raise unknown_name("parameter", name, known_names(self))
+            for single in PARAMETER_PAIRS.get(name, (name,)):
+                flat[single] = value
+        return flat
 
     def set_by(self, name: str) -> tuple[str, ...]:
         """The names of the single parameters and initial values that a name sets, two for a pair such as ``q0``."""
-        return tuple(expand_pairs({name: None}, self))
+        return tuple(self.expand({name: None}))
 
     def value(self, name: str) -> float | None:
         """The value of a parameter by any of its names, 0 for a harmonic that is not given.
@@ -226,13 +281,8 @@ class MeshModel(HasCard):
 
         The levels of a `SteppedStiffness` have no names, and are not among them.
         """
-        flat = {name: getattr(self, name) for name in SCALARS}
-        flat.update(_harmonics(self.error, "eps", "theta"))
-        if isinstance(self.stiffness, TwoLevelStiffness):
-            flat.update({f.name: getattr(self.stiffness, f.name) for f in fields(self.stiffness)})
-        elif isinstance(self.stiffness, HarmonicStiffness):
-            flat.update(_harmonics(self.stiffness, "c", "alpha"))
-        return flat
+        scalars = {name: getattr(self, name) for name in SCALARS}
+        return {**scalars, **harmonics(self.error, "eps", "theta"), **self.stiffness.parameters()}
 
     @property
     def period(self) -> float:
@@ -242,14 +292,15 @@ class MeshModel(HasCard):
 
 Model = TypeVar("Model", bound=MeshModel)
 
-_PARTS: dict[str, tuple[tuple[type, ...], str, str]] = {
-    "error": ((TransmissionError,), "must be a TransmissionError", "Or give eps1, theta1, ... by name."),
+*_SOME, _LAST = (f"a {kind.__name__}" for kind in STIFFNESS_KINDS.values())
+
+_PARTS: dict[str, tuple[type, str, str]] = {
+    "error": (TransmissionError, "must be a TransmissionError", "Or give eps1, theta1, ... by name."),
     "stiffness": (
-        (TwoLevelStiffness, HarmonicStiffness, SteppedStiffness),
-        "must be a TwoLevelStiffness, a HarmonicStiffness or a SteppedStiffness",
-        "Or give chi1, chi2, contact_ratio, or c1, alpha1, ... by name.",
+        Stiffness, f"must be {', '.join(_SOME)} or {_LAST}",
+        f"Or give {', or '.join(filter(None, (kind.offered() for kind in STIFFNESS_KINDS.values())))} by name.",
     ),
-    "initial": ((Mapping,), "must be a mapping of coordinates to values", "E.g. {'x1': 0.5}."),
+    "initial": (Mapping, "must be a mapping of coordinates to values", "E.g. {'x1': 0.5}."),
 }
 """The fields of a model that are not numbers: their types, and the rule and advice of the error for another type."""
 
@@ -277,37 +328,20 @@ def _with_kind(model: Model, kind: Any) -> Model:
     return replace(model, kind=kind, **beta)
 
 
-def _harmonics(series: TransmissionError | HarmonicStiffness, amplitude: str, phase: str) -> dict[str, float]:
-    """Amplitudes and phases of a Fourier series by name."""
-    flat = {}
-    for j, (a, p) in enumerate(zip(series.amplitudes, series.phases, strict=True), start=1):
-        flat[f"{amplitude}{j}"], flat[f"{phase}{j}"] = a, p
-    return flat
+def backlash(z: Any) -> Any:
+    """The backlash function f(z) = z − clip(z, −1, 1), (2.6) and (2.13) corrected; z of any shape."""
+    return z - np.clip(z, -1.0, 1.0)
 
 
-def _with_harmonics(series: Any, values: Mapping[str, Any], amplitude: str, phase: str) -> Any:
-    """A Fourier series with amplitudes and phases replaced by name; lower harmonics that are not given are 0."""
-    flat = {**_harmonics(series, amplitude, phase), **values}
-    n = max((p.order or 0 for p in map(parse_harmonic, flat) if p and p.family in (amplitude, phase)), default=0)
-    return type(series)(
-        tuple(flat.get(f"{amplitude}{j}", 0.0) for j in range(1, n + 1)),
-        tuple(flat.get(f"{phase}{j}", 0.0) for j in range(1, n + 1)),
-    )
+def transmission_error(model: MeshModel, tau: Any, derivative: int = 0) -> np.ndarray:
+    """ε(τ) of (2.15), or its derivative of order ``derivative`` with respect to τ; the shape of ``tau``."""
+    tau = np.asarray(tau, dtype=float)
+    total = np.zeros_like(tau)
+    for j, (a, p) in enumerate(zip(model.error.amplitudes, model.error.phases, strict=True), start=1):
+        total += a * (j * model.omega) ** derivative * np.cos(j * model.omega * tau - p + derivative * np.pi / 2)
+    return total
 
 
-def _with_stiffness(stiffness: Stiffness, values: Mapping[str, Any]) -> Stiffness:
-    """A stiffness of the same kind with values replaced by name."""
-    if isinstance(stiffness, HarmonicStiffness):
-        return _with_harmonics(stiffness, values, "c", "alpha")
-    if isinstance(stiffness, SteppedStiffness):
-        return stiffness
-    names = {f.name for f in fields(stiffness)}
-    return replace(stiffness, **{k: v for k, v in values.items() if k in names})
-
-
-def _kept_initial(old: Mapping[str, float], new: Mapping[str, Any]) -> dict[str, float]:
-    """The old initial values that may be kept with the new ones: a model has either z and z_dot or the others."""
-    if not new:
-        return dict(old)
-    keep = set(RELATIVE) if new.keys() & set(RELATIVE) else set(STATE_NAMES) - set(RELATIVE)
-    return {k: v for k, v in old.items() if k in keep}
+def mesh_stiffness(model: MeshModel, tau: Any) -> np.ndarray:
+    """χ(τ), (2.16), (2.7) or stepped: the mesh stiffness over the reference stiffness c0; the shape of ``tau``."""
+    return model.stiffness.at(tau, model.omega)

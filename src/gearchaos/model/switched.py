@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 
 from gearchaos.model.batch import Batch
-from gearchaos.model.names import COORDINATES
-from gearchaos.model.waveforms import SteppedStiffness, TwoLevelStiffness
+from gearchaos.model.parameters import COORDINATES
 
 
 @dataclass(frozen=True)
@@ -182,8 +181,8 @@ def switched_system(batch: Batch, names: tuple[str, ...] | None = None) -> Switc
     _supports(rows)
     return SwitchedAffine(
         names=names, omega=rows.omega, A=rows.A, b=rows.b, f0=rows.f0, f_cos=rows.f_cos, f_sin=rows.f_sin,
-        damping=2 * rows["zeta"], static_force=_static_force(rows), same_starts="contact_ratio" not in batch.values,
-        **_stiffness(batch), **_velocity(rows),
+        damping=2 * rows["zeta"], static_force=_static_force(rows),
+        **_velocity(rows), **_stiffness(batch),
     )
 
 
@@ -280,33 +279,24 @@ def _supports(rows: _Rows) -> None:
         rows.add_force(1, -share)
 
 
-def _stiffness(batch: Batch) -> dict[str, np.ndarray]:
-    """The fields of a `SwitchedAffine` that describe the mesh stiffness."""
-    a, p = batch.harmonics("c", "alpha")
-    values, begins = _levels(batch)
-    levels, starts = (np.stack([np.broadcast_to(v, batch.size) for v in row], axis=1) for row in (values, begins))
-    return {"levels": levels, "starts": starts, "chi_cos": (a * np.cos(p)).T, "chi_sin": (a * np.sin(p)).T}
+def _stiffness(batch: Batch) -> dict[str, Any]:
+    """The fields of a `SwitchedAffine` that describe the mesh stiffness.
 
-
-def _levels(batch: Batch) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """Levels and starts of the N parts of the period, from τ = 0 on: of each N values, all points' or arrays (P,).
-
-    A Fourier stiffness has the level 1 in both halves of the period: with another division the steps would be others,
+    Where it has no parts, both halves of the period have the level 1: with another division the steps would be others,
     and results would differ in their last bits.
     """
     stiffness = batch.model.stiffness
-    if isinstance(stiffness, TwoLevelStiffness):
-        chi1, chi2, ratio = (np.asarray(batch[name]) for name in ("chi1", "chi2", "contact_ratio"))
-        return (1 + chi1, 1 - chi2), (0.0, ratio - 1)
-    if isinstance(stiffness, SteppedStiffness):
-        levels, starts = stiffness.levels, stiffness.starts
-        if starts[0] > 0:  # until then the last level of the period before lasts on
-            levels, starts = (levels[-1], *levels), (0.0, *starts)
-        return levels, starts
-    return (1.0, 1.0), (0.0, 0.5)
+    parts = [*stiffness.parts({**stiffness.numbers(), **batch.values})] or [(0.0, 1.0), (0.5, 1.0)]
+    if np.any(parts[0][0] > 0):  # until then the last level of the period before lasts on
+        parts.insert(0, (0.0, parts[-1][1]))
+    starts, levels = (np.stack([np.broadcast_to(v, batch.size) for v in row], axis=1).astype(float)
+                      for row in zip(*parts, strict=True))
+    a, p = batch.harmonics("c", "alpha")
+    return {"levels": levels, "starts": starts, "same_starts": all(np.ndim(start) == 0 for start, _ in parts),
+            "chi_cos": (a * np.cos(p)).T, "chi_sin": (a * np.sin(p)).T}
 
 
-def _velocity(rows: _Rows) -> dict[str, np.ndarray]:
+def _velocity(rows: _Rows) -> dict[str, Any]:
     """The fields of a `SwitchedAffine` that give x1' from w.
 
     If the mean rotation is not in the state, its velocity is taken to be the steady one. Without bearing friction there

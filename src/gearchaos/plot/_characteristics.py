@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from gearchaos.errors import InputError, whole_number
 from gearchaos.gears.operating import AnyModel, as_model
-from gearchaos.model import MeshModel, SteppedStiffness, TwoLevelStiffness, mesh_stiffness
+from gearchaos.model import MeshModel, Stiffness, mesh_stiffness
 from gearchaos.model import backlash as backlash_function
 from gearchaos.plot._axes import new_axes
 from gearchaos.plot._checks import check_positive
@@ -50,37 +50,35 @@ def stiffness(model: AnyModel | None = None, ax: Axes | None = None, *, periods:
     model = MeshModel() if model is None else as_model(model)
     periods = whole_number("periods", periods, 1, _MAX_PERIODS)
     ax = new_axes(ax)
-    if isinstance(model.stiffness, TwoLevelStiffness):
-        _two_level(model.stiffness, ax, periods)
-    elif isinstance(model.stiffness, SteppedStiffness):
-        _steps(model.stiffness, ax, periods)
-    else:
+    if model.stiffness.harmonics()[0] or not model.stiffness.jumps:
         t = np.linspace(0, periods, 400 * periods + 1)
         ax.plot(t, mesh_stiffness(model, t * model.period), color=adapt(INK), linewidth=1.4)
+    else:
+        _steps(model.stiffness, ax, periods)
     ax.axhline(1, zorder=0, **adapt_style(_REFERENCE_LINE))
     ax.set(xlabel="time $t/T$", ylabel="mesh stiffness $c(t)/c_0$", xlim=(0, periods))
     return ax
 
 
-def _two_level(wave: TwoLevelStiffness, ax: Axes, periods: int) -> None:
-    """Draw a two-level stiffness, with its levels and the durations T1 and T2 of both."""
-    split, high, low = wave.contact_ratio - 1, 1 + wave.chi1, 1 - wave.chi2
-    edges = np.concatenate([[k, k + split] for k in range(periods)] + [[periods]])
-    levels = np.tile([high, low], periods)
-    ax.stairs(levels, edges, baseline=None, color=adapt(INK), linewidth=1.4)
-    ax.set_ylim(min(low, high) - 0.35, max(low, high) + 0.3)
-    for start, end, name in ((0, split, "$T_1$"), (split, 1, "$T_2$")):
-        _dimension_line(ax, start, end, min(low, high) - 0.13, name)
-    _dimension_line(ax, 0, 1, min(low, high) - 0.27, "$T$")
-    for level, name in ((high, r"$1+\chi_1$"), (low, r"$1-\chi_2$")):
+def _steps(wave: Stiffness, ax: Axes, periods: int) -> None:
+    """Draw a stiffness in steps, with the names of its levels and of their durations if it has some.
+
+    In each period the last level also comes before the first start.
+    """
+    starts, levels = zip(*wave.parts(wave.numbers()), strict=True)
+    first = -1 if starts[0] > 0 else 0
+    edges = np.concatenate([[k + start for start in starts] for k in range(first, periods)] + [[periods + starts[0]]])
+    ax.stairs(np.tile(levels, periods - first), edges, baseline=None, color=adapt(INK), linewidth=1.4)
+    if not wave.part_marks:
+        return
+    low, high = min(levels), max(levels)
+    ax.set_ylim(low - 0.35, high + 0.3)
+    for (duration, _), start, end in zip(wave.part_marks, starts, (*starts[1:], 1), strict=True):
+        _dimension_line(ax, start, end, low - 0.13, duration)
+    _dimension_line(ax, 0, 1, low - 0.27, "$T$")
+    for (_, name), level in zip(wave.part_marks, levels, strict=True):
         ax.annotate(name, (1, level), (4, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
                     va="center", annotation_clip=False)
-
-
-def _steps(wave: SteppedStiffness, ax: Axes, periods: int) -> None:
-    """Draw a stepped stiffness; in each period the last level also comes before the first start."""
-    edges = np.concatenate([k + np.array(wave.starts) for k in range(-1, periods)] + [[periods + wave.starts[0]]])
-    ax.stairs(np.tile(wave.levels, periods + 1), edges, baseline=None, color=adapt(INK), linewidth=1.4)
 
 
 def _dimension_line(ax: Axes, start: float, end: float, y: float, name: str) -> None:

@@ -12,7 +12,6 @@ from matplotlib.lines import Line2D
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.gear_pair import comparable_stiffnesses
 from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness
-from gearchaos.model import HarmonicStiffness, SteppedStiffness, TwoLevelStiffness
 from gearchaos.plot._axes import new_axes, second_axis_below, widened_limits
 from gearchaos.plot._checks import check_design
 from gearchaos.plot._legends import legend as draw_legend
@@ -86,24 +85,15 @@ def mesh_stiffness(design: GearDesign, ax: Axes | None = None, *, compare: bool 
 def _curve(ax: Axes, stiffness: MeshStiffness, style: dict[str, Any]) -> None:
     """Draw a stiffness over the period: steps as steps, a Fourier series as a smooth curve."""
     wave = stiffness.waveform
-    if isinstance(wave, HarmonicStiffness):
-        time = np.linspace(0, 1, _SAMPLES_PER_HARMONIC * len(wave.amplitudes) + 1)
+    if count := len(wave.harmonics()[0]):
+        time = np.linspace(0, 1, _SAMPLES_PER_HARMONIC * count + 1)
         ax.plot(time, stiffness(time) * _PER_UM, **style)
         return
-    starts = wave.starts if isinstance(wave, SteppedStiffness) else (0.0, wave.contact_ratio - 1)
-    edges = np.unique([0.0, *starts, 1.0])
+    edges = np.unique([0.0, *wave.jumps, 1.0])
     ax.stairs(stiffness((edges[:-1] + edges[1:]) / 2) * _PER_UM, edges, baseline=None, **style)
 
 
 def _described(stiffness: MeshStiffness) -> str:
     """The entry of a stiffness in the legend: method, mean, form and truncation."""
-    wave = stiffness.waveform
-    if isinstance(wave, TwoLevelStiffness):
-        form = "two levels"
-    elif isinstance(wave, SteppedStiffness):
-        form = f"{len(wave.levels)} levels"
-    else:
-        count = len(wave.amplitudes)
-        form = f"{count} harmonic{'s' * (count > 1)}"
     error = f"rms error {100 * stiffness.truncation:.2g} %" if stiffness.truncation else "exact"
-    return f"{stiffness.method}, mean {stiffness.reference * _PER_UM:.4g} N/µm:\n{form}, {error}"
+    return f"{stiffness.method}, mean {stiffness.reference * _PER_UM:.4g} N/µm:\n{stiffness.waveform.outline}, {error}"

@@ -18,8 +18,10 @@ from typing import Any
 
 from flint import arb, arb_mat, ctx
 
+from gearchaos.model import STIFFNESS_FORMS
 from gearchaos.proof.balls import ball, from_text, interval, magnitude, norm, precision
 from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.parameters import exact_parts
 from gearchaos.proof.series import Flow, constant_series, fourier_series, with_forcing
 
 _BITS_PER_CELL = 1.1
@@ -323,19 +325,15 @@ def linear_rows(known: Numbers) -> tuple[tuple[str, ...], dict[str, Row]]:
 def _fourier(known: Numbers) -> list[tuple[int, Fraction, Fraction]]:
     """(j, c_j, α_j) of a Fourier stiffness; empty for any other."""
     stiffness = known.parameters["stiffness"]
-    return known.series(stiffness["c"], stiffness["alpha"]) if stiffness["form"] == "fourier" else []
+    families = [q.name for q in STIFFNESS_FORMS[stiffness["form"]].families]
+    return known.series(*(stiffness[name] for name in families)) if families else []
 
 
 def _levels(known: Numbers) -> list[tuple[Fraction, Fraction]]:
     """(start in mesh periods from τ = 0, χ) of the levels of the stiffness; empty for a Fourier stiffness."""
-    stiffness = known.parameters["stiffness"]
-    if stiffness["form"] == "two-level":
-        end = from_text(stiffness["contact_ratio"]) - 1
-        first, second = 1 + from_text(stiffness["chi1"]), 1 - from_text(stiffness["chi2"])
-        return [(s, level) for s, e, level in ((Fraction(0), end, first), (end, Fraction(1), second)) if s < e]
-    if stiffness["form"] == "stepped":
-        return list(zip(map(from_text, stiffness["starts"]), map(from_text, stiffness["levels"]), strict=True))
-    return []
+    parts = exact_parts(known.parameters["stiffness"])
+    ends = [*(start for start, _ in parts[1:]), Fraction(1)]
+    return [part for part, end in zip(parts, ends, strict=False) if part[0] < end]
 
 
 def _cells(levels: list[tuple[Fraction, Fraction]], phase: Fraction, rate: float) -> list[Cell]:

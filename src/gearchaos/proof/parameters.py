@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.model.parameters import MeshModel
-from gearchaos.model.waveforms import SteppedStiffness, TwoLevelStiffness
-from gearchaos.proof.balls import to_text
-
-if TYPE_CHECKING:
-    from gearchaos.proof.equations import MeshEquations
-
-_ALL_KINDS = ("omega", "zeta", "J1", "J2", "q1", "q2", "beta1", "beta2")
-_FULL = ("mu1", "mu2", "kappa1", "kappa2", "zeta_support1", "zeta_support2")
+from gearchaos.model import SCALARS, STIFFNESS_FORMS, SUPPORTS, MeshModel
+from gearchaos.proof.balls import from_text, to_text
+from gearchaos.quantities import parse
 
 
 def exact_parameters(model: MeshModel) -> dict[str, Any]:
@@ -28,24 +23,22 @@ def exact_parameters(model: MeshModel) -> dict[str, Any]:
         ``kind``; the parameters of `docs/model.md` by name, those of the supports for ``full`` alone; ``eps`` and
         ``theta``, lists from harmonic 1 on; ``stiffness``, a dict with its ``form`` and values.
     """
-    names = _ALL_KINDS + (_FULL if model.kind == "full" else ())
+    names = [n for n in SCALARS if model.kind == "full" or parse(n).family not in SUPPORTS]
     return {
         "kind": model.kind,
         **{name: _text(getattr(model, name)) for name in names},
         "eps": _texts(model.error.amplitudes), "theta": _texts(model.error.phases),
-        "stiffness": _stiffness(model),
+        "stiffness": {"form": model.stiffness.form, **{
+            name: _texts(value) if isinstance(value, tuple) else _text(value)
+            for name, value in model.stiffness.numbers().items()}},
     }
 
 
-def _stiffness(model: MeshModel) -> dict[str, Any]:
-    """The stiffness of a model as it stands in a certificate."""
-    stiffness = model.stiffness
-    if isinstance(stiffness, TwoLevelStiffness):
-        values = {name: _text(getattr(stiffness, name)) for name in ("chi1", "chi2", "contact_ratio")}
-        return {"form": "two-level", **values}
-    if isinstance(stiffness, SteppedStiffness):
-        return {"form": "stepped", "levels": _texts(stiffness.levels), "starts": _texts(stiffness.starts)}
-    return {"form": "fourier", "c": _texts(stiffness.amplitudes), "alpha": _texts(stiffness.phases)}
+def exact_parts(stiffness: Mapping[str, Any]) -> list[tuple[Fraction, Fraction]]:
+    """(start, χ) of each part of a stiffness of a certificate in which it is constant; none for a Fourier stiffness."""
+    numbers = {name: [*map(from_text, value)] if isinstance(value, list) else from_text(value)
+               for name, value in stiffness.items() if name != "form"}
+    return [(Fraction(start), level) for start, level in STIFFNESS_FORMS[stiffness["form"]].parts(numbers)]
 
 
 def _text(value: float) -> str:
@@ -66,8 +59,8 @@ _NAMES = {
 """The coordinates of a state by their number."""
 
 
-def lifted(points: np.ndarray, equations: MeshEquations) -> list[list[Fraction]]:
-    """Points (n, d) in the coordinates of the equations, as exact fractions.
+def lifted(points: np.ndarray, wanted: tuple[str, ...]) -> list[list[Fraction]]:
+    """Points (n, d) in the coordinates ``wanted`` of some equations, as exact fractions.
 
     Which coordinates have no effect on z is decided on exact fractions here, elsewhere to rounding. So approximate
     points may lack coordinates of the exact equations: the rotation x2', or y1 and y2 instead of y. A missing rotation
@@ -78,7 +71,7 @@ def lifted(points: np.ndarray, equations: MeshEquations) -> list[list[Fraction]]
     InputError
         If the points do not have as many coordinates as a state of the model.
     """
-    known, wanted = _NAMES.get(points.shape[1], ()), equations.names
+    known = _NAMES.get(points.shape[1], ())
     if known == wanted:
         return [[Fraction(v) for v in row] for row in points.tolist()]
     if not known or known[-1].startswith("y") != wanted[-1].startswith("y"):

@@ -115,7 +115,7 @@ def prove_orbit(
             return Unproved(failure.reason, failure.margin, tried)
         with precision(working):
             try:
-                candidate = Candidate.at(equations, lifted(points, equations))
+                candidate = Candidate.at(equations, lifted(points, equations.names))
                 if points.shape[1] != equations.dimension:  # missing coordinates obey linear equations: one step does
                     candidate = candidate.corrected()
                 return _certificate(_with_largest_radius(candidate))
@@ -148,7 +148,7 @@ def at_phase(model: MeshModel, points: np.ndarray, phase: float) -> np.ndarray |
         time, out = Fraction(phase), []
         cell = max(i for i, c in enumerate(equations.cells) if c.start <= time)
         share = ball((time - equations.cells[cell].start) / equations.cells[cell].length)
-        for point in lifted(points, equations):
+        for point in lifted(points, equations.names):
             state = [ball(value) for value in point]
             state[0] += _OFF_BOUNDARY * (1 if state[1] > 0 else -1)
             try:

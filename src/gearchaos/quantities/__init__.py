@@ -2,7 +2,8 @@
 
 Each is described once, by a `Quantity` in one of the tables in `gearchaos.quantities.tables`. Files, pictures, printed
 tables, error messages and the explorer take their texts, units and ranges from there. To add a quantity, add its row;
-the value itself is computed elsewhere.
+the value itself is computed elsewhere. The parameters of a mesh stiffness are declared by its kind, in
+`gearchaos.model.stiffness`.
 
 >>> quantity("section_x1_dot").symbol
 'x₁′'
@@ -10,23 +11,36 @@ the value itself is computed elsewhere.
 3
 """
 
-from gearchaos.quantities.lookup import PARAMETER_PAIRS, find, parse_harmonic, quantity
-from gearchaos.quantities.names import PREFIXES, Name, parse
-from gearchaos.quantities.quantity import NOT_NEGATIVE, POSITIVE, Physical, Quantity, Range, Rule
+from gearchaos.quantities.quantity import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    PREFIXES,
+    Name,
+    Physical,
+    Quantity,
+    Range,
+    Rule,
+    parse,
+)
 from gearchaos.quantities.tables import (
     COORDINATES,
     GEARS,
     HARMONICS,
     OPERATION,
+    PARAMETER_PAIRS,
     PARAMETERS,
     RESPONSES,
     RESULTS,
-    STIFFNESS_LEVELS,
+    STIFFNESS_PARAMETERS,
     VERDICTS,
+    declare,
+    find,
+    parse_harmonic,
+    quantity,
 )
 
 __all__ = [
     "COORDINATES", "GEARS", "HARMONICS", "NOT_NEGATIVE", "OPERATION", "PARAMETERS", "PARAMETER_PAIRS", "POSITIVE",
-    "PREFIXES", "RESPONSES", "RESULTS", "STIFFNESS_LEVELS", "VERDICTS", "Name", "Physical", "Quantity", "Range", "Rule",
-    "find", "parse", "parse_harmonic", "quantity",
+    "PREFIXES", "RESPONSES", "RESULTS", "STIFFNESS_PARAMETERS", "VERDICTS", "Name", "Physical", "Quantity", "Range",
+    "Rule", "declare", "find", "parse", "parse_harmonic", "quantity",
 ]

@@ -1,20 +1,19 @@
-"""The tables of quantities, one row for each public name.
+"""The tables of quantities, one row for each public name, and look-up by any form of the names.
 
 Equation numbers refer to J. Łuczko, *Chaotic vibrations in gear mesh systems*, J. Theor. Appl. Mech. 46(4), 2008.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
-from gearchaos.quantities.quantity import NOT_NEGATIVE, POSITIVE, Physical, Quantity, Range, Rule
+from gearchaos.errors import unknown_name
+from gearchaos.quantities.quantity import NOT_NEGATIVE, POSITIVE, Name, Physical, Quantity, Range, parse
 
 _DAMPING = replace(NOT_NEGATIVE, advice="Damping takes energy out; use 0 for none.")
-_STIFF_PART = Rule(lambda v: v > -1, "must be greater than -1", "The mesh stiffness 1 + chi1 must stay positive.")
-_SOFT_PART = Rule(lambda v: v < 1, "must be less than 1", "The mesh stiffness 1 - chi2 must stay positive.")
-_CONTACT_RATIO = Rule(
-    lambda v: (v >= 1) & (v <= 2), "must lie in [1, 2]", "One or two tooth pairs share the load, (2.16).")
 
 _LENGTH = Physical("length", 1e6, "µm")
 _VELOCITY = Physical("velocity", 1e3, "mm/s")
@@ -148,19 +147,6 @@ GEARS: tuple[Quantity, ...] = (
 )
 """Values of given gears that the explorer varies, beside those of `OPERATION`."""
 
-STIFFNESS_LEVELS: tuple[Quantity, ...] = (
-    *_wheels(
-        Quantity("chi0", "χ₀", r"\chi_0", title="stiffness step", range=Range(-0.5, 0.75, -0.95, 0.95),
-                 members=("chi1", "chi2"), toml_table="[model.stiffness]"),
-        "χ", r"\chi", {"rule": _STIFF_PART}, {"rule": _SOFT_PART},
-    ),
-    Quantity(
-        "contact_ratio", "α", r"\alpha", title="contact ratio", range=Range(1.0, 2.0, 1.0, 2.0), rule=_CONTACT_RATIO,
-        toml_table="[model.stiffness]",
-    ),
-)
-"""Parameters of a two-level stiffness, (2.16), and the parameter pair that sets both levels."""
-
 HARMONICS: dict[str, Quantity] = {q.name: q for q in (
     Quantity(
         "eps", "ε", r"\varepsilon", axis_name="error amplitude", title="error amplitude",
@@ -170,14 +156,6 @@ HARMONICS: dict[str, Quantity] = {q.name: q for q in (
     Quantity(
         "theta", "θ", r"\theta", title="error phase", range=Range(-3.2, 3.2, -100.0, 100.0),
         toml_table="[model.error], as amplitudes or phases",
-    ),
-    Quantity(
-        "c", "c", "c", title="stiffness amplitude", range=Range(-0.5, 0.5, -0.95, 0.95),
-        toml_table="[model.stiffness]",
-    ),
-    Quantity(
-        "alpha", "α", r"\alpha", title="stiffness phase", range=Range(-3.2, 3.2, -100.0, 100.0),
-        toml_table="[model.stiffness]",
     ),
 )}
 """Amplitudes and phases of the Fourier series of the transmission error, (2.15), and of the stiffness, (2.7), by
@@ -314,3 +292,60 @@ rows from ``branch`` on belong to branches of periodic orbits and, with the pref
 events and jumps; those from ``curve`` on to curves of events in two parameters, manifolds, and the agreement of curves
 with a map.
 """
+
+PARAMETER_PAIRS: dict[str, tuple[str, str]] = {q.name: q.members for q in PARAMETERS if q.members}
+"""The names that set a parameter of both wheels, such as ``q0``, each with the names of the two parameters."""
+
+STIFFNESS_PARAMETERS: list[Quantity] = []
+"""The parameters of all kinds of mesh stiffness, and pairs of them. Each kind declares its own."""
+
+_TABLES = (PARAMETERS, OPERATION, GEARS, COORDINATES, RESPONSES, VERDICTS, RESULTS)
+_BY_NAME = {q.name: q for table in _TABLES for q in table}
+
+
+def declare(rows: Iterable[Quantity], families: Iterable[Quantity]) -> None:
+    """Add the parameters of a kind of mesh stiffness, and the families of its harmonics, to what can be looked up.
+
+    The kinds stand above the quantities; `gearchaos.model.stiffness` calls this once for each of them.
+    """
+    for row in rows:
+        if row.name not in _BY_NAME:
+            STIFFNESS_PARAMETERS.append(row)
+            _BY_NAME[row.name] = row
+            if row.members:
+                PARAMETER_PAIRS[row.name] = row.members
+    HARMONICS.update({family.name: family for family in families})
+    find.cache_clear()
+    parse_harmonic.cache_clear()
+
+
+@lru_cache(maxsize=4096)
+def find(name: str) -> Quantity | None:
+    """The quantity of a name; None if there is none.
+
+    A name is that of a row of the tables (``omega``, ``x1_dot``), a family of harmonics with an order (``eps3``), or
+    ``Kv_`` with a standard (``Kv_AGMA``), each with or without one of `PREFIXES` (``attractor_section_x1_dot``). The
+    quantity is the same with and without prefix.
+    """
+    base = parse(name).base
+    if parts := parse_harmonic(base):
+        return of_order(HARMONICS[parts.family], parts.order or 0)
+    return replace(_BY_NAME["Kv_STANDARD"], name=base) if base.startswith("Kv_") else _BY_NAME.get(base)
+
+
+def quantity(name: str) -> Quantity:
+    """The quantity of a name, see `find`; raises `InputError` if there is none."""
+    found = find(name)
+    if found is None:
+        raise unknown_name("name", name, _BY_NAME)
+    return found
+
+
+@lru_cache(maxsize=4096)
+def parse_harmonic(name: str) -> Name | None:
+    """The parts of the name of a harmonic, such as ``eps3``, with a family in `HARMONICS` and an order of at least 1.
+
+    None for any other name.
+    """
+    parts = parse(name)
+    return parts if parts.family in HARMONICS and parts.order and not (parts.derivative or parts.prefix) else None

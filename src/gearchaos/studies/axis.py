@@ -11,7 +11,7 @@ import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.operating import operating_value
-from gearchaos.model import HarmonicStiffness, MeshModel, check, known_names
+from gearchaos.model import STIFFNESS_KINDS, MeshModel, check, known_names
 from gearchaos.quantities import OPERATION, find, quantity
 
 MAX_COUNT = 1_000_000
@@ -148,8 +148,8 @@ def _single_names(name: str) -> tuple[str, ...]:
     """Names of the single parameters that an axis of this name sets, in the first kind of model that has them."""
     if name in _WITH_UNITS:  # parameters of a model of given gears
         return (name,)
-    models = [MeshModel(kind=kind, stiffness=HarmonicStiffness()) for kind in ("full", "single")]
-    models.append(MeshModel())
+    models = [MeshModel(kind=kind, stiffness=found.example())  # type: ignore[arg-type]
+              for found in STIFFNESS_KINDS.values() for kind in ("full", "single")]
     for model in models:
         try:
             return model.set_by(name)

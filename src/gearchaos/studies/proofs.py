@@ -18,9 +18,8 @@ from gearchaos.dynamics.orbits import sections
 from gearchaos.errors import InputError, missing_package, whole_number
 from gearchaos.files import write_bytes
 from gearchaos.gears.operating import AnyModel, as_model
-from gearchaos.model import HarmonicStiffness, MeshModel, vary
+from gearchaos.model import COORDINATES, SCALARS, MeshModel, vary
 from gearchaos.model.coordinates import from_physical, transmission_error_at_start
-from gearchaos.model.names import COORDINATES
 from gearchaos.model.switched import coordinates
 from gearchaos.quantities import parse_harmonic
 from gearchaos.studies.initial_value_problems import initial_value_problems
@@ -130,17 +129,15 @@ def prove_box(
 
 def box_parameters(model: MeshModel, name: str) -> tuple[str, ...]:
     """The parameters that a name sets; raises `InputError` if proofs for all values in an interval cannot vary them."""
-    from gearchaos.proof.families.coefficients import LEVELS, SCALARS
     from gearchaos.proof.parameters import exact_parameters
 
-    if isinstance(model.stiffness, HarmonicStiffness):
+    if not model.stiffness.jumps:
         raise InputError("stiffness", "must be two-level or stepped for a box of parameters", "Fourier series")
     parameters, harmonic, members = exact_parameters(model), parse_harmonic(name), tuple(model.set_by(name))
     if harmonic and harmonic.family == "eps":
         if model.value(name) == 0:
             raise InputError(name, "must not be 0 at the centre of the box", 0.0)
-    elif any(m not in (SCALARS if m not in LEVELS else parameters["stiffness"]) or
-             (m not in LEVELS and m not in parameters) for m in members):
+    elif any(m not in model.stiffness.level_names and not (m in SCALARS and m in parameters) for m in members):
         raise InputError(name, "must be a parameter that a box can vary", name,
                          "Scalars of the model, amplitudes of the transmission error, chi1 and chi2.")
     return members

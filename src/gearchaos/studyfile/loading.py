@@ -16,12 +16,10 @@ from gearchaos.gears.operating import OPERATING_NAMES, Gears, OperatingModel, is
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import (
     PARAMETER_PAIRS,
-    HarmonicStiffness,
+    STIFFNESS_KINDS,
     MeshModel,
-    SteppedStiffness,
     Stiffness,
     TransmissionError,
-    TwoLevelStiffness,
     check_state_name,
     default_stiffness,
     known_names,
@@ -34,20 +32,12 @@ from gearchaos.studyfile.gears import gears_of, refuse_without_table, separated
 from gearchaos.studyfile.tables import (
     MODEL_NAMES,
     ModelTable,
-    StiffnessTable,
     StudyFile,
     validated,
 )
 
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
-
-_STIFFNESS_KEYS = {
-    "two-level": ("chi0", "chi1", "chi2", "contact_ratio"),
-    "harmonics": ("amplitudes", "phases"),
-    "steps": ("levels", "starts"),
-}
-"""The keys of ``[model.stiffness]`` for each kind of stiffness."""
 
 AnyStudy = TypeVar("AnyStudy", bound=Study)
 
@@ -241,22 +231,17 @@ def _check_pairs(table: str, values: Mapping[str, Any]) -> None:
                 )
 
 
-def _stiffness(table: StiffnessTable) -> Stiffness:
+def _stiffness(table: Any) -> Stiffness:
     """The stiffness of ``[model.stiffness]``; raises `InputError` for a key of another kind of stiffness."""
     given = {name: value for name, value in table.model_dump(exclude={"kind"}).items() if value not in (None, [])}
-    for name in (n for n in given if n not in _STIFFNESS_KEYS[table.kind]):
+    chosen = STIFFNESS_KINDS[table.kind]
+    for name in (n for n in given if n not in chosen.record_keys()):
+        takes = "; ".join(f"{kind} takes {found.keys}" for kind, found in STIFFNESS_KINDS.items())
         raise InputError(
-            f"model.stiffness.{name}", f"must be left out for kind {table.kind!r}", given[name],
-            "two-level takes chi1, chi2 (or chi0) and contact_ratio; harmonics takes amplitudes and phases; "
-            "steps takes levels and starts.",
-        )
-    if table.kind == "harmonics":
-        return HarmonicStiffness(tuple(table.amplitudes) or (0.0,), tuple(table.phases))
-    if table.kind == "steps":
-        return SteppedStiffness(tuple(table.levels), tuple(table.starts))
+            f"model.stiffness.{name}", f"must be left out for kind {table.kind!r}", given[name], f"{takes}.")
     _check_pairs("model.stiffness", given)
-    singles = {single: v for name, v in given.items() for single in PARAMETER_PAIRS.get(name, (name,))}
-    return TwoLevelStiffness(**singles)
+    return chosen.from_record(
+        {single: v for name, v in given.items() for single in PARAMETER_PAIRS.get(name, (name,))})
 
 
 def _study(table: Any) -> tuple[str | None, dict[str, Any]]:

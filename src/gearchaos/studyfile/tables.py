@@ -10,8 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.pair import GearPair
-from gearchaos.model import PARAMETER_PAIRS, SCALARS, STIFFNESS_KINDS
-from gearchaos.quantities import find
+from gearchaos.model import SCALARS, STIFFNESS_KINDS
+from gearchaos.quantities import PARAMETERS, find
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.registry import STUDIES
 
@@ -27,18 +27,6 @@ class Series(_Table):
 
     amplitudes: list[float] = []
     phases: list[float] = []
-
-
-class StiffnessTable(Series):
-    """``[model.stiffness]``, with the keys of all kinds of stiffness."""
-
-    kind: Literal[tuple(STIFFNESS_KINDS)] = "two-level"  # type: ignore[valid-type]
-    chi0: float | None = None
-    chi1: float | None = None
-    chi2: float | None = None
-    contact_ratio: float | None = None
-    levels: list[float] = []
-    starts: list[float] = []
 
 
 def _key_type(type_: Any, least: int | None) -> Any:
@@ -90,7 +78,18 @@ class _FormerClassificationTable(_Table):
     measured: int | None = None  # averaging_periods
 
 
-MODEL_NAMES = (*SCALARS, *(pair for pair in PARAMETER_PAIRS if pair != "chi0"))
+StiffnessTable = create_model(
+    "StiffnessTable",
+    __base__=Series,
+    kind=(Literal[tuple(STIFFNESS_KINDS)], next(iter(STIFFNESS_KINDS))),
+    **{  # type: ignore[call-overload]
+        name: (list[float], []) if name in kind.lists() else (float | None, None)
+        for kind in STIFFNESS_KINDS.values() for name in kind.record_keys() if name not in Series.model_fields
+    },
+)
+"""``[model.stiffness]``, with the keys of all kinds of stiffness."""
+
+MODEL_NAMES = (*SCALARS, *(q.name for q in PARAMETERS if q.members))
 """The keys of ``[model]`` that are numbers."""
 
 ModelTable = create_model(

@@ -15,7 +15,7 @@ from gearchaos.quantities import (
     PARAMETERS,
     RESPONSES,
     RESULTS,
-    STIFFNESS_LEVELS,
+    STIFFNESS_PARAMETERS,
     VERDICTS,
     find,
     quantity,
@@ -127,6 +127,6 @@ def _plain_symbols() -> dict[str, str]:
     """The symbols of all quantities, dimensionless and with units, by their mathtext."""
     orders = range(1, bounds.HIGHEST_HARMONIC + 1)
     harmonics = [quantity(f"{family}{order}") for family in HARMONICS for order in orders]
-    found = [*PARAMETERS, *OPERATION, *STIFFNESS_LEVELS, *harmonics, *COORDINATES, *RESPONSES, *VERDICTS, *RESULTS]
+    found = [*PARAMETERS, *OPERATION, *STIFFNESS_PARAMETERS, *harmonics, *COORDINATES, *RESPONSES, *VERDICTS, *RESULTS]
     with_units = {q.physical.tex: q.physical.symbol for q in found if q.physical is not None}
     return with_units | {q.tex: q.symbol for q in found}

@@ -17,13 +17,8 @@ from gearchaos.model import (
     COORDINATES,
     KINDS,
     STIFFNESS_KINDS,
-    HarmonicStiffness,
     MeshModel,
-    SteppedStiffness,
     Stiffness,
-    TwoLevelStiffness,
-    expand_pairs,
-    stiffness_kind,
 )
 from gearchaos.studies.axis import Axis
 
@@ -34,8 +29,8 @@ _OTHER_NAMES = ("kind", "stiffness", "x", "y", "at", "colour", "line", "start", 
 the motion chosen at the point (`View.initial`), ``units`` one of `_UNITS` (`View.physical`).
 """
 
-_STEPS = ("levels", "starts")
-"""The fields of a stepped stiffness. In the query of a model that has one, each is a list of numbers with commas."""
+_USUAL_STIFFNESS = next(iter(STIFFNESS_KINDS))
+"""The kind of stiffness that a query does not name."""
 
 _UNITS = ("dimensionless", "physical")
 
@@ -79,11 +74,9 @@ def _query_of_gears(model: OperatingModel) -> dict[str, str]:
 
 
 def _query_of_stiffness(stiffness: Stiffness) -> dict[str, str]:
-    """The kind of a stiffness that is not two-level, and the steps of one that has some."""
-    out = {} if isinstance(stiffness, TwoLevelStiffness) else {"stiffness": stiffness_kind(stiffness)}
-    if isinstance(stiffness, SteppedStiffness):
-        out |= {n: ",".join(map(repr, getattr(stiffness, n))) for n in _STEPS}
-    return out
+    """The kind of a stiffness that is not two-level, and its lists of numbers that have no names of parameters."""
+    out = {} if stiffness.kind == _USUAL_STIFFNESS else {"stiffness": stiffness.kind}
+    return out | {n: ",".join(map(repr, values)) for n, values in stiffness.unnamed().items()}
 
 
 def from_query(text: str, default: View) -> View:
@@ -142,32 +135,31 @@ def _model_of_gears(given: Mapping[str, str], default: View) -> OperatingModel:
     if "stiffness" in given:
         check_known("stiffness", given["stiffness"], STIFFNESS_KINDS)
         model = replace(model, stiffness=_stiffness(given["stiffness"], given))
-        others |= set(_STEPS) if given["stiffness"] == "steps" else set()
+        others |= model.stiffness.unnamed().keys()
     return _with_values(model, {n: v for n, v in given.items() if n not in others})
 
 
 def _stiffness(kind: str, given: Mapping[str, str]) -> Stiffness:
     """The mesh stiffness of a query before its parameters are set by name; ``kind`` is one of `STIFFNESS_KINDS`."""
-    if kind == "steps":
-        levels, starts = (tuple(finite_number(n, part) for part in given.get(n, "").split(",")) for n in _STEPS)
-        return SteppedStiffness(levels, starts)
-    return HarmonicStiffness() if kind == "harmonics" else TwoLevelStiffness()
+    chosen = STIFFNESS_KINDS[kind]
+    return chosen(**{
+        n: tuple(finite_number(n, part) for part in given.get(n, "").split(",")) for n in chosen.example().unnamed()})
 
 
 def _model(given: Mapping[str, str]) -> MeshModel:
     """The model of a query."""
-    kind, stiffness = given.get("kind", "torsional"), given.get("stiffness", "two-level")
+    kind, stiffness = given.get("kind", "torsional"), given.get("stiffness", _USUAL_STIFFNESS)
     check_known("kind", kind, KINDS)
     check_known("stiffness", stiffness, STIFFNESS_KINDS)
     model = MeshModel(kind=kind, stiffness=_stiffness(stiffness, given))  # type: ignore[arg-type]
-    others = (*_OTHER_NAMES, *_STEPS) if stiffness == "steps" else _OTHER_NAMES
+    others = (*_OTHER_NAMES, *model.stiffness.unnamed())
     values = {n: v for n, v in given.items() if n not in others}
     return _with_values(model, values)
 
 
 def _with_values(model: AnyModel, values: Mapping[str, str]) -> AnyModel:
     """The model with the values of a query by name."""
-    expand_pairs(dict.fromkeys(values, 0.0), model)  # refuses an unknown name before its value is read
+    model.expand(dict.fromkeys(values, 0.0))  # refuses an unknown name before its value is read
     return model.with_values({n: bounded(n, v) for n, v in values.items()})
 
 

@@ -18,8 +18,7 @@ from gearchaos.gears.operating import Gears, OperatingModel, operating_model, pa
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.transmission_error.quality import Quality, editions
 from gearchaos.gears.units import RPM
-from gearchaos.model import MeshModel, SteppedStiffness, state_names
-from gearchaos.model.names import has_effect
+from gearchaos.model import MeshModel, has_effect, state_names
 from gearchaos.quantities import Range
 from gearchaos.studies.axis import Axis
 
@@ -139,8 +138,7 @@ def with_new_gears(model: OperatingModel, gears: Gears, kind: str | None = None)
 
 def _other_stiffness(model: MeshModel, own: MeshModel) -> bool:
     """Whether the mesh stiffness of a model is of another kind than its gears', or has other steps."""
-    stepped = isinstance(model.stiffness, SteppedStiffness)
-    return type(model.stiffness) is not type(own.stiffness) or (stepped and model.stiffness != own.stiffness)
+    return model.stiffness.kind != own.stiffness.kind or model.stiffness.unnamed() != own.stiffness.unnamed()
 
 
 def changes(model: OperatingModel) -> dict[str, Any]:

@@ -5,10 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TypeVar
 
-from gearchaos.model import MeshModel, state_names
-
-_SUPPORTS = ("mu", "kappa", "zeta_support")
-"""The parameters of the supports. Those of a model whose gears have rigid ones have their default values."""
+from gearchaos.model import SUPPORTS, MeshModel, state_names
 
 AnyModel = TypeVar("AnyModel", bound=MeshModel)
 
@@ -19,6 +16,7 @@ def as_kind(model: AnyModel, kind: str) -> AnyModel:
     model = replace(model, initial={})
     if kind == "single":
         model = replace(model, beta1=0.01, beta2=0.01) if model.kind != "single" else model
-    supports = {f"{family}{n}": getattr(model, f"{family}{n}") for family in _SUPPORTS for n in (1, 2)}
+    # those of a model whose gears have rigid supports have their default values
+    supports = {f"{family}{n}": getattr(model, f"{family}{n}") for family in SUPPORTS for n in (1, 2)}
     model = model.with_values({"kind": kind, **(supports if kind == "full" else {})})
     return model.with_values(kept) if kept else model

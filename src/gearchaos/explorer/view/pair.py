@@ -9,9 +9,8 @@ import numpy as np
 
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.units import RPM
-from gearchaos.model import PARAMETER_PAIRS, HarmonicStiffness, MeshModel, SteppedStiffness
+from gearchaos.model import PARAMETER_PAIRS, STIFFNESS_KINDS, SUPPORTS, MeshModel
 
-_LATERAL = ("mu", "kappa", "zeta_support")
 _TOLERANCE = 1e-12
 """Relative rounding error allowed for the conversion of a value to SI units and back."""
 
@@ -54,7 +53,7 @@ def _mesh(pair: GearPair, model: MeshModel) -> _Values:
 def _wheel(pair: GearPair, model: MeshModel, n: int) -> _Values:
     """Inertia, torque and bearing friction of wheel ``n``; with elastic supports also its mass and support."""
     radius, damping = getattr(pair, f"R{n}"), 2 * pair.mass * pair.omega0
-    at = {name: getattr(model, f"{name}{n}") for name in ("J", "q", "beta", "mu", "kappa", "zeta_support")}
+    at = {name: getattr(model, f"{name}{n}") for name in ("J", "q", "beta", *SUPPORTS)}
     values: _Values = {
         f"I{n}": ((f"J{n}",), at["J"] * pair.mass * radius**2),
         f"M{n}0": ((f"q{n}",), at["q"] * pair.scales.force * radius),
@@ -80,22 +79,16 @@ def _transmission_error(pair: GearPair, own: MeshModel, model: MeshModel) -> dic
 
 def _stiffness(pair: GearPair, own: MeshModel, model: MeshModel) -> dict[str, Any]:
     """The fields of the mesh stiffness, if it differs from the pair's own."""
-    stiffness, levels = model.stiffness, ("chi1", "chi2", "contact_ratio")
-    if stiffness == own.stiffness:
+    if model.stiffness == own.stiffness:
         return {}
-    lists = ("stiffness_amplitudes", "stiffness_phases", "stiffness_levels", "stiffness_starts")
-    none = {**dict.fromkeys(levels), **dict.fromkeys(lists, ())}
-    if isinstance(stiffness, HarmonicStiffness):
-        amplitudes = tuple(c * pair.c0 for c in stiffness.amplitudes)
-        return {**none, "stiffness_amplitudes": amplitudes, "stiffness_phases": stiffness.phases}
-    if isinstance(stiffness, SteppedStiffness):
-        found = tuple(c * pair.c0 for c in stiffness.levels)
-        return {**none, "stiffness_levels": found, "stiffness_starts": stiffness.starts}
-    return {**none, **{n: getattr(stiffness, n) for n in levels}}
+    fields = {field for kind in STIFFNESS_KINDS.values() for field in kind.pair_fields.values()}
+    unset = {field: GearPair.__dataclass_fields__[field].default for field in fields}
+    return {**unset, **model.stiffness.to_pair(pair.c0)}
 
 
 def _same(one: MeshModel, other: MeshModel) -> bool:
     """Whether two models are equal up to rounding; the supports of a model that is not "full" are ignored."""
-    ignored = () if one.kind == "full" else [n for pair in _LATERAL for n in PARAMETER_PAIRS[pair]]
+    ignored = () if one.kind == "full" else [n for pair in SUPPORTS for n in PARAMETER_PAIRS[pair]]
     a, b = ({n: v for n, v in m.parameters().items() if n not in ignored} for m in (one, other))
-    return a.keys() == b.keys() and bool(np.allclose([*a.values()], [b[n] for n in a], rtol=_TOLERANCE, atol=1e-15))
+    return one.stiffness.kind == other.stiffness.kind and a.keys() == b.keys() and bool(
+        np.allclose([*a.values()], [b[n] for n in a], rtol=_TOLERANCE, atol=1e-15))

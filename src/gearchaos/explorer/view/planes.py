@@ -8,8 +8,7 @@ from gearchaos.errors import InputError
 from gearchaos.explorer.view.bounds import HIGHEST_HARMONIC, MAP_CELLS
 from gearchaos.explorer.view.gears import gear_values
 from gearchaos.gears.operating import OperatingModel
-from gearchaos.model import COORDINATES, MeshModel, known_names, state_names
-from gearchaos.model.names import check_has_effect
+from gearchaos.model import COORDINATES, MeshModel, check_has_effect, known_names, state_names
 from gearchaos.quantities import OPERATION, parse_harmonic
 from gearchaos.studies.axis import Axis
 

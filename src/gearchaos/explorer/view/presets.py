@@ -8,7 +8,7 @@ from functools import cache
 from gearchaos.explorer.view.bounds import MAP_CELLS
 from gearchaos.explorer.view.gears import gears_of
 from gearchaos.explorer.view.state import View, view_of
-from gearchaos.model import MeshModel, expand_pairs, state_names
+from gearchaos.model import MeshModel, state_names
 from gearchaos.paper.settings import FigureSettings, FigureStudy, all_figures
 from gearchaos.quantities import quantity
 from gearchaos.studies.axis import Axis
@@ -65,7 +65,7 @@ def preset_of(view: View, last: str = "") -> str:
 def _plane(view: View) -> tuple[object, ...]:
     """Kind of model, the two parameters of the map, and the values of all others; not the ranges of the map."""
     model, names = view.model, (view.x.name, view.y.name)
-    scanned = expand_pairs(dict.fromkeys(names), model)
+    scanned = model.expand(dict.fromkeys(names))
     kept = {n: v for n, v in (model.parameters() | dict(model.initial)).items() if n not in scanned}
     return model.kind, names, kept
 

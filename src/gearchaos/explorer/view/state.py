@@ -24,12 +24,7 @@ from gearchaos.gears.operating import Gears, OperatingModel
 from gearchaos.model import (
     KINDS,
     STIFFNESS_KINDS,
-    HarmonicStiffness,
     MeshModel,
-    SteppedStiffness,
-    Stiffness,
-    TwoLevelStiffness,
-    stiffness_kind,
 )
 from gearchaos.quantities import quantity
 from gearchaos.studies.axis import Axis
@@ -44,13 +39,6 @@ COLOURS = {
 
 LINES = {"x": "horizontal", "y": "vertical"}
 """Directions of the bifurcation diagram through the point, by the axis of the map."""
-
-_STIFFNESSES: dict[str, Stiffness] = {
-    "two-level": TwoLevelStiffness(), "harmonics": HarmonicStiffness((0.25,)),
-    "steps": SteppedStiffness((1.25, 0.75), (0.0, 0.5)),
-}
-"""The mesh stiffness that a model is given when one of `STIFFNESS_KINDS` is chosen."""
-
 
 @dataclass(frozen=True)
 class View:
@@ -245,7 +233,7 @@ class View:
         check_known("stiffness", name, STIFFNESS_KINDS)
         if name == stiffness_name(self.model):
             return self
-        model = replace(self.operating_point, stiffness=_STIFFNESSES[name])
+        model = replace(self.operating_point, stiffness=STIFFNESS_KINDS[name].example())
         x, y = self._axes_for(model)
         return replace(self, model=model, x=x, y=y, at=_values_on(model, x, y), initial=())
 
@@ -274,7 +262,7 @@ def view_of(model: MeshModel, x: Axis | None = None, y: Axis | None = None) -> V
 
 def stiffness_name(model: MeshModel) -> str:
     """Which of `STIFFNESS_KINDS` a model has."""
-    return stiffness_kind(model.stiffness)
+    return model.stiffness.kind
 
 
 def check_known(field: str, value: str, names: Iterable[str]) -> None:
@@ -291,9 +279,8 @@ def _check_model(model: MeshModel) -> None:
     own = given_gears.own_model(model.gears, model.kind).parameters() if isinstance(model, OperatingModel) else {}
     for name, value in {**model.parameters(), **model.initial}.items():
         (in_range if own.get(name) == value else bounded)(name, value)
-    if isinstance(model.stiffness, SteppedStiffness):
-        for level in model.stiffness.levels:
-            bounded_level(level)
+    for _, level in model.stiffness.parts(model.stiffness.numbers()) if model.stiffness.unnamed() else ():
+        bounded_level(level)
 
 
 def _accepted(model: MeshModel, axis: Axis, value: float) -> float:

@@ -15,10 +15,11 @@ from gearchaos.explorer.view.state import View, stiffness_name
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import OperatingModel
 from gearchaos.gears.pair import GearPair
-from gearchaos.model import SCALARS, MeshModel, Stiffness
+from gearchaos.model import SCALARS, STIFFNESS_KINDS, MeshModel
 from gearchaos.studies.axis import Axis
 
-_CLASSES = re.compile(r"\b(MeshModel|TransmissionError|TwoLevelStiffness|HarmonicStiffness|SteppedStiffness)\(")
+_CLASSES = re.compile(
+    rf"\b(MeshModel|TransmissionError|{'|'.join(kind.__name__ for kind in STIFFNESS_KINDS.values())})\(")
 """Names of classes in the ``repr`` of a model; a script has to write ``gc.MeshModel`` and so on."""
 
 
@@ -110,14 +111,8 @@ def _model(model: MeshModel) -> dict[str, Any]:
     return {
         "kind": model.kind, **{n: getattr(model, n) for n in SCALARS},
         "error": {"amplitudes": list(model.error.amplitudes), "phases": list(model.error.phases)},
-        "stiffness": {"kind": stiffness_name(model), **_stiffness(model.stiffness)},
+        "stiffness": {"kind": stiffness_name(model), **model.stiffness.record()},
     }
-
-
-def _stiffness(stiffness: Stiffness) -> dict[str, Any]:
-    """The keys of ``[model.stiffness]`` but for its kind; they have the names of the fields."""
-    values = {f.name: getattr(stiffness, f.name) for f in fields(stiffness)}
-    return {n: list(v) if isinstance(v, tuple) else v for n, v in values.items()}
 
 
 def _axis(axis: Axis) -> str:

@@ -10,7 +10,7 @@ from gearchaos.explorer.panels.units import Units
 from gearchaos.explorer.view.gears import gear_values, slider_range
 from gearchaos.explorer.view.planes import axis_names, initial_values
 from gearchaos.explorer.view.presets import presets
-from gearchaos.explorer.view.state import COLOURS, LINES, View, stiffness_name
+from gearchaos.explorer.view.state import COLOURS, LINES, View
 from gearchaos.gears.operating import Gears, OperatingModel
 from gearchaos.model import COORDINATES, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS
 from gearchaos.quantities import HARMONICS, parse_harmonic
@@ -18,7 +18,7 @@ from gearchaos.quantities import HARMONICS, parse_harmonic
 _GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("Operation", ("omega", "q0", "q1", "q2")),
     ("Transmission error", ("eps", "theta")),
-    ("Mesh", ("zeta", "chi0", "chi1", "chi2", "contact_ratio", "c", "alpha")),
+    ("Mesh", ("zeta", *(q.name for kind in STIFFNESS_KINDS.values() for q in (*kind.rows, *kind.families)))),
     ("Wheels and bearings", ("J", "J1", "J2", "beta", "beta1", "beta2")),
     ("Supports", ("mu", "mu1", "mu2", "kappa", "kappa1", "kappa2", "zeta_support", "zeta_support1", "zeta_support2")),
 )
@@ -180,6 +180,6 @@ def _group_buttons(heading: str, view: View) -> tuple[Button, ...]:
         return (Button("more-eps", "one more error harmonic"),)
     if heading == "Wheels and bearings":
         return (Button("alike", "both wheels alike", toggle=True),)
-    if heading == "Mesh" and stiffness_name(view.model) == "harmonics":
+    if heading == "Mesh" and view.model.stiffness.families:
         return (Button("more-c", "one more stiffness harmonic"),)
     return ()

@@ -25,7 +25,6 @@ from gearchaos.gears.transmission_error.quality import tolerances
 from gearchaos.gears.transmission_error.tables import from_orders
 from gearchaos.gears.transmission_error.tables import from_table as error_from_table
 from gearchaos.gears.transmission_error.tip_relief import from_tip_relief
-from gearchaos.model import HarmonicStiffness, SteppedStiffness, TwoLevelStiffness
 
 NO_ERROR = ErrorHarmonics(amplitudes=(), phases=(), source="none: the gears are taken to be exact")
 
@@ -152,7 +151,7 @@ def gear_pair(design: Any) -> GearPair:
         R1=geometry.base_diameter[0] / 2, R2=geometry.base_diameter[1] / 2, c0=reference,
         k=2 * design.given("damping_ratio") * math.sqrt(reference * mass), backlash=design.backlash_line_of_action,
         M10=design.given("torque"), speed=design.given("speed"), error_amplitudes=error.amplitudes,
-        error_phases=error.phases, **_waveform_fields(stiffness), **_support_fields(design),
+        error_phases=error.phases, **stiffness.waveform.to_pair(reference), **_support_fields(design),
     )
 
 
@@ -166,18 +165,6 @@ def _needed(design: Any) -> Iterator[str]:
     if not isinstance(design.stiffness, TableFile):
         yield from methods()[design.stiffness].needs
     yield from ("backlash", "damping_ratio", "speed", "torque")
-
-
-def _waveform_fields(stiffness: MeshStiffness) -> dict[str, Any]:
-    """The fields of a `GearPair` for the varying mesh stiffness."""
-    waveform, reference = stiffness.waveform, stiffness.reference
-    if isinstance(waveform, TwoLevelStiffness):
-        return {"chi1": waveform.chi1, "chi2": waveform.chi2, "contact_ratio": waveform.contact_ratio}
-    if isinstance(waveform, SteppedStiffness):
-        return {"stiffness_levels": tuple(v * reference for v in waveform.levels), "stiffness_starts": waveform.starts}
-    assert isinstance(waveform, HarmonicStiffness)
-    amplitudes = tuple(v * reference for v in waveform.amplitudes)
-    return {"stiffness_amplitudes": amplitudes, "stiffness_phases": waveform.phases}
 
 
 def _support_fields(design: Any) -> dict[str, Any]:

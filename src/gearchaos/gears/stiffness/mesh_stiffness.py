@@ -22,8 +22,7 @@ import gearchaos.gears.stiffness as folder
 from gearchaos.errors import InputError
 from gearchaos.gears.formulas import declared
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, approximate
-from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, Stiffness
-from gearchaos.model import mesh_stiffness as stiffness_over_reference
+from gearchaos.model import Stiffness
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
@@ -61,20 +60,13 @@ class MeshStiffness:
 
     def __call__(self, positions: np.ndarray) -> np.ndarray:
         """Stiffness in N/m at positions of any shape in mesh periods; at a jump, the value after it."""
-        model = MeshModel(omega=2 * np.pi, stiffness=self.waveform)  # of period 1
-        return self.reference * stiffness_over_reference(model, positions)
+        return self.reference * self.waveform.at(positions, 2 * np.pi)  # of period 1
 
     @property
     def extremes(self) -> tuple[float, float]:
         """Least and greatest stiffness, N/m; of a Fourier series, on a grid of 64 positions per harmonic."""
-        if isinstance(self.waveform, HarmonicStiffness):
-            positions = np.arange(64 * len(self.waveform.amplitudes)) / (64 * len(self.waveform.amplitudes))
-        elif isinstance(self.waveform, SteppedStiffness):
-            positions = np.array(self.waveform.starts)
-        else:
-            positions = np.array([0.0, self.waveform.contact_ratio - 1])
-        values = self(positions)
-        return float(values.min()), float(values.max())
+        least, greatest = self.waveform.extremes()
+        return self.reference * least, self.reference * greatest
 
 
 def from_curve(

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.model import HarmonicStiffness, SteppedStiffness
-from gearchaos.model.waveforms import MAX_LEVELS
+from gearchaos.model import MAX_LEVELS, HarmonicStiffness, SteppedStiffness
 from gearchaos.validation import MAX_HARMONICS
 
 _CONSTANT_SHARE = 0.05
@@ -185,9 +184,7 @@ def approximate(curve: PeriodicCurve, tolerance: float) -> tuple[SteppedStiffnes
 
 def _cost(waveform: SteppedStiffness | HarmonicStiffness) -> int:
     """About how many steps per period the flow needs for a waveform."""
-    if isinstance(waveform, SteppedStiffness):
-        return len(waveform.levels)
-    return _STEPS_PER_HARMONIC * len(waveform.amplitudes)
+    return len(waveform.jumps) or _STEPS_PER_HARMONIC * len(waveform.harmonics()[0])
 
 
 def _exact_steps(curve: PeriodicCurve) -> SteppedStiffness:

@@ -228,7 +228,7 @@ def prove_parameter_box(
     with precision(bits):
         try:
             equations = MeshEquations(exact_parameters(model), bits=bits)
-            candidate = converged(equations, lifted(points, equations))
+            candidate = converged(equations, lifted(points, equations.names))
             if candidate is None:
                 return Unproved("Newton diverged", 0.0, bits)
             system = BoxSystem(candidate, list(widths.values()))

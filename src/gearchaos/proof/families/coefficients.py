@@ -9,19 +9,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from flint import arb, arb_mat
 
 from gearchaos.errors import InputError
+from gearchaos.model import STIFFNESS_FORMS
 from gearchaos.proof.balls import ball, from_text, interval, magnitude, to_text
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations, Numbers, Terms
 
-SCALARS = ("omega", "zeta", "J1", "J2", "q1", "q2", "beta1", "beta2", "mu1", "mu2", "kappa1", "kappa2",
-           "zeta_support1", "zeta_support2")
-LEVELS = ("chi1", "chi2")
+LEVELS = tuple(name for kind in STIFFNESS_FORMS.values() for name in kind.level_names)
 
 
 class Dual:
@@ -96,8 +95,8 @@ class VariedNumbers(Numbers):
         self.widths, self.count, self.at_centre = widths, len(next(iter(widths.values()))), at_centre
 
     def __getitem__(self, name: str) -> Dual:
-        table = self.parameters["stiffness"] if name in LEVELS else self.parameters
-        return self._dual(name, from_text(table[name]))
+        stiffness = self.parameters["stiffness"]
+        return self._dual(name, from_text(stiffness[name] if name in stiffness else self.parameters[name]))
 
     def amplitude(self, j: int, value: Fraction) -> Dual:
         return self._dual(f"eps{j}", value)
@@ -114,7 +113,7 @@ class VariedNumbers(Numbers):
 class BoxTerms(Terms):
     """The coefficients over a box, with their derivatives."""
 
-    levels: dict[str, Dual]  # χ in the parts of a two-level stiffness, "first" and "second"; empty for a stepped one
+    levels: list[Dual]  # χ in each part of a stiffness whose levels a box can vary; empty for any other
 
 
 class ParameterBox:
@@ -160,9 +159,9 @@ class ParameterBox:
         """The coefficients over the box with its half-widths times ``scale``, or at its centre with these."""
         names = dict.fromkeys(name for together in self.widths for name in together)
         slopes = {name: [together.get(name, Fraction(0)) * scale for together in self.widths] for name in names}
-        known, levels = VariedNumbers(self.equations.parameters, slopes, at_centre), {}
-        if known.parameters["stiffness"]["form"] == "two-level":
-            levels = {"first": 1 + known["chi1"], "second": 1 - known["chi2"]}
+        known = VariedNumbers(self.equations.parameters, slopes, at_centre)
+        kind = STIFFNESS_FORMS[known.parameters["stiffness"]["form"]]
+        levels = [level for _, level in kind.parts(cast(Any, known))] if kind.level_names else []
         return BoxTerms(**vars(known.terms(lambda value: value)), levels=levels)
 
 

@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
+from gearchaos.model import SCALARS
 from gearchaos.proof.balls import fractions, from_text, precision, texts
 from gearchaos.proof.candidate import converged
 from gearchaos.proof.certificate import Certificate
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.families.boxes import BoxSystem
-from gearchaos.proof.families.coefficients import LEVELS, SCALARS, shifted
+from gearchaos.proof.families.coefficients import LEVELS, shifted
 
 _EXPONENTS = (3, 4, 5, 6, 7, 8, 9, 10, 11, 12)
 """Radii 10^-k that are tried."""

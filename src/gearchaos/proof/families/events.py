@@ -114,7 +114,7 @@ def _change(kind: str, parameter: str, ends: tuple[End, End], bits: int) -> dict
     orbits = []
     for end in ends:
         with _equations(end.model, bits) as equations:
-            found = converged(equations, lifted(end.points, equations))
+            found = converged(equations, lifted(end.points, equations.names))
         if found is None:
             raise UndecidedError("orbit not found", 0.0)
         orbits.append(found)
@@ -193,7 +193,7 @@ def _doubled(ends: tuple[End, End], bits: int) -> tuple[int, Certificate]:
 def _neighbours(model: MeshModel, points: np.ndarray, bits: int) -> list[list[list[Fraction]]]:
     """The points of different orbits of a model near points (n, d)."""
     with _equations(model, bits) as equations:
-        return [candidate.points for candidate in neighbours(equations, lifted(points, equations))]
+        return [candidate.points for candidate in neighbours(equations, lifted(points, equations.names))]
 
 
 @contextmanager
@@ -207,7 +207,7 @@ def _fold(parameter: str, ends: tuple[End, End], bits: int) -> dict[str, Any]:
     """What is proved of a fold: two orbits at one end, and none at the other in a region about both."""
     for side, end in enumerate(ends):
         with _equations(end.model, bits) as equations:
-            start = lifted(end.points, equations)
+            start = lifted(end.points, equations.names)
         pair = sorted(_neighbours(end.model, end.points, bits), key=lambda points: distance(points, start))[:2]
         if len(pair) < 2:
             continue

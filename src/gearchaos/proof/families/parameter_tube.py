@@ -143,7 +143,7 @@ class ParameterTube(Tube):
         for j in range(self.count):
             rates = (arb_mat(d, d, balls_of(box.matrix, j)) * states).entries()
             wave = arb(0, self.bounds.slopes[j].wave)
-            bend = max((magnitude(level.slopes[j]) for level in box.levels.values()), default=0.0)
+            bend = max((magnitude(level.slopes[j]) for level in box.levels), default=0.0)
             for i in range(d):
                 push = box.spring[i].slopes[j] * self.bounds.stiffness + box.spring[i].value * arb(0, bend)
                 rates[i] += box.constant[i].slopes[j] + (wave if i == 1 else 0) - push * force

@@ -23,9 +23,10 @@ from typing import NamedTuple
 import numpy as np
 from flint import arb, arb_mat
 
-from gearchaos.proof.balls import ball, from_text, interval, magnitude, norm
+from gearchaos.proof.balls import ball, interval, magnitude, norm
 from gearchaos.proof.equations import Cell, autonomous_matrix
 from gearchaos.proof.families.coefficients import BoxTerms, Dual, ParameterBox, balls_of, sizes
+from gearchaos.proof.parameters import exact_parts
 
 UP = 1 + 1e-9
 """Factor above all rounding errors of the floats."""
@@ -62,7 +63,7 @@ class BoxBounds:
         self.box, self.centre = unit.coefficients(scale), unit.coefficients(scale, at_centre=True)
         self.slopes = [self._direction(j, None) for j in range(self.count)]
         self.changes = [self._direction(j, self.centre) for j in range(self.count)]
-        self.top = max([magnitude(v.value) for v in self.box.levels.values()],
+        self.top = max([magnitude(v.value) for v in self.box.levels],
                        default=magnitude(self.equations.stiffness))
         d, forcing = self.equations.dimension, sizes(self.box.constant)
         forcing[1] += sum(sizes(self.box.forcing).ravel().tolist())
@@ -83,19 +84,19 @@ class BoxBounds:
         waves = [(cosine.value, sine.value) for cosine, sine in self.box.forcing]
         return self.equations.forcing_of(balls_of(self.box.constant), waves, low, high)
 
-    def level_name(self, cell: Cell) -> str | None:
-        """The part of a two-level stiffness in which a cell lies."""
+    def part(self, cell: Cell) -> int | None:
+        """The number of the part of the stiffness in which a cell lies; None if no box can vary its levels."""
         if not self.box.levels:
             return None
-        end = from_text(self.equations.parameters["stiffness"]["contact_ratio"]) - 1
-        return "first" if (cell.start + self.equations.phase) % 1 < end else "second"
+        share = (cell.start + self.equations.phase) % 1
+        return sum(start <= share for start, _ in exact_parts(self.equations.parameters["stiffness"])) - 1
 
     def _level(self, cell: Cell, contact: int) -> tuple[float, list[float], list[float]]:
         """Bounds in a cell of χ, of its derivatives by u_j, and of their changes over the box; 0 in free flight."""
-        name = self.level_name(cell)
-        if name is None or not contact:
+        part = self.part(cell)
+        if part is None or not contact:
             return self.top if contact else 0.0, [0.0] * self.count, [0.0] * self.count
-        over, at = self.box.levels[name], self.centre.levels[name]
+        over, at = self.box.levels[part], self.centre.levels[part]
         return (magnitude(over.value), [magnitude(x) for x in over.slopes],
                 [magnitude(x - y) for x, y in zip(over.slopes, at.slopes, strict=True)])
 
@@ -147,7 +148,7 @@ class BoxBounds:
     def drift_at_centre(self, cell: Cell, contact: int, first: arb, last: arb, state: arb_mat) -> arb_mat:
         """γ (d, m) at p0 on a piece from share ``first`` to ``last`` of a cell, for w0 = ``state`` (d, 1) there."""
         d, whole = self.equations.dimension, bool(first.is_zero() and last == 1)
-        key = cell.length, contact, self.level_name(cell), cell.level
+        key = cell.length, contact, self.part(cell), cell.level
         blocks = self.unit.blocks.get(key) if whole else None
         if blocks is None:
             length = ball(cell.length) * (last - first)
@@ -166,8 +167,8 @@ class BoxBounds:
         def of(number: Dual) -> arb:
             return number.value if j is None else number.slopes[j]
 
-        centre, d, name = self.unit.centre, self.equations.dimension, self.level_name(cell)
-        push = [of(spring) * ball(cell.level or 0) if name is None else of(spring * centre.levels[name])
+        centre, d, part = self.unit.centre, self.equations.dimension, self.part(cell)
+        push = [of(spring) * ball(cell.level or 0) if part is None else of(spring * centre.levels[part])
                 for spring in centre.spring]
         forcing = [(of(cosine), of(sine)) for cosine, sine in centre.forcing]
         return autonomous_matrix(arb_mat(d, d, balls_of(centre.matrix, j)), balls_of(centre.constant, j),
