@@ -7,21 +7,14 @@ Equation numbers refer to J. Łuczko, *Chaotic vibrations in gear mesh systems*,
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
-from gearchaos.gears.pair_checks import (
-    OPTIONAL_FIELDS,
-    SERIES_FIELDS,
-    UNIT_FIELDS,
-    check_ratio,
-    check_supports,
-    check_waveforms,
-    pair_warnings,
-)
+from gearchaos.gears.inputs.declared import convert_fields, each, one, read_by
+from gearchaos.gears.pair_checks import check_ratio, check_supports, check_waveforms, pair_warnings
 from gearchaos.gears.scales import Scales
 from gearchaos.model import (
     KINDS,
@@ -32,6 +25,7 @@ from gearchaos.model import (
     TransmissionError,
     TwoLevelStiffness,
 )
+from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 from gearchaos.validation import to_floats
 
 PhysicalValue = Any
@@ -96,55 +90,45 @@ class GearPair(HasCard):
     (0.1,)
     """
 
-    n1: int
-    n2: int
-    I1: PhysicalValue
-    I2: PhysicalValue
-    R1: PhysicalValue
-    R2: PhysicalValue
-    c0: PhysicalValue
-    k: PhysicalValue
-    backlash: PhysicalValue
-    M10: PhysicalValue
-    speed: PhysicalValue
-    M20: PhysicalValue = None
-    b1: PhysicalValue = 0.0
-    b2: PhysicalValue = 0.0
-    m1: PhysicalValue = None
-    m2: PhysicalValue = None
-    c1: PhysicalValue = None
-    c2: PhysicalValue = None
-    k1: PhysicalValue = 0.0
-    k2: PhysicalValue = 0.0
-    error_amplitudes: tuple[PhysicalValue, ...] = ()
-    error_phases: tuple[PhysicalValue, ...] = ()
+    n1: int = field(metadata=read_by(units.teeth))
+    n2: int = field(metadata=read_by(units.teeth))
+    I1: PhysicalValue = field(metadata=read_by(one(units.INERTIA, POSITIVE)))
+    I2: PhysicalValue = field(metadata=read_by(one(units.INERTIA, POSITIVE)))
+    R1: PhysicalValue = field(metadata=read_by(one(units.LENGTH, POSITIVE)))
+    R2: PhysicalValue = field(metadata=read_by(one(units.LENGTH, POSITIVE)))
+    c0: PhysicalValue = field(metadata=read_by(one(units.STIFFNESS, POSITIVE)))
+    k: PhysicalValue = field(metadata=read_by(one(units.DAMPING, NOT_NEGATIVE)))
+    backlash: PhysicalValue = field(metadata=read_by(one(units.LENGTH, POSITIVE)))
+    M10: PhysicalValue = field(metadata=read_by(one(units.TORQUE)))
+    speed: PhysicalValue = field(metadata=read_by(one(units.SPEED, POSITIVE)))
+    M20: PhysicalValue = field(default=None, metadata=read_by(one(units.TORQUE)))
+    b1: PhysicalValue = field(default=0.0, metadata=read_by(one(units.BEARING_FRICTION, NOT_NEGATIVE)))
+    b2: PhysicalValue = field(default=0.0, metadata=read_by(one(units.BEARING_FRICTION, NOT_NEGATIVE)))
+    m1: PhysicalValue = field(default=None, metadata=read_by(one(units.MASS, POSITIVE)))
+    m2: PhysicalValue = field(default=None, metadata=read_by(one(units.MASS, POSITIVE)))
+    c1: PhysicalValue = field(default=None, metadata=read_by(one(units.STIFFNESS, POSITIVE)))
+    c2: PhysicalValue = field(default=None, metadata=read_by(one(units.STIFFNESS, POSITIVE)))
+    k1: PhysicalValue = field(default=0.0, metadata=read_by(one(units.DAMPING, NOT_NEGATIVE)))
+    k2: PhysicalValue = field(default=0.0, metadata=read_by(one(units.DAMPING, NOT_NEGATIVE)))
+    error_amplitudes: tuple[PhysicalValue, ...] = field(default=(), metadata=read_by(each(units.LENGTH)))
+    error_phases: tuple[PhysicalValue, ...] = field(default=(), metadata=read_by(each(units.ANGLE)))
     chi1: float | None = None
     chi2: float | None = None
     contact_ratio: float | None = None
-    stiffness_amplitudes: tuple[PhysicalValue, ...] = ()
-    stiffness_phases: tuple[PhysicalValue, ...] = ()
-    stiffness_levels: tuple[PhysicalValue, ...] = ()
-    stiffness_starts: tuple[float, ...] = ()
+    stiffness_amplitudes: tuple[PhysicalValue, ...] = field(default=(), metadata=read_by(each(units.STIFFNESS)))
+    stiffness_phases: tuple[PhysicalValue, ...] = field(default=(), metadata=read_by(each(units.ANGLE)))
+    stiffness_levels: tuple[PhysicalValue, ...] = field(default=(), metadata=read_by(each(units.STIFFNESS)))
+    stiffness_starts: tuple[float, ...] = field(default=(), metadata=read_by(to_floats))
 
     def __post_init__(self) -> None:
-        for name in ("n1", "n2"):
-            self._set(name, units.teeth(name, getattr(self, name)))
-        for name, (dimension, rule) in UNIT_FIELDS.items():
-            if name not in OPTIONAL_FIELDS or getattr(self, name) is not None:
-                self._set(name, units.to_si(name, getattr(self, name), dimension, rule))
-        for name, dimension in SERIES_FIELDS.items():
-            self._set(name, units.list_to_si(name, getattr(self, name), dimension))
-        self._set("stiffness_starts", to_floats("stiffness_starts", self.stiffness_starts))
+        convert_fields(self)
         if self.M20 is None:
-            self._set("M20", units.to_si("M20", self.M10 * self.R2 / self.R1, *UNIT_FIELDS["M20"]))
+            balance = units.to_si("M20", self.M10 * self.R2 / self.R1, units.TORQUE)
+            object.__setattr__(self, "M20", balance)
         check_ratio(self)
         check_supports(self)
         check_waveforms(self)
         self._stiffness()  # raises for a stiffness that is not positive
-
-    def _set(self, name: str, value: Any) -> None:
-        """Set a field while this frozen object is created."""
-        object.__setattr__(self, name, value)
 
     @property
     def rigid(self) -> bool:

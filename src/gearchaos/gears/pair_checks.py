@@ -1,42 +1,15 @@
-"""The rules for the values of a gear pair: for each value, and for several together.
-
-The checks take a `GearPair` as Any, since its module imports this one.
-"""
+"""The rules for the values of a gear pair together, and warnings about unusual ones."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
-from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 
-UNIT_FIELDS: dict[str, tuple[units.Dimension, Rule | None]] = {
-    **dict.fromkeys(("I1", "I2"), (units.INERTIA, POSITIVE)),
-    **dict.fromkeys(("R1", "R2", "backlash"), (units.LENGTH, POSITIVE)),
-    "c0": (units.STIFFNESS, POSITIVE),
-    "k": (units.DAMPING, NOT_NEGATIVE),
-    "speed": (units.SPEED, POSITIVE),
-    **dict.fromkeys(("M10", "M20"), (units.TORQUE, None)),
-    **dict.fromkeys(("b1", "b2"), (units.BEARING_FRICTION, NOT_NEGATIVE)),
-    **dict.fromkeys(("m1", "m2"), (units.MASS, POSITIVE)),
-    **dict.fromkeys(("c1", "c2"), (units.STIFFNESS, POSITIVE)),
-    **dict.fromkeys(("k1", "k2"), (units.DAMPING, NOT_NEGATIVE)),
-}
-"""The fields of `GearPair` with a unit: their dimension, and the rule for their number in SI."""
-
-SERIES_FIELDS: dict[str, units.Dimension] = {
-    "error_amplitudes": units.LENGTH,
-    "error_phases": units.ANGLE,
-    "stiffness_amplitudes": units.STIFFNESS,
-    "stiffness_phases": units.ANGLE,
-    "stiffness_levels": units.STIFFNESS,
-}
-"""The fields with a list of values, one per harmonic or level, and the dimension of the values."""
-
-OPTIONAL_FIELDS = ("M20", "m1", "m2", "c1", "c2")
-"""The fields that may be None."""
+if TYPE_CHECKING:
+    from gearchaos.gears.pair import GearPair
 
 _STIFFNESS_FIELDS = (
     ("chi1", "chi2", "contact_ratio"), ("stiffness_amplitudes", "stiffness_phases"),
@@ -53,7 +26,7 @@ _MOST_DAMPING, _MOST_BACKLASH, _MOST_VELOCITY, _MOST_ERROR = 0.3, 5e-3, 300.0, 1
 above which there is a warning."""
 
 
-def pair_warnings(pair: Any) -> tuple[str, ...]:
+def pair_warnings(pair: GearPair) -> tuple[str, ...]:
     """Sentences about values that are possible but that slips of units may explain."""
     damping, velocity = pair.k / (2 * pair.mass * pair.omega0), pair.speed * units.RPM * pair.R1
     errors = max(map(abs, pair.error_amplitudes), default=0.0)
@@ -76,7 +49,7 @@ def pair_warnings(pair: Any) -> tuple[str, ...]:
     return tuple(text for text, holds in found.items() if holds)
 
 
-def check_ratio(pair: Any) -> None:
+def check_ratio(pair: GearPair) -> None:
     """Raise `InputError` unless the base radii have the ratio of the numbers of teeth, within `_RATIO_TOLERANCE`."""
     teeth, radii = pair.n1 / pair.n2, pair.R1 / pair.R2
     if abs(radii / teeth - 1) > _RATIO_TOLERANCE:
@@ -88,7 +61,7 @@ def check_ratio(pair: Any) -> None:
         )
 
 
-def check_supports(pair: Any) -> None:
+def check_supports(pair: GearPair) -> None:
     """Raise `InputError` unless the supports are elastic with all their values given, or rigid with none given."""
     missing = [name for name in ("c1", "c2", "m1", "m2") if getattr(pair, name) is None]
     if missing and not pair.rigid:
@@ -102,7 +75,7 @@ def check_supports(pair: Any) -> None:
             raise InputError(name, rule, value, "It has no effect there. Or give c1, c2, m1 and m2.")
 
 
-def check_waveforms(pair: Any) -> None:
+def check_waveforms(pair: GearPair) -> None:
     """Raise `InputError` if the stiffness is given in two ways, or a series has more phases than amplitudes."""
     kinds = [[n for n in names if getattr(pair, n) not in (None, (), [])] for names in _STIFFNESS_FIELDS]
     (first, *_), *others = [names for names in kinds if names] or [["none"]]

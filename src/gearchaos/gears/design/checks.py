@@ -14,7 +14,7 @@ from gearchaos.gears.design.gear_pair import comparable_stiffnesses, iso_tooth_s
 from gearchaos.gears.geometry import masses
 from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
 from gearchaos.gears.geometry.mating import KEEP_CLEARANCE
-from gearchaos.gears.inputs.plausibility import check_plausible
+from gearchaos.gears.inputs.declared import check_plausible
 from gearchaos.gears.mesh_load import mesh_load
 from gearchaos.gears.stiffness.mesh_stiffness import ISO, POTENTIAL_ENERGY
 from gearchaos.gears.transmission_error.tip_relief import unrelieved_length

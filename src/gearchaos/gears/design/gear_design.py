@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import InitVar, dataclass, fields, replace
+from dataclasses import InitVar, dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,24 +13,33 @@ from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.design.checks import check_inputs, check_wheels, design_warnings
 from gearchaos.gears.design.gear_pair import error_of, gear_pair, iso_tooth_stiffness, stiffness_of
 from gearchaos.gears.design.values import (
-    CONVERTERS,
+    BELOW_ONE,
     PRESSURE_ANGLE,
     PROFILE_A,
     SOLID,
+    Choice,
     ErrorTable,
     OrdersFile,
     Rack,
     ReliefDimensions,
     Supports,
     TableFile,
+    helix,
     module_of,
+    read_blank,
+    read_quality,
+    read_tip_relief,
+    record,
+    tip_alterations,
+    tooth_count,
 )
 from gearchaos.gears.geometry import masses
-from gearchaos.gears.geometry.backlash import AnyBacklash, check_backlash
+from gearchaos.gears.geometry.backlash import AnyBacklash, backlash_of, check_backlash
 from gearchaos.gears.geometry.checks import check_geometry
 from gearchaos.gears.geometry.dimensions import Geometry, Pair
 from gearchaos.gears.geometry.mating import mating_geometry
-from gearchaos.gears.materials import Material
+from gearchaos.gears.inputs.declared import convert_fields, number, one, read_by, two, two_of
+from gearchaos.gears.materials import Material, read_material
 from gearchaos.gears.mesh_load import MeshLoad, mesh_load
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.stiffness.iso6336 import Blank, ToothStiffness
@@ -38,9 +47,9 @@ from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics
 from gearchaos.gears.transmission_error.quality import Quality
 from gearchaos.gears.transmission_error.tip_relief import TipRelief
-from gearchaos.gears.units import FREQUENCY, RPM, to_si
+from gearchaos.gears.units import ANGLE, FREQUENCY, INERTIA, LENGTH, MASS, RPM, SPEED, TORQUE, to_si
 from gearchaos.model import MeshModel
-from gearchaos.quantities import POSITIVE
+from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 
 OPERATION = ("speed", "torque", "application_factor")
 """The inputs of a design that the table ``[operation]`` of a study file may hold."""
@@ -48,16 +57,8 @@ OPERATION = ("speed", "torque", "application_factor")
 FREQUENCIES = ("shaft_frequency", "mesh_frequency")
 """The keys of ``[operation]`` that may take the place of ``speed``: turns of wheel 1, or its teeth, per second."""
 
-_REASONS = {
-    "damping_ratio": "Usual mesh damping ratios are 0.03 to 0.1: Kasuba and Evans, J. Mech. Des. 103, 1981; Wang and "
-                     "Cheng, J. Mech. Des. 103, 1981. It is the least known input, so there is no default.",
-    "backlash": "E.g. backlash = { value = '0.12 mm', of = 'line of action, total' }.",
-    "speed": "It is the speed of wheel 1, e.g. '360 rpm'.",
-    "torque": "It is the torque at wheel 1, e.g. '9000 N*m'.",
-    "quality": "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }.",
-    "bore": "The mass of a wheel follows from its bore, 0 for a disc without one; or give inertia and mass.",
-}
-"""Advice for an input that a result needs and the design lacks."""
+_TEETH = two_of(tooth_count, "must be a list of two numbers of teeth")
+_LENGTHS, _POSITIVE_LENGTHS = two(one(LENGTH, NOT_NEGATIVE)), two(one(LENGTH, POSITIVE))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,33 +153,44 @@ class GearDesign(HasCard):
     1.5491
     """
 
-    teeth: Any
-    module: Any = None
+    teeth: Any = field(metadata=read_by(_TEETH))
+    module: Any = field(default=None, metadata=read_by(one(LENGTH, POSITIVE)))
     diametral_pitch: InitVar[Any] = None
-    face_width: Any
-    pressure_angle: Any = PRESSURE_ANGLE
-    helix_angle: Any = 0.0
-    centre_distance: Any = None
-    profile_shift: Any = None
-    rack: Rack | Any = PROFILE_A
-    tip_alteration: Any = (0.0, 0.0)
-    tip_diameter: Any = None
-    tip_relief: ReliefDimensions | Any = None
-    material: Any = "steel"
-    bore: Any = None
-    blank: Any = SOLID
-    inertia: Any = None
-    mass: Any = None
-    quality: Quality | Any = None
-    backlash: AnyBacklash | Any = None
-    damping_ratio: float | None = None
-    stiffness: str | TableFile | Any = "ISO 6336-1"
-    transmission_error: str | OrdersFile | ErrorTable | Any = None
-    eccentricity: Any = (0.0, 0.0)
-    supports: Supports | Any = None
-    application_factor: float = 1.0
-    speed: Any = None
-    torque: Any = None
+    face_width: Any = field(metadata=read_by(_POSITIVE_LENGTHS))
+    pressure_angle: Any = field(default=PRESSURE_ANGLE, metadata=read_by(one(ANGLE)))
+    helix_angle: Any = field(default=0.0, metadata=read_by(helix))
+    centre_distance: Any = field(default=None, metadata=read_by(one(LENGTH, POSITIVE)))
+    profile_shift: Any = field(default=None, metadata=read_by(
+        two_of(number(), "must be a list of two: x1 and x2, in normal modules")))
+    rack: Rack | Any = field(default=PROFILE_A, metadata=read_by(record(Rack)))
+    tip_alteration: Any = field(default=(0.0, 0.0), metadata=read_by(tip_alterations))
+    tip_diameter: Any = field(default=None, metadata=read_by(_POSITIVE_LENGTHS))
+    tip_relief: ReliefDimensions | Any = field(default=None, metadata=read_by(read_tip_relief))
+    material: Any = field(default="steel", metadata=read_by(two(read_material)))
+    bore: Any = field(default=None, metadata=read_by(
+        _LENGTHS, "The mass of a wheel follows from its bore, 0 for a disc without one; or give inertia and mass."))
+    blank: Any = field(default=SOLID, metadata=read_by(two(read_blank)))
+    inertia: Any = field(default=None, metadata=read_by(two(one(INERTIA, POSITIVE))))
+    mass: Any = field(default=None, metadata=read_by(two(one(MASS, POSITIVE))))
+    quality: Quality | Any = field(default=None, metadata=read_by(
+        read_quality, "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }."))
+    backlash: AnyBacklash | Any = field(default=None, metadata=read_by(
+        backlash_of, "E.g. backlash = { value = '0.12 mm', of = 'line of action, total' }."))
+    damping_ratio: float | None = field(default=None, metadata=read_by(
+        number(BELOW_ONE),
+        "Usual mesh damping ratios are 0.03 to 0.1: Kasuba and Evans, J. Mech. Des. 103, 1981; Wang and Cheng, J. "
+        "Mech. Des. 103, 1981. It is the least known input, so there is no default."))
+    stiffness: str | TableFile | Any = field(default="ISO 6336-1", metadata=read_by(
+        Choice(("ISO 6336-1", "potential energy"), {"table": TableFile})))
+    transmission_error: str | OrdersFile | ErrorTable | Any = field(default=None, metadata=read_by(
+        Choice(("none", "from quality"), {"orders": OrdersFile, "table": ErrorTable})))
+    eccentricity: Any = field(default=(0.0, 0.0), metadata=read_by(_LENGTHS))
+    supports: Supports | Any = field(default=None, metadata=read_by(record(Supports)))
+    application_factor: float = field(default=1.0, metadata=read_by(number(POSITIVE)))
+    speed: Any = field(default=None, metadata=read_by(
+        one(SPEED, POSITIVE), "It is the speed of wheel 1, e.g. '360 rpm'."))
+    torque: Any = field(default=None, metadata=read_by(
+        one(TORQUE, NOT_NEGATIVE), "It is the torque at wheel 1, e.g. '9000 N*m'."))
 
     def __post_init__(self, diametral_pitch: Any) -> None:
         if diametral_pitch is not None:
@@ -187,10 +199,7 @@ class GearDesign(HasCard):
             object.__setattr__(self, "module", module_of(diametral_pitch))
         if self.module is None:
             raise InputError("module", "must be given", None, "E.g. '3 mm'; or give diametral_pitch, e.g. 8.")
-        for f in fields(self):
-            value = getattr(self, f.name)
-            if value is not None or f.default is not None:
-                object.__setattr__(self, f.name, CONVERTERS[f.name](f.name, value))
+        convert_fields(self)
         check_inputs(self)
         check_geometry(self.geometry)
         check_wheels(self)
@@ -250,9 +259,9 @@ class GearDesign(HasCard):
         missing = [name for name in names if getattr(self, name) is None]
         if missing:
             *others, last = missing
-            field = f"{', '.join(others)} and {last}" if others else last
-            advice = " ".join(_REASONS[name] for name in missing if name in _REASONS)
-            raise InputError(field, "must be given", None, advice)
+            subject = f"{', '.join(others)} and {last}" if others else last
+            known = {f.name: f.metadata["advice"] for f in fields(self)}
+            raise InputError(subject, "must be given", None, " ".join(filter(None, (known[n] for n in missing))))
 
     @property
     def backlash_line_of_action(self) -> float:
@@ -398,7 +407,7 @@ def _with_speed(operation: Mapping[str, Any], teeth: Any) -> dict[str, Any]:
     out = dict(operation)
     if names and names[0] in FREQUENCIES:
         turns = to_si(names[0], out.pop(names[0]), FREQUENCY, POSITIVE)
-        out["speed"] = 60 * turns / (CONVERTERS["teeth"]("teeth", teeth)[0] if "mesh" in names[0] else 1)
+        out["speed"] = 60 * turns / (_TEETH("teeth", teeth)[0] if "mesh" in names[0] else 1)
     return out
 
 
