@@ -4,52 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import InitVar, dataclass, field, fields, replace
-from functools import cached_property
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.design.checks import check_inputs, check_wheels, design_warnings
+from gearchaos.gears.design.drawing import TEETH, Drawing
 from gearchaos.gears.design.gear_pair import error_of, gear_pair, iso_tooth_stiffness, stiffness_of
-from gearchaos.gears.design.values import (
-    BELOW_ONE,
-    PRESSURE_ANGLE,
-    PROFILE_A,
-    SOLID,
-    Choice,
-    ErrorTable,
-    OrdersFile,
-    Rack,
-    ReliefDimensions,
-    Supports,
-    TableFile,
-    helix,
-    module_of,
-    read_blank,
-    read_quality,
-    read_tip_relief,
-    record,
-    tip_alterations,
-    tooth_count,
-)
-from gearchaos.gears.geometry import masses
-from gearchaos.gears.geometry.backlash import AnyBacklash, backlash_of, check_backlash
+from gearchaos.gears.design.values import module_of
+from gearchaos.gears.geometry.backlash import check_backlash
 from gearchaos.gears.geometry.checks import check_geometry
-from gearchaos.gears.geometry.dimensions import Geometry, Pair
-from gearchaos.gears.geometry.mating import mating_geometry
-from gearchaos.gears.inputs.declared import convert_fields, number, one, read_by, two, two_of
-from gearchaos.gears.materials import Material, read_material
-from gearchaos.gears.mesh_load import MeshLoad, mesh_load
+from gearchaos.gears.inputs.declared import convert_fields
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.stiffness.iso6336 import Blank, ToothStiffness
+from gearchaos.gears.stiffness.iso6336 import ToothStiffness
 from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics
-from gearchaos.gears.transmission_error.quality import Quality
-from gearchaos.gears.transmission_error.tip_relief import TipRelief
-from gearchaos.gears.units import ANGLE, FREQUENCY, INERTIA, LENGTH, MASS, RPM, SPEED, TORQUE, to_si
+from gearchaos.gears.units import FREQUENCY, to_si
 from gearchaos.model import MeshModel
-from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
+from gearchaos.quantities import POSITIVE
 
 OPERATION = ("speed", "torque", "application_factor")
 """The inputs of a design that the table ``[operation]`` of a study file may hold."""
@@ -57,12 +30,9 @@ OPERATION = ("speed", "torque", "application_factor")
 FREQUENCIES = ("shaft_frequency", "mesh_frequency")
 """The keys of ``[operation]`` that may take the place of ``speed``: turns of wheel 1, or its teeth, per second."""
 
-_TEETH = two_of(tooth_count, "must be a list of two numbers of teeth")
-_LENGTHS, _POSITIVE_LENGTHS = two(one(LENGTH, NOT_NEGATIVE)), two(one(LENGTH, POSITIVE))
-
 
 @dataclass(frozen=True, kw_only=True)
-class GearDesign(HasCard):
+class GearDesign(Drawing, HasCard):
     """An external spur or helical gear pair as its drawing describes it; wheel 1 drives.
 
     A value with a unit is a number in SI, a text such as ``"8 mm"`` or a pint quantity. It is kept as a number in SI,
@@ -153,45 +123,6 @@ class GearDesign(HasCard):
     1.5491
     """
 
-    teeth: Any = field(metadata=read_by(_TEETH))
-    module: Any = field(default=None, metadata=read_by(one(LENGTH, POSITIVE)))
-    diametral_pitch: InitVar[Any] = None
-    face_width: Any = field(metadata=read_by(_POSITIVE_LENGTHS))
-    pressure_angle: Any = field(default=PRESSURE_ANGLE, metadata=read_by(one(ANGLE)))
-    helix_angle: Any = field(default=0.0, metadata=read_by(helix))
-    centre_distance: Any = field(default=None, metadata=read_by(one(LENGTH, POSITIVE)))
-    profile_shift: Any = field(default=None, metadata=read_by(
-        two_of(number(), "must be a list of two: x1 and x2, in normal modules")))
-    rack: Rack | Any = field(default=PROFILE_A, metadata=read_by(record(Rack)))
-    tip_alteration: Any = field(default=(0.0, 0.0), metadata=read_by(tip_alterations))
-    tip_diameter: Any = field(default=None, metadata=read_by(_POSITIVE_LENGTHS))
-    tip_relief: ReliefDimensions | Any = field(default=None, metadata=read_by(read_tip_relief))
-    material: Any = field(default="steel", metadata=read_by(two(read_material)))
-    bore: Any = field(default=None, metadata=read_by(
-        _LENGTHS, "The mass of a wheel follows from its bore, 0 for a disc without one; or give inertia and mass."))
-    blank: Any = field(default=SOLID, metadata=read_by(two(read_blank)))
-    inertia: Any = field(default=None, metadata=read_by(two(one(INERTIA, POSITIVE))))
-    mass: Any = field(default=None, metadata=read_by(two(one(MASS, POSITIVE))))
-    quality: Quality | Any = field(default=None, metadata=read_by(
-        read_quality, "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }."))
-    backlash: AnyBacklash | Any = field(default=None, metadata=read_by(
-        backlash_of, "E.g. backlash = { value = '0.12 mm', of = 'line of action, total' }."))
-    damping_ratio: float | None = field(default=None, metadata=read_by(
-        number(BELOW_ONE),
-        "Usual mesh damping ratios are 0.03 to 0.1: Kasuba and Evans, J. Mech. Des. 103, 1981; Wang and Cheng, J. "
-        "Mech. Des. 103, 1981. It is the least known input, so there is no default."))
-    stiffness: str | TableFile | Any = field(default="ISO 6336-1", metadata=read_by(
-        Choice(("ISO 6336-1", "potential energy"), {"table": TableFile})))
-    transmission_error: str | OrdersFile | ErrorTable | Any = field(default=None, metadata=read_by(
-        Choice(("none", "from quality"), {"orders": OrdersFile, "table": ErrorTable})))
-    eccentricity: Any = field(default=(0.0, 0.0), metadata=read_by(_LENGTHS))
-    supports: Supports | Any = field(default=None, metadata=read_by(record(Supports)))
-    application_factor: float = field(default=1.0, metadata=read_by(number(POSITIVE)))
-    speed: Any = field(default=None, metadata=read_by(
-        one(SPEED, POSITIVE), "It is the speed of wheel 1, e.g. '360 rpm'."))
-    torque: Any = field(default=None, metadata=read_by(
-        one(TORQUE, NOT_NEGATIVE), "It is the torque at wheel 1, e.g. '9000 N*m'."))
-
     def __post_init__(self, diametral_pitch: Any) -> None:
         if diametral_pitch is not None:
             if self.module is not None:
@@ -239,97 +170,6 @@ class GearDesign(HasCard):
                                  "It is in [design] and in [operation].")
         return cls(**design, **_with_speed(operation, design["teeth"]))
 
-    @cached_property
-    def geometry(self) -> Geometry:
-        """Dimensions of the pair."""
-        values = {
-            "teeth": self.teeth, "normal_module": self.module, "pressure_angle": self.pressure_angle,
-            "helix_angle": self.helix_angle, "face_width": self.face_width, "addendum": self.rack.addendum,
-            "dedendum": self.rack.dedendum, "root_radius": self.rack.root_radius,
-        }
-        return mating_geometry(values, self.centre_distance, self.profile_shift, self.tip_alteration, self.tip_diameter)
-
-    def given(self, name: str) -> Any:
-        """The value of an input that a result needs; raises `InputError` with advice if it was left out."""
-        self.require([name])
-        return getattr(self, name)
-
-    def require(self, names: Iterable[str]) -> None:
-        """Raise one `InputError`, with advice on each, if some of these inputs were left out."""
-        missing = [name for name in names if getattr(self, name) is None]
-        if missing:
-            *others, last = missing
-            subject = f"{', '.join(others)} and {last}" if others else last
-            known = {f.name: f.metadata["advice"] for f in fields(self)}
-            raise InputError(subject, "must be given", None, " ".join(filter(None, (known[n] for n in missing))))
-
-    @property
-    def backlash_line_of_action(self) -> float:
-        """Total backlash in the transverse plane along the line of action, m; raises `InputError` if none is given."""
-        return check_backlash(self.given("backlash"), self.geometry)
-
-    @property
-    def masses(self) -> Pair:
-        """Masses of the wheels, kg; raises `InputError` if neither mass nor bore is given."""
-        if self.mass is not None:
-            return self.mass
-        return self._disc_masses(self.given("bore"))
-
-    @property
-    def inertias(self) -> Pair:
-        """Moments of inertia of the wheels, kg m²; raises `InputError` if inertia, mass and bore are all left out."""
-        if self.inertia is not None:
-            return self.inertia
-        weights, diameters = self.masses, masses.disc_diameter(self.geometry)
-        bores = self.bore or (0.0, 0.0)
-        first, second = (masses.disc_inertia(*each) for each in zip(diameters, bores, weights, strict=True))
-        return first, second
-
-    def _disc_masses(self, bores: Pair) -> Pair:
-        """Masses of the discs that replace the wheels, kg."""
-        materials: tuple[Material, Material] = self.material
-        first, second = (
-            masses.disc_mass(diameter, bore, width, material.density) for diameter, bore, width, material in zip(
-                masses.disc_diameter(self.geometry), bores, self.face_width, materials, strict=True))
-        return first, second
-
-    @property
-    def equivalent_mass(self) -> float:
-        """Mass of the pair along the line of action, kg, (2.9); over the face width it is m_red of ISO 6336-1."""
-        base1, base2 = self.geometry.base_diameter
-        return masses.equivalent_mass(self.inertias, (base1 / 2, base2 / 2))
-
-    @property
-    def load(self) -> MeshLoad:
-        """Tangential force, line load and pitch line velocity; raises `InputError` without speed or torque."""
-        return mesh_load(self.geometry, self.given("speed") * RPM, self.given("torque"), self.application_factor)
-
-    @property
-    def blanks(self) -> tuple[Blank | None, Blank | None]:
-        """Rim and web of each wheel; None for a solid disc."""
-        first, second = (each if isinstance(each, Blank) else None for each in self.blank)
-        return first, second
-
-    @property
-    def path_relief(self) -> TipRelief | None:
-        """The tip relief along the path of contact; None without one.
-
-        Raises
-        ------
-        InputError
-            If the drawing does not say where the relief of a wheel begins.
-        """
-        if self.tip_relief is None:
-            return None
-        if self.tip_relief.start_diameter is None:
-            raise InputError("tip_relief.start_diameter", "must be given", None,
-                             "The transmission error depends on where the relief begins.")
-        first, second = (
-            self.geometry.length_to_tip(wheel, start) if amount else 0.0
-            for wheel, (start, amount) in enumerate(
-                zip(self.tip_relief.start_diameter, self.tip_relief.amount, strict=True)))
-        return TipRelief(self.tip_relief.amount, (first, second), self.tip_relief.shape)
-
     @property
     def tooth_stiffness(self) -> ToothStiffness:
         """Tooth stiffness by ISO 6336-1, whatever the method of the design."""
@@ -339,11 +179,6 @@ class GearDesign(HasCard):
     def mesh_stiffness(self) -> MeshStiffness:
         """Mesh stiffness over the mesh period by the method of the design."""
         return stiffness_of(self)
-
-    @property
-    def exact(self) -> bool:
-        """Whether the teeth are taken to be exact: the transmission error is left out, or said to be none."""
-        return self.transmission_error in (None, "none")
 
     @property
     def error_harmonics(self) -> ErrorHarmonics:
@@ -407,7 +242,7 @@ def _with_speed(operation: Mapping[str, Any], teeth: Any) -> dict[str, Any]:
     out = dict(operation)
     if names and names[0] in FREQUENCIES:
         turns = to_si(names[0], out.pop(names[0]), FREQUENCY, POSITIVE)
-        out["speed"] = 60 * turns / (_TEETH("teeth", teeth)[0] if "mesh" in names[0] else 1)
+        out["speed"] = 60 * turns / (TEETH("teeth", teeth)[0] if "mesh" in names[0] else 1)
     return out
 
 

@@ -1,7 +1,4 @@
-"""From a gear design to the gear pair of the equations (2.1): mesh stiffness, transmission error, damping, supports.
-
-The functions take a `GearDesign` as Any, since its module imports this one.
-"""
+"""From a gear design to the gear pair of the equations (2.1): mesh stiffness, transmission error, damping, supports."""
 
 from __future__ import annotations
 
@@ -14,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import ChangedFileError, InputError
+from gearchaos.gears.design.drawing import Drawing
 from gearchaos.gears.design.values import ErrorFile, ErrorTable, OrdersFile, TableFile, checksum
 from gearchaos.gears.mesh_load import mesh_load
 from gearchaos.gears.pair import GearPair
@@ -30,7 +28,7 @@ from gearchaos.model import HarmonicStiffness, SteppedStiffness, TwoLevelStiffne
 NO_ERROR = ErrorHarmonics(amplitudes=(), phases=(), source="none: the gears are taken to be exact")
 
 
-def iso_tooth_stiffness(design: Any) -> ToothStiffness:
+def iso_tooth_stiffness(design: Drawing) -> ToothStiffness:
     """c′ and c_γα by ISO 6336-1 at the torque of the design; at 100 N/mm and above if it has none."""
     load = None if design.torque is None else line_load(design)
     if load == 0:
@@ -41,12 +39,12 @@ def iso_tooth_stiffness(design: Any) -> ToothStiffness:
     return tooth_stiffness(design.geometry, line_load=load, youngs_modulus=(first, second), blanks=design.blanks)
 
 
-def line_load(design: Any) -> float:
+def line_load(design: Drawing) -> float:
     """F_t K_A/b at the torque of the design, N/m, which does not depend on the speed."""
     return mesh_load(design.geometry, 0.0, design.given("torque"), design.application_factor).line_load
 
 
-def stiffness_of(design: Any) -> MeshStiffness:
+def stiffness_of(design: Drawing) -> MeshStiffness:
     """The mesh stiffness by the method of the design.
 
     That by ISO 6336-1 depends on the torque by the rule for low loads; the others do not.
@@ -58,7 +56,7 @@ def stiffness_of(design: Any) -> MeshStiffness:
     return _energy_stiffness(design.geometry, design.material, design.given("bore"))
 
 
-def comparable_stiffnesses(design: Any) -> tuple[MeshStiffness, ...]:
+def comparable_stiffnesses(design: Drawing) -> tuple[MeshStiffness, ...]:
     """The mesh stiffness by the method of the design, then by ISO 6336-1 and potential energy, unless they are the
     method of the design or cannot be computed, as without a bore or for helical gears.
     """
@@ -96,7 +94,7 @@ def _check_unchanged(field: str, path: str, sha256: str) -> None:
                          "It is missing or was changed since. Make the design again, or restore the file.")
 
 
-def error_of(design: Any) -> ErrorHarmonics:
+def error_of(design: Drawing) -> ErrorHarmonics:
     """The transmission error of the unloaded gears by the method of the design.
 
     Measured errors contain all deviations. Those from the accuracy grade and from the tip relief are added up.
@@ -146,7 +144,7 @@ def _sum(parts: list[ErrorHarmonics]) -> ErrorHarmonics:
     )
 
 
-def gear_pair(design: Any) -> GearPair:
+def gear_pair(design: Drawing) -> GearPair:
     """The gear pair with the parameters of (2.1) at the operating point of a design.
 
     The reference stiffness c0 is the time mean of the mesh stiffness. The resisting torque balances the driving one;
@@ -169,7 +167,7 @@ def gear_pair(design: Any) -> GearPair:
     )
 
 
-def _needed(design: Any) -> Iterator[str]:
+def _needed(design: Drawing) -> Iterator[str]:
     """The names of the inputs without which there is no gear pair."""
     if design.transmission_error == "from quality":
         yield "quality"
@@ -191,7 +189,7 @@ def _waveform_fields(stiffness: MeshStiffness) -> dict[str, Any]:
     return {"stiffness_amplitudes": amplitudes, "stiffness_phases": waveform.phases}
 
 
-def _support_fields(design: Any) -> dict[str, Any]:
+def _support_fields(design: Drawing) -> dict[str, Any]:
     """The fields of a `GearPair` for elastic supports; none for rigid ones."""
     if design.supports is None:
         return {}
