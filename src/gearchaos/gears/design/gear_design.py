@@ -12,7 +12,7 @@ from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.design.checks import check_inputs, check_wheels, design_warnings
 from gearchaos.gears.design.drawing import TEETH, Drawing
 from gearchaos.gears.design.gear_pair import error_of, gear_pair, iso_tooth_stiffness, stiffness_of
-from gearchaos.gears.design.values import module_of
+from gearchaos.gears.design.values import Choice, module_of
 from gearchaos.gears.geometry.backlash import check_backlash
 from gearchaos.gears.geometry.checks import check_geometry
 from gearchaos.gears.inputs.declared import convert_fields
@@ -249,3 +249,9 @@ def _with_speed(operation: Mapping[str, Any], teeth: Any) -> dict[str, Any]:
 def sentences(texts: Iterable[str]) -> tuple[str, ...]:
     """Texts with a capital letter and a full stop."""
     return tuple(f"{text[0].upper()}{text[1:].rstrip('.')}." for text in texts)
+
+
+FILES: tuple[tuple[str, str], ...] = tuple(
+    (f.name, key) for f in fields(GearDesign) if isinstance(choice := f.metadata["convert"], Choice)
+    for key in choice.files)
+"""The inputs that may name a file, and the key of its path, which is relative to the folder of a study file."""
