@@ -16,11 +16,11 @@ import math
 import re
 from bisect import bisect_left
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears.formulas import described
+from gearchaos.gears.formulas import Formula
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
@@ -157,32 +157,62 @@ class _Size(NamedTuple):
     b: float
 
 
+def _tolerance(symbol: str, text: str, source: str, of_grade_5: Callable[[_Size], float]) -> Any:
+    """A field of `Tolerances`, with its `Formula` and its value for grade 5 in µm before rounding."""
+    return field(metadata={"formula": Formula(symbol, "µm", 1e6, text, source), "value": of_grade_5})
+
+
 @dataclass(frozen=True, kw_only=True)
 class Tolerances1995(Tolerances):
     """`Tolerances` with the formulae of ISO 1328-1:1995; d, m and b are geometric means of ranges, in mm."""
 
-    single_pitch: float = described("f_pt", "(0.3 m + 0.12 √d + 4) 2^((Q−5)/2)", f"{ISO_1995}, 6.1", "µm", 1e6)
-    cumulative_pitch: float = described("F_p", "(0.3 m + 1.25 √d + 7) 2^((Q−5)/2)", f"{ISO_1995}, 6.3", "µm", 1e6)
-    profile: float = described("F_α", "(3.2 √m + 0.22 √d + 0.7) 2^((Q−5)/2)", f"{ISO_1995}, 6.4", "µm", 1e6)
-    profile_form: float = described("f_fα", "(2.5 √m + 0.17 √d + 0.5) 2^((Q−5)/2)", f"{ISO_1995}, B.2.1", "µm", 1e6)
-    profile_slope: float = described("f_Hα", "(2 √m + 0.14 √d + 0.5) 2^((Q−5)/2)", f"{ISO_1995}, B.2.2", "µm", 1e6)
-    helix: float = described("F_β", "(0.1 √d + 0.63 √b + 4.2) 2^((Q−5)/2)", f"{ISO_1995}, 6.5", "µm", 1e6)
-    runout: float = described("F_r", "(0.24 m + √d + 5.6) 2^((Q−5)/2)", "ISO 1328-2:1997, B", "µm", 1e6)
+    single_pitch: float = _tolerance("f_pt", "(0.3 m + 0.12 √d + 4) 2^((Q−5)/2)", f"{ISO_1995}, 6.1",
+                                     lambda s: 0.3 * (s.m + 0.4 * math.sqrt(s.d)) + 4)
+    cumulative_pitch: float = _tolerance("F_p", "(0.3 m + 1.25 √d + 7) 2^((Q−5)/2)", f"{ISO_1995}, 6.3",
+                                         lambda s: 0.3 * s.m + 1.25 * math.sqrt(s.d) + 7)
+    profile: float = _tolerance("F_α", "(3.2 √m + 0.22 √d + 0.7) 2^((Q−5)/2)", f"{ISO_1995}, 6.4",
+                                lambda s: 3.2 * math.sqrt(s.m) + 0.22 * math.sqrt(s.d) + 0.7)
+    profile_form: float = _tolerance("f_fα", "(2.5 √m + 0.17 √d + 0.5) 2^((Q−5)/2)", f"{ISO_1995}, B.2.1",
+                                     lambda s: 2.5 * math.sqrt(s.m) + 0.17 * math.sqrt(s.d) + 0.5)
+    profile_slope: float = _tolerance("f_Hα", "(2 √m + 0.14 √d + 0.5) 2^((Q−5)/2)", f"{ISO_1995}, B.2.2",
+                                      lambda s: 2.0 * math.sqrt(s.m) + 0.14 * math.sqrt(s.d) + 0.5)
+    helix: float = _tolerance("F_β", "(0.1 √d + 0.63 √b + 4.2) 2^((Q−5)/2)", f"{ISO_1995}, 6.5",
+                              lambda s: 0.1 * math.sqrt(s.d) + 0.63 * math.sqrt(s.b) + 4.2)
+    runout: float = _tolerance("F_r", "(0.24 m + √d + 5.6) 2^((Q−5)/2)", "ISO 1328-2:1997, B",
+                               lambda s: 0.24 * s.m + math.sqrt(s.d) + 5.6)
+
+
+def _cumulative_2013(s: _Size) -> float:
+    """F_pT of class 5, µm."""
+    return 0.002 * s.d + 0.55 * math.sqrt(s.d) + 0.7 * s.m + 12
+
+
+def _form_2013(s: _Size) -> float:
+    """f_fαT of class 5, µm."""
+    return 0.55 * s.m + 5
+
+
+def _slope_2013(s: _Size) -> float:
+    """f_HαT of class 5, µm."""
+    return 0.4 * s.m + 0.001 * s.d + 4
 
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerances2013(Tolerances):
     """`Tolerances` with the formulae of ISO 1328-1:2013; d, m_n and b in mm."""
 
-    single_pitch: float = described("f_pT", "(0.001 d + 0.4 m_n + 5) √2^(A−5)", f"{ISO_2013}, (5)", "µm", 1e6)
-    cumulative_pitch: float = described(
-        "F_pT", "(0.002 d + 0.55 √d + 0.7 m_n + 12) √2^(A−5)", f"{ISO_2013}, (6)", "µm", 1e6)
-    profile: float = described("F_αT", "√(f_HαT² + f_fαT²)", f"{ISO_2013}, (9)", "µm", 1e6)
-    profile_form: float = described("f_fαT", "(0.55 m_n + 5) √2^(A−5)", f"{ISO_2013}, (8)", "µm", 1e6)
-    profile_slope: float = described("f_HαT", "(0.4 m_n + 0.001 d + 4) √2^(A−5)", f"{ISO_2013}, (7)", "µm", 1e6)
-    helix: float = described("F_βT", "√(f_HβT² + f_fβT²)", f"{ISO_2013}, (12)", "µm", 1e6)
-    runout: float = described(
-        "F_rT", "0.9 (0.002 d + 0.55 √d + 0.7 m_n + 12) √2^(A−5)", f"{ISO_2013}, annex E", "µm", 1e6)
+    single_pitch: float = _tolerance("f_pT", "(0.001 d + 0.4 m_n + 5) √2^(A−5)", f"{ISO_2013}, (5)",
+                                     lambda s: 0.001 * s.d + 0.4 * s.m + 5)
+    cumulative_pitch: float = _tolerance("F_pT", "(0.002 d + 0.55 √d + 0.7 m_n + 12) √2^(A−5)", f"{ISO_2013}, (6)",
+                                         _cumulative_2013)
+    profile: float = _tolerance("F_αT", "√(f_HαT² + f_fαT²)", f"{ISO_2013}, (9)",
+                                lambda s: math.hypot(_slope_2013(s), _form_2013(s)))
+    profile_form: float = _tolerance("f_fαT", "(0.55 m_n + 5) √2^(A−5)", f"{ISO_2013}, (8)", _form_2013)
+    profile_slope: float = _tolerance("f_HαT", "(0.4 m_n + 0.001 d + 4) √2^(A−5)", f"{ISO_2013}, (7)", _slope_2013)
+    helix: float = _tolerance("F_βT", "√(f_HβT² + f_fβT²)", f"{ISO_2013}, (12)", lambda s: math.hypot(
+        0.05 * math.sqrt(s.d) + 0.35 * math.sqrt(s.b) + 4, 0.07 * math.sqrt(s.d) + 0.45 * math.sqrt(s.b) + 4))
+    runout: float = _tolerance("F_rT", "0.9 (0.002 d + 0.55 √d + 0.7 m_n + 12) √2^(A−5)", f"{ISO_2013}, annex E",
+                               lambda s: 0.9 * _cumulative_2013(s))
 
 
 _DIAMETERS = (5, 20, 50, 125, 280, 560, 1000, 1600, 2500, 4000, 6000, 8000, 10000)
@@ -235,40 +265,11 @@ def _wheel_tolerances(quality: Quality, geometry: Geometry, wheel: int) -> Toler
     _check_scope(quality.standard, geometry, wheel)
     size = _Size(*(1e3 * v for v in (
         geometry.reference_diameter[wheel], geometry.normal_module, geometry.face_width[wheel])))
+    if quality.standard == ISO_1995:
+        size = _Size(*(_mean(v, edges) for v, edges in zip(size, (_DIAMETERS, _MODULES, _FACE_WIDTHS), strict=True)))
     step = 2 ** ((quality.grades[wheel] - 5) / 2)
-    result, values = _EDITIONS[quality.standard]
-    exact = dict(zip((f.name for f in fields(Tolerances)), values(size), strict=True))
-    return result(**{name: rounded(step * value) / 1e6 for name, value in exact.items()})
-
-
-def _edition_1995(size: _Size) -> tuple[float, ...]:
-    """The tolerances of grade 5 in µm before rounding, in the order of the fields of `Tolerances`."""
-    d, m, b = (_mean(v, edges) for v, edges in zip(size, (_DIAMETERS, _MODULES, _FACE_WIDTHS), strict=True))
-    root_d, root_m = math.sqrt(d), math.sqrt(m)
-    return (
-        0.3 * (m + 0.4 * root_d) + 4,
-        0.3 * m + 1.25 * root_d + 7,
-        3.2 * root_m + 0.22 * root_d + 0.7,
-        2.5 * root_m + 0.17 * root_d + 0.5,
-        2.0 * root_m + 0.14 * root_d + 0.5,
-        0.1 * root_d + 0.63 * math.sqrt(b) + 4.2,
-        0.24 * m + root_d + 5.6,
-    )
-
-
-def _edition_2013(size: _Size) -> tuple[float, ...]:
-    """The tolerances of class 5 in µm before rounding, in the order of the fields of `Tolerances`."""
-    d, m, b = size
-    root_d, root_b = math.sqrt(d), math.sqrt(b)
-    slope, form = 0.4 * m + 0.001 * d + 4, 0.55 * m + 5
-    cumulative = 0.002 * d + 0.55 * root_d + 0.7 * m + 12
-    helix = math.hypot(0.05 * root_d + 0.35 * root_b + 4, 0.07 * root_d + 0.45 * root_b + 4)
-    return 0.001 * d + 0.4 * m + 5, cumulative, math.hypot(slope, form), form, slope, helix, 0.9 * cumulative
-
-
-_EDITIONS: dict[str, tuple[type[Any], Callable[[_Size], tuple[float, ...]]]] = {
-    ISO_1995: (Tolerances1995, _edition_1995), ISO_2013: (Tolerances2013, _edition_2013),
-}
+    edition = Tolerances1995 if quality.standard == ISO_1995 else Tolerances2013
+    return edition(**{f.name: rounded(step * f.metadata["value"](size)) / 1e6 for f in fields(edition)})
 
 
 def _mean(value: float, edges: tuple[float, ...]) -> float:
