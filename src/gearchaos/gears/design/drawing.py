@@ -33,7 +33,7 @@ from gearchaos.gears.geometry.backlash import AnyBacklash, backlash_of, check_ba
 from gearchaos.gears.geometry.dimensions import Geometry, Pair
 from gearchaos.gears.geometry.mating import mating_geometry
 from gearchaos.gears.inputs.declared import number, one, read_by, two, two_of
-from gearchaos.gears.materials import Material, read_material
+from gearchaos.gears.materials import read_material
 from gearchaos.gears.mesh_load import MeshLoad, mesh_load
 from gearchaos.gears.stiffness.iso6336 import Blank
 from gearchaos.gears.transmission_error.quality import Quality
@@ -125,7 +125,10 @@ class Drawing:
         """Masses of the wheels, kg; raises `InputError` if neither mass nor bore is given."""
         if self.mass is not None:
             return self.mass
-        return self._disc_masses(self.given("bore"))
+        bores, diameters = self.given("bore"), masses.disc_diameter(self.geometry)
+        discs = zip(diameters, bores, self.face_width, self.material, strict=True)
+        first, second = (masses.disc_mass(d, bore, width, material.density) for d, bore, width, material in discs)
+        return first, second
 
     @property
     def inertias(self) -> Pair:
@@ -135,14 +138,6 @@ class Drawing:
         weights, diameters = self.masses, masses.disc_diameter(self.geometry)
         bores = self.bore or (0.0, 0.0)
         first, second = (masses.disc_inertia(*each) for each in zip(diameters, bores, weights, strict=True))
-        return first, second
-
-    def _disc_masses(self, bores: Pair) -> Pair:
-        """Masses of the discs that replace the wheels, kg."""
-        materials: tuple[Material, Material] = self.material
-        first, second = (
-            masses.disc_mass(diameter, bore, width, material.density) for diameter, bore, width, material in zip(
-                masses.disc_diameter(self.geometry), bores, self.face_width, materials, strict=True))
         return first, second
 
     @property

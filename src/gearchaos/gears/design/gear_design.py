@@ -210,7 +210,13 @@ class GearDesign(Drawing, HasCard):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences about unusual values, and about the transmission error; studies warn of them, too."""
-        return (*design_warnings(self), *sentences(self._error_warnings))
+        found = design_warnings(self)
+        try:
+            return (*found, *sentences(self.error_harmonics.warnings))
+        except InputError as error:
+            if isinstance(self.transmission_error, str):  # an input is missing, which is named elsewhere
+                return found
+            return (*found, *sentences([f"the transmission error cannot be used: {error}"]))
 
     @property
     def assumptions(self) -> tuple[str, ...]:
@@ -223,15 +229,6 @@ class GearDesign(Drawing, HasCard):
         with suppress(InputError):  # reported by what needs the stiffness
             found.extend(self.mesh_stiffness.notes)
         return sentences(found)
-
-    @property
-    def _error_warnings(self) -> tuple[str, ...]:
-        """What the transmission error leaves out, or why its file cannot be used."""
-        try:
-            return self.error_harmonics.warnings
-        except InputError as error:
-            from_file = not isinstance(self.transmission_error, str)  # otherwise an input is missing, which is named
-            return (f"the transmission error cannot be used: {error}",) if from_file else ()
 
 
 def _with_speed(operation: Mapping[str, Any], teeth: Any) -> dict[str, Any]:

@@ -30,18 +30,14 @@ NO_ERROR = ErrorHarmonics(amplitudes=(), phases=(), source="none: the gears are 
 
 def iso_tooth_stiffness(design: Drawing) -> ToothStiffness:
     """c′ and c_γα by ISO 6336-1 at the torque of the design; at 100 N/mm and above if it has none."""
-    load = None if design.torque is None else line_load(design)
+    load = None if design.torque is None else mesh_load(
+        design.geometry, 0.0, design.torque, design.application_factor).line_load  # whatever the speed
     if load == 0:
         raise InputError("torque", "must be greater than 0 for a mesh stiffness by ISO 6336-1", design.torque,
                          "By the rule for low loads, (90), the stiffness vanishes with the load. Other methods do not "
                          f"depend on the load. {other_methods(design.geometry)}")
     first, second = (material.E for material in design.material)
     return tooth_stiffness(design.geometry, line_load=load, youngs_modulus=(first, second), blanks=design.blanks)
-
-
-def line_load(design: Drawing) -> float:
-    """F_t K_A/b at the torque of the design, N/m, which does not depend on the speed."""
-    return mesh_load(design.geometry, 0.0, design.given("torque"), design.application_factor).line_load
 
 
 def stiffness_of(design: Drawing) -> MeshStiffness:
@@ -158,12 +154,17 @@ def gear_pair(design: Drawing) -> GearPair:
     design.require(_needed(design))
     stiffness, error, geometry = stiffness_of(design), error_of(design), design.geometry
     reference, mass = stiffness.reference, design.equivalent_mass
+    supports: dict[str, Any] = {}
+    if design.supports is not None:
+        (c1, c2), (m1, m2), (first, second) = design.supports.stiffness, design.masses, design.supports.damping_ratio
+        supports = {"m1": m1, "m2": m2, "c1": c1, "c2": c2, "k1": 2 * first * math.sqrt(c1 * m1),
+                    "k2": 2 * second * math.sqrt(c2 * m2)}
     return GearPair(
         n1=design.teeth[0], n2=design.teeth[1], I1=design.inertias[0], I2=design.inertias[1],
         R1=geometry.base_diameter[0] / 2, R2=geometry.base_diameter[1] / 2, c0=reference,
         k=2 * design.given("damping_ratio") * math.sqrt(reference * mass), backlash=design.backlash_line_of_action,
         M10=design.given("torque"), speed=design.given("speed"), error_amplitudes=error.amplitudes,
-        error_phases=error.phases, **_waveform_fields(stiffness), **_support_fields(design),
+        error_phases=error.phases, **_waveform_fields(stiffness), **supports,
     )
 
 
@@ -187,13 +188,3 @@ def _waveform_fields(stiffness: MeshStiffness) -> dict[str, Any]:
     assert isinstance(waveform, HarmonicStiffness)
     amplitudes = tuple(v * reference for v in waveform.amplitudes)
     return {"stiffness_amplitudes": amplitudes, "stiffness_phases": waveform.phases}
-
-
-def _support_fields(design: Drawing) -> dict[str, Any]:
-    """The fields of a `GearPair` for elastic supports; none for rigid ones."""
-    if design.supports is None:
-        return {}
-    (c1, c2), (m1, m2) = design.supports.stiffness, design.masses
-    first, second = design.supports.damping_ratio
-    return {"m1": m1, "m2": m2, "c1": c1, "c2": c2, "k1": 2 * first * math.sqrt(c1 * m1),
-            "k2": 2 * second * math.sqrt(c2 * m2)}
