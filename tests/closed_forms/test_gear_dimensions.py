@@ -11,8 +11,8 @@ from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.geometry.backlash import OF, Backlash, ThicknessAllowances, base_tangent_length
 from gearchaos.gears.geometry.dimensions import Geometry
-from gearchaos.gears.geometry.involute import inverse_involute, involute
 from gearchaos.gears.geometry.mating import shift_sum
+from gearchaos.gears.geometry.tooth_root import inverse_involute, involute
 from gearchaos.gears.pair import GearPair
 
 EXAMPLE_1 = GearDesign(

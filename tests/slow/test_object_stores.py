@@ -29,10 +29,10 @@ q0 = 0.1
 kind = "zones"
 x = "omega=0.5:1.1:24"
 y = "eps1=0.05:0.3:20"
-[budget]
-patience = 800
-extensions = 1
-measured = 16
+[classification]
+longest_transient = 800
+doublings = 1
+averaging_periods = 16
 """
 TILE = 4
 SMALL = gc.Zones(

@@ -48,10 +48,10 @@ q0 = 0.1
 kind = "zones"
 x = "omega=0.5:1.1:48"
 y = "eps1=0.05:0.3:40"
-[budget]
-patience = 800
-extensions = 1
-measured = 16
+[classification]
+longest_transient = 800
+doublings = 1
+averaging_periods = 16
 """
 
 
@@ -473,12 +473,13 @@ def test_bad_options_are_refused_before_anything_is_made(tmp_path, arguments, wo
 
 
 @pytest.mark.parametrize(("text", "words"), [
-    (STUDY.replace("patience", "patiense"), "key of [budget] must be one of"),
+    (STUDY.replace("doublings", "doubblings"), "key of [classification] must be one of"),
     (STUDY.replace('kind = "zones"', 'kind = "picture"').replace("x =", "#").replace("y =", "#"), "study.kind must be"),
     (STUDY.split("[study]")[0], "study.kind must be given"),
     (STUDY.replace("x =", "# x ="), "--axis must be given twice"),
     ('[study]\nkind = "simulate"\n', "study.periods must be given"),
-    (STUDY.replace("patience = 800", "patience = -1"), "budget.patience must be a whole number of at least 0; got -1"),
+    (STUDY.replace("longest_transient = 800", "longest_transient = -1"),
+     "classification.longest_transient must be a whole number of at least 0; got -1"),
 ])
 def test_bad_study_files_are_refused(tmp_path, text, words):
     assert words in refused(write_study(tmp_path, text), tmp_path / "s.zarr")

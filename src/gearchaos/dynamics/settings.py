@@ -81,7 +81,7 @@ FORMER_NAMES = {
     "looks": "transient_lengths", "longest": "longest_period", "exponent": "exponent_run", "extensions": "doublings",
     "patience": "longest_transient", "measured": "averaging_periods",
 }
-"""Fields by their former names, used in ``[budget]`` of earlier study files and in the records of stores."""
+"""Fields by their former names, used in the records of stores."""
 
 _MAX_PERIODS = 10_000_000
 _RANGES = {

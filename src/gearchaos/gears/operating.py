@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self, TypeAlias, TypeGuard
@@ -240,18 +240,14 @@ def gears_from_json(text: str) -> Gears:
     """The gears that `gears_json` wrote; raises `InputError` for anything else."""
     try:
         ((kind, values),) = json.loads(text).items()
-        kinds: dict[str, Callable[..., Gears]] = {"pair": GearPair, "design": _design}
-        return kinds[kind](**values)
+        if kind == "pair":
+            return GearPair(**values)
+        from gearchaos.gears.design.gear_design import GearDesign  # many modules, for designs alone
+
+        return {"design": GearDesign}[kind](**values)
     except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
         raise InputError("dataset", "must carry its gears as JSON", text,
                          f"Compute it again, or load the file that was saved. ({error})") from error
-
-
-def _design(**values: Any) -> GearDesign:
-    """A `GearDesign` with these fields; its modules are imported only when a design is read."""
-    from gearchaos.gears.design.gear_design import GearDesign
-
-    return GearDesign(**values)
 
 
 def as_model(model: Any) -> MeshModel:

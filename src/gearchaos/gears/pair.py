@@ -7,21 +7,13 @@ Equation numbers refer to J. Łuczko, *Chaotic vibrations in gear mesh systems*,
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
-from gearchaos.gears.pair_checks import (
-    OPTIONAL_FIELDS,
-    SERIES_FIELDS,
-    UNIT_FIELDS,
-    check_ratio,
-    check_supports,
-    check_waveforms,
-    pair_warnings,
-)
+from gearchaos.gears.inputs.declared import convert_fields, each, one, read_by
 from gearchaos.gears.scales import Scales
 from gearchaos.model import (
     KINDS,
@@ -31,11 +23,22 @@ from gearchaos.model import (
     TransmissionError,
     TwoLevelStiffness,
 )
+from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 from gearchaos.validation import to_floats
 
 PhysicalValue = Any
 """A float in SI, of a speed in rpm, a text with a unit such as "3 mm", or a pint quantity; the fields of a `GearPair`
 are floats."""
+
+_STIFFNESS_FIELDS = tuple(tuple(kind.pair_fields.values()) for kind in STIFFNESS_KINDS.values())
+"""The fields of each kind of mesh stiffness."""
+
+_RATIO_TOLERANCE = 0.01
+"""Largest relative difference between the ratio of base radii and that of numbers of teeth."""
+
+_MOST_DAMPING, _MOST_BACKLASH, _MOST_VELOCITY, _MOST_ERROR = 0.3, 5e-3, 300.0, 10.0
+"""Damping ratio, backlash in m, velocity of the base circles in m/s, and an amplitude of the error over the backlash,
+above which there is a warning."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,55 +98,45 @@ class GearPair(HasCard):
     (0.1,)
     """
 
-    n1: int
-    n2: int
-    I1: PhysicalValue
-    I2: PhysicalValue
-    R1: PhysicalValue
-    R2: PhysicalValue
-    c0: PhysicalValue
-    k: PhysicalValue
-    backlash: PhysicalValue
-    M10: PhysicalValue
-    speed: PhysicalValue
-    M20: PhysicalValue = None
-    b1: PhysicalValue = 0.0
-    b2: PhysicalValue = 0.0
-    m1: PhysicalValue = None
-    m2: PhysicalValue = None
-    c1: PhysicalValue = None
-    c2: PhysicalValue = None
-    k1: PhysicalValue = 0.0
-    k2: PhysicalValue = 0.0
-    error_amplitudes: tuple[PhysicalValue, ...] = ()
-    error_phases: tuple[PhysicalValue, ...] = ()
+    n1: int = field(metadata=read_by(units.teeth))
+    n2: int = field(metadata=read_by(units.teeth))
+    I1: PhysicalValue = field(metadata=read_by(one(units.INERTIA, POSITIVE)))
+    I2: PhysicalValue = field(metadata=read_by(one(units.INERTIA, POSITIVE)))
+    R1: PhysicalValue = field(metadata=read_by(one(units.LENGTH, POSITIVE)))
+    R2: PhysicalValue = field(metadata=read_by(one(units.LENGTH, POSITIVE)))
+    c0: PhysicalValue = field(metadata=read_by(one(units.STIFFNESS, POSITIVE)))
+    k: PhysicalValue = field(metadata=read_by(one(units.DAMPING, NOT_NEGATIVE)))
+    backlash: PhysicalValue = field(metadata=read_by(one(units.LENGTH, POSITIVE)))
+    M10: PhysicalValue = field(metadata=read_by(one(units.TORQUE)))
+    speed: PhysicalValue = field(metadata=read_by(one(units.SPEED, POSITIVE)))
+    M20: PhysicalValue = field(default=None, metadata=read_by(one(units.TORQUE)))
+    b1: PhysicalValue = field(default=0.0, metadata=read_by(one(units.BEARING_FRICTION, NOT_NEGATIVE)))
+    b2: PhysicalValue = field(default=0.0, metadata=read_by(one(units.BEARING_FRICTION, NOT_NEGATIVE)))
+    m1: PhysicalValue = field(default=None, metadata=read_by(one(units.MASS, POSITIVE)))
+    m2: PhysicalValue = field(default=None, metadata=read_by(one(units.MASS, POSITIVE)))
+    c1: PhysicalValue = field(default=None, metadata=read_by(one(units.STIFFNESS, POSITIVE)))
+    c2: PhysicalValue = field(default=None, metadata=read_by(one(units.STIFFNESS, POSITIVE)))
+    k1: PhysicalValue = field(default=0.0, metadata=read_by(one(units.DAMPING, NOT_NEGATIVE)))
+    k2: PhysicalValue = field(default=0.0, metadata=read_by(one(units.DAMPING, NOT_NEGATIVE)))
+    error_amplitudes: tuple[PhysicalValue, ...] = field(default=(), metadata=read_by(each(units.LENGTH)))
+    error_phases: tuple[PhysicalValue, ...] = field(default=(), metadata=read_by(each(units.ANGLE)))
     chi1: float | None = None
     chi2: float | None = None
     contact_ratio: float | None = None
-    stiffness_amplitudes: tuple[PhysicalValue, ...] = ()
-    stiffness_phases: tuple[PhysicalValue, ...] = ()
-    stiffness_levels: tuple[PhysicalValue, ...] = ()
-    stiffness_starts: tuple[float, ...] = ()
+    stiffness_amplitudes: tuple[PhysicalValue, ...] = field(default=(), metadata=read_by(each(units.STIFFNESS)))
+    stiffness_phases: tuple[PhysicalValue, ...] = field(default=(), metadata=read_by(each(units.ANGLE)))
+    stiffness_levels: tuple[PhysicalValue, ...] = field(default=(), metadata=read_by(each(units.STIFFNESS)))
+    stiffness_starts: tuple[float, ...] = field(default=(), metadata=read_by(to_floats))
 
     def __post_init__(self) -> None:
-        for name in ("n1", "n2"):
-            self._set(name, units.teeth(name, getattr(self, name)))
-        for name, (dimension, rule) in UNIT_FIELDS.items():
-            if name not in OPTIONAL_FIELDS or getattr(self, name) is not None:
-                self._set(name, units.to_si(name, getattr(self, name), dimension, rule))
-        for name, dimension in SERIES_FIELDS.items():
-            self._set(name, units.list_to_si(name, getattr(self, name), dimension))
-        self._set("stiffness_starts", to_floats("stiffness_starts", self.stiffness_starts))
+        convert_fields(self)
         if self.M20 is None:
-            self._set("M20", units.to_si("M20", self.M10 * self.R2 / self.R1, *UNIT_FIELDS["M20"]))
-        check_ratio(self)
-        check_supports(self)
-        check_waveforms(self)
+            balance = units.to_si("M20", self.M10 * self.R2 / self.R1, units.TORQUE)
+            object.__setattr__(self, "M20", balance)
+        _check_ratio(self)
+        _check_supports(self)
+        _check_waveforms(self)
         self._stiffness()  # raises for a stiffness that is not positive
-
-    def _set(self, name: str, value: Any) -> None:
-        """Set a field while this frozen object is created."""
-        object.__setattr__(self, name, value)
 
     @property
     def rigid(self) -> bool:
@@ -173,7 +166,7 @@ class GearPair(HasCard):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences about values that are possible but unusual; studies warn of them, too."""
-        return pair_warnings(self)
+        return _warnings(self)
 
     @property
     def scales(self) -> Scales[float]:
@@ -267,3 +260,70 @@ class GearPair(HasCard):
         given = (kind.from_pair(self) for kind in STIFFNESS_KINDS.values())
         return next((found for found in given if found is not None), TwoLevelStiffness())
 
+
+def _warnings(pair: GearPair) -> tuple[str, ...]:
+    """Sentences about values that are possible but that slips of units may explain."""
+    damping, velocity = pair.k / (2 * pair.mass * pair.omega0), pair.speed * units.RPM * pair.R1
+    errors = max(map(abs, pair.error_amplitudes), default=0.0)
+    phases = max((abs(phase) / j for series in (pair.error_phases, pair.stiffness_phases) for j, phase in enumerate(
+        series, 1) if not isinstance(phase, units.Measured)), default=0.0)  # in angles of the first harmonic
+    found = {
+        f"The damping ratio k/(2 m ω0) is {damping:.3g}, unusually high: usual are 0.03 to 0.1. Check k, c0 and I1.":
+            damping > _MOST_DAMPING,
+        f"The backlash is {pair.backlash * 1e3:.4g} mm, unusually large: a plain number is in m.":
+            pair.backlash > _MOST_BACKLASH,
+        f"error_amplitudes has {errors * 1e6:.4g} µm, {errors / pair.backlash:.4g} times the backlash: a plain number "
+        "is in m.": errors > _MOST_ERROR * pair.backlash,
+        f"A phase is {phases:.6g} rad of the first harmonic, more than a turn: a plain number is in rad.":
+            phases > 2 * math.pi,
+        f"The base circles move at {velocity:.4g} m/s at {pair.speed:.6g} rpm, unusually fast. A plain one is in rpm.":
+            velocity > _MOST_VELOCITY,
+        f"chi1 is {pair.chi1}: the greater stiffness is more than twice c0. It is a fraction of c0, not a percentage.":
+            (pair.chi1 or 0.0) > 1,
+    }
+    return tuple(text for text, holds in found.items() if holds)
+
+
+def _check_ratio(pair: GearPair) -> None:
+    """Raise `InputError` unless the base radii have the ratio of the numbers of teeth, within `_RATIO_TOLERANCE`."""
+    teeth, radii = pair.n1 / pair.n2, pair.R1 / pair.R2
+    if abs(radii / teeth - 1) > _RATIO_TOLERANCE:
+        raise InputError(
+            "R1/R2", f"must equal n1/n2 = {teeth:.6g} to 1 %", round(radii, 6),
+            f"With R1 = {units.Length(pair.R1, pair.R1)} and these teeth R2 would be "
+            f"{units.Length(pair.R1 / teeth, pair.R1)}. "
+            "R1 and R2 are base radii, m n cos(α)/2.",
+        )
+
+
+def _check_supports(pair: GearPair) -> None:
+    """Raise `InputError` unless the supports are elastic with all their values given, or rigid with none given."""
+    missing = [name for name in ("c1", "c2", "m1", "m2") if getattr(pair, name) is None]
+    if missing and not pair.rigid:
+        raise InputError(
+            missing[0], "must be given where the supports are elastic", None,
+            "Give c1, c2, m1 and m2, or leave c1 and c2 out for rigid supports.",
+        )
+    for name in ("m1", "m2", "k1", "k2"):
+        if pair.rigid and (value := getattr(pair, name)):
+            rule = "must be left out where the supports are rigid"
+            raise InputError(name, rule, value, "It has no effect there. Or give c1, c2, m1 and m2.")
+
+
+def _check_waveforms(pair: GearPair) -> None:
+    """Raise `InputError` if the stiffness is given in two ways, or a series has more phases than amplitudes."""
+    kinds = [[n for n in names if getattr(pair, n) not in (None, (), [])] for names in _STIFFNESS_FIELDS]
+    (first, *_), *others = [names for names in kinds if names] or [["none"]]
+    for names in others:
+        raise InputError(first, f"must be left out beside {names[0]}", getattr(pair, first),
+                         "The mesh stiffness has two levels (2.16), or is a series (2.7), or has steps.")
+    if len(pair.stiffness_starts) and not len(pair.stiffness_levels):
+        raise InputError("stiffness_starts", "must be left out without stiffness_levels", pair.stiffness_starts,
+                         "They are where the steps of the mesh stiffness begin.")
+    for kind in ("error", "stiffness"):
+        amplitudes, phases = getattr(pair, f"{kind}_amplitudes"), getattr(pair, f"{kind}_phases")
+        if len(phases) > len(amplitudes):
+            raise InputError(
+                f"{kind}_phases", f"must not be longer than {kind}_amplitudes ({len(amplitudes)})", len(phases),
+                "Give one phase per harmonic; missing ones are 0.",
+            )

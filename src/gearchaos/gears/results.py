@@ -11,7 +11,7 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import Gears, gears_from_json, is_design, pair_of
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.scales import Scales, scaled, unit_of
+from gearchaos.gears.scales import Scales, scaled, scaled_numbers, times, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,7 +58,7 @@ def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
         scales = _scales(part, gears)
         own = {name: array for name, array in part.coords.items() if array.dims == dataset[name].dims}
         out = out.assign_coords(scaled(own, scales)).assign(scaled(part.data_vars, scales))
-    return out.assign_attrs({**_branch_attributes(dataset, gears), **_curve_attributes(dataset, gears)})
+    return out.assign_attrs(_attributes(dataset, gears))
 
 
 def _parts(dataset: xr.Dataset) -> list[xr.Dataset]:
@@ -77,47 +77,30 @@ def _parts(dataset: xr.Dataset) -> list[xr.Dataset]:
             *(part.assign_coords({axis: part[f"{dim}_value"]}) for dim, part in parts.items())]
 
 
-def _branch_attributes(dataset: xr.Dataset, gears: Gears) -> dict[str, str]:
-    """The attributes of a branch with values of its parameter, in physical units; empty for other results."""
-    if "event_value" not in dataset:
-        return {}
-    unit = unit_of(dataset["event_value"].attrs.get("quantity", ""), pair_of(gears).scales)
-    factor = 1.0 if unit is None else unit[0]
-    found = {name: json.loads(dataset.attrs[name]) for name in _WITH_VALUES if name in dataset.attrs}
-    return {name: json.dumps(_times(factor, value)) for name, value in found.items()}
-
-
-def _curve_attributes(dataset: xr.Dataset, gears: Gears) -> dict[str, str]:
-    """The ends of curves in physical units; empty for other results."""
-    if "special_kind" not in dataset:
-        return {}
-    ends = json.loads(dataset.attrs["ends"])
-    return {"ends": json.dumps([_scaled_end(end, pair_of(gears, end.get("torque")).scales) for end in ends])}
-
-
-def _scaled_end(end: dict[str, Any], scales: Scales[float]) -> dict[str, Any]:
-    """The end of a curve with its parameters in physical units; ``scales`` are those of its torque."""
-    units = {name: unit_of(name, scales) for name in end}
-    return {name: value if (unit := units[name]) is None else value * unit[0] for name, value in end.items()}
-
-
-_WITH_VALUES = ("range", "ends", "stable", "cascade", "asymmetric")
-"""Attributes of a branch that are JSON with values of its parameter."""
-
-
-def _times(factor: float, value: Any) -> Any:
-    """A JSON value with all its numbers that are not integers times a factor."""
-    if isinstance(value, dict):
-        return {key: _times(factor, item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_times(factor, item) for item in value]
-    return value * factor if isinstance(value, float) else value
+def _attributes(dataset: xr.Dataset, gears: Gears) -> dict[str, str]:
+    """The attributes of a branch or of curves with values of their parameters, in physical units."""
+    found: dict[str, str] = {}
+    if "event_value" in dataset:
+        unit = unit_of(dataset["event_value"].attrs.get("quantity", ""), pair_of(gears).scales)
+        for name in ("range", "ends", "stable", "cascade", "asymmetric"):
+            if name in dataset.attrs and unit is not None:
+                found[name] = json.dumps(times(unit[0], json.loads(dataset.attrs[name])))
+    if "special_kind" in dataset:
+        ends = [scaled_numbers(end, pair_of(gears, end.get("torque")).scales)[0]
+                for end in json.loads(dataset.attrs["ends"])]
+        found["ends"] = json.dumps(ends)
+    return found
 
 
 def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:
     """The scales of a result: numbers, or arrays along the coordinate ``torque`` if they depend on it."""
     if "torque" not in dataset.coords:
-        _check_constant_scales(dataset, gears)
+        torques = json.loads(dataset.attrs.get("settings", "{}")).get("torque_range", ())
+        if torques and any(pair_of(gears, value).scales != pair_of(gears).scales for value in torques):
+            raise InputError("dataset", "must have the coordinate torque", sorted(map(str, dataset.coords)),
+                             "The reference stiffness of the gears depends on the torque, and with it the units. Keep "
+                             "the coordinate, as isel(torque=2) does, or scale the result before you select or "
+                             "average.")
         return pair_of(gears).scales
     torque = dataset["torque"]
     if torque.size == 0:  # no events, or no points of codimension 2: nothing to scale
@@ -127,15 +110,6 @@ def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:
         return found[0]
     names = [f.name for f in fields(Scales)]
     return Scales(**{n: torque.copy(data=np.reshape([getattr(s, n) for s in found], torque.shape)) for n in names})
-
-
-def _check_constant_scales(dataset: xr.Dataset, gears: Gears) -> None:
-    """Raise `InputError` if an axis of torques is no longer in a Dataset whose scales depend on the torque."""
-    torques = json.loads(dataset.attrs.get("settings", "{}")).get("torque_range", ())
-    if torques and any(pair_of(gears, value).scales != pair_of(gears).scales for value in torques):
-        raise InputError("dataset", "must have the coordinate torque", sorted(map(str, dataset.coords)),
-                         "The reference stiffness of the gears depends on the torque, and with it the units. Keep the "
-                         "coordinate, as isel(torque=2) does, or scale the result before you select or average.")
 
 
 def _checked_gears(dataset: Any, pair: Any) -> Gears:
@@ -179,14 +153,10 @@ def unit_in(dataset: xr.Dataset, name: str) -> float:
     """One dimensionless unit of a variable in the units of a Dataset: 1 unless `physical` has scaled the Dataset."""
     if not is_physical(dataset):
         return 1.0
-    unit = unit_of(name, _pair_from_json(dataset.attrs["pair"]).scales)
-    return 1.0 if unit is None else unit[0]
-
-
-def _pair_from_json(text: str) -> GearPair:
-    """The pair that `physical` wrote into the attributes of a Dataset."""
     try:
-        return GearPair(**json.loads(text))
+        pair = GearPair(**json.loads(dataset.attrs["pair"]))
     except (RecursionError, TypeError, ValueError) as error:
-        raise InputError("dataset", "must carry its gear pair as JSON in attrs['pair']", text,
+        raise InputError("dataset", "must carry its gear pair as JSON in attrs['pair']", dataset.attrs["pair"],
                          f"gearchaos.physical writes it: scale the dimensionless result again. ({error})") from error
+    unit = unit_of(name, pair.scales)
+    return 1.0 if unit is None else unit[0]

@@ -80,15 +80,17 @@ def scaled_numbers(values: Mapping[str, Any], scales: Scales[Any]) -> tuple[dict
         if isinstance(value, Mapping):
             out[name], units[name] = scaled_numbers(value, scales)
         elif unit := unit_of(name, scales):
-            out[name], units[name] = _times(unit[0], value), unit[1]
+            out[name], units[name] = times(unit[0], value), unit[1]
     return out, units
 
 
-def _times(factor: float, value: Any) -> Any:
-    """A number or a nested list of numbers times a factor; None stays None."""
+def times(factor: float, value: Any) -> Any:
+    """A value of JSON with all its numbers that are not integers times a factor."""
+    if isinstance(value, dict):
+        return {key: times(factor, item) for key, item in value.items()}
     if isinstance(value, list):
-        return [_times(factor, v) for v in value]
-    return None if value is None else factor * value
+        return [times(factor, item) for item in value]
+    return value * factor if isinstance(value, float) else value
 
 
 def _scaled(name: str, variable: Any, factor: Any, symbol: str) -> tuple[Any, Any, dict[str, Any]]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 import operator
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cache
 from numbers import Complex, Real
@@ -312,14 +311,6 @@ def _not_convertible(field: str, value: object, dimension: Dimension, reason: st
     shown = value if isinstance(value, (str, bytes, bool)) or not _has_unit(value) else str(value)
     advice = f"{reason}Write e.g. '{dimension.example}', or a plain number in {dimension.unit}."
     return InputError(field, f"must be {dimension.name}", shown, advice)
-
-
-def list_to_si(field: str, values: Any, dimension: Dimension) -> tuple[float, ...]:
-    """The values of a list, one per harmonic, in SI; see `to_si`."""
-    if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
-        advice = f"Write e.g. ['{dimension.example}']."
-        raise InputError(field, "must be a list, one value per harmonic", values, advice)
-    return tuple(to_si(f"{field}[{i}]", v, dimension) for i, v in enumerate(values))
 
 
 def teeth(name: str, value: Any) -> int:

@@ -16,10 +16,6 @@ from gearchaos.studyfile.tables import GearPairTable, StudyFile, validated
 TABLES = ("gearpair", "design", "operation")
 """The tables that describe gears; ``--set TABLE.KEY=VALUE`` replaces a value in them."""
 
-_FILES = (("stiffness", "table"), ("transmission_error", "orders"), ("transmission_error", "table"))
-"""The keys of ``[design]`` that name a file, whose path is relative to the study file."""
-
-
 def separated(values: Mapping[str, Any]) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
     """Values for the tables of gears, by table and key, and the other values by name."""
     of_gears: dict[str, dict[str, Any]] = {table: {} for table in TABLES}
@@ -69,23 +65,22 @@ def gears_of(
                          "[gearpair] has M10 and speed.")
     if tables.gearpair is not None:
         _refuse_beside(tables, "gearpair", "model", "design")
-        return _pair(tables.gearpair, values["gearpair"])
+        found = validated(GearPairTable, {**tables.gearpair.model_dump(), **values["gearpair"]}, "gearpair")
+        return GearPair(**found.model_dump(exclude={"kind"}))
     if tables.design is None:
         return None
     _refuse_beside(tables, "design", "model")
-    design = _with_paths(_replaced(tables.design, values["design"], "design"), folder)
-    operation = _replaced(tables.operation or {}, values["operation"], "operation")
     from gearchaos.gears.design import gear_design  # many modules, for files with a design alone
 
+    design = _replaced(tables.design, values["design"], "design")
+    for name, path in gear_design.FILES:
+        given = design.get(name)
+        if isinstance(given, dict) and isinstance(given.get(path), str):
+            given[path] = str((folder / given[path]).absolute())
+    operation = _replaced(tables.operation or {}, values["operation"], "operation")
     if any(name in operation for name in gear_design.FREQUENCIES):
         default = {name: value for name, value in default.items() if name != "speed"}
     return gear_design.GearDesign.from_tables(design, {**default, **operation})
-
-
-def _pair(table: Any, values: Mapping[str, Any]) -> GearPair:
-    """The pair of ``[gearpair]``, with values replaced by key."""
-    found = validated(GearPairTable, {**table.model_dump(), **values}, "gearpair").model_dump()
-    return GearPair(**{f.name: found[f.name] for f in fields(GearPair)})
 
 
 def _refuse_beside(tables: StudyFile, table: str, *others: str) -> None:
@@ -109,12 +104,3 @@ def _replaced(table: Mapping[str, Any], values: Mapping[str, Any], title: str) -
                 raise InputError(f"{title}.{path}", f"must not lie in {name}, which is no table", value)
         inner[last] = value
     return out
-
-
-def _with_paths(design: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """The table ``[design]`` with absolute paths of files, which are relative to the folder of the study file."""
-    for name, key in _FILES:
-        table = design.get(name)
-        if isinstance(table, dict) and isinstance(table.get(key), str):
-            table[key] = str((folder / table[key]).absolute())
-    return design

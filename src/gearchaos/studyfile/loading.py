@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from gearchaos.dynamics.settings import FORMER_NAMES, Classification
 from gearchaos.errors import InputError
 from gearchaos.files import read_bytes
 from gearchaos.gears.operating import OPERATING_NAMES, Gears, OperatingModel, is_design, operating_model
@@ -154,7 +153,9 @@ def load_study(
     for name in tables.initial:
         check_state_name(model.kind, name)
     model = model.with_values(tables.initial).with_values(model_values)
-    return LoadedStudy(model, study_kind, options, _classification(tables), least)
+    settings = {} if tables.classification is None else tables.classification.model_dump(exclude_none=True)
+    settings = {name: tuple(value) if isinstance(value, list) else value for name, value in settings.items()}
+    return LoadedStudy(model, study_kind, options, settings, least)
 
 
 def load_design(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) -> GearDesign:
@@ -172,29 +173,6 @@ def load_design(path: str | os.PathLike[str], values: Mapping[str, Any] | None =
     for name, value in others.items():
         raise InputError(name, "must be a value of [design] or [operation]", value, "E.g. design.damping_ratio=0.05.")
     return gears
-
-
-def _classification(tables: StudyFile) -> dict[str, Any]:
-    """The fields of `Classification` that ``[classification]`` sets, or ``[budget]`` in a file of older versions."""
-    if tables.budget is None:
-        given = {} if tables.classification is None else tables.classification.model_dump(exclude_none=True)
-        return _settings(given)
-    if tables.classification is not None:
-        raise InputError("[budget]", "must be left out beside [classification]", sorted(tables.budget.model_fields_set),
-                         "It is the older name of the same table.")
-    former = tables.budget.model_dump(exclude_none=True)
-    given = _settings({FORMER_NAMES[name]: value for name, value in former.items()})
-    try:
-        Classification(**given)
-    except InputError as error:
-        names = {f"classification.{name}": f"budget.{old}" for old, name in FORMER_NAMES.items()}
-        raise InputError(names.get(error.field, error.field), error.rule, error.value, error.advice) from None
-    return given
-
-
-def _settings(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of `Classification` from the values of a file: lists become tuples."""
-    return {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
 
 
 def _read(path: Path) -> StudyFile:
@@ -280,11 +258,8 @@ def parse_value(text: str) -> Any:
             return number(text)
         except ValueError:
             continue
-    return _list_or_table(text) if text.startswith(("[", "{")) else text
-
-
-def _list_or_table(text: str) -> Any:
-    """The value of a list or an inline table in TOML."""
+    if not text.startswith(("[", "{")):
+        return text
     try:
         found = tomllib.loads(f"value = {text}")
     except (ValueError, RecursionError) as error:

@@ -67,17 +67,6 @@ class _ClassificationTable(_Table):
     averaging_periods: int | None = None
 
 
-class _FormerClassificationTable(_Table):
-    """``[budget]``, the table ``[classification]`` of earlier versions, in the same order; see `FORMER_NAMES`."""
-
-    looks: list[int] | None = None  # transient_lengths
-    longest: int | None = None  # longest_period
-    exponent: int | None = None  # exponent_run
-    extensions: int | None = None  # doublings
-    patience: int | None = None  # longest_transient
-    measured: int | None = None  # averaging_periods
-
-
 StiffnessTable = create_model(
     "StiffnessTable",
     __base__=Series,
@@ -118,7 +107,6 @@ class StudyFile(_Table):
     initial: dict[str, float] = {}
     study: _StudyTable | None = None  # type: ignore[valid-type]
     classification: _ClassificationTable | None = None
-    budget: _FormerClassificationTable | None = None
 
 
 def validated(schema: type[BaseModel], document: Mapping[str, Any], *where: str) -> Any:

@@ -113,7 +113,7 @@ def operating_point(rng: random.Random, folder: Path) -> list[str]:
     return command
 
 
-_BUDGET = "\n[budget]\npatience = 400\nextensions = 1\nmeasured = 16\n"
+_BUDGET = "\n[classification]\nlongest_transient = 400\ndoublings = 1\naveraging_periods = 16\n"
 
 
 def study_file(rng: random.Random, folder: Path) -> list[str]:

@@ -6,10 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from gearchaos.gears.design.gear_design import GearDesign
-
-_FILES = (("stiffness", "table"), ("transmission_error", "orders"), ("transmission_error", "table"))
-"""The inputs that may name a file; a path is relative to the folder of the study file."""
+from gearchaos.gears.design.gear_design import FILES, GearDesign
 
 
 def design_values(design: GearDesign) -> dict[str, Any]:
@@ -20,7 +17,7 @@ def design_values(design: GearDesign) -> dict[str, Any]:
         name: _plain(value) for name, value in asdict(design).items()
         if value is not None and (name in required or getattr(design, name) != getattr(plain, name))
     }
-    for name, key in _FILES:
+    for name, key in FILES:
         if isinstance(table := values.get(name), dict) and key in table:
             kept = {n: v for n, v in table.items() if v and n != "sha256"}
             values[name] = {**kept, key: str(Path(table[key]).absolute())}

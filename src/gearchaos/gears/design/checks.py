@@ -1,20 +1,18 @@
-"""Checks of a gear design: slips of units, wheels that cannot be, and warnings about unusual values.
-
-The checks take a `GearDesign` as Any, since its module imports this one.
-"""
+"""Checks of a gear design: slips of units, wheels that cannot be, and warnings about unusual values."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from contextlib import suppress
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
+from gearchaos.gears.design.drawing import Drawing
 from gearchaos.gears.design.gear_pair import comparable_stiffnesses
 from gearchaos.gears.geometry import masses
 from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
 from gearchaos.gears.geometry.mating import KEEP_CLEARANCE
-from gearchaos.gears.inputs.plausibility import check_plausible
+from gearchaos.gears.inputs.declared import check_plausible
 from gearchaos.gears.mesh_load import mesh_load
 from gearchaos.gears.stiffness.iso6336 import ISO
 from gearchaos.gears.stiffness.mesh_stiffness import methods
@@ -40,7 +38,7 @@ HIGH_LOAD = 3e8
 """Load F_t/(b m_n) in Pa above which there is a warning: the bending stress at the root is several times as large."""
 
 
-def check_inputs(design: Any) -> None:
+def check_inputs(design: Drawing) -> None:
     """Raise `InputError` for values that only a slip of units explains, and for a basic rack that cannot be.
 
     What follows from the geometry is checked elsewhere: these checks come first, so that their question is asked.
@@ -62,45 +60,46 @@ def check_inputs(design: Any) -> None:
     for name, lengths in (("tip_alteration", alterations), ("eccentricity", design.eccentricity)):
         for wheel, length in enumerate(lengths):
             check_plausible(f"{name}[{wheel}]", length, -module, module, units.LENGTH, "It is at most a module.")
-    _check_tip_diameter(design, transverse)
+    if design.tip_diameter is not None:
+        if design.tip_alteration != (0.0, 0.0):
+            shown = design.tip_alteration if isinstance(design.tip_alteration, str) else tuple(
+                units.Length(each, each) for each in design.tip_alteration)
+            raise InputError("tip_alteration", "must be left out beside tip_diameter", shown)
+        for wheel, shift in enumerate(design.profile_shift or (0.0, 0.0)):
+            diameter = design.tip_diameter[wheel]
+            nominal = transverse * design.teeth[wheel] + 2 * module * (design.rack.addendum + shift)
+            check_plausible(f"tip_diameter[{wheel}]", diameter, nominal - 2 * module, nominal + 2 * module,
+                            units.LENGTH, f"The nominal tip diameter is {units.Length(nominal, diameter)}.")
     check_rack(design.rack, design.pressure_angle)
 
 
-def _check_tip_diameter(design: Any, transverse_module: float) -> None:
-    """Raise `InputError` for tip diameters far from the nominal ones, or beside a tip alteration."""
-    if design.tip_diameter is None:
-        return
-    if design.tip_alteration != (0.0, 0.0):
-        raise InputError("tip_alteration", "must be left out beside tip_diameter", _shown(design.tip_alteration))
-    shifts = design.profile_shift or (0.0, 0.0)
-    for wheel, diameter in enumerate(design.tip_diameter):
-        nominal = transverse_module * design.teeth[wheel] + 2 * design.module * (design.rack.addendum + shifts[wheel])
-        check_plausible(
-            f"tip_diameter[{wheel}]", diameter, nominal - 2 * design.module, nominal + 2 * design.module, units.LENGTH,
-            f"The nominal tip diameter is {units.Length(nominal, diameter)}.")
-
-
-def _shown(tip_alteration: tuple[float, float] | str) -> tuple[units.Length, ...] | str:
-    """A tip alteration as error messages show it."""
-    if isinstance(tip_alteration, str):
-        return tip_alteration
-    return tuple(units.Length(each, each) for each in tip_alteration)
-
-
-def check_wheels(design: Any) -> None:
+def check_wheels(design: Drawing) -> None:
     """Raise `InputError` for bores, blanks, tip relief or speed that do not fit the wheels."""
-    geometry = design.geometry
+    geometry, module = design.geometry, design.geometry.normal_module
     for wheel, bore in enumerate(design.bore or ()):
-        check_plausible(f"bore[{wheel}]", bore, 0.0, geometry.root_diameter[wheel] - geometry.normal_module,
-                        units.LENGTH, "It leaves at least half a module below the root circle.")
-    for wheel in (0, 1):
-        _check_blank(design, wheel)
-    _check_relief(design)
+        check_plausible(f"bore[{wheel}]", bore, 0.0, geometry.root_diameter[wheel] - module, units.LENGTH,
+                        "It leaves at least half a module below the root circle.")
+    for wheel, blank in enumerate(design.blanks):
+        if blank is not None:
+            room = (geometry.root_diameter[wheel] - (0.0 if design.bore is None else design.bore[wheel])) / 2
+            check_plausible(f"blank[{wheel}].rim", blank.rim, 0.1 * module, room, units.LENGTH,
+                            "It lies between the root circle and the bore.")
+            width = design.face_width[wheel]
+            check_plausible(f"blank[{wheel}].web", blank.web, 0.01 * width, 2 * width, units.LENGTH,
+                            "It is between a hundredth and twice the face width.")
+    if design.tip_relief is not None:
+        for wheel, amount in enumerate(design.tip_relief.amount):
+            check_plausible(f"tip_relief.amount[{wheel}]", amount, 0.0, module / 5, units.LENGTH,
+                            "It is at most a fifth of a module.")
+        for wheel, start in enumerate(design.tip_relief.start_diameter or ()):
+            check_plausible(
+                f"tip_relief.start_diameter[{wheel}]", start, geometry.start_of_active_profile[wheel],
+                geometry.tip_diameter[wheel], units.LENGTH, "It lies between the start of active profile and the tip.")
     if design.speed is not None:
         check_speed_range(design, design.speed)
 
 
-def check_speed_range(design: Any, *speeds: float) -> None:
+def check_speed_range(design: Drawing, *speeds: float) -> None:
     """Raise `InputError` for speeds of wheel 1, in rpm, above the limit of the pitch line velocity."""
     for speed in speeds:
         if (velocity := _velocity(design, speed)) > FASTEST:
@@ -109,55 +108,22 @@ def check_speed_range(design: Any, *speeds: float) -> None:
                              f"It gives {velocity:.4g} m/s. A speed without a unit is in rpm.")
 
 
-def _velocity(design: Any, speed: float) -> float:
+def _velocity(design: Drawing, speed: float) -> float:
     """Pitch line velocity at the reference circles, m/s, at a speed of wheel 1 in rpm."""
     return mesh_load(design.geometry, speed * units.RPM, 0.0, 1.0).velocity
 
 
-def _check_blank(design: Any, wheel: int) -> None:
-    """Raise `InputError` for a rim or a web that the wheel has no room for."""
-    if (blank := design.blanks[wheel]) is None:
-        return
-    geometry, module, width = design.geometry, design.module, design.face_width[wheel]
-    bore = 0.0 if design.bore is None else design.bore[wheel]
-    check_plausible(f"blank[{wheel}].rim", blank.rim, 0.1 * module, (geometry.root_diameter[wheel] - bore) / 2,
-                    units.LENGTH, "It lies between the root circle and the bore.")
-    check_plausible(f"blank[{wheel}].web", blank.web, 0.01 * width, 2 * width, units.LENGTH,
-                    "It is between a hundredth and twice the face width.")
-
-
-def _check_relief(design: Any) -> None:
-    """Raise `InputError` for a tip relief of more than a fifth of a module, or that begins outside the active flank."""
-    if design.tip_relief is None:
-        return
-    geometry, relief = design.geometry, design.tip_relief
-    for wheel, amount in enumerate(relief.amount):
-        check_plausible(f"tip_relief.amount[{wheel}]", amount, 0.0, geometry.normal_module / 5, units.LENGTH,
-                        "It is at most a fifth of a module.")
-    for wheel, start in enumerate(relief.start_diameter or ()):
-        check_plausible(
-            f"tip_relief.start_diameter[{wheel}]", start, geometry.start_of_active_profile[wheel],
-            geometry.tip_diameter[wheel], units.LENGTH, "It lies between the start of active profile and the tip.")
-
-
-def design_warnings(design: Any) -> tuple[str, ...]:
+def design_warnings(design: Drawing) -> tuple[str, ...]:
     """Sentences about values that are possible but unusual."""
-    return (*geometry_warnings(design.geometry), *_damping_warnings(design), *_operating_warnings(design),
-            *_inertia_warnings(design), *_stiffness_warnings(design), *_exactness_warnings(design),
-            *_relief_warnings(design), *_eccentricity_warnings(design), *_blank_warnings(design))
+    return (*geometry_warnings(design.geometry), *_operating_warnings(design), *_inertia_warnings(design),
+            *_stiffness_warnings(design), *_error_warnings(design), *_blank_warnings(design))
 
 
-def _damping_warnings(design: Any) -> list[str]:
-    """A warning about a damping ratio that is not usual."""
-    low, high = USUAL_DAMPING
-    if design.damping_ratio is None or low <= design.damping_ratio <= high:
-        return []
-    return [f"damping_ratio is {design.damping_ratio:g}; usual are {low:g} to {high:g}."]
-
-
-def _operating_warnings(design: Any) -> list[str]:
-    """Warnings about a high speed and a high load."""
-    found = []
+def _operating_warnings(design: Drawing) -> list[str]:
+    """Warnings about an unusual damping ratio, a high speed and a high load."""
+    (low, high), found = USUAL_DAMPING, []
+    if design.damping_ratio is not None and not low <= design.damping_ratio <= high:
+        found.append(f"damping_ratio is {design.damping_ratio:g}; usual are {low:g} to {high:g}.")
     if design.speed is not None and (velocity := _velocity(design, design.speed)) > FAST:
         found.append(f"The pitch line velocity is {velocity:.4g} m/s at {design.speed:.6g} rpm, unusually high.")
     if design.torque is not None:
@@ -167,7 +133,7 @@ def _operating_warnings(design: Any) -> list[str]:
     return found
 
 
-def _inertia_warnings(design: Any) -> list[str]:
+def _inertia_warnings(design: Drawing) -> list[str]:
     """Warnings about a mass or a bore without effect, and about moments of inertia, given or from a mass, far from that
     of a solid disc of the wheel's size.
     """
@@ -193,7 +159,7 @@ def _inertia_warnings(design: Any) -> list[str]:
     return found
 
 
-def _stiffness_warnings(design: Any) -> list[str]:
+def _stiffness_warnings(design: Drawing) -> list[str]:
     """Warnings about a mesh stiffness outside the range of its method, or from a table far from others or constant."""
     try:
         if isinstance(design.stiffness, str):
@@ -212,51 +178,43 @@ def _stiffness_warnings(design: Any) -> list[str]:
     return found
 
 
-def _exactness_warnings(design: Any) -> list[str]:
-    """A warning about exact teeth of a design with an accuracy grade, unless it says that there is no error."""
-    if design.quality is None or design.transmission_error is not None:
-        return []
-    return ["The teeth are taken to be exact although a quality is given: write transmission_error = 'from quality', "
-            "{ orders = 'te.csv' } or { table = 'te.csv' }, or 'none' if exact teeth are meant."]
-
-
-def _relief_warnings(design: Any) -> list[str]:
-    """A warning about tip relief: the model has no tooth pairs, which relief spares an impact under load."""
-    relief = design.tip_relief
-    if relief is None or not any(relief.amount):
-        return []
-    purpose = "What relief is for, the entry of a tooth pair under load, is left out: the mesh stiffness is that of " \
-              "teeth without relief."
-    if design.exact:
-        return [f"tip_relief has no effect on the motion, since the teeth are taken to be exact: transmission_error is "
-                f"{design.transmission_error or 'left out'}. {purpose}"]
-    if design.transmission_error != "from quality":
-        return ["tip_relief has no effect on the motion, since the transmission error comes from a file, which must "
-                f"contain the relief. {purpose}"]
-    try:
-        free, pitch = unrelieved_length(design.geometry, design.path_relief), design.geometry.base_pitch
-    except InputError:  # reported by what needs the transmission error
-        return []
-    if free >= pitch:
-        return [f"tip_relief has no effect on the motion: it leaves {free * 1e3:.4g} mm of the path of contact as "
-                f"it is, at least the base pitch of {pitch * 1e3:.4g} mm, so that unloaded teeth never touch there. "
-                f"{purpose}"]
-    return ["tip_relief is added to the transmission error as that of rigid teeth without load: it can raise the "
-            f"dynamic factor, and more so the longer it is, where it lowers that of real gears. {purpose}"]
-
-
-def _eccentricity_warnings(design: Any) -> list[str]:
-    """A warning about an eccentricity, which the model cannot contain."""
-    if not any(design.eccentricity):
-        return []
-    largest = max(design.eccentricity)
-    backlash = 2 * math.sin(design.geometry.working_pressure_angle) * largest
-    return [f"eccentricity has no effect on the motion: it repeats once per turn, and the model with the mesh. One of "
+def _error_warnings(design: Drawing) -> list[str]:
+    """Warnings about exact teeth, tip relief and eccentricity: what of them the motion does not show."""
+    found = []
+    if design.quality is not None and design.transmission_error is None:
+        found.append("The teeth are taken to be exact although a quality is given: write transmission_error = 'from "
+                     "quality', { orders = 'te.csv' } or { table = 'te.csv' }, or 'none' if exact teeth are meant.")
+    if design.tip_relief is not None and any(design.tip_relief.amount):
+        with suppress(InputError):  # reported by what needs the transmission error
+            found.append(f"{_relief_warning(design)} What relief is for, the entry of a tooth pair under load, is left "
+                         "out: the mesh stiffness is that of teeth without relief.")
+    if largest := max(design.eccentricity):
+        backlash = 2 * math.sin(design.geometry.working_pressure_angle) * largest
+        found.append(
+            f"eccentricity has no effect on the motion: it repeats once per turn, and the model with the mesh. One of "
             f"{largest * 1e6:.4g} µm changes the transmission error by ±{largest * 1e6:.4g} µm and the backlash by "
-            f"±{backlash * 1e6:.4g} µm."]
+            f"±{backlash * 1e6:.4g} µm.")
+    return found
 
 
-def _blank_warnings(design: Any) -> list[str]:
+def _relief_warning(design: Drawing) -> str:
+    """What a tip relief does to the motion: the model has no tooth pairs, which relief spares an impact under load."""
+    if design.exact:
+        return ("tip_relief has no effect on the motion, since the teeth are taken to be exact: transmission_error is "
+                f"{design.transmission_error or 'left out'}.")
+    if design.transmission_error != "from quality":
+        return ("tip_relief has no effect on the motion, since the transmission error comes from a file, which must "
+                "contain the relief.")
+    assert design.path_relief is not None
+    free, pitch = unrelieved_length(design.geometry, design.path_relief), design.geometry.base_pitch
+    if free >= pitch:
+        return (f"tip_relief has no effect on the motion: it leaves {free * 1e3:.4g} mm of the path of contact as it "
+                f"is, at least the base pitch of {pitch * 1e3:.4g} mm, so that unloaded teeth never touch there.")
+    return ("tip_relief is added to the transmission error as that of rigid teeth without load: it can raise the "
+            "dynamic factor, and more so the longer it is, where it lowers that of real gears.")
+
+
+def _blank_warnings(design: Drawing) -> list[str]:
     """Warnings about what rim and web do not change."""
     if not any(design.blanks):
         return []

@@ -4,41 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import InitVar, dataclass, fields, replace
-from functools import cached_property
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.design.checks import check_inputs, check_wheels, design_warnings
-from gearchaos.gears.design.gear_pair import error_of, gear_pair, iso_tooth_stiffness, stiffness_of
-from gearchaos.gears.design.values import (
-    CONVERTERS,
-    PRESSURE_ANGLE,
-    PROFILE_A,
-    SOLID,
-    ErrorTable,
-    OrdersFile,
-    Rack,
-    ReliefDimensions,
-    Supports,
-    TableFile,
-    module_of,
-)
-from gearchaos.gears.geometry import masses
-from gearchaos.gears.geometry.backlash import AnyBacklash, check_backlash
+from gearchaos.gears.design.drawing import TEETH, Drawing
+from gearchaos.gears.design.gear_pair import error_of, gear_pair, stiffness_of
+from gearchaos.gears.design.values import Choice, module_of
+from gearchaos.gears.geometry.backlash import check_backlash
 from gearchaos.gears.geometry.checks import check_geometry
-from gearchaos.gears.geometry.dimensions import Geometry, Pair
-from gearchaos.gears.geometry.mating import mating_geometry
-from gearchaos.gears.materials import Material
-from gearchaos.gears.mesh_load import MeshLoad, mesh_load
+from gearchaos.gears.inputs.declared import convert_fields
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.stiffness.iso6336 import Blank, ToothStiffness
 from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics
-from gearchaos.gears.transmission_error.quality import Quality
-from gearchaos.gears.transmission_error.tip_relief import TipRelief
-from gearchaos.gears.units import FREQUENCY, RPM, to_si
+from gearchaos.gears.units import FREQUENCY, to_si
 from gearchaos.model import MeshModel
 from gearchaos.quantities import POSITIVE
 
@@ -48,20 +29,9 @@ OPERATION = ("speed", "torque", "application_factor")
 FREQUENCIES = ("shaft_frequency", "mesh_frequency")
 """The keys of ``[operation]`` that may take the place of ``speed``: turns of wheel 1, or its teeth, per second."""
 
-_REASONS = {
-    "damping_ratio": "Usual mesh damping ratios are 0.03 to 0.1: Kasuba and Evans, J. Mech. Des. 103, 1981; Wang and "
-                     "Cheng, J. Mech. Des. 103, 1981. It is the least known input, so there is no default.",
-    "backlash": "E.g. backlash = { value = '0.12 mm', of = 'line of action, total' }.",
-    "speed": "It is the speed of wheel 1, e.g. '360 rpm'.",
-    "torque": "It is the torque at wheel 1, e.g. '9000 N*m'.",
-    "quality": "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }.",
-    "bore": "The mass of a wheel follows from its bore, 0 for a disc without one; or give inertia and mass.",
-}
-"""Advice for an input that a result needs and the design lacks."""
-
 
 @dataclass(frozen=True, kw_only=True)
-class GearDesign(HasCard):
+class GearDesign(Drawing, HasCard):
     """An external spur or helical gear pair as its drawing describes it; wheel 1 drives.
 
     A value with a unit is a number in SI, a text such as ``"8 mm"`` or a pint quantity. It is kept as a number in SI,
@@ -152,34 +122,6 @@ class GearDesign(HasCard):
     1.5491
     """
 
-    teeth: Any
-    module: Any = None
-    diametral_pitch: InitVar[Any] = None
-    face_width: Any
-    pressure_angle: Any = PRESSURE_ANGLE
-    helix_angle: Any = 0.0
-    centre_distance: Any = None
-    profile_shift: Any = None
-    rack: Rack | Any = PROFILE_A
-    tip_alteration: Any = (0.0, 0.0)
-    tip_diameter: Any = None
-    tip_relief: ReliefDimensions | Any = None
-    material: Any = "steel"
-    bore: Any = None
-    blank: Any = SOLID
-    inertia: Any = None
-    mass: Any = None
-    quality: Quality | Any = None
-    backlash: AnyBacklash | Any = None
-    damping_ratio: float | None = None
-    stiffness: str | TableFile | Any = "ISO 6336-1"
-    transmission_error: str | OrdersFile | ErrorTable | Any = None
-    eccentricity: Any = (0.0, 0.0)
-    supports: Supports | Any = None
-    application_factor: float = 1.0
-    speed: Any = None
-    torque: Any = None
-
     def __post_init__(self, diametral_pitch: Any) -> None:
         if diametral_pitch is not None:
             if self.module is not None:
@@ -187,10 +129,7 @@ class GearDesign(HasCard):
             object.__setattr__(self, "module", module_of(diametral_pitch))
         if self.module is None:
             raise InputError("module", "must be given", None, "E.g. '3 mm'; or give diametral_pitch, e.g. 8.")
-        for f in fields(self):
-            value = getattr(self, f.name)
-            if value is not None or f.default is not None:
-                object.__setattr__(self, f.name, CONVERTERS[f.name](f.name, value))
+        convert_fields(self)
         check_inputs(self)
         check_geometry(self.geometry)
         check_wheels(self)
@@ -230,111 +169,10 @@ class GearDesign(HasCard):
                                  "It is in [design] and in [operation].")
         return cls(**design, **_with_speed(operation, design["teeth"]))
 
-    @cached_property
-    def geometry(self) -> Geometry:
-        """Dimensions of the pair."""
-        values = {
-            "teeth": self.teeth, "normal_module": self.module, "pressure_angle": self.pressure_angle,
-            "helix_angle": self.helix_angle, "face_width": self.face_width, "addendum": self.rack.addendum,
-            "dedendum": self.rack.dedendum, "root_radius": self.rack.root_radius,
-        }
-        return mating_geometry(values, self.centre_distance, self.profile_shift, self.tip_alteration, self.tip_diameter)
-
-    def given(self, name: str) -> Any:
-        """The value of an input that a result needs; raises `InputError` with advice if it was left out."""
-        self.require([name])
-        return getattr(self, name)
-
-    def require(self, names: Iterable[str]) -> None:
-        """Raise one `InputError`, with advice on each, if some of these inputs were left out."""
-        missing = [name for name in names if getattr(self, name) is None]
-        if missing:
-            *others, last = missing
-            field = f"{', '.join(others)} and {last}" if others else last
-            advice = " ".join(_REASONS[name] for name in missing if name in _REASONS)
-            raise InputError(field, "must be given", None, advice)
-
-    @property
-    def backlash_line_of_action(self) -> float:
-        """Total backlash in the transverse plane along the line of action, m; raises `InputError` if none is given."""
-        return check_backlash(self.given("backlash"), self.geometry)
-
-    @property
-    def masses(self) -> Pair:
-        """Masses of the wheels, kg; raises `InputError` if neither mass nor bore is given."""
-        if self.mass is not None:
-            return self.mass
-        return self._disc_masses(self.given("bore"))
-
-    @property
-    def inertias(self) -> Pair:
-        """Moments of inertia of the wheels, kg m²; raises `InputError` if inertia, mass and bore are all left out."""
-        if self.inertia is not None:
-            return self.inertia
-        weights, diameters = self.masses, masses.disc_diameter(self.geometry)
-        bores = self.bore or (0.0, 0.0)
-        first, second = (masses.disc_inertia(*each) for each in zip(diameters, bores, weights, strict=True))
-        return first, second
-
-    def _disc_masses(self, bores: Pair) -> Pair:
-        """Masses of the discs that replace the wheels, kg."""
-        materials: tuple[Material, Material] = self.material
-        first, second = (
-            masses.disc_mass(diameter, bore, width, material.density) for diameter, bore, width, material in zip(
-                masses.disc_diameter(self.geometry), bores, self.face_width, materials, strict=True))
-        return first, second
-
-    @property
-    def equivalent_mass(self) -> float:
-        """Mass of the pair along the line of action, kg, (2.9); over the face width it is m_red of ISO 6336-1."""
-        base1, base2 = self.geometry.base_diameter
-        return masses.equivalent_mass(self.inertias, (base1 / 2, base2 / 2))
-
-    @property
-    def load(self) -> MeshLoad:
-        """Tangential force, line load and pitch line velocity; raises `InputError` without speed or torque."""
-        return mesh_load(self.geometry, self.given("speed") * RPM, self.given("torque"), self.application_factor)
-
-    @property
-    def blanks(self) -> tuple[Blank | None, Blank | None]:
-        """Rim and web of each wheel; None for a solid disc."""
-        first, second = (each if isinstance(each, Blank) else None for each in self.blank)
-        return first, second
-
-    @property
-    def path_relief(self) -> TipRelief | None:
-        """The tip relief along the path of contact; None without one.
-
-        Raises
-        ------
-        InputError
-            If the drawing does not say where the relief of a wheel begins.
-        """
-        if self.tip_relief is None:
-            return None
-        if self.tip_relief.start_diameter is None:
-            raise InputError("tip_relief.start_diameter", "must be given", None,
-                             "The transmission error depends on where the relief begins.")
-        first, second = (
-            self.geometry.length_to_tip(wheel, start) if amount else 0.0
-            for wheel, (start, amount) in enumerate(
-                zip(self.tip_relief.start_diameter, self.tip_relief.amount, strict=True)))
-        return TipRelief(self.tip_relief.amount, (first, second), self.tip_relief.shape)
-
-    @property
-    def tooth_stiffness(self) -> ToothStiffness:
-        """Tooth stiffness by ISO 6336-1, whatever the method of the design."""
-        return iso_tooth_stiffness(self)
-
     @property
     def mesh_stiffness(self) -> MeshStiffness:
         """Mesh stiffness over the mesh period by the method of the design."""
         return stiffness_of(self)
-
-    @property
-    def exact(self) -> bool:
-        """Whether the teeth are taken to be exact: the transmission error is left out, or said to be none."""
-        return self.transmission_error in (None, "none")
 
     @property
     def error_harmonics(self) -> ErrorHarmonics:
@@ -366,7 +204,13 @@ class GearDesign(HasCard):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences about unusual values, and about the transmission error; studies warn of them, too."""
-        return (*design_warnings(self), *sentences(self._error_warnings))
+        found = design_warnings(self)
+        try:
+            return (*found, *sentences(self.error_harmonics.warnings))
+        except InputError as error:
+            if isinstance(self.transmission_error, str):  # an input is missing, which is named elsewhere
+                return found
+            return (*found, *sentences([f"the transmission error cannot be used: {error}"]))
 
     @property
     def assumptions(self) -> tuple[str, ...]:
@@ -380,15 +224,6 @@ class GearDesign(HasCard):
             found.extend(self.mesh_stiffness.notes)
         return sentences(found)
 
-    @property
-    def _error_warnings(self) -> tuple[str, ...]:
-        """What the transmission error leaves out, or why its file cannot be used."""
-        try:
-            return self.error_harmonics.warnings
-        except InputError as error:
-            from_file = not isinstance(self.transmission_error, str)  # otherwise an input is missing, which is named
-            return (f"the transmission error cannot be used: {error}",) if from_file else ()
-
 
 def _with_speed(operation: Mapping[str, Any], teeth: Any) -> dict[str, Any]:
     """The table ``[operation]`` with the speed in the place of a frequency of the shaft or of the mesh."""
@@ -398,10 +233,16 @@ def _with_speed(operation: Mapping[str, Any], teeth: Any) -> dict[str, Any]:
     out = dict(operation)
     if names and names[0] in FREQUENCIES:
         turns = to_si(names[0], out.pop(names[0]), FREQUENCY, POSITIVE)
-        out["speed"] = 60 * turns / (CONVERTERS["teeth"]("teeth", teeth)[0] if "mesh" in names[0] else 1)
+        out["speed"] = 60 * turns / (TEETH("teeth", teeth)[0] if "mesh" in names[0] else 1)
     return out
 
 
 def sentences(texts: Iterable[str]) -> tuple[str, ...]:
     """Texts with a capital letter and a full stop."""
     return tuple(f"{text[0].upper()}{text[1:].rstrip('.')}." for text in texts)
+
+
+FILES: tuple[tuple[str, str], ...] = tuple(
+    (f.name, key) for f in fields(GearDesign) if isinstance(choice := f.metadata["convert"], Choice)
+    for key in choice.files)
+"""The inputs that may name a file, and the key of its path, which is relative to the folder of a study file."""

@@ -1,7 +1,4 @@
-"""From a gear design to the gear pair of the equations (2.1): mesh stiffness, transmission error, damping, supports.
-
-The functions take a `GearDesign` as Any, since its module imports this one.
-"""
+"""From a gear design to the gear pair of the equations (2.1): mesh stiffness, transmission error, damping, supports."""
 
 from __future__ import annotations
 
@@ -14,11 +11,10 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import ChangedFileError, InputError
+from gearchaos.gears.design.drawing import Drawing
 from gearchaos.gears.design.values import ErrorFile, ErrorTable, OrdersFile, TableFile, checksum
-from gearchaos.gears.mesh_load import mesh_load
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.stiffness.iso6336 import ISO, ToothStiffness, tooth_stiffness
-from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness, methods, other_methods
+from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness, methods
 from gearchaos.gears.stiffness.table import from_table as stiffness_from_table
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, from_quality
 from gearchaos.gears.transmission_error.quality import tolerances
@@ -29,23 +25,7 @@ from gearchaos.gears.transmission_error.tip_relief import from_tip_relief
 NO_ERROR = ErrorHarmonics(amplitudes=(), phases=(), source="none: the gears are taken to be exact")
 
 
-def iso_tooth_stiffness(design: Any) -> ToothStiffness:
-    """c′ and c_γα by ISO 6336-1 at the torque of the design; at 100 N/mm and above if it has none."""
-    load = None if design.torque is None else line_load(design)
-    if load == 0:
-        raise InputError("torque", "must be greater than 0 for a mesh stiffness by ISO 6336-1", design.torque,
-                         "By the rule for low loads, (90), the stiffness vanishes with the load. Other methods do not "
-                         f"depend on the load. {other_methods(ISO, design.geometry)}")
-    first, second = (material.E for material in design.material)
-    return tooth_stiffness(design.geometry, line_load=load, youngs_modulus=(first, second), blanks=design.blanks)
-
-
-def line_load(design: Any) -> float:
-    """F_t K_A/b at the torque of the design, N/m, which does not depend on the speed."""
-    return mesh_load(design.geometry, 0.0, design.given("torque"), design.application_factor).line_load
-
-
-def stiffness_of(design: Any) -> MeshStiffness:
+def stiffness_of(design: Drawing) -> MeshStiffness:
     """The mesh stiffness by the method of the design.
 
     That by ISO 6336-1 depends on the torque by the rule for low loads; the others do not.
@@ -55,7 +35,7 @@ def stiffness_of(design: Any) -> MeshStiffness:
     return methods()[design.stiffness].compute(design)
 
 
-def comparable_stiffnesses(design: Any) -> tuple[MeshStiffness, ...]:
+def comparable_stiffnesses(design: Drawing) -> tuple[MeshStiffness, ...]:
     """The mesh stiffness by the method of the design, then by all others that can be computed, unlike those without a
     bore or for helical gears.
     """
@@ -82,7 +62,7 @@ def _check_unchanged(field: str, path: str, sha256: str) -> None:
                          "It is missing or was changed since. Make the design again, or restore the file.")
 
 
-def error_of(design: Any) -> ErrorHarmonics:
+def error_of(design: Drawing) -> ErrorHarmonics:
     """The transmission error of the unloaded gears by the method of the design.
 
     Measured errors contain all deviations. Those from the accuracy grade and from the tip relief are added up.
@@ -132,7 +112,7 @@ def _sum(parts: list[ErrorHarmonics]) -> ErrorHarmonics:
     )
 
 
-def gear_pair(design: Any) -> GearPair:
+def gear_pair(design: Drawing) -> GearPair:
     """The gear pair with the parameters of (2.1) at the operating point of a design.
 
     The reference stiffness c0 is the time mean of the mesh stiffness. The resisting torque balances the driving one;
@@ -146,16 +126,21 @@ def gear_pair(design: Any) -> GearPair:
     design.require(dict.fromkeys(_needed(design)))
     stiffness, error, geometry = stiffness_of(design), error_of(design), design.geometry
     reference, mass = stiffness.reference, design.equivalent_mass
+    supports: dict[str, Any] = {}
+    if design.supports is not None:
+        (c1, c2), (m1, m2), (first, second) = design.supports.stiffness, design.masses, design.supports.damping_ratio
+        supports = {"m1": m1, "m2": m2, "c1": c1, "c2": c2, "k1": 2 * first * math.sqrt(c1 * m1),
+                    "k2": 2 * second * math.sqrt(c2 * m2)}
     return GearPair(
         n1=design.teeth[0], n2=design.teeth[1], I1=design.inertias[0], I2=design.inertias[1],
         R1=geometry.base_diameter[0] / 2, R2=geometry.base_diameter[1] / 2, c0=reference,
         k=2 * design.given("damping_ratio") * math.sqrt(reference * mass), backlash=design.backlash_line_of_action,
         M10=design.given("torque"), speed=design.given("speed"), error_amplitudes=error.amplitudes,
-        error_phases=error.phases, **stiffness.waveform.to_pair(reference), **_support_fields(design),
+        error_phases=error.phases, **stiffness.waveform.to_pair(reference), **supports,
     )
 
 
-def _needed(design: Any) -> Iterator[str]:
+def _needed(design: Drawing) -> Iterator[str]:
     """The names of the inputs without which there is no gear pair."""
     if design.transmission_error == "from quality":
         yield "quality"
@@ -167,11 +152,3 @@ def _needed(design: Any) -> Iterator[str]:
     yield from ("backlash", "damping_ratio", "speed", "torque")
 
 
-def _support_fields(design: Any) -> dict[str, Any]:
-    """The fields of a `GearPair` for elastic supports; none for rigid ones."""
-    if design.supports is None:
-        return {}
-    (c1, c2), (m1, m2) = design.supports.stiffness, design.masses
-    first, second = design.supports.damping_ratio
-    return {"m1": m1, "m2": m2, "c1": c1, "c2": c2, "k1": 2 * first * math.sqrt(c1 * m1),
-            "k2": 2 * second * math.sqrt(c2 * m2)}

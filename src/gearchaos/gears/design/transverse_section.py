@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearchaos.gears.geometry.dimensions import Geometry
-from gearchaos.gears.geometry.involute import involute
+from gearchaos.gears.geometry.tooth_root import involute
 
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign

@@ -1,31 +1,35 @@
-"""The parts of a gear design that are tables of several values, and the conversion of each input of a design."""
+"""The parts of a gear design that are tables of several values, and how such inputs are read."""
 
 from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.files import read_bytes
 from gearchaos.gears import units
-from gearchaos.gears.geometry.backlash import backlash_of
 from gearchaos.gears.geometry.mating import KEEP_CLEARANCE
 from gearchaos.gears.inputs.cells import MOST_BYTES
-from gearchaos.gears.inputs.forms import record_values, two_lengths, two_values
-from gearchaos.gears.inputs.plausibility import check_plausible
-from gearchaos.gears.materials import materials
+from gearchaos.gears.inputs.declared import (
+    Convert,
+    convert_fields,
+    name_of,
+    number,
+    one,
+    read_by,
+    record_values,
+    two,
+)
 from gearchaos.gears.stiffness.iso6336 import Blank
-from gearchaos.gears.stiffness.mesh_stiffness import methods
 from gearchaos.gears.transmission_error.quality import Quality
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
-from gearchaos.validation import check_rule, to_float
 
-_BELOW_ONE = Rule(lambda v: (v > 0) & (v < 1), "must be greater than 0 and less than 1",
-                  "It is the ratio of the damping to the critical one, not a percentage.")
+BELOW_ONE = Rule(lambda v: (v > 0) & (v < 1), "must be greater than 0 and less than 1",
+                 "It is the ratio of the damping to the critical one, not a percentage.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,14 +42,12 @@ class Rack:
         h_aP/m_n, h_fP/m_n and ρ_fP/m_n.
     """
 
-    addendum: float = 1.0
-    dedendum: float = 1.25
-    root_radius: float = 0.38
+    addendum: float = field(default=1.0, metadata=read_by(number(POSITIVE)))
+    dedendum: float = field(default=1.25, metadata=read_by(number(POSITIVE)))
+    root_radius: float = field(default=0.38, metadata=read_by(number(NOT_NEGATIVE)))
 
     def __post_init__(self) -> None:
-        for name, rule in (("addendum", POSITIVE), ("dedendum", POSITIVE), ("root_radius", NOT_NEGATIVE)):
-            object.__setattr__(self, name, to_float(name, getattr(self, name)))
-            check_rule(name, getattr(self, name), rule)
+        convert_fields(self)
 
 
 PROFILE_A = Rack()
@@ -74,20 +76,12 @@ class ReliefDimensions:
         How the relief grows from its start to the tip; by default linear.
     """
 
-    amount: Any
-    start_diameter: Any = None
-    shape: str = "linear"
+    amount: Any = field(metadata=read_by(two(one(units.LENGTH, NOT_NEGATIVE))))
+    start_diameter: Any = field(default=None, metadata=read_by(two(one(units.LENGTH, POSITIVE))))
+    shape: str = field(default="linear", metadata=read_by(name_of(("linear", "parabolic"))))
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "amount", two_lengths("amount", self.amount, NOT_NEGATIVE))
-        if self.start_diameter is not None:
-            starts = two_lengths("start_diameter", self.start_diameter, POSITIVE)
-            object.__setattr__(self, "start_diameter", starts)
-        if self.shape not in RELIEF_SHAPES:
-            raise unknown_name("shape", str(self.shape), RELIEF_SHAPES)
-
-
-RELIEF_SHAPES = ("linear", "parabolic")
+        convert_fields(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,12 +96,12 @@ class Supports:
         Of the wheel's mass on its support.
     """
 
-    stiffness: Any
-    damping_ratio: Any
+    stiffness: Any = field(metadata=read_by(two(one(units.STIFFNESS, POSITIVE, (1e4, 1e13)))))
+    damping_ratio: Any = field(metadata=read_by(two(number(
+        Rule(lambda v: (v >= 0) & (v < 1), "must be at least 0 and less than 1")))))
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "stiffness", two_values("stiffness", self.stiffness, _support_stiffness))
-        object.__setattr__(self, "damping_ratio", two_values("damping_ratio", self.damping_ratio, _support_damping))
+        convert_fields(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,7 +120,12 @@ class DataFile:
     columns: Any = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "sha256", self.sha256 or _required_checksum(self._key, self.path))
+        found = self.sha256 or checksum(self.path)
+        if not found:
+            raise InputError(self._key, "must be a file that can be read", self.path,
+                             "It does not exist, is no file, is too large or may not be read. Write the table first, "
+                             "or correct the path.")
+        object.__setattr__(self, "sha256", found)
         try:
             chosen = dict(self.columns)
         except (TypeError, ValueError):
@@ -159,12 +158,11 @@ class TableFile(DataFile):
     """
 
     table: str
-    speed: Any = None
+    speed: Any = field(default=None, metadata=read_by(one(units.SPEED, POSITIVE)))
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.speed is not None:
-            object.__setattr__(self, "speed", _speed("speed", self.speed))
+        convert_fields(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -219,38 +217,8 @@ def checksum(path: str) -> str:
         return ""
 
 
-def _required_checksum(field: str, path: str) -> str:
-    """SHA-256 of the content of a file; raises `InputError` if it cannot be read."""
-    if found := checksum(path):
-        return found
-    raise InputError(field, "must be a file that can be read", path,
-                     "It does not exist, is no file, is too large or may not be read. Write the table first, or "
-                     "correct the path.")
-
-
 SOLID = "solid"
 """The blank of a wheel that is a solid disc."""
-
-ERRORS = ("none", "from quality")
-
-
-def _support_stiffness(field: str, value: Any) -> float:
-    """The stiffness of a support in N/m."""
-    number = units.to_si(field, value, units.STIFFNESS, POSITIVE)
-    check_plausible(field, number, 1e4, 1e13, units.STIFFNESS)
-    return number
-
-
-def _support_damping(field: str, value: Any) -> float:
-    """The damping ratio of a support, at least 0 and below 1."""
-    number = to_float(field, value)
-    check_rule(field, number, Rule(lambda v: (v >= 0) & (v < 1), "must be at least 0 and less than 1"))
-    return number
-
-
-def _length(field: str, value: Any) -> float:
-    """A length greater than 0 in m."""
-    return units.to_si(field, value, units.LENGTH, POSITIVE)
 
 
 def module_of(diametral_pitch: Any) -> units.Measured:
@@ -259,14 +227,7 @@ def module_of(diametral_pitch: Any) -> units.Measured:
     return units.Measured(INCH / number, "in", INCH)
 
 
-def _teeth(field: str, value: Any) -> tuple[int, int]:
-    """Numbers of teeth of both wheels; a list of two is required."""
-    if isinstance(value, (str, bytes)) or not hasattr(value, "__len__"):
-        raise InputError(field, "must be a list of two numbers of teeth", value)
-    return two_values(field, value, _count)
-
-
-def _count(field: str, value: Any) -> int:
+def tooth_count(field: str, value: Any) -> int:
     """The number of teeth of one external wheel."""
     if isinstance(value, int) and not isinstance(value, bool) and value < 0:
         raise InputError(field, "must be greater than 0", value,
@@ -274,50 +235,28 @@ def _count(field: str, value: Any) -> int:
     return units.teeth(field, value)
 
 
-def _angle(field: str, value: Any) -> float:
-    """An angle in rad."""
-    return units.to_si(field, value, units.ANGLE)
+def helix(field: str, value: Any) -> float:
+    """The magnitude of a helix angle in rad."""
+    return abs(units.to_si(field, value, units.ANGLE))
 
 
-def _shift(field: str, value: Any) -> tuple[float, float]:
-    """Profile shift coefficients of both wheels; a list of two is required."""
-    if isinstance(value, (str, bytes)) or not hasattr(value, "__len__"):
-        raise InputError(field, "must be a list of two: x1 and x2, in normal modules", value)
-    return two_values(field, value, to_float)
-
-
-def _tip_alteration(field: str, value: Any) -> tuple[float, float] | str:
+def tip_alterations(field: str, value: Any) -> tuple[float, float] | str:
     """k m_n of both wheels in m, or `KEEP_CLEARANCE`."""
-    return value if isinstance(value, str) and value == KEEP_CLEARANCE else two_lengths(field, value)
+    return value if isinstance(value, str) and value == KEEP_CLEARANCE else two(one(units.LENGTH))(field, value)
 
 
-def _bore(field: str, value: Any) -> tuple[float, float]:
-    """Bore diameters in m; 0 for a wheel without bore."""
-    return two_lengths(field, value, NOT_NEGATIVE)
-
-
-def _blank(field: str, value: Any) -> Blank | str:
+def read_blank(field: str, value: Any) -> Blank | str:
     """Rim and web of one wheel in m, or `SOLID`."""
     if value == SOLID or isinstance(value, Blank):
         return value
     if not isinstance(value, Mapping) or set(value) != {"rim", "web"}:
         raise InputError(field, f"must be {SOLID!r}, or a table with rim and web", value,
                          f"Each wheel may have its own: ['{SOLID}', {{ rim = '70 mm', web = '90 mm' }}].")
-    return Blank(*(_length(f"{field}.{name}", value[name]) for name in ("rim", "web")))
+    return Blank(*(one(units.LENGTH, POSITIVE)(f"{field}.{name}", value[name]) for name in ("rim", "web")))
 
 
-def _inertia(field: str, value: Any) -> tuple[float, float]:
-    """Moments of inertia in kg m²."""
-    return two_values(field, value, lambda name, item: units.to_si(name, item, units.INERTIA, POSITIVE))
-
-
-def _mass(field: str, value: Any) -> tuple[float, float]:
-    """Masses in kg."""
-    return two_values(field, value, lambda name, item: units.to_si(name, item, units.MASS, POSITIVE))
-
-
-def _record(kind: type) -> Callable[[str, Any], Any]:
-    """A converter for a dataclass or a table with its values."""
+def record(kind: type) -> Convert:
+    """A dataclass, or a table with its values."""
 
     def convert(field: str, value: Any) -> Any:
         if isinstance(value, kind):
@@ -330,14 +269,14 @@ def _record(kind: type) -> Callable[[str, Any], Any]:
     return convert
 
 
-def _tip_relief(field: str, value: Any) -> ReliefDimensions:
+def read_tip_relief(field: str, value: Any) -> ReliefDimensions:
     """Tip relief from its amounts alone, or from a table."""
     if isinstance(value, (ReliefDimensions, Mapping)):
-        return _record(ReliefDimensions)(field, value)
-    return ReliefDimensions(amount=two_lengths(field, value, NOT_NEGATIVE))
+        return record(ReliefDimensions)(field, value)
+    return ReliefDimensions(amount=two(one(units.LENGTH, NOT_NEGATIVE))(field, value))
 
 
-def _quality(field: str, value: Any) -> Quality:
+def read_quality(field: str, value: Any) -> Quality:
     """Accuracy grade from a `Quality` or a table; its own errors begin with ``quality.``."""
     if isinstance(value, Quality):
         return value
@@ -347,78 +286,25 @@ def _quality(field: str, value: Any) -> Quality:
     return Quality(value["standard"], value["grade"])
 
 
-def _choice(names: tuple[str, ...], **files: type) -> Callable[[str, Any], Any]:
-    """A converter for one of some names, or a table that names a file by one key of ``files``."""
+@dataclass(frozen=True)
+class Choice:
+    """One of some names, or a table that names a file by one of the keys of ``files``."""
 
-    def convert(field: str, value: Any) -> Any:
-        if isinstance(value, tuple(files.values())):
+    names: tuple[str, ...]
+    files: Mapping[str, type[DataFile]]
+
+    def __call__(self, field: str, value: Any) -> Any:
+        if isinstance(value, tuple(self.files.values())):
             return value
         if isinstance(value, Mapping):
-            key, *others = [key for key in files if key in value] or [""]
+            key, *others = [key for key in self.files if key in value] or [""]
             if not key or others:
-                raise InputError(field, f"must be a table with one of {', '.join(files)}", dict(value))
+                raise InputError(field, f"must be a table with one of {', '.join(self.files)}", dict(value))
             if not isinstance(value[key], str) or not value[key]:
                 raise InputError(f"{field}.{key}", "must be the path of a file", value[key])
-            return record_values(files[key], field, value)
-        if not isinstance(value, str) or value not in names:
-            tables = " or ".join(f"{{ {key} = '…' }}" for key in files)
-            error = unknown_name(field, str(value), names)
+            return record_values(self.files[key], field, value)
+        if not isinstance(value, str) or value not in self.names:
+            tables = " or ".join(f"{{ {key} = '…' }}" for key in self.files)
+            error = unknown_name(field, str(value), self.names)
             raise InputError(field, error.rule, value, f"{error.advice} Or name a file: {tables}.".lstrip())
         return value
-
-    return convert
-
-
-def _damping_ratio(field: str, value: Any) -> float:
-    """Damping ratio of the mesh."""
-    number = to_float(field, value)
-    check_rule(field, number, _BELOW_ONE)
-    return number
-
-
-def _factor(field: str, value: Any) -> float:
-    """A factor greater than 0."""
-    number = to_float(field, value)
-    check_rule(field, number, POSITIVE)
-    return number
-
-
-def _speed(field: str, value: Any) -> float:
-    """Speed of wheel 1 in rpm."""
-    return units.to_si(field, value, units.SPEED, POSITIVE)
-
-
-def _torque(field: str, value: Any) -> float:
-    """Torque in N m; 0 for an idling pair."""
-    return units.to_si(field, value, units.TORQUE, NOT_NEGATIVE)
-
-
-CONVERTERS: dict[str, Callable[[str, Any], Any]] = {
-    "teeth": _teeth,
-    "module": _length,
-    "face_width": lambda field, value: two_lengths(field, value, POSITIVE),
-    "pressure_angle": _angle,
-    "helix_angle": lambda field, value: abs(_angle(field, value)),
-    "centre_distance": _length,
-    "profile_shift": _shift,
-    "rack": _record(Rack),
-    "tip_alteration": _tip_alteration,
-    "tip_diameter": lambda field, value: two_lengths(field, value, POSITIVE),
-    "tip_relief": _tip_relief,
-    "material": lambda field, value: materials(value),
-    "bore": _bore,
-    "blank": lambda field, value: two_values(field, value, _blank),
-    "inertia": _inertia,
-    "mass": _mass,
-    "quality": _quality,
-    "backlash": lambda field, value: backlash_of(value),
-    "damping_ratio": _damping_ratio,
-    "stiffness": _choice(tuple(methods()), table=TableFile),
-    "transmission_error": _choice(ERRORS, orders=OrdersFile, table=ErrorTable),
-    "eccentricity": lambda field, value: two_lengths(field, value, NOT_NEGATIVE),
-    "supports": _record(Supports),
-    "application_factor": _factor,
-    "speed": _speed,
-    "torque": _torque,
-}
-"""For each input of a design: a function of its name and the value given, which returns the value as it is kept."""

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
 from gearchaos.gears.geometry.checks import SHIFT_TOLERANCE
 from gearchaos.gears.geometry.dimensions import Geometry, Pair
-from gearchaos.gears.inputs.forms import record_values, two_lengths
-from gearchaos.gears.inputs.plausibility import check_plausible
+from gearchaos.gears.inputs.declared import check_plausible, convert_fields, name_of, one, read_by, record_values, two
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 
 _ANGLES = ("angle of wheel 1", "angle of wheel 2")
@@ -34,9 +33,6 @@ OF = tuple(f"{kind}, {part}" for kind in _KINDS for part in ("total", "half"))
 
 ISO 21771:2007 and ISO/TR 10064-2:1996 define j_wt, j_bn and j_r. A direction alone means the total.
 """
-
-PLANES = ("normal", "transverse")
-LIMITS = ("mean", "minimum", "maximum")
 
 _OTHER_WORDS = {"tangential": "circumferential", "working pitch circle": "circumferential",
                 "pitch circle": "circumferential", "pitch diameter": "circumferential"}
@@ -104,6 +100,36 @@ def _unknown_direction(of: Any) -> InputError:
     return InputError("of", rule, of, unknown_name("of", meant, suggested).advice)
 
 
+def _thickness_allowances(name: str, value: Any) -> tuple[Pair, Pair]:
+    """Upper and lower allowance of the tooth thickness of both wheels in m."""
+    items = list(value) if isinstance(value, (list, tuple)) else []
+    if len(items) != 2:
+        raise InputError(name, "must be a list of upper and lower allowance, or of two such lists", value,
+                         "E.g. [['-70 um', '-110 um'], ['-100 um', '-150 um']].")
+    if not any(isinstance(item, (list, tuple)) for item in items):
+        both = _limits(name, items, _NOT_POSITIVE)
+        return both, both
+    return _limits(f"{name}[0]", items[0], _NOT_POSITIVE), _limits(f"{name}[1]", items[1], _NOT_POSITIVE)
+
+
+def _limits(name: str, value: Any, rule: Rule | None = None) -> Pair:
+    """Upper and lower allowance in m; raises `InputError` if the lower one is greater."""
+    if not isinstance(value, (list, tuple)):
+        raise InputError(name, "must be a list of upper and lower allowance", value)
+    upper, lower = two(one(units.LENGTH, rule))(name, value)
+    if lower > upper:
+        raise InputError(name, "must have the upper allowance first", value)
+    return upper, lower
+
+
+def _distance_allowance(name: str, value: Any) -> Pair:
+    """Upper and lower allowance of the centre distance in m, from both or from one length for ± that length."""
+    if isinstance(value, (list, tuple)):
+        return _limits(name, value)
+    length = units.to_si(name, value, units.LENGTH, NOT_NEGATIVE)
+    return length, -length
+
+
 @dataclass(frozen=True, kw_only=True)
 class ThicknessAllowances:
     """Backlash given by the allowances of tooth thickness and centre distance, as in DIN 3967:1978 and DIN 3964:1980.
@@ -121,19 +147,13 @@ class ThicknessAllowances:
         Which backlash is taken: the mean of the least and the greatest, which is the default, or one of these.
     """
 
-    tooth_thickness_allowances: Any
-    plane: str = "normal"
-    centre_distance_allowance: Any = (0.0, 0.0)
-    at: str = "mean"
+    tooth_thickness_allowances: Any = field(metadata=read_by(_thickness_allowances))
+    plane: str = field(default="normal", metadata=read_by(name_of(("normal", "transverse"))))
+    centre_distance_allowance: Any = field(default=(0.0, 0.0), metadata=read_by(_distance_allowance))
+    at: str = field(default="mean", metadata=read_by(name_of(("mean", "minimum", "maximum"))))
 
     def __post_init__(self) -> None:
-        for name, known in (("plane", PLANES), ("at", LIMITS)):
-            if getattr(self, name) not in known:
-                raise unknown_name(name, str(getattr(self, name)), known)
-        thickness = _thickness_allowances(self.tooth_thickness_allowances)
-        object.__setattr__(self, "tooth_thickness_allowances", thickness)
-        distance = _distance_allowance(self.centre_distance_allowance)
-        object.__setattr__(self, "centre_distance_allowance", distance)
+        convert_fields(self)
 
     def along_line_of_action(self, geometry: Geometry) -> float:
         """j_bt, total, m, at the limit ``at``."""
@@ -156,49 +176,17 @@ class ThicknessAllowances:
 AnyBacklash = Backlash | ThicknessAllowances
 
 
-def _thickness_allowances(value: Any) -> tuple[Pair, Pair]:
-    """Upper and lower allowance of the tooth thickness of both wheels in m."""
-    name = "tooth_thickness_allowances"
-    items = list(value) if isinstance(value, (list, tuple)) else []
-    if len(items) != 2:
-        raise InputError(name, "must be a list of upper and lower allowance, or of two such lists", value,
-                         "E.g. [['-70 um', '-110 um'], ['-100 um', '-150 um']].")
-    if not any(isinstance(item, (list, tuple)) for item in items):
-        both = _limits(name, items, _NOT_POSITIVE)
-        return both, both
-    return _limits(f"{name}[0]", items[0], _NOT_POSITIVE), _limits(f"{name}[1]", items[1], _NOT_POSITIVE)
-
-
-def _limits(name: str, value: Any, rule: Rule | None = None) -> Pair:
-    """Upper and lower allowance in m; raises `InputError` if the lower one is greater."""
-    if not isinstance(value, (list, tuple)):
-        raise InputError(name, "must be a list of upper and lower allowance", value)
-    upper, lower = two_lengths(name, value, rule)
-    if lower > upper:
-        raise InputError(name, "must have the upper allowance first", value)
-    return upper, lower
-
-
-def _distance_allowance(value: Any) -> Pair:
-    """Upper and lower allowance of the centre distance in m, from both or from one length for ± that length."""
-    name = "centre_distance_allowance"
-    if isinstance(value, (list, tuple)):
-        return _limits(name, value)
-    length = units.to_si(name, value, units.LENGTH, NOT_NEGATIVE)
-    return length, -length
-
-
-def backlash_of(value: Any) -> AnyBacklash:
+def backlash_of(field: str, value: Any) -> AnyBacklash:
     """A backlash from a table with ``value`` and ``of``, or with ``tooth_thickness_allowances``."""
     if isinstance(value, Backlash | ThicknessAllowances):
         return value
     if not isinstance(value, Mapping):
         raise InputError(
-            "backlash", "must say what it is of", value,
+            field, "must say what it is of", value,
             "Write { value = '0.12 mm', of = 'line of action, total' }, or give tooth_thickness_allowances.")
     if "tooth_thickness_allowances" in value:
-        return record_values(ThicknessAllowances, "backlash", value)
-    return record_values(Backlash, "backlash", value)
+        return record_values(ThicknessAllowances, field, value)
+    return record_values(Backlash, field, value)
 
 
 def check_backlash(given: AnyBacklash, geometry: Geometry) -> float:

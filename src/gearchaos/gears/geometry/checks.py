@@ -52,11 +52,15 @@ def check_geometry(geometry: Geometry) -> None:
 
     The field of the error is an input, or the property of `Geometry` that is out of bounds.
     """
-    _check_overlap(geometry)
+    if geometry.theoretical_backlash < -SHIFT_TOLERANCE * geometry.normal_module:
+        raise InputError(
+            "profile_shift", f"must have a sum of at most {shift_sum(geometry):.6g} at this centre distance",
+            geometry.profile_shift,
+            f"Teeth of nominal thickness overlap by {-geometry.theoretical_backlash * 1e6:.4g} µm along the line of "
+            "action. Leave out centre_distance to have it computed from the shifts.")
     for wheel in (0, 1):
         _check_tooth(geometry, wheel)
         _check_root(geometry, wheel)
-        _check_fillet(geometry, wheel)
     if geometry.contact_ratio < 1:
         raise InputError(
             "contact_ratio", "must be at least 1", geometry.contact_ratio,
@@ -87,7 +91,10 @@ def _check_tooth(geometry: Geometry, wheel: int) -> None:
 
 
 def _check_root(geometry: Geometry, wheel: int) -> None:
-    """Raise `InputError` if the mate's tip reaches below the root form circle, where the flank is no involute."""
+    """Raise `InputError` if the mate's tip reaches below the root form circle, where the flank is no involute.
+
+    Or if it enters the fillet, although the contact begins on the involute.
+    """
     shown = partial(Length, like=geometry.normal_module)
     start, form = geometry.start_of_active_profile[wheel], geometry.root_form_diameter[wheel]
     if not start >= form:  # also if start is not a number
@@ -99,51 +106,30 @@ def _check_root(geometry: Geometry, wheel: int) -> None:
             f"The tip of wheel {2 - wheel} meets the root of wheel {wheel + 1} where its flank is no involute. Give "
             f"wheel {wheel + 1} a larger profile_shift, or shorten the teeth of wheel {2 - wheel} by tip_alteration."
             + (f" Without undercut profile_shift[{wheel}] is at least {least:.4g}." if undercut else ""))
-
-
-def _check_fillet(geometry: Geometry, wheel: int) -> None:
-    """Raise `InputError` if the mate's tip enters the fillet, although the contact begins on the involute."""
-    shown = partial(Length, like=geometry.normal_module)
-    if not enters_fillet(geometry, wheel):
-        return
-    mate, depth = 1 - wheel, interference_depth(geometry, wheel) * 1e6
-    largest = largest_tip_diameter(geometry, wheel)
-    raise InputError(
-        f"tip_diameter[{mate}]", f"must be at most {shown(largest)}", shown(geometry.tip_diameter[mate]),
-        f"After the first contact the tip of wheel {mate + 1} enters the root fillet of wheel {wheel + 1}, by "
-        f"{depth:.3g} µm. Shorten the teeth of wheel {mate + 1} by tip_alteration, or give a rack with a smaller "
-        "root_radius or a larger dedendum.")
-
-
-def _check_overlap(geometry: Geometry) -> None:
-    """Raise `InputError` if teeth of nominal thickness overlap by more than the rounding of profile shifts explains."""
-    if geometry.theoretical_backlash < -SHIFT_TOLERANCE * geometry.normal_module:
+    if enters_fillet(geometry, wheel):
+        mate, depth = 1 - wheel, interference_depth(geometry, wheel) * 1e6
         raise InputError(
-            "profile_shift", f"must have a sum of at most {shift_sum(geometry):.6g} at this centre distance",
-            geometry.profile_shift,
-            f"Teeth of nominal thickness overlap by {-geometry.theoretical_backlash * 1e6:.4g} µm along the line of "
-            "action. Leave out centre_distance to have it computed from the shifts.")
+            f"tip_diameter[{mate}]", f"must be at most {shown(largest_tip_diameter(geometry, wheel))}",
+            shown(geometry.tip_diameter[mate]),
+            f"After the first contact the tip of wheel {mate + 1} enters the root fillet of wheel {wheel + 1}, by "
+            f"{depth:.3g} µm. Shorten the teeth of wheel {mate + 1} by tip_alteration, or give a rack with a smaller "
+            "root_radius or a larger dedendum.")
 
 
 def geometry_warnings(geometry: Geometry) -> tuple[str, ...]:
     """Sentences about dimensions that are possible but unusual."""
-    found, backlash = [], geometry.theoretical_backlash
-    if backlash > LARGE_BACKLASH * geometry.normal_module:
+    found, backlash, module = [], geometry.theoretical_backlash, geometry.normal_module
+    if backlash > LARGE_BACKLASH * module:
         found.append(f"Teeth of nominal thickness have a backlash of {backlash * 1e3:.4g} mm along the line of action; "
                      f"without it profile_shift would have the sum {shift_sum(geometry):.4g} at this centre distance.")
-    return (*found, *_wheel_warnings(geometry, 0), *_wheel_warnings(geometry, 1))
-
-
-def _wheel_warnings(geometry: Geometry, wheel: int) -> list[str]:
-    """Warnings about the tip, the undercut and the tip clearance of one wheel."""
-    module, name, found = geometry.normal_module, f"wheel {wheel + 1}", []
-    if (thickness := geometry.tip_thickness[wheel]) < LEAST_TIP_THICKNESS * module:
-        found.append(f"The teeth of {name} are {thickness * 1e3:.4g} mm thick at the tip, less than "
-                     f"{LEAST_TIP_THICKNESS} m_n (ISO 21771:2007, 7.9).")
-    if geometry.profile_shift[wheel] < (least := geometry.undercut_shift[wheel]):
-        found.append(f"The teeth of {name} are undercut: profile_shift[{wheel}] is "
-                     f"{geometry.profile_shift[wheel]:.4g}, and without undercut at least {least:.4g}.")
-    if (clearance := geometry.tip_clearance[wheel]) < LEAST_TIP_CLEARANCE * module:
-        found.append(f"Between the tip of {name} and the root of wheel {2 - wheel} there are {clearance * 1e3:.4g} mm, "
-                     f"less than {LEAST_TIP_CLEARANCE} m_n.")
-    return found
+    for wheel, name in enumerate(("wheel 1", "wheel 2")):
+        if (thickness := geometry.tip_thickness[wheel]) < LEAST_TIP_THICKNESS * module:
+            found.append(f"The teeth of {name} are {thickness * 1e3:.4g} mm thick at the tip, less than "
+                         f"{LEAST_TIP_THICKNESS} m_n (ISO 21771:2007, 7.9).")
+        if geometry.profile_shift[wheel] < (least := geometry.undercut_shift[wheel]):
+            found.append(f"The teeth of {name} are undercut: profile_shift[{wheel}] is "
+                         f"{geometry.profile_shift[wheel]:.4g}, and without undercut at least {least:.4g}.")
+        if (clearance := geometry.tip_clearance[wheel]) < LEAST_TIP_CLEARANCE * module:
+            found.append(f"Between the tip of {name} and the root of wheel {2 - wheel} there are "
+                         f"{clearance * 1e3:.4g} mm, less than {LEAST_TIP_CLEARANCE} m_n.")
+    return tuple(found)

@@ -11,8 +11,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from gearchaos.gears.geometry.involute import involute
-from gearchaos.gears.geometry.tooth_root import GeneratedTooth
+from gearchaos.gears.geometry.tooth_root import GeneratedTooth, involute
 
 Pair = tuple[float, float]
 """The values of wheel 1 and wheel 2."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears.geometry.dimensions import Geometry, Pair
-from gearchaos.gears.geometry.involute import inverse_involute, involute
+from gearchaos.gears.geometry.tooth_root import inverse_involute, involute
 from gearchaos.gears.units import Length
 
 KEEP_CLEARANCE = "keep clearance"
@@ -48,7 +48,12 @@ def mating_geometry(
     given = Geometry(**values, profile_shift=shifts, centre_distance=distance)
     if centre_distance is None:
         given = replace(given, centre_distance=_zero_backlash_distance(given))
-    _check_base_circles(given)
+    least, distance = sum(given.base_diameter) / 2, given.centre_distance
+    if distance <= least:  # there would be no line of action
+        raise InputError(
+            "centre_distance", f"must be greater than {Length(least, distance)}, the sum of the base radii",
+            Length(distance, distance),
+            f"Without profile shift it is {Length(_reference_distance(given), distance)}.")
     if profile_shift is None and abs(needed := shift_sum(given)) > _NEGLIGIBLE_SHIFT:
         raise InputError(
             "profile_shift", f"must be given with this centre distance, with a sum of {needed:.6g}", None,
@@ -91,24 +96,11 @@ def _zero_backlash_distance(geometry: Geometry) -> float:
     opening = 2 * sum(geometry.profile_shift) * math.tan(geometry.pressure_angle) / sum(geometry.teeth)
     value = involute(geometry.transverse_pressure_angle) + opening
     if value <= 0:
+        # at this sum, which is negative, the working pressure angle without backlash is 0
+        least = -sum(geometry.teeth) * involute(geometry.transverse_pressure_angle) / (
+            2 * math.tan(geometry.pressure_angle))
         raise InputError(
-            "profile_shift", f"must have a sum above {_least_shift_sum(geometry):.4g} for these teeth",
+            "profile_shift", f"must have a sum above {least:.4g} for these teeth",
             geometry.profile_shift, "With less the teeth are so thin that no centre distance closes the backlash.",
         )
     return sum(geometry.base_diameter) / (2 * math.cos(inverse_involute(value)))
-
-
-def _least_shift_sum(geometry: Geometry) -> float:
-    """Sum of profile shift coefficients, negative, at which the working pressure angle without backlash is 0."""
-    return -sum(geometry.teeth) * involute(geometry.transverse_pressure_angle) / (2 * math.tan(geometry.pressure_angle))
-
-
-def _check_base_circles(geometry: Geometry) -> None:
-    """Raise `InputError` unless the base circles are apart, so that there is a line of action."""
-    least, given = sum(geometry.base_diameter) / 2, geometry.centre_distance
-    if given <= least:
-        raise InputError(
-            "centre_distance", f"must be greater than {Length(least, given)}, the sum of the base radii",
-            Length(given, given),
-            f"Without profile shift it is {Length(_reference_distance(geometry), given)}.",
-        )

@@ -1,7 +1,7 @@
-"""Where the involute of a tooth begins: the root form circle that a rack-shaped tool with a rounded tip generates.
+"""The involute, and where that of a tooth begins: the root form circle that a rack-shaped tool generates.
 
-The tool is the basic rack itself, shifted by x m_n. Its profile in the normal section is a straight flank, then an arc
-of radius ρ_fP. In the transverse plane widths are larger by 1/cos β, depths are the same.
+The tool is the basic rack itself with its rounded tip, shifted by x m_n. Its profile in the normal section is a
+straight flank, then an arc of radius ρ_fP. In the transverse plane widths are larger by 1/cos β, depths are the same.
 """
 
 from __future__ import annotations
@@ -9,7 +9,24 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from gearchaos.gears.geometry.involute import involute
+
+def involute(angle: float) -> float:
+    """inv α = tan α − α, ISO 21771:2007 Eq. (18); angles in rad."""
+    return math.tan(angle) - angle
+
+
+def inverse_involute(value: float) -> float:
+    """The angle α in [0, π/2) with inv α = ``value``, rad, to rounding; ``value`` must not be negative.
+
+    The involute function is convex. Newton's method therefore descends monotonically from any upper bound; it ends when
+    rounding stops the descent. The bounds are inv α ≥ α³/3 and tan α ≤ ``value`` + π/2.
+    """
+    if value == 0:
+        return 0.0
+    angle = min(math.cbrt(3 * value), math.atan(value + math.pi / 2))
+    while (lower := angle - (involute(angle) - value) / math.tan(angle) ** 2) < angle:
+        angle = lower
+    return angle
 
 
 @dataclass(frozen=True, kw_only=True)

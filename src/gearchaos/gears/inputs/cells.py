@@ -85,7 +85,13 @@ def read_cells(path: Any, field: str, is_unit: Callable[[str], bool]) -> Cells:
     InputError
         For a file that cannot be read, and with the line for a row that has not as many cells as the header.
     """
-    content = _content(path, field)
+    if not isinstance(path, (str, Path)):
+        raise InputError(field, "must be the path of a file", path)
+    try:
+        content = read_bytes(Path(path), MOST_BYTES)
+    except (OSError, ValueError) as error:  # ValueError for a path with a null character
+        why = f"{getattr(error, 'strerror', None) or error}.".replace("..", ".")
+        raise InputError(field, "must be a file that can be read", str(path), why) from None
     grids = _grids(str(path), content, field)
     if not any(grids.values()):
         raise InputError(field, "must have a header and rows of numbers", str(path), "The file is empty.")
@@ -104,17 +110,6 @@ def read_cells(path: Any, field: str, is_unit: Callable[[str], bool]) -> Cells:
                 advice += " For decimal commas separate the cells, also those of the header, by semicolons."
             raise line_error(str(path), n, f"must have {len(header)} cells, as the header has", cells, advice)
     return Cells(str(path), header, line, [(n, cells[: len(header)]) for n, cells in rows[first + 1:]])
-
-
-def _content(path: Any, field: str) -> bytes:
-    """The content of a file."""
-    if not isinstance(path, (str, Path)):
-        raise InputError(field, "must be the path of a file", path)
-    try:
-        return read_bytes(Path(path), MOST_BYTES)
-    except (OSError, ValueError) as error:  # ValueError for a path with a null character
-        why = f"{getattr(error, 'strerror', None) or error}.".replace("..", ".")
-        raise InputError(field, "must be a file that can be read", str(path), why) from None
 
 
 _Grid = list[tuple[int, list[str]]]

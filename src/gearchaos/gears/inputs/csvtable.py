@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -74,8 +75,19 @@ class Column:
         """What a number in a unit is multiplied by; None for a unit that does not fit."""
         if not self.scales:
             return 1.0 if unit in ("", "1", "-") else None
-        found = ((_in_si(dimension, unit), scale) for dimension, scale in self.scales.items())
-        return next((si * scale for si, scale in found if si is not None), None)
+        for dimension, scale in self.scales.items():
+            if unit and (dimension is units.ANGLE or unit not in ('"', "'")):  # an inch, or a second of arc
+                with suppress(InputError):
+                    return units.to_si("unit", "1 " + _PER_WIDTH.sub(r"\1/mm/\2", unit), dimension) * scale
+        return None
+
+    def fits(self, unit: str) -> bool:
+        """Whether a unit is one of this column, which is no pure number."""
+        return bool(self.scales) and self.factor(unit) is not None
+
+    def may_be(self, name: str, unit: str) -> bool:
+        """Whether a header has a unit of this column, and no name of something else."""
+        return self.fits(unit) and not (self.other and re.search(self.other, _plain(name)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,13 +158,13 @@ def read_table(
         a finite number.
     """
     columns = [column for group in groups for column in group]
-    cells = read_cells(path, field, lambda text: any(_fits(column, text) for column in columns))
+    cells = read_cells(path, field, lambda text: any(column.fits(text) for column in columns))
     header = [_name_and_unit(cell, columns) for cell in cells.header]
     if any(NUMBER.fullmatch(cell) or DECIMAL_COMMA.fullmatch(cell) for cell in cells.header):
         raise line_error(cells.path, cells.line, "must be a header with names and units", cells.header,
                          f"Write a first line with names such as {', '.join(c.example for c in columns)}.")
     choices = _choices(cells, header, columns, chosen or {})
-    found = [_picked(cells, group, choices) or _found(cells, header, group) for group in groups]
+    found = [_column(cells, header, group, choices) for group in groups]
     for _, i, _ in found:
         if sum(i == other for _, other, _ in found) > 1:
             names = " or ".join(column.name for column, other, _ in found if i == other)
@@ -184,29 +196,9 @@ def _name_and_unit(cell: str, columns: Iterable[Column]) -> tuple[str, str]:
     """Name and unit of a header; a unit of a column alone has no name."""
     found = [(match[1].strip(), match[2].strip()) for form in _FORMS if (match := form.fullmatch(cell))]
     if found:
-        return next((each for each in found if any(_fits(column, each[1]) for column in columns)), found[0])
+        return next((each for each in found if any(column.fits(each[1]) for column in columns)), found[0])
     named = any(_plain(cell) in column.names for column in columns)
-    return ("", cell) if not named and any(_fits(column, cell) for column in columns) else (cell, "")
-
-
-def _fits(column: Column, unit: str) -> bool:
-    """Whether a unit is one of a column that is no pure number."""
-    return bool(column.scales) and column.factor(unit) is not None
-
-
-def _may_be(column: Column, name: str, unit: str) -> bool:
-    """Whether a header has a unit of a column, and no name of something else."""
-    return _fits(column, unit) and not (column.other and re.search(column.other, _plain(name)))
-
-
-def _in_si(dimension: units.Dimension, unit: str) -> float | None:
-    """One unit in SI; None if it is no unit of this dimension."""
-    if not unit or (dimension is not units.ANGLE and unit in ('"', "'")):
-        return None
-    try:
-        return units.to_si("unit", "1 " + _PER_WIDTH.sub(r"\1/mm/\2", unit), dimension)
-    except InputError:
-        return None
+    return ("", cell) if not named and any(column.fits(cell) for column in columns) else (cell, "")
 
 
 def _choose(column: Column, header: str) -> str:
@@ -232,21 +224,18 @@ def _choices(cells: Cells, header: list[tuple[str, str]], columns: list[Column],
     return out
 
 
-def _picked(cells: Cells, group: Sequence[Column], choices: list[_Found]) -> _Found | None:
-    """The choice for a group, if there is one."""
+def _column(cells: Cells, header: list[tuple[str, str]], group: Sequence[Column], choices: list[_Found]) -> _Found:
+    """The one column of a group: that which was chosen, else the one by its name, else by its words and unit."""
     picked = [choice for choice in choices if choice[0] in group]
     if len(picked) > 1:
         raise line_error(cells.path, cells.line, "must have one column among "
                          f"{', '.join(column.name for column in group)}", [column.name for column, _, _ in picked])
-    return picked[0] if picked else None
-
-
-def _found(cells: Cells, header: list[tuple[str, str]], group: Sequence[Column]) -> _Found:
-    """The one column of a group by its name, else by its words and unit."""
+    if picked:
+        return picked[0]
     named = [(c, i, unit) for c in group for i, (name, unit) in enumerate(header) if name and _plain(name) in c.names]
     fitting = [each for each in named if each[0].factor(each[2]) is not None]
     meant = [(c, i, unit) for c in group for i, (name, unit) in enumerate(header)
-             if c.words and _may_be(c, name, unit) and (not name or re.search(c.words, _plain(name)))]
+             if c.words and c.may_be(name, unit) and (not name or re.search(c.words, _plain(name)))]
     options = fitting or named or meant
     if len(options) == 1:
         return options[0]
@@ -256,7 +245,7 @@ def _found(cells: Cells, header: list[tuple[str, str]], group: Sequence[Column])
         several = " or ".join(dict.fromkeys(column.name for column, _, _ in options))
         raise line_error(cells.path, cells.line, f"must have exactly one column for {several}", names,
                          _choose(options[0][0], names[0]))
-    near = next(((c, cells.header[i]) for c in group for i, each in enumerate(header) if _may_be(c, *each)), None)
+    near = next(((c, cells.header[i]) for c in group for i, each in enumerate(header) if c.may_be(*each)), None)
     advice = _choose(*near) if near else " ".join(
         ["Write its name with its unit in brackets.", *dict.fromkeys(c.advice for c in group if c.advice)])
     raise line_error(cells.path, cells.line, f"must have the column {wanted}", cells.header, advice)

@@ -53,16 +53,15 @@ _SHAFT_ADVICE = ("Order 1 is the mesh frequency: divide the orders of a shaft by
                  "leave out those that are then no whole number.")
 
 
-def _error_scales(radius: float | None) -> dict[units.Dimension, float]:
-    """The unit of an error: a length along the line of action, or the angle of a wheel of a base radius, m."""
-    return {units.LENGTH: 1.0} if radius is None else {units.ANGLE: radius}
+def _meant(radius: float | None) -> tuple[dict[units.Dimension, float], str]:
+    """The unit of an error, and what to do about another one: ``wheel`` beside the file says which of two it has.
 
-
-def _wheel_advice(radius: float | None) -> str:
-    """What to do about an error whose unit is not that which ``wheel`` beside the file says."""
+    It is a length along the line of action, or the angle of a wheel of a base radius, m.
+    """
     if radius is None:
-        return "For an angle write wheel = 1 or wheel = 2 beside the file: the wheel whose angle it is."
-    return "For a length along the line of action leave out wheel beside the file."
+        advice = "For an angle write wheel = 1 or wheel = 2 beside the file: the wheel whose angle it is."
+        return {units.LENGTH: 1.0}, advice
+    return {units.ANGLE: radius}, "For a length along the line of action leave out wheel beside the file."
 
 
 def _notes(table: Table, radius: float | None) -> tuple[str, ...]:
@@ -104,9 +103,9 @@ def from_orders(
         With the number of the line, for an order that is no whole number from 1 to 64 or is repeated, and for a
         negative or implausible amplitude; also for a file that `read_table` refuses.
     """
-    scales = _error_scales(radius)
-    advice = _AMPLITUDE_ADVICE + _wheel_advice(radius)
-    kinds = tuple(Column(name, scales, other=_RMS, advice=advice) for name in (_PEAK, _PEAK_TO_PEAK))
+    scales, advice = _meant(radius)
+    kinds = tuple(
+        Column(name, scales, other=_RMS, advice=_AMPLITUDE_ADVICE + advice) for name in (_PEAK, _PEAK_TO_PEAK))
     phase = Column("phase", {units.ANGLE: 1.0}, ("phase angle", "phasenwinkel"), words="phase")
     table = read_table(path, ((Column("order", aliases=("ordnung",)),), kinds, (phase,)), field=_FIELD,
                        chosen=columns)
@@ -201,8 +200,9 @@ def from_table(
         With the number of the line, for an error that does not return to its first value, or is implausible; also for
         a file that `read_table` or samples that `fit_harmonics` refuses.
     """
-    error = Column("error", _error_scales(radius), ("transmission error", "value", "te", "drehfehler", "drehwegfehler"),
-                   r"\bte\b|error|fehler|abweich|devia", _OTHER_ERROR, _wheel_advice(radius))
+    scales, advice = _meant(radius)
+    error = Column("error", scales, ("transmission error", "value", "te", "drehfehler", "drehwegfehler"),
+                   r"\bte\b|error|fehler|abweich|devia", _OTHER_ERROR, advice)
     table = read_table(path, ((ROLL_ANGLE,), (error,)), field=_FIELD, chosen=columns, increasing=True)
     periods = table.columns["roll angle"] * teeth1 / (2 * math.pi)
     _check_amplitudes(table, np.abs(table.columns["error"] - np.mean(table.columns["error"])), most)

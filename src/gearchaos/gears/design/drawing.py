@@ -1,0 +1,196 @@
+"""`Drawing`: the inputs of a gear design, how each is read, and the dimensions and masses that follow from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import InitVar, dataclass, field, fields
+from functools import cached_property
+from typing import Any
+
+from gearchaos.errors import InputError
+from gearchaos.gears.design.values import (
+    BELOW_ONE,
+    PRESSURE_ANGLE,
+    PROFILE_A,
+    SOLID,
+    Choice,
+    ErrorTable,
+    OrdersFile,
+    Rack,
+    ReliefDimensions,
+    Supports,
+    TableFile,
+    helix,
+    read_blank,
+    read_quality,
+    read_tip_relief,
+    record,
+    tip_alterations,
+    tooth_count,
+)
+from gearchaos.gears.geometry import masses
+from gearchaos.gears.geometry.backlash import AnyBacklash, backlash_of, check_backlash
+from gearchaos.gears.geometry.dimensions import Geometry, Pair
+from gearchaos.gears.geometry.mating import mating_geometry
+from gearchaos.gears.inputs.declared import number, one, read_by, two, two_of
+from gearchaos.gears.materials import read_material
+from gearchaos.gears.mesh_load import MeshLoad, mesh_load
+from gearchaos.gears.stiffness.iso6336 import ISO, Blank, ToothStiffness, tooth_stiffness
+from gearchaos.gears.stiffness.mesh_stiffness import methods, other_methods
+from gearchaos.gears.transmission_error.quality import Quality
+from gearchaos.gears.transmission_error.tip_relief import TipRelief
+from gearchaos.gears.units import ANGLE, INERTIA, LENGTH, MASS, RPM, SPEED, TORQUE
+from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
+
+TEETH = two_of(tooth_count, "must be a list of two numbers of teeth")
+_LENGTHS, _POSITIVE_LENGTHS = two(one(LENGTH, NOT_NEGATIVE)), two(one(LENGTH, POSITIVE))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawing:
+    """The inputs of a `gearchaos.GearDesign`, which describes and checks them; kept in SI, speeds in rpm.
+
+    Each field says how its value is read, and what to write where a result needs it and it was left out.
+    """
+
+    teeth: Any = field(metadata=read_by(TEETH))
+    module: Any = field(default=None, metadata=read_by(one(LENGTH, POSITIVE)))
+    diametral_pitch: InitVar[Any] = None
+    face_width: Any = field(metadata=read_by(_POSITIVE_LENGTHS))
+    pressure_angle: Any = field(default=PRESSURE_ANGLE, metadata=read_by(one(ANGLE)))
+    helix_angle: Any = field(default=0.0, metadata=read_by(helix))
+    centre_distance: Any = field(default=None, metadata=read_by(one(LENGTH, POSITIVE)))
+    profile_shift: Any = field(default=None, metadata=read_by(
+        two_of(number(), "must be a list of two: x1 and x2, in normal modules")))
+    rack: Rack | Any = field(default=PROFILE_A, metadata=read_by(record(Rack)))
+    tip_alteration: Any = field(default=(0.0, 0.0), metadata=read_by(tip_alterations))
+    tip_diameter: Any = field(default=None, metadata=read_by(_POSITIVE_LENGTHS))
+    tip_relief: ReliefDimensions | Any = field(default=None, metadata=read_by(read_tip_relief))
+    material: Any = field(default="steel", metadata=read_by(two(read_material)))
+    bore: Any = field(default=None, metadata=read_by(
+        _LENGTHS, "The mass of a wheel follows from its bore, 0 for a disc without one; or give inertia and mass."))
+    blank: Any = field(default=SOLID, metadata=read_by(two(read_blank)))
+    inertia: Any = field(default=None, metadata=read_by(two(one(INERTIA, POSITIVE))))
+    mass: Any = field(default=None, metadata=read_by(two(one(MASS, POSITIVE))))
+    quality: Quality | Any = field(default=None, metadata=read_by(
+        read_quality, "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }."))
+    backlash: AnyBacklash | Any = field(default=None, metadata=read_by(
+        backlash_of, "E.g. backlash = { value = '0.12 mm', of = 'line of action, total' }."))
+    damping_ratio: float | None = field(default=None, metadata=read_by(
+        number(BELOW_ONE),
+        "Usual mesh damping ratios are 0.03 to 0.1: Kasuba and Evans, J. Mech. Des. 103, 1981; Wang and Cheng, J. "
+        "Mech. Des. 103, 1981. It is the least known input, so there is no default."))
+    stiffness: str | TableFile | Any = field(default=ISO, metadata=read_by(
+        Choice(tuple(methods()), {"table": TableFile})))
+    transmission_error: str | OrdersFile | ErrorTable | Any = field(default=None, metadata=read_by(
+        Choice(("none", "from quality"), {"orders": OrdersFile, "table": ErrorTable})))
+    eccentricity: Any = field(default=(0.0, 0.0), metadata=read_by(_LENGTHS))
+    supports: Supports | Any = field(default=None, metadata=read_by(record(Supports)))
+    application_factor: float = field(default=1.0, metadata=read_by(number(POSITIVE)))
+    speed: Any = field(default=None, metadata=read_by(
+        one(SPEED, POSITIVE), "It is the speed of wheel 1, e.g. '360 rpm'."))
+    torque: Any = field(default=None, metadata=read_by(
+        one(TORQUE, NOT_NEGATIVE), "It is the torque at wheel 1, e.g. '9000 N*m'."))
+
+    @cached_property
+    def geometry(self) -> Geometry:
+        """Dimensions of the pair."""
+        values = {
+            "teeth": self.teeth, "normal_module": self.module, "pressure_angle": self.pressure_angle,
+            "helix_angle": self.helix_angle, "face_width": self.face_width, "addendum": self.rack.addendum,
+            "dedendum": self.rack.dedendum, "root_radius": self.rack.root_radius,
+        }
+        return mating_geometry(values, self.centre_distance, self.profile_shift, self.tip_alteration, self.tip_diameter)
+
+    def given(self, name: str) -> Any:
+        """The value of an input that a result needs; raises `InputError` with advice if it was left out."""
+        self.require([name])
+        return getattr(self, name)
+
+    def require(self, names: Iterable[str]) -> None:
+        """Raise one `InputError`, with advice on each, if some of these inputs were left out."""
+        missing = [name for name in names if getattr(self, name) is None]
+        if missing:
+            *others, last = missing
+            subject = f"{', '.join(others)} and {last}" if others else last
+            known = {f.name: f.metadata["advice"] for f in fields(self)}
+            raise InputError(subject, "must be given", None, " ".join(filter(None, (known[n] for n in missing))))
+
+    @property
+    def backlash_line_of_action(self) -> float:
+        """Total backlash in the transverse plane along the line of action, m; raises `InputError` if none is given."""
+        return check_backlash(self.given("backlash"), self.geometry)
+
+    @property
+    def masses(self) -> Pair:
+        """Masses of the wheels, kg; raises `InputError` if neither mass nor bore is given."""
+        if self.mass is not None:
+            return self.mass
+        bores, diameters = self.given("bore"), masses.disc_diameter(self.geometry)
+        discs = zip(diameters, bores, self.face_width, self.material, strict=True)
+        first, second = (masses.disc_mass(d, bore, width, material.density) for d, bore, width, material in discs)
+        return first, second
+
+    @property
+    def inertias(self) -> Pair:
+        """Moments of inertia of the wheels, kg m²; raises `InputError` if inertia, mass and bore are all left out."""
+        if self.inertia is not None:
+            return self.inertia
+        weights, diameters = self.masses, masses.disc_diameter(self.geometry)
+        bores = self.bore or (0.0, 0.0)
+        first, second = (masses.disc_inertia(*each) for each in zip(diameters, bores, weights, strict=True))
+        return first, second
+
+    @property
+    def equivalent_mass(self) -> float:
+        """Mass of the pair along the line of action, kg, (2.9); over the face width it is m_red of ISO 6336-1."""
+        base1, base2 = self.geometry.base_diameter
+        return masses.equivalent_mass(self.inertias, (base1 / 2, base2 / 2))
+
+    @property
+    def load(self) -> MeshLoad:
+        """Tangential force, line load and pitch line velocity; raises `InputError` without speed or torque."""
+        return mesh_load(self.geometry, self.given("speed") * RPM, self.given("torque"), self.application_factor)
+
+    @property
+    def tooth_stiffness(self) -> ToothStiffness:
+        """c′ and c_γα by ISO 6336-1 at the torque of the design; at 100 N/mm and above if it has none."""
+        load = None if self.torque is None else mesh_load(
+            self.geometry, 0.0, self.torque, self.application_factor).line_load  # whatever the speed
+        if load == 0:
+            raise InputError("torque", "must be greater than 0 for a mesh stiffness by ISO 6336-1", self.torque,
+                             "By the rule for low loads, (90), the stiffness vanishes with the load. Other methods do "
+                             f"not depend on the load. {other_methods(ISO, self.geometry)}")
+        first, second = (material.E for material in self.material)
+        return tooth_stiffness(self.geometry, line_load=load, youngs_modulus=(first, second), blanks=self.blanks)
+
+    @property
+    def blanks(self) -> tuple[Blank | None, Blank | None]:
+        """Rim and web of each wheel; None for a solid disc."""
+        first, second = (each if isinstance(each, Blank) else None for each in self.blank)
+        return first, second
+
+    @property
+    def path_relief(self) -> TipRelief | None:
+        """The tip relief along the path of contact; None without one.
+
+        Raises
+        ------
+        InputError
+            If the drawing does not say where the relief of a wheel begins.
+        """
+        if self.tip_relief is None:
+            return None
+        if self.tip_relief.start_diameter is None:
+            raise InputError("tip_relief.start_diameter", "must be given", None,
+                             "The transmission error depends on where the relief begins.")
+        first, second = (
+            self.geometry.length_to_tip(wheel, start) if amount else 0.0
+            for wheel, (start, amount) in enumerate(
+                zip(self.tip_relief.start_diameter, self.tip_relief.amount, strict=True)))
+        return TipRelief(self.tip_relief.amount, (first, second), self.tip_relief.shape)
+
+    @property
+    def exact(self) -> bool:
+        """Whether the teeth are taken to be exact: the transmission error is left out, or said to be none."""
+        return self.transmission_error in (None, "none")
