@@ -246,6 +246,14 @@ def netcdf_bytes(dataset: xr.Dataset) -> memoryview:
     return content.getbuffer()
 
 
+def from_netcdf_bytes(content: bytes) -> xr.Dataset:
+    """The Dataset in the bytes of a NetCDF file; the inverse of `netcdf_bytes`."""
+    import xarray as xr
+
+    with xr.open_dataset(io.BytesIO(content), engine="h5netcdf") as dataset:
+        return dataset.load()
+
+
 def with_checksums(dataset: xr.Dataset) -> xr.Dataset:
     """The same Dataset, to be written with a Fletcher-32 checksum of every array, by which readers detect damage.
 

@@ -85,12 +85,12 @@ def as_axis(axis: Any, field: str = "axis") -> Axis:
     return axis
 
 
-def as_range(axis: Any, field: str = "axis") -> Axis:
-    """The axis itself, or that of a text, of which only the name and the ends count: "eps1=0:0.3" has no number."""
+def as_range(axis: Any, field: str = "axis", count: int = 2) -> Axis:
+    """The axis itself, or that of a text; one without a number of values, "eps1=0:0.3", has ``count`` of them."""
     if not isinstance(axis, str):
         return as_axis(axis, field)
     if re.fullmatch(r"[^=:]*=[^:]*:[^:]*", axis):
-        return parse_axis(f"{axis}:2", field)
+        return parse_axis(f"{axis}:{count}", field)
     if axis.count(":") != 2:
         raise InputError(field, "must read name=start:stop", axis, "E.g. eps1=0:0.3.")
     return parse_axis(axis, field)

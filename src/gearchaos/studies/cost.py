@@ -101,9 +101,9 @@ class Cost:
         """Largest number of parameter points whose step matrices each of this many threads may hold at once."""
         return int(min(TILE, max(WIDTH, memory() // _MEMORY_DIVISOR // (threads or cores()) // self.table_bytes)))
 
-    def announce(self, wanted: bool = True, threads: int | None = None) -> None:
-        """Print the `warning` on stderr, if there is one and it is wanted."""
-        warning = self.warning(threads) if wanted else None
+    def announce(self, progress: bool = True, threads: int | None = None) -> None:
+        """Print the `warning` on stderr, if there is one and progress is wanted."""
+        warning = self.warning(threads) if progress else None
         if warning:
             print(warning, file=sys.stderr, flush=True)
 

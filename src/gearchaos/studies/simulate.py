@@ -11,37 +11,23 @@ import numpy as np
 from gearchaos.datasets import new_dataset, variable
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import CHATTER, DIVERGED, DIVERGED_AT, OK, ExactFlow
-from gearchaos.gears.operating import AnyModel
 from gearchaos.model import Batch, backlash, mesh_stiffness, transmission_error, vary
 from gearchaos.model.coordinates import initial_state, to_physical, transmission_error_at_start
 from gearchaos.model.switched import switched_system
 from gearchaos.studies import rotation
 from gearchaos.studies.cost import Cost, estimate
+from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import InitialValueProblems, initial_value_problems
-from gearchaos.studies.study import Study, option
+from gearchaos.studies.options import Option, option
+from gearchaos.studies.study import PROGRESS, Study
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def simulate(
-    model: AnyModel, periods: int, transient: int = 0, samples: int | None = None, *,
-    progress: bool = False,
-) -> xr.Dataset:
-    """Compute a trajectory of a gear mesh with the exact flow.
-
-    Parameters
-    ----------
-    model : MeshModel, GearPair or GearDesign
-    periods : int
-        Mesh periods to record.
-    transient : int
-        Mesh periods before the recorded ones.
-    samples : int, optional
-        Number of equidistant instants recorded in each mesh period; by default only the stroboscopic section is
-        recorded.
-    progress : bool
-        Announce on stderr a computing time that may be long.
+@dataclass(frozen=True)
+class Simulate(Study):
+    """Integrate one motion: its stroboscopic section, one state per mesh period, and samples in time.
 
     Returns
     -------
@@ -64,32 +50,9 @@ def simulate(
     >>> motion = gc.simulate(gc.MeshModel.of(q0=0.1, eps1=0.1), periods=4, transient=200, samples=32)
     >>> motion.section_z.shape, motion.z.shape, motion.attrs["status"]
     ((4,), (128,), 'ok')
-    """
-    return Simulate(model, periods, transient, samples).run(progress=progress)
 
-
-@dataclass(frozen=True)
-class Simulate(Study):
-    """The study that `simulate` runs. Its only work item is the motion.
-
-    Parameters
+    As a value
     ----------
-    model : MeshModel, GearPair or GearDesign
-        The operating point, with its initial values.
-    periods : int
-        Mesh periods to record.
-    transient : int
-        Mesh periods before the recorded ones.
-    samples : int, optional
-        Number of equidistant instants recorded in each mesh period.
-
-    Raises
-    ------
-    InputError
-        If a field breaks a rule; before any work.
-
-    Examples
-    --------
     >>> import gearchaos as gc
     >>> study = gc.Simulate(gc.MeshModel.of(q0=0.1, eps1=0.1), periods=4)
     >>> study.kind, study.count
@@ -97,28 +60,22 @@ class Simulate(Study):
     """
 
     kind: ClassVar[str] = "simulate"
+    rank: ClassVar[int] = 1
+    summary: ClassVar[str] = "section"
+    run_options: ClassVar[tuple[Option, ...]] = (PROGRESS,)
 
-    periods: int = option(MISSING, least=1, keyword=False)
-    transient: int = option(0, least=0, keyword=False)
-    samples: int | None = option(None, least=1, keyword=False)
-
-    if TYPE_CHECKING:  # what `__post_init__` converts is accepted, too
-
-        def __init__(
-            self, model: AnyModel, periods: int, transient: int = 0, samples: int | None = None,
-        ) -> None: ...
+    periods: int = option(MISSING, "Mesh periods to record.", least=1, keyword=False)
+    transient: int = option(0, "Mesh periods before the recorded ones.", least=0, keyword=False)
+    samples: int | None = option(
+        None, "Instants recorded in each mesh period, at equal distances. By default only the stroboscopic section is "
+        "recorded.", least=1, keyword=False, file_only="Stdout shows only the stroboscopic section.")
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._set(**self._whole_numbers("periods", "transient", "samples"))
         samples = self.samples or 0
         check_memory("periods", self.periods, _BYTES_PER_SECTION)
         check_memory("periods times samples", self.periods * samples, _BYTES_PER_SAMPLE)
         check_memory("samples", samples, (self.cost.table_bytes + _BYTES_PER_STEP * self.cost.steps) // max(1, samples))
-
-    @property
-    def grid(self) -> dict[str, int]:
-        return {"motion": 1}
 
     @cached_property
     def cost(self) -> Cost:
@@ -154,6 +111,8 @@ class Simulate(Study):
         status = {"status": _STATUS[int(found["status"][0])]}
         return new_dataset(data, attrs={**self.provenance(**settings), **status})
 
+
+simulate = function_of(Simulate)
 
 _BYTES_PER_SECTION, _BYTES_PER_SAMPLE = 700, 800
 """Upper bounds of the memory that a section and a sample take until they are saved."""
