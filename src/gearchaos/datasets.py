@@ -149,6 +149,12 @@ def _fields(model: MeshModel) -> dict[str, Any]:
     return {**out, "initial": dict(model.initial)}
 
 
+def gridded_variable(dataset: xr.Dataset) -> str | None:
+    """The first variable that has a number for each value of one or two axes; None if there is none."""
+    return next((str(name) for name, v in dataset.data_vars.items()
+                 if v.dims and len(v.dims) <= 2 and all(dim in dataset.indexes for dim in v.dims)), None)
+
+
 def provenance(study: str, model: MeshModel, **settings: Any) -> dict[str, Any]:
     """Attributes of a Dataset: the study, its model, gears and settings as JSON, and the versions of packages.
 

@@ -65,7 +65,7 @@ class FollowingStudy(WholeStudy):
             check_period(self.period)
 
     @property
-    def settings(self) -> Settings:
+    def step_lengths(self) -> Settings:
         """The lengths of steps along the curve."""
         steps = self.steps
         return replace(steps, first=min(steps.first, self.longest_step), longest=self.longest_step,
@@ -143,7 +143,7 @@ class Branch(FollowingStudy):
         check_inside(ParameterFamily(self.model, (self.axis.name,)), self.axis)
 
     def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
-        axis, bounds, settings = self.axis, (self.axis.start, self.axis.stop), self.settings
+        axis, bounds, settings = self.axis, (self.axis.start, self.axis.stop), self.step_lengths
         family, cycle = find_cycle(self.model, (axis.name,), self.period, self.start)
         main = follow_branch(family, cycle, bounds, settings, _tests(self.events, family))
         doubled = list(_doubled(main, bounds, settings, self.cascade))

@@ -102,7 +102,7 @@ class Curve(FollowingStudy):
         return parameter_plane(self.model, self.x, self.y)
 
     def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
-        x, y, family, settings = self.x, self.y, self._family, self.settings
+        x, y, family, settings = self.x, self.y, self._family, self.step_lengths
         found = self._followed(self._first_event())
         data, coordinates = point_variables(family, [found])
         own = {
@@ -128,7 +128,7 @@ class Curve(FollowingStudy):
         """The curve of an event; raises `InputError` if it cannot be followed."""
         bounds = ((self.x.start, self.x.stop), (self.y.start, self.y.stop))
         try:
-            return as_data(follow_curve(self._family, seed, bounds, self.settings))
+            return as_data(follow_curve(self._family, seed, bounds, self.step_lengths))
         except Stopped as stop:
             raise InputError("event", "must be one whose curve can be followed", seed.kind,
                              f"At {self.x.name} = {seed.values[0]:.10g} it cannot: {stop}.") from None
