@@ -14,8 +14,7 @@ from gearchaos.cli import app
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import operating_model
 from gearchaos.model import vary
-from gearchaos.studies.axis import parse_axis
-from gearchaos.studies.operating_point import at_axis_starts
+from gearchaos.studies.axis import at_axis_starts, parse_axis
 from gearchaos.studyfile import load_design, load_study
 
 SPUR = Path(__file__).parents[2] / "examples" / "spur_50_50.toml"

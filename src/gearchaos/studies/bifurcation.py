@@ -20,7 +20,7 @@ from gearchaos.studies.axis import Axis
 from gearchaos.studies.batch_classification import classify_batch
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.declaration import function_of
-from gearchaos.studies.initial_value_problems import initial_value_problems
+from gearchaos.studies.initial_value_problems import InitialValueProblems, initial_value_problems
 from gearchaos.studies.options import axis_option, option
 from gearchaos.studies.plane import corners, shared_coordinates
 from gearchaos.studies.sections import steady_sections
@@ -137,17 +137,14 @@ class Bifurcation(ClassifyingStudy):
         model = self.model if self.mode == "fixed" else replace(self.model, initial={})
 
         def initial_states(columns: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-            chosen = initial_value_problems(model, {n: v[columns] for n, v in values.items()}, self.names)
-            return chosen.flow, chosen.w, chosen.points
+            return initial_value_problems(model, {n: v[columns] for n, v in values.items()}, self.names).motions
 
-        def collect(
-            columns: np.ndarray, flow: ExactFlow, parameter_points: np.ndarray, found: Verdicts
-        ) -> dict[str, np.ndarray]:
+        def collect(columns: np.ndarray, flow: ExactFlow, at: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+            if not self.points:
+                return found.variables()
             batch = vary(model, {n: v[columns] for n, v in values.items()})
-            initial = initial_state(batch, flow.system).T.copy()
-            sections: dict[str, np.ndarray] = {}
-            if self.points:
-                sections = steady_sections(batch, flow, parameter_points, initial, found, self.points)
+            problems = InitialValueProblems(batch, flow, initial_state(batch, flow.system).T.copy(), at)
+            sections = steady_sections(problems, found, self.points)
             return found.variables() | {f"section_{name}": value for name, value in sections.items()}
 
         (count,) = {len(v) for v in values.values()}

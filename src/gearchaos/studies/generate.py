@@ -48,12 +48,21 @@ STUDIES: dict[str, dict[str, Any]] = {{
 
 
 def _literal(value: Any, indent: int) -> str:
-    """A table as it is written in Python, one entry a line, with the tables in it."""
-    text = repr(value)
-    if not isinstance(value, dict) or len(text) + indent < WIDTH - 20:
+    """A table as it is written in Python: the tables in it stand on lines of their own, other entries share lines."""
+    text, room = repr(value), WIDTH - indent - 5
+    if not isinstance(value, dict) or len(text) < room - 15:
         return text
-    lines = (f"{' ' * (indent + 4)}{name!r}: {_literal(each, indent + 4)},\n" for name, each in value.items())
-    return f"{{\n{''.join(lines)}{' ' * indent}}}"
+    lines: list[str] = []
+    tables: list[str] = []
+    for name, each in value.items():
+        entry = f"{name!r}: {_literal(each, indent + 4)},"
+        if isinstance(each, dict):
+            tables.append(entry)
+        elif lines and len(lines[-1]) + len(entry) < room:
+            lines[-1] += f" {entry}"
+        else:
+            lines.append(entry)
+    return "\n".join(["{", *(f"{' ' * (indent + 4)}{line}" for line in [*lines, *tables]), f"{' ' * indent}}}"])
 
 
 def _entry(study: type[Study]) -> dict[str, Any]:

@@ -13,7 +13,6 @@ from collections.abc import Callable, Generator
 import numpy as np
 
 from gearchaos.dynamics import Reason
-from gearchaos.studies.fill_values import fill_value
 
 SIDE = 256
 """Rows and columns of a part of the map. Each part is refined by itself, so that its result does not depend on which
@@ -209,3 +208,13 @@ def _cells_of_blocks(
     for corner in (out[:-1, :-1], out[1:, :-1], out[:-1, 1:], out[1:, 1:]):
         corner |= inner
     return out
+
+
+def fill_value(name: str, dtype: np.dtype) -> float | int:
+    """The value of a variable where it is not computed: NaN for floats, −1 for contact states and ``proved``, else 0.
+
+    0 is not a label, a period or a reason, but is a contact state, and means "not proved".
+    """
+    if dtype.kind == "f":
+        return np.nan
+    return -1 if name.startswith("contact") or name == "proved" else 0

@@ -81,8 +81,7 @@ class Regime(ClassifyingStudy):
         verdicts = classify(problem.flow, problem.w, settings=self.classification)
         if verdicts.label[0] == Label.DIVERGED:
             return Verdict(self.model, verdicts, {}, None, self.classification)
-        sections = steady_sections(
-            problem.batch, problem.flow, problem.points, problem.w, verdicts, _SECTION_POINTS)
+        sections = steady_sections(problem, verdicts, _SECTION_POINTS)
         spectral_label, _ = spectral_class(np.stack([sections["z"][0], sections["z_dot"][0]], axis=1))
         count = int(verdicts.period[0]) or _SECTION_POINTS
         return Verdict(

@@ -10,15 +10,15 @@ import numpy as np
 
 from gearchaos.datasets import new_dataset, variable
 from gearchaos.execute.machine import check_memory
-from gearchaos.flow import CHATTER, DIVERGED, DIVERGED_AT, OK, ExactFlow
+from gearchaos.flow import CHATTER, DIVERGED, DIVERGED_AT, OK
 from gearchaos.model import Batch, backlash, mesh_stiffness, transmission_error, vary
-from gearchaos.model.coordinates import initial_state, to_physical, transmission_error_at_start
+from gearchaos.model.coordinates import to_physical, transmission_error_at_start
 from gearchaos.model.switched import switched_system
-from gearchaos.studies import rotation
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import InitialValueProblems, initial_value_problems
 from gearchaos.studies.options import Option, option
+from gearchaos.studies.sections import rotation_at_sections, rotation_within_periods
 from gearchaos.studies.study import PROGRESS, Study
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ class Simulate(Study):
     def compute(
         self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
     ) -> dict[str, np.ndarray]:
-        _, flow, w = self._problem
+        flow, w = self._problem.flow, self._problem.w
         transient = flow.advance(w, self.transient) if self.transient else None
         out = flow.advance(
             transient.w if transient else w, self.periods, sections=self.periods, sample=self.samples is not None)
@@ -101,9 +101,10 @@ class Simulate(Study):
     def finish(
         self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
     ) -> xr.Dataset:
-        batch, flow, _ = self._problem
-        names, w = flow.system.names, _bounded(found["sections"][0])
-        x2 = _rotation(batch, flow, w, self.transient)
+        batch, names = self._problem.batch, self._problem.flow.system.names
+        w, x2 = _bounded(found["sections"][0]), None
+        if "x2_dot" in names:  # the bearings differ
+            x2 = rotation_at_sections(self._problem, np.array([self.transient]), w[:, :, None])[0]
         data = _section(batch, names, w, self.transient, x2)
         if self.samples:
             data.update(_trajectory(batch, names, _bounded(found["samples"][0]), self.transient, x2))
@@ -128,14 +129,6 @@ def _bounded(w: np.ndarray) -> np.ndarray:
     inside = np.all(np.abs(w[..., :2]) < DIVERGED_AT, axis=-1)
     kept = np.logical_and.accumulate(inside.ravel()).reshape(inside.shape)
     return np.where(kept[..., None], w, np.nan)
-
-
-def _rotation(batch: Batch, flow: ExactFlow, w: np.ndarray, transient: int) -> np.ndarray | None:
-    """x2 (N + 1,) after the transient and at the sections w (N, d); None if the bearings do not differ."""
-    if "x2_dot" not in flow.system.names:
-        return None
-    initial, point = initial_state(batch, flow.system).T.copy(), np.zeros(1, dtype=int)
-    return rotation.at_sections(batch, flow, point, initial, np.array([transient]), w[:, :, None])[0]
 
 
 def _section(batch: Batch, names: tuple[str, ...], w: np.ndarray, transient: int, x2: np.ndarray | None) -> dict:
@@ -181,4 +174,4 @@ def _trajectory(
 
 def _between(batch: Batch, names: tuple[str, ...], samples: np.ndarray, x2: np.ndarray) -> np.ndarray:
     """x2 (1, N M) at samples (N, M, d), from its values (N,) at the start of each period."""
-    return (x2[:, None] + rotation.within_periods(batch, names, samples)).reshape(1, -1)
+    return (x2[:, None] + rotation_within_periods(batch, names, samples)).reshape(1, -1)

@@ -19,9 +19,8 @@ from gearchaos.gears.operating import Gears, OperatingModel, as_model
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched_system
 from gearchaos.quantities import OPERATION
-from gearchaos.studies.axis import Axis
+from gearchaos.studies.axis import Axis, at_axis_starts, check_speed_axes
 from gearchaos.studies.cost import Cost, estimate
-from gearchaos.studies.operating_point import at_axis_starts, check_speed_axes
 from gearchaos.studies.options import Option, check_given, options_of
 
 if TYPE_CHECKING:

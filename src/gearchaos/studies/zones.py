@@ -160,8 +160,7 @@ class Zones(ClassifyingStudy):
         names = shared_coordinates(self.model, self.x, self.y)
 
         def initial_states(cells: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-            chosen = initial_value_problems(self.model, at_cells(self.x, self.y, cells), names)
-            return chosen.flow, chosen.w, chosen.points
+            return initial_value_problems(self.model, at_cells(self.x, self.y, cells), names).motions
 
         return initial_states
 

@@ -26,8 +26,7 @@ from gearchaos.model import (
     default_stiffness,
     known_names,
 )
-from gearchaos.studies.axis import Axis
-from gearchaos.studies.operating_point import at_axis_starts
+from gearchaos.studies.axis import Axis, at_axis_starts
 from gearchaos.studies.options import file_options
 from gearchaos.studies.registry import study_class
 from gearchaos.studies.study import ClassifyingStudy, Study
