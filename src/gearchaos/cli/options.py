@@ -113,7 +113,7 @@ def _options(
 ) -> None:
     """Options before the command."""
     if version:
-        from gearchaos.cli.version import print_version
+        from gearchaos.cli.output import print_version
 
         print_version(verbose, json_out)
         raise typer.Exit()

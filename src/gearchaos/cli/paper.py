@@ -1,4 +1,4 @@
-"""The command that reproduces the paper."""
+"""The commands that reproduce the paper, and compile all kernels."""
 
 from __future__ import annotations
 
@@ -11,6 +11,17 @@ from gearchaos.cli import completion
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import app
 from gearchaos.errors import InputError
+
+
+@app.command()
+def warmup() -> None:
+    """Compile all kernels now, so that no later command has to."""
+    from gearchaos.studies.warmup import MODELS
+    from gearchaos.studies.warmup import warmup as run
+
+    say(f"compiling the kernels of models with {min(MODELS)} to {max(MODELS)} coordinates; this happens once")
+    for dimension, seconds in run():
+        say(f"{dimension} coordinates: ready after {seconds:.0f} s")
 
 
 @app.command()
