@@ -57,25 +57,15 @@ def examples(
     if out.exists() and not out.is_dir():
         raise InputError("--out", "must be a folder", str(out), "Choose another name.")
     out.mkdir(parents=True, exist_ok=True)
-    contents = {out / source.name: source.read_bytes() for source in _sources()}
-    for file, content in contents.items():
-        _check(file, content)
-    for file, content in contents.items():
-        write_bytes(file, content)
-    say(f"wrote {len(contents)} files into {out}")
-
-
-def _check(file: Path, content: bytes) -> None:
-    """Raise `InputError` if a file of this name has another content, which its user may have changed."""
-    check_target("--out", file)
-    if file.exists() and read_bytes(file) != content:
-        raise InputError("--out", "must not have other files of the same names", str(file),
-                         "Rename it, or choose another folder.")
-
-
-def _sources() -> list[Path]:
-    """The files as they are installed, with a page that lists them."""
     folder = Path(str(files("gearchaos"))) / "examples"
     if not folder.is_dir():  # the sources are installed so that they can be edited
         folder = Path(__file__).parents[3] / "examples"
-    return sorted(folder.iterdir())
+    contents = {out / source.name: source.read_bytes() for source in sorted(folder.iterdir())}
+    for file, content in contents.items():
+        check_target("--out", file)
+        if file.exists() and read_bytes(file) != content:  # its user may have changed it
+            raise InputError("--out", "must not have other files of the same names", str(file),
+                             "Rename it, or choose another folder.")
+    for file, content in contents.items():
+        write_bytes(file, content)
+    say(f"wrote {len(contents)} files into {out}")

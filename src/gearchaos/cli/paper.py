@@ -33,28 +33,18 @@ def paper(
     )] = "paper",
 ) -> None:
     """Reproduce the 2008 paper: a report with every figure, and every claim compared with computed values."""
-    numbers = None if figures is None else _figure_numbers(figures)
-    from gearchaos.paper.report import build
-    from gearchaos.paper.settings import chosen_figures
-
-    chosen_figures(numbers)  # checked before anything is compiled
-    _compile_for_paper()
-    raise typer.Exit(build(out, figures=numbers, quality=quality, progress=True))
-
-
-def _compile_for_paper() -> None:
-    """If nothing is compiled yet, compile the kernels of both of the paper's models at the same time, one core each."""
-    from gearchaos.flow import cache_is_empty
-    from gearchaos.studies.warmup import warmup as run
-
-    if cache_is_empty():
-        say("compiling the kernels, once after an install or an update")
-        list(run((2, 4)))
-
-
-def _figure_numbers(text: str) -> list[int]:
     try:
-        return [int(part) for part in text.split(",")]
+        numbers = None if figures is None else [int(part) for part in figures.split(",")]
     except ValueError:
         rule = "must be numbers with commas between"
-        raise InputError("--figures", rule, text, "E.g. --figures 2,6,9.") from None
+        raise InputError("--figures", rule, figures, "E.g. --figures 2,6,9.") from None
+    from gearchaos.flow import cache_is_empty
+    from gearchaos.paper.report import build
+    from gearchaos.paper.settings import chosen_figures
+    from gearchaos.studies.warmup import warmup as compile_kernels
+
+    chosen_figures(numbers)  # checked before anything is compiled
+    if cache_is_empty():
+        say("compiling the kernels, once after an install or an update")
+        list(compile_kernels((2, 4)))  # those of both of the paper's models at the same time, one core each
+    raise typer.Exit(build(out, figures=numbers, quality=quality, progress=True))

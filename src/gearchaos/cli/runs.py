@@ -327,6 +327,7 @@ def check(store: StorePath, json_out: Json = False) -> None:
     finish, computes them again.
     """
     from gearchaos.store.reading.check import check as verify
+    from gearchaos.store.reading.missing import consecutive
     from gearchaos.store.store import open_store
 
     opened = open_store(store)
@@ -334,7 +335,10 @@ def check(store: StorePath, json_out: Json = False) -> None:
     for file in found.files:
         say(f"damaged: {file}")
     if found.tiles:
-        say(f"tiles to be computed again, {len(found.tiles)} in all: {_ranges(found.tiles)}")
+        ranges = [str(first) if first == last else f"{first}–{last}" for first, last in consecutive(found.tiles)]
+        more = [f"and {len(ranges) - _NAMED_RANGES} more ranges"] if len(ranges) > _NAMED_RANGES else []
+        named = ", ".join([*ranges[:_NAMED_RANGES], *more])
+        say(f"tiles to be computed again, {len(found.tiles)} in all: {named}")
     if found.tiles and not found.noted:
         say("This is not noted in the store, since a run writes to it or it is read-only.")
     elif found.files:
@@ -344,12 +348,3 @@ def check(store: StorePath, json_out: Json = False) -> None:
     elif not found.files:
         print(f"{store}: all checksums are right")
     raise typer.Exit(DAMAGED if found.files else 0)
-
-
-def _ranges(tiles: list[int]) -> str:
-    """Numbers of tiles in ascending order, consecutive ones as "3–7", of which the first ranges are named."""
-    from gearchaos.store.reading.missing import consecutive
-
-    ranges = [str(first) if first == last else f"{first}–{last}" for first, last in consecutive(tiles)]
-    more = [f"and {len(ranges) - _NAMED_RANGES} more ranges"] if len(ranges) > _NAMED_RANGES else []
-    return ", ".join([*ranges[:_NAMED_RANGES], *more])

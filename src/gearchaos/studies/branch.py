@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from gearchaos.continuation import branch as continuation
 from gearchaos.continuation.arclength import Settings
 from gearchaos.continuation.branch import follow_branch
-from gearchaos.continuation.events import FLIP, KINDS, PITCHFORK, Event
+from gearchaos.continuation.events import FLIP, KINDS, PITCHFORK
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import Orbit, as_orbit, check_period, find_cycle
 from gearchaos.continuation.shooting import Cycle
@@ -146,8 +145,9 @@ class Branch(FollowingStudy):
         axis, bounds, settings = self.axis, (self.axis.start, self.axis.stop), self.step_lengths
         family, cycle = find_cycle(self.model, (axis.name,), self.period, self.start)
         main = follow_branch(family, cycle, bounds, settings, _tests(self.events, family))
-        doubled = list(_doubled(main, bounds, settings, self.cascade))
-        flips = [flip for _, flip in doubled if flip is not None]
+        flip = main.first_change_of_stability(FLIP) if self.cascade else None
+        doubled = [] if flip is None else list(follow_cascade(family, flip, bounds, settings, self.cascade))
+        flips = [each for each in (flip, *(end for _, end in doubled)) if each is not None]
         pitchforks = [event for event in main.events if event.kind == PITCHFORK and self.pitchforks]
         asymmetric = [b for event in pitchforks for b in follow_asymmetric(family, event, bounds, settings)]
         attributes = provenance(
@@ -175,13 +175,3 @@ def _tests(events: Any, family: ParameterFamily) -> dict[str, Callable[[Cycle], 
         return lambda cycle: float(function(as_orbit(family, cycle)))
 
     return {name: of_cycle(function) for name, function in events.items()}
-
-
-def _doubled(
-    main: continuation.Branch, bounds: tuple[float, float], settings: Settings, count: int
-) -> Iterator[tuple[continuation.Branch | None, Event | None]]:
-    """The branches of doubled periods, each with the flip at its end; first no branch and the flip of the main one."""
-    flip = main.first_change_of_stability(FLIP) if count else None
-    if flip is not None:
-        yield None, flip
-        yield from follow_cascade(main.family, flip, bounds, settings, count)

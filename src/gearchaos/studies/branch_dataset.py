@@ -55,6 +55,10 @@ def branch_dataset(
     events = [event for branch in branches for event in branch.events]
     cycles: list[Cycle] = [point.data for point in points]
     found = _values(family, cycles + [event.cycle for event in events])
+    steps: list[float] = []  # distances from the point before; 0 for the first of a branch
+    for branch in branches:
+        weights = CycleEquations(branch.family, branch.period, axis.stop - axis.start).weights
+        steps += [0.0, *(length(weights, b.u - a.u) for a, b in pairwise(branch.points))]
     number = np.repeat(np.arange(len(branches)), [len(branch.points) for branch in branches])
     data = {
         "branch": variable("branch", ("point",), number),
@@ -63,7 +67,7 @@ def branch_dataset(
         **_sections(branches),
         "contact_sequence": variable("contact_sequence", ("point",), _texts(map(contact_sequence, cycles))),
         "residual": variable("residual", ("point",), np.array([p.residual for p in points])),
-        "step": variable("step", ("point",), np.concatenate([_steps(b, axis) for b in branches])),
+        "step": variable("step", ("point",), np.array(steps)),
         **_variables({name: v[len(cycles) :] for name, v in found.items()}, "event", "event_"),
         **_events(branches, axis),
         **jump_variables(branches, axis),
@@ -134,12 +138,6 @@ def _sections(branches: Sequence[Branch]) -> dict[str, xr.Variable]:
         f"section_{name}": variable(f"section_{name}", ("point", "cycle"), np.concatenate(part))
         for name, part in parts.items()
     }
-
-
-def _steps(branch: Branch, axis: Axis) -> np.ndarray:
-    """Distance of each point of a branch from the one before, (P,); 0 for the first."""
-    weights = CycleEquations(branch.family, branch.period, axis.stop - axis.start).weights
-    return np.array([0.0] + [length(weights, b.u - a.u) for a, b in pairwise(branch.points)])
 
 
 def _events(branches: Sequence[Branch], axis: Axis) -> dict[str, xr.Variable]:

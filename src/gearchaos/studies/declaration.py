@@ -33,8 +33,14 @@ def function_of(study: type[Study]) -> Callable[..., Any]:
     function.__name__ = function.__qualname__ = study.kind
     function.__module__ = study.__module__
     sections = _sections(study)
-    study.__doc__, function.__doc__ = _class_text(study, sections), _function_text(study, sections)
-    parameters = [_parameter(option) for option in arguments(study, study.run_options)]
+    own = {title: text for title, text in sections.items() if title and title != _VALUE}
+    function.__doc__ = _text(sections[""], {"Parameters": _parameters(study, study.run_options), **own})
+    study.__doc__ = _class_text(study, sections)
+    parameters = []
+    for option in arguments(study, study.run_options):
+        kind = Parameter.KEYWORD_ONLY if option.keyword else Parameter.POSITIONAL_OR_KEYWORD
+        default = Parameter.empty if option.default is MISSING else option.default
+        parameters.append(Parameter(option.name, kind, default=default, annotation=accepted(option)))
     function.__signature__ = Signature(parameters, return_annotation=study.returns)  # type: ignore[attr-defined]
     return function
 
@@ -50,21 +56,10 @@ def accepted(option: Option) -> str:
     return re.sub(r"\bAxis\b", "Axis | str", option.annotation)
 
 
-def _parameter(option: Option) -> Parameter:
-    kind = Parameter.KEYWORD_ONLY if option.keyword else Parameter.POSITIONAL_OR_KEYWORD
-    default = Parameter.empty if option.default is MISSING else option.default
-    return Parameter(option.name, kind, default=default, annotation=accepted(option))
-
-
 def _sections(study: type[Study]) -> dict[str, str]:
     """The sections of the docstring of a class by title; "" is what stands before the first."""
     first, *titled = re.split(r"\n\n([A-Z][\w ]+)\n-+\n", textwrap.dedent(f"    {study.__doc__}").strip())
     return {"": first, **dict(zip(titled[::2], titled[1::2], strict=True))}
-
-
-def _function_text(study: type[Study], sections: dict[str, str]) -> str:
-    own = {title: text for title, text in sections.items() if title and title != _VALUE}
-    return _text(sections[""], {"Parameters": _parameters(study, study.run_options), **own})
 
 
 def _class_text(study: type[Study], sections: dict[str, str]) -> str:

@@ -66,7 +66,9 @@ def refined(compute: Compute, cells: np.ndarray, columns: int, coarse: int) -> d
         requested = [request for request in following if request is not None]
     found["inferred"] = np.zeros(len(cells), dtype=np.int8)
     for part in parts:
-        _put_inferred(found, *part.inferred())
+        rest, motions = part.inferred()
+        found["label"][rest], found["period"][rest] = np.divmod(motions, 2**32)
+        found["reason"][rest], found["inferred"][rest] = Reason.INFERRED, 1
     return found
 
 
@@ -98,12 +100,6 @@ def _next_request(part: Requests, codes: np.ndarray) -> np.ndarray | None:
         return part.send(codes)
     except StopIteration:
         return None
-
-
-def _put_inferred(found: dict[str, np.ndarray], positions: np.ndarray, codes: np.ndarray) -> None:
-    """Put inferred motions at their positions, and mark them as inferred."""
-    found["label"][positions], found["period"][positions] = np.divmod(codes, 2**32)
-    found["reason"][positions], found["inferred"][positions] = Reason.INFERRED, 1
 
 
 class _Refinement:

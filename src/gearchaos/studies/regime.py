@@ -104,10 +104,11 @@ class Regime(ClassifyingStudy):
     def finish(
         self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
     ) -> xr.Dataset:
-        data = {
-            name: variable(name, _dims(name, values), values[0]) for name, values in found.items()
-            if not name.startswith("spectral_")
-        }
+        data = {}
+        for name, values in found.items():
+            dims = () if values.ndim == 1 else ("point",) if name.startswith("section_") else ("exponent",)
+            if not name.startswith("spectral_"):
+                data[name] = variable(name, dims, values[0])
         classes = {"motion": _motion(found, ""), "spectral_label": _motion(found, "spectral_")}
         return new_dataset(data, attrs={**self.provenance(), **classes})
 
@@ -119,8 +120,3 @@ def _motion(found: dict[str, np.ndarray], prefix: str) -> str:
     """The name of a motion by its label and period among the results, "none" where there is no label."""
     label, period = (int(found[f"{prefix}{name}"][0]) for name in ("label", "period"))
     return motion_name(Label(label), period) if label else "none"
-
-
-def _dims(name: str, values: np.ndarray) -> tuple[str, ...]:
-    """Dimensions of a variable of `Verdict.to_dataset`, whose values have the work items as first dimension."""
-    return () if values.ndim == 1 else ("point",) if name.startswith("section_") else ("exponent",)

@@ -161,7 +161,9 @@ def _trajectory(
     tau = (transient + np.repeat(np.arange(periods), per_period) + share) * model.period
     phase = share * model.period
     error, error_dot = (transmission_error(model, phase, derivative) for derivative in (0, 1))
-    known = None if x2 is None else _between(batch, names, samples[..., :-1], x2[:-1])
+    known = None
+    if x2 is not None:
+        known = (x2[:-1, None] + rotation_within_periods(batch, names, samples[..., :-1])).reshape(1, -1)
     physical = to_physical(batch, names, flat[None, :, :-1], tau[None], error, error_dot, known)
     values = {n: v[0] for n, v in physical.items()}
     force = 2 * model.zeta * values["z_dot"] + mesh_stiffness(model, phase) * backlash(values["z"])
@@ -170,8 +172,3 @@ def _trajectory(
     data["contact"] = variable("contact", ("tau",), np.nan_to_num(flat[:, -1]).astype(np.int8), coded=False)
     data["tau"] = variable("tau", ("tau",), tau)
     return data
-
-
-def _between(batch: Batch, names: tuple[str, ...], samples: np.ndarray, x2: np.ndarray) -> np.ndarray:
-    """x2 (1, N M) at samples (N, M, d), from its values (N,) at the start of each period."""
-    return (x2[:, None] + rotation_within_periods(batch, names, samples)).reshape(1, -1)
