@@ -18,7 +18,7 @@ _OTHERS = {
     "TwoLevelStiffness": "model",
     "GearDesign": "gears.design.gear_design", "GearPair": "gears.pair", "physical": "gears.results",
     "Axis": "studies.axis", "Classification": "dynamics.settings", "Verdict": "studies.verdict",
-    "edge_state": "continuation.edge", "orbit": "continuation.orbit", "orbits": "continuation.orbit",
+    "orbit": "continuation.orbit", "orbits": "continuation.orbit",
     "agreement": "studies.agreement",
     "steady": "studies.steady", "operating_map": "studies.operating_map",
     "dynamic_factor": "studies.dynamic_factor", "speeds_to_avoid": "studies.speeds_to_avoid",

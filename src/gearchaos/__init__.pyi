@@ -14,7 +14,7 @@ from gearchaos import flow as flow
 from gearchaos import plot as plot
 from gearchaos import studies as studies
 from gearchaos.cards import card as card
-from gearchaos.continuation.edge import edge_state as edge_state
+from gearchaos.continuation.edge import EdgeState
 from gearchaos.continuation.orbit import Orbit
 from gearchaos.continuation.orbit import orbit as orbit
 from gearchaos.continuation.orbit import orbits as orbits
@@ -48,6 +48,7 @@ from gearchaos.studies.branch import Branch as _Branch
 from gearchaos.studies.chaos_proof import prove_chaos as prove_chaos
 from gearchaos.studies.curve import Curve as _Curve
 from gearchaos.studies.dynamic_factor import dynamic_factor as dynamic_factor
+from gearchaos.studies.edge_state import EdgeTracking as _EdgeTracking
 from gearchaos.studies.event_proofs import prove_event as prove_event
 from gearchaos.studies.manifolds import Manifolds as _Manifolds
 from gearchaos.studies.operating_map import operating_map as operating_map
@@ -995,4 +996,93 @@ class Manifolds(_Manifolds):
     def __init__(
         self, model: AnyModel, *, period: int = 4, length: float = 30.0, spacing: float = 0.03, region: Mapping[str,
         tuple[float, float]] | None = None,
+    ) -> None: ...
+
+def edge_state(
+    model: AnyModel, first: Mapping[str, float], second: Mapping[str, float], *, period: int = 4, rounds: int = 60,
+    settings: Classification | None = None,
+) -> EdgeState:
+    """Find the saddle that divides the basins of two attractors, for any number of coordinates.
+
+    Its stable manifold is the boundary between them.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point.
+    first : mapping of str to float
+        Initial values that lead to one attractor.
+    second : mapping of str to float
+        Initial values that lead to another one.
+    period : int
+        Largest period of the saddle, in mesh periods.
+    rounds : int
+        Most times two neighbouring states are brought together again. They are on both sides of the boundary.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+
+    Returns
+    -------
+    EdgeState
+
+    Raises
+    ------
+    InputError
+        If both lead to the same attractor, or an argument is out of range.
+
+    Notes
+    -----
+    Edge tracking: J. D. Skufca, J. A. Yorke, B. Eckhardt, Phys. Rev. Lett. 96, 174101, 2006. Attractors without a
+    period are told apart by their kind of motion alone. A fractal boundary may contain several saddles: one of them is
+    found, which depends on ``first`` and ``second``, and on their order.
+
+    `gearchaos.run` of the study gives a Dataset: ``section_<coordinate>`` over "round", the states on the boundary in
+    order of time, and the attribute ``orbit``, the saddle as JSON, null for none.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> found = gc.edge_state(model, {"z": 0.0, "z_dot": 0.0}, {"z": 1.5, "z_dot": 0.0})
+    >>> found.orbit.period, found.orbit.unstable
+    (1, 1)
+    """
+
+class EdgeTracking(_EdgeTracking):
+    """The study that `edge_state` runs.
+
+    As a value it can be kept, and given to `gearchaos.run`: this computes it in memory or into a store.
+    `edge_state` says what it finds.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point.
+    first : mapping of str to float
+        Initial values that lead to one attractor.
+    second : mapping of str to float
+        Initial values that lead to another one.
+    period : int
+        Largest period of the saddle, in mesh periods.
+    rounds : int
+        Most times two neighbouring states are brought together again. They are on both sides of the boundary.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> gc.EdgeTracking(model, {"z": 0.0, "z_dot": 0.0}, {"z": 1.5, "z_dot": 0.0}).rounds
+    60
+    """
+
+    def __init__(
+        self, model: AnyModel, first: Mapping[str, float], second: Mapping[str, float], *, period: int = 4, rounds: int
+        = 60, settings: Classification | None = None,
     ) -> None: ...

@@ -183,4 +183,24 @@ STUDIES: dict[str, dict[str, Any]] = {
         },
         'run_options': {},
     },
+    'edge_state': {
+        'module': 'studies.edge_state', 'class': 'EdgeTracking',
+        'help': 'Find the saddle that divides the basins of two attractors, for any number of coordinates.',
+        'needs_out': True, 'summary': 'result',
+        'axes': {},
+        'options': {
+            'first': {
+                'type': 'values', 'help': 'Initial values that lead to one attractor.', 'required': True,
+            },
+            'second': {
+                'type': 'values', 'help': 'Initial values that lead to another one.', 'required': True,
+            },
+            'period': {'type': 'int', 'help': 'Largest period of the saddle, in mesh periods; 4 by default.'},
+            'rounds': {
+                'type': 'int', 'help': 'Most times two neighbouring states are brought together again; 60 by default.',
+                'least': 1,
+            },
+        },
+        'run_options': {},
+    },
 }

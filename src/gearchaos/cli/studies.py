@@ -115,7 +115,8 @@ def _options(
         elif option.get("required") and name not in of_file:
             if option.get("choices"):
                 raise unknown_name(f"--{name}", "", option["choices"])
-            raise InputError(f"--{name}", "must be given", None, f"E.g. --{name} 100.")
+            example = "z=1.2" if option["type"] == "values" else "100"
+            raise InputError(f"--{name}", "must be given", None, f"E.g. --{name} {example}.")
     return given
 
 

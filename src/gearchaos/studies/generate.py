@@ -133,7 +133,8 @@ def stub(modules: dict[str, str], subpackages: Iterable[str]) -> str:
     imported = [("gearchaos", name, f" as {name}") for name in subpackages]
     imported += [(f"gearchaos.{module}", name, f" as {name}") for name, module in modules.items()]
     imported += [(study.__module__, study.__name__, f" as _{study.__name__}") for study in studies]
-    imported += [("gearchaos.continuation.orbit", "Orbit", ""), ("gearchaos.gears.operating", "AnyModel", "")]
+    imported += [("gearchaos.continuation.edge", "EdgeState", ""), ("gearchaos.continuation.orbit", "Orbit", ""),
+                 ("gearchaos.gears.operating", "AnyModel", "")]
     lines = [f"from {module} import {name}{own}" for module, name, own in sorted(imported)]
     parts = [part for study in studies for part in _stub_of(study)]
     return "\n".join([_STUB_HEAD, *lines, "", "__version__: str", "", *parts])
