@@ -1,12 +1,17 @@
-"""The skeleton of a map: all curves of events of periodic orbits in a window of two parameters."""
+"""The skeleton of a map: all curves of events of periodic orbits in a window of two parameters.
+
+Its journal is a text file with the lines and curves that are finished, one per line. The store cannot take its place:
+which curves there are follows from the lines, and whether an event gives another curve from the curves found before.
+"""
 
 from __future__ import annotations
 
 import json
+import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import BrokenExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -14,6 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from gearchaos.continuation.curve_data import CurveData
+from gearchaos.continuation.defining import EventSeed
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.skeleton import Search, find_curves
 from gearchaos.datasets import new_dataset, provenance, variable
@@ -25,11 +31,11 @@ from gearchaos.studies.axis import Axis
 from gearchaos.studies.curve_dataset import ends_of, parameter_plane, point_variables, special_variables
 from gearchaos.studies.declaration import function_of
 from gearchaos.studies.options import Option, axis_option, option
-from gearchaos.studies.skeleton_journal import SkeletonJournal
 from gearchaos.studies.study import PROGRESS, WholeStudy
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 _MOST_LINES = 1000
 
@@ -155,3 +161,95 @@ def _dataset(family: ParameterFamily, curves: list[CurveData], attributes: dict[
     }
     ends = [{"curve": i, **end} for i, c in enumerate(curves) for end in ends_of(family, c)]
     return new_dataset(data, coordinates, {**attributes, "ends": json.dumps(ends)})
+
+
+_ARRAYS = ("points", "values", "residual", "angle")
+"""Fields that are arrays of real numbers."""
+
+
+class SkeletonJournal(dict[str, Any]):
+    """Finished work by name, kept in a file; see `gearchaos.continuation.skeleton.Journal`.
+
+    The file is JSON, one document per line: first the settings, then a name and its result each. An item is appended
+    when it is set. A line that was not written to its end is removed when the file is opened again.
+
+    Parameters
+    ----------
+    path : Path
+        The file, which is created if it does not exist.
+    settings : mapping
+        All on which the results depend.
+
+    Raises
+    ------
+    InputError
+        If the file has other settings, is no journal, or cannot be written.
+    """
+
+    def __init__(self, path: Path, settings: Mapping[str, Any]) -> None:
+        super().__init__()
+        self._path = path
+        try:
+            content = path.read_bytes() if path.exists() else b""
+            complete = content[: content.rfind(b"\n") + 1]
+            path.touch()
+            os.truncate(path, len(complete))
+        except OSError as error:
+            raise InputError("journal", "must be a file that can be written", str(path), f"{error.strerror}.") from None
+        own = json.loads(json.dumps(dict(settings)))
+        if not complete:
+            self._write(own)
+            return
+        try:
+            first, *documents = (json.loads(line) for line in complete.splitlines())
+            found = {name: _decoded(value) for name, value in documents} if first == own else {}
+        except (AttributeError, KeyError, TypeError, ValueError):
+            raise InputError("journal", "must be a journal of a skeleton, whole and readable", str(path),
+                             "Delete it, or choose another file.") from None
+        if first != own:
+            raise InputError("journal", "must be one of the same model, axes, settings and versions", str(path),
+                             "Delete it, or choose another file.")
+        self.update(found)
+
+    def _write(self, document: Any) -> None:
+        """Append one document as a line."""
+        with self._path.open("ab") as file:
+            file.write(json.dumps(document).encode() + b"\n")
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        super().__setitem__(name, value)
+        self._write([name, _encoded(value)])
+
+
+def _encoded(value: Any) -> Any:
+    """The result of a line or a curve as JSON: a list of events, a curve, or why there is none."""
+    if isinstance(value, list):
+        return [_fields(seed) for seed in value]
+    return {"why": value} if isinstance(value, str) else _fields(value)
+
+
+def _fields(value: EventSeed | CurveData) -> dict[str, Any]:
+    """The fields of a value as JSON."""
+    out = {f.name: getattr(value, f.name) for f in fields(value)}
+    if "multipliers" in out:
+        out["multipliers"] = out["multipliers"].view(float).tolist()
+        out["special"] = [[kind, values.tolist()] for kind, values in out["special"]]
+    return {name: v.tolist() if isinstance(v, np.ndarray) else v for name, v in out.items()}
+
+
+def _decoded(value: Any) -> Any:
+    """The result of a line or a curve from JSON."""
+    if isinstance(value, list):
+        return [EventSeed(**_arrays(seed)) for seed in value]
+    if "why" in value:
+        return value["why"]
+    out = _arrays(value)
+    out["multipliers"] = np.array(out["multipliers"], float).view(complex)
+    out["special"] = [(kind, np.array(values)) for kind, values in out["special"]]
+    out["ends"] = [tuple(end) for end in out["ends"]]
+    return CurveData(**out)
+
+
+def _arrays(value: dict[str, Any]) -> dict[str, Any]:
+    """The fields of a value with its arrays of real numbers."""
+    return {name: np.array(v, float) if name in _ARRAYS and isinstance(v, list) else v for name, v in value.items()}
