@@ -10,7 +10,7 @@ from gearchaos.continuation.arclength import Settings
 from gearchaos.continuation.branch import follow_branch
 from gearchaos.continuation.events import FLIP, KINDS, PITCHFORK
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.orbit import Orbit, as_orbit, check_period, find_cycle
+from gearchaos.continuation.orbit import Orbit, as_orbit, check_period, checked_state, find_cycle
 from gearchaos.continuation.shooting import Cycle
 from gearchaos.continuation.switching import cascade as follow_cascade
 from gearchaos.continuation.switching import follow_asymmetric
@@ -62,6 +62,8 @@ class FollowingStudy(WholeStudy):
         super().__post_init__()
         if self.period is not None:
             check_period(self.period)
+        if self.start:
+            self._set(start=checked_state(self.model, self.start))
 
     @property
     def step_lengths(self) -> Settings:
