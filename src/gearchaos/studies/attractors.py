@@ -24,7 +24,7 @@ from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.options import option
 from gearchaos.studies.perturbation import BYTES_PER_DIRECTION, MOTIONS_PER_DIRECTION, smallest_perturbation
-from gearchaos.studies.study import ClassifyingStudy
+from gearchaos.studies.study import ClassifyingStudy, Results
 from gearchaos.studies.sweep import PERIODS_PER_VALUE, swept_initial_values
 
 if TYPE_CHECKING:
@@ -133,15 +133,11 @@ class Attractors(ClassifyingStudy):
     def _flow(self) -> ExactFlow:
         return initial_value_problems(self.model).flow
 
-    def compute(
-        self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
-    ) -> dict[str, np.ndarray]:
+    def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         name, w = "attractors" if progress else None, self._initial_states[:, items]
         return final_states(self._flow, w, settings=self.classification, progress=name, threads=threads)
 
-    def finish(
-        self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
-    ) -> xr.Dataset:
+    def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         attractors, settings = AttractorSet(self._flow), self.classification
         index = attractors.match(found)
         attractors.count_starts(index)

@@ -25,7 +25,7 @@ from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.options import axis_option
 from gearchaos.studies.plane import at_cells, check_plane
-from gearchaos.studies.study import ClassifyingStudy
+from gearchaos.studies.study import ClassifyingStudy, Results
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,16 +101,12 @@ class Basins(ClassifyingStudy):
     def _flow(self) -> ExactFlow:
         return initial_value_problems(self.model).flow
 
-    def compute(
-        self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
-    ) -> dict[str, np.ndarray]:
+    def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         w = initial_state(vary(self.model, at_cells(self.x, self.y, items)), self._flow.system).T
         name = "basins" if progress else None
         return final_states(self._flow, w, settings=self.classification, progress=name, threads=threads)
 
-    def finish(
-        self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
-    ) -> xr.Dataset:
+    def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         attractors = AttractorSet(self._flow)
         index = attractors.match(found)
         attractors.count_starts(index)

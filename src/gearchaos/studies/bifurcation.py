@@ -24,7 +24,7 @@ from gearchaos.studies.initial_value_problems import InitialValueProblems, initi
 from gearchaos.studies.options import axis_option, option
 from gearchaos.studies.plane import corners, shared_coordinates
 from gearchaos.studies.sections import steady_sections
-from gearchaos.studies.study import ClassifyingStudy
+from gearchaos.studies.study import ClassifyingStudy, Results
 from gearchaos.studies.sweep import PERIODS_PER_VALUE, swept_initial_values
 
 _MAX_TILE_VALUES = 4_000_000
@@ -118,9 +118,7 @@ class Bifurcation(ClassifyingStudy):
         system = switched_system(corners(self.model, self.axis), self.names)
         return estimate(system, self.axis.count, self.classification.max_periods, sequential)
 
-    def compute(
-        self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
-    ) -> dict[str, np.ndarray]:
+    def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         values = {self.axis.name: self.axis.values}
         if self.mode != "fixed":
             values.update({n: v[0] for n, v in swept_initial_values(self.model, self.axis, self.mode == "up").items()})

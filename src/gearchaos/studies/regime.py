@@ -20,7 +20,7 @@ from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.options import Option
 from gearchaos.studies.sections import steady_sections
-from gearchaos.studies.study import PROGRESS, ClassifyingStudy
+from gearchaos.studies.study import PROGRESS, ClassifyingStudy, Results
 from gearchaos.studies.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -92,18 +92,14 @@ class Regime(ClassifyingStudy):
         self.cost.announce(**run_options)
         return self.verdict()
 
-    def compute(
-        self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
-    ) -> dict[str, np.ndarray]:
+    def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         verdict = self.verdict()
         found = {name: values.values[None] for name, values in verdict.to_dataset().data_vars.items()}
         label, period = label_and_period(verdict.spectral_label) if verdict.spectral_label else (0, 0)
         spectral = {"spectral_label": np.array([label]), "spectral_period": np.array([period])}
         return {str(name): values for name, values in found.items()} | spectral
 
-    def finish(
-        self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
-    ) -> xr.Dataset:
+    def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         data = {}
         for name, values in found.items():
             dims = () if values.ndim == 1 else ("point",) if name.startswith("section_") else ("exponent",)

@@ -19,7 +19,7 @@ from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import InitialValueProblems, initial_value_problems
 from gearchaos.studies.options import Option, option
 from gearchaos.studies.sections import rotation_at_sections, rotation_within_periods
-from gearchaos.studies.study import PROGRESS, Study
+from gearchaos.studies.study import PROGRESS, Results, Study
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -86,9 +86,7 @@ class Simulate(Study):
     def _problem(self) -> InitialValueProblems:
         return initial_value_problems(self.model, samples=self.samples or 0)
 
-    def compute(
-        self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
-    ) -> dict[str, np.ndarray]:
+    def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         flow, w = self._problem.flow, self._problem.w
         transient = flow.advance(w, self.transient) if self.transient else None
         out = flow.advance(
@@ -98,9 +96,7 @@ class Simulate(Study):
         sampled = {"samples": out.samples[None, ..., 0]} if self.samples else {}
         return {"sections": out.sections[None, :, :, 0], "status": np.array([status]), **sampled}
 
-    def finish(
-        self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
-    ) -> xr.Dataset:
+    def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         batch, names = self._problem.batch, self._problem.flow.system.names
         w, x2 = _bounded(found["sections"][0]), None
         if "x2_dot" in names:  # the bearings differ

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+Results = dict[str, np.ndarray]
+"""Results of work items: arrays (L, ...) by name."""
+
 PROGRESS = Option("progress", "bool", False, "Show progress on stderr, and announce a computing time that may be long.")
 THREADS = Option("threads", "int | None", None, "Tiles computed at once; by default one per core.")
 
@@ -122,14 +125,10 @@ class Study(HasCard, ABC):
         """Upper bound of the computing time and memory."""
 
     @abstractmethod
-    def compute(
-        self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
-    ) -> dict[str, np.ndarray]:
+    def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         """Results of the items with these numbers (L,), arrays (L, ...) by name."""
 
-    def finish(
-        self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
-    ) -> xr.Dataset:
+    def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         """The Dataset, from the results of `compute` for all items, arrays (N, ...) by name."""
         shape, dims = tuple(self.grid.values()), (*self.grid, *self.item_dims)
         data = {n: v.reshape(*shape, *v.shape[1:]) for n, v in found.items()}
@@ -271,15 +270,11 @@ class WholeStudy(Study):
         """No bound of the time: how far a branch has to be followed, is not known beforehand."""
         return estimate(switched_system(vary(self.model, {})), 1, 0)
 
-    def compute(
-        self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
-    ) -> dict[str, np.ndarray]:
+    def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         content = netcdf_bytes(self.dataset(progress=progress, threads=threads))
         return {"netcdf": np.frombuffer(content, np.uint8)[None]}
 
-    def finish(
-        self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
-    ) -> xr.Dataset:
+    def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         if np.all(found["netcdf"] == np.iinfo(np.uint8).max):  # not computed, or lost
             return new_dataset({}, attrs=self.provenance())
         return from_netcdf_bytes(found["netcdf"][0].tobytes())

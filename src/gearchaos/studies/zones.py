@@ -28,7 +28,7 @@ from gearchaos.studies.plane import at_cells, check_plane, corners, shared_coord
 from gearchaos.studies.proofs import check_installed
 from gearchaos.studies.proved_cells import certificate_files, check_folder, mark_inferred, orbit_points, proofs
 from gearchaos.studies.refine import SIDE, refined
-from gearchaos.studies.study import ClassifyingStudy
+from gearchaos.studies.study import ClassifyingStudy, Results
 from gearchaos.studies.sweep import PERIODS_PER_VALUE
 
 _COMPUTED_SHARE = 1 / 8
@@ -140,9 +140,7 @@ class Zones(ClassifyingStudy):
         check_memory("cells times starts", self.x.count * self.y.count * self.starts)
         super().check_in_memory()
 
-    def compute(
-        self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
-    ) -> dict[str, np.ndarray]:
+    def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         if self.refine == 1:
             return self._cells(items, progress, threads)
         found = refined(lambda cells: self._cells(cells, progress, threads), items, self.x.count, self.refine)
